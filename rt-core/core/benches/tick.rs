@@ -1,6 +1,6 @@
-//! What a tick costs on one core: the paper's liver (581 spheres) under the instrument, as tissue
-//! and by the paper's method at 10 iterations; the solvers alone, for the liver and for as many
-//! spheres as the paper's four organs have.
+//! Cost of a tick on one core: the paper's liver (581 spheres) under the instrument, as tissue and
+//! with the paper's method at 10 iterations; and of the solvers alone, for the liver and for as
+//! many spheres as the paper's four organs have.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;
@@ -14,7 +14,7 @@ use rt_core::state::State;
 use rt_core::study::Tissue;
 use rt_core::tissue::{Bodies, Method};
 
-/// Tip of the instrument, m: far above the liver, and 8 mm in its top.
+/// Places of the tip, m: far above the liver, and 8 mm below its top.
 const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.1);
 const PRESSED: Vec3 = Vec3::new(0.0, 0.0, 0.045);
 
@@ -40,7 +40,7 @@ fn bench_tick(c: &mut Criterion, name: &str, anatomy: &Anatomy, tip_m: &Vec3, me
     });
 }
 
-/// Every organ, kept moving by a led sphere, without instrument, contacts and devices.
+/// Every organ, kept awake by a led sphere, without instrument, contacts and devices.
 fn bench_tissue(c: &mut Criterion, name: &str, anatomy: &Anatomy, method: Method) {
     let mut bodies = Box::new(Bodies::new());
     let mut tissue = Tissue::new(anatomy.scene(), &mut bodies, method);

@@ -1,12 +1,12 @@
-//! What tissue costs: time against the number of spheres, and what sleep saves.
+//! Cost of tissue: time against the number of spheres, and the saving by sleep.
 //!
 //! ```text
 //! cargo run --release -p rt-core --example cost              figures
 //! cargo run --release -p rt-core --example cost -- liver N   N ticks of the liver's tissue
 //! ```
 //!
-//! The second, under `valgrind --tool=callgrind` with two numbers, counts a tick's instructions.
-//! Times are the smallest of many: what the code costs, not what else the machine does.
+//! The second form, under `valgrind --tool=callgrind` with two numbers, counts the instructions of
+//! a tick. Times are the smallest of many, to exclude other load of the machine.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;
@@ -39,8 +39,8 @@ fn swing(tissue: &mut Tissue<'_>, tick: f32) {
     tissue.step();
 }
 
-/// A liver of `count` spheres, so many times. A scene holds 4096 spheres: more than that are
-/// several bodies in turn, whose memory is as large as that of one would be.
+/// Measures `times` livers of `spheres` spheres. A scene holds 4096 spheres at most: more are
+/// several bodies in turn, with as much memory as one body would need.
 fn count(spheres: usize, times: usize) {
     let anatomy =
         Anatomy::default().with_ellipsoid(Vec3::zeros(), Vec3::new(0.1, 0.06, 0.048), spheres, 0);
@@ -63,7 +63,7 @@ fn count(spheres: usize, times: usize) {
     );
 }
 
-/// A tick with the instrument about 8 mm in the first organ's top.
+/// A run with the instrument about 8 mm in the first organ's top.
 struct Touched {
     tick_us: f64,
     /// Sphere centres and force after 4000 ticks.
@@ -100,7 +100,7 @@ impl Touched {
         }
     }
 
-    /// The same without sleep: organs that breathe, if only by a picometre, are always awake.
+    /// A run without sleep: organs that breathe, if only by a picometre, stay awake.
     fn sleepless(anatomy: &Anatomy) -> Self {
         let mut anatomy = anatomy.clone();
         anatomy.breath_s = 4.0;
@@ -110,7 +110,7 @@ impl Touched {
         Self::new(&anatomy)
     }
 
-    /// Prints it beside `all`, of which it leaves something out.
+    /// Prints it, compared with `all`, which leaves nothing out.
     fn tell(&self, what: &str, all: &Self) {
         let apart = self.centers_m.iter().zip(&all.centers_m);
         let most_m = apart.map(|(a, b)| (a - b).norm()).fold(0.0, f32::max);
@@ -158,7 +158,8 @@ fn main() {
         all_moving_us(&four)
     );
     println!("\nwhole tick, liver touched             µs/tick   spheres off mm  force off mN");
-    // They sink under their weight before they sleep: what is left of that is what sleep gives up.
+    // They sink under their weight before they sleep: the rest of the sinking is the error of
+    // sleep.
     let sinks = |organ: &mut Organ| organ.gravity_share = 0.3;
     four.organs.iter_mut().skip(1).for_each(sinks);
     let sleepless = Touched::sleepless(&four);

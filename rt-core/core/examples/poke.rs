@@ -1,5 +1,5 @@
-//! Presses, grasps and pulls a synthetic liver with a scripted instrument, and prints what the
-//! hand feels: `cargo run --release -p rt-core --example poke`.
+//! Presses, grasps and pulls a synthetic liver with a scripted instrument, and prints the felt
+//! force: `cargo run --release -p rt-core --example poke`.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;

@@ -1,6 +1,6 @@
-//! What each stage of the tick costs on this machine, with the liver under the instrument and
-//! the gallbladder beside it: `cargo run --release -p rt-core --example stages`. The smallest
-//! figure is what the code costs; the median holds what else the machine does.
+//! Cost of each stage of the tick on this machine, with the liver under the instrument and the
+//! gallbladder next to it: `cargo run --release -p rt-core --example stages`. The smallest figure
+//! is the cost of the code; the median includes other load of the machine.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;
@@ -16,7 +16,7 @@ use rt_core::tissue::Method;
 
 const TICKS: u32 = 4000;
 
-/// Passes on, and times the stages.
+/// Ports that pass calls on and time the stages.
 struct Timed {
     inner: Bench,
     last: Instant,

@@ -1,5 +1,5 @@
-//! Every limit of the realtime process, in one place. A scene that exceeds one is refused when
-//! it loads; inside the tick they bound every loop.
+//! Limits of the realtime process. A scene that exceeds one is refused when it loads; in the tick
+//! they bound every loop.
 //!
 //! Five of them are also lengths of messages (`shared_mem::limits`). `border.rs` of `rt-process`
 //! does not compile if the two differ.
@@ -12,41 +12,41 @@ pub const MAX_SPHERES: usize = 4096;
 pub const MAX_LINKS: usize = 8 * MAX_SPHERES;
 /// Batches of eight tetrahedra in a scene: Delaunay gives a sphere about five tetrahedra.
 pub const MAX_BATCHES: usize = MAX_SPHERES;
-/// What ties organs to each other and to the world.
+/// Attachments between organs and to the world.
 pub const MAX_ATTACHMENTS: usize = 1024;
 /// Sutures in a scene that hang organs on the abdominal wall.
 pub const MAX_SUTURES: usize = 8;
 /// Capsules of all tools together.
 pub const MAX_CAPSULES: usize = 16;
-/// Spheres under a contact skin near tools that one tick keeps; the deepest stay. Both tools on organs of the most
-/// spheres are near to 700.
+/// Spheres under a contact skin near tools that one tick keeps; the deepest stay. Both tools on
+/// organs of the most spheres are near about 700.
 pub const MAX_CONTACTS: usize = 1024;
 /// Vertices of all contact skins together.
 pub const MAX_SKIN_VERTICES: usize = 32_768;
-/// Points of the instrument at which contact with skin is sought.
+/// Points along the instrument that are tested against the skin.
 pub const INSTRUMENT_POINTS: usize = 64;
-/// Points of all tools at which contact with skin is sought; the endoscope's follow the
+/// Points along all tools that are tested against the skin; the endoscope's follow the
 /// instrument's.
 pub const MAX_TOOL_POINTS: usize = INSTRUMENT_POINTS + 32;
 /// Beads along organs without a contact skin.
 pub const MAX_BEADS: usize = 4 * MAX_SPHERES;
-/// Beads near parts of tools that are followed from tick to tick.
+/// Pairs of bead and tool part that are tracked from tick to tick.
 pub const MAX_TUBE_CONTACTS: usize = 128;
-/// Contact constraints of tools on tissue in a tick; the deepest stay.
+/// Contact constraints of tools that one tick keeps; the deepest stay.
 pub const MAX_CONTACT_CONSTRAINTS: usize = 64;
-/// Pairs of unlinked spheres that are near each other; the first found stay.
+/// Pairs of unlinked spheres near each other; the first found stay.
 pub const MAX_SPHERE_PAIRS: usize = 4096;
-/// Pairs of them that may touch in a tick; the first found stay.
+/// Pairs of those that may touch in a tick; the first found stay.
 pub const MAX_CLOSE_PAIRS: usize = 1024;
-/// Events that one tick can raise; more are counted, not kept.
+/// Events that one tick can raise; further ones are counted and lost.
 pub const MAX_EVENTS_PER_TICK: usize = 32;
 /// Clips in the applier.
 pub const CLIPS: u32 = 12;
-/// Tubes that all clips together can be on.
+/// Places of tubes on which clips can be, all clips together.
 pub const MAX_CLIPPED: usize = 24;
 /// Places where vessels, ducts and bags leak.
 pub const MAX_HOLES: usize = 64;
-/// Places of walls that current has burnt and that are told apart.
+/// Burnt places of walls that are tracked separately.
 pub const MAX_SCORCHED: usize = 64;
 /// Cells of layered tissue in a scene.
 pub const MAX_CELLS: usize = 8192;

@@ -1,4 +1,4 @@
-//! What can go wrong in a tick. Nothing panics: each fault has one defined answer and a counter.
+//! Faults of a tick. Nothing panics: each fault has one defined answer and a counter.
 
 /// A fault. The number is its index in [`FaultCounters`] and its code in events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -8,7 +8,7 @@ pub enum Fault {
     BadSample = 0,
     /// The force was not finite. Answer: zero force.
     BadForce = 1,
-    /// A sphere was not finite. Answer: put back to where it was, at rest.
+    /// A sphere was not finite or left the room. Answer: reset to its last place, at rest.
     BadSphere = 2,
     /// The newest device sample is older than its limit, or no tick ran for longer. Answer: force
     /// falls to zero.
@@ -25,31 +25,31 @@ pub enum Fault {
     StiffnessCapped = 8,
     /// The motors are warm. Answer: limited towards the continuous force.
     ThermalLimited = 9,
-    /// More contacts than kept. Answer: the deepest stay.
+    /// More contacts than can be kept. Answer: the deepest stay.
     ContactOverflow = 10,
-    /// More overlapping sphere pairs than kept. Answer: the first found stay.
+    /// More overlapping sphere pairs than can be kept. Answer: the first found stay.
     PairOverflow = 11,
     /// More spheres between the jaws than can be held. Answer: the first found are held.
     GraspOverflow = 12,
-    /// More events, or places that leak, than kept. Answer: later ones are lost.
+    /// More events or leaks than can be kept. Answer: later ones are lost.
     EventOverflow = 13,
-    /// A tick ended after its deadline (told by the process).
+    /// A tick ended after its deadline (reported by the process).
     Overrun = 14,
     /// Time did not go forward between two ticks. Answer: the tick counts as one period.
     BadClock = 15,
-    /// Contact gave the hand more energy than it took from it (too stiff for the loop's delay, or
-    /// tissue that moves by itself). Answer: damped until that is gone.
+    /// Contact returned more energy to the hand than it took (too stiff for the loop's delay, or
+    /// tissue that moves by itself). Answer: damped until that energy is dissipated.
     Damped = 16,
-    /// The foot asks both electrodes at once. Answer: neither works.
+    /// Both electrosurgery pedals are pressed. Answer: no current.
     BothElectrodes = 17,
     /// A person has not enabled the force, or has cut it. Answer: zero force.
     NotEnabled = 18,
-    /// The force rises after it was enabled, or falls while the pose is stale or the simulation paused.
-    /// Answer: a share of it.
+    /// The force rises after it was enabled, or falls while the pose is stale or the simulation
+    /// paused. Answer: a share of it is rendered.
     Ramped = 19,
 }
 
-/// How many kinds there are.
+/// Number of kinds.
 pub const FAULT_COUNT: usize = 20;
 
 impl Fault {
@@ -110,7 +110,7 @@ impl Fault {
         }
     }
 
-    /// Whether a person should hear of it. The others are the limiter at its ordinary work.
+    /// True if a person should be told. The others are limits at their ordinary work.
     #[must_use]
     pub const fn is_alarm(self) -> bool {
         !matches!(
@@ -126,7 +126,7 @@ impl Fault {
     }
 }
 
-/// How many ticks each fault happened in, since the start. Only grows.
+/// Number of ticks in which each fault happened since the start. Only grows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FaultCounters([u64; FAULT_COUNT]);
 
@@ -134,7 +134,7 @@ impl FaultCounters {
     /// Nothing counted.
     pub const ZERO: Self = Self([0; FAULT_COUNT]);
 
-    /// Ticks that `fault` happened in.
+    /// Number of ticks in which `fault` happened.
     #[must_use]
     pub fn of(&self, fault: Fault) -> u64 {
         self.0.get(usize::from(fault.code())).copied().unwrap_or(0)
@@ -174,19 +174,19 @@ impl FaultSet {
         }
     }
 
-    /// Whether `fault` is in it.
+    /// True if the set contains `fault`.
     #[must_use]
     pub const fn contains(self, fault: Fault) -> bool {
         self.0 & (1 << (fault as u32)) != 0
     }
 
-    /// Those that are in `self` and not in `earlier`.
+    /// Faults in `self` that are not in `earlier`.
     #[must_use]
     pub const fn without(self, earlier: Self) -> Self {
         Self(self.0 & !earlier.0)
     }
 
-    /// Whether there is none.
+    /// True if the set is empty.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0

@@ -1,4 +1,4 @@
-//! A hash over bit patterns: two runs with the same inputs must agree in it.
+//! Hash of bit patterns: two runs with equal inputs have equal hashes.
 
 use crate::math::{Pose, Vec3};
 
@@ -32,7 +32,7 @@ impl Hash {
         self.float(q.w);
     }
 
-    /// Both halves, one over the other.
+    /// The upper and the lower half, combined by exclusive or.
     pub(crate) const fn folded(self) -> u32 {
         (self.0 >> 32) as u32 ^ self.0 as u32
     }

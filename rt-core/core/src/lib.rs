@@ -1,15 +1,78 @@
-//! Calot's simulation and control law.
+//! Calot's simulation and control law: `no_std`, no `alloc`, no clock, no files, no randomness.
 //!
-//! `no_std`, no `alloc`, no clock, no files, no logs, no randomness. Time, input and storage
-//! are arguments; the scene is immutable, the [`state`] mutable. One tick ([`sim::Sim::tick`])
-//! reads, in the data's order:
+//! Time, input and storage are arguments. The scene is immutable, the [`state`] changes. One tick
+//! ([`sim::Sim::tick`]) runs these stages:
 //!
 //! ```text
 //! sample → tool → contact → solve → force → procedure → publish
 //! ```
 //!
-//! Units are SI. Frames stand in transforms: `world_from_handle` takes handle coordinates to
-//! world coordinates. Contact normals point from tissue to tool.
+//! Units are SI; the unit comes last in a name (`force_n`). Frames appear in transforms:
+//! `world_from_handle` takes handle coordinates to world coordinates. Contact normals point from
+//! tissue to tool.
+//!
+//! # Glossary
+//!
+//! | word | meaning |
+//! |---|---|
+//! | device pose | pose of the handle as the hand holds it |
+//! | proxy pose | pose that the instrument may have, given contact |
+//! | port (trocar) | the point of the abdominal wall about which a shaft pivots |
+//! | tool | a rigid instrument in the simulation, made of capsules |
+//! | part | one capsule of a tool: shaft, jaw, hook tip, endoscope |
+//! | scene, state | immutable prepared data; what changes |
+//! | organ | a range of spheres with one material |
+//! | sphere | a mass point with a radius inside an organ |
+//! | link, rest length | a distance constraint between two spheres of one organ |
+//! | attachment | a distance constraint between two organs, or an organ and the world |
+//! | suture | a thread from an organ to the abdominal wall; it pulls and never pushes |
+//! | tetrahedron, batch | a solid element between four spheres; eight that share no sphere |
+//! | held sphere | a sphere that the constraints do not move: it is fixed or led |
+//! | compliance | inverse stiffness of a constraint, m/N |
+//! | lambda | multiplier of a constraint: its impulse over the substep |
+//! | tick, substep | one control period; a part of it in which an organ is solved |
+//! | multirate | organs with different numbers of substeps in one tick |
+//! | retardation time | time constant of the material's viscous damping, s |
+//! | contact skin | closed triangle surface of an organ against which tools collide |
+//! | bead | a ball along a tube; tools meet an organ without a skin by its beads |
+//! | separation | signed distance along the normal, tissue to tool; negative: penetration |
+//! | candidate | a place that may touch within the tick |
+//! | contact constraint | a candidate that is solved |
+//! | contact force | the result of a contact constraint |
+//! | persistent contact | a contact tracked from tick to tick with its cached impulse |
+//! | warm start | the share of the last impulse that is applied before the constraints |
+//! | influence coefficient | displacement at one place per force at another (Boussinesq) |
+//! | separation offset | the gap granted to a new or leaping contact, and its decay |
+//! | damage | the parted share of a link, attachment or cell, 0 to 1 (cohesive zone) |
+//! | cell | a hexahedron of fat or connective tissue that can be removed |
+//! | passivity, Z-width | as in Colgate, Adams and Hannaford |
+//! | transition | a change of force blended over time that is not a force of tissue |
+//! | clip, grip, bite | a closed titanium clip; closed jaws; the tissue between them |
+//! | event | an occurrence that a tick reports: contact, tear, cut, leak |
+//! | fault | an error that a tick detected and answered; each has a counter |
+//! | stale | a sample older than its limit |
+//! | overrun | a tick that ended after its deadline |
+//! | checkpoint, digest | a copy of all that changes; a hash of what a tick computed |
+//!
+//! # Rooms
+//!
+//! A room (module) imports from these rooms only:
+//!
+//! | room | may import |
+//! |---|---|
+//! | [`capacity`], [`fault`], [`math`], [`time`] | none |
+//! | `hash`, [`words`] | math |
+//! | [`port`] | math, time |
+//! | [`tool`] | capacity, math, port |
+//! | [`scene`] | capacity, math, time |
+//! | [`tissue`] | capacity, hash, math, scene, time, words |
+//! | `contact` | capacity, fault, math, scene, time, tissue, tool, words |
+//! | `organs` | capacity, fault, math, scene, tissue, words |
+//! | [`procedure`] | capacity, contact, fault, math, port, scene, time, tissue, tool, words |
+//! | [`haptics`] | contact, fault, math, port, time, tool, words |
+//! | [`state`] | organs, procedure, tissue |
+//! | [`study`] | capacity, contact, fault, math, scene, tissue, tool |
+//! | [`sim`] | all of these |
 #![no_std]
 #![deny(unsafe_code)]
 

@@ -40,14 +40,14 @@ pub fn unit(v: &Vec3) -> Option<Vec3> {
     (length > 1.0e-9 && length.is_finite()).then(|| v / length)
 }
 
-/// Whether all three components are finite.
+/// True if all three components are finite.
 #[must_use]
 #[inline]
 pub fn is_finite(v: &Vec3) -> bool {
     v.x.is_finite() && v.y.is_finite() && v.z.is_finite()
 }
 
-/// Whether `pose` is finite and a rigid transform (its quaternion is a rotation).
+/// True if `pose` is finite and a rigid transform (its quaternion is a rotation).
 #[must_use]
 pub fn is_rigid(pose: &Pose) -> bool {
     let q = pose.rotation.coords;
@@ -55,7 +55,7 @@ pub fn is_rigid(pose: &Pose) -> bool {
     is_finite(&pose.translation.vector) && (norm_squared - 1.0).abs() < 1.0e-3
 }
 
-/// A unit vector across `v` (which need not be one): always the same for the same `v`.
+/// A unit vector perpendicular to `v`, which need not be a unit vector. It depends on `v` only.
 #[must_use]
 pub fn across(v: &Vec3) -> Vec3 {
     let a = if v.x.abs() <= v.y.abs() && v.x.abs() <= v.z.abs() {
@@ -68,14 +68,15 @@ pub fn across(v: &Vec3) -> Vec3 {
     unit(&v.cross(&a)).unwrap_or(a)
 }
 
-/// `from` turned towards `to`, both unit vectors, by `most` radians at the most (a small angle).
+/// Unit vector `from`, rotated towards the unit vector `to` by at most `most` radians (a small
+/// angle).
 #[must_use]
 pub fn turned(from: &Vec3, to: &Vec3, most: f32) -> Vec3 {
     let turn = to - from;
     if turn.norm_squared() <= most * most {
         return *to;
     }
-    // Square to `from`: straight back is a turn, too, to any side.
+    // Perpendicular to `from`. Opposite vectors turn to an arbitrary side.
     let aside = unit(&(turn - from * from.dot(&turn))).unwrap_or_else(|| across(from));
     unit(&(from + aside * most)).unwrap_or(*from)
 }

@@ -1,7 +1,7 @@
-//! The ports: what the core asks of the world, and what it gives back.
+//! Ports: the interfaces of the core to devices.
 //!
-//! `hardware` adapts devices to [`HapticDevice`], [`Tracker`] and [`Pedal`]; the realtime process
-//! joins them, the clock and the publisher into one [`crate::sim::Ports`].
+//! `hardware` implements [`HapticDevice`], [`Tracker`] and [`Pedal`]. The realtime process joins
+//! them, the clock and the publisher into one [`crate::sim::Ports`].
 
 use crate::math::{Pose, Vec3};
 use crate::time::TimeNs;
@@ -16,7 +16,7 @@ impl Buttons {
     /// Second stylus button: changes the instrument.
     pub const CHANGE: Self = Self(2);
 
-    /// Whether every bit of `other` is pressed.
+    /// True if every button of `other` is pressed.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
@@ -32,9 +32,9 @@ pub struct DeviceSample {
     pub velocity_m_s: Option<Vec3>,
     /// Buttons pressed.
     pub buttons: Buttons,
-    /// Counts up by one per sample that the device took; wraps.
+    /// Counter of samples that the device took; wraps.
     pub sequence: u16,
-    /// When the sample's last byte was read.
+    /// Time at which the sample's last byte was read.
     pub at_ns: TimeNs,
 }
 
@@ -43,7 +43,7 @@ pub struct DeviceSample {
 pub struct TrackerSample {
     /// Pose of the sensor in the transmitter's frame; translation in m.
     pub tracker_from_sensor: Pose,
-    /// When the sample's last byte was read.
+    /// Time at which the sample's last byte was read.
     pub at_ns: TimeNs,
 }
 
@@ -54,13 +54,13 @@ pub struct PedalSample {
     pub cut: bool,
     /// Electrosurgery: coagulate.
     pub coagulate: bool,
-    /// Holds the endoscope's camera where it is.
+    /// Locks the endoscope's camera in place.
     pub camera_lock: bool,
-    /// When it was read.
+    /// Time at which it was read.
     pub at_ns: TimeNs,
 }
 
-/// What the device is asked to render, in the device's own base frame.
+/// Force and torque to be rendered, in the device's own base frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ForceCommand {
     /// Force at the handle's tip, N.
@@ -69,24 +69,24 @@ pub struct ForceCommand {
     pub torque_n_m: Vec3,
 }
 
-/// What a haptic device can do. Constant once it is open.
+/// Capabilities of a haptic device. Constant while it is open.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeviceCapabilities {
     /// Peak force, N (Touch: 3.3).
     pub force_max_n: f32,
-    /// Force that can be held for ever, N (Touch: 0.88).
+    /// Force that can be rendered continuously, N (Touch: 0.88).
     pub force_continuous_n: f32,
-    /// Peak torque, N m; 0 for a device that renders none and drops what it is sent.
+    /// Peak torque, N m; 0 for a device that renders none and ignores torque.
     pub torque_max_n_m: f32,
     /// Largest stiffness that the device renders stably, N/m.
     pub stiffness_max_n_m: f32,
     /// Largest damping that it renders, N s/m.
     pub damping_max_n_s_m: f32,
-    /// Damping of the device itself, with what its dry friction takes from a tremor, N s/m: what
-    /// bears the energy that sampling and delay make.
+    /// Damping of the device itself, N s/m, with the effect of its dry friction on a tremor. It
+    /// absorbs the energy that sampling and delay make.
     pub damping_n_s_m: f32,
-    /// From a movement to its sample and from a command to its force, together, s; without the
-    /// time that the force is held.
+    /// Delay from a movement to its sample plus delay from a command to its force, s, without the
+    /// time for which a force is held.
     pub delay_s: f32,
     /// Radius of the workspace around the base frame's origin, m.
     pub workspace_radius_m: f32,
@@ -109,52 +109,52 @@ impl DeviceCapabilities {
         rate_hz: 1000.0,
     };
 
-    /// Whether torque reaches the hand.
+    /// True if the device renders torque.
     #[must_use]
     pub fn renders_torque(&self) -> bool {
         self.torque_max_n_m > 0.0
     }
 }
 
-/// In how many of its six directions (three to move along, three to turn about) a handle is
-/// measured, and in how many force or torque is rendered. What is not rendered is dropped.
+/// Numbers of the six degrees of freedom of a handle (three translations, three rotations) that are
+/// measured and rendered. Others are dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Freedom {
-    /// Directions measured.
+    /// Degrees of freedom measured.
     pub measured: u8,
-    /// Directions rendered.
+    /// Degrees of freedom rendered.
     pub rendered: u8,
 }
 
-/// What a poll of a device brought.
+/// Result of polling a device.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Polled<T> {
     /// The newest sample since the last poll.
     Fresh(T),
-    /// Nothing new; the caller judges staleness by the last sample's age.
+    /// No new sample; the caller judges staleness by the age of the last.
     Nothing,
-    /// The line is gone (unplugged, hung up). Stays so until the driver reconnects.
+    /// The line is gone (unplugged, hung up). Remains so until the driver reconnects.
     Lost,
 }
 
-/// Counters of a serial line, for the reports. All only grow.
+/// Counters of a serial line, for reports. All only grow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LineCounters {
     /// Good frames.
     pub frames: u64,
-    /// Frames thrown away: length, checksum, range.
+    /// Frames discarded: length, checksum or range is wrong.
     pub bad_frames: u64,
-    /// Samples that the sequence number says were lost.
+    /// Samples missing in the sequence numbers.
     pub lost_frames: u64,
-    /// Writes that the line did not take.
+    /// Writes that the line did not accept.
     pub dropped_writes: u64,
 }
 
 /// A haptic device. Neither call blocks or allocates.
 pub trait HapticDevice {
-    /// What it can do.
+    /// Capabilities of the device.
     fn capabilities(&self) -> DeviceCapabilities;
-    /// In how many directions it measures and renders; a pose and a force, unless it says otherwise.
+    /// Degrees of freedom measured and rendered; by default a pose and a force.
     fn freedom(&self) -> Freedom {
         Freedom {
             measured: 6,
@@ -167,9 +167,9 @@ pub trait HapticDevice {
     }
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample>;
-    /// Sends a force. A line that cannot take it now drops it and counts.
+    /// Sends a force. If the line cannot take it now, the command is dropped and counted.
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs);
-    /// What the line has seen.
+    /// Counters of the line.
     fn counters(&self) -> LineCounters;
 }
 
@@ -177,7 +177,7 @@ pub trait HapticDevice {
 pub trait Tracker {
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<TrackerSample>;
-    /// What the line has seen.
+    /// Counters of the line.
     fn counters(&self) -> LineCounters;
 }
 
@@ -185,6 +185,6 @@ pub trait Tracker {
 pub trait Pedal {
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<PedalSample>;
-    /// What the line has seen.
+    /// Counters of the line.
     fn counters(&self) -> LineCounters;
 }

@@ -1,12 +1,12 @@
-//! What changes while the simulation runs, in storage of fixed size.
+//! State of the simulation: everything per sphere that changes, in storage of fixed size.
 
 use crate::organs::between::Between;
 use crate::organs::pairs::Pairs;
 use crate::procedure::vessel::Vessels;
 use crate::tissue::Bodies;
 
-/// Everything per sphere. More than a megabyte: build it in a `static`
-/// ([`State::new`] is `const`) or on the heap.
+/// State of all spheres. It takes more than a megabyte: build it in a `static` ([`State::new`] is
+/// `const`) or on the heap.
 #[derive(Debug, Clone)]
 pub struct State {
     pub(crate) bodies: Bodies,

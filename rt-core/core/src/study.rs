@@ -1,4 +1,4 @@
-//! Tissue alone, without instrument or devices: for studies, tests and preparation.
+//! Tissue without instrument or devices: for studies, tests and preparation.
 
 use crate::capacity::MAX_ORGANS;
 use crate::contact::contact_force::ContactForce;
@@ -6,11 +6,11 @@ use crate::contact::tool_contact::ToolContacts;
 use crate::fault::FaultSet;
 use crate::math::Vec3;
 use crate::scene::Scene;
-use crate::tissue::substeps::{self, Outside};
-use crate::tissue::{Bodies, Bounds, Method, inverse_mass_per_kg, part};
+use crate::tissue::substeps::{self, Coupling};
+use crate::tissue::{Bodies, Bounds, Method, damage, inverse_mass_per_kg};
 use crate::tool::Capsule;
 
-/// A scene's organs, stepped as the tick steps them, each in its substeps.
+/// Organs of a scene, stepped as in the tick, each in its substeps.
 #[derive(Debug)]
 pub struct Tissue<'a> {
     scene: Scene<'a>,
@@ -23,15 +23,15 @@ pub struct Tissue<'a> {
 /// Every organ moves.
 const ALL: [bool; MAX_ORGANS] = [true; MAX_ORGANS];
 
-/// What a tool feels of a tick.
+/// Force and contacts of a tool in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pressed {
     /// Force of the tissue on the tool, world frame, N.
     pub force_n: Vec3,
-    /// Places that touch.
+    /// Number of contact places.
     pub contacts: usize,
-    /// Spheres that were not finite, or far away, and were put back.
-    pub put_back: u32,
+    /// Spheres that were not finite or left the room, and were reset.
+    pub quarantined: u32,
 }
 
 impl<'a> Tissue<'a> {
@@ -48,7 +48,7 @@ impl<'a> Tissue<'a> {
         }
     }
 
-    /// Holds a sphere where it is, or lets it go. It is led by [`Tissue::lead`].
+    /// Holds a sphere in place, or releases it. [`Tissue::lead`] moves a held sphere.
     pub fn hold(&mut self, sphere: u32, held: bool) {
         let Some(rest) = self.scene.spheres.get(sphere as usize) else {
             return;
@@ -67,7 +67,7 @@ impl<'a> Tissue<'a> {
         }
     }
 
-    /// Puts a sphere to this displacement from rest, m, with this velocity, m/s.
+    /// Sets a sphere's displacement from rest, m, and its velocity, m/s.
     pub fn put(&mut self, sphere: u32, displacement_m: &Vec3, velocity_m_s: &Vec3) {
         self.bodies
             .nodes
@@ -75,35 +75,35 @@ impl<'a> Tissue<'a> {
             .put(displacement_m, velocity_m_s);
     }
 
-    /// Everything back to rest, held as the scene has it.
+    /// Puts everything back to rest, held as in the scene.
     pub fn rest(&mut self) {
         self.bodies.rest(&self.scene);
         self.contacts.clear();
         self.tick = 0;
     }
 
-    /// One tick. Returns how many spheres were not finite, or far away, and were put back.
+    /// Advances one tick. Returns the number of spheres that were reset.
     pub fn step(&mut self) -> u32 {
         self.step_with(|_, _| ())
     }
 
-    /// One tick; `correct` sees every organ's tissue after its constraints, in each substep of
-    /// this length, s, and may move spheres: a contact.
+    /// Advances one tick. `correct` is called after the constraints of every organ's substep, with
+    /// the substep's length, s. It may move spheres, as a contact does.
     pub fn step_with(&mut self, correct: impl FnMut(&mut Correction<'_>, f32)) -> u32 {
         let mut corrected = Corrected(correct);
         self.bodies.begin(&self.scene, true);
         self.breathe();
         let (scene, bodies) = (&self.scene, &mut *self.bodies);
-        let mut put_back = substeps::run(scene, &self.method, &ALL, &mut corrected, bodies);
+        let mut quarantined = substeps::run(scene, &self.method, &ALL, &mut corrected, bodies);
         for (i, _) in (0u8..).zip(scene.organs) {
-            corrected.press(i, 1.0, scene.step_s_of(i), bodies);
+            corrected.post_solve(i, 1.0, scene.step_s_of(i), bodies);
         }
-        put_back += self.end();
-        put_back
+        quarantined += self.end();
+        quarantined
     }
 
-    /// One tick with these parts of a tool pressed against the tissue, as the tick of the whole
-    /// simulation does it.
+    /// Advances one tick with these parts of a tool pressed against the tissue, as in the tick of
+    /// the whole simulation.
     pub fn press(&mut self, parts: &[Capsule]) -> Pressed {
         self.bodies.begin(&self.scene, true);
         self.breathe();
@@ -114,7 +114,7 @@ impl<'a> Tissue<'a> {
         }
         let mut faults = FaultSet::NONE; // what is left out is felt in its force
         contacts.find(parts, scene, &bounds, bodies, &mut faults);
-        let mut put_back = substeps::run(scene, &self.method, &ALL, contacts, bodies);
+        let mut quarantined = substeps::run(scene, &self.method, &ALL, contacts, bodies);
         contacts.push_out(scene, bodies);
         put_back += self.end();
         let forces = &self.contacts.forces;
@@ -134,18 +134,18 @@ impl<'a> Tissue<'a> {
     /// Ends the last substeps.
     fn end(&mut self) -> u32 {
         let (scene, bodies) = (self.scene, &mut *self.bodies);
-        let mut put_back = 0;
+        let mut quarantined = 0;
         for (i, organ) in (0u8..).zip(scene.organs) {
-            put_back += bodies.advance(organ, scene.step_s_of(i));
+            quarantined += bodies.advance(organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
         }
-        part::tear_all(&scene, bodies, |_| ());
+        damage::tear_all(&scene, bodies, |_| ());
         self.tick = self.tick.wrapping_add(1);
-        put_back
+        quarantined
     }
 
-    /// How deep these parts of a tool lie in the tissue at the deepest place, m, found as the tick
-    /// finds it; `None` if nothing touches. Nothing is moved.
+    /// Deepest penetration of these parts of a tool into the tissue, m, as the tick finds it;
+    /// `None` without contact. Moves nothing.
     pub fn meet(&mut self, parts: &[Capsule]) -> Option<f32> {
         let (scene, bodies) = (self.scene, &*self.bodies);
         let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
@@ -170,7 +170,7 @@ impl<'a> Tissue<'a> {
         self.bodies.nodes.at(sphere).velocity_m_s()
     }
 
-    /// Whether the scene itself holds a sphere.
+    /// True if the scene itself holds the sphere.
     #[must_use]
     pub fn is_held(&self, sphere: u32) -> bool {
         let rest = self.scene.spheres.get(sphere as usize);
@@ -181,15 +181,15 @@ impl<'a> Tissue<'a> {
 /// A correction in every substep.
 struct Corrected<F>(F);
 
-impl<F: FnMut(&mut Correction<'_>, f32)> Outside for Corrected<F> {
-    fn lean(&mut self, _: u8, _: f32, _: &mut Bodies) {}
+impl<F: FnMut(&mut Correction<'_>, f32)> Coupling for Corrected<F> {
+    fn pre_solve(&mut self, _: u8, _: f32, _: &mut Bodies) {}
 
-    fn press(&mut self, _: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
+    fn post_solve(&mut self, _: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
         self.0(&mut Correction { bodies }, step_s);
     }
 }
 
-/// Tissue within a substep.
+/// Access to the tissue within a substep.
 #[derive(Debug)]
 pub struct Correction<'a> {
     bodies: &'a mut Bodies,
@@ -202,13 +202,13 @@ impl Correction<'_> {
         self.bodies.nodes.at(sphere).center_m()
     }
 
-    /// Its inverse mass, 1/kg; 0 if it is held.
+    /// Inverse mass, 1/kg; 0 if the sphere is held.
     #[must_use]
     pub fn inverse_mass_per_kg(&self, sphere: u32) -> f32 {
         self.bodies.nodes.at(sphere).inverse_mass_per_kg()
     }
 
-    /// Moves it on, m.
+    /// Adds `step_m` to its displacement, m.
     pub fn move_by(&mut self, sphere: u32, step_m: &Vec3) {
         self.bodies.nodes.at_mut(sphere).move_by(step_m);
     }

@@ -1,4 +1,4 @@
-//! Time.
+//! Host time and the control period.
 
 /// One control period, s.
 pub const TICK_S: f32 = 0.001;

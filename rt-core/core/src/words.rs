@@ -1,45 +1,45 @@
-//! Words that the rooms above share.
+//! Types that several rooms share: flags of a sphere, health of a device, events.
 
 use crate::math::Vec3;
 
-/// What a sphere is doing: bits as in the shared-memory message.
+/// Flags of a sphere, as in the shared-memory message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SphereBits(pub u8);
 
 impl SphereBits {
-    /// Its organ is simulated this tick.
+    /// Its organ is simulated in this tick.
     pub const AWAKE: Self = Self(1);
     /// The instrument touches it.
     pub const CONTACT: Self = Self(2);
-    /// Between closed jaws.
+    /// Held between closed jaws.
     pub const GRASPED: Self = Self(4);
-    /// Layered tissue of which nothing is left: nobody meets it.
-    pub const GONE: Self = Self(8);
+    /// Layered tissue of which all cells are removed; nothing collides with it.
+    pub const REMOVED: Self = Self(8);
 
-    /// Whether every bit of `other` is set.
+    /// True if every flag of `other` is set.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// With the bits of `other` as well.
+    /// With the flags of `other` as well.
     #[must_use]
     pub const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Without the bits of `other`.
+    /// Without the flags of `other`.
     #[must_use]
     pub const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 }
 
-/// Whether a device can be relied on.
+/// Status of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Status {
-    /// Nothing came from it since the start.
+    /// No sample since the start.
     #[default]
     Absent = 0,
     /// Samples arrive in time.
@@ -64,56 +64,59 @@ pub struct Health {
 pub enum EventKind {
     /// The instrument began to touch an organ; value: force on the hand, N.
     Contact,
-    /// It left it; value: 0.
+    /// The instrument left the organ; value: 0.
     Release,
     /// Jaws closed on tissue; value: spheres held.
     Grasp,
-    /// Jaws let go, or what they held has slipped out; value: spheres that were held.
+    /// The jaws let go, or their tissue slipped out; value: spheres that were held.
     LetGo,
-    /// What the jaws hold has slipped by 2 mm; value: what it pulls with, N.
+    /// Held tissue slipped by 2 mm; value: its pull, N.
     Slip,
-    /// A band between organs, or a link of a tube, has torn; value: the energy it took, J.
+    /// An attachment or a link of a tube has torn; value: energy of the tear, J.
     Tear,
-    /// Scissors or current have cut a band, a suture, or a link of a tube; value: the energy of a tear of it, J.
+    /// Scissors or current have cut an attachment, a suture or a link of a tube; value: energy that
+    /// a tear of it would take, J.
     Cut,
     /// A fault was raised; value: [`crate::fault::Fault::code`].
     Fault,
     /// Electrosurgery: value 1 cut, 2 coagulate, 0 off.
     Electro,
     /// A clip has closed, on this organ or, if none is named, on nothing; value: the clip's number,
-    /// from 0. One that closes on two organs raises two.
+    /// from 0. A clip that closes on two organs raises two events.
     Clip,
-    /// An electrode has burnt an organ; value: the energy since that was last told, J.
+    /// An electrode has burnt an organ; value: energy since the last such event, J.
     Burn,
-    /// A vessel, duct or bag leaks; value: its flow as a share of what runs in it whole, 0: stopped. Every
-    /// event of one leak has the place where it began.
+    /// A vessel, duct or bag leaks; value: flow as a share of the full flow, 0: stopped. All events
+    /// of one leak carry the place where it began.
     Leak,
-    /// A cell of layered tissue is gone; value: its index in the scene.
+    /// A cell of layered tissue is removed; value: its index in the scene.
     Removed,
-    /// Jaws have crushed what they hold; value: their force, N.
+    /// The jaws have crushed held tissue; value: their force, N.
     Crush,
-    /// A wall is burnt through or torn open; value: the energy it took, J.
+    /// A wall is burnt through or torn open; value: energy that it took, J.
     Perforation,
-    /// A tube is divided, or off what it was grown to; value: share of its inside that clips leave open on
-    /// the worse of both sides, up to where it ends or is divided already. 0: between clips that close it.
+    /// A tube is divided, or torn off an organ; value: share of its lumen that clips leave open, on
+    /// the worse of both sides up to its end or another division. 0: clips close both sides.
     Divided,
-    /// A suture goes through an organ, there; value: the suture's number in the scene, from 0.
+    /// A suture passes through an organ at this place; value: the suture's number in the scene,
+    /// from 0.
     Stitch,
-    /// A suture hangs an organ on the abdominal wall, there; value: the suture's number in the scene, from 0.
+    /// A suture hangs an organ on the abdominal wall at this place; value: the suture's number in
+    /// the scene, from 0.
     Hung,
-    /// Everything is as it was at the start, or as a task begins; what was told before is void.
+    /// Everything is back to the start, or to the start of a task; earlier events are void.
     Reset,
 }
 
-/// An event of one tick. The tick's number and time stand in [`crate::sim::TickView`].
+/// An event of one tick. [`crate::sim::TickView`] has the tick's number and time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// What.
+    /// Kind.
     pub kind: EventKind,
     /// Organ's index in the scene, if it concerns one.
     pub organ: Option<u32>,
-    /// Where, world frame, m.
+    /// Place, world frame, m.
     pub at_m: Vec3,
-    /// Depends on the kind.
+    /// Value; its meaning depends on the kind.
     pub value: f32,
 }

@@ -1,4 +1,4 @@
-//! What a late tick leaves out, and that it is never the force.
+//! A late tick omits optional work, and never the force.
 
 mod rig;
 
@@ -17,7 +17,7 @@ const OPEN: Parameters = Parameters {
 /// Spheres of the liver; the gallbladder's follow.
 const LIVER: usize = 581;
 
-/// A bench that is short of time.
+/// A bench without time for optional work.
 struct Late {
     bench: Bench,
     has_time: fn(Optional) -> bool,
@@ -113,7 +113,7 @@ fn self_collision_left_out_is_made_up_for() {
         has_time: |work| work != Optional::SelfCollision,
         asked: Vec::new(),
     };
-    // The gallbladder lies on the liver: without collision it sinks into it.
+    // The gallbladder lies on the liver: without contact of organs it sinks into it.
     let mut height_m = |ticks: u32, has_time: fn(Optional) -> bool| {
         late.has_time = has_time;
         for _ in 0..ticks {

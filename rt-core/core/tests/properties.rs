@@ -1,5 +1,5 @@
-//! Whatever the scene and whatever comes in: the tick ends, everything stays finite, the force
-//! stays within the device's peak.
+//! For any scene and any input the tick ends, all results are finite, and the force stays within
+//! the device's peak.
 
 mod rig;
 
@@ -123,7 +123,7 @@ fn parts() -> impl Strategy<Value = Parts> {
                     spheres: corners.map(|i| first + u32::from(i) % count),
                     volume_m3: 1.0e-7,
                 };
-                // Most are flat, inverted, or name a sphere twice: those are refused.
+                // Most are flat, inverted, or name a sphere twice, and are refused.
                 let _ = batches(&[tetra], &parts.spheres, |batch| parts.batches.push(batch));
             }
             let last = parts.organs.len() - 1;
@@ -243,7 +243,7 @@ proptest! {
         }
     }
 
-    /// Equal inputs, equal bits.
+    /// Equal inputs give equal bits.
     #[test]
     fn every_run_repeats(parts in parts(), inputs in prop::collection::vec(input(), 1..20)) {
         let run = || {

@@ -1,4 +1,4 @@
-//! Same input, same bits: in debug and in release, today and tomorrow.
+//! Equal inputs give equal bits: in debug and release builds, and after a change of the code.
 
 mod rig;
 
@@ -9,13 +9,14 @@ use rt_core::sim::{Command, Digest, Parameters, Sim};
 use rt_core::state::State;
 use rt_core::tissue::Method;
 
-/// Of the run below. They change only when the physics is meant to change: then run the test,
-/// look at what `poke` prints, and put the new ones here.
+/// Hashes of the run below. They change only with an intended change of the physics. Then run the
+/// test, check the output of `poke`, and enter the new hashes here.
 const GOLDEN: u64 = 0x928e9a2974940f03;
 const GOLDEN_SKINS: u64 = 0xb2c8b3e6b6118bd9;
 const GOLDEN_PAPER: u64 = 0x349da26f3ddce2bd;
 
-/// Comes, presses, slides, grasps, lifts, lets go, is lost and comes back.
+/// The instrument approaches, presses, slides, grasps, lifts and releases; the device is lost and
+/// returns.
 fn run(anatomy: &Anatomy, method: Method) -> u64 {
     let mut state = Box::new(State::new());
     let parameters = Parameters {
@@ -75,7 +76,7 @@ fn the_golden_run_repeats_bit_for_bit() {
     }
 }
 
-/// Presses for 400 ticks, 0.1 mm beside the way in the tick `nudged`; the digests of all ticks.
+/// Digests of 400 ticks of pressing; in the tick `nudged` the tip is 0.1 mm off its path.
 fn digests(anatomy: &Anatomy, nudged: Option<u64>) -> Vec<Digest> {
     let mut state = Box::new(State::new());
     let parameters = Parameters {
@@ -111,7 +112,7 @@ fn digests_of_two_runs_part_where_the_runs_do_and_name_the_organ_then() {
     assert_eq!(organ, Some(0), "the liver is pressed");
 }
 
-/// Presses and grasps; what the inputs of a tick are, given those before.
+/// Inputs of a tick of pressing and grasping, after those of the ticks before.
 fn work(bench: &mut Bench, tick: u64) {
     let depth = (tick as f32 / 200.0).min(1.0);
     let tip = Vec3::new(
@@ -145,7 +146,7 @@ fn whoever_goes_back_computes_the_same_again() {
                 sim.tick(&mut straight);
             }
             let end = sim.state_hash();
-            // To each of them, from whatever the one before has left behind.
+            // Goes back to each of them from a later state.
             for (from, checkpoint) in kept.into_iter().rev() {
                 let mut bench = Bench::new();
                 (0..from).for_each(|tick| work(&mut bench, tick));
@@ -159,7 +160,7 @@ fn whoever_goes_back_computes_the_same_again() {
                 assert_eq!(sim.state_hash(), end, "from tick {from}");
             }
         };
-        // A checkpoint is on the stack while it is made.
+        // `checkpoint` builds its result on the stack.
         let thread = std::thread::Builder::new()
             .stack_size(64 << 20)
             .spawn(again);

@@ -1,4 +1,4 @@
-//! Where methods fail: what tissue must survive, and what must not change its stiffness.
+//! Robustness of tissue, and the independence of its stiffness from the solver.
 
 mod rig;
 
@@ -8,7 +8,7 @@ use rt_core::scene::{Anchor, Attachment, Organ, RestSphere, Room, Scene};
 use rt_core::study::Tissue;
 use rt_core::tissue::{Bodies, Method};
 
-/// A bar of tissue, 12 × 5 × 5 cm, its left end held.
+/// A cantilever of tissue, 12 × 5 × 5 cm, with its left end held.
 struct Bar {
     anatomy: Anatomy,
     room: Room,
@@ -38,7 +38,7 @@ impl Bar {
         &mut self.anatomy.organs[0]
     }
 
-    /// A tenth of the earth's: the bar bends little, and in proportion.
+    /// Reduces gravity to a tenth, so that the bar bends little and linearly.
     fn with_gravity(mut self) -> Self {
         self.organ().gravity_share = 1.0;
         self.room.gravity_m_s2 = Vec3::new(0.0, 0.0, -0.981);
@@ -82,14 +82,14 @@ fn fastest_m_s(tissue: &Tissue<'_>, spheres: &[RestSphere]) -> f32 {
     all.fold(0.0, f32::max)
 }
 
-/// The sphere at the bar's free end.
+/// The sphere at the cantilever's free end.
 fn tip(spheres: &[RestSphere]) -> u32 {
     let x = |i: &u32| spheres[*i as usize].center_m.x;
     let all = 0..spheres.len() as u32;
     all.max_by(|a, b| x(a).total_cmp(&x(b))).unwrap_or(0)
 }
 
-/// How far the tip of the bar hangs down, m.
+/// Sag of the cantilever's tip, m.
 fn sag_m(bar: &Bar) -> f32 {
     bar.play(|tissue, spheres| {
         step(tissue, 4000);
@@ -167,7 +167,7 @@ fn deflection_goes_with_the_inverse_of_youngs_modulus_by_the_substep_rule() {
         bar.organ().substeps = substeps;
         sag_m(&bar)
     };
-    // Without strain-rate damping: its time is this material's, not that of a stiffer one.
+    // Without strain-rate damping, whose time would belong to another stiffness.
     let soft = sag(20_000.0, 2) * 20_000.0;
     let stiff = sag(320_000.0, 8) * 320_000.0;
     assert!((stiff / soft - 1.0).abs() < 0.06, "{stiff} {soft}");
@@ -244,7 +244,7 @@ fn pulled_to_five_times_its_length_it_comes_back() {
     });
 }
 
-/// Puts every free sphere elsewhere and waits.
+/// Displaces every free sphere and waits for recovery.
 fn recovers(name: &str, elsewhere: impl Fn(&Vec3, &mut u32) -> Vec3) {
     let bar = Bar::new();
     let left_m = bar.play(|tissue, spheres| {
@@ -310,7 +310,7 @@ fn turned_inside_out_it_comes_back() {
 
 #[test]
 fn hanging_far_from_the_origin_it_is_still() {
-    // Displacement and step are stored, not positions: rounding is not amplified into speed.
+    // Displacement and step are stored, not positions, so rounding is not amplified into speed.
     for substeps in [1, 4, 8] {
         let mut bar = Bar::new().with_gravity();
         bar.organ().substeps = substeps;

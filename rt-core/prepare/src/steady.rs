@@ -129,12 +129,12 @@ impl Alone {
             let way = Vec3::new(level * cos, level * sin, up);
             tissue.put(i, &Vec3::zeros(), &(way * SHAKEN_M_S));
         }
-        let mut put_back = 0;
+        let mut quarantined = 0;
         for _ in 0..TICKS {
-            put_back += tissue.step();
+            quarantined += tissue.step();
         }
         let is_slow = |i: u32| norm(&tissue.velocity_m_s(i)) < SHAKES_M_S;
-        put_back == 0 && spheres.all(is_slow)
+        quarantined == 0 && spheres.all(is_slow)
     }
 }
 

@@ -24,7 +24,7 @@ const _: () = {
     assert!(SphereState::AWAKE == SphereBits::AWAKE.0 as u32);
     assert!(SphereState::CONTACT == SphereBits::CONTACT.0 as u32);
     assert!(SphereState::GRASPED == SphereBits::GRASPED.0 as u32);
-    assert!(SphereState::GONE == SphereBits::GONE.0 as u32);
+    assert!(SphereState::GONE == SphereBits::REMOVED.0 as u32);
     assert!(words::Instrument::Grasper as u8 == Instrument::Grasper as u8);
     assert!(words::Instrument::Hook as u8 == Instrument::Hook as u8);
     assert!(words::Instrument::Scissors as u8 == Instrument::Scissors as u8);

@@ -22,7 +22,7 @@ use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::Scene;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::substeps::Outside;
+use crate::tissue::substeps::Coupling;
 use crate::tissue::{Bodies, Bounds};
 use crate::tool::Capsule;
 use crate::words::SphereBits;

@@ -1,5 +1,4 @@
-//! What the tissue does to the instrument, felt at the handle: the contacts' wrench about the port,
-//! through the lever.
+//! Force and torque at the handle: the contacts' wrench about the port, taken through the lever.
 
 use nalgebra::Matrix3;
 
@@ -7,20 +6,20 @@ use crate::contact::contact_force::{ContactForce, Pull};
 use crate::math::{self, Pose, Vec3};
 use crate::tool::{Kinematics, Tool, Wrench};
 
-/// What the hand feels, and the stiffness behind it.
+/// Force that the hand feels, and the stiffness behind it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Felt {
-    /// At the handle, world frame.
+    /// Wrench at the handle, world frame.
     pub(crate) wrench: Wrench,
-    /// At the handle, in the direction in which it is stiffest, N/m; never too low, at most 15 %
-    /// too high.
+    /// Stiffness at the handle in its stiffest direction, N/m: never too low, at most 15 % too
+    /// high.
     pub(crate) stiffness_n_m: f32,
-    /// What it answers to a movement within a tick, before the tissue has given way, N/m; never too low.
+    /// Stiffness against a movement within a tick, before the tissue yields, N/m; never too low.
     pub(crate) at_once_n_m: f32,
 }
 
-/// Adds up what every contact and the held tissue do at the handle. Where `renders_torque` is false
-/// the shaft turns freely in the hand: nothing of its torque is felt. O(contacts).
+/// Sums the forces of all contacts and of the held tissue at the handle. Where `renders_torque` is
+/// false, the shaft turns freely in the hand and its torque is not felt. O(contacts).
 pub(crate) fn felt(
     contacts: &[ContactForce],
     pull: Option<&Pull>,
@@ -66,7 +65,7 @@ pub(crate) fn felt(
     }
 }
 
-/// What a unit force along `normal` does at the handle of a shaft that turns freely in it.
+/// Force at the handle of a unit force along `normal`, with a shaft that turns freely in the hand.
 fn handle_way(
     kinematics: &Kinematics,
     world_from_handle: &Pose,
@@ -79,8 +78,8 @@ fn handle_way(
     kinematics.at_handle(world_from_handle, &free).force_n
 }
 
-/// Largest eigenvalue of a symmetric matrix without negative ones: `tr(M⁸)^⅛`, which is between it
-/// and `3^⅛ = 1.15` times it. A step in one contact's stiffness is a step here, and no larger.
+/// Upper bound of the largest eigenvalue of a positive semidefinite matrix: `tr(M⁸)^⅛`, between it
+/// and `3^⅛ = 1.15` times it. It changes by no more than the stiffness of a contact changes.
 fn stiffest(m: &Matrix3<f32>) -> f32 {
     let size = m.trace();
     if size <= f32::MIN_POSITIVE {
@@ -104,7 +103,7 @@ mod tests {
     };
 
     fn handle() -> Pose {
-        // 0.2 outside, 0.1 inside.
+        // 0.2 m outside the body, 0.1 m inside.
         Pose::from_parts(Vec3::new(0.0, 0.0, 0.2).into(), Quat::identity())
     }
 
@@ -211,8 +210,8 @@ mod tests {
     }
 
     proptest! {
-        /// Springs that give when the hand moves a little: the change of force is no larger than
-        /// the stiffness says, and in some direction at least 1/1.15 of it.
+        /// A small motion of the hand changes the springs' force by no more than the stiffness
+        /// predicts, and in some direction by at least 1/1.15 of that.
         #[test]
         fn the_stiffness_is_that_of_the_stiffest_direction(all in contacts(), way in vector(1.0)) {
             let stiffness = felt(&all, None).stiffness_n_m;
@@ -237,7 +236,7 @@ mod tests {
             prop_assert!(found * 1.16 + 1.0e-2 >= stiffness || all.is_empty(), "{found} {stiffness}");
         }
 
-        /// The hand's work is the contacts' work, in whatever direction it moves.
+        /// The hand's work equals the contacts' work, in any direction of motion.
         #[test]
         fn the_hand_gives_what_the_contacts_take(all in contacts(), way in vector(1.0)) {
             let felt = super::felt(&all, None, &LEVER, &handle(), false);
@@ -248,7 +247,7 @@ mod tests {
             prop_assert!((felt.wrench.force_n.dot(&way) - taken).abs() < tolerance);
         }
 
-        /// Turned with the room or seen in a mirror: the same force, the same stiffness.
+        /// Force and stiffness are invariant under rotation of the room and reflection.
         #[test]
         fn the_room_may_turn_and_be_mirrored(all in contacts(), turn in vector(3.0)) {
             let here = felt(&all, None);

@@ -1,14 +1,16 @@
-//! The only way out for force. What the simulation wants passes every gate, in this order:
-//! finite, enable and ramp (stale, lost, paused and tripped included), stiffness, passivity, clamp
-//! with thermal limit, slew, finite again.
+//! The only exit of force: every force to the device passes these gates.
 //!
-//! Those that cut the force at once come first, and nothing behind them is asked: what is cut does
-//! not fade. The ramp comes before passivity, for damping that takes energy out must not fade with
-//! it; clamp and slew come last, so that they bound what leaves, ramp and damping included, and slew
-//! behind the clamp, so that what merely is too strong does not count as too fast.
+//! Order: finite, enable and ramp (stale, lost, paused and tripped included), stiffness, passivity,
+//! clamp with thermal limit, slew, finite again.
 //!
-//! Trips latch until a person enables the force again. A stale or lost device does not: it ends with
-//! its cause, and the force rises by the ramp. Every gate that acts raises its fault.
+//! Gates that cut the force at once come first and end the chain, so that a cut force does not
+//! fade. The ramp comes before passivity, because damping that takes energy out must not fade with
+//! it. Clamp and slew come last, so that they bound everything that leaves. Slew follows the clamp,
+//! so that a force that is only too strong does not count as too fast.
+//!
+//! A trip latches until a person enables the force again. A stale or lost device does not latch:
+//! its effect ends with its cause, and the force rises by the ramp. Every gate that acts raises its
+//! fault.
 
 use crate::fault::{Fault, FaultSet};
 use crate::haptics::passivity::Passivity;
@@ -19,58 +21,60 @@ use crate::words::Status;
 
 /// Largest change of force in a tick, N. A Touch reaches its peak in 3.3 ms.
 const SLEW_N: f32 = 1.0;
-/// Share that is let through of the stiffness at which a loop of that damping and delay begins to
-/// swing (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). The rule holds for the
-/// emulated Touch (`evaluate haptics`), so that little has to be given away.
+/// Share that is rendered of the stiffness at which a loop of the device's damping and delay begins
+/// to oscillate (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). A larger share
+/// renders stiffer contact with less margin. The rule holds for the emulated Touch (`evaluate
+/// haptics`), so a small margin suffices.
 const STABLE_SHARE: f32 = 0.7;
-/// How much of the force that was another share takes or gives in a tick, N, and half of what the force changes by
-/// itself: less than is felt.
-const SHARE_STEP_N: f32 = 0.001;
-/// A stiffness counts for so many ticks after it was, then fades: one that flickers (spheres that stick and slip) is
-/// rendered as the stiffest that it is, steadily.
+/// Force by which the stiffness gate's share may change in a tick, N, besides half of the change of
+/// the force itself. It is below the threshold of feeling; a larger one is felt as a knock.
+const SCALE_STEP_N: f32 = 0.001;
+/// Ticks for which the largest stiffness is held before it fades. A stiffness that flickers
+/// (spheres that stick and slip) is thus rendered steadily, as its maximum.
 const STIFF_TICKS: u32 = 50;
-/// Nothing is stiffer, N/m: what has no end would not fade.
+/// Largest stiffness that is remembered, N/m: an infinite one would never fade.
 const RIGID_N_M: f32 = 1.0e6;
-/// What a tick leaves of one that fades.
+/// Factor per tick by which a remembered stiffness fades. A larger one fades more slowly.
 const FADES: f32 = 0.98;
-/// A share below this counts as this where it divides: of walls of 20 kN/m a device without damping
-/// to speak of may render a thousandth.
-const SHARE_MIN: f32 = 1.0e-4;
-/// Longest delay of a device that a stiffness is computed for, s.
+/// Least share that serves as a divisor. A device with hardly any damping may render a thousandth
+/// of a wall of 20 kN/m.
+const SCALE_MIN: f32 = 1.0e-4;
+/// Longest delay of a device for which a stiffness is computed, s.
 const DELAY_MAX_S: f32 = 0.1;
-/// Largest change of torque in a tick, as a share of the peak: as quick as force is.
+/// Largest change of torque in a tick, as a share of the peak: as quick as that of force.
 const TORQUE_SLEW: f32 = 0.3;
-/// Fastest handle that force is rendered for, m/s.
+/// Speed of the handle above which the force trips, m/s.
 const SPEED_TRIP_M_S: f32 = 1.2;
-/// Time constant of the motors' heat, s. Assumed: makers do not publish it. 4 s at the peak of
-/// a Touch reach its limit.
+/// Time constant of the motors' heating, s. Assumed: makers do not publish it. After 4 s at the
+/// peak, a Touch reaches its thermal limit.
 const HEAT_TIME_S: f32 = 60.0;
-/// Share of the continuous limit's heat at which the peak begins to come down.
+/// Share of the continuous limit's heat at which the limit begins to fall from the peak. Raising it
+/// makes the fall shorter and steeper.
 const WARM: f32 = 0.8;
-/// Time in which force falls from full to nothing when the sample is stale or the simulation
-/// pauses, s.
+/// Time in which force falls from full to zero after the sample became stale or the simulation
+/// paused, s.
 const FALL_S: f32 = 0.02;
 
-/// What the simulation wants the hand to feel.
+/// Force that the simulation asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
     /// Force on the handle, N, in any one frame.
     pub force_n: Vec3,
     /// Torque on the handle, N m, in the same frame.
     pub torque_n_m: Vec3,
-    /// Stiffness behind it at the handle, N/m.
+    /// Stiffness of the contact at the handle, N/m.
     pub stiffness_n_m: f32,
-    /// Where the handle is, m, in the same frame, if this tick brought a sample.
+    /// Position of the handle, m, in that frame, if this tick brought a sample.
     pub handle_m: Option<Vec3>,
     /// Speed of the handle, m/s.
     pub speed_m_s: f32,
-    /// Whether the device can be relied on.
+    /// Status of the device.
     pub device: Status,
-    /// The simulation stands still.
+    /// True while the simulation is paused.
     pub paused: bool,
 }
 
-/// The gates and what they remember.
+/// The gates and their state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputLimit {
     peak_n: f32,
@@ -81,25 +85,26 @@ pub struct OutputLimit {
     ramp_s: f32,
     enabled: bool,
     tripped: bool,
-    /// Rises to 1 over the ramp.
+    /// Ramp: rises from 0 to 1.
     gain: f32,
-    /// Stiffness of the contact, N/m, the largest of late, and for how long already.
+    /// Largest recent stiffness of the contact, N/m, and the ticks since it was measured.
     stiffness_n_m: f32,
     stiff_ticks: u32,
-    /// Share that the stiffness leaves.
-    share: f32,
-    /// Size of the last force that was wanted, N; nothing where it was cut: what comes then begins with its own share.
+    /// Share of the force that the stiffness gate lets through.
+    stiffness_scale: f32,
+    /// Size of the force demanded in the last tick, N; 0 after a cut, so that the next force begins
+    /// with its own share.
     wanted_n: f32,
     /// Running mean of the squared force, N².
     heat_n2: f32,
-    /// What left in the last tick.
+    /// Command of the last tick.
     last: ForceCommand,
 }
 
-/// Limits below this (N, N/m, s) are 0: squares of smaller forces lose their digits.
+/// A limit below this (N, N/m, s) counts as 0: squares of smaller forces lose their digits.
 const LIMIT_MIN: f32 = 1.0e-9;
 
-/// A limit that is not a positive number lets nothing through.
+/// The limit, or 0 if it is not a positive number.
 fn safe(limit: f32) -> f32 {
     if limit.is_finite() && limit >= LIMIT_MIN {
         limit
@@ -125,14 +130,14 @@ impl OutputLimit {
             gain: 0.0,
             stiffness_n_m: 0.0,
             stiff_ticks: 0,
-            share: 1.0,
+            stiffness_scale: 1.0,
             wanted_n: 0.0,
             heat_n2: 0.0,
             last: ForceCommand::default(),
         }
     }
 
-    /// A person lets force through (this also clears a trip) or cuts it.
+    /// Enables the force by a person's command (this also clears a trip), or cuts it.
     pub fn enable(&mut self, enabled: bool) {
         self.enabled = enabled;
         self.tripped = false;
@@ -140,13 +145,13 @@ impl OutputLimit {
         self.wanted_n = 0.0;
     }
 
-    /// Whether force may leave: enabled and not tripped.
+    /// True if force may leave: enabled and not tripped.
     #[must_use]
     pub const fn is_open(&self) -> bool {
         self.enabled && !self.tripped
     }
 
-    /// No tick ran for so long that nobody answered for the force: it rises from nothing again.
+    /// Starts the force from zero again, after a time without ticks.
     pub fn restart(&mut self) {
         self.gain = 0.0;
         self.wanted_n = 0.0;
@@ -154,28 +159,28 @@ impl OutputLimit {
         self.passivity.forget();
     }
 
-    /// Stiffest contact that is rendered as it is, N/m: what the device states, or what its
-    /// damping bears at its delay.
+    /// Stiffest contact that is rendered unscaled, N/m: as the device states, or as its damping
+    /// allows at its delay.
     #[must_use]
     pub const fn stiffness_max_n_m(&self) -> f32 {
         self.stiffness_max_n_m
     }
 
-    /// The most that can be rendered now of a force, N: its stiffness, and the motors' heat, leave
-    /// so much of the peak. `None` of a device without motors.
+    /// Largest demand that can be rendered fully now, N: the present peak over the stiffness gate's
+    /// share. `None` for a device without motors.
     pub(crate) fn rendered_n(&self) -> Option<f32> {
-        (self.peak_n > 0.0).then(|| self.limit_n() / self.share.max(SHARE_MIN))
+        (self.peak_n > 0.0).then(|| self.limit_n() / self.stiffness_scale.max(SCALE_MIN))
     }
 
-    /// What the hand put into contact and its device's damping, and did not get back, J. Below
-    /// nothing the loop makes energy, and is damped.
+    /// Energy that the hand put into contact and the device's damping and did not get back, J.
+    /// Below zero the loop makes energy and is damped.
     #[must_use]
     pub const fn energy_j(&self) -> f32 {
         self.passivity.energy_j()
     }
 
-    /// What may leave in this tick, in the demand's frame. Never more than the device's peaks,
-    /// always finite.
+    /// Passes a demand through all gates. The result is in the demand's frame, finite, and never
+    /// above the device's peaks.
     pub fn apply(&mut self, demand: &Demand, faults: &mut FaultSet) -> ForceCommand {
         faults.raise_if(demand.device == Status::Stale, Fault::StaleDevice);
         faults.raise_if(demand.device == Status::Lost, Fault::LostDevice);
@@ -197,7 +202,7 @@ impl OutputLimit {
                 torque_n_m: self.limit_torque(&(demand.torque_n_m * share), faults),
             }
         } else {
-            // Cut at once: a force that nobody can answer for does not fade.
+            // Cut at once: a force that is not safe must not fade.
             self.gain = 0.0;
             self.wanted_n = 0.0;
             ForceCommand::default()
@@ -220,7 +225,7 @@ impl OutputLimit {
     }
 
     fn trip(&mut self, demand: &Demand, faults: &mut FaultSet) {
-        // Written so that a speed that is not a number trips.
+        // Written so that a NaN speed trips.
         let is_slow = demand.speed_m_s <= SPEED_TRIP_M_S;
         if self.is_open() && !is_slow {
             self.tripped = true;
@@ -237,8 +242,8 @@ impl OutputLimit {
         self.gain = (self.gain + step).clamp(0.0, 1.0);
     }
 
-    /// What share of the force keeps the stiffness within the device's. It goes there in small
-    /// steps of force: a contact that comes or goes under a load is not felt as a knock.
+    /// Share of the force that keeps the stiffness within the device's. It changes in small steps
+    /// of force, so that a contact that begins or ends under load is not felt as a knock.
     fn cap_stiffness(&mut self, demand: &Demand, faults: &mut FaultSet) -> f32 {
         self.remember_stiffness(demand.stiffness_n_m);
         let too_stiff = self.stiffness_n_m > self.stiffness_max_n_m;
@@ -248,10 +253,10 @@ impl OutputLimit {
         } else {
             1.0
         };
-        // While the tissue pushes harder the hand feels no less, while it gives way no more, whatever
-        // comes into touch or leaves it: a force that falls as the hand goes deeper is not stable.
+        // While the tissue pushes harder, the felt force must not fall; while it yields, the felt
+        // force must not rise. A force that falls as the hand goes deeper is unstable.
         let wanted_n = math::norm(&demand.force_n);
-        let same = self.share * self.wanted_n / wanted_n.max(LIMIT_MIN);
+        let same = self.stiffness_scale * self.wanted_n / wanted_n.max(LIMIT_MIN);
         let goal = if wanted_n > self.wanted_n {
             goal.max(same)
         } else if wanted_n < self.wanted_n {
@@ -259,12 +264,12 @@ impl OutputLimit {
         } else {
             goal
         };
-        // What was felt already changes slowly; what begins now begins with its own share.
-        let step_n = SHARE_STEP_N + 0.5 * (wanted_n - self.wanted_n).abs();
+        // A felt force changes slowly; a new one begins with its own share.
+        let step_n = SCALE_STEP_N + 0.5 * (wanted_n - self.wanted_n).abs();
         let step = step_n / self.wanted_n.max(step_n);
-        self.share += (goal - self.share).max(-step).min(step);
+        self.stiffness_scale += (goal - self.stiffness_scale).max(-step).min(step);
         self.wanted_n = wanted_n;
-        self.share
+        self.stiffness_scale
     }
 
     fn remember_stiffness(&mut self, now_n_m: f32) {
@@ -300,8 +305,8 @@ impl OutputLimit {
         slew(&self.last.torque_n_m, &torque, TORQUE_SLEW * peak, faults)
     }
 
-    /// The peak while the motors are cold; comes down to the continuous force as their heat
-    /// reaches what that force would make.
+    /// Present limit of the force, N: the peak while the motors are cold, falling to the continuous
+    /// force as their heat reaches that force's.
     fn limit_n(&self) -> f32 {
         let full = self.continuous_n * self.continuous_n;
         let excess = self.heat_n2 - WARM * full;
@@ -313,7 +318,7 @@ impl OutputLimit {
     }
 }
 
-/// Stiffest contact for a device; 0 where it states nothing that makes sense.
+/// Stiffest contact for a device, N/m; 0 if its figures make no sense.
 fn stiffness_max_n_m(device: &DeviceCapabilities) -> f32 {
     let period_s = if device.rate_hz >= 1.0 {
         device.rate_hz.recip().max(TICK_S)
@@ -333,7 +338,7 @@ fn is_sound(demand: &Demand) -> bool {
     finite && handle && !demand.stiffness_n_m.is_nan()
 }
 
-/// `wanted`, no longer than `limit`.
+/// `wanted`, shortened to `limit`.
 fn clamp(wanted: &Vec3, limit: f32, fault: Fault, faults: &mut FaultSet) -> Vec3 {
     if math::norm(wanted) <= limit {
         return *wanted;
@@ -345,7 +350,7 @@ fn clamp(wanted: &Vec3, limit: f32, fault: Fault, faults: &mut FaultSet) -> Vec3
     }
 }
 
-/// `wanted`, no further from `last` than `step_max`.
+/// `wanted`, moved to within `step_max` of `last`.
 fn slew(last: &Vec3, wanted: &Vec3, step_max: f32, faults: &mut FaultSet) -> Vec3 {
     let step = wanted - last;
     let length = math::norm(&step);

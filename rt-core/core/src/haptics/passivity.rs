@@ -1,28 +1,32 @@
-//! Passivity observer and controller on the handle (Hannaford and Ryu 2002, in the time domain).
+//! Passivity observer and controller at the handle (Hannaford and Ryu 2002, in the time domain).
 //!
-//! Contact may give the hand back what the hand put in, no more. The observer adds up the work that
-//! hand and device exchange with what is rendered: exact for the force that acted in each period,
-//! which is the one sent `delay` before. What the device's own damping takes counts as well. Where
-//! the sum falls below nothing, the loop makes energy (too stiff for its delay, samples that come
-//! late), and the controller takes it out again by damping, no stronger than the device renders.
+//! A contact may return to the hand the energy that the hand put in, no more. The observer sums the
+//! work that hand and device exchange with the rendered force. The sum is exact for the force that
+//! acted in each period, which was sent `delay` before. The device's own damping counts as well.
+//! Where the sum falls below zero, the loop makes energy: it is too stiff for its delay, or samples
+//! come late. The controller dissipates that energy by damping, at most as strong as the device
+//! renders.
 //!
-//! What tissue has swallowed must not hide what the loop makes, so the sum never stands above what
-//! the present force could give back on the way to where it began. Without contact it is forgotten.
+//! Energy that tissue dissipated must not hide energy that the loop makes. So the sum never exceeds
+//! the work that the present force could do on the way back to where contact began. Without contact
+//! it is reset.
 
 use crate::math::{self, Vec3};
 use crate::port::DeviceCapabilities;
 use crate::time::TICK_S;
 
-/// Longest delay that is looked at, ticks: that of a slow USB device.
+/// Longest delay that is compensated, ticks: that of a slow USB device.
 const DELAY_MAX: usize = 16;
-/// Ticks without force after which nothing is remembered.
+/// Ticks without force after which the energy is reset.
 const FREE_TICKS: u32 = 100;
-/// Speed below which nothing is damped, m/s: an encoder step of a Touch in 4 ms.
+/// Speed below which nothing is damped, m/s: one encoder step of a Touch in 4 ms. Raising it avoids
+/// noise and leaves more energy undamped.
 const STILL_M_S: f32 = 0.015;
-/// How much of a new speed is believed: encoder steps are coarse.
+/// Weight of a new speed in its running mean: encoder steps are coarse. A larger weight follows
+/// faster and is noisier.
 const SPEED_BLEND: f32 = 0.3;
 
-/// What the observer remembers. Positions and forces are in one frame, the device's.
+/// State of the observer. Positions and forces are in the device's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Passivity {
     damping_n_s_m: f32,
@@ -30,22 +34,22 @@ pub(crate) struct Passivity {
     /// Forces sent, the newest last.
     sent_n: [Vec3; DELAY_MAX],
     delay_ticks: usize,
-    /// The handle at its last sample.
+    /// Position of the handle at its last sample, m.
     handle_m: Option<Vec3>,
-    /// What acted since then, summed over its ticks, N.
+    /// Sum of the forces that acted in the ticks since then, N.
     acted_n: Vec3,
     ticks: f32,
     speed_m_s: Vec3,
-    /// Where the present contact began.
+    /// Position at which the present contact began, m.
     began_m: Vec3,
     free_ticks: u32,
-    /// Put in by the hand and not given back, J.
+    /// Energy that the hand put in and did not get back, J.
     energy_j: f32,
 }
 
 impl Passivity {
-    /// Nothing exchanged. Figures that make no sense count as none, and a delay no longer than can
-    /// be looked at.
+    /// An observer without energy. Figures of the device that make no sense count as 0, and its
+    /// delay as at most `DELAY_MAX`.
     pub(crate) fn new(device: &DeviceCapabilities) -> Self {
         let sane = |x: f32| if x.is_finite() { x.max(0.0) } else { 0.0 };
         Self {
@@ -63,7 +67,7 @@ impl Passivity {
         }
     }
 
-    /// A period has passed; `handle_m` is the handle if a sample of it came.
+    /// Accounts for one period; `handle_m` is the handle's position if a sample of it came.
     pub(crate) fn observe(&mut self, handle_m: Option<Vec3>) {
         let delay = self.delay_ticks.min(DELAY_MAX - 1);
         let acted_n = self.sent_n.iter().nth_back(delay).copied();
@@ -85,7 +89,7 @@ impl Passivity {
         self.ticks = 0.0;
     }
 
-    /// `wanted_n`, with what damping it takes; and whether it took any.
+    /// `wanted_n` plus the damping force; and true if damping acted.
     pub(crate) fn damp(&mut self, wanted_n: &Vec3) -> (Vec3, bool) {
         let Some(handle_m) = self.handle_m else {
             return (*wanted_n, false);
@@ -97,7 +101,7 @@ impl Passivity {
             if self.free_ticks > FREE_TICKS {
                 self.energy_j = 0.0;
             }
-            // No contact, no force: not even damping.
+            // Without contact there is no force, not even damping.
             return (*wanted_n, false);
         }
         self.free_ticks = 0;
@@ -108,14 +112,14 @@ impl Passivity {
         if self.energy_j >= 0.0 || moving <= 0.0 {
             return (*wanted_n, false);
         }
-        // What takes the debt away within a tick, or as much as the device renders.
+        // Damping that dissipates the deficit within a tick, limited to the device's.
         let whole_n_s_m = -self.energy_j / (TICK_S * speed * speed);
         let damping = whole_n_s_m.min(self.damping_max_n_s_m);
         let damped_n = wanted_n - self.speed_m_s * (damping * moving / speed);
         (damped_n, true)
     }
 
-    /// What leaves in this tick.
+    /// Records the force sent in this tick.
     pub(crate) fn note_sent(&mut self, force_n: &Vec3) {
         self.sent_n.rotate_left(1);
         if let Some(newest) = self.sent_n.last_mut() {
@@ -123,7 +127,7 @@ impl Passivity {
         }
     }
 
-    /// Nobody knows what happened meanwhile: starts anew.
+    /// Resets the observer, after a time that it did not see.
     pub(crate) fn forget(&mut self) {
         *self = Self {
             sent_n: [Vec3::zeros(); DELAY_MAX],
@@ -137,7 +141,7 @@ impl Passivity {
         };
     }
 
-    /// Put in by the hand and not given back, J.
+    /// Energy that the hand put in and did not get back, J.
     pub(crate) const fn energy_j(&self) -> f32 {
         self.energy_j
     }
@@ -156,8 +160,8 @@ mod tests {
         ..DeviceCapabilities::TOUCH
     };
 
-    /// The handle led along `x_m`, a tick each, against a wall of `stiffness` at 0: the forces, the
-    /// largest damping force, and the energy at the end.
+    /// Moves the handle along `way`, a position a tick, against a wall of `stiffness` at 0. Returns
+    /// the largest damping force and the energy at the end.
     fn led(
         way: impl Iterator<Item = f32>,
         stiffness: f32,
@@ -192,7 +196,8 @@ mod tests {
             assert!((passivity.energy_j() - energy).abs() < 1.0e-7);
             passivity.note_sent(&(Vec3::x() * force));
         }
-        // The device's own damping of 0.1 N s/m takes 0.1 · (10 m/s)² · 1 ms each way: nothing is left.
+        // The device's own damping of 0.05 N s/m takes 0.05 · (10 m/s)² · 1 ms = 5 mJ each way: the
+        // sum is zero.
         let damped = DeviceCapabilities {
             damping_n_s_m: 0.05,
             ..DEVICE
@@ -233,8 +238,8 @@ mod tests {
     }
 
     proptest! {
-        /// Nothing without contact, whatever was before; what is added opposes the movement and
-        /// stays within the device's damping.
+        /// Without contact no force is added. An added force opposes the movement and stays within
+        /// the device's damping.
         #[test]
         fn damping_is_only_damping(
             ways in prop::collection::vec((-0.002f32..0.002, -5.0f32..5.0, any::<bool>()), 1..200),

@@ -1,36 +1,37 @@
-//! Where the instrument is when the hand pushes harder than its device can push back.
+//! Proxy pose: the pose of the instrument when the hand pushes harder than the device can push
+//! back.
 //!
-//! The device's force ends at its limit. A hand that goes on would carry the instrument through
-//! organs with forces that it does not feel. So the instrument stays behind, as if the shaft gave
-//! way: it follows a handle that yields from the hand's by as much as keeps the tissue's force at
-//! what the hand feels (a god-object, Zilles and Salisbury 1995, on a spring that bears the device's
-//! limit and no more). Below the limit the two are one, and the tissue's force goes to the hand
-//! without a coupling between.
+//! The device's force is limited. A hand that pushes on would drive the instrument through organs
+//! with forces that it does not feel. So the instrument follows a handle that is displaced from the
+//! device pose, far enough to keep the tissue's force at the felt force. It is a god-object (Zilles
+//! and Salisbury 1995) on a spring that bears the device's limit and no more. Below the limit the
+//! proxy pose is the device pose, and the tissue's force reaches the hand without a coupling in
+//! between.
 
 use crate::math::{self, Pose, Vec3};
 
-/// Share of a force beyond the limit that is yielded to in a tick; less than one because the tissue
-/// answers a tick later.
+/// Share of the excess force that one tick removes by yielding. Below 1 because the tissue answers
+/// a tick later; a larger share follows faster and may oscillate.
 const GAIN: f32 = 0.25;
-/// Least stiffness that is reckoned with, N/m: what is softer is met in more ticks.
+/// Least stiffness by which an excess force is divided, N/m. Softer contact takes more ticks.
 const STIFFNESS_MIN_N_M: f32 = 50.0;
-/// The instrument comes back to the hand, and yields, no faster than this, m a tick.
+/// Largest change of the displacement in a tick, m.
 const STEP_MAX_M: f32 = 0.001;
-/// Farther it does not stay behind, m.
+/// Largest displacement of the instrument from the hand, m.
 const BEHIND_MAX_M: f32 = 0.05;
-/// A device that can do less than this, N, is taken for one that does this: the instrument must be
-/// able to press on tissue where nothing is felt.
+/// Least limit that is used, N. The instrument must be able to press on tissue even with a device
+/// that renders less.
 const LIMIT_MIN_N: f32 = 0.5;
 
-/// How far the instrument stays behind the hand.
+/// Displacement of the instrument from the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Proxy {
-    /// From the hand's handle to the instrument's, world frame, m.
+    /// From the device's handle to the instrument's, world frame, m.
     behind_m: Vec3,
 }
 
 impl Proxy {
-    /// Where the hand is.
+    /// No displacement.
     pub(crate) const AT_HAND: Self = Self {
         behind_m: Vec3::new(0.0, 0.0, 0.0),
     };
@@ -42,8 +43,9 @@ impl Proxy {
         handle
     }
 
-    /// After a tick in which tissue pushed on the handle with `force_n` (world frame), which answers a
-    /// movement by `stiffness_n_m` at most, and the device renders `limit_n` of it at most.
+    /// Updates the displacement after a tick in which tissue pushed on the handle with `force_n`
+    /// (world frame), of a stiffness of at most `stiffness_n_m`. The device renders at most
+    /// `limit_n` of the force.
     pub(crate) fn give_way(&mut self, force_n: &Vec3, stiffness_n_m: f32, limit_n: f32) {
         let over_n = math::norm(force_n) - limit_n.max(LIMIT_MIN_N);
         let step_m = GAIN * over_n.abs() / stiffness_n_m.max(STIFFNESS_MIN_N_M);
@@ -79,7 +81,7 @@ mod tests {
         // 0.2 N too much, 200 N/m: a quarter of 1 mm.
         proxy.give_way(&Vec3::new(0.0, 0.0, 3.2), 200.0, 3.0);
         assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_25)) < 1.0e-8);
-        // 0.1 N below: half of that back; then all.
+        // 0.1 N below: half of that back; then the rest.
         proxy.give_way(&Vec3::new(0.0, 0.0, 2.9), 200.0, 3.0);
         assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_125)) < 1.0e-8);
         proxy.give_way(&Vec3::zeros(), 0.0, 3.0);
@@ -87,7 +89,7 @@ mod tests {
     }
 
     proptest! {
-        /// Never far, never fast, whatever comes; without a force it is back within its way.
+        /// Displacement and step are bounded for any force; without a force it returns.
         #[test]
         fn it_is_continuous_and_comes_back(
             all in prop::collection::vec((vector(1.0e4), 0.0f32..1.0e6, 0.0f32..5.0), 0..200),
@@ -106,7 +108,7 @@ mod tests {
             prop_assert_eq!(proxy, Proxy::AT_HAND);
         }
 
-        /// On a spring of the stiffness that is told, or softer, the force comes to the limit.
+        /// On a spring of the stated stiffness, or a softer one, the force converges to the limit.
         #[test]
         fn the_force_comes_to_the_limit(
             depth_m in 0.0f32..0.03, stiffness in 60.0f32..1000.0, softer in 0.5f32..1.0,

@@ -1,47 +1,47 @@
-//! What the hand feels does not end from one tick to the next because something was decided: a pause, another
-//! instrument, jaws that let go, a new beginning. What is felt less for that reason fades.
+//! Transitions: a force that ends by a decision fades instead of ending in one tick. Decisions are
+//! a pause, another instrument, jaws that open, a reset. Only the missing part of the force fades.
 
 use crate::time::TICK_S;
 use crate::tool::Wrench;
 
-/// Time in which it does, s.
-const FADE_S: f32 = 0.02;
+/// Duration of a transition, s. Raising it makes the end of a force softer and later.
+const TRANSITION_S: f32 = 0.02;
 
-/// What is felt of what is no more.
+/// The part of a force that is fading.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fade {
-    /// What was felt in the last tick.
+pub(crate) struct Transition {
+    /// Wrench that was felt in the last tick.
     last: Wrench,
-    /// The rest of what is no more, and how much of it is still to be felt.
+    /// Missing part of the wrench at the start of the transition, and its share that is still felt.
     rest: Wrench,
     left: f32,
-    /// Something was decided since.
-    has_leapt: bool,
+    /// A transition begins with the next wrench.
+    is_discontinuous: bool,
 }
 
-impl Fade {
-    /// Nothing.
+impl Transition {
+    /// No transition.
     pub(crate) const NOTHING: Self = Self {
         last: Wrench::ZERO,
         rest: Wrench::ZERO,
         left: 0.0,
-        has_leapt: false,
+        is_discontinuous: false,
     };
 
-    /// What is felt from now on has nothing to do with what was.
-    pub(crate) fn leap(&mut self) {
-        self.has_leapt = true;
+    /// Begins a transition: the next wrench is unrelated to the last.
+    pub(crate) fn discontinuity(&mut self) {
+        self.is_discontinuous = true;
     }
 
-    /// What the hand feels in this tick where the tissue does `wrench`, at the handle.
+    /// Wrench that the hand feels in this tick, for the tissue's `wrench` at the handle.
     pub(crate) fn felt(&mut self, wrench: &Wrench) -> Wrench {
-        if self.has_leapt {
+        if self.is_discontinuous {
             let rest = self.last.plus(wrench, -1.0);
             self.rest = if rest.is_finite() { rest } else { Wrench::ZERO };
             self.left = 1.0;
-            self.has_leapt = false;
+            self.is_discontinuous = false;
         }
-        self.left = (self.left - TICK_S / FADE_S).max(0.0);
+        self.left = (self.left - TICK_S / TRANSITION_S).max(0.0);
         self.last = wrench.plus(&self.rest, self.left);
         self.last
     }
@@ -61,17 +61,17 @@ mod tests {
 
     #[test]
     fn what_ends_by_decision_fades_and_what_tissue_does_is_felt_at_once() {
-        let mut fade = Fade::NOTHING;
-        assert_eq!(fade.felt(&pulls(1.0)), pulls(1.0));
-        assert_eq!(fade.felt(&pulls(0.2)), pulls(0.2));
-        let mut last = fade.felt(&pulls(2.0));
-        fade.leap();
-        // Twice, the second on top of what is left of the first.
+        let mut transition = Transition::NOTHING;
+        assert_eq!(transition.felt(&pulls(1.0)), pulls(1.0));
+        assert_eq!(transition.felt(&pulls(0.2)), pulls(0.2));
+        let mut last = transition.felt(&pulls(2.0));
+        transition.discontinuity();
+        // Two transitions; the second begins before the first has ended.
         for tick in 0..60 {
             if tick == 10 {
-                fade.leap();
+                transition.discontinuity();
             }
-            let now = fade.felt(&pulls(if tick < 10 { 0.0 } else { 0.5 }));
+            let now = transition.felt(&pulls(if tick < 10 { 0.0 } else { 0.5 }));
             assert!(math::norm(&(now.force_n - last.force_n)) < 0.101, "{tick}");
             last = now;
         }
@@ -81,9 +81,9 @@ mod tests {
 
     #[test]
     fn what_is_no_number_does_not_stay() {
-        let mut fade = Fade::NOTHING;
-        let _ = fade.felt(&pulls(f32::NAN));
-        fade.leap();
-        assert_eq!(fade.felt(&pulls(1.0)), pulls(1.0));
+        let mut transition = Transition::NOTHING;
+        let _ = transition.felt(&pulls(f32::NAN));
+        transition.discontinuity();
+        assert_eq!(transition.felt(&pulls(1.0)), pulls(1.0));
     }
 }

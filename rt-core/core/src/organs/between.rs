@@ -13,7 +13,7 @@ use crate::organs::pairs::Pair;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::pace::{Moment, Pace};
+use crate::tissue::multirate::{Multirate, SubstepWindow};
 use crate::words::SphereBits;
 
 /// Distance from contact at the beginning of a tick within which a pair may touch in it, m. Spheres
@@ -114,17 +114,17 @@ impl Between {
     /// Presses apart the touching pairs that are due in the finest step `now` of the tick.
     pub(crate) fn press_due(&self, now: u32, scene: &Scene<'_>, bodies: &mut Bodies) {
         for close in &self.close {
-            if let Some(moment) = Moment::due(now, close.times, scene) {
+            if let Some(moment) = SubstepWindow::due(now, close.times, scene) {
                 press(&close.pair, &moment, scene, bodies);
             }
         }
     }
 }
 
-fn press(pair: &Pair, at: &Moment, scene: &Scene<'_>, bodies: &mut Bodies) {
+fn press(pair: &Pair, at: &SubstepWindow, scene: &Scene<'_>, bodies: &mut Bodies) {
     let [a, b] = [pair.a, pair.b].map(u32::from);
     let (node_a, node_b) = (*bodies.nodes.at(a), *bodies.nodes.at(b));
-    let [pace_a, pace_b] = [a, b].map(|sphere| Pace::of(sphere, at, scene, bodies));
+    let [pace_a, pace_b] = [a, b].map(|sphere| Multirate::of(sphere, at, scene, bodies));
     let start = node_a.away_at_start(&node_b);
     let now = (start + (pace_a.way(&node_a) - pace_b.way(&node_b))).vec3();
     let near_m = math::norm(&now);
@@ -159,7 +159,7 @@ fn press(pair: &Pair, at: &Moment, scene: &Scene<'_>, bodies: &mut Bodies) {
 fn is_gone(bodies: &Bodies, pair: &Pair) -> bool {
     [pair.a, pair.b].iter().any(|&i| {
         let bits = bodies.bits.at(u32::from(i));
-        bits.contains(SphereBits::GONE)
+        bits.contains(SphereBits::REMOVED)
     })
 }
 
@@ -173,7 +173,7 @@ mod tests {
     use crate::scene::{Organ, RestSphere};
     use crate::time::TICK_S;
     use crate::tissue::Method;
-    use crate::tissue::substeps::{self, Outside};
+    use crate::tissue::substeps::{self, Coupling};
     use std::boxed::Box;
 
     const RADIUS_M: f32 = 0.01;
@@ -190,12 +190,12 @@ mod tests {
 
     struct Only<'a>(&'a Between, &'a Scene<'a>);
 
-    impl Outside for Only<'_> {
-        fn lean(&mut self, _: u8, _: f32, _: &mut Bodies) {}
-        fn between(&mut self, now: u32, bodies: &mut Bodies) {
+    impl Coupling for Only<'_> {
+        fn pre_solve(&mut self, _: u8, _: f32, _: &mut Bodies) {}
+        fn couple(&mut self, now: u32, bodies: &mut Bodies) {
             self.0.press_due(now, self.1, bodies);
         }
-        fn press(&mut self, _: u8, _: f32, _: f32, _: &mut Bodies) {}
+        fn post_solve(&mut self, _: u8, _: f32, _: f32, _: &mut Bodies) {}
     }
 
     fn free(first: u32, spheres: u32, substeps: u32) -> Organ {

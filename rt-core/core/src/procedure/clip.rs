@@ -1,8 +1,9 @@
-//! Clips: what tubes the applier's jaws truly have between them is closed as far as the clip reaches.
+//! Clips: a closing applier closes the tubes between its jaws, as far as the clip reaches over
+//! them.
 //!
-//! A clip stays on its link of the tube and goes with it; the link is stiff and thin there. A tube that
-//! is squeezed flat is half its girth wide: what of that lies beyond the clip stays open. Steel is not
-//! cut (`cut.rs`), and what is not on a tube is lost.
+//! A clip stays on its link of the tube and moves with it; the link is stiff and thin there. A tube
+//! that is squeezed flat is half its circumference wide, and the part of it beyond the clip stays
+//! open. Scissors do not cut steel (`cut.rs`). A clip that is on no tube is lost.
 
 use heapless::Vec;
 
@@ -13,33 +14,34 @@ use crate::scene::{Link, Scene};
 use crate::tissue::tubes::Step;
 use crate::tissue::{Bodies, bar};
 
-/// Length of a closed clip (medium-large, titanium), m: it lies at the jaws' ends.
+/// Length of a closed clip (medium-large, titanium), m. It lies at the jaws' ends.
 const LENGTH_M: f32 = 0.009;
-/// Half the way along a tube that a clip takes, and blades that meet it, m.
+/// Half of the length of tube that a clip occupies, and within which it stops blades, m.
 const HALF_WIDTH_M: f32 = 0.001_2;
-/// Compliance of a clipped link beside that of the tube.
+/// Compliance of a clipped link relative to that of the tube.
 const STIFF: f32 = 0.02;
-/// How thick a tube is where it is closed altogether, beside what it was.
+/// Thickness of a tube that is fully closed, relative to the open tube.
 const SQUEEZED: f32 = 0.5;
 
 /// A clip on a tube.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clip {
-    /// The clip's number, from 0. One that has two tubes between its legs is on both.
+    /// Number of the clip, from 0. A clip that closes two tubes is listed on both.
     pub number: u32,
-    /// The spheres between which it lies.
+    /// Spheres between which it lies.
     pub spheres: [u32; 2],
-    /// How far from the first of them to the second, 0 to 1.
+    /// Position from the first sphere, 0, to the second, 1.
     pub share: f32,
-    /// Share of the tube's inside that it closes.
+    /// Share of the tube's lumen that it closes.
     pub closed: f32,
-    /// Along its legs, from the bend to the open ends: a unit vector across the tube, world frame.
+    /// Direction of its legs, from the bend to the open ends: a unit vector across the tube, world
+    /// frame.
     pub legs: Vec3,
     link: u32,
 }
 
 impl Clip {
-    /// Where it is, world frame, m.
+    /// Position, world frame, m.
     fn at_m(&self, bodies: &Bodies) -> Vec3 {
         let [a, b] = self.spheres.map(|it| bodies.nodes.at(it).center_m());
         a + (b - a) * self.share
@@ -54,18 +56,18 @@ pub(crate) struct Clips {
 }
 
 impl Clips {
-    /// Those on tubes.
+    /// Clips on tubes.
     pub(crate) fn on_tubes(&self) -> &[Clip] {
         &self.on
     }
 
-    /// How many are left in the applier.
+    /// Number of clips left in the applier.
     pub(crate) const fn left(&self) -> u32 {
         CLIPS.saturating_sub(self.used)
     }
 
-    /// Which organs have a tube between closing jaws. The applier holds these and nothing beside them, and
-    /// does so before they touch, for the ends of a clip close first: what is within its legs cannot slip out.
+    /// Organs with a tube between closing jaws. The applier holds only these, and before the jaws
+    /// touch them: the ends of a clip close first, so tissue within its legs cannot slip out.
     pub(crate) fn between(
         jaws: &Jaws<'_>,
         scene: &Scene<'_>,
@@ -81,8 +83,8 @@ impl Clips {
         between
     }
 
-    /// Closes the next clip on every tube between `jaws`, if there is one left. `closed` hears of each
-    /// organ with such a tube, or of none, and of the clip's number. O(beads).
+    /// Closes the next clip on every tube between `jaws`, if a clip is left. `closed` receives each
+    /// organ with such a tube, or `None`, and the clip's number. O(beads).
     pub(crate) fn close(
         &mut self,
         jaws: &Jaws<'_>,
@@ -127,7 +129,7 @@ impl Clips {
         }
     }
 
-    /// Closes the next clip on this step of a tube altogether, whatever the applier does.
+    /// Closes the next clip fully on this step of a tube, without an applier.
     pub(crate) fn put_on(&mut self, step: &Step, bodies: &mut Bodies) {
         let (ends_m, _) = lies(step, bodies);
         let clip = Clip {
@@ -144,13 +146,13 @@ impl Clips {
         }
     }
 
-    /// Share of a link's inside that clips leave open.
+    /// Share of a link's lumen that clips leave open.
     pub(crate) fn open(&self, link: u32) -> f32 {
         let own = self.on.iter().filter(|clip| clip.link == link);
         own.fold(1.0, |open, clip| open.min(1.0 - clip.closed))
     }
 
-    /// Where they are, world frame, m, and the links that they are on.
+    /// Links with clips, and the clips' positions, world frame, m.
     pub(crate) fn places(&self, bodies: &Bodies) -> Vec<(u32, Vec3), MAX_CLIPPED> {
         let mut places = Vec::new();
         for clip in &self.on {
@@ -159,8 +161,8 @@ impl Clips {
         places
     }
 
-    /// Holds what they are on together, after the constraints of organ `organ` in a substep, and turns with it;
-    /// that of every organ if none is given.
+    /// Holds clipped tubes together and turns each clip with its tube, after the constraints of a
+    /// substep of `organ`; those of every organ if `organ` is `None`.
     pub(crate) fn carry(&mut self, organ: Option<u8>, scene: &Scene<'_>, bodies: &mut Bodies) {
         for clip in &mut self.on {
             let [a, b] = clip.spheres;
@@ -188,8 +190,8 @@ impl Clips {
     }
 }
 
-/// Whether a clip at one of these places is in the way of blades that would cut a bar (the link with
-/// this index, if it is one) here.
+/// True if a clip at one of these places blocks blades that would cut here. `link` is the index of
+/// the link to be cut, if it is one.
 pub(crate) fn guards(places: &[(u32, Vec3)], link: Option<u32>, at_m: &Vec3) -> bool {
     let is_there =
         |place: &(u32, Vec3)| Some(place.0) == link || math::norm(&(place.1 - at_m)) < HALF_WIDTH_M;
@@ -202,15 +204,15 @@ fn squeeze(clip: &Clip, bodies: &mut Bodies) {
     *radius_m *= 1.0 - (1.0 - SQUEEZED) * clip.closed;
 }
 
-/// Where a step along a tube lies, world frame, m, and how thick it is.
+/// Ends of a step along a tube, world frame, m, and its radius, m.
 fn lies(step: &Step, bodies: &Bodies) -> ([Vec3; 2], f32) {
     let spheres = [u32::from(step.a), u32::from(step.b)];
     let [a, b] = spheres.map(|it| *bodies.radius_m.at(it));
     (spheres.map(|it| bodies.nodes.at(it).center_m()), a.min(b))
 }
 
-/// Where a link with these ends (world frame, m) crosses between the jaws, as a share of it, and which
-/// share of its tube's inside a clip at their ends closes there.
+/// Position at which a link with these ends (world frame, m) crosses between the jaws, as a share
+/// of the link, and the share of the lumen that a clip at the jaws' ends closes there.
 fn reach(jaws: &Jaws<'_>, ends_m: &[Vec3; 2], radius_m: f32) -> Option<(f32, f32)> {
     let crossing = jaws.crossing(ends_m, radius_m)?;
     let (tip_m, half_m) = (

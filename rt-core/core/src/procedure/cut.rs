@@ -1,9 +1,10 @@
-//! Scissors: what runs from one side of their blades to the other is cut as they close.
+//! Scissors: closing blades cut links that cross between them.
 //!
-//! Links of tubes, bands and sutures are cut by as much as the blades close on them, from where they
-//! are as thick as the gap of the blades; what blades push out of themselves is cut by as much as
-//! they had closed on it. Their edges dig in: what they meet goes with them. Of the cutting force the hand feels nothing: handles close by a button,
-//! and between the blades it is in balance. What it feels is what the tissue no longer bears.
+//! Links of tubes, bands and sutures are damaged by as much as the blades close on them, from the
+//! moment at which the gap is as narrow as they are thick. A link that slides out from between the
+//! blades is damaged by as much as they had closed on it. The edges grip: tissue between them moves
+//! with them. The hand does not feel the cutting force, because the handle closes by a button and
+//! the force is in balance between the blades. It feels that the severed tissue no longer pulls.
 //! Tetrahedra are not cut yet.
 
 use crate::math::Vec3;
@@ -11,12 +12,11 @@ use crate::procedure::clip::guards;
 use crate::procedure::grasp::Jaws;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
-use crate::tissue::part::{Apart, part_all, sparing_none};
+use crate::tissue::damage::{Apart, damage_all, sparing_none};
 
-/// Cuts what is between these blades, which have closed by `closed` of their opening, but no clip and
-/// nothing under one (`clips`: links and places, world frame, m); `cut` hears
-/// of what they have severed. Returns whether something is left between their edges. O(attachments and
-/// elastic links of organs that move).
+/// Cuts links between these blades, which have closed by `closed` of their opening, except at clips
+/// (`clips`: links and places, world frame, m). `cut` receives each severed link. Returns true if
+/// tissue remains between the edges. O(attachments and elastic links of organs that move).
 pub(crate) fn cut_all(
     blades: &Jaws<'_>,
     closed: f32,
@@ -26,7 +26,7 @@ pub(crate) fn cut_all(
     cut: impl FnMut(Apart),
 ) -> bool {
     let mut is_cutting = false;
-    part_all(scene, bodies, sparing_none, cut, |bar, parted| {
+    damage_all(scene, bodies, sparing_none, cut, |bar, parted| {
         let Some(crossing) = blades.crossing(&bar.ends_m, bar.radius_m) else {
             return parted;
         };

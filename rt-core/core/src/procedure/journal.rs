@@ -1,4 +1,4 @@
-//! What happened in a tick that somebody outside may want to know.
+//! Journal: the events of a tick that the host records.
 
 use heapless::Vec;
 
@@ -11,13 +11,13 @@ use crate::scene::Organ;
 use crate::tool::Tool;
 use crate::words::{Event, EventKind};
 
-/// Ticks without contact after which the instrument has left an organ: a tip that trembles at
-/// the surface is one contact.
+/// Ticks without contact after which the instrument has left an organ. A tip that trembles at the
+/// surface thus makes one contact. Raising it merges more touches into one.
 const RELEASE_TICKS: u32 = 50;
-/// Ticks in which a fault that comes and goes raises one event.
+/// Ticks in which one kind of fault raises at most one event.
 const FAULT_QUIET_TICKS: u32 = 1000;
 
-/// Collects a tick's events, and knows what was told already.
+/// Collects the events of a tick, and the state that prevents repeated events.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Journal {
     events: Vec<Event, MAX_EVENTS_PER_TICK>,
@@ -25,12 +25,12 @@ pub(crate) struct Journal {
     /// Ticks until each organ counts as left; 0: not touched.
     touching: [u32; MAX_ORGANS],
     electro: u8,
-    /// Ticks until each fault may be told again.
+    /// Ticks until each fault may raise an event again.
     fault_quiet: [u32; FAULT_COUNT],
 }
 
 impl Journal {
-    /// A new tick.
+    /// Begins a tick.
     pub(crate) fn begin(&mut self) {
         self.events.clear();
         self.is_full = false;
@@ -40,22 +40,22 @@ impl Journal {
         &self.events
     }
 
-    /// Tells of it; that there was no room is counted once the tick is over.
+    /// Adds an event. A lack of room is counted at the end of the tick.
     pub(crate) fn raise(&mut self, event: Event) {
         self.is_full |= self.events.push(event).is_err();
     }
 
-    /// Whether this tick can tell of more.
+    /// True if this tick has room for another event.
     pub(crate) fn has_room(&self) -> bool {
         !self.events.is_full()
     }
 
-    /// Whether an event of this tick was lost.
+    /// True if an event of this tick was lost.
     pub(crate) const fn is_full(&self) -> bool {
         self.is_full
     }
 
-    /// Contact and release, organ by organ. `force_n` is what the hand feels.
+    /// Contact and release events, organ by organ. `force_n` is the force on the hand.
     pub(crate) fn note_contacts(&mut self, list: &[ContactForce], organs: &[Organ], force_n: f32) {
         for (organ, _) in (0u8..).zip(organs) {
             let contact = list
@@ -104,7 +104,7 @@ impl Journal {
         }
     }
 
-    /// Faults that a person should hear of, each at most once a second.
+    /// Events of faults that concern a person, each at most once a second.
     pub(crate) fn note_faults(&mut self, faults: &FaultSet, at_m: Vec3) {
         for fault in Fault::ALL {
             let Some(quiet) = self.fault_quiet.get_mut(usize::from(fault.code())) else {

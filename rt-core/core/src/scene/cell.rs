@@ -1,59 +1,59 @@
-//! Cells of layered tissue: what is taken away bit by bit.
+//! Cells of layered tissue: hexahedra of fat and connective tissue that are removed one by one.
 
 use crate::capacity::{MAX_CELLS, MAX_SKIN_VERTICES};
 use crate::math::Vec3;
 use crate::scene::{SKIN_BINDINGS, Scene, SceneError};
 
-/// Cells under one contact vertex, at most.
+/// Most cells directly under one contact vertex.
 pub const COLUMNS: usize = 6;
 
-/// Stands for no cell.
+/// Index that stands for no cell.
 pub const NO_CELL: u16 = u16::MAX;
 
 /// A hexahedron of tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
-    /// Spheres of one organ that its middle follows, the nearest first: for that one it stands.
+    /// Spheres of one organ that carry its centre, nearest first. The cell represents the nearest.
     pub spheres: [u16; SKIN_BINDINGS],
-    /// Their weights; the sum is 1.
+    /// Weights of the spheres; the sum is 1.
     pub weights: [f32; SKIN_BINDINGS],
-    /// The cells across its faces, two by two on either side; [`NO_CELL`] where there is none.
+    /// Neighbours across its faces, in pairs of opposite faces; [`NO_CELL`] where there is none.
     pub neighbours: [u16; 6],
-    /// Middle at rest, world frame, m.
+    /// Centre at rest, world frame, m.
     pub center_m: Vec3,
-    /// Length between each two faces, m.
+    /// Distance of each two opposite faces, m.
     pub extent_m: [f32; 3],
     /// Volume, m³.
     pub volume_m3: f32,
-    /// What it takes to remove it, J.
+    /// Energy that removes it, J.
     pub energy_j: f32,
 }
 
 impl Cell {
-    /// The sphere for which it stands.
+    /// Sphere that it represents.
     pub(crate) fn sphere(&self) -> u32 {
         u32::from(self.spheres[0])
     }
 
-    /// The cell across this face.
+    /// Neighbour across this face.
     pub(crate) fn across(&self, face: u8) -> u16 {
         self.neighbours
             .get(usize::from(face))
             .map_or(NO_CELL, |n| *n)
     }
 
-    /// Its length through this face, m.
+    /// Extent perpendicular to this face, m.
     pub(crate) fn through_m(&self, face: u8) -> f32 {
         self.extent_m.get(usize::from(face / 2)).map_or(0.0, |m| *m)
     }
 }
 
-/// The cells that lie under a vertex of a contact skin.
+/// Cells under a vertex of a contact skin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Column {
-    /// Those at the surface; [`NO_CELL`] where there are fewer.
+    /// Cells at the surface; [`NO_CELL`] in unused places.
     pub cells: [u16; COLUMNS],
-    /// The face of each that leads away from the surface, and of those behind it.
+    /// Face of each through which the cells behind it follow, away from the surface.
     pub inwards: [u8; COLUMNS],
 }
 
@@ -62,7 +62,7 @@ pub struct Column {
 pub struct Layers<'a> {
     /// Cells.
     pub cells: &'a [Cell],
-    /// For every contact vertex; empty if there are no cells.
+    /// Columns of all contact vertices; empty if there are no cells.
     pub columns: &'a [Column],
 }
 
@@ -72,18 +72,18 @@ impl<'a> Layers<'a> {
         self.cells.get(usize::from(index))
     }
 
-    /// What lies under a contact vertex.
+    /// Cells under a contact vertex.
     pub(crate) fn column(&self, vertex: u16) -> Option<&'a Column> {
         self.columns.get(usize::from(vertex))
     }
 }
 
 impl<'a> Scene<'a> {
-    /// With cells of layered tissue.
+    /// Adds cells of layered tissue.
     ///
     /// # Errors
-    /// When one follows spheres that do not exist, a neighbour or column names no cell, or a value is
-    /// out of range.
+    /// If a cell follows spheres that do not exist, a neighbour or column names no cell, or a value
+    /// is out of range.
     pub fn with_cells(mut self, layers: Layers<'a>) -> Result<Self, SceneError> {
         let too_many = |what, count, limit| SceneError::TooMany { what, count, limit };
         let (cells, columns) = (layers.cells, layers.columns);

@@ -1,4 +1,4 @@
-//! What a scene must be for the tick to rely on it.
+//! Validation of a scene: the conditions on which the tick relies.
 
 use core::fmt;
 
@@ -11,19 +11,19 @@ use crate::scene::{
     TetraBatch, is_suture,
 };
 
-/// Why [`Scene::new`] refused. Indices are the caller's.
+/// Reason why [`Scene::new`] refused a scene. Indices are the caller's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SceneError {
-    /// More of `what` than the realtime process has room for.
+    /// More of `what` than [`crate::capacity`] allows.
     TooMany {
         /// Organs, spheres or links.
         what: &'static str,
-        /// How many.
+        /// Number in the scene.
         count: usize,
-        /// How many fit.
+        /// Largest number.
         limit: usize,
     },
-    /// An organ's ranges leave the scene, or do not follow each other without gap.
+    /// An organ's ranges leave the scene, or leave a gap.
     Range {
         /// The organ.
         organ: usize,
@@ -31,25 +31,25 @@ pub enum SceneError {
         what: &'static str,
         /// First of its range.
         start: u32,
-        /// How many.
+        /// Number in its range.
         count: u32,
-        /// Where the range should start.
+        /// First that the range should have.
         expected_start: usize,
-        /// How many the scene has.
+        /// Number in the scene.
         available: usize,
     },
     /// A value is not finite or out of its range.
     Value {
-        /// Which value of what.
+        /// Name of the value.
         what: &'static str,
         /// Index of the organ, sphere or link; 0 for the room.
         index: usize,
         /// The value.
         value: f32,
-        /// What is allowed.
+        /// Allowed range.
         allowed: &'static str,
     },
-    /// A link joins a sphere of another organ, or one with itself.
+    /// A link joins a sphere of another organ, or a sphere with itself.
     Link {
         /// The link.
         link: usize,
@@ -60,7 +60,7 @@ pub enum SceneError {
         /// One past its last.
         end: u32,
     },
-    /// A tetrahedron or an attachment names a sphere that it must not.
+    /// A tetrahedron or attachment names a sphere that it may not.
     Foreign {
         /// Batch of tetrahedra, or attachment.
         what: &'static str,
@@ -126,11 +126,11 @@ impl fmt::Display for SceneError {
 impl core::error::Error for SceneError {}
 
 impl<'a> Scene<'a> {
-    /// Checks everything that the tick relies on: counts within [`crate::capacity`], ranges that
-    /// partition the arrays in order, finite values, links within their organ.
+    /// Checks every condition on which the tick relies: counts within [`crate::capacity`], ranges
+    /// that partition the arrays in order, finite values, links within their organ.
     ///
     /// # Errors
-    /// The first thing found wrong, with its place, value and what is allowed.
+    /// The first violation, with its place, value and allowed range.
     pub fn new(
         organs: &'a [Organ],
         spheres: &'a [RestSphere],
@@ -179,10 +179,10 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// With the organs' tetrahedra, in batches made by [`crate::scene::batches`], organ by organ.
+    /// Adds the organs' tetrahedra, in batches made by [`crate::scene::batches`], organ by organ.
     ///
     /// # Errors
-    /// When the organs' ranges do not partition them, or one leaves its organ.
+    /// If the organs' ranges do not partition them, or a batch leaves its organ.
     pub fn with_tetrahedra(mut self, batches: &'a [TetraBatch]) -> Result<Self, SceneError> {
         at_most("batches of tetrahedra", batches.len(), MAX_BATCHES)?;
         let (what, mut next) = ("batches of tetrahedra", 0);
@@ -218,10 +218,10 @@ impl<'a> Scene<'a> {
         Ok(self)
     }
 
-    /// With what ties organs to each other and to the world.
+    /// Adds attachments between organs and to the world.
     ///
     /// # Errors
-    /// When one names a sphere that does not exist or itself, or a value is out of range.
+    /// If one names a sphere that does not exist or itself, or a value is out of range.
     pub fn with_attachments(mut self, attachments: &'a [Attachment]) -> Result<Self, SceneError> {
         at_most("attachments", attachments.len(), MAX_ATTACHMENTS)?;
         let sutures = attachments.iter().filter(|it| is_suture(it)).count();
@@ -267,7 +267,7 @@ fn check_compliance(i: usize, compliance_m_n: f32) -> Result<(), SceneError> {
 
 fn check_organ(i: usize, organ: &Organ) -> Result<(), SceneError> {
     check_material(i, &organ.material)?;
-    // The nearest that is allowed: only that is within itself.
+    // Nearest allowed value: only an allowed one equals it.
     let allowed = organ.substeps.clamp(1, SUBSTEPS_MAX).next_power_of_two() as f32;
     let is = organ.substeps as f32;
     in_range("substeps", i, is, (allowed, allowed), "1, 2, 4, 8 or 16")?;
@@ -295,7 +295,7 @@ fn at_most(what: &'static str, count: usize, limit: usize) -> Result<(), SceneEr
     }
 }
 
-/// The end of a range that must start where the one before ended.
+/// End of a range that must start where the last one ended.
 fn follow(
     organ: usize,
     what: &'static str,

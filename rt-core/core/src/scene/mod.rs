@@ -15,32 +15,33 @@ pub use tetra::{LANES, Tetra, TetraBatch, batches};
 use crate::math::{Pose, Vec3};
 use crate::time::TICK_S;
 
-/// What an organ is made of: SI values, and how the paper's method treats it, whose
-/// dimensionless stiffness in 0..=1 depends on iterations and time step (its known fault).
+/// Material of an organ. The stiffness of the paper's method is a share, 0..=1, and depends on
+/// iterations and time step (its known fault).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material {
     /// Young's modulus, Pa.
     pub young_pa: f32,
     /// Poisson's ratio, 0..0.5.
     pub poisson: f32,
-    /// Strain-rate damping (Kelvin–Voigt): viscosity over modulus, s.
+    /// Retardation time (Kelvin–Voigt): viscosity over modulus, s. Raising it damps strain rates
+    /// more.
     pub retardation_s: f32,
     /// Share of a link's stretch corrected in an iteration (paper Eq. 4–5).
     pub stretch_stiffness: f32,
     /// Share of the way to the Laplacian target moved in an iteration (paper Eq. 8).
     pub laplacian_stiffness: f32,
-    /// Fraction of velocity lost per second (damping in proportion to mass).
+    /// Share of velocity lost per second (damping proportional to mass).
     pub damping_per_s: f32,
     /// Stiffness between a tool and a sphere that it overlaps, N/m.
     pub contact_stiffness_n_m: f32,
-    /// Coulomb friction on a moist steel tool: tangential over normal force.
+    /// Coefficient of Coulomb friction on a moist steel tool.
     pub friction: f32,
-    /// Energy that it takes to tear or cut a unit of area, J/m²; 0: does not tear.
+    /// Energy of a tear or cut per area, J/m²; 0: cannot tear.
     pub toughness_j_m2: f32,
 }
 
 impl Material {
-    /// Neither holds together nor pushes back.
+    /// A material without any stiffness.
     const NONE: Self = Self {
         young_pa: 0.0,
         poisson: 0.0,
@@ -59,57 +60,57 @@ impl Material {
 pub struct Organ {
     /// First sphere.
     pub sphere_start: u32,
-    /// How many spheres.
+    /// Number of spheres.
     pub sphere_count: u32,
     /// First link.
     pub link_start: u32,
-    /// How many links.
+    /// Number of links.
     pub link_count: u32,
-    /// How many of its links, from the first, carry load beside the tetrahedra. The paper's method
-    /// takes all.
+    /// Number of its links, from the first, that carry load in addition to the tetrahedra. The
+    /// paper's method uses all.
     pub elastic_links: u32,
     /// First batch of tetrahedra.
     pub batch_start: u32,
-    /// How many.
+    /// Number of batches.
     pub batch_count: u32,
-    /// Steps in a tick that its stiffness needs: a power of two, so that those of organs that are tied
-    /// together end at the same times, 1 to [`SUBSTEPS_MAX`].
+    /// Substeps in a tick that its stiffness requires, 1 to [`SUBSTEPS_MAX`]: a power of two, so
+    /// that the substeps of attached organs end together.
     pub substeps: u32,
-    /// Share of gravity that acts on it: 0 if its shape at rest is the one in the body, where its
-    /// weight is in balance; 1 if that shape is the unloaded one.
+    /// Share of gravity that acts on it: 0 if its rest shape is the one in the body, in balance
+    /// with its weight; 1 if its rest shape is the unloaded one.
     pub gravity_share: f32,
-    /// How far its held spheres go with a breath, world frame, m.
+    /// Displacement of its held spheres at full inspiration, world frame, m.
     pub breath_m: Vec3,
-    /// What is inside.
+    /// Contents.
     pub inside: Inside,
     /// Material.
     pub material: Material,
 }
 
 impl Organ {
-    /// Whether it is beads along a line: links carry it, no tetrahedra.
+    /// True for a tube: links carry it, no tetrahedra.
     pub(crate) const fn is_tube(&self) -> bool {
         self.batch_count == 0 && self.elastic_links > 0
     }
 }
 
-/// What is inside an organ, and comes out of a hole in it.
+/// Contents of an organ, which leak from a hole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Inside {
-    /// Tissue.
+    /// Solid tissue.
     #[default]
     Solid,
-    /// Liver: tissue, whose bile runs into the ducts that are tied to it.
+    /// Liver: tissue whose bile flows into attached ducts.
     Liver,
-    /// Blood, that comes from where a vessel is held or tied to another.
+    /// Blood, from where a vessel is held or attached to another vessel.
     Blood,
-    /// Bile, of which a bag (an organ with tetrahedra) is full, and which ducts lead.
+    /// Bile: a bag (an organ with tetrahedra) is full of it, and ducts carry it.
     Bile,
-    /// What was eaten.
+    /// Food.
     Food,
 }
 
-/// Steps in a tick, at most.
+/// Most substeps in a tick.
 pub const SUBSTEPS_MAX: u32 = 16;
 
 /// A sphere at rest.
@@ -121,7 +122,7 @@ pub struct RestSphere {
     pub radius_m: f32,
     /// Mass, kg. Positive.
     pub mass_kg: f32,
-    /// Attached to its surroundings: never moves.
+    /// Attached to its surroundings: immovable.
     pub held: bool,
 }
 
@@ -134,7 +135,7 @@ pub struct Link {
     pub b: u32,
     /// Distance at rest, m.
     pub rest_length_m: f32,
-    /// Stretch per force, m/N, where the link is elastic.
+    /// Compliance of an elastic link, m/N.
     pub compliance_m_n: f32,
 }
 
@@ -143,15 +144,15 @@ pub struct Link {
 pub struct Attachment {
     /// The sphere.
     pub sphere: u32,
-    /// What it is tied to.
+    /// Its other end.
     pub to: Anchor,
-    /// Length at rest, m; 0 holds the two together.
+    /// Rest length, m; 0 holds the two together.
     pub rest_length_m: f32,
-    /// Stretch per force, m/N.
+    /// Compliance, m/N.
     pub compliance_m_n: f32,
-    /// Pulls and never pushes (a suture).
+    /// True for a suture: pulls and never pushes.
     pub is_thread: bool,
-    /// Energy that it takes to tear it, J; 0: does not tear.
+    /// Energy that tears it, J; 0: cannot tear.
     pub tear_j: f32,
 }
 
@@ -164,7 +165,7 @@ pub enum Anchor {
     World(Vec3),
 }
 
-/// Where things stand in the room.
+/// Layout of the operating room.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Room {
     /// Gravity, m/s².
@@ -173,19 +174,19 @@ pub struct Room {
     pub world_from_device: Pose,
     /// Transmitter frame of the tracker in the world.
     pub world_from_tracker: Pose,
-    /// The instrument's trocar: the shaft always passes through it, world frame, m.
+    /// Port of the instrument, through which the shaft always passes, world frame, m.
     pub instrument_port_m: Vec3,
-    /// From the handle to the tip, along the shaft, m.
+    /// Distance from the handle to the tip, m.
     pub instrument_length_m: f32,
     /// The endoscope's port, world frame, m.
     pub endoscope_port_m: Vec3,
-    /// Camera before the first tracker sample: looks along −z, y up.
+    /// Camera pose before the first tracker sample: looks along −z, y up.
     pub world_from_camera: Pose,
-    /// Time of a breath, s; 0: nobody breathes.
+    /// Duration of a breath, s; 0: no breathing.
     pub breath_s: f32,
 }
 
-/// Everything that does not change while the simulation runs. Build it with [`Scene::new`].
+/// Immutable data of a simulation. Build it with [`Scene::new`].
 #[derive(Debug, Clone, Copy)]
 pub struct Scene<'a> {
     pub(crate) organs: &'a [Organ],
@@ -211,7 +212,7 @@ impl<'a> Scene<'a> {
         self.spheres
     }
 
-    /// The links, in the order in which they are solved.
+    /// The links, in the order of solution.
     #[must_use]
     pub const fn links(&self) -> &'a [Link] {
         self.links
@@ -233,7 +234,7 @@ impl<'a> Scene<'a> {
             .unwrap_or(&[])
     }
 
-    /// The links of `organ` that carry load beside its tetrahedra.
+    /// The links of `organ` that carry load in addition to its tetrahedra.
     pub(crate) fn elastic_links_of(&self, organ: &Organ) -> &'a [Link] {
         let links = self.links_of(organ);
         links.get(..organ.elastic_links as usize).unwrap_or(links)
@@ -247,14 +248,14 @@ impl<'a> Scene<'a> {
             .unwrap_or(&[])
     }
 
-    /// The material of the organ with this index; one that does nothing if there is none.
+    /// The material of the organ with this index, or one without stiffness.
     pub(crate) fn material_of(&self, organ: u8) -> Material {
         self.organs
             .get(usize::from(organ))
             .map_or(Material::NONE, |organ| organ.material)
     }
 
-    /// How many substeps the organ with this index takes.
+    /// Number of substeps of the organ with this index.
     pub(crate) fn substeps_of(&self, organ: u8) -> u32 {
         let organ = self.organs.get(usize::from(organ));
         organ.map_or(1, |organ| organ.substeps.max(1))
@@ -265,13 +266,13 @@ impl<'a> Scene<'a> {
         TICK_S / self.substeps_of(organ) as f32
     }
 
-    /// In how many steps the organ that takes the most goes through a tick.
+    /// Number of substeps of the organ with the most.
     pub(crate) fn finest(&self) -> u32 {
         let substeps = self.organs.iter().map(|organ| organ.substeps);
         substeps.fold(1, u32::max)
     }
 
-    /// Where things stand.
+    /// Layout of the room.
     #[must_use]
     pub const fn room(&self) -> &Room {
         &self.room

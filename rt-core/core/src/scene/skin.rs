@@ -1,35 +1,35 @@
-//! The contact skin: the closed triangle surface of an organ that tools meet, coarser than the one
-//! that is drawn.
+//! Contact skin: the closed triangle surface of an organ against which tools collide. It is coarser
+//! than the drawn surface.
 
 use crate::capacity::{MAX_SKIN_VERTICES, MAX_SPHERES};
 use crate::math::Vec3;
 use crate::scene::{Scene, SceneError};
 
-/// Spheres that one vertex of the contact skin follows.
+/// Most spheres that carry one vertex of the contact skin.
 pub const SKIN_BINDINGS: usize = 12;
 
-/// Stands for no vertex.
+/// Index that stands for no vertex.
 pub const NO_VERTEX: u16 = u16::MAX;
 
 /// A vertex of the contact skin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkinVertex {
-    /// Spheres of its organ that it follows; an unused one repeats another with weight 0.
+    /// Spheres of its organ that carry it; an unused place repeats another with weight 0.
     pub spheres: [u16; SKIN_BINDINGS],
-    /// `Σ w = 1` and `Σ w X` is its place at rest: it follows every affine motion exactly.
+    /// `Σ w = 1`, and `Σ w X` is its rest position: it follows every affine motion exactly.
     pub weights: [f32; SKIN_BINDINGS],
     /// First of its fan.
     pub fan_start: u32,
     /// Triangles around it.
     pub fan_count: u32,
-    /// A force on this vertex reaches the spheres as if spread over a Gaussian `exp(−r²/A²)` of
-    /// the skin: A, m.
+    /// Width A of the Gaussian `exp(−r²/A²)` over which a force on this vertex is spread on the
+    /// skin, m.
     pub patch_m: f32,
     /// Mean curvature of the skin at rest, 1/m: positive where it bulges outwards.
     pub curvature_per_m: f32,
 }
 
-/// The contact skins of all organs. Organs without tetrahedra have none: their spheres collide.
+/// Contact skins of all organs. Organs without tetrahedra have none: their beads collide.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Skin<'a> {
     /// Vertices.
@@ -37,7 +37,7 @@ pub struct Skin<'a> {
     /// The two other corners of every triangle around each vertex, anticlockwise seen from
     /// outside.
     pub fans: &'a [[u16; 2]],
-    /// For every sphere of the scene the vertex nearest to it, or [`NO_VERTEX`].
+    /// The vertex nearest to each sphere of the scene, or [`NO_VERTEX`].
     pub nearest: &'a [u16],
 }
 
@@ -55,7 +55,7 @@ impl<'a> Skin<'a> {
             .unwrap_or(&[])
     }
 
-    /// Where the skin is nearest to a sphere.
+    /// Skin vertex nearest to a sphere.
     pub(crate) fn near_sphere(&self, sphere: u32) -> Option<u16> {
         let vertex = self.nearest.get(sphere as usize).copied();
         vertex.filter(|vertex| *vertex != NO_VERTEX)
@@ -63,10 +63,10 @@ impl<'a> Skin<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// With the organs' contact skins.
+    /// Adds the organs' contact skins.
     ///
     /// # Errors
-    /// When a vertex names a sphere or vertex that is not of its organ, or a value is out of range.
+    /// If a vertex names a sphere or vertex of another organ, or a value is out of range.
     pub fn with_skin(mut self, skin: Skin<'a>) -> Result<Self, SceneError> {
         let too_many = |what, count, limit| SceneError::TooMany { what, count, limit };
         let count = skin.vertices.len();
@@ -156,7 +156,7 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// Where a vertex lies at rest, m.
+    /// Rest position of a vertex, m.
     #[must_use]
     pub fn skin_at_rest_m(&self, vertex: &SkinVertex) -> Vec3 {
         let mut at = Vec3::zeros();
@@ -168,9 +168,9 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Triangles around a vertex, at most.
+/// Most triangles around a vertex.
 const FAN_MAX: usize = 32;
-/// Largest weight of a sphere: more would make a vertex swing.
+/// Largest weight of a sphere: a larger one would make a vertex oscillate.
 const WEIGHT_MAX: f32 = 8.0;
 
 fn foreign(what: &'static str, index: usize, sphere: u32) -> SceneError {

@@ -2,7 +2,7 @@
 
 use crate::scene::{Anchor, Attachment};
 
-/// The attachments of a scene, each with its number if it is a suture.
+/// Attachments of a scene, each with its suture number if it is a suture.
 pub(crate) fn numbered<'a>(
     ties: impl Iterator<Item = &'a Attachment>,
 ) -> impl Iterator<Item = (&'a Attachment, Option<u8>)> {
@@ -14,7 +14,7 @@ pub(crate) fn numbered<'a>(
     })
 }
 
-/// Whether an attachment is one.
+/// True if an attachment is a suture: a thread to the world.
 pub(crate) fn is_suture(tie: &Attachment) -> bool {
     tie.is_thread && matches!(tie.to, Anchor::World(_))
 }

@@ -1,4 +1,4 @@
-//! Tetrahedra in batches of eight that share no sphere: what one vector register works on.
+//! Tetrahedra in batches of eight that share no sphere: the work of one vector register.
 
 use crate::math::{self, Vec3};
 use crate::scene::{RestSphere, SceneError};
@@ -6,8 +6,8 @@ use crate::scene::{RestSphere, SceneError};
 /// Tetrahedra in a batch.
 pub const LANES: usize = 8;
 
-/// Flatter than this (`6 V / L³`, `L` the longest edge from the first corner) a tetrahedron has
-/// no shape to keep.
+/// Flatness (`6 V / L³`, `L` the longest edge from the first corner) below which a tetrahedron is
+/// refused.
 const FLAT: f32 = 1.0e-3;
 
 /// Four spheres of an organ and the tissue that they carry.
@@ -15,7 +15,7 @@ const FLAT: f32 = 1.0e-3;
 pub struct Tetra {
     /// Its corners, indices into the scene's spheres; `det(b − a, c − a, d − a)` is positive.
     pub spheres: [u32; 4],
-    /// Volume of tissue that it carries, m³; more than its own where it lies under the skin.
+    /// Volume of tissue that it represents, m³; more than its own where it lies under the skin.
     pub volume_m3: f32,
 }
 
@@ -26,7 +26,7 @@ pub struct TetraBatch {
     /// Corner, lane.
     pub(crate) spheres: [[u16; LANES]; 4],
     /// Gradient of the shape function of corners 1 to 3, world axes, 1/m: corner, axis, lane. It
-    /// is zero in a lane that is not used: that one changes nothing.
+    /// is zero in an unused lane, which therefore changes nothing.
     pub(crate) gradients_per_m: [[[f32; LANES]; 3]; 3],
     /// Inverse of the volume carried, 1/m³.
     pub(crate) inverse_volume_per_m3: [f32; LANES],
@@ -79,12 +79,12 @@ impl TetraBatch {
     }
 }
 
-/// Hands the tetrahedra of one organ to `keep` in batches, in their order: a batch ends where the
-/// next tetrahedron shares a sphere with it. Preparation orders them so that batches are full.
+/// Hands the tetrahedra of one organ to `keep` in batches, in their order. A batch ends where the
+/// next tetrahedron shares a sphere with it; preparation orders them so that batches are full.
 ///
 /// # Errors
-/// When a tetrahedron is flat or inverted at rest, carries nothing, or names a sphere that does
-/// not exist. The index is the tetrahedron's.
+/// If a tetrahedron is flat or inverted at rest, carries nothing, or names a sphere that does not
+/// exist. The index is the tetrahedron's.
 pub fn batches(
     tetrahedra: &[Tetra],
     spheres: &[RestSphere],
@@ -98,7 +98,7 @@ pub fn batches(
             (batch, lanes) = (TetraBatch::EMPTY, 0);
         }
         if lanes == 0 {
-            // What is not used reads spheres of the same organ.
+            // Unused lanes read spheres of the same organ.
             for (corner, sphere) in batch.spheres.iter_mut().zip(tetra.spheres) {
                 *corner = [sphere as u16; LANES];
             }

@@ -1,4 +1,5 @@
-//! Going back: what a tick left, kept to go on from later. Not for the tick: it copies more than a megabyte.
+//! Checkpoints: a copy of the state between two ticks, from which the simulation can continue.
+//! Copying takes more than a megabyte, so it is not for use within a tick.
 
 use super::Sim;
 use crate::capacity::MAX_ORGANS;
@@ -6,7 +7,7 @@ use crate::contact::tool_contact::ToolContacts;
 use crate::fault::FaultCounters;
 use crate::haptics::output_limit::OutputLimit;
 use crate::haptics::proxy::Proxy;
-use crate::haptics::transition::Fade;
+use crate::haptics::transition::Transition;
 use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
@@ -32,7 +33,7 @@ pub struct Checkpoint {
     grasp: Grasp,
     cautery: Cautery,
     clips: Clips,
-    fade: Fade,
+    transition: Transition,
     limit: OutputLimit,
     renders_torque: bool,
     journal: Journal,
@@ -41,10 +42,10 @@ pub struct Checkpoint {
 }
 
 impl Sim<'_> {
-    /// How everything is between two ticks.
+    /// Copies the state between two ticks.
     #[must_use]
     pub fn checkpoint(&self) -> Checkpoint {
-        // In full, so that whatever is added to the simulation is added here.
+        // Destructured in full, so that a new field cannot be forgotten here.
         let Self {
             scene: _,
             state,
@@ -59,7 +60,7 @@ impl Sim<'_> {
             grasp,
             cautery,
             clips,
-            fade,
+            transition,
             limit,
             renders_torque,
             journal,
@@ -79,7 +80,7 @@ impl Sim<'_> {
             grasp: grasp.clone(),
             cautery: cautery.clone(),
             clips: clips.clone(),
-            fade: *fade,
+            transition: *transition,
             limit: *limit,
             renders_torque: *renders_torque,
             journal: journal.clone(),
@@ -88,8 +89,9 @@ impl Sim<'_> {
         }
     }
 
-    /// Goes back to a checkpoint of a simulation of the same scene: what follows is what followed then, bit for
-    /// bit, if the inputs are. One of another scene gives another scene's state, and no panic.
+    /// Restores a checkpoint of a simulation of the same scene. Equal inputs then give equal
+    /// results, bit for bit. A checkpoint of another scene restores that scene's state, without a
+    /// panic.
     pub fn go_back(&mut self, checkpoint: &Checkpoint) {
         let Checkpoint {
             state,
@@ -104,7 +106,7 @@ impl Sim<'_> {
             grasp,
             cautery,
             clips,
-            fade,
+            transition,
             limit,
             renders_torque,
             journal,
@@ -123,7 +125,7 @@ impl Sim<'_> {
         self.grasp = grasp.clone();
         self.cautery = cautery.clone();
         self.clips = clips.clone();
-        self.fade = *fade;
+        self.transition = *transition;
         self.limit = *limit;
         self.renders_torque = *renders_torque;
         self.journal = journal.clone();

@@ -1,7 +1,8 @@
-//! What a tick leaves of itself, in a few bytes: two runs with the same inputs agree in it.
+//! Digest of a tick: a few bytes in which two runs with equal inputs agree.
 //!
-//! Every sphere counts in every tick, so that the first tick that differs is known, and the organ. A hash
-//! of them all would take longer than a tick has to spare; sums of their bits take microseconds.
+//! Every sphere counts in every tick, so the first tick that differs is known, and the organ. A
+//! hash of all spheres would take longer than a tick has to spare; sums of their bits take
+//! microseconds.
 
 use crate::capacity::MAX_ORGANS;
 use crate::hash::Hash;
@@ -9,20 +10,21 @@ use crate::sim::TickView;
 use crate::tissue::Node;
 use crate::words::SphereBits;
 
-/// Hashes of what a tick computed.
+/// Hashes of the results of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Digest {
-    /// Of the tools: poses, jaw, force and torque on the hand, counts, switches; and of what was done to
-    /// cells of layered tissue.
+    /// Hash of the tools (poses, jaw, force and torque on the hand, counts, switches) and of the
+    /// history of cells.
     pub tools: u32,
-    /// Of all spheres: where they are, how fast, and their bits.
+    /// Hash of all spheres: displacement, velocity and flags.
     pub spheres: u32,
-    /// The same of each organ, eight bits: if an organ differs, its byte does but once in 256 times.
+    /// Hash of each organ's spheres in eight bits: a difference goes unnoticed once in 256 times.
     pub organs: [u8; MAX_ORGANS],
 }
 
 impl TickView<'_> {
-    /// What to compare with another run of the same inputs. Reads all spheres once.
+    /// Digest of this tick, for comparison with another run of equal inputs. Reads all spheres
+    /// once.
     #[must_use]
     pub fn digest(&self) -> Digest {
         let mut all = Hash::new();
@@ -69,8 +71,9 @@ impl TickView<'_> {
     }
 }
 
-/// Of a row of spheres, per lane, the sum of the words and the sum of that sum's course (as in Fletcher's
-/// checksum): one word that differs always shows, and an exchange nearly always. Additions alone.
+/// Checksum of a row of spheres, per lane: the sum of the words and the sum of its partial sums (as
+/// in Fletcher's checksum). It detects every single word that differs, and nearly every exchange.
+/// It only adds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Sums {
     sum: [u64; 4],
@@ -82,7 +85,7 @@ impl Sums {
         let (mut sum, mut course) = ([0; 4], [0; 4]);
         for (node, bits) in nodes.iter().zip(bits) {
             let ([a, b], [c, d]) = (node.moved_bits(), node.velocity_bits());
-            // Beside the velocity is nothing.
+            // The spare lane of the velocity is zero.
             sum = plus(sum, [a, b, c, d ^ (bits.0 as u64) << 32]);
             course = plus(course, sum);
         }
@@ -101,7 +104,7 @@ impl Sums {
     }
 }
 
-/// Lane by lane.
+/// Lane-wise sum.
 #[inline(always)]
 const fn plus(a: [u64; 4], b: [u64; 4]) -> [u64; 4] {
     let ([a, b, c, d], [e, f, g, h]) = (a, b);

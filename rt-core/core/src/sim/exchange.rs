@@ -1,38 +1,38 @@
-//! What a tick takes from the world and asks of it.
+//! Interface of a tick to the world: samples, commands, stages, ports.
 
 use crate::port::{DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample};
 use crate::sim::TickView;
 use crate::time::TimeNs;
 use crate::tool::Instrument;
 
-/// What the world asks of the simulation; at most one a tick.
+/// Command of the host; at most one a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
-    /// Stand still (true) or go on.
+    /// Pauses (true) or resumes.
     Pause(bool),
-    /// Put every organ back to rest and let go.
+    /// Puts every organ back to rest, and opens the jaws.
     Reset,
-    /// Put every organ to where this task begins, and let go.
+    /// Prepares the start of this task, and opens the jaws.
     Start(Task),
-    /// Let force through (true; also after a trip) or cut it.
+    /// Enables the force (true; also after a trip) or cuts it.
     EnableForce(bool),
-    /// Put another instrument on the shaft.
+    /// Changes the instrument on the shaft.
     Instrument(Instrument),
 }
 
-/// A task of the operation, by what is done before it.
+/// A task of the operation, named by its work; it begins with the work before it done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Task {
-    /// Nothing; not even the sutures are placed that hang an organ.
+    /// Begins with nothing done: the sutures that hang an organ are not placed.
     Hang = 0,
-    /// They are.
+    /// Begins with the organ hung.
     Identify = 1,
-    /// The triangle is cleared.
+    /// Begins with the triangle cleared.
     Clamp = 2,
-    /// Duct and artery are clipped.
+    /// Begins with duct and artery clipped.
     Cut = 3,
-    /// Both are divided.
+    /// Begins with both divided.
     Disconnect = 4,
 }
 
@@ -51,10 +51,10 @@ impl Task {
     }
 }
 
-/// What stage `sample` brings in.
+/// Inputs of stage `sample`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Samples {
-    /// Host time now.
+    /// Present host time.
     pub now_ns: TimeNs,
     /// Haptic device.
     pub device: Polled<DeviceSample>,
@@ -93,28 +93,28 @@ impl Stage {
     ];
 }
 
-/// Work that a late tick may leave out, in the order in which it is left out. Never the force.
+/// Work that a late tick may omit, in order of omission. Force is never omitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Optional {
-    /// Organs against each other and themselves: they may overlap for a tick more.
+    /// Contact of organs with each other and themselves: they may overlap for one more tick.
     SelfCollision,
     /// Organs that the instrument neither touches nor holds: they stand still for a tick.
     FarOrgans,
 }
 
-/// How the tick meets the world. No call may block or allocate.
+/// Connection of the tick to the world. No call may block or allocate.
 pub trait Ports {
-    /// Time, newest samples, command.
+    /// Returns time, newest samples and command.
     fn sample(&mut self) -> Samples;
-    /// Sends the force to the device; called once a tick, as soon as stage `force` knows it.
+    /// Sends the force to the device; called once a tick, as soon as stage `force` has computed it.
     fn send_force(&mut self, command: ForceCommand);
-    /// Shows what the tick did.
+    /// Publishes the results of the tick.
     fn publish(&mut self, view: &TickView<'_>);
-    /// Whether there is time for optional work; asked once a tick for each, in their order. The
-    /// answer is an input like a sample: a replay gives the same.
+    /// Returns true if there is time for optional work; called once a tick for each kind, in their
+    /// order. The answer is an input like a sample: a replay returns the recorded one.
     fn may(&mut self, _work: Optional) -> bool {
         true
     }
-    /// Called at the end of each stage: the process reads its clock.
+    /// Marks the end of a stage: the process reads its clock.
     fn stamp(&mut self, stage: Stage);
 }

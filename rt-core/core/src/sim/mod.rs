@@ -1,9 +1,42 @@
-//! The tick.
+//! The tick: `sample → tool → contact → solve → force → procedure → publish`.
+//!
+//! | stage | does |
+//! |---|---|
+//! | sample | reads the newest poses, buttons and commands; checks them, and how old they are |
+//! | tool | takes the instrument through the port, opens and closes its jaws |
+//! | contact | finds what tools, clips and other organs touch |
+//! | solve | moves the tissue, in substeps, with every constraint |
+//! | force | sums the wrench on the handle, limits it, and sends it to the device at once |
+//! | procedure | burns, cuts, clips and leaks; raises the events |
+//! | publish | fills a frame, if an empty one is there |
+//!
+//! # Determinism
+//!
+//! Every input of a tick passes through `Ports::sample` and `Ports::may`. A recording of both
+//! reproduces the run bit for bit. The core calls no maths library and uses no fused multiply-add;
+//! square roots are correctly rounded. Measured quantities (time, admission) reach the simulation
+//! as recorded answers only.
+//!
+//! # Digest
+//!
+//! A tick leaves a hash of the tools, sums of the bits of all spheres, and eight bits of each
+//! organ's. Every sphere counts in every tick, so the first tick that differs is known, and the
+//! organ. A hash of all spheres would take longer than a tick has to spare. What feeds back into
+//! none of these, such as how much a leak lets through, the digest does not see.
+//!
+//! # Checkpoints
+//!
+//! `Sim::checkpoint` keeps what a tick left, 1.5 MB. Any later moment is reached from it bit for
+//! bit.
+//!
+//! # Prepared tasks
+//!
+//! `Command::Start` puts on clips and divides as the tasks before would have, without events.
 
 mod checkpoint;
+mod coupling;
 mod digest;
 mod exchange;
-mod outside;
 mod procedure;
 mod sample;
 mod sew;
@@ -15,8 +48,8 @@ pub use digest::Digest;
 pub use exchange::{Command, Optional, Ports, Samples, Stage, Task};
 pub use view::{SphereView, TickView};
 
+use coupling::Tools;
 use heapless::Vec;
-use outside::Tools;
 
 use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
 use crate::contact::tool_contact::ToolContacts;
@@ -24,7 +57,7 @@ use crate::fault::{Fault, FaultCounters, FaultSet};
 use crate::haptics::handle_force;
 use crate::haptics::output_limit::{Demand, OutputLimit};
 use crate::haptics::proxy::Proxy;
-use crate::haptics::transition::Fade;
+use crate::haptics::transition::Transition;
 use crate::hash::Hash;
 use crate::math::{self, Vec3};
 use crate::port::{DeviceCapabilities, ForceCommand};
@@ -40,17 +73,18 @@ use crate::tissue::{Bounds, Method, Node, substeps};
 use crate::tool::{Capsule, Kinematics, ToolState, capsules, endoscope};
 use crate::words::{Event, EventKind};
 
-/// Organs that move this near to a sleeping one wake it, m.
+/// Distance within which a moving organ wakes a sleeping one, m. Raising it wakes organs earlier,
+/// at more cost.
 const STIR_M: f32 = 0.002;
 
-/// What can be chosen when the simulation starts.
+/// Parameters of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
-    /// How tissue is solved.
+    /// Method by which tissue is solved.
     pub method: Method,
-    /// Time over which the force rises after each enable, s.
+    /// Time in which the force rises after each enable, s.
     pub force_ramp_s: f32,
-    /// Whether force may leave from the start, without [`Command::EnableForce`].
+    /// True if force may leave from the start, without [`Command::EnableForce`].
     pub force_enabled: bool,
 }
 
@@ -80,7 +114,7 @@ pub struct Sim<'a> {
     grasp: Grasp,
     cautery: Cautery,
     clips: Clips,
-    fade: Fade,
+    transition: Transition,
     limit: OutputLimit,
     renders_torque: bool,
     journal: Journal,
@@ -89,7 +123,7 @@ pub struct Sim<'a> {
 }
 
 impl<'a> Sim<'a> {
-    /// Puts `scene` at rest into `state`.
+    /// A simulation of `scene` at rest, in the storage `state`.
     #[must_use]
     pub fn new(
         scene: Scene<'a>,
@@ -118,7 +152,7 @@ impl<'a> Sim<'a> {
             grasp: Grasp::default(),
             cautery: Cautery::default(),
             clips: Clips::default(),
-            fade: Fade::NOTHING,
+            transition: Transition::NOTHING,
             limit,
             renders_torque: device.renders_torque(),
             journal: Journal::default(),
@@ -131,8 +165,8 @@ impl<'a> Sim<'a> {
         sim
     }
 
-    /// One control period, in the data's order. What it costs is bounded by the scene's counts
-    /// and by [`crate::capacity`]; it neither blocks, allocates nor panics.
+    /// Advances one control period, stage by stage. The scene's counts and [`crate::capacity`]
+    /// bound its cost. It neither blocks, allocates nor panics.
     pub fn tick(&mut self, ports: &mut impl Ports) {
         let mut faults = FaultSet::NONE;
         self.journal.begin();
@@ -141,7 +175,7 @@ impl<'a> Sim<'a> {
         self.inputs.take(&samples, &mut faults);
         if self.inputs.has_leapt() {
             self.limit.restart();
-            self.fade = Fade::NOTHING;
+            self.transition = Transition::NOTHING;
             self.contacts.clear();
         }
         self.obey(samples.command);
@@ -163,7 +197,7 @@ impl<'a> Sim<'a> {
         ports.stamp(Stage::Force);
 
         self.work_instrument(&mut faults);
-        // Alarms before what burns and tears: a tick tells of so many events only.
+        // Faults before burns and tears: the number of events in a tick is limited.
         self.note_events(&mut faults);
         self.burn();
         self.tear();
@@ -182,7 +216,7 @@ impl<'a> Sim<'a> {
         match command {
             Some(Command::Pause(paused)) => {
                 self.tool.switches.paused = paused;
-                self.fade.leap();
+                self.transition.discontinuity();
             }
             Some(Command::EnableForce(enabled)) => self.limit.enable(enabled),
             Some(Command::Instrument(instrument)) => self.change_instrument(instrument),
@@ -192,7 +226,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Everything as it was at the start.
+    /// Restores the state of the start.
     fn reset(&mut self) {
         self.let_go();
         self.contacts.clear();
@@ -212,7 +246,7 @@ impl<'a> Sim<'a> {
         });
     }
 
-    /// Device pose → instrument pose through the port, and its shapes; tracker → camera.
+    /// Device pose → instrument pose through the port, and its capsules; tracker → camera.
     fn move_tool(&mut self) {
         let room = self.scene.room();
         if let Some(sample) = self.inputs.device.newest() {
@@ -264,8 +298,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// One position-based step of every organ that is awake, each in its substeps, contacts
-    /// included.
+    /// Solves every organ that is awake, each in its substeps, with contacts.
     fn solve(&mut self, far_organs: bool, faults: &mut FaultSet) {
         if self.tool.switches.paused {
             return;
@@ -279,7 +312,7 @@ impl<'a> Sim<'a> {
                 false => bodies.stand(organ),
             }
         }
-        let mut outside = Tools {
+        let mut coupling = Tools {
             scene,
             jaws,
             between: &self.state.between,
@@ -287,9 +320,9 @@ impl<'a> Sim<'a> {
             clips: &mut self.clips,
             grasp: &mut self.grasp,
         };
-        let put_back = substeps::run(scene, &self.solver, &moves, &mut outside, bodies);
-        faults.raise_if(put_back > 0, Fault::BadSphere);
-        // Where all have come to the tick's end.
+        let quarantined = substeps::run(scene, &self.solver, &moves, &mut coupling, bodies);
+        faults.raise_if(quarantined > 0, Fault::BadSphere);
+        // All organs have reached the end of the tick.
         self.clips.carry(None, scene, bodies);
         self.grasp.carry(None, 1.0, jaws, scene, bodies);
         self.contacts.push_out(scene, bodies);
@@ -297,9 +330,9 @@ impl<'a> Sim<'a> {
             if !moves {
                 continue;
             }
-            let put_back = bodies.advance(organ, scene.step_s_of(i));
+            let quarantined = bodies.advance(organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
-            faults.raise_if(put_back > 0, Fault::BadSphere);
+            faults.raise_if(quarantined > 0, Fault::BadSphere);
             let pace_m_s = bodies.pace_m_s(organ);
             if self.sleep.note_speed(i.into(), pace_m_s) {
                 bodies.halt(organ);
@@ -311,8 +344,8 @@ impl<'a> Sim<'a> {
         bodies.carry_gone(scene);
     }
 
-    /// Which organs are stepped in this tick: those near the instrument or in its jaws, and of the
-    /// others those that do not sleep, if there is time for them.
+    /// Organs that are simulated in this tick: those near the instrument or in its jaws, and, if
+    /// there is time, others that do not sleep.
     fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
         let worked = self.worked_organs();
         let mut moves = worked;
@@ -330,7 +363,7 @@ impl<'a> Sim<'a> {
         moves
     }
 
-    /// Whether another organ that moves lies against this one, or pulls at it.
+    /// True if another organ that moves touches this one or pulls at it.
     fn is_stirred(&self, organ: usize) -> bool {
         let Some(own) = self.bounds.get(organ) else {
             return false;
@@ -352,7 +385,7 @@ impl<'a> Sim<'a> {
             && (others.into_iter().any(near) || self.scene.attachments.iter().any(pulls))
     }
 
-    /// Whether the instrument is near each organ, or holds some of it.
+    /// For each organ, true if the instrument is near it or holds part of it.
     fn worked_organs(&self) -> [bool; MAX_ORGANS] {
         let mut worked = [false; MAX_ORGANS];
         let bodies = &self.state.bodies;
@@ -365,7 +398,7 @@ impl<'a> Sim<'a> {
         worked
     }
 
-    /// What the tissue does to the hand, through the limits, in the device's frame.
+    /// Force of the tissue on the hand, through the limits, in the device's frame.
     fn render_force(&mut self, faults: &mut FaultSet) -> ForceCommand {
         let paused = self.tool.switches.paused;
         let pull = self.grasp.pull(&self.state.bodies).filter(|_| !paused);
@@ -376,7 +409,7 @@ impl<'a> Sim<'a> {
             &self.proxy.handle(&self.tool.world_from_handle),
             self.renders_torque,
         );
-        let wrench = self.fade.felt(&felt.wrench);
+        let wrench = self.transition.felt(&felt.wrench);
         let world_from_device = &self.scene.room().world_from_device.rotation;
         let demand = Demand {
             force_n: world_from_device.inverse() * wrench.force_n,
@@ -424,14 +457,14 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Told by the process: the last tick ended after its deadline.
+    /// Records that the last tick ended after its deadline; called by the process.
     pub fn note_overrun(&mut self) {
         let mut set = FaultSet::NONE;
         set.raise(Fault::Overrun);
         self.fault_counters.count(set);
     }
 
-    /// What each fault counted so far.
+    /// Counters of all faults.
     #[must_use]
     pub const fn fault_counters(&self) -> &FaultCounters {
         &self.fault_counters
@@ -446,8 +479,8 @@ impl<'a> Sim<'a> {
         math::sqrt(nodes.map(squared).fold(0.0, f32::max))
     }
 
-    /// Hash of what the simulation computed: spheres, tool, force. Equal after equal inputs, bit
-    /// for bit, in every build.
+    /// Hash of the results: spheres, tool, force. Equal inputs give equal hashes, bit for bit, in
+    /// every build.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
         let mut hash = Hash::new();

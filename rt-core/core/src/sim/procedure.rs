@@ -1,4 +1,4 @@
-//! Stage `procedure`: what the buttons do to the instrument, and what is told of the tick.
+//! Stage `procedure`: actions of the buttons on the instrument, and the events of the tick.
 
 use crate::fault::{Fault, FaultSet};
 use crate::math;
@@ -9,17 +9,17 @@ use crate::procedure::cut::cut_all;
 use crate::procedure::grasp::Jaws;
 use crate::sim::Sim;
 use crate::time::TICK_S;
-use crate::tissue::part::tear_all;
+use crate::tissue::damage::tear_all;
 use crate::tool::{Instrument, Tool, ToolState};
 use crate::words::{Event, EventKind};
 
-/// Time in which the jaws close or open, s.
+/// Time in which the jaws close or open fully, s.
 const JAW_TIME_S: f32 = 0.15;
-/// Opening at which closing jaws hold what is between them.
+/// Opening at which closing jaws grasp the tissue between them, as a share.
 const JAW_HOLDS: f32 = 0.35;
 
 impl Sim<'_> {
-    /// Buttons: the jaws close, hold, open; the instrument is changed.
+    /// Acts on the buttons: closes and opens the jaws, changes the instrument.
     pub(super) fn work_instrument(&mut self, faults: &mut FaultSet) {
         let pressed = self.inputs.newly_pressed();
         if pressed.contains(Buttons::CHANGE) {
@@ -45,7 +45,7 @@ impl Sim<'_> {
         self.sew();
     }
 
-    /// What the hook's current does where its bare tip touches.
+    /// Applies the current of the hook's bare tip to the tissue that it touches.
     pub(super) fn burn(&mut self) {
         let (state, journal) = (&mut *self.state, &mut self.journal);
         let electrode = Electrode::of(&self.tool);
@@ -58,7 +58,7 @@ impl Sim<'_> {
         self.cautery.tell(electrode.is_none(), journal);
     }
 
-    /// What the tick has stretched too far tears.
+    /// Tears tissue that the tick has overstretched.
     pub(super) fn tear(&mut self) {
         if self.tool.switches.paused {
             return;
@@ -72,7 +72,8 @@ impl Sim<'_> {
         bodies.tear_cells(&self.scene, |gone| journal.raise(gone.told()));
     }
 
-    /// Scissors that have closed by `closed` of their opening cut, and hold what they are cutting.
+    /// Cuts with scissors that have closed by `closed` of their opening; the blades hold the tissue
+    /// that they cut.
     fn cut(&mut self, closed: f32, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let blades = jaws(&self.tool);
@@ -85,13 +86,13 @@ impl Sim<'_> {
             (true, 0) => self.grasp.close(&blades, |_| true, scene, bodies, faults),
             (false, 1..) => {
                 self.grasp.open(bodies);
-                self.fade.leap();
+                self.transition.discontinuity();
             }
             _ => {}
         }
     }
 
-    /// An applier that closes holds the tubes between its jaws, and closes its clip when it `bites`.
+    /// Holds tubes between the jaws of a closing applier, and closes the clip when it `bites`.
     fn clip(&mut self, bites: bool, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let (jaws, at_m) = (jaws(&self.tool), self.tool.tip_m);
@@ -115,7 +116,7 @@ impl Sim<'_> {
         }
     }
 
-    /// What comes out of vessels and ducts.
+    /// Spreads pressure and raises the events of leaks.
     pub(super) fn leak(&mut self) {
         if self.tool.switches.paused {
             return;
@@ -131,13 +132,13 @@ impl Sim<'_> {
         self.tell_of_grasp(EventKind::Grasp, self.grasp.count() as f32);
     }
 
-    /// What the jaws hold slips, slides out of them, or is let go.
+    /// Reports tissue that slips in the jaws, slides out of them, or is released.
     fn hold(&mut self, closing: bool) {
         let Some(first) = self.grasp.first() else {
             return;
         };
         let (held, force_n) = (self.grasp.count(), math::norm(&self.grasp.pull_n()));
-        // What opening jaws let slide is let go, and told as that.
+        // Tissue that slides out of opening jaws is released, and reported as such.
         if self.grasp.hold(&jaws(&self.tool), &mut self.state.bodies) && closing {
             self.tell_of_grasp(EventKind::Slip, force_n);
         }
@@ -149,14 +150,14 @@ impl Sim<'_> {
         } else if self.grasp.count() == 0 {
             self.tell(EventKind::LetGo, first, held as f32);
             self.grasp.open(&mut self.state.bodies);
-            self.fade.leap();
+            self.transition.discontinuity();
         }
     }
 
     pub(super) fn let_go(&mut self) {
         self.tell_of_grasp(EventKind::LetGo, self.grasp.count() as f32);
         self.grasp.open(&mut self.state.bodies);
-        self.fade.leap();
+        self.transition.discontinuity();
     }
 
     fn tell_of_grasp(&mut self, kind: EventKind, value: f32) {
@@ -165,7 +166,7 @@ impl Sim<'_> {
         }
     }
 
-    /// Of the organ of this sphere, at the tip.
+    /// Raises an event at the tip, for the organ of this sphere.
     fn tell(&mut self, kind: EventKind, sphere: u32, value: f32) {
         self.journal.raise(Event {
             kind,
@@ -177,7 +178,7 @@ impl Sim<'_> {
 
     pub(super) fn change_instrument(&mut self, instrument: Instrument) {
         self.let_go();
-        // Its places are others: none has gone there from where one of the last was.
+        // Persistent contacts of the old instrument do not belong to the new one.
         self.contacts.clear();
         self.tool.instrument = instrument;
         self.tool.jaw = 1.0;

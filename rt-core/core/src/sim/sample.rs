@@ -1,4 +1,4 @@
-//! Stage `sample`: what the devices said, checked, and how old it is.
+//! Stage `sample`: checks the samples of the devices, and their age.
 
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Pose, Vec3};
@@ -7,22 +7,23 @@ use crate::sim::Samples;
 use crate::time::TimeNs;
 use crate::words::{Health, Status};
 
-/// Age at which a device sample is stale: force begins to fall.
+/// Age at which a device sample is stale, ns: the force begins to fall. Raising it tolerates longer
+/// gaps with an old force.
 const DEVICE_STALE_NS: u64 = 5_000_000;
-/// Time between two ticks after which force starts again from nothing: as long as a stale sample
-/// takes to fade.
+/// Time between two ticks after which the force starts from zero again, ns: as long as a stale
+/// sample takes to fade.
 const STANDSTILL_NS: u64 = 20_000_000;
-/// Age at which a tracker sample is stale: the camera stands.
+/// Age at which a tracker sample is stale, ns: the camera stops.
 const TRACKER_STALE_NS: u64 = 100_000_000;
-/// Age at which the pedal's state is stale.
+/// Age at which the pedal's state is stale, ns.
 const PEDAL_STALE_NS: u64 = 500_000_000;
-/// Farthest that a pose may be from its device, m.
+/// Largest distance of a pose from its device's origin, m.
 const REACH_MAX_M: f32 = 10.0;
-/// Two samples nearer in time than this are taken as this far apart when a speed is computed
-/// from them, s: the newest of each tick are a tick apart, however late the first one arrived.
+/// Least time between two samples from which a speed is computed, s. The newest samples of two
+/// ticks are a tick apart, however late the first one arrived.
 const SAMPLE_PERIOD_MIN_S: f32 = 0.001;
 
-/// One device's line: its newest sample, and whether there is more to come.
+/// State of one device's line, and its newest sample.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Line<T> {
     newest: Option<T>,
@@ -61,12 +62,12 @@ impl<T: Copy> Line<T> {
         self.newest.as_ref()
     }
 
-    /// When the newest sample was read; 0 if there is none.
+    /// Time at which the newest sample was read; 0 if there is none.
     pub(crate) const fn at_ns(&self) -> TimeNs {
         self.at_ns
     }
 
-    /// Whether this tick brought it.
+    /// True if this tick brought the newest sample.
     pub(crate) const fn is_fresh(&self) -> bool {
         self.is_fresh
     }
@@ -96,7 +97,7 @@ pub(crate) struct Inputs {
     pub(crate) device: Line<DeviceSample>,
     pub(crate) tracker: Line<TrackerSample>,
     pedal: Line<PedalSample>,
-    /// Velocity of the handle in the device's frame: as measured, else from the last two samples.
+    /// Velocity of the handle in the device's frame, m/s: measured, else from the last two samples.
     pub(crate) velocity_m_s: Vec3,
     newly_pressed: Buttons,
     stood_still: bool,
@@ -105,7 +106,7 @@ pub(crate) struct Inputs {
 }
 
 impl Inputs {
-    /// Takes what the ports brought. What is no pose is not taken; the line then grows stale.
+    /// Takes the samples of the ports. An invalid pose is dropped; the line then becomes stale.
     pub(crate) fn take(&mut self, samples: &Samples, faults: &mut FaultSet) {
         faults.raise_if(
             self.now_ns > 0 && samples.now_ns <= self.now_ns,
@@ -129,7 +130,7 @@ impl Inputs {
             self.velocity_m_s = sample
                 .velocity_m_s
                 .unwrap_or_else(|| velocity(before.as_ref(), &sample));
-            // A button held down from the start does nothing until it is pressed again.
+            // A button that is pressed at the start acts only after it was released.
             let held = before.map_or(sample.buttons, |before| before.buttons);
             self.newly_pressed = Buttons(sample.buttons.0 & !held.0);
         }
@@ -139,7 +140,7 @@ impl Inputs {
         self.pedal.take(samples.pedal, |sample| sample.at_ns);
     }
 
-    /// The pedal; a lost one reads as released.
+    /// State of the pedal; a lost pedal reads as released.
     pub(crate) fn pedal(&self) -> PedalSample {
         self.pedal
             .newest()
@@ -148,19 +149,19 @@ impl Inputs {
             .unwrap_or_default()
     }
 
-    /// The handle in the device's frame, m, if this tick brought it.
+    /// Position of the handle in the device's frame, m, if this tick brought it.
     pub(crate) fn fresh_handle_m(&self) -> Option<Vec3> {
         let sample = self.device.newest().filter(|_| self.device.is_fresh())?;
         Some(sample.device_from_handle.translation.vector)
     }
 
-    /// Buttons that this tick's sample pressed.
+    /// Buttons that were pressed with this tick's sample.
     pub(crate) const fn newly_pressed(&self) -> Buttons {
         self.newly_pressed
     }
 
-    /// Whether the hand may be anywhere: so much time passed since the tick before (a stopped process, a
-    /// stalled machine), or the device was unplugged and is back.
+    /// True if the hand may have moved anywhere: no tick ran for long (a stopped process, a stalled
+    /// machine), or the device was unplugged and has returned.
     pub(crate) const fn has_leapt(&self) -> bool {
         self.stood_still || self.came_back
     }
@@ -189,7 +190,7 @@ fn velocity(before: Option<&DeviceSample>, now: &DeviceSample) -> Vec3 {
     way / passed_s.max(SAMPLE_PERIOD_MIN_S)
 }
 
-/// `polled`, or nothing and a fault if its sample is none.
+/// `polled`, or nothing and a fault if its sample is invalid.
 fn checked<T: Copy>(
     polled: Polled<T>,
     is_good: impl Fn(&T) -> bool,

@@ -1,5 +1,6 @@
-//! The trainee hangs an organ on the abdominal wall: through what the grasper's tip touches, by the pedal; then
-//! towards where the tip is carried, by the pedal again.
+//! Sewing: the trainee hangs an organ on the abdominal wall. The pedal passes the needle through
+//! the tissue at the grasper's tip; pressed again, it hangs the suture in the direction in which
+//! the tip was carried.
 
 use crate::math::{self, Vec3};
 use crate::port::PedalSample;
@@ -9,22 +10,22 @@ use crate::tissue::suture::{Placed, Suture};
 use crate::tool::{Instrument, Tool};
 use crate::words::{Event, EventKind};
 
-/// A needle is no longer than this: so near to the tip it goes through what is touched, m.
+/// Length of the needle, m: tissue touched within this distance of the tip is pierced.
 const NEEDLE_M: f32 = 0.012;
-/// The tip is carried so far at least before it shows a direction, m.
+/// Least distance that the tip is carried before it shows a direction, m.
 const CARRIED_M: f32 = 0.01;
-/// The thread rises to the wall by this share of its length at least: not along it.
+/// Least rise of the thread to the wall, as a share of its length.
 const RISES: f32 = 0.5;
-/// And is no longer than this, m.
+/// Longest thread, m.
 const THREAD_M: f32 = 0.2;
 
 impl Sim<'_> {
-    /// Whether there is a needle in the instrument, which the pedal leads.
+    /// True if the instrument holds a needle, which the pedal then leads.
     fn is_sewing(&self) -> bool {
         self.tool.instrument == Instrument::Grasper && self.state.bodies.sutures.are_awaited()
     }
 
-    /// The pedal as the generator has it.
+    /// The pedal as the electrosurgical generator sees it.
     pub(super) fn electric_pedal(&self) -> PedalSample {
         let pedal = self.tool.switches.pedal;
         let is_needle = self.is_sewing() || self.state.bodies.sutures.leads_needle();
@@ -35,7 +36,8 @@ impl Sim<'_> {
         }
     }
 
-    /// Places the next suture, or half of it, when the pedal is pressed. What cannot be is not done: no word, no suture.
+    /// Places half of the next suture when the pedal is pressed. An impossible step does nothing
+    /// and raises no event.
     pub(super) fn sew(&mut self) {
         let pedal = self.tool.switches.pedal;
         let is_down = pedal.cut || pedal.coagulate;
@@ -69,7 +71,8 @@ impl Sim<'_> {
         });
     }
 
-    /// Through the place of its organ that the tip touches: through the sphere that is nearest to it.
+    /// Passes the suture through its organ at the tip: through the free sphere nearest to the
+    /// touched place.
     fn through(&self, mut suture: Suture) -> Option<(Suture, EventKind, Vec3)> {
         let bodies = &self.state.bodies;
         let own = *bodies.organ.at(suture.sphere);
@@ -95,7 +98,8 @@ impl Sim<'_> {
         Some((suture, EventKind::Stitch, at_m))
     }
 
-    /// From there past the tip to the wall, which is as high as where the scene has this suture.
+    /// Extends the thread past the tip to the wall, which is as high as the scene's anchor of this
+    /// suture.
     fn to_wall(&self, number: usize, mut suture: Suture) -> Option<(Suture, EventKind, Vec3)> {
         let mut given = self.scene.attachments.iter().filter(|it| is_suture(it));
         let given = given.nth(number)?;

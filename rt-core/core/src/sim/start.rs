@@ -1,4 +1,4 @@
-//! Prepared states: the operation as far as it is done when a task begins.
+//! Prepared states: the operation up to the start of a task.
 
 use crate::capacity::MAX_ORGANS;
 use crate::math;
@@ -7,17 +7,17 @@ use crate::sim::{Sim, Task};
 use crate::tissue::Node;
 use crate::tissue::tubes::Step;
 
-/// Where a prepared tube has its clips, from the body's end to the gallbladder's: two stay with the
-/// body, one goes with the gallbladder.
+/// Positions of the clips along a prepared tube, from the body's end, 0, to the gallbladder's, 1.
+/// Two stay with the body, one leaves with the gallbladder.
 const CLIPS_AT: [f32; 3] = [0.35, 0.5, 0.8];
-/// What is nearer than this to the middle of duct or artery is dissected before they are clipped, m.
+/// Distance from the middle of duct and artery within which tissue is dissected before clipping, m.
 const CLEARED_M: f32 = 0.008;
-/// Where it is divided.
+/// Position at which a prepared tube is divided, from the body's end.
 const DIVIDED_AT: f32 = 0.65;
 
 impl Sim<'_> {
-    /// Puts everything back to rest, and then to where `task` begins. That it begins is told, nothing of how: it is not
-    /// the trainee's.
+    /// Resets everything, then prepares the start of `task`. No event describes the prepared work,
+    /// because the trainee did not do it.
     pub(super) fn start(&mut self, task: Task) {
         self.reset();
         if task == Task::Hang {
@@ -46,7 +46,7 @@ impl Sim<'_> {
                 let (a, b) = (u32::from(step.a), u32::from(step.b));
                 let links = (it.link_start..).zip(self.scene.elastic_links_of(it));
                 for (link, ends) in links {
-                    // With it the longer ones, that keep it from bending.
+                    // The longer links across it, which resist bending, are severed too.
                     let (low, high) = (ends.a.min(ends.b), ends.a.max(ends.b));
                     if low <= a.min(b) && high >= a.max(b) {
                         self.state.bodies.parted.part_link(link);
@@ -76,8 +76,8 @@ impl Sim<'_> {
         });
     }
 
-    /// Whether an organ is a duct or vessel that is grown to the gallbladder: then whether its first
-    /// sphere is at the other end.
+    /// For a duct or vessel that is attached to the gallbladder: true if its first sphere is at the
+    /// other end. `None` for other organs.
     fn leaves_bag(&self, organ: u8, it: &Organ) -> Option<bool> {
         if !it.is_tube() || !matches!(it.inside, Inside::Blood | Inside::Bile) {
             return None;
@@ -101,7 +101,7 @@ impl Sim<'_> {
         Some(sphere.saturating_sub(it.sphere_start) * 2 > it.sphere_count)
     }
 
-    /// The step at this share of a tube whose spheres stand in line.
+    /// Step at this share of a tube whose spheres are in line.
     fn step_at(&self, organ: u8, it: &Organ, share: f32, is_from_low: bool) -> Option<Step> {
         let share = if is_from_low { share } else { 1.0 - share };
         let sphere = it.sphere_start + (share * it.sphere_count as f32) as u32;

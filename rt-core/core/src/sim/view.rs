@@ -1,4 +1,4 @@
-//! What a tick shows.
+//! View of a tick: the results that are published.
 
 use crate::fault::{FaultCounters, FaultSet};
 use crate::math::Vec3;
@@ -10,41 +10,42 @@ use crate::tissue::suture::Suture;
 use crate::tool::ToolState;
 use crate::words::{Event, Health, SphereBits};
 
-/// A sphere as a tick leaves it.
+/// A sphere after a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SphereView {
     /// Centre, world frame, m.
     pub center_m: Vec3,
-    /// What it is doing.
+    /// Flags.
     pub bits: SphereBits,
 }
 
-/// What a tick shows.
+/// Results of a tick.
 #[derive(Debug)]
 pub struct TickView<'a> {
     /// Number of the tick, from 0.
     pub tick: u64,
-    /// When the device sample that this tick used was read; 0 before the first.
+    /// Time at which the device sample of this tick was read; 0 before the first.
     pub sample_ns: TimeNs,
-    /// Whether that sample is new in this tick.
+    /// True if that sample is new in this tick.
     pub sample_is_fresh: bool,
     /// Tools and switches.
     pub tool: &'a ToolState,
-    /// What happened, in order.
+    /// Events, in order.
     pub events: &'a [Event],
-    /// What the hand put into contact and has not got back, J; below nothing contact makes energy.
+    /// Energy that the hand put into contact and did not get back, J. Below zero, contact makes
+    /// energy.
     pub energy_j: f32,
     /// Faults of this tick.
     pub faults: FaultSet,
-    /// Ticks that each fault happened in so far.
+    /// Number of ticks in which each fault has happened.
     pub fault_counters: &'a FaultCounters,
-    /// Haptic device.
+    /// Health of the haptic device.
     pub device: Health,
-    /// Tracker.
+    /// Health of the tracker.
     pub tracker: Health,
-    /// Pedal.
+    /// Health of the pedal.
     pub pedal: Health,
-    /// Clips on tubes, in the order in which they were closed.
+    /// Clips on tubes, in the order of closing.
     pub clips: &'a [Clip],
     /// Clips left in the applier.
     pub clips_left: u32,
@@ -53,15 +54,15 @@ pub struct TickView<'a> {
 }
 
 impl<'a> TickView<'a> {
-    /// Cells of layered tissue, in the scene's order: the share of heat that removes each, 0 to 254, or
-    /// [`crate::tissue::cells::GONE`].
+    /// Cells of layered tissue, in the scene's order: heat taken as a share of the energy that
+    /// removes the cell, 0 to 254, or [`crate::tissue::cells::GONE`].
     #[must_use]
     pub fn cells(&self) -> &'a [u8] {
         self.bodies.cells.shown(self.scene.layers.cells.len())
     }
 
-    /// The sutures that hang organs on the abdominal wall, in the order of the scene's attachments, each with
-    /// whether it is cut through.
+    /// Sutures that hang organs on the abdominal wall, in the order of the scene's attachments;
+    /// true with each that is cut through.
     pub fn sutures(&self) -> impl Iterator<Item = (&'a Suture, bool)> + use<'a> {
         let parted = &self.bodies.parted;
         let ties = self.scene.attachments.iter().enumerate();

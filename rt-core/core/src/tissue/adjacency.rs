@@ -1,4 +1,4 @@
-//! Which spheres each sphere is linked to.
+//! Neighbours of each sphere by links.
 
 use crate::capacity::{MAX_LINKS, MAX_SPHERES};
 use crate::scene::Link;

@@ -1,9 +1,10 @@
-//! What ties organs to each other and to the world.
+//! Attachments between organs, and between an organ and the world.
 //!
-//! A tie acts in the substeps of the finer of its two organs. The coarser one is then on its way through a
-//! longer step: its end of the tie is where that way has come to, and takes up the impulse over the whole of
-//! its step. Were ties solved once a tick, in the last of a finer organ's substeps, they would hold it for a
-//! sixteenth of the time and give it sixteen times the speed.
+//! An attachment acts in the substeps of the finer of its two organs. A sphere of the coarser organ
+//! is then in the middle of a longer substep: its end of the attachment lies where the sphere has
+//! come to by then, and the impulse acts over the whole of its substep. Were attachments solved
+//! once a tick, in the last of a finer organ's substeps, they would hold it for a sixteenth of the
+//! time and give it sixteen times the speed.
 
 use heapless::Vec;
 
@@ -12,20 +13,20 @@ use crate::scene::{Anchor, Attachment, Scene, numbered};
 use crate::tissue::Bodies;
 use crate::tissue::bar::Bar;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::pace::{Moment, Pace};
+use crate::tissue::multirate::{Multirate, SubstepWindow};
 
-/// A tie in the order in which they are solved.
+/// An attachment in the order of solution.
 #[derive(Debug, Clone, Copy)]
 struct Turn {
-    /// Its index in the scene.
+    /// Index in the scene.
     tie: u16,
-    /// Which of the sutures it is.
+    /// Number of the suture, if it is one.
     suture: Option<u8>,
-    /// How often in a tick.
+    /// Number of times that it acts in a tick.
     times: u32,
 }
 
-/// The ties of a scene, those that are solved most often first.
+/// Attachments of a scene; those that act most often come first.
 #[derive(Debug, Clone)]
 pub(crate) struct Ties {
     turns: Vec<Turn, MAX_ATTACHMENTS>,
@@ -34,7 +35,7 @@ pub(crate) struct Ties {
 impl Ties {
     pub(crate) const NONE: Self = Self { turns: Vec::new() };
 
-    /// Those of `scene`. O(ties · times that there are).
+    /// Orders the attachments of `scene`. O(attachments · distinct rates).
     pub(crate) fn build(&mut self, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
         self.turns.clear();
         let substeps = |sphere: u32| {
@@ -61,14 +62,15 @@ impl Ties {
     }
 }
 
-/// Projects, in the finest step `now` of the tick, every attachment as a bar whose turn it is; a thread
-/// only while it is taut, and none that has parted. Those held together at length zero are drawn into one place.
+/// Projects every attachment that is due in the finest substep `now` as an elastic link. A suture
+/// acts only while it is taut, a severed attachment never. Ends with rest length zero are drawn
+/// into one place.
 pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
     for i in 0..bodies.ties.turns.len() {
         let Some(turn) = bodies.ties.turns.get(i).copied() else {
             return;
         };
-        let Some(moment) = Moment::due(now, turn.times, scene) else {
+        let Some(moment) = SubstepWindow::due(now, turn.times, scene) else {
             return; // nor is any after it
         };
         if let Some(tie) = scene.attachments.get(usize::from(turn.tie))
@@ -80,12 +82,18 @@ pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
     }
 }
 
-fn project(tie: &Attachment, left: f32, at: &Moment, scene: &Scene<'_>, bodies: &mut Bodies) {
+fn project(
+    tie: &Attachment,
+    left: f32,
+    at: &SubstepWindow,
+    scene: &Scene<'_>,
+    bodies: &mut Bodies,
+) {
     if left <= 0.0 {
         return;
     }
     let a = *bodies.nodes.at(tie.sphere);
-    let a_pace = Pace::of(tie.sphere, at, scene, bodies);
+    let a_pace = Multirate::of(tie.sphere, at, scene, bodies);
     let (difference, other) = match tie.to {
         Anchor::World(at_m) => {
             let from = a.rest_m - Lanes::new(&at_m, 0.0);
@@ -93,7 +101,7 @@ fn project(tie: &Attachment, left: f32, at: &Moment, scene: &Scene<'_>, bodies: 
         }
         Anchor::Sphere(sphere) => {
             let b = *bodies.nodes.at(sphere);
-            let b_pace = Pace::of(sphere, at, scene, bodies);
+            let b_pace = Multirate::of(sphere, at, scene, bodies);
             let away = a.away_at_start(&b) + (a_pace.way(&a) - b_pace.way(&b));
             (away, Some((sphere, b_pace)))
         }

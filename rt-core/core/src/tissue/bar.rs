@@ -1,4 +1,4 @@
-//! An elastic bar between two spheres (XPBD, Macklin 2016): `C = |p1 − p2| − L` with compliance.
+//! Elastic link between two spheres (XPBD, Macklin 2016): `C = |p1 − p2| − L` with compliance.
 
 use crate::math;
 use crate::scene::Link;
@@ -6,23 +6,23 @@ use crate::tissue::Node;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::per_sphere::PerSphere;
 
-/// Stretch and pull of a bar in this step.
+/// Elastic parameters of a link in one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bar {
     /// Length at rest, m.
     pub(crate) rest_length_m: f32,
     /// Stretch per force, m/N.
     pub(crate) compliance_m_n: f32,
-    /// Retardation over the step: how much a rate counts beside a stretch.
+    /// Retardation time over the substep: weight of the strain rate relative to the strain.
     pub(crate) rate: f32,
-    /// Length of the step, s.
+    /// Length of the substep, s.
     pub(crate) step_s: f32,
 }
 
 impl Bar {
-    /// Displacement per inverse mass of an end that lies at `difference` from the other and has
-    /// gone `step` against it in this step, m kg. The inverse masses sum to `weight_sum`. Ends in
-    /// one place, whose direction nobody knows, are left alone.
+    /// Displacement per inverse mass of an end at `difference` from the other, which has moved by
+    /// `step` relative to it in this substep, m kg. The inverse masses sum to `weight_sum`.
+    /// Coincident ends have no direction and are left alone.
     #[inline(always)]
     pub(crate) fn push(&self, difference: Lanes, step: Lanes, weight_sum: f32) -> Lanes {
         let length = math::sqrt(difference.norm_squared());
@@ -38,7 +38,7 @@ impl Bar {
     }
 }
 
-/// Projects a link as a bar of which the share `left` holds, above 0.
+/// Projects a link of whose stiffness the share `left` remains, above 0.
 #[inline(always)]
 pub(crate) fn project(nodes: &mut PerSphere<Node>, link: &Link, left: f32, rate: f32, step_s: f32) {
     let (a, b) = (*nodes.at(link.a), *nodes.at(link.b));

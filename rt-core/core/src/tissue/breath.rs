@@ -1,12 +1,12 @@
-//! Breathing: what holds an organ goes with the diaphragm.
+//! Breathing: the held spheres of an organ follow the diaphragm.
 
 use crate::scene::{Organ, Scene};
 use crate::time::TICK_S;
 use crate::tissue::{Bodies, Vec3};
 
 impl Bodies {
-    /// Leads the held spheres of `organ` to where the breath has them at the end of this tick:
-    /// `breath_m` at full inspiration, a raised cosine between.
+    /// Leads the held spheres of `organ` along the breath, up to the end of this tick: by
+    /// `breath_m` at full inspiration, on a raised cosine between.
     pub(crate) fn breathe(&mut self, scene: &Scene<'_>, organ: &Organ, tick: u64) {
         let breath_s = scene.room.breath_s;
         if breath_s <= 0.0 || organ.breath_m == Vec3::zeros() {

@@ -1,4 +1,5 @@
-//! Time steps: before the constraints ([`Bodies::predict`]) and after them ([`Bodies::advance`]).
+//! Time integration: prediction before the constraints, velocity after them ([`Bodies::predict`],
+//! [`Bodies::advance`]).
 
 use crate::math::{self, Vec3};
 use crate::scene::{Organ, Scene};
@@ -6,16 +7,16 @@ use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// No sphere leaves a tick faster than this, m/s: above what an instrument does, below what
-/// would carry a sphere through its neighbour in a tick.
+/// Largest speed of a sphere, m/s: above the speed of an instrument, below the speed that would
+/// carry a sphere through its neighbour in a tick.
 const SPEED_MAX_M_S: f32 = 3.0;
-/// No sphere leaves this distance from its rest position, m.
+/// Largest displacement of a sphere from rest, m. A sphere beyond it has diverged.
 const DISPLACEMENT_MAX_M: f32 = 10.0;
 
-/// Ticks that a sphere's trail is behind it.
+/// Delay of a sphere's trail, ticks. A longer trail ignores slower oscillations.
 const TRAIL_TICKS: f32 = 32.0;
 
-/// The box around an organ's spheres, world frame, m.
+/// Bounding box of an organ's spheres, world frame, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bounds {
     pub(crate) low_m: Vec3,
@@ -23,13 +24,13 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Around nothing.
+    /// The empty box.
     pub(crate) const EMPTY: Self = Self {
         low_m: Vec3::new(f32::MAX, f32::MAX, f32::MAX),
         high_m: Vec3::new(f32::MIN, f32::MIN, f32::MIN),
     };
 
-    /// Grows to hold the sphere at `center_m`.
+    /// Extends the box to contain the sphere at `center_m`.
     #[inline]
     pub(crate) fn add(&mut self, center_m: &Vec3, radius_m: f32) {
         let r = Vec3::new(radius_m, radius_m, radius_m);
@@ -37,8 +38,8 @@ impl Bounds {
         self.high_m = self.high_m.sup(&(center_m + r));
     }
 
-    /// The box, grown by `reach_m`, around what of a line from `a_m` to `b_m` lies in this one, itself
-    /// grown by as much. Of a line that does not come near it is empty.
+    /// Bounding box of the part of the segment from `a_m` to `b_m` that lies within `reach_m` of
+    /// this box, grown by `reach_m`. Empty if the segment does not come near.
     pub(crate) fn within(&self, a_m: &Vec3, b_m: &Vec3, reach_m: f32) -> Self {
         let along_m = b_m - a_m;
         let (mut from, mut to) = (0.0f32, 1.0f32);
@@ -61,7 +62,7 @@ impl Bounds {
         within
     }
 
-    /// Whether the two boxes come nearer than `margin_m` to each other.
+    /// True if the boxes come nearer to each other than `margin_m`.
     pub(crate) fn is_near(&self, other: &Self, margin_m: f32) -> bool {
         let gap = (self.low_m - other.high_m).sup(&(other.low_m - self.high_m));
         gap.x < margin_m && gap.y < margin_m && gap.z < margin_m
@@ -69,8 +70,8 @@ impl Bounds {
 }
 
 impl Bodies {
-    /// Velocity takes damping, then gravity (which damping must not weaken), displacement takes
-    /// velocity. Immovable spheres go where they are led.
+    /// Applies damping, then gravity (which damping must not weaken), then adds the velocity to the
+    /// displacement. Immovable spheres follow the velocity with which they are led.
     pub(crate) fn predict(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) {
         let fall = scene.room.gravity_m_s2 * (organ.gravity_share * step_s);
         let keep = (1.0 - organ.material.damping_per_s * step_s).max(0.0);
@@ -84,16 +85,16 @@ impl Bodies {
         }
     }
 
-    /// What the constraints made of the prediction becomes the state: `v = d / dt`, at most
-    /// [`SPEED_MAX_M_S`]. A sphere that is not finite, or left the room, goes back to where it
-    /// was and rests.
-    /// Returns how many did.
+    /// Ends a substep: the corrected displacement gives the velocity, `v = d / dt`, at most
+    /// [`SPEED_MAX_M_S`]. A sphere that is not finite, or left the room, goes back to its place
+    /// before the substep and rests. Returns the number of those.
     pub(crate) fn advance(&mut self, organ: &Organ, step_s: f32) -> u32 {
-        let mut put_back = 0;
+        let mut quarantined = 0;
         let per_step = Lanes::splat(step_s.recip());
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             let [x, y, z, _] = (node.moved_m + node.step_m).to_array();
-            // Not `>`: a comparison with NaN is false. Not `&&`: all three at once are quicker.
+            // Not `>`: a comparison with NaN is false. Not `&&`: evaluating all three at once is
+            // quicker.
             let is_in = |x: f32| x.abs() <= DISPLACEMENT_MAX_M;
             if is_in(x) & is_in(y) & is_in(z) {
                 node.moved_m = node.moved_m + node.step_m;
@@ -102,15 +103,15 @@ impl Bodies {
                 }
             } else {
                 node.velocity_m_s = Lanes::ZERO;
-                put_back += 1;
+                quarantined += 1;
             }
             node.step_m = Lanes::ZERO;
         }
-        put_back
+        quarantined
     }
 
-    /// How fast the fastest sphere of an organ that is free goes, m/s, over the last ticks. Where much is tied and pressed
-    /// spheres alternate between a few places, some micrometres apart: what counts is where that leads.
+    /// Speed of the fastest free sphere of an organ over the last ticks, m/s. Heavily loaded
+    /// spheres alternate between places that lie micrometres apart; only their net motion counts.
     pub(crate) fn pace_m_s(&mut self, organ: &Organ) -> f32 {
         let (start, count) = (organ.sphere_start, organ.sphere_count);
         let trails = self.trail_m.range_mut(start, count).iter_mut();
@@ -122,11 +123,11 @@ impl Bodies {
                 farthest = farthest.max(behind_m.norm_squared());
             }
         }
-        // What goes evenly is so many of its ticks' ways from where its trail was.
+        // A steady motion is `TRAIL_TICKS` ticks ahead of its trail.
         math::sqrt(farthest) / (TRAIL_TICKS * TICK_S)
     }
 
-    /// Ends a tick for an organ: nobody leads its immovable spheres any more.
+    /// Ends a tick of an organ: its immovable spheres are no longer led.
     pub(crate) fn stop_leading(&mut self, organ: &Organ) {
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             if node.inverse_mass_per_kg() <= 0.0 {
@@ -135,7 +136,7 @@ impl Bodies {
         }
     }
 
-    /// Takes all speed from an organ.
+    /// Sets the velocities of an organ to zero.
     pub(crate) fn halt(&mut self, organ: &Organ) {
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             node.velocity_m_s = Lanes::ZERO;
@@ -150,7 +151,7 @@ impl Bodies {
     }
 }
 
-/// The velocity, limited.
+/// The velocity, limited to [`SPEED_MAX_M_S`].
 fn limited(velocity_m_s: Lanes) -> Lanes {
     let squared = velocity_m_s.norm_squared();
     if squared > SPEED_MAX_M_S * SPEED_MAX_M_S {

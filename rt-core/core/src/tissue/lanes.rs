@@ -1,4 +1,4 @@
-//! Three coordinates and a spare, which compilers keep in one vector register.
+//! Three coordinates and a spare lane, which compilers keep in one vector register.
 
 use core::ops::{Add, Mul, Sub};
 
@@ -13,7 +13,7 @@ impl Lanes {
     /// All zero.
     pub const ZERO: Self = Self([0.0; 4]);
 
-    /// `v`, and `spare` beside it.
+    /// `v`, with `spare` in the fourth lane.
     #[must_use]
     #[inline(always)]
     pub const fn new(v: &Vec3, spare: f32) -> Self {
@@ -21,25 +21,25 @@ impl Lanes {
         Self([x, y, z, spare])
     }
 
-    /// From x, y, z and what stands beside.
+    /// From x, y, z and the spare lane.
     #[inline(always)]
     pub(crate) const fn from_array(lanes: [f32; 4]) -> Self {
         Self(lanes)
     }
 
-    /// x, y, z and what stands beside.
+    /// x, y, z and the spare lane, by reference.
     #[inline(always)]
     pub(crate) const fn as_array(&self) -> &[f32; 4] {
         &self.0
     }
 
-    /// x, y, z and what stands beside.
+    /// x, y, z and the spare lane.
     #[inline(always)]
     pub(crate) const fn to_array(self) -> [f32; 4] {
         self.0
     }
 
-    /// The bits of all four, two and two.
+    /// Bits of the four lanes, two in each word.
     #[inline(always)]
     pub(crate) const fn to_bits(self) -> [u64; 2] {
         let [x, y, z, spare] = self.0;
@@ -60,7 +60,7 @@ impl Lanes {
         Self([x; 4])
     }
 
-    /// Without the spare.
+    /// x, y and z.
     #[must_use]
     #[inline(always)]
     pub const fn vec3(self) -> Vec3 {
@@ -68,7 +68,7 @@ impl Lanes {
         Vec3::new(x, y, z)
     }
 
-    /// What stands beside.
+    /// The spare lane.
     #[must_use]
     #[inline(always)]
     pub const fn spare(self) -> f32 {
@@ -76,7 +76,7 @@ impl Lanes {
         spare
     }
 
-    /// With another spare.
+    /// Replaces the spare lane.
     #[must_use]
     #[inline(always)]
     pub const fn with_spare(self, spare: f32) -> Self {
@@ -84,14 +84,14 @@ impl Lanes {
         Self([x, y, z, spare])
     }
 
-    /// x, y and z times `factor`; the spare becomes zero (if it is finite).
+    /// x, y and z times `factor`; a finite spare lane becomes zero.
     #[must_use]
     #[inline(always)]
     pub fn scaled(self, factor: f32) -> Self {
         self * Self([factor, factor, factor, 0.0])
     }
 
-    /// The smaller one, lane by lane; of a number and none the number in `other`.
+    /// Lane-wise minimum. Of a number and a NaN it takes the lane of `other`.
     #[must_use]
     #[inline(always)]
     pub(crate) fn min(self, other: Self) -> Self {
@@ -100,7 +100,7 @@ impl Lanes {
         Self([min(a, e), min(b, f), min(c, g), min(d, h)])
     }
 
-    /// The larger one, lane by lane; of a number and none the number in `other`.
+    /// Lane-wise maximum. Of a number and a NaN it takes the lane of `other`.
     #[must_use]
     #[inline(always)]
     pub(crate) fn max(self, other: Self) -> Self {

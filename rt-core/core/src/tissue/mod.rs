@@ -1,24 +1,102 @@
-//! Soft tissue: inner spheres moved by position-based dynamics.
+//! Soft tissue: spheres that carry mass, tetrahedra between their centres, and links.
 //!
-//! A tick moves an organ in its number of substeps. Each lets every sphere fly (`predict`), lets a
-//! [`Solver`], ties and the contacts correct where it lands, and makes the correction its velocity
-//! (`advance`). Organs go side by side (`substeps`).
+//! # State
 //!
-//! A centre is stored as rest position, displacement, and the displacement's change in this
-//! substep. Displacement and change are small, so that they keep the bits which a centre far from
+//! A centre is stored as its rest position, its displacement, and the change of the displacement in
+//! this substep. Displacement and change are small, so they keep the bits that a centre far from
 //! the origin would lose: a resting organ rests.
+//!
+//! # A substep
+//!
+//! A tick moves an organ in its number of substeps, a power of two. Each predicts the free flight
+//! of every sphere (`predict`), lets a [`Solver`], the attachments and the contacts correct it, and
+//! takes the velocity from the corrected displacement (`advance`). There are substeps and no
+//! iterations: stiffness must not depend on how often the solver ran. It does not while the
+//! stiffness number `E dt² / (ρ h²)` of a substep is at most 0.2. Preparation chooses the substeps
+//! by that number, and twice as many for an organ that does not come to rest after it was shaken: a
+//! few flat tetrahedra are stiffer than the number says.
+//!
+//! # The neo-Hookean solid
+//!
+//! Each tetrahedron has the stable neo-Hookean energy of Smith, de Goes and Kim 2018, solved by
+//! XPBD (Macklin 2016; Macklin and Müller 2021). With `F = I + Σ e_a b_aᵀ`, where `e` are the
+//! displacements of the edges and `b` the shape gradients, the two constraints are the volume
+//! `det F − γ` and the shape `√(F:F)`:
+//!
+//! ```text
+//! λ = λ₀ + μ        γ = 1 + μ/λ
+//! g_a = cof(F) b_a       h_a = F b_a / √(F:F)       (corner 0: minus the sum)
+//! m11 = (1+r) Σ w|g|² + 1/(λ V dt²)   m12 = (1+r) Σ w g·h   m22 = (1+r) Σ w|h|² + 1/(μ V dt²)
+//! m · (p, q) = −(C + r ∇C·d)          d_a += w_a (p g_a + q h_a)
+//! ```
+//!
+//! Both are solved together, in one pass from zero multipliers. `r` is the material's retardation
+//! time over `dt`: strain rate is damped, rigid motion is not. Linear tetrahedra lock beyond a
+//! Poisson's ratio of 0.45, so it counts as 0.45 at most (`POISSON_MAX`). They also resist a little
+//! more than the solid that they stand for, so they get 0.965 of Young's modulus
+//! (`STIFFNESS_SHARE`).
+//!
+//! Preparation orders the tetrahedra so that eight neighbours share no sphere. `kernel` solves a
+//! batch of eight at a time, in AVX registers or in plain arrays, with the same additions,
+//! multiplications, divisions and roots in the same order. The bits are the same.
+//!
+//! # Links
+//!
+//! Tubes, and tissue that no tetrahedron joins, have elastic links: `C = |p1 − p2| − L` with a
+//! compliance. Attachments between organs, threads, the grip of jaws and contact are constraints of
+//! the same kind. The multiplier of each is its force.
+//!
+//! # Damage
+//!
+//! A link keeps one number, its damage, from intact to torn. A link is a bundle of fibres that tear
+//! one after another (a cohesive law): its force rises with the stiffness `k` up to a stretch `s`
+//! and falls as fast from there to nothing at `2 s`. That takes the energy `k s²`. So `s = √(G c)`
+//! follows from the compliance `c` and the energy `G` of the tear, toughness times area. A
+//! half-torn link that is let go comes back on a straight line, without the energy that was spent:
+//! no cycle gives energy. Scissors and current damage links too. Tetrahedra neither tear nor are
+//! cut yet.
+//!
+//! # Organs in unequal substeps
+//!
+//! A constraint between two organs acts in each substep of the finer one. A sphere of the coarser
+//! organ is then in the middle of a longer substep. Its end of the constraint lies where the sphere
+//! has come to by then, and the impulse acts over the whole of its substep. Were attachments solved
+//! once a tick, in the last of a finer organ's substeps, they would hold it for a sixteenth of the
+//! time and give it sixteen times the speed.
+//!
+//! # Sleep
+//!
+//! An organ that stays in place for 50 ticks sleeps until something comes near. The measure is how
+//! far a sphere is from its delayed trail, not its speed: heavily loaded spheres alternate between
+//! places micrometres apart.
+//!
+//! # Cells
+//!
+//! Fat and connective tissue are divided into cells. Each is carried by the organ's spheres and
+//! stands for the nearest. A cell is removed when it has taken the energy that boils it away, or
+//! when the strand that it stands for has torn. Everything else is a function of the set of removed
+//! cells, not of their order: the contact skin sinks by what is missing under it, a link keeps the
+//! share of its spheres' cells that is left, and a sphere without cells meets nothing and goes
+//! where its neighbours go. Tetrahedra of fat keep their stiffness.
+//!
+//! # The paper's method
+//!
+//! `Method::Paper` is the baseline: stretching (Eq. 3–5) and Laplacian coordinates (Eq. 6–8), in a
+//! fixed number of iterations. Its faults are kept because they are the method's. Stiffness depends
+//! on the number of iterations. The vector `L` does not turn with the tissue, so a rotated organ is
+//! pulled back. Only one sphere moves at a time, so momentum is not conserved.
 
 mod adjacency;
 pub(crate) mod attachment;
 pub(crate) mod bar;
 mod breath;
 pub mod cells;
+pub(crate) mod damage;
 mod integrate;
 pub mod lanes;
 pub mod laplacian;
+pub(crate) mod multirate;
 pub mod neo_hookean;
-pub(crate) mod pace;
-pub(crate) mod part;
 pub mod pbd;
 pub(crate) mod per_sphere;
 pub(crate) mod sleep;
@@ -36,28 +114,28 @@ use crate::tissue::tubes::Beads;
 use crate::words::SphereBits;
 pub(crate) use adjacency::Adjacency;
 use attachment::Ties;
+use damage::Damage;
 use lanes::Lanes;
 use neo_hookean::NeoHookean;
-use part::Parted;
 use pbd::{PaperPbd, PaperSphere};
 use per_sphere::PerSphere;
 use suture::Sutures;
 
-/// Corrects the predicted displacements of one organ by its inner constraints. Contacts are not
-/// its business.
+/// Corrects the predicted displacements of one organ by its inner constraints. Contacts are solved
+/// elsewhere.
 pub trait Solver {
-    /// Projects every constraint of `organ` for a substep of `step_s`; must be bounded by the
-    /// organ's counts.
+    /// Projects every constraint of `organ` in a substep of `step_s`. The organ's counts bound the
+    /// cost.
     fn project(&self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies);
 }
 
-/// How tissue is solved.
+/// Method by which tissue is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Neo-Hookean tetrahedra: the material is what it is.
+    /// Neo-Hookean tetrahedra with the material's own moduli.
     #[default]
     NeoHookean,
-    /// The paper's stretching and Laplacian coordinates: to compare with.
+    /// The paper's stretching and Laplacian coordinates, as the baseline.
     Paper(PaperPbd),
 }
 
@@ -70,19 +148,20 @@ impl Solver for Method {
     }
 }
 
-/// A sphere as the solver sees it: a cache line, of which tetrahedra touch the first half.
+/// A sphere as the solver sees it: one cache line. Tetrahedra read its first half only.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Displacement from rest at the start of this substep, m; beside it the inverse mass, 1/kg, 0
-    /// if immovable.
+    /// Displacement from rest at the start of this substep, m. Spare lane: inverse mass, 1/kg; 0 if
+    /// immovable.
     moved_m: Lanes,
-    /// How far it goes in this substep, as predicted and corrected so far, m; beside it zero.
+    /// Change of the displacement in this substep, as predicted and corrected so far, m. Spare
+    /// lane: zero.
     step_m: Lanes,
-    /// Centre at rest, world frame, m; beside it zero.
+    /// Centre at rest, world frame, m. Spare lane: zero.
     rest_m: Lanes,
-    /// Velocity at the end of the last substep, m/s; of an immovable sphere, the velocity with
-    /// which it is led. Beside it zero.
+    /// Velocity at the end of the last substep, m/s; of an immovable sphere the velocity with which
+    /// it is led. Spare lane: zero.
     velocity_m_s: Lanes,
 }
 
@@ -121,25 +200,25 @@ impl Node {
         self.velocity_m_s.vec3()
     }
 
-    /// Bits of the displacement from rest, and of what stands beside it.
+    /// Bits of the displacement from rest, and of the inverse mass in the spare lane.
     #[inline(always)]
     pub(crate) fn moved_bits(&self) -> [u64; 2] {
         (self.moved_m + self.step_m).to_bits()
     }
 
-    /// Bits of the velocity, and of the zero beside it.
+    /// Bits of the velocity, and of the zero in the spare lane.
     #[inline(always)]
     pub(crate) fn velocity_bits(&self) -> [u64; 2] {
         self.velocity_m_s.to_bits()
     }
 
-    /// Moves the sphere on, m.
+    /// Adds `step_m` to the displacement, m.
     #[inline]
     pub(crate) fn move_by(&mut self, step_m: &Vec3) {
         self.step_m = self.step_m + Lanes::new(step_m, 0.0);
     }
 
-    /// Leaves so much of its way in this substep.
+    /// Scales the displacement of this substep by `keep`.
     #[inline]
     pub(crate) fn slow(&mut self, keep: f32) {
         self.step_m = self.step_m.scaled(keep);
@@ -151,28 +230,28 @@ impl Node {
         self.center().vec3()
     }
 
-    /// Predicted centre, world frame, m; what stands beside is of no meaning.
+    /// Predicted centre, world frame, m. The spare lane has no meaning.
     #[inline(always)]
     pub(crate) fn center(&self) -> Lanes {
         self.rest_m + self.moved_m + self.step_m
     }
 
-    /// Predicted centre, as seen from that of `other`, m; what stands beside is of no meaning.
-    /// Rest positions, displacements and steps are subtracted apart: the differences keep bits
-    /// that the difference of centres has lost.
+    /// Predicted centre relative to that of `other`, m. The spare lane has no meaning. Rest
+    /// positions, displacements and steps are subtracted separately: their differences keep bits
+    /// that the difference of two centres has lost.
     #[inline(always)]
     pub(crate) fn from(&self, other: &Self) -> Lanes {
         (self.rest_m - other.rest_m)
             + ((self.moved_m - other.moved_m) + (self.step_m - other.step_m))
     }
 
-    /// The same at the start of this substep.
+    /// Centre relative to that of `other` at the start of this substep.
     #[inline(always)]
     pub(crate) fn away_at_start(&self, other: &Self) -> Lanes {
         (self.rest_m - other.rest_m) + (self.moved_m - other.moved_m)
     }
 
-    /// Puts the sphere to this displacement from rest, m, and leaves it there with this velocity.
+    /// Sets the displacement from rest, m, and the velocity, m/s.
     pub(crate) fn put(&mut self, moved_m: &Vec3, velocity_m_s: &Vec3) {
         self.moved_m = Lanes::new(moved_m, self.moved_m.spare());
         self.step_m = Lanes::ZERO;
@@ -180,34 +259,34 @@ impl Node {
     }
 }
 
-/// Every sphere's state, and which are linked.
+/// State of every sphere, and of the structures between them.
 #[derive(Debug, Clone)]
 pub struct Bodies {
-    /// Where each is and goes.
+    /// Displacement and velocity of each sphere.
     pub(crate) nodes: PerSphere<Node>,
-    /// Scratch of the paper's method.
+    /// Scratch memory of the paper's method.
     paper: PerSphere<PaperSphere>,
     /// Radius, m.
     pub(crate) radius_m: PerSphere<f32>,
-    /// Written by contact and procedure.
+    /// Flags of each sphere, written by contact and procedure.
     pub(crate) bits: PerSphere<SphereBits>,
     /// Index of each sphere's organ.
     pub(crate) organ: PerSphere<u8>,
     pub(crate) adjacency: Adjacency,
-    pub(crate) parted: Parted,
+    pub(crate) parted: Damage,
     /// Layered tissue.
     pub(crate) cells: Cells,
-    /// Where tools meet organs without a contact skin.
+    /// Balls by which tools meet organs without a contact skin.
     pub(crate) beads: Beads,
-    /// What hangs organs on the abdominal wall.
+    /// Sutures that hang organs on the abdominal wall.
     pub(crate) sutures: Sutures,
     ties: Ties,
-    /// What follows each sphere's displacement some ticks behind, m.
+    /// Low-pass filtered displacement of each sphere, m: the trail that sleep compares with.
     trail_m: PerSphere<Lanes>,
 }
 
 impl Bodies {
-    /// Nothing yet.
+    /// An empty state, before a scene is loaded.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -217,7 +296,7 @@ impl Bodies {
             bits: PerSphere::new(SphereBits(0)),
             organ: PerSphere::new(0),
             adjacency: Adjacency::new(),
-            parted: Parted::NONE,
+            parted: Damage::NONE,
             cells: Cells::new(),
             beads: Beads::new(),
             sutures: Sutures::NONE,
@@ -226,7 +305,7 @@ impl Bodies {
         }
     }
 
-    /// Takes over `scene`, at rest.
+    /// Loads `scene`, at rest.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.adjacency.build(scene.links);
         self.beads.build(scene, &self.adjacency);
@@ -243,7 +322,7 @@ impl Bodies {
         self.rest(scene);
     }
 
-    /// Starts a tick: every organ is simulated, or none, and nothing is touched yet.
+    /// Starts a tick: marks every organ as simulated or not, and clears the contact flags.
     pub(crate) fn begin(&mut self, scene: &Scene<'_>, is_awake: bool) {
         if is_awake {
             self.sutures.draw_in();
@@ -254,12 +333,12 @@ impl Bodies {
             } else {
                 SphereBits(0)
             };
-            let kept = SphereBits::GRASPED.with(SphereBits::GONE);
+            let kept = SphereBits::GRASPED.with(SphereBits::REMOVED);
             *bits = SphereBits(bits.0 & kept.0).with(awake);
         }
     }
 
-    /// Tells that an organ is not simulated this tick.
+    /// Marks an organ as not simulated in this tick.
     pub(crate) fn stand(&mut self, organ: &Organ) {
         let bits = self.bits.range_mut(organ.sphere_start, organ.sphere_count);
         for bits in bits {
@@ -277,7 +356,7 @@ impl Bodies {
         }
     }
 
-    /// The box around an organ as it lies now.
+    /// Bounding box of an organ in its present shape.
     pub(crate) fn bounds(&self, organ: &Organ) -> Bounds {
         let (mut low_m, mut high_m) = (Lanes::splat(f32::MAX), Lanes::splat(f32::MIN));
         let (start, count) = (organ.sphere_start, organ.sphere_count);
@@ -291,7 +370,7 @@ impl Bodies {
         Bounds { low_m, high_m }
     }
 
-    /// Puts every sphere back to rest, and joins what has torn.
+    /// Puts every sphere back to rest, and removes all damage.
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         self.parted.heal(scene);
         self.cells.rest(scene);
@@ -313,7 +392,7 @@ impl Default for Bodies {
     }
 }
 
-/// Inverse mass of a sphere that nobody holds.
+/// Inverse mass of a sphere that is not held, 1/kg.
 pub(crate) fn inverse_mass_per_kg(rest: &RestSphere) -> f32 {
     if rest.held { 0.0 } else { rest.mass_kg.recip() }
 }

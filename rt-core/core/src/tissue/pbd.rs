@@ -1,35 +1,35 @@
-//! The paper's solver: stretching and Laplacian coordinates, a fixed number of iterations.
+//! The paper's solver: stretching and Laplacian coordinates in a fixed number of iterations.
 
 use core::ops::Add;
 
 use crate::math;
 use crate::scene::{Organ, Scene};
+use crate::tissue::damage::Damage;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::laplacian::laplacian;
-use crate::tissue::part::Parted;
 use crate::tissue::per_sphere::PerSphere;
 use crate::tissue::stretch::stretch;
 use crate::tissue::{Bodies, Solver};
 
 /// Position-based dynamics as in the paper (Eq. 3–8).
 ///
-/// In each iteration all links in the scene's order, then all spheres in theirs, each seeing
-/// what the ones before did (Gauss–Seidel). Preparation orders the links so that neighbours in
-/// the list share no sphere: the processor can then work on several at a time.
-/// O(iterations · links).
+/// An iteration visits all links in the scene's order, then all spheres in theirs. Each correction
+/// sees the corrections before it (Gauss–Seidel). Preparation orders the links so that neighbours
+/// in the list share no sphere, so the processor can work on several at a time. O(iterations ·
+/// links).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PaperPbd {
-    /// Iterations in a tick. The paper's stiffness grows with it: its known fault.
+    /// Iterations in a tick. Raising it stiffens the tissue: the known fault of the paper's method.
     pub iterations: u32,
 }
 
-/// A sphere as this method wants it: half a cache line.
+/// A sphere as this method stores it: half a cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(32))]
 pub(crate) struct PaperSphere {
-    /// Centre at rest, world frame, m; beside it the inverse mass, 1/kg.
+    /// Centre at rest, world frame, m. Spare lane: inverse mass, 1/kg.
     rest_m: Lanes,
-    /// Displacement from rest, m; beside it zero.
+    /// Displacement from rest, m. Spare lane: zero.
     moved_m: Lanes,
 }
 
@@ -67,13 +67,13 @@ impl Solver for PaperPbd {
     }
 }
 
-/// Links that have torn or were cut pull by what is left of them; the Laplacian, which knows spheres and no
-/// links, still counts the two as neighbours.
+/// Projects the links. A damaged link pulls with its remaining stiffness. The Laplacian knows
+/// spheres and no links, so it still counts the two ends as neighbours.
 fn project_stretch(
     scene: &Scene<'_>,
     organ: &Organ,
     spheres: &mut PerSphere<PaperSphere>,
-    parted: &Parted,
+    parted: &Damage,
 ) {
     let links = scene.links_of(organ).iter();
     for (link, left) in links.zip(parted.left_of_links(organ)) {
@@ -114,7 +114,7 @@ mod tests {
     use crate::math::Vec3;
     use crate::scene::Link;
     use crate::scene::tests::{organ, room, sphere};
-    use crate::tissue::part::{part_all, sparing_none};
+    use crate::tissue::damage::{damage_all, sparing_none};
     use std::boxed::Box;
 
     #[test]
@@ -131,11 +131,11 @@ mod tests {
         organs[0].material.laplacian_stiffness = 0.0;
         let scene = Scene::new(&organs, &spheres, &links, room()).unwrap();
         let mut bodies = Box::new(Bodies::new());
-        // 4 mm too long; how much of it is taken back.
+        // 4 mm too long: the share of it that one projection removes.
         let mut taken_m = |parted: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);
-            part_all(&scene, &mut bodies, sparing_none, |_| (), |_, _| parted);
+            damage_all(&scene, &mut bodies, sparing_none, |_| (), |_, _| parted);
             bodies.nodes.at_mut(1).move_by(&(Vec3::x() * 0.004));
             PaperPbd { iterations: 1 }.project(&scene, &organs[0], 0.001, &mut bodies);
             0.004 - bodies.nodes.at(1).from(bodies.nodes.at(0)).vec3().x + 0.02

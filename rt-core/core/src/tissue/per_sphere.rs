@@ -17,20 +17,20 @@ impl<T: Copy> PerSphere<T> {
         Self([value; MAX_SPHERES])
     }
 
-    /// That of sphere `i`. [`crate::scene::Scene::new`] has checked every index there is; the
-    /// mask proves to the compiler that none is out of range.
+    /// Value of sphere `i`. [`crate::scene::Scene::new`] has checked every index; the mask proves
+    /// to the compiler that none is out of range.
     #[inline(always)]
     pub(crate) fn at(&self, i: u32) -> &T {
         &self.0[i as usize & (MAX_SPHERES - 1)]
     }
 
-    /// That of sphere `i`, to change.
+    /// Mutable value of sphere `i`.
     #[inline(always)]
     pub(crate) fn at_mut(&mut self, i: u32) -> &mut T {
         &mut self.0[i as usize & (MAX_SPHERES - 1)]
     }
 
-    /// Those of `count` spheres from `start` on.
+    /// Values of `count` spheres from `start` on.
     pub(crate) fn range(&self, start: u32, count: u32) -> &[T] {
         let (start, count) = (start as usize, count as usize);
         self.0
@@ -38,7 +38,7 @@ impl<T: Copy> PerSphere<T> {
             .unwrap_or(&[])
     }
 
-    /// Those of `count` spheres from `start` on, to change.
+    /// Mutable values of `count` spheres from `start` on.
     pub(crate) fn range_mut(&mut self, start: u32, count: u32) -> &mut [T] {
         let (start, count) = (start as usize, count as usize);
         self.0

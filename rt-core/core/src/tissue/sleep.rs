@@ -1,39 +1,41 @@
-//! Organs that nothing touches sleep: a scene costs what is being worked on.
+//! Sleep: an organ at rest is not simulated, so a scene costs only what is worked on.
 
 use crate::capacity::MAX_ORGANS;
 
-/// Slower than this everywhere, an organ stands still, m/s. Freezing it then costs 0.06 mm.
+/// Speed below which an organ is at rest, m/s. Freezing it then costs 0.06 mm. Raising it lets
+/// organs fall asleep earlier, with a larger error.
 const STILL_M_S: f32 = 0.001;
-/// Ticks of standing still after which it sleeps.
+/// Ticks at rest after which an organ falls asleep.
 const DROWSY_TICKS: u16 = 50;
 
-/// How long each organ has stood still.
+/// Number of ticks for which each organ has been at rest.
 #[derive(Debug, Clone)]
 pub(crate) struct Sleep {
     still_ticks: [u16; MAX_ORGANS],
 }
 
 impl Sleep {
-    /// Everything is awake.
+    /// Every organ is awake.
     pub(crate) const AWAKE: Self = Self {
         still_ticks: [0; MAX_ORGANS],
     };
 
-    /// Whether an organ sleeps.
+    /// True while the organ sleeps.
     pub(crate) fn is_asleep(&self, organ: usize) -> bool {
         self.still_ticks
             .get(organ)
             .is_some_and(|&ticks| ticks >= DROWSY_TICKS)
     }
 
-    /// Something touches it.
+    /// Wakes an organ that something touches.
     pub(crate) fn wake(&mut self, organ: usize) {
         if let Some(ticks) = self.still_ticks.get_mut(organ) {
             *ticks = 0;
         }
     }
 
-    /// After a tick that it was awake in. Says whether it falls asleep now.
+    /// Records the speed of an organ after a tick in which it was awake. Returns true if it falls
+    /// asleep now.
     pub(crate) fn note_speed(&mut self, organ: usize, speed_m_s: f32) -> bool {
         if let Some(ticks) = self.still_ticks.get_mut(organ) {
             let still = speed_m_s < STILL_M_S;
@@ -42,7 +44,7 @@ impl Sleep {
         self.is_asleep(organ)
     }
 
-    /// Whether it moves enough to wake what touches it.
+    /// True if the organ moves enough to wake an organ that touches it.
     pub(crate) fn is_stirring(&self, organ: usize) -> bool {
         self.still_ticks.get(organ) == Some(&0)
     }

@@ -1,6 +1,6 @@
 //! Stretching (paper Eq. 3–5).
 
-/// How far the two spheres of a link move along their difference `p1 − p2`, per inverse mass.
+/// Displacement of the two spheres of a link along `p1 − p2`, per inverse mass.
 ///
 /// | paper | here |
 /// |---|---|
@@ -9,8 +9,8 @@
 /// | `dp2 = +w2 / (w1 + w2) C n` (Eq. 5) | `+w2 · result · (p1 − p2)` |
 ///
 /// `length` is `|p1 − p2|`, `weight_sum` is `w1 + w2`, `stiffness` the share of the stretch that is
-/// removed (the paper's is 1). Two immovable spheres, and two in one place (whose direction
-/// nobody knows), are left alone.
+/// removed (the paper's is 1). Two immovable spheres, and two in one place (which have no
+/// direction), are left alone.
 #[must_use]
 #[inline(always)]
 pub fn stretch(length: f32, weight_sum: f32, rest_length: f32, stiffness: f32) -> f32 {
@@ -29,7 +29,7 @@ mod tests {
     use crate::math::{self, Quat, Vec3};
     use proptest::prelude::*;
 
-    /// What both spheres move by, per inverse mass.
+    /// Displacement of both spheres, per inverse mass.
     fn step(d: &Vec3, weight_sum: f32, rest_length: f32, stiffness: f32) -> Vec3 {
         d * stretch(math::norm(d), weight_sum, rest_length, stiffness)
     }
@@ -83,7 +83,7 @@ mod tests {
             prop_assert!(math::norm(&momentum) < 1.0e-5 * (1.0 + math::norm(&g)));
         }
 
-        /// It never overshoots: the stretch left is (1 − k) of what there was.
+        /// It never overshoots: the remaining stretch is (1 − k) of the stretch before.
         #[test]
         fn leaves_the_rest_of_the_stretch(d in vector(), w1 in 0.0f32..10.0, w2 in 0.1f32..10.0,
                                           rest in 0.01f32..1.0, k in 0.0f32..1.0) {

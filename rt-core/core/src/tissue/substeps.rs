@@ -1,55 +1,56 @@
-//! Organs side by side through a tick, each in its substeps.
+//! Advances all organs through a tick, each in its own number of substeps.
 
 use crate::capacity::MAX_ORGANS;
 use crate::scene::{Organ, Scene};
 use crate::tissue::{Bodies, Method, Solver, attachment};
 
-/// What acts on organs from without.
-pub(crate) trait Outside {
-    /// In a substep of this organ, before its constraints are solved.
-    fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies);
-    /// Between organs, in the finest step `now` of the tick.
-    fn between(&mut self, _now: u32, _bodies: &mut Bodies) {}
-    /// In each of its substeps but the last, after they are: `share` of the tick has passed at its end.
-    fn press(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies);
+/// External constraints on organs: tools, clips, and other organs.
+pub(crate) trait Coupling {
+    /// Before the constraints of a substep of this organ.
+    fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies);
+    /// Constraints between organs, in the finest substep `now` of the tick.
+    fn couple(&mut self, _now: u32, _bodies: &mut Bodies) {}
+    /// After the constraints of each substep of this organ except the last. `share` of the tick has
+    /// passed at its end.
+    fn post_solve(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies);
 }
 
-/// Takes every organ that `moves` through the tick, up to where its last substep ends, which stays open for
-/// what acts once a tick. Returns how many spheres were put back.
+/// Advances every organ that `moves` through the tick. The last substep stays open, so that
+/// constraints that act once a tick can follow. Returns the number of spheres that were reset.
 pub(crate) fn run(
     scene: &Scene<'_>,
     method: &Method,
     moves: &[bool; MAX_ORGANS],
-    outside: &mut impl Outside,
+    coupling: &mut impl Coupling,
     bodies: &mut Bodies,
 ) -> u32 {
     let finest = scene.finest();
-    let mut put_back = 0;
+    let mut quarantined = 0;
     for now in 0..finest {
         for (i, organ, own) in moving(scene, moves, finest) {
             if now.is_multiple_of(own) {
                 let step_s = scene.step_s_of(i);
                 bodies.predict(scene, organ, step_s);
-                outside.lean(i, step_s, bodies);
+                coupling.pre_solve(i, step_s, bodies);
                 method.project(scene, organ, step_s, bodies);
             }
         }
         attachment::project_due(scene, now, bodies);
-        outside.between(now, bodies);
+        coupling.couple(now, bodies);
         let ended = now + 1;
         for (i, organ, own) in moving(scene, moves, finest) {
             if ended < finest && ended.is_multiple_of(own) {
                 let step_s = scene.step_s_of(i);
                 let share = ended as f32 / finest as f32;
-                outside.press(i, share, step_s, bodies);
-                put_back += bodies.advance(organ, step_s);
+                coupling.post_solve(i, share, step_s, bodies);
+                quarantined += bodies.advance(organ, step_s);
             }
         }
     }
-    put_back
+    quarantined
 }
 
-/// The organs that move, each with its index and the length of its substep in finest ones.
+/// Organs that move, each with its index and the length of its substep in finest substeps.
 fn moving<'a>(
     scene: &'a Scene<'_>,
     moves: &'a [bool; MAX_ORGANS],

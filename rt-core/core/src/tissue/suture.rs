@@ -1,7 +1,8 @@
-//! Sutures that hang organs on the abdominal wall: where each goes.
+//! State of the sutures that hang organs on the abdominal wall.
 //!
-//! The scene has placed them; or they are taken down, and the trainee places each, with its place in the scene
-//! for nothing but how high the wall is and how much it is drawn in (`sim/sew.rs`).
+//! The scene places them. A task can take them down; then the trainee places each one
+//! (`sim/sew.rs`). Only the height of the wall and the shortening of the suture are taken from the
+//! scene then.
 
 use heapless::Vec;
 
@@ -9,62 +10,62 @@ use crate::capacity::MAX_SUTURES;
 use crate::hash::Hash;
 use crate::math::{self, Vec3};
 use crate::scene::{Anchor, Attachment, Scene, is_suture};
-use crate::tissue::part::Parted;
+use crate::tissue::damage::Damage;
 
-/// What a tick draws of a suture that is shorter than its ends are apart: it is as short as it will be
-/// after two seconds.
+/// Share by which a hung suture is drawn in per tick: it reaches its final length after two
+/// seconds.
 const DRAWN_STEP: f32 = 0.000_5;
 
-/// How far a suture is placed.
+/// Stage of placing a suture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Placed {
-    /// Not at all.
+    /// Not placed.
     Away = 0,
-    /// It goes through the organ, and its other end to the instrument.
+    /// Through the organ; the other end is at the instrument.
     AtHand = 1,
-    /// It hangs the organ on the wall.
+    /// Hangs the organ on the wall.
     Hung = 2,
 }
 
 /// A suture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Suture {
-    /// How far it is placed.
+    /// Stage of placing.
     pub placed: Placed,
-    /// The sphere that it holds; one of the organ that it is for while it is away.
+    /// Sphere that it holds. While it is not placed: a sphere of its organ.
     pub sphere: u32,
-    /// Where it goes through the wall, world frame, m.
+    /// Place at which it passes the wall, world frame, m.
     pub at_m: Vec3,
-    /// How long it is once it is drawn in, m.
+    /// Length when drawn in, m.
     pub length_m: f32,
-    /// How long before, m.
+    /// Length before it is drawn in, m.
     apart_m: f32,
-    /// How far it is drawn in, 0 to 1.
+    /// Progress of drawing in, 0 to 1.
     drawn: f32,
-    /// The trainee's, not the scene's.
+    /// Placed by the trainee.
     is_own: bool,
     is_cut: bool,
 }
 
-/// A scene's sutures to the world, in the order of its attachments.
+/// Sutures of a scene to the world, in the order of its attachments.
 #[derive(Debug, Clone)]
 pub(crate) struct Sutures {
     all: Vec<Suture, MAX_SUTURES>,
     is_pedal_down: bool,
-    /// It was pressed for a needle, and is until it is let go.
+    /// The pedal was pressed to lead a needle and is not released yet.
     leads_needle: bool,
 }
 
 impl Sutures {
-    /// None.
+    /// No sutures.
     pub(crate) const NONE: Self = Self {
         all: Vec::new(),
         is_pedal_down: false,
         leads_needle: false,
     };
 
-    /// All as the scene has them, not yet drawn in.
+    /// Places all as in the scene, not yet drawn in.
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         self.all.clear();
         for tie in scene.attachments {
@@ -89,7 +90,7 @@ impl Sutures {
         }
     }
 
-    /// Takes all down, for the trainee to place.
+    /// Takes all sutures down.
     pub(crate) fn take_down(&mut self) {
         for suture in &mut self.all {
             suture.placed = Placed::Away;
@@ -97,7 +98,7 @@ impl Sutures {
         }
     }
 
-    /// Draws what hangs in by a tick.
+    /// Draws hung sutures in by one tick.
     pub(crate) fn draw_in(&mut self) {
         for suture in &mut self.all {
             if suture.placed == Placed::Hung {
@@ -106,7 +107,8 @@ impl Sutures {
         }
     }
 
-    /// How an attachment is now, which is a suture with this number or none at all; none where that holds nothing.
+    /// The attachment in its present state. `suture` is its number if it is a suture; `None` if it
+    /// holds nothing now.
     #[inline]
     pub(crate) fn now(&self, tie: &Attachment, suture: Option<u8>) -> Option<Attachment> {
         if let Some(number) = suture {
@@ -122,13 +124,13 @@ impl Sutures {
         }
     }
 
-    /// All of them.
+    /// All sutures.
     pub(crate) fn all(&self) -> &[Suture] {
         &self.all
     }
 
-    /// Takes whether a pedal is down, and whether there is a needle in the instrument; says whether it was just
-    /// pressed for that.
+    /// Records the pedal, and whether the instrument holds a needle. Returns true if the pedal was
+    /// just pressed to lead it.
     pub(crate) fn is_pressed(&mut self, is_pedal_down: bool, is_sewing: bool) -> bool {
         let was_down = core::mem::replace(&mut self.is_pedal_down, is_pedal_down);
         let is_pressed = is_pedal_down && !was_down && is_sewing;
@@ -136,24 +138,25 @@ impl Sutures {
         is_pressed
     }
 
-    /// Whether the pedal that is down was pressed for a needle.
+    /// True while the pedal is held down that was pressed to lead a needle.
     pub(crate) const fn leads_needle(&self) -> bool {
         self.leads_needle
     }
 
-    /// The one that is to be placed next, and its number.
+    /// The suture to be placed next, and its number.
     pub(crate) fn next(&mut self) -> Option<(usize, &mut Suture)> {
         let mut all = self.all.iter_mut().enumerate();
         all.find(|(_, suture)| suture.placed != Placed::Hung)
     }
 
-    /// Whether there is one to be placed.
+    /// True if a suture waits to be placed.
     pub(crate) fn are_awaited(&self) -> bool {
         self.all.iter().any(|it| it.placed != Placed::Hung)
     }
 
-    /// The spheres of those that stir what they hold: the trainee's that are being drawn in, and what was just cut.
-    pub(crate) fn stirring(&mut self, scene: &Scene<'_>, parted: &Parted) -> Vec<u32, MAX_SUTURES> {
+    /// Spheres of sutures that wake their organ: those that the trainee's sutures are drawing in,
+    /// and those just cut.
+    pub(crate) fn stirring(&mut self, scene: &Scene<'_>, parted: &Damage) -> Vec<u32, MAX_SUTURES> {
         let ties = scene.attachments.iter().enumerate();
         let own = ties.filter(|(_, tie)| is_suture(tie));
         let mut stirring = Vec::new();
@@ -168,7 +171,7 @@ impl Sutures {
         stirring
     }
 
-    /// Adds what the trainee has placed.
+    /// Adds the sutures that the trainee has placed to `hash`.
     pub(crate) fn add_to(&self, hash: &mut Hash) {
         for suture in self.all.iter().filter(|it| it.is_own) {
             hash.word(u32::from(suture.placed as u8));
@@ -180,7 +183,7 @@ impl Sutures {
 }
 
 impl Suture {
-    /// Hangs it there, `drawn_in_m` shorter than its ends are `apart_m`.
+    /// Hangs it at `at_m`; it will be `drawn_in_m` shorter than the distance `apart_m` of its ends.
     pub(crate) fn hang(&mut self, at_m: Vec3, apart_m: f32, drawn_in_m: f32) {
         self.placed = Placed::Hung;
         self.at_m = at_m;

@@ -1,4 +1,4 @@
-//! Beads along the tubes: what tools meet of organs without a contact skin.
+//! Beads along the tubes: balls by which tools meet organs without a contact skin.
 
 use heapless::Vec;
 
@@ -7,32 +7,33 @@ use crate::math::{self, Vec3};
 use crate::scene::{Link, Organ, Scene};
 use crate::tissue::{Adjacency, Bodies};
 
-/// Beads are at most this many radii apart: a tube is as good as smooth.
+/// Largest distance of two beads, in radii: the tube is then nearly smooth. Lowering it costs more
+/// beads.
 const SPACING_RADII: f32 = 0.75;
-/// Beads between two spheres, at most.
+/// Most beads between two spheres.
 const BETWEEN_MAX: u16 = 4;
 
-/// A place on a tube's centre line, between two spheres; a sphere that follows no other is a bead by
-/// itself.
+/// A place on a tube's centre line, between two spheres. A sphere that belongs to no tube is one
+/// bead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bead {
     pub(crate) a: u16,
     pub(crate) b: u16,
-    /// How far it lies from `a` to `b`, 0 to 1.
+    /// Position from `a`, 0, to `b`, 1.
     pub(crate) share: f32,
     /// Share of a sphere's contact stiffness.
     pub(crate) stiffness_share: f32,
-    /// The link that it lies on, if any.
+    /// The link on which it lies, if any.
     pub(crate) link: Option<u32>,
 }
 
 impl Bead {
-    /// Whether this one follows it along the same tube.
+    /// True if `next` follows this bead along the same tube.
     pub(crate) fn leads_to(&self, next: &Self) -> bool {
         self.link.is_some() && next.link.is_some() && (self.link == next.link || self.b == next.a)
     }
 
-    /// Where it is now.
+    /// The ball of this bead in the present state.
     pub(crate) fn now(&self, bodies: &Bodies) -> Ball {
         let (a, b) = (u32::from(self.a), u32::from(self.b));
         let from_m = bodies.nodes.at(a).center_m();
@@ -46,22 +47,22 @@ impl Bead {
     }
 }
 
-/// A link between spheres that follow each other along a tube.
+/// A link between successive spheres of a tube.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Step {
     pub(crate) a: u16,
     pub(crate) b: u16,
-    /// Its index in the scene.
+    /// Index in the scene.
     pub(crate) link: u32,
 }
 
-/// A bead at one moment.
+/// A bead in the present state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ball {
-    /// World frame, m.
+    /// Centre, world frame, m.
     pub(crate) center_m: Vec3,
     pub(crate) radius_m: f32,
-    /// Unit vector along the tube; zero of a bead by itself.
+    /// Unit vector along the tube; zero for a single sphere.
     pub(crate) along: Vec3,
 }
 
@@ -69,7 +70,7 @@ pub(crate) struct Ball {
 #[derive(Debug, Clone)]
 pub(crate) struct Beads {
     all: Vec<Bead, MAX_BEADS>,
-    /// First of each organ, and one past its last.
+    /// First bead of each organ, and one past the last.
     of: [(u16, u16); MAX_ORGANS],
 }
 
@@ -81,8 +82,8 @@ impl Beads {
         }
     }
 
-    /// Finds the tubes of `scene`; done once, when it is loaded. O(spheres · links · links of a
-    /// sphere) of organs without a skin.
+    /// Finds the tubes of `scene`, once when it is loaded. O(spheres · links · links of a sphere)
+    /// of organs without a skin.
     pub(crate) fn build(&mut self, scene: &Scene<'_>, adjacency: &Adjacency) {
         self.all.clear();
         self.of = [(0, 0); MAX_ORGANS];
@@ -102,10 +103,11 @@ impl Beads {
             let links = (organ.link_start..).zip(scene.links_of(organ));
             links.filter(|(_, link)| is_step(link, scene, adjacency))
         };
-        // As many steps as a line has, even one that forks and closes; anything else is a heap.
+        // A line, even one that forks and closes, has about as many steps as spheres; anything else
+        // is not a tube.
         let most = organ.sphere_count + organ.sphere_count / 8 + 1;
         let count = steps().count();
-        // Where beads between them found no room, spheres by themselves always do.
+        // Spheres always find room as single beads, even where the beads between them did not.
         let to_come = scene.spheres.len() - (organ.sphere_start as usize).min(scene.spheres.len());
         let beads = self.all.len() + to_come + count * usize::from(BETWEEN_MAX);
         let is_line = organ.batch_count == 0 && count as u32 <= most && beads <= MAX_BEADS;
@@ -136,17 +138,17 @@ impl Beads {
         }); // `string` sees to it that there is room
     }
 
-    /// The beads of the organ with this index, numbered.
+    /// Beads of the organ with this index, numbered.
     pub(crate) fn of(&self, organ: u8) -> impl Iterator<Item = (u16, &Bead)> {
         let (start, end) = self.of.get(usize::from(organ)).copied().unwrap_or((0, 0));
         let own = self.all.get(usize::from(start)..usize::from(end));
         (start..end).zip(own.unwrap_or(&[]))
     }
 
-    /// The steps along the tubes of the organ with this index.
+    /// Steps along the tubes of the organ with this index.
     pub(crate) fn steps_of(&self, organ: u8) -> impl Iterator<Item = Step> {
         self.of(organ).filter_map(|(_, bead)| {
-            // The first of the beads on each link.
+            // The first bead on each link.
             let link = bead.link.filter(|_| bead.share < bead.stiffness_share)?;
             Some(Step {
                 a: bead.a,
@@ -162,8 +164,8 @@ impl Beads {
     }
 }
 
-/// Whether a link joins spheres that follow each other: no third that both are linked to lies nearer
-/// to both.
+/// True if a link joins successive spheres: no third sphere that both are linked to lies nearer to
+/// both.
 fn is_step(link: &Link, scene: &Scene<'_>, adjacency: &Adjacency) -> bool {
     let length_m = |a: u32, b: u32| rest_length_m(a, b, scene);
     let whole_m = length_m(link.a, link.b);
@@ -179,7 +181,7 @@ fn between(step: &Link, scene: &Scene<'_>) -> u16 {
     let radius_m = |i: u32| scene.spheres.get(i as usize).map_or(0.0, |s| s.radius_m);
     let thin_m = radius_m(step.a).min(radius_m(step.b)).max(1.0e-6);
     let gaps = rest_length_m(step.a, step.b, scene) / (SPACING_RADII * thin_m);
-    // `as` saturates and cuts off.
+    // `as` saturates and truncates.
     (gaps as u16).saturating_add(1).min(BETWEEN_MAX)
 }
 

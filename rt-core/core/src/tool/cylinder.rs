@@ -3,15 +3,15 @@
 use crate::math::{self, Vec3};
 use crate::tool::Capsule;
 
-/// Where a sphere's centre lies, in the cylinder's own coordinates.
+/// Position of a sphere's centre, in the cylinder's own coordinates.
 struct Local {
     /// Along the axis, towards the nearer end.
     axis: Vec3,
     /// Away from the axis.
     radial: Vec3,
-    /// `x − h/2` of the paper: beyond the nearer end, m.
+    /// `x − h/2` of the paper: distance beyond the nearer end, m.
     beyond_end_m: f32,
-    /// `d − r0` of the paper: outside the mantle, m.
+    /// `d − r0` of the paper: distance outside the mantle, m.
     outside_m: f32,
 }
 
@@ -25,15 +25,15 @@ fn local(center_m: &Vec3, part: &Capsule) -> Local {
     let across = from_middle - u * x;
     Local {
         axis: if x < 0.0 { -u } else { u },
-        // A centre on the axis leaves sideways; any side serves, always the same one.
+        // A centre on the axis leaves sideways, in an arbitrary but fixed direction.
         radial: math::unit(&across).unwrap_or_else(|| math::across(&u)),
         beyond_end_m: x.abs() - 0.5 * h,
         outside_m: math::norm(&across) - part.radius_m,
     }
 }
 
-/// Whether a sphere meets a cylinder: Algorithm 1 of the paper, as it stands there. `p1`, `p2`
-/// are the ends of the axis, `r0` is the radius, `c` and `r` are the sphere's.
+/// Algorithm 1 of the paper: true if a sphere meets a cylinder. `p1`, `p2` are the ends of the
+/// axis, `r0` is the radius, `c` and `r` are the sphere's.
 #[must_use]
 pub fn meets(c: &Vec3, r: f32, p1: &Vec3, p2: &Vec3, r0: f32) -> bool {
     let p0 = (p1 + p2) * 0.5;
@@ -51,19 +51,19 @@ pub fn meets(c: &Vec3, r: f32, p1: &Vec3, p2: &Vec3, r0: f32) -> bool {
     }
 }
 
-/// How a sphere and a cylinder meet.
+/// Depth and normal of a sphere and a cylinder.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch {
-    /// How deep one is in the other, m; negative: the gap.
+    /// Depth of the overlap, m; negative: the gap.
     pub depth_m: f32,
     /// Unit vector from tissue to tool.
     pub normal: Vec3,
 }
 
-/// Depth and normal, which the paper does not give: the signed distance of the sphere's centre
-/// to the solid cylinder. It says "meet" (`depth > 0`) exactly where Algorithm 1 does. Differs
-/// from its three cases only for a centre inside the cylinder, which leaves through the nearest
-/// face, mantle or end: the depth is then continuous everywhere, and so is the force.
+/// Depth and normal, which the paper does not give: from the signed distance of the sphere's centre
+/// to the solid cylinder. Contact (`depth > 0`) agrees with Algorithm 1. It differs from the
+/// paper's three cases only for a centre inside the cylinder, which leaves through the nearest
+/// face, mantle or end. The depth is then continuous everywhere, and so is the force.
 #[must_use]
 pub fn touch(center_m: &Vec3, radius_m: f32, part: &Capsule) -> Touch {
     let Local {

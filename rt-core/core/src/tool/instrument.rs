@@ -1,4 +1,4 @@
-//! What can be on the shaft, and its shapes.
+//! Instruments on the shaft, and their capsules.
 
 use heapless::Vec;
 
@@ -12,7 +12,7 @@ const JAW_RADIUS_M: f32 = 0.0015;
 /// Radius of the endoscope, m: a 10 mm laparoscope.
 const ENDOSCOPE_RADIUS_M: f32 = 0.005;
 
-/// What is on the end of the shaft.
+/// Instrument on the end of the shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Instrument {
@@ -28,7 +28,7 @@ pub enum Instrument {
 }
 
 impl Instrument {
-    /// The next one, in the order that the handle's button walks through.
+    /// The next instrument, in the order in which the handle's button changes them.
     #[must_use]
     pub const fn next(self) -> Self {
         match self {
@@ -39,7 +39,7 @@ impl Instrument {
         }
     }
 
-    /// From the jaw joint to the tip, m.
+    /// Distance from the jaw joint to the tip, m.
     #[must_use]
     pub const fn jaw_length_m(self) -> f32 {
         match self {
@@ -50,7 +50,7 @@ impl Instrument {
         }
     }
 
-    /// How far a jaw's end lies off the shaft's axis when open, m; 0: nothing opens.
+    /// Distance of an open jaw's end from the shaft's axis, m; 0: nothing opens.
     #[must_use]
     pub const fn jaw_opening_m(self) -> f32 {
         match self {
@@ -78,12 +78,12 @@ pub enum Role {
     Endoscope = 4,
 }
 
-/// Which tool a part belongs to.
+/// Tool to which a part belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tool {
-    /// The one whose handle the hand holds.
+    /// The instrument, whose handle the hand holds.
     Instrument,
-    /// The camera's, which another hand holds.
+    /// The endoscope, which another hand holds.
     Endoscope,
 }
 
@@ -98,7 +98,7 @@ impl Role {
     }
 }
 
-/// A round bar, world frame. Its ends are round as well, of its radius: they reach so far beyond the axis.
+/// A capsule, world frame. Its ends are hemispheres, which extend beyond the axis by the radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Capsule {
     /// One end of the axis, m.
@@ -107,13 +107,13 @@ pub struct Capsule {
     pub b_m: Vec3,
     /// Radius, m.
     pub radius_m: f32,
-    /// Which part it is.
+    /// Part of the tool.
     pub role: Role,
 }
 
-/// The capsules of `instrument` (the paper's three: two blades and the shaft), world frame.
-/// `jaw` is its opening, 0 closed to 1 open. Round ends of jaws reach to their tips. A shaft that is not in the body
-/// yet is left out.
+/// Capsules of `instrument` (the paper's three: two blades and the shaft), world frame. `jaw` is
+/// the opening, 0 closed to 1 open. The round ends of jaws reach to their tips. A shaft that is not
+/// in the body yet is omitted.
 #[must_use]
 pub fn capsules(
     instrument: Instrument,
@@ -151,7 +151,7 @@ pub fn capsules(
         let off = instrument.jaw_opening_m() * jaw.clamp(0.0, 1.0);
         let reach = -math::sqrt(length * length - off * off);
         let axis = 1.0 - JAW_RADIUS_M / length;
-        // Closed jaws lie beside each other, not in each other.
+        // Closed jaws lie side by side, not in each other.
         let (off, reach) = (axis * off + 0.001, axis * reach);
         add(joint, world(0.0, off, reach), JAW_RADIUS_M, Role::UpperJaw);
         add(joint, world(0.0, -off, reach), JAW_RADIUS_M, Role::LowerJaw);
@@ -159,8 +159,8 @@ pub fn capsules(
     parts
 }
 
-/// The endoscope, from its port to the camera's front, to which its round end reaches; `None` while the camera is not
-/// in the body.
+/// Capsule of the endoscope, from its port to the camera's front, where its round end lies; `None`
+/// while the camera is outside the body.
 #[must_use]
 pub fn endoscope(port_m: &Vec3, world_from_camera: &Pose) -> Option<Capsule> {
     let front_m = world_from_camera.translation.vector;

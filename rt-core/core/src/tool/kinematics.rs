@@ -5,7 +5,7 @@
 
 use crate::math::{self, Pose, Quat, Vec3};
 
-/// Shortest part outside the body that the lever law divides by, m: nearer than that the hand
+/// Least length outside the body by which the lever law divides, m. Nearer than that, the hand
 /// would hold the trocar itself.
 const OUTSIDE_MIN_M: f32 = 0.02;
 /// The shaft and the port that it pivots about.
@@ -18,8 +18,8 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Direction of the shaft, from the handle through the port. A handle in the port has none:
-    /// then the handle's own −z.
+    /// Direction of the shaft, from the handle through the port. For a handle in the port: the
+    /// handle's own −z.
     #[must_use]
     pub fn axis(&self, world_from_handle: &Pose) -> Vec3 {
         math::unit(&(self.port_m - world_from_handle.translation.vector))
@@ -32,8 +32,8 @@ impl Kinematics {
         world_from_handle.translation.vector + self.axis(world_from_handle) * self.length_m
     }
 
-    /// Pose of the instrument whose jaws are `jaw_length_m` long: origin at the jaw joint, −z
-    /// towards the tip, y as near to the handle's y as that allows.
+    /// Pose of the instrument with jaws of `jaw_length_m`: origin at the jaw joint, −z towards the
+    /// tip, y as close to the handle's y as the shaft allows.
     #[must_use]
     pub fn instrument(&self, world_from_handle: &Pose, jaw_length_m: f32) -> Pose {
         let axis = self.axis(world_from_handle);
@@ -45,9 +45,9 @@ impl Kinematics {
         )
     }
 
-    /// The handle pose that brings the tip to `tip_m`, rolled so that its y is as near to `up`
-    /// as the shaft allows. The inverse of [`Self::tip`] for tips within the shaft's reach; a tip
-    /// in the port itself has no solution and gives a shaft along −z.
+    /// Handle pose that brings the tip to `tip_m`, rolled so that its y is as close to `up` as the
+    /// shaft allows. It inverts [`Self::tip`] for tips within the shaft's reach. A tip in the port
+    /// has no solution and gives a shaft along −z.
     #[must_use]
     pub fn handle_from_tip(&self, tip_m: &Vec3, up: &Vec3) -> Pose {
         let axis = math::unit(&(tip_m - self.port_m)).unwrap_or(Vec3::new(0.0, 0.0, -1.0));
@@ -55,12 +55,12 @@ impl Kinematics {
         Pose::from_parts((tip_m - axis * self.length_m).into(), turned)
     }
 
-    /// What a wrench on the instrument does to the hand, by virtual work. The port bears what is
-    /// left: the force across the shaft.
+    /// Wrench on the hand from a wrench on the instrument, by virtual work. The port bears the
+    /// rest: the force across the shaft.
     ///
-    /// With `F` and the torque `τ` about the port: force `d (d·F) + d × τ / l_out`, torque `d (d·τ)`.
-    /// The roll follows the handle's y (see [`Self::instrument`]); a handle whose y leans along the
-    /// shaft takes part of the torque about that y, and the push that leaves.
+    /// With `F` and the torque `τ` about the port: force `d (d·F) + d × τ / l_out`, torque `d
+    /// (d·τ)`. The roll follows the handle's y (see [`Self::instrument`]). A handle whose y is
+    /// tilted along the shaft takes part of the torque about that y, and the resulting push.
     #[must_use]
     pub fn at_handle(&self, world_from_handle: &Pose, at_port: &Wrench) -> Wrench {
         let axis = self.axis(world_from_handle);
@@ -77,7 +77,7 @@ impl Kinematics {
         }
     }
 
-    /// The wrench about the port of a force on the instrument at `at_m`.
+    /// Wrench about the port of a force on the instrument at `at_m`.
     #[must_use]
     pub fn wrench(&self, at_m: &Vec3, force_n: &Vec3) -> Wrench {
         Wrench {
@@ -86,8 +86,8 @@ impl Kinematics {
         }
     }
 
-    /// How the point of the instrument at `at_m` moves when the handle moves by `way` without
-    /// turning the shaft: the transpose of [`Self::at_handle`].
+    /// Displacement of the instrument's point at `at_m` when the handle moves by `way` without
+    /// rolling the shaft: the transpose of [`Self::at_handle`].
     #[cfg(test)]
     pub(crate) fn way_of(&self, world_from_handle: &Pose, at_m: &Vec3, way: &Vec3) -> Vec3 {
         let axis = self.axis(world_from_handle);
@@ -100,23 +100,23 @@ impl Kinematics {
     }
 }
 
-/// A force and the torque about the trocar, or about the handle.
+/// A force, and a torque about the port or the handle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wrench {
-    /// World frame, N.
+    /// Force, world frame, N.
     pub force_n: Vec3,
-    /// World frame, N m.
+    /// Torque, world frame, N m.
     pub torque_n_m: Vec3,
 }
 
 impl Wrench {
-    /// Nothing.
+    /// No force and no torque.
     pub const ZERO: Self = Self {
         force_n: Vec3::new(0.0, 0.0, 0.0),
         torque_n_m: Vec3::new(0.0, 0.0, 0.0),
     };
 
-    /// The same without torque about the unit vector `axis`.
+    /// Without the torque about the unit vector `axis`.
     #[must_use]
     pub fn without_roll(&self, axis: &Vec3) -> Self {
         Self {
@@ -125,7 +125,7 @@ impl Wrench {
         }
     }
 
-    /// This and so much of another.
+    /// Sum of this and `share` times another.
     pub(crate) fn plus(&self, other: &Self, share: f32) -> Self {
         Self {
             force_n: self.force_n + other.force_n * share,
@@ -145,15 +145,15 @@ impl core::ops::AddAssign for Wrench {
     }
 }
 
-/// Axes of the instrument: −z along the shaft (a unit vector), y as near to `up` as that allows.
+/// Axes of the instrument: −z along the shaft (a unit vector), y as close to `up` as that allows.
 fn shaft_frame(axis: &Vec3, up: &Vec3) -> [Vec3; 3] {
     let z = -axis;
     let y = math::unit(&(up - z * z.dot(up))).unwrap_or_else(|| math::across(&z));
     [y.cross(&z), y, z]
 }
 
-/// How far the unit vector `up` leans from y towards z, as a tangent; 45° at most: a handle whose y
-/// lies along the shaft could not turn it at all.
+/// Tilt of the unit vector `up` from y towards z, as a tangent; limited to 45°, because a handle
+/// whose y lies along the shaft could not roll it at all.
 fn lean(y: &Vec3, z: &Vec3, up: &Vec3) -> f32 {
     let (across, along) = (up.dot(y).max(f32::MIN_POSITIVE), up.dot(z));
     along.max(-across).min(across) / across
@@ -267,14 +267,14 @@ mod tests {
             let felt_j = hand.force_n.dot(&step) + hand.torque_n_m.dot(&turn);
             prop_assert!((felt_j - work_j).abs() < 5.0e-6 + 2.0e-3 * f.norm() * step.norm(),
                 "{felt_j} {work_j}");
-            // Without roll the force alone carries it.
+            // Without roll the force alone does the work.
             let wrench = LEVER.wrench(&point(&middle), &f).without_roll(&LEVER.axis(&middle));
             let way = LEVER.way_of(&middle, &point(&middle), &step);
             let felt_j = LEVER.at_handle(&middle, &wrench).force_n.dot(&step);
             prop_assert!((felt_j - f.dot(&way)).abs() < 1.0e-6 + 1.0e-4 * f.norm() * step.norm());
         }
 
-        /// Turned or moved together with the room, or seen in a mirror: the same.
+        /// Invariant under rotation, translation and reflection of the room.
         #[test]
         fn the_lever_knows_no_direction(
             f in vector(3.0), arm in vector(0.05), way in vector(0.1), turn in vector(3.0),
@@ -288,7 +288,8 @@ mod tests {
             let hand = there.at_handle(&(room * h), &there.wrench(&moved, &(room.rotation * f)));
             prop_assert!(math::norm(&(hand.force_n - room.rotation * here.force_n)) < 2.0e-4);
             prop_assert!(math::norm(&(hand.torque_n_m - room.rotation * here.torque_n_m)) < 2.0e-5);
-            // Torques are turned round by a mirror (x → −x here), forces are not.
+            // A reflection (x → −x here) reverses torques as axial vectors; forces are polar
+            // vectors.
             let mirror = |v: &Vec3| Vec3::new(-v.x, v.y, v.z);
             let seen = felt(&handle(-0.03, 0.01, 0.28), mirror(&at_m), mirror(&f));
             prop_assert!(math::norm(&(seen.force_n - mirror(&here.force_n))) < 1.0e-5);

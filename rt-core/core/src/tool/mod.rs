@@ -1,7 +1,7 @@
-//! Instruments: the lever about the trocar, the shapes, and what the tick shows of them.
+//! Tools: the lever about the port, the capsules, and their state in a tick.
 //!
-//! The instrument frame has its origin at the jaw joint and −z along the shaft towards the tip;
-//! its roll is the handle's.
+//! The instrument frame has its origin at the jaw joint and −z along the shaft towards the tip. Its
+//! roll is the handle's.
 
 pub mod cylinder;
 mod instrument;
@@ -16,33 +16,33 @@ use crate::capacity::MAX_CAPSULES;
 use crate::math::{Pose, Quat, Vec3};
 use crate::port::{Buttons, PedalSample};
 
-/// Switches that a person or the host has set.
+/// Switches set by a person or the host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Switches {
     /// Foot pedal.
     pub pedal: PedalSample,
-    /// The simulation stands still.
+    /// True while the simulation is paused.
     pub paused: bool,
-    /// Force may leave.
+    /// True if force may leave.
     pub force_enabled: bool,
 }
 
-/// Everything about the tools that a tick shows. World frame.
+/// State of the tools in a tick. World frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToolState {
-    /// The handle in the hand.
+    /// Device pose: the handle in the hand.
     pub world_from_handle: Pose,
-    /// The instrument: origin at the jaw joint, −z along the shaft towards the tip. It stays behind
-    /// the hand where the device cannot push as hard as the tissue: what is drawn never sinks into
-    /// it by a force that nobody feels.
+    /// Proxy pose of the instrument: origin at the jaw joint, −z along the shaft towards the tip.
+    /// It stays behind the hand where the device cannot push as hard as the tissue, so the drawn
+    /// instrument never sinks into tissue by a force that is not felt.
     pub world_from_instrument: Pose,
     /// The endoscope's camera: looks along −z, y up.
     pub world_from_camera: Pose,
     /// Tip of the instrument, m.
     pub tip_m: Vec3,
-    /// Speed of the handle, m/s.
+    /// Velocity of the handle, m/s.
     pub handle_velocity_m_s: Vec3,
-    /// What is on the shaft.
+    /// Instrument on the shaft.
     pub instrument: Instrument,
     /// Opening of the jaws: 0 closed, 1 open.
     pub jaw: f32,
@@ -50,7 +50,7 @@ pub struct ToolState {
     pub buttons: Buttons,
     /// Collision shapes of the instrument.
     pub capsules: Vec<Capsule, MAX_CAPSULES>,
-    /// Collision shape of the endoscope, once its tracker has said where it is.
+    /// Capsule of the endoscope, once its tracker has reported a pose.
     pub endoscope: Option<Capsule>,
     /// Force on the hand as sent to the device, N.
     pub force_n: Vec3,
@@ -65,7 +65,8 @@ pub struct ToolState {
 }
 
 impl ToolState {
-    /// Nothing sampled yet: everything in the port, no capsules, so that nothing is touched.
+    /// State before the first sample: everything in the port, without capsules, so nothing is
+    /// touched.
     pub(crate) fn new(port_m: Vec3, world_from_camera: Pose) -> Self {
         let at_port = Pose::from_parts(port_m.into(), Quat::identity());
         Self {

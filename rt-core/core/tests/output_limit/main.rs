@@ -1,4 +1,4 @@
-//! Every gate that force passes on its way out.
+//! Tests of each gate that limits the force.
 
 mod stiffness;
 
@@ -31,14 +31,14 @@ const HALF: Demand = Demand {
     paused: false,
 };
 
-/// Open, ramped up within a tick.
+/// An enabled limit, ramped up within a tick.
 fn open() -> OutputLimit {
     let mut limit = OutputLimit::new(&DEVICE, 0.0);
     limit.enable(true);
     limit
 }
 
-/// Length of the force, and the faults raised.
+/// Size of the force, and the faults raised.
 fn apply(limit: &mut OutputLimit, demand: &Demand) -> (f32, FaultSet) {
     let mut faults = FaultSet::NONE;
     let out = limit.apply(demand, &mut faults);
@@ -132,7 +132,7 @@ fn a_loop_that_makes_energy_is_damped_and_free_space_never_is() {
     limit.enable(true);
     let mut damped = 0;
     for tick in 0..400 {
-        // But what it is told comes 6 ms late: the force pushes on when the hand goes out.
+        // The samples arrive 6 ms late, so the force still pushes while the hand moves out.
         let at = |tick: i32| 0.002 * (0.2 * tick as f32).sin();
         let force_n = (-490.0 * at(tick - 6)).max(0.0);
         let demand = Demand {
@@ -163,7 +163,7 @@ fn too_strong_is_clamped_after_the_slew() {
         );
         assert_eq!(faults.contains(Fault::Slewed), expected < 3.0);
     }
-    // And back: no faster down than up.
+    // The fall is as slow as the rise.
     let (force, faults) = apply(
         &mut limit,
         &Demand {
@@ -181,7 +181,7 @@ fn the_gates_stand_in_their_order() {
         stiffness_n_m: 1.0e4,
         ..HALF
     };
-    // What cuts at once comes first: nothing else is asked.
+    // A cut comes first: no other gate acts.
     let nan = Demand {
         force_n: Vec3::new(0.0, 900.0, f32::NAN),
         ..strong
@@ -200,7 +200,7 @@ fn the_gates_stand_in_their_order() {
     let mut closed = OutputLimit::new(&DEVICE, 0.0);
     assert_eq!(apply(&mut closed, &strong), (0.0, only(Fault::NotEnabled)));
 
-    // The stiffness is brought down before the clamp looks: half of 5 N passes it.
+    // Stiffness is scaled before the clamp: half of 5 N passes it.
     let stiff = Demand {
         force_n: Vec3::new(0.0, 5.0, 0.0),
         stiffness_n_m: 2.0 * open().stiffness_max_n_m(),
@@ -212,7 +212,8 @@ fn the_gates_stand_in_their_order() {
     assert!(near(force_n, 2.5), "{force_n}");
     assert_eq!(faults, only(Fault::StiffnessCapped));
 
-    // So is the ramp: its beginning is too weak to be clamped, and the slew bounds its whole way.
+    // The ramp also comes before the clamp: its beginning is too weak to be clamped, and the slew
+    // bounds the whole rise.
     let mut limit = OutputLimit::new(&DEVICE, 2.0);
     limit.enable(true);
     let soft = Demand {
@@ -248,7 +249,7 @@ fn warm_motors_come_down_to_the_continuous_force_without_a_step() {
         .windows(2)
         .map(|pair| (pair[1].0 - pair[0].0).abs());
     assert!(steps.fold(0.0, f32::max) < 0.01);
-    // Rest cools them.
+    // Without force they cool.
     let rest = Demand {
         force_n: Vec3::zeros(),
         ..HALF
@@ -418,8 +419,8 @@ fn a_peak_too_small_to_square_lets_nothing_through() {
 }
 
 proptest! {
-    /// Whatever is asked, of whatever device: finite, never over its peak, never a faster rise
-    /// than the slew limit, nothing while the device is not there.
+    /// For any demand and any device: finite, never above its peak, never a faster rise than the
+    /// slew limit, and zero while the device is not live.
     #[test]
     fn nothing_hostile_gets_out(
         demands in prop::collection::vec((demand(), any::<bool>()), 1..200),

@@ -1,4 +1,4 @@
-//! How stiff a contact may get for a device: what share of its force is let through.
+//! Stiffness gate: the share of a contact's force that a device may render.
 
 use crate::{DEVICE, HALF, apply, near, only, open};
 use rt_core::fault::Fault;
@@ -38,8 +38,8 @@ fn stiffness_that_comes_under_load_takes_force_away_slowly() {
     assert!(near(forces[300], 0.25) && near(forces[800], 0.5));
 }
 
-/// A second and a third part of the tool come to touch a wall on the way in, and leave it on the way out:
-/// what the hand feels never falls on the way in, nor rises on the way out.
+/// A second and a third part of the tool touch a wall on the way in, and leave it on the way out.
+/// The felt force never falls on the way in, and never rises on the way out.
 #[test]
 fn what_comes_to_touch_never_takes_force_from_a_hand_that_goes_deeper() {
     let mut limit = open();
@@ -59,7 +59,7 @@ fn what_comes_to_touch_never_takes_force_from_a_hand_that_goes_deeper() {
     let rises = |(a, b): (&f32, &f32)| b >= &(a - 1.0e-5);
     assert!(goes_in.iter().zip(&goes_in[1..]).all(rises));
     assert!(goes_out[1..].iter().zip(&goes_out).all(rises));
-    // It is rendered: half a newton a millimetre, where one part alone touches.
+    // The felt stiffness is half a newton a millimetre while one part alone touches.
     assert!(
         (goes_in[900] - 500.0 * way(900)).abs() < 0.02,
         "{}",
@@ -91,14 +91,15 @@ fn a_slow_device_bears_less_stiffness() {
     assert!(near(bears(1.0, 0.001, f32::NAN), 0.0));
 }
 
-/// Spheres that stick and slip make a contact's stiffness flicker from tick to tick: its force does not.
+/// Spheres that stick and slip make the stiffness flicker from tick to tick. The rendered force
+/// does not flicker.
 #[test]
 fn stiffness_that_flickers_is_not_felt() {
     let mut limit = open();
     apply(&mut limit, &HALF);
     let forces: Vec<f32> = (0..2000)
         .map(|tick| {
-            // The force itself trembles a little, up and down.
+            // The force itself varies a little.
             let by = [1.0, 1.001, 0.999, 1.0005][tick % 4];
             let demand = Demand {
                 force_n: HALF.force_n * by,
@@ -120,8 +121,8 @@ fn stiffness_that_flickers_is_not_felt() {
     assert!((forces[1999] - 0.25).abs() < 0.01, "{}", forces[1999]);
 }
 
-/// What was felt before a cut says nothing of what is felt after it: neither a stiff contact that comes back soft, nor a
-/// soft one that comes back stiff.
+/// A cut resets the gate: neither a stiff contact that returns soft, nor a soft one that returns
+/// stiff, keeps its former share.
 #[test]
 fn after_a_cut_a_contact_begins_with_its_own_share() {
     let with = |stiffness_n_m: f32| Demand {
@@ -161,7 +162,7 @@ fn after_a_cut_a_contact_begins_with_its_own_share() {
     }
 }
 
-/// A stiffness without end lets nothing through while it is there, and is gone soon after.
+/// An infinite stiffness blocks the force while it lasts, and is forgotten soon after.
 #[test]
 fn a_stiffness_without_end_does_not_stay() {
     let mut limit = open();

@@ -1,5 +1,5 @@
-//! A synthetic organ and a scripted hand, for tests, the bench and the example: no files, no
-//! randomness, so that they are the same everywhere.
+//! Rig: synthetic organs and a scripted hand, for tests, the bench and the examples. It uses no
+//! files and no randomness, so it is equal on every machine.
 
 #![allow(dead_code)] // every user takes what it needs
 
@@ -39,7 +39,7 @@ pub(crate) const SOFT: Material = Material {
     toughness_j_m2: 0.0,
 };
 
-/// An organ without tetrahedra, all links elastic.
+/// An organ without tetrahedra, all of whose links are elastic.
 pub(crate) fn organ(spheres: [u32; 2], links: [u32; 2], material: Material) -> Organ {
     Organ {
         sphere_start: spheres[0],
@@ -57,13 +57,13 @@ pub(crate) fn organ(spheres: [u32; 2], links: [u32; 2], material: Material) -> O
     }
 }
 
-/// Where the shaft passes through the wall.
+/// The port of the shaft, and its length.
 pub(crate) const LEVER: Kinematics = Kinematics {
     port_m: Vec3::new(0.0, 0.0, 0.18),
     length_m: 0.33,
 };
 
-/// Spheres and links of a scene that is being built.
+/// Arrays of a scene that is being built.
 #[derive(Clone, Default)]
 pub(crate) struct Anatomy {
     pub(crate) organs: Vec<Organ>,
@@ -76,13 +76,13 @@ pub(crate) struct Anatomy {
     pub(crate) skin_fans: Vec<[u16; 2]>,
     pub(crate) skin_nearest: Vec<u16>,
     pub(crate) breath_s: f32,
-    /// How it is turned about the origin, with the room and the devices in it.
+    /// Rotation about the origin, applied to room and devices as well.
     pub(crate) turn: Quat,
 }
 
 impl Anatomy {
-    /// An ellipsoid of `count` spheres on a lattice and the `link_count` shortest links, in an
-    /// order in which neighbours share no sphere. Its lowest tenth is held.
+    /// Adds an ellipsoid of `count` spheres on a lattice with its `link_count` shortest links,
+    /// ordered so that neighbours share no sphere. Its lowest tenth is held.
     pub(crate) fn with_ellipsoid(
         mut self,
         center_m: Vec3,
@@ -150,7 +150,7 @@ impl Anatomy {
         self
     }
 
-    /// The paper's liver: 581 spheres, 3588 links, 1.2 litres, its middle in the origin.
+    /// The paper's liver: 581 spheres, 3588 links, 1.2 litres, centred at the origin.
     pub(crate) fn liver() -> Self {
         let half_axes_m = Vec3::new(0.1, 0.06, 0.048);
         Self::default().with_ellipsoid(Vec3::zeros(), half_axes_m, 581, 3588)
@@ -171,8 +171,8 @@ impl Anatomy {
             .with_ellipsoid(Vec3::new(0.9, 0.0, 0.0), half_axes_m, 452, 3161)
     }
 
-    /// With contact skins: the faces of tetrahedra that have none beyond them, through the centres of
-    /// their spheres.
+    /// Adds contact skins: the boundary faces of the tetrahedra, through the centres of their
+    /// spheres.
     pub(crate) fn with_skins(mut self) -> Self {
         let mut faces = std::collections::BTreeMap::new();
         for tet in &self.tetrahedra {
@@ -225,7 +225,7 @@ impl Anatomy {
         self
     }
 
-    /// One organ, turned about the origin with the room and the devices.
+    /// Rotates one organ about the origin, with the room and the devices.
     pub(crate) fn turned(mut self, turn: Quat) -> Self {
         for sphere in &mut self.spheres {
             sphere.center_m = turn * sphere.center_m;
@@ -242,7 +242,7 @@ impl Anatomy {
         self
     }
 
-    /// The scene, checked.
+    /// The validated scene.
     pub(crate) fn scene(&self) -> Scene<'_> {
         let upright = room();
         let room = Room {
@@ -266,7 +266,7 @@ impl Anatomy {
     }
 }
 
-/// Devices stand where the world's origin is.
+/// A room whose devices stand at the world's origin.
 pub(crate) fn room() -> Room {
     Room {
         gravity_m_s2: Vec3::new(0.0, 0.0, -9.81),
@@ -280,7 +280,7 @@ pub(crate) fn room() -> Room {
     }
 }
 
-/// Body-centred lattice around the origin, in half cells: corners even, middles odd.
+/// Body-centred lattice around the origin, in half cells: corners even, centres odd.
 fn lattice(side: i32) -> Vec<[i32; 3]> {
     let mut points = Vec::new();
     for x in -side..side {
@@ -294,8 +294,8 @@ fn lattice(side: i32) -> Vec<[i32; 3]> {
     points
 }
 
-/// Delaunay of the lattice: four tetrahedra around each edge of a cell, whose other corners are
-/// the middles of neighbouring cells.
+/// Delaunay tetrahedra of the lattice: four around each edge of a cell; their other corners are the
+/// centres of neighbouring cells.
 fn lattice_tetrahedra(points: &[[i32; 3]]) -> Vec<[u32; 4]> {
     let index: std::collections::BTreeMap<[i32; 3], u32> = points
         .iter()
@@ -326,7 +326,7 @@ fn lattice_tetrahedra(points: &[[i32; 3]]) -> Vec<[u32; 4]> {
     made
 }
 
-/// Tetrahedra in an order in which eight neighbours share no sphere, as far as possible.
+/// Tetrahedra ordered so that eight neighbours share no sphere, as far as possible.
 fn in_batches(mut left: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
     let mut ordered = Vec::new();
     while !left.is_empty() {
@@ -344,7 +344,7 @@ fn in_batches(mut left: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
     ordered
 }
 
-/// Links sorted so that those of one colour, which share no sphere, follow each other.
+/// Links ordered by colour; those of one colour share no sphere.
 fn in_colours(links: &[(f32, u32, u32)], spheres: usize) -> Vec<(f32, u32, u32)> {
     let mut used = vec![0u64; spheres];
     let mut coloured: Vec<(u32, (f32, u32, u32))> = Vec::new();
@@ -389,7 +389,7 @@ pub(crate) struct Bench {
     pub(crate) centers_m: Vec<Vec3>,
     pub(crate) bits: Vec<SphereBits>,
     pub(crate) status: [rt_core::words::Status; 3],
-    /// One of each tick.
+    /// Digest of each tick.
     pub(crate) digests: Vec<Digest>,
 }
 
@@ -424,7 +424,7 @@ impl Bench {
         }
     }
 
-    /// Goes on by one period; nothing new arrives unless the caller says so.
+    /// Advances by one period without new samples; the caller may add some.
     pub(crate) fn next(&mut self) -> &mut Samples {
         self.samples = Samples {
             now_ns: self.samples.now_ns + 1_000_000,
@@ -438,7 +438,7 @@ impl Bench {
         &mut self.samples
     }
 
-    /// Goes on by one period with the tip at `tip_m`.
+    /// Advances by one period with the tip at `tip_m`.
     pub(crate) fn next_at(&mut self, tip_m: &Vec3, buttons: Buttons) -> &mut Samples {
         let samples = self.next();
         samples.device = Polled::Fresh(at_tip(tip_m, buttons, samples.now_ns));

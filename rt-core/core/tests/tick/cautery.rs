@@ -1,4 +1,4 @@
-//! What the hook's current burns and parts, and what it does not.
+//! Current of the hook: the tissue that it burns and divides, and the tissue that it spares.
 
 use super::grip::count;
 use super::tear::tube;
@@ -6,13 +6,13 @@ use super::*;
 use rt_core::port::{PedalSample, Polled};
 use rt_core::tool::Instrument;
 
-/// The hook's bent end lies across the tube's top.
+/// Place at which the hook's bent end lies across the tube's top.
 const ACROSS: Vec3 = Vec3::new(0.0005, 0.002, 0.003_5);
 pub(super) const CUT: (bool, bool) = (true, false);
 pub(super) const COAGULATE: (bool, bool) = (false, true);
 const OFF: (bool, bool) = (false, false);
 
-/// A tight tube of 200 kPa with a cross-section of 3.1 mm², that does not tear.
+/// A tight tube of 200 kPa with a cross-section of 3.1 mm², which cannot tear.
 fn thin_tube() -> Anatomy {
     let mut tube = tube(0.0);
     let young_pa = 2.0e5;
@@ -24,8 +24,8 @@ fn thin_tube() -> Anatomy {
     tube
 }
 
-/// What happens while the hook goes to `at` and stays there for `ticks` under this current, off
-/// at the end.
+/// The bench after the hook has gone to `at` and stayed there for `ticks` under this current, which
+/// is off at the end.
 fn burnt(
     anatomy: &Anatomy,
     instrument: Instrument,
@@ -44,7 +44,7 @@ fn burnt(
     bench
 }
 
-/// Stays at `at` for `ticks` under this current, off at the end.
+/// Holds the tip at `at` for `ticks` under this current, which is off at the end.
 pub(super) fn under_current(
     sim: &mut Sim<'_>,
     bench: &mut Bench,
@@ -78,7 +78,7 @@ fn current_parts_a_tube_under_the_tip_and_tells_of_its_energy() {
     let energy_j: f32 = told(&bench, EventKind::Burn).map(|burn| burn.value).sum();
     let burns = count(&bench, EventKind::Burn);
     assert!(told(&bench, EventKind::Burn).all(|burn| burn.organ == Some(0) && burn.value > 0.0));
-    // 15 W at most, told twenty times a second.
+    // 15 W at most, reported twenty times a second.
     assert!((5.0..=60.01).contains(&energy_j), "{energy_j} J");
     assert!((5..=82).contains(&burns), "{burns}");
 }
@@ -105,7 +105,7 @@ fn no_current_no_hook_and_no_touch_burn_nothing() {
         500,
     );
     assert!(whole(&air) && count(&air, EventKind::Electro) == 2);
-    // It leans on the tube with its insulated shaft.
+    // The insulated shaft leans on the tube.
     let beside = Vec3::new(0.0, -0.0035, -0.02);
     let shaft = burnt(&tube, Instrument::Hook, &beside, CUT, 500);
     assert!(whole(&shaft) && count(&shaft, EventKind::Contact) > 0);

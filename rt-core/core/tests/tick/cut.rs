@@ -1,4 +1,4 @@
-//! What scissors cut, and what they do not.
+//! Scissors: the tissue that they cut, and the tissue that they spare.
 
 use super::grip::count;
 use super::tear::tube;
@@ -6,10 +6,10 @@ use super::*;
 use rt_core::scene::{Anchor, Attachment};
 use rt_core::tool::Instrument;
 
-/// The blades reach 4 mm beyond the tube's middle.
+/// Place at which the blades reach 4 mm beyond the tube's middle.
 const ACROSS: Vec3 = Vec3::new(0.0005, 0.0, -0.004);
 
-/// A tight tube that does not tear, over which a suture runs to a point of the world.
+/// A tight tube that cannot tear, and a suture across it to a point of the world.
 fn anatomy() -> Anatomy {
     let mut tube = tube(0.0);
     for link in &mut tube.links {
@@ -27,7 +27,7 @@ fn anatomy() -> Anatomy {
     tube
 }
 
-/// Events `cut` after this instrument's jaws have gone there and closed, and opened again.
+/// Events `cut` after this instrument went there, closed its jaws and opened them.
 fn cuts(instrument: Instrument, at: &Vec3) -> (usize, Vec<Vec3>) {
     let anatomy = anatomy();
     let mut state = store();
@@ -49,7 +49,7 @@ fn scissors_cut_the_tube_and_the_suture_and_nothing_else_does() {
     assert_eq!(cut, 2, "a link and the suture");
     assert_eq!(cuts(Instrument::Grasper, &ACROSS).0, 0);
     assert_eq!(cuts(Instrument::ClipApplier, &ACROSS).0, 0);
-    // Beside it, over it.
+    // Next to it, and above it.
     assert_eq!(
         cuts(Instrument::Scissors, &(ACROSS + Vec3::y() * 0.02)).0,
         0

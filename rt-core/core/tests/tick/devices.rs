@@ -1,4 +1,4 @@
-//! Samples, good and bad, and what a device that falls silent does to the force.
+//! Valid and invalid samples, and the force when a device falls silent.
 
 use crate::rig::{Anatomy, Bench, TOUCH, pedal, tracker_at};
 use crate::{AWAY, NONE, OPEN, PRESSED, go, stay, store};

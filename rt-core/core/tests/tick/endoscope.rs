@@ -1,4 +1,5 @@
-//! The endoscope in the body: tissue gives way to it, and the hand meets it only with the instrument.
+//! The endoscope in the body: tissue yields to it, and the hand feels it only through the
+//! instrument.
 
 use crate::rig::{Anatomy, Bench, TOUCH, tracker_at};
 use crate::{AWAY, NONE, OPEN, moved_m, store};
@@ -6,7 +7,7 @@ use rt_core::math::{Vec3, norm};
 use rt_core::port::Polled;
 use rt_core::sim::Sim;
 
-/// Moves tip and camera in straight lines, a tick a step.
+/// Moves tip and camera along straight lines, one step a tick.
 fn go(sim: &mut Sim<'_>, bench: &mut Bench, tip: [Vec3; 2], camera: [Vec3; 2], ticks: u16) {
     for tick in 1..=ticks {
         let share = f32::from(tick) / f32::from(ticks);
@@ -43,10 +44,10 @@ fn the_instrument_does_not_go_through_it() {
     let (from, to) = (Vec3::new(-0.02, 0.0, 0.075), Vec3::new(0.035, 0.0, 0.075));
     go(&mut sim, &mut bench, [from; 2], [camera; 2], 100);
     assert!(norm(&bench.force_n) < f32::EPSILON);
-    // 55 mm in 0.9 s, the shaft across the endoscope.
+    // 55 mm in 0.9 s, with the shaft across the endoscope.
     go(&mut sim, &mut bench, [from, to], [camera; 2], 900);
     assert!(bench.contact_count > 0);
-    // The tip is pushed back to −x, and the hand beyond the port to x.
+    // The tip is pushed towards −x, and the hand beyond the port towards x.
     assert!(bench.force_n.x > 0.1, "{}", bench.force_n);
     go(&mut sim, &mut bench, [to, from], [camera; 2], 900);
     assert!(norm(&bench.force_n) < f32::EPSILON && bench.contact_count == 0);

@@ -1,5 +1,4 @@
-//! The whole loop of hand, instrument and tissue: nothing in it makes energy, and it knows no
-//! direction.
+//! Energy of the loop of hand, instrument and tissue: it makes none, in any orientation.
 
 use super::tear::{BITTEN, pad};
 use super::*;
@@ -7,10 +6,10 @@ use crate::rig::LEVER;
 use proptest::prelude::*;
 use rt_core::math::Quat;
 
-/// Random rounds; 300 of each have been run, and the hand paid in every one.
+/// Number of random cases. 300 of each have been run; the hand put energy in every time.
 const CASES: u32 = 12;
 
-/// A stretch of the hand's way: where the tip goes, and how fast.
+/// A segment of the hand's path: target of the tip, and speed.
 #[derive(Debug, Clone, Copy)]
 struct Leg {
     to_m: Vec3,
@@ -25,15 +24,15 @@ fn leg() -> impl Strategy<Value = Leg> {
     })
 }
 
-/// A hand that keeps books.
+/// A hand that sums the energy it gives.
 struct Hand<'a, 's> {
     sim: &'a mut Sim<'s>,
     bench: Bench,
     tip_m: Vec3,
-    /// At the end of the last tick.
+    /// Position at the end of the last tick.
     handle_m: Vec3,
     force_n: Vec3,
-    /// What it has given so far, and the most that it had at any time, J.
+    /// Energy given so far, and its maximum, J.
     given_j: f32,
     most_j: f32,
 }
@@ -91,8 +90,8 @@ fn to(to_m: Vec3) -> Leg {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(CASES))]
 
-    /// Pressed and pushed about with open jaws, from nothing touched to nothing touched: the hand
-    /// gets nothing that it has not given.
+    /// Presses and pushes with open jaws, from no contact to no contact. The hand gets no energy
+    /// that it has not given.
     #[test]
     fn a_round_through_tissue_costs_the_hand(legs in prop::collection::vec(leg(), 1..5)) {
         let anatomy = pad();
@@ -107,8 +106,8 @@ proptest! {
         prop_assert!(given_j > -1.0e-5 - 0.01 * most_j, "{} J of {} J", given_j, most_j);
     }
 
-    /// Held and pulled about, slipping and tearing as it may, and back to where it was bitten. (What
-    /// closing and opening jaws do, their own drive pays.)
+    /// Grasps and pulls, with slipping and tearing, back to the place of the bite. (The jaws' own
+    /// drive pays for closing and opening.)
     #[test]
     fn a_round_with_tissue_in_the_jaws_costs_the_hand(legs in prop::collection::vec(leg(), 1..5)) {
         let anatomy = pad();
@@ -126,7 +125,7 @@ proptest! {
         prop_assert!(given_j > -1.0e-5 - 0.01 * most_j, "{} J of {} J", given_j, most_j);
     }
 
-    /// Turned with the room and the devices, the tissue does the same to the handle.
+    /// The rotated tissue, with room and devices rotated as well, gives the rotated force.
     #[test]
     fn the_whole_knows_no_direction(axis in (-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0)) {
         let turn = Quat::from_scaled_axis(Vec3::new(axis.0, axis.1, axis.2) * 3.0);
@@ -151,7 +150,7 @@ proptest! {
         let most_n = here.iter().map(norm).fold(0.0, f32::max);
         let off_n = here.iter().zip(&there).map(|(a, b)| norm(&(a - b))).fold(0.0, f32::max);
         prop_assert!(most_n > 0.1, "{}", most_n);
-        // Spheres that come to push each other do so at another tick.
+        // Spheres may begin to touch one tick earlier or later.
         prop_assert!(off_n < 0.03 * most_n, "{} of {} N", off_n, most_n);
     }
 }

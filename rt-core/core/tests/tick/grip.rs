@@ -1,13 +1,13 @@
-//! What a grasp does to the hand: no knock, a pull as stiff as the tissue, and an end to it.
+//! Grasp as the hand feels it: no knock, a pull as stiff as the tissue, and a limit.
 
 use super::*;
 use rt_core::fault::Fault;
 use rt_core::port::DeviceCapabilities;
 
-/// Just in the liver's top, so that the jaws have some of it between them.
+/// A place just below the liver's top, so that tissue lies between the jaws.
 const BITTEN: Vec3 = Vec3::new(0.0, 0.0, 0.0425);
 
-/// A device whose own damping bears this stiffness.
+/// A device whose own damping suffices for this stiffness.
 fn bearing(stiffness_n_m: f32) -> DeviceCapabilities {
     DeviceCapabilities {
         stiffness_max_n_m: stiffness_n_m,
@@ -15,7 +15,7 @@ fn bearing(stiffness_n_m: f32) -> DeviceCapabilities {
     }
 }
 
-/// Force along the shaft tick by tick, while the tip goes from `from` to `to`.
+/// Force along the shaft, tick by tick, while the tip moves from `from` to `to`.
 pub(super) fn felt(
     sim: &mut Sim<'_>,
     bench: &mut Bench,
@@ -46,7 +46,7 @@ fn up(by_m: f32) -> Vec3 {
     BITTEN + Vec3::new(0.0, 0.0, by_m)
 }
 
-/// Brings the open jaws to the liver, slowly, and lets it come to rest.
+/// Moves the open jaws to the liver slowly, and waits for rest.
 fn bring(sim: &mut Sim<'_>, bench: &mut Bench) {
     go(sim, bench, &AWAY, &BITTEN, 500, NONE);
     stay(sim, bench, &BITTEN, 500, NONE);
@@ -67,9 +67,10 @@ fn a_grasp_begins_and_carries_on_without_a_knock() {
         Buttons::GRASP,
     );
     assert!(bench.grasped_count > 0);
-    // The jaws bite after 98 ticks; before, they move against the tissue.
+    // The jaws bite after 98 ticks; before that, they move against the tissue.
     let step = largest_step(&closing[90..]);
-    // Jaws that go on closing push the tissue at 50 mm/s; these spheres, which have no skin, stiffen as tubes do.
+    // Jaws that close on push the tissue at 50 mm/s. These spheres have no skin and stiffen as
+    // tubes do.
     assert!(step < 0.012, "closing: {step} N in a tick");
     // 10 mm in 2 s.
     let lifting = felt(
@@ -109,7 +110,7 @@ fn the_stiffness_of_a_pull_is_the_tissues_and_not_the_grips() {
     };
     let (free_n_m, capped) = pulled(TOUCH);
     assert!(capped == 0 && free_n_m > 20.0, "{free_n_m} N/m");
-    // What the simulation takes it for is between the true one and three times that.
+    // The simulation's estimate lies between the true stiffness and three times that.
     let (_, capped) = pulled(bearing(3.0 * free_n_m));
     assert_eq!(capped, 0, "taken for stiffer than {} N/m", 3.0 * free_n_m);
     let (_, capped) = pulled(bearing(0.95 * free_n_m));
@@ -133,7 +134,7 @@ fn too_strong_a_pull_slips_out_without_a_knock() {
         Buttons::GRASP,
     );
     let most = pulling.iter().fold(0.0f32, |most, f| most.max(-f));
-    // 2 · 4 · 0.03 of 4 N of grip, and what lies on the jaws.
+    // Friction of 2 · 4 · 0.03 of 4 N of grip, plus the contact with the jaws.
     assert!((most - 0.96).abs() < 0.03, "slips at {most} N");
     let step = largest_step(&pulling);
     assert!(step < 0.005, "{step} N in a tick");

@@ -1,4 +1,4 @@
-//! The tick as the process sees it: ports in, ports out.
+//! The tick as the process sees it, through its ports.
 
 mod cautery;
 mod clip;
@@ -28,7 +28,7 @@ use rt_core::words::{Event, EventKind, SphereBits};
 
 const NONE: Buttons = Buttons(0);
 const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.15);
-/// 8 mm in the liver's top.
+/// A place 8 mm below the liver's top.
 const PRESSED: Vec3 = Vec3::new(0.0, 0.0, 0.04);
 
 const OPEN: Parameters = Parameters {
@@ -41,7 +41,7 @@ fn store() -> Box<State> {
     Box::new(State::new())
 }
 
-/// Moves the tip in a straight line, a tick a step.
+/// Moves the tip along a straight line, one step a tick.
 fn go(sim: &mut Sim<'_>, bench: &mut Bench, from: &Vec3, to: &Vec3, ticks: u32, buttons: Buttons) {
     for step in 1..=ticks {
         bench.next_at(
@@ -68,7 +68,7 @@ fn moved_m(bench: &Bench, anatomy: &Anatomy) -> f32 {
         .fold(0.0, f32::max)
 }
 
-/// Spheres alone, without links.
+/// Spheres without links.
 fn loose(spheres: &[RestSphere], material: Material) -> Anatomy {
     let organ = |i: usize| organ([i as u32, 1], [0, 0], material);
     Anatomy {

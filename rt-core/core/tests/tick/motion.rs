@@ -1,4 +1,4 @@
-//! How tissue moves by itself: falls, lies, sleeps, wakes.
+//! Motion of tissue without tools: it falls, rests, sleeps and wakes.
 
 use crate::rig::{Anatomy, Bench, SOFT, TOUCH, organ};
 use crate::{AWAY, NONE, OPEN, PRESSED, go, loose, sphere, stay, store};
@@ -35,7 +35,7 @@ fn a_loose_sphere_falls_as_it_should_and_a_held_one_does_not() {
 
 #[test]
 fn damping_is_a_share_of_speed_per_second() {
-    // Falls to the speed at which damping takes what gravity gives: v = g / c.
+    // Falls at the terminal speed, at which damping balances gravity: v = g / c.
     let anatomy = loose(
         &[sphere(0.0, 0.0)],
         Material {
@@ -58,7 +58,7 @@ fn damping_is_a_share_of_speed_per_second() {
 
 #[test]
 fn organs_lie_on_each_other() {
-    // A row of held spheres, and a loose one that falls on them from 5 mm above.
+    // A row of held spheres, and a free one that falls on them from 5 mm above.
     let mut spheres: Vec<RestSphere> = (-3..=3)
         .flat_map(|x| (-3..=3).map(move |y| (x, y)))
         .map(|(x, y)| RestSphere {
@@ -111,7 +111,7 @@ fn waking_is_neither_missed_nor_felt() {
         let mut state = store();
         let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
         let mut bench = Bench::new();
-        // Pressed once, so that something is left to be frozen.
+        // Pressed once, so that some displacement remains when it sleeps.
         go(&mut sim, &mut bench, &AWAY, &PRESSED, 400, NONE);
         go(&mut sim, &mut bench, &PRESSED, &AWAY, 400, NONE);
         stay(
@@ -143,7 +143,7 @@ fn waking_is_neither_missed_nor_felt() {
     let steps_n = force_steps_n(true);
     let most_n = steps_n.iter().copied().fold(0.0, f32::max);
     assert!(most_n < 0.005, "{most_n} N in a tick");
-    // It is woken by the tool's coming near, before there is a force.
+    // The approaching tool wakes it before there is a force.
     let first = |steps: &[f32]| steps.iter().position(|step| *step > 0.0);
     let (slept, was_awake) = (first(&steps_n), first(&force_steps_n(false)));
     let apart = slept.zip(was_awake).map(|(a, b)| a.abs_diff(b));

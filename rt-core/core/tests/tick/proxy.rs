@@ -1,10 +1,10 @@
-//! The instrument and the hand: one, as long as the device can push as hard as the tissue.
+//! Proxy pose: equal to the device pose as long as the device can push as hard as the tissue.
 
 use super::grip::felt;
 use super::*;
 use rt_core::port::DeviceCapabilities;
 
-/// A device that can push with `force_max_n`.
+/// A device with the peak force `force_max_n`.
 fn pushing(force_max_n: f32) -> DeviceCapabilities {
     DeviceCapabilities {
         force_max_n,
@@ -12,7 +12,7 @@ fn pushing(force_max_n: f32) -> DeviceCapabilities {
     }
 }
 
-/// A ball of 5 cm that nothing moves, its top at 5 cm.
+/// An immovable ball of 5 cm, its top at 5 cm.
 fn ball() -> Anatomy {
     let material = Material {
         young_pa: 50_000.0,
@@ -30,12 +30,12 @@ fn ball() -> Anatomy {
     }
 }
 
-/// Above it; just in it, and 8 mm in it.
+/// Places above it, just in it, and 8 mm in it.
 const ABOVE: Vec3 = Vec3::new(0.0, 0.0, 0.07);
 const LIGHT: Vec3 = Vec3::new(0.0, 0.0, 0.0472);
 const DEEP: Vec3 = Vec3::new(0.0, 0.0, 0.0405);
 
-/// Where the tip is behind the hand's, tick by tick, on the way there.
+/// Displacement of the proxy's tip from the device's, tick by tick, along the path.
 fn behind(sim: &mut Sim<'_>, bench: &mut Bench, ends: (&Vec3, &Vec3), ticks: usize) -> Vec<Vec3> {
     let (from, to) = ends;
     let tick = |t: usize| {

@@ -1,4 +1,5 @@
-//! The trainee hangs an organ, where the tip has touched it and in the direction in which it was carried.
+//! The trainee hangs an organ, from the place that the tip touched, in the direction in which the
+//! tip was carried.
 
 use super::grip::count;
 use super::*;
@@ -8,11 +9,11 @@ use rt_core::sim::Task;
 use rt_core::tissue::suture::Placed;
 use rt_core::tool::Instrument;
 
-/// The wall is so high, m.
+/// Height of the wall, m.
 const WALL_M: f32 = 0.12;
-/// Above the liver's top, beside where the scene sews.
+/// A place above the liver's top, away from the scene's sutures.
 const BESIDE: Vec3 = Vec3::new(0.02, 0.0, 0.1);
-/// Deep enough in it to touch.
+/// A place deep enough in it to touch.
 const TOUCHES: Vec3 = Vec3::new(0.02, 0.0, 0.043);
 
 /// The liver, hung by two sutures that are drawn in by 8 mm and 4 mm.
@@ -41,7 +42,7 @@ fn hung_liver() -> Anatomy {
     liver
 }
 
-/// A foot on the pedal, at this place.
+/// Presses and releases the pedal with the tip at this place.
 fn step(sim: &mut Sim<'_>, bench: &mut Bench, at: &Vec3) {
     for tick in 0..200 {
         let samples = bench.next_at(at, NONE);
@@ -88,7 +89,7 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
     let mut bench = Bench::new();
     command(&mut sim, &mut bench, Command::Start(Task::Hang));
-    // In the air there is nothing to go through.
+    // In the air there is no tissue to pierce.
     step(&mut sim, &mut bench, &AWAY);
     assert_eq!(placed(&bench), [Placed::Away; 2]);
     go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
@@ -97,7 +98,7 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
     let through = bench.sutures[0].0.sphere;
     let off_m = norm(&(bench.centers_m[through as usize] - TOUCHES));
     assert!(off_m < 0.02, "{off_m}");
-    // Where it lies it shows no way; along the liver there is no wall.
+    // Without motion there is no direction; along the liver there is no wall.
     step(&mut sim, &mut bench, &TOUCHES);
     let aside = Vec3::new(0.1, 0.0, 0.055);
     go(&mut sim, &mut bench, &BESIDE, &aside, 200, NONE);
@@ -115,7 +116,7 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
         (at_m - before_m).normalize().dot(&carried) > 0.999,
         "{at_m}"
     );
-    // It sleeps, and is drawn in all the same.
+    // The liver sleeps; the suture is drawn in nevertheless.
     stay(&mut sim, &mut bench, &AWAY, 4000, NONE);
     let now_m = bench.centers_m[through as usize];
     let drawn_m = norm(&(at_m - before_m)) - norm(&(at_m - now_m));
@@ -125,7 +126,7 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
     go(&mut sim, &mut bench, &TOUCHES, &BESIDE, 500, NONE);
     step(&mut sim, &mut bench, &BESIDE);
     assert_eq!(placed(&bench), [Placed::Hung; 2]);
-    // Nothing is left to be sewn, and the foot was on the pedal when that was so.
+    // No suture is left to be sewn, and the pedal was down at that moment.
     let told = [EventKind::Stitch, EventKind::Hung].map(|kind| count(&bench, kind));
     assert_eq!(told, [2, 2]);
     assert_eq!(count(&bench, EventKind::Electro), 0, "no current");
@@ -151,7 +152,7 @@ fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
     );
     go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
     step(&mut sim, &mut bench, &TOUCHES);
-    // Aslant, across the blades that come from above.
+    // Oblique, across the blades that come from above.
     let aslant = Vec3::new(0.055, 0.0, 0.07);
     go(&mut sim, &mut bench, &TOUCHES, &aslant, 500, NONE);
     step(&mut sim, &mut bench, &aslant);

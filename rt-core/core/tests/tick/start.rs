@@ -1,11 +1,11 @@
-//! Tasks begin where the ones before them end.
+//! Each task begins at the end of the task before it.
 
 use super::vessel::artery;
 use super::*;
 use rt_core::scene::{Anchor, Inside};
 use rt_core::sim::Task;
 
-/// An artery that comes from the left and is grown to a bag of bile at its right.
+/// An artery that comes from the left and is attached to a bag of bile at its right.
 fn anatomy() -> Anatomy {
     let (center_m, half_axes_m) = (Vec3::new(0.05, 0.0, 0.0), Vec3::new(0.018, 0.018, 0.018));
     let mut anatomy = artery().with_ellipsoid(center_m, half_axes_m, 60, 200);
@@ -20,7 +20,7 @@ fn anatomy() -> Anatomy {
     anatomy
 }
 
-/// Spheres of the links that are longer than twice their length, after a second.
+/// Spheres of links that are longer than twice their rest length after a second.
 fn begin(task: Task) -> (Bench, Vec<usize>) {
     let anatomy = anatomy();
     let mut state = store();

@@ -1,14 +1,14 @@
-//! What a pull tears: bands between organs, and tubes.
+//! Tears by pulling: attachments between organs, and tubes.
 
 use super::grip::{count, felt, largest_step};
 use super::*;
 use rt_core::scene::{Anchor, Attachment, Link};
 
-/// What it takes to tear one of the bands, J: 100 mN at 2 mm, and as much again.
+/// Energy that tears one attachment, J: 100 mN at 2 mm, and as much again.
 const BAND_J: f32 = 2.0e-4;
 const BAND_N_M: f32 = 50.0;
 
-/// A pad of tissue, 5 × 5 × 3 cm, that lies on its bed by bands under its lower half.
+/// A pad of tissue, 5 × 5 × 3 cm, attached to its bed by bands under its lower half.
 pub(super) fn pad() -> Anatomy {
     let half_axes_m = Vec3::new(0.025, 0.025, 0.015);
     let mut pad = Anatomy::default().with_ellipsoid(Vec3::zeros(), half_axes_m, 100, 0);
@@ -46,7 +46,7 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
     let mut bench = Bench::new();
     grasped(&mut sim, &mut bench);
-    // A little, and back: nothing has torn, and it is as it was.
+    // A small pull and back: nothing has torn, and the state is as before.
     let before_n = bench.force_n.z;
     let up = |by_m: f32| BITTEN + Vec3::new(0.0, 0.0, by_m);
     for (from, to) in [(0.0, 0.003), (0.003, 0.0)] {
@@ -65,7 +65,7 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
         "{before_n} {}",
         bench.force_n.z
     );
-    // Off it goes: 40 mm in 8 s.
+    // Pulled off: 40 mm in 8 s.
     let (way_m, ticks) = (0.04, 8000);
     let forces = felt(
         &mut sim,
@@ -83,16 +83,16 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
         bench.force_n.z
     );
     let work_j: f32 = forces.iter().map(|f| -f * way_m / ticks as f32).sum();
-    // What the tissue had taken up beside the bands is lost as they let go.
+    // Elastic energy of the tissue is lost as well when the bands tear.
     let torn_j = BAND_J * bands as f32;
     assert!(
         (1.0..4.5).contains(&(work_j / torn_j)),
         "{work_j} J for {torn_j} J"
     );
     let step = largest_step(&forces);
-    // What it bore goes as fast as fibres part, in 50 ticks; then the pad flies against the jaws.
+    // The load vanishes as fast as fibres tear, in 50 ticks; then the pad springs against the jaws.
     assert!(step < most_n / 4.0, "{step} of {most_n} N in a tick");
-    // A reset joins them.
+    // A reset repairs them.
     bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
     sim.tick(&mut bench);
     let events = bench.events.len();
@@ -157,7 +157,7 @@ fn a_tube_tears_where_its_toughness_ends() {
         assert!(bench.grasped_count > 0);
         let up = at + Vec3::new(0.0, 0.0, 0.05);
         felt(&mut sim, &mut bench, (&at, &up), 5000, Buttons::GRASP);
-        // What moves along with a tool that touches it is held back a little.
+        // Tissue that moves along a touching tool is held back a little.
         stay(&mut sim, &mut bench, &up, 300, Buttons::GRASP);
         (count(&bench, EventKind::Tear), -bench.force_n.z)
     };

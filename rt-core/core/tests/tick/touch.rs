@@ -1,4 +1,4 @@
-//! Contact, grasp and the force of both.
+//! Contact and grasp, and the force of both.
 
 use crate::rig::{Anatomy, Bench, SOFT, TOUCH, organ, room};
 use crate::{AWAY, NONE, OPEN, PRESSED, go, kinds, loose, sphere, stay, store};
@@ -72,7 +72,7 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
     assert!(back.fold(0.0, f32::max) < 2.0e-4);
 }
 
-/// Pauses, another instrument and a new beginning are decided while the hand presses.
+/// Pause, change of instrument and reset while the hand presses.
 #[test]
 fn what_a_command_ends_fades() {
     let anatomy = Anatomy::liver();
@@ -93,7 +93,7 @@ fn what_a_command_ends_fades() {
         for tick in 0..30 {
             bench.next_at(&PRESSED, NONE).command = (tick == 0).then_some(command);
             sim.tick(&mut bench);
-            // A twentieth a tick, and of a pause, which closes the way out as well, two.
+            // A twentieth a tick; two twentieths in a pause, which also runs the ramp down.
             let step_n = norm(&(bench.force_n - last_n));
             assert!(
                 step_n < 0.11 * pressed_n,
@@ -109,7 +109,7 @@ fn what_a_command_ends_fades() {
 
 #[test]
 fn tissue_and_hand_are_pushed_apart() {
-    // A loose sphere without gravity under the tip: it goes down, the hand is pushed up.
+    // A free sphere without gravity under the tip: it moves down, the hand is pushed up.
     let mut room = room();
     room.gravity_m_s2 = Vec3::zeros();
     let anatomy = loose(&[sphere(0.0, 0.0)], SOFT);
@@ -201,7 +201,7 @@ fn only_a_grasper_grasps_and_the_handle_changes_instruments() {
 
 #[test]
 fn more_contacts_than_kept_are_counted() {
-    // 300 spheres in one place under the tip.
+    // 300 spheres at one place under the tip.
     let spheres: Vec<RestSphere> = (0..300)
         .map(|i| RestSphere {
             held: true,
@@ -220,15 +220,15 @@ fn more_contacts_than_kept_are_counted() {
     go(&mut sim, &mut bench, &AWAY, &Vec3::zeros(), 200, NONE);
     assert_eq!(bench.contact_count, 64);
     assert!(bench.counters.of(Fault::ContactOverflow) > 0);
-    // The deepest, which are the uppermost, have been kept.
+    // The deepest, which are the uppermost, are kept.
     let touched = |i: usize| bench.bits[i].contains(SphereBits::CONTACT);
     assert!((0..20).all(touched) && !(100..300).any(touched));
 }
 
 #[test]
 fn the_lever_turns_a_sideways_push_around() {
-    // The tip pushes a sphere in +x: the sphere pushes back in −x, and the hand, on the other
-    // side of the trocar, feels +x.
+    // The tip pushes a sphere towards +x. The sphere pushes back towards −x, and the hand, on the
+    // other side of the port, feels +x.
     let mut wall = sphere(0.0, 0.0);
     wall.held = true;
     let anatomy = loose(&[wall], SOFT);

@@ -1,4 +1,4 @@
-//! What vessels and ducts lose, and what stops them.
+//! Leaks of vessels and ducts, and what stops them.
 
 use super::cautery::{COAGULATE, CUT, under_current};
 use super::grip::count;
@@ -7,17 +7,17 @@ use super::*;
 use rt_core::scene::{Anchor, Attachment, Inside};
 use rt_core::tool::Instrument;
 
-/// How far the vessel's ends are apart, m.
+/// Distance of the vessel's ends, m.
 pub(super) const LENGTH_M: f32 = 0.06;
 
-/// An artery of 2.4 mm across along x, that comes from the left: there it is held; at the right it is
-/// only tied.
+/// An artery 2.4 mm across along x. It comes from the left, where it is held; at the right it is
+/// only attached.
 pub(super) fn artery() -> Anatomy {
     let (young_pa, area_m2) = (2.0e5, 4.5e-6);
     let mut artery = tube(0.0);
     artery.organs[0].inside = Inside::Blood;
     artery.organs[0].material.young_pa = young_pa;
-    // A chain without bending: it lies in fluid, or its stumps would swing about.
+    // A chain without bending stiffness: damped as in fluid, or its stumps would swing.
     artery.organs[0].material.damping_per_s = 60.0;
     for sphere in &mut artery.spheres {
         sphere.radius_m = 0.001_2;
@@ -38,7 +38,7 @@ pub(super) fn artery() -> Anatomy {
     artery
 }
 
-/// Goes to `at` with this instrument, closes and opens it there, and goes away.
+/// Goes to `at` with this instrument, closes and opens it there, and leaves.
 pub(super) fn work(sim: &mut Sim<'_>, bench: &mut Bench, instrument: Instrument, at: &Vec3) {
     bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(instrument));
     sim.tick(bench);
@@ -50,7 +50,7 @@ pub(super) fn work(sim: &mut Sim<'_>, bench: &mut Bench, instrument: Instrument,
     stay(sim, bench, &AWAY, 300, NONE);
 }
 
-/// The jaws reach 6 mm beyond the vessel, here along it.
+/// A place over the vessel from which the jaws reach 6 mm beyond it.
 pub(super) fn over(x_m: f32) -> Vec3 {
     Vec3::new(x_m, 0.0, -0.006)
 }
@@ -61,7 +61,7 @@ pub(super) fn leaks(bench: &Bench) -> Vec<(f32, Vec3)> {
     leaks.map(|it| (it.value, it.at_m)).collect()
 }
 
-/// What clips leave open where it was divided.
+/// Open shares of the events `Divided`.
 pub(super) fn divided(bench: &Bench) -> Vec<f32> {
     let divided = bench
         .events
@@ -136,7 +136,7 @@ fn coagulation_stops_a_small_artery() {
     work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
     bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Hook));
     sim.tick(&mut bench);
-    // The hook's bent end runs 4 mm towards −y: its middle goes to the stump, and follows it.
+    // The hook's bent end extends 4 mm towards −y: its middle follows the stump.
     let on_end = |bench: &Bench| bench.centers_m[10] + Vec3::new(0.0, 0.002, 0.002);
     let first = on_end(&bench);
     go(&mut sim, &mut bench, &AWAY, &first, 1000, NONE);

@@ -45,7 +45,7 @@ fn press(built: &Prepared, radius_m: f32, depth_m: f32, ticks: u16) -> Vec<f32> 
         let share = (f32::from(tick) / f32::from(ticks)).min(1.0);
         let center_m = site + normal * (radius_m + 0.001 - (depth_m + 0.001) * share);
         let pressed = tissue.press(&[ball(center_m, radius_m)]);
-        assert_eq!(pressed.put_back, 0);
+        assert_eq!(pressed.quarantined, 0);
         let off_m = norm(&(center_m - site)) - radius_m;
         assert!(
             pressed.contacts == 0 || off_m < 0.0005,

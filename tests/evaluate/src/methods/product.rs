@@ -246,7 +246,7 @@ impl Method for Product<'_> {
         let force = match state.ball.filter(|_| self.has_skin) {
             Some(ball) => {
                 let pressed = self.tissue.press(&[ball.as_tip()]);
-                state.put_back += pressed.put_back;
+                state.put_back += pressed.quarantined;
                 pressed.force_n
             }
             None => self.step_against_spheres(body, state),

@@ -75,7 +75,7 @@ impl Duct {
         let mut tissue = Tissue::new(scene, &mut bodies, Method::NeoHookean);
         let mut tick = |hook: Capsule| {
             let pressed = tissue.press(&[hook]);
-            assert_eq!(pressed.put_back, 0);
+            assert_eq!(pressed.quarantined, 0);
             (pressed.force_n, tissue.displacement_m(SPHERES / 2))
         };
         hooks.into_iter().map(&mut tick).collect()

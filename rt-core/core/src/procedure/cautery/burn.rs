@@ -1,4 +1,4 @@
-//! Cells under the hook's bare tip.
+//! Cells under the bare tip of the hook.
 
 use heapless::Vec;
 
@@ -8,16 +8,16 @@ use crate::scene::{Cell, Scene};
 use crate::tissue::cells::Removed;
 use crate::tissue::{Bodies, Bounds};
 
-/// Cells under a tip, at most; what is more takes nothing in this tick.
+/// Most cells under a tip; further ones take no heat in this tick.
 const UNDER: usize = 48;
-/// A cell whose sphere has carried it so near may be touched, m: its middle by all of its spheres lies
-/// that near to it.
+/// Distance to the electrode within which a cell, carried by its first sphere alone, is tested, m.
+/// Its true centre, carried by all of its spheres, lies within that distance of it.
 const MAYBE_M: f32 = 0.010;
 
-/// A cell counts as a ball of this radius, of its longest side.
+/// Radius of the ball that stands for a cell, as a share of its longest side.
 const RADIUS: f32 = 0.5;
 
-/// What of a cell an electrode touches, m².
+/// Contact area of an electrode with a cell, m².
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TouchedCell {
     cell: u16,
@@ -26,8 +26,8 @@ pub(crate) struct TouchedCell {
 }
 
 impl Bodies {
-    /// A tick of current: exposed cells that an electrode touches take their dose. `burnt` hears of each
-    /// cell's organ and heat, J, `removed` of what has boiled away.
+    /// Heats the exposed cells that an electrode touches, for a tick. `burnt` receives the organ
+    /// and heat of each, J; `removed` receives each cell that has boiled away.
     pub(crate) fn burn_cells(
         &mut self,
         touched: &[TouchedCell],
@@ -50,7 +50,7 @@ impl Bodies {
         }
     }
 
-    /// The exposed cells that an electrode touches. O(cells of organs near).
+    /// Exposed cells that an electrode touches. O(cells of organs near it).
     pub(crate) fn touched_cells(
         &self,
         electrode: &Electrode,
@@ -98,7 +98,7 @@ fn radius_m(cell: &Cell) -> f32 {
     RADIUS * cell.extent_m.iter().copied().fold(0.0, f32::max)
 }
 
-/// A face of a cube as large as the cell, m².
+/// Area of a face of a cube with the cell's volume, m².
 fn face_m2(cell: &Cell) -> f32 {
     let longest_m = cell.extent_m.iter().copied().fold(1.0e-6, f32::max);
     cell.volume_m3 / longest_m

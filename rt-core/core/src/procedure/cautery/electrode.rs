@@ -1,33 +1,34 @@
-//! The hook's bare tip under current: where it is, what it touches, and what energy it has for that.
+//! The bare tip of the hook under current: its position, its contact area, its energy.
 
 use crate::math::{self, Vec3};
 use crate::time::TICK_S;
 use crate::tool::{Instrument, Role, ToolState};
 
-/// Power of the generator, W, cutting or coagulating: cholecystectomies are done at 25 to 35.
+/// Power of the generator, W, for both currents. Cholecystectomies are done at 25 to 35.
 const POWER_W: f32 = 30.0;
-/// Share of it that becomes heat where it parts or dries: of the resistance around a small ball in
-/// tissue, `(1/a − 1/r) / 4πσ`, half lies within one radius of it. The rest warms the organ by little.
+/// Share of the power that becomes heat near the tip. Of the resistance around a small ball in
+/// tissue, `(1/a − 1/r) / 4πσ`, half lies within one radius. The rest hardly warms the organ.
 const NEAR: f32 = 0.5;
-/// Share of the heat that parts what the tip touches; the rest dries what is around. A cutting current
-/// boils cells at once, an interrupted one dries them in its pauses: 9 in 10 and 1 in 7 are assumed.
+/// Share of the heat that divides tissue at the tip; the rest desiccates the tissue around it. A
+/// cutting current boils cells at once; an interrupted current desiccates them in its pauses. Both
+/// shares, 0.9 and 0.15, are assumed.
 const CUTTING_PARTS: f32 = 0.9;
 const COAGULATING_PARTS: f32 = 0.15;
-/// Steam and sparks carry the current over a gap like this, m.
+/// Gap that steam and sparks bridge, m.
 const BRIDGED_M: f32 = 0.000_3;
 
-/// To heat a volume of tissue from 37 to 100 °C and boil its water (three quarters of it), J/m³:
+/// Energy that heats tissue from 37 to 100 °C and boils its water (three quarters of it), J/m³:
 /// `1060 kg/m³ (3600 J/kg K · 63 K + 0.75 · 2.26 MJ/kg)`.
 pub(super) const BOIL_J_M3: f32 = 2.0e9;
 
-/// Which current the pedal lets through.
+/// Current that the pedal switches on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Current {
     Cut,
     Coagulate,
 }
 
-/// The bare part of the hook (its bent end; the rest is insulated) while current flows.
+/// The bare part of the hook while current flows: its bent end. The rest is insulated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Electrode {
     ends_m: [Vec3; 2],
@@ -35,20 +36,19 @@ pub(crate) struct Electrode {
     current: Current,
 }
 
-/// What a tick's current gives each unit of area that the electrode touches, J/m². Where more is
-/// touched, each of it gets less.
+/// Energy of a tick's current per contact area, J/m². It falls as the contact area grows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Dose {
-    /// Parts what is touched.
+    /// Divides the tissue that is touched.
     pub(crate) parting_j_m2: f32,
-    /// Dries it, and what is around.
+    /// Desiccates it and the tissue around it.
     pub(crate) drying_j_m2: f32,
-    /// How wide the electrode parts, m.
+    /// Width of the division, m.
     kerf_m: f32,
 }
 
 impl Electrode {
-    /// One that cuts, from end to end.
+    /// An electrode with a cutting current between these ends.
     #[cfg(test)]
     pub(super) const fn cutting(ends_m: [Vec3; 2]) -> Self {
         Self {
@@ -58,8 +58,8 @@ impl Electrode {
         }
     }
 
-    /// The electrode in this tick; `None` without current, or with another instrument. Both pedals at
-    /// once give no current.
+    /// Electrode of this tick; `None` without current or with another instrument. Both pedals
+    /// together give no current.
     pub(crate) fn of(tool: &ToolState) -> Option<Self> {
         let pedal = &tool.switches.pedal;
         let current = match (pedal.cut, pedal.coagulate) {
@@ -76,40 +76,40 @@ impl Electrode {
         })
     }
 
-    /// Its middle, world frame, m.
+    /// Middle, world frame, m.
     pub(crate) fn middle_m(&self) -> Vec3 {
         (self.ends_m[0] + self.ends_m[1]) * 0.5
     }
 
-    /// Its thickness, m.
+    /// Diameter, m.
     pub(crate) fn diameter_m(&self) -> f32 {
         2.0 * self.radius_m
     }
 
-    /// What a point on its side touches at most, m²: it lies in tissue with all its length.
+    /// Largest area in contact along its side, m²: the whole length lies in tissue.
     pub(crate) fn side_m2(&self) -> f32 {
         math::norm(&(self.ends_m[1] - self.ends_m[0])) * self.diameter_m()
     }
 
-    /// How well it touches a ball of tissue: 1 in contact, 0 too far for the current.
+    /// Contact with a ball of tissue: 1 in touch, 0 beyond the reach of the current.
     pub(crate) fn touches_ball(&self, center_m: &Vec3, radius_m: f32) -> f32 {
         self.touches_bar(&[*center_m; 2], radius_m)
     }
 
-    /// How well it touches a bar of tissue, as [`Self::touches_ball`].
+    /// Contact with a link of tissue, as in [`Self::touches_ball`].
     pub(crate) fn touches_bar(&self, ends_m: &[Vec3; 2], radius_m: f32) -> f32 {
-        // Boxes around both tell without a root what is far off; a little farther than that, for rounding.
+        // Bounding boxes reject distant links without a root. The margin covers rounding.
         let reach_m = 1.01 * (self.radius_m + radius_m + BRIDGED_M);
         if apart_m(&self.ends_m, ends_m) > reach_m {
             return 0.0;
         }
         let gap_m = distance_m(&self.ends_m, ends_m) - self.radius_m - radius_m;
         let share = (BRIDGED_M - gap_m) / BRIDGED_M;
-        // What is no number touches nothing.
+        // NaN counts as no contact.
         if share > 0.0 { share.min(1.0) } else { 0.0 }
     }
 
-    /// What a tick gives each of the `touched_m2` that it touches in all; `None` if that is nothing.
+    /// Dose for the contact area `touched_m2`; `None` if there is none.
     pub(crate) fn dose(&self, touched_m2: f32) -> Option<Dose> {
         let share = match self.current {
             Current::Cut => CUTTING_PARTS,
@@ -125,26 +125,26 @@ impl Electrode {
 }
 
 impl Dose {
-    /// All of it, J/m².
+    /// Sum of both, J/m².
     pub(crate) fn whole_j_m2(&self) -> f32 {
         self.parting_j_m2 + self.drying_j_m2
     }
 
-    /// Share of what it touches that it boils away, across the electrode's width.
+    /// Share of a touched link that the dose boils away, across the electrode's width.
     pub(crate) fn parts(&self) -> f32 {
         self.parting_j_m2 / (BOIL_J_M3 * self.kerf_m)
     }
 }
 
-/// Between boxes around two lines from end to end, along the axis on which they are farthest apart, m:
-/// the lines are no nearer to each other. Less than zero where the boxes overlap.
+/// Lower bound of the distance of two segments, m: the largest gap of their bounding boxes along an
+/// axis. Below zero where the boxes overlap.
 fn apart_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
     let own = a.inf(b) - c.sup(d);
     let other = c.inf(d) - a.sup(b);
     own.sup(&other).max()
 }
 
-/// Between two straight lines from end to end, m. Either may be a point.
+/// Distance of two segments, m. Either may be a point.
 fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
     let (own, other, between) = (b - a, d - c, a - c);
     let (own2, other2) = (own.norm_squared(), other.norm_squared());
@@ -157,7 +157,8 @@ fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
             0.0
         }
     };
-    // The nearest place of the own line if the other had no ends, then of the other, then again.
+    // Nearest point of the first line to the second, both unbounded; then of the second; then
+    // again.
     let s = share(
         along * on_other - on_own * other2,
         own2 * other2 - along * along,
@@ -225,7 +226,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against many places on both lines.
+        /// Compared with the smallest distance of many points on both lines.
         #[test]
         fn distances_are_the_smallest(
             points in prop::array::uniform4(prop::array::uniform3(-1.0f32..1.0)),
@@ -243,7 +244,7 @@ mod tests {
             prop_assert!(found_m >= least_m - 0.06, "{} {}", found_m, least_m);
         }
 
-        /// What is told by boxes alone is what the distance would have told.
+        /// The bounding boxes give the answer that the distance would have given.
         #[test]
         fn boxes_change_nothing(
             points in prop::array::uniform4(prop::array::uniform3(-0.004f32..0.004)),

@@ -1,10 +1,11 @@
-//! Electrosurgery: what the hook's bare tip touches is parted or dried by the energy that its current
-//! brings there.
+//! Electrosurgery: the current of the hook's bare tip divides or desiccates the tissue that it
+//! touches.
 //!
-//! Everything touched (links of tubes, bands and sutures, cells, the surfaces of organs) first says by how
-//! much; then each gets its part of the tick's energy ([`electrode`]). A bar is parted by the energy
-//! over what it takes to boil it through, across the electrode's width; a vessel is dried, a wall burnt
-//! through ([`wall`]). Current that touches nothing does nothing. O(attachments and elastic links of organs that move, contacts) while it flows.
+//! First the contact area is summed over everything touched: links of tubes, bands and sutures,
+//! cells, and surfaces of organs. Then each takes its dose of the tick's energy ([`electrode`]). A
+//! link is damaged by that energy over the energy that boils it through, across the electrode's
+//! width. A vessel is desiccated, a wall burnt through ([`wall`]). Current without contact does
+//! nothing. O(attachments and elastic links of organs that move, contacts) while current flows.
 
 mod burn;
 mod electrode;
@@ -22,31 +23,32 @@ use crate::procedure::journal::Journal;
 use crate::procedure::vessel::Vessels;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
-use crate::tissue::part::{Apart, part_all, sparing_none};
+use crate::tissue::damage::{Apart, damage_all, sparing_none};
 use crate::tool::Tool;
 use crate::words::{Event, EventKind};
 use wall::{HOLE_M2, Walls};
 
-/// Ticks between two events of one organ's burn.
+/// Ticks between two burn events.
 const TOLD_TICKS: u32 = 50;
 
-/// Stretches of tubes that a tick can dry; more are as many as lie under a tip.
+/// Most steps of tubes desiccated in a tick: as many as lie under a tip.
 const DRIED: usize = 32;
 
-/// What current has done.
+/// Burns since the last event.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Cautery {
-    /// What nobody was told of yet, by organ, J.
+    /// Energy not yet in an event, by organ, J.
     burnt_j: [f32; MAX_ORGANS],
-    /// Ticks until it may be told.
+    /// Ticks until the next event may be raised.
     quiet: u32,
-    /// Where that was last, m.
+    /// Position of the last burn, m.
     at_m: Vec3,
     walls: Walls,
 }
 
 impl Cautery {
-    /// A tick of current at `electrode`, whose tool meets tissue and cells as `contacts` and `cells` say.
+    /// Applies a tick of current at `electrode`, whose contacts with tissue and cells are
+    /// `contacts` and `cells`.
     pub(crate) fn burn(
         &mut self,
         electrode: &Electrode,
@@ -58,7 +60,7 @@ impl Cautery {
     ) {
         let mut surfaces = touched_surfaces(electrode, contacts, scene);
         for cell in cells {
-            // What has cells is burnt cell by cell.
+            // Organs with cells burn cell by cell.
             if let Some(area_m2) = surfaces.get_mut(usize::from(cell.organ)) {
                 *area_m2 = 0.0;
             }
@@ -78,7 +80,7 @@ impl Cautery {
             vessels.note_change();
             journal.raise(apart.told(EventKind::Cut));
         };
-        part_all(scene, bodies, sparing_none, apart, |bar, parted| {
+        damage_all(scene, bodies, sparing_none, apart, |bar, parted| {
             let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
             if parted >= 1.0 || is_layered {
                 return parted;
@@ -128,7 +130,7 @@ impl Cautery {
         }
     }
 
-    /// Tells of what was burnt: when it is time to, and when the current `is_off`.
+    /// Raises the burn events: when they are due, and when the current `is_off`.
     pub(crate) fn tell(&mut self, is_off: bool, journal: &mut Journal) {
         self.quiet = self.quiet.saturating_sub(1);
         if self.quiet > 0 && !is_off {
@@ -149,7 +151,7 @@ impl Cautery {
     }
 }
 
-/// Organs whose bars go with their cells, not by themselves. O(cells).
+/// Organs whose links vanish with their cells and not by themselves. O(cells).
 fn layered(scene: &Scene<'_>, bodies: &Bodies) -> [bool; MAX_ORGANS] {
     let mut layered = [false; MAX_ORGANS];
     for cell in scene.layers.cells {
@@ -168,7 +170,7 @@ fn touched_bars_m2(
     bodies: &mut Bodies,
 ) -> f32 {
     let mut sum_m2 = 0.0;
-    part_all(
+    damage_all(
         scene,
         bodies,
         sparing_none,
@@ -185,7 +187,8 @@ fn touched_bars_m2(
     sum_m2
 }
 
-/// How much of each organ's surface the electrode touches, m². Tubes are bars, not surfaces.
+/// Contact area of the electrode with each organ's surface, m². Tubes count by their links, not by
+/// their surface.
 fn touched_surfaces(
     electrode: &Electrode,
     contacts: &[ContactForce],
@@ -196,7 +199,7 @@ fn touched_surfaces(
     for contact in contacts.iter().filter(|it| it.tool == Tool::Instrument) {
         let organ = usize::from(contact.organ.unwrap_or(u8::MAX));
         let is_surface = scene.organs.get(organ).is_some_and(|it| !it.is_tube());
-        // A contact lies on the tool's own surface.
+        // A contact lies on the tool's surface.
         let touched = electrode.touches_ball(&contact.at_m, 0.0);
         if let (true, Some(area_m2)) = (is_surface, areas_m2.get_mut(organ)) {
             *area_m2 = (*area_m2 + point_m2 * touched).min(electrode.side_m2());
@@ -218,8 +221,8 @@ mod tests {
     const LINKS: u32 = 12;
 
     proptest! {
-        /// Wherever the tip goes: what a link has lost it does not get back, it loses no more than all,
-        /// and only under the tip; energy is told of as much as was given.
+        /// On any path of the tip: damage of a link never falls, never exceeds 1, and grows only
+        /// under the tip. The energy in the events equals the energy given.
         #[test]
         fn fire_takes_only_under_the_tip_and_gives_nothing_back(
             tips in prop::collection::vec((-0.002f32..0.03, -0.004f32..0.004, 1u32..120), 1..12),

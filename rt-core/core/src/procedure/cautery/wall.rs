@@ -1,7 +1,6 @@
-//! Walls that current burns through: the energy that has boiled each place of them.
+//! Walls that current burns through: the energy that each place has absorbed.
 //!
-//! A place goes with the sphere that was nearest to it when it was first burnt. What a place has lost it
-//! does not get back.
+//! A place follows the sphere that was nearest to it at its first burn. Its damage does not heal.
 
 use heapless::Vec;
 
@@ -11,7 +10,7 @@ use crate::procedure::cautery::electrode::BOIL_J_M3;
 use crate::scene::{Inside, Organ, Scene};
 use crate::tissue::Bodies;
 
-/// Burns nearer than this to each other are one, m; a hole is as wide.
+/// Distance within which burns count as one place, and radius of a hole, m.
 const PLACE_RADIUS_M: f32 = 0.001_5;
 /// Area of a hole, m².
 pub(super) const HOLE_M2: f32 = core::f32::consts::PI * PLACE_RADIUS_M * PLACE_RADIUS_M;
@@ -25,22 +24,22 @@ struct Place {
     taken_j: f32,
 }
 
-/// Where walls are burnt.
+/// Burnt places of walls.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Walls {
     places: Vec<Place, MAX_SCORCHED>,
 }
 
-/// A wall that has just been burnt through.
+/// A wall that was just burnt through.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hole {
     pub(super) sphere: u32,
-    /// What it took, J.
+    /// Energy that it took, J.
     pub(super) energy_j: f32,
 }
 
 impl Walls {
-    /// Boils the wall of the organ with this index at `at_m`. O(spheres of the organ).
+    /// Heats the wall of the organ with this index at `at_m`. O(spheres of the organ).
     pub(super) fn burn(
         &mut self,
         organ: u8,
@@ -77,7 +76,7 @@ impl Walls {
         })
     }
 
-    /// In the place of the least burnt, if there is no room.
+    /// Replaces the least burnt place if there is no room.
     fn add(&mut self, place: Place) -> Option<&mut Place> {
         if self.places.push(place).is_ok() {
             return self.places.last_mut();
@@ -89,8 +88,8 @@ impl Walls {
     }
 }
 
-/// How thick the wall around what is inside is, m: gallbladder 2 mm, gut 3 mm, ducts 1 mm, small
-/// arteries half of that. Tissue has none.
+/// Thickness of a hollow organ's wall, m: gallbladder 2 mm, gut 3 mm, ducts 1 mm, small arteries
+/// 0.5 mm. `None` for solid tissue.
 fn wall_m(organ: &Organ) -> Option<f32> {
     match (organ.inside, organ.is_tube()) {
         (Inside::Bile, false) => Some(0.002),

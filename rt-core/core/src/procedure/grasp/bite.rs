@@ -1,27 +1,27 @@
-//! What lies between two jaws: how it resists being squeezed, what it bears before it slips, and how
-//! stiffly the tissue behind it holds it.
+//! Tissue between two jaws: its resistance to the squeeze, the friction that it bears, and the
+//! stiffness of the tissue behind it.
 
 use crate::math::{self, Vec3};
 use crate::scene::{Inside, Scene};
 use crate::tissue::Bodies;
 
-/// Force with which the jaws close, N: enough for a profiled jaw to hold bowel against a pull of 5 N
-/// (3 N, and 22 N between smooth jaws), a fifth of what harms it (15 N and more;
+/// Largest force of the jaws, N. A profiled jaw then holds bowel against a pull of 5 N (3 N, and 22
+/// N between smooth jaws); it is a fifth of the force that harms bowel (15 N and more;
 /// 10.1007/s00464-003-9153-2).
 pub(super) const GRIP_MAX_N: f32 = 4.0;
-/// Friction of a profiled jaw over that of a smooth one: between none and the best (22 N / 3 N,
-/// same source), as the teeth of an atraumatic jaw are.
+/// Friction of a profiled jaw relative to a smooth one: between 1 and the best profile (22 N / 3 N,
+/// the source above), as for the teeth of an atraumatic jaw.
 const PROFILE: f32 = 4.0;
 /// Width of a jaw, m.
 const JAW_WIDTH_M: f32 = 0.003;
-/// Stiffness of the grip itself, N/m: below what a Touch-class device can render.
+/// Stiffness of the grip itself, N/m: below the limit of a Touch-class device.
 pub(super) const GRIP_N_M: f32 = 500.0;
-/// Thinner than this share of itself nothing is squeezed.
+/// Least thickness under the squeeze, as a share of the free thickness.
 const THINNEST: f32 = 0.05;
 
-/// Pressure of jaws that crushes, Pa: harm to liver, bowel and ureter grows with it from 100 to 300 kPa
-/// (porcine; De et al. 2007, 10.1177/0278364907082847). Liver is the first to be harmed; where in that
-/// range each other lies is assumed.
+/// Pressure of jaws that crushes tissue, Pa. Harm to liver, bowel and ureter grows from 100 to 300
+/// kPa (porcine; De et al. 2007, 10.1177/0278364907082847). Liver is harmed first; the values of
+/// other organs within that range are assumed.
 pub(super) fn crushed_by_pa(inside: Inside) -> f32 {
     match inside {
         Inside::Liver => 1.5e5,
@@ -34,20 +34,20 @@ pub(super) fn crushed_by_pa(inside: Inside) -> f32 {
 /// Tissue between the jaws.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Bite {
-    /// Unsqueezed, m.
+    /// Free thickness, m.
     thickness_m: f32,
-    /// On each jaw, m².
+    /// Area on each jaw, m².
     area_m2: f32,
     /// Shear modulus, Pa.
     shear_pa: f32,
-    /// Coulomb friction on a smooth jaw.
+    /// Coefficient of Coulomb friction on a smooth jaw.
     friction: f32,
-    /// Of the tissue behind, as a half-space under a disc as wide as the bite, N/m.
+    /// Stiffness of the tissue behind, as a half-space under a disc as wide as the bite, N/m.
     behind_n_m: f32,
 }
 
 impl Bite {
-    /// Of these spheres between jaws that stand `gap_m` apart, open along `across` and are
+    /// Bite of these spheres between jaws that are `gap_m` apart, open along `across`, and
     /// `length_m` long along `along` (unit vectors).
     pub(super) fn new(
         spheres: impl ExactSizeIterator<Item = u32> + Clone,
@@ -78,8 +78,8 @@ impl Bite {
         bite
     }
 
-    /// Force on jaws that stand `gap_m` apart, N: a neo-Hookean slab between two plates,
-    /// `A G (1/λ² − λ)`.
+    /// Force on jaws that are `gap_m` apart, N: a neo-Hookean slab between two plates, `A G (1/λ² −
+    /// λ)`.
     pub(super) fn squeeze_n(&self, gap_m: f32) -> f32 {
         let left = gap_m / self.thickness_m.max(f32::MIN_POSITIVE);
         if left >= 1.0 {
@@ -89,25 +89,25 @@ impl Bite {
         self.area_m2 * self.shear_pa * ((left * left).recip() - left)
     }
 
-    /// Pull at which it slips between jaws that hold it with `grip_n`, N: friction on both.
+    /// Pull that overcomes the friction on both jaws, N, if they press with `grip_n`.
     pub(super) fn slip_n(&self, grip_n: f32) -> f32 {
         2.0 * PROFILE * self.friction * grip_n
     }
 
-    /// Pressure of jaws that hold it with `grip_n`, Pa.
+    /// Pressure of jaws that press with `grip_n`, Pa.
     pub(super) fn pressure_pa(&self, grip_n: f32) -> f32 {
         grip_n / self.area_m2.max(f32::MIN_POSITIVE)
     }
 
-    /// Stiffness of a pull, as a slow hand meets it: the grip, of which `share` is left, and the
-    /// tissue behind it in series, N/m.
+    /// Stiffness against a slow pull, N/m: the grip, of which `share` is left, in series with the
+    /// tissue behind it.
     pub(super) fn pull_stiffness_n_m(&self, share: f32) -> f32 {
         let grip_n_m = GRIP_N_M * share;
         grip_n_m * self.behind_n_m / (grip_n_m + self.behind_n_m).max(f32::MIN_POSITIVE)
     }
 }
 
-/// From where to where balls reach along a line.
+/// Interval that balls cover along a line.
 #[derive(Clone, Copy)]
 struct Extent {
     low_m: f32,
@@ -164,13 +164,13 @@ mod tests {
         let pull_n_m = free.pull_stiffness_n_m(1.0);
         assert!((pull_n_m - 74.7).abs() < 0.1, "{pull_n_m}");
         assert!(free.pull_stiffness_n_m(0.0) <= 0.0);
-        // More than fits between the jaws is bitten off: 3 mm, to a third.
+        // Tissue is counted only as far as it fits between the jaws: 3 mm, to a third.
         let pinched_n = bite(0.003).squeeze_n(0.001);
         assert!((pinched_n - 0.6276).abs() < 1.0e-3, "{pinched_n}");
     }
 
     proptest! {
-        /// The narrower, the harder; never a pull, never without bound.
+        /// The force grows as the gap narrows; it is never a pull, and always bounded.
         #[test]
         fn squeezing_grows(a in 0.0f32..0.01, b in 0.0f32..0.01, open in 0.0f32..0.01) {
             let bite = bite(open);

@@ -1,9 +1,8 @@
-//! Jaws that hold: spheres within their reach go with the instrument until it lets go, or they slip
-//! out.
+//! Grasp: spheres between closed jaws move with the instrument until the jaws open or the spheres
+//! slip out.
 //!
-//! What is between the jaws is squeezed as they close ([`bite`]); the grip that this gives bears a
-//! pull up to its friction. The handle's closing is a button: nothing of the squeeze is rendered,
-//! but the jaws stay as far open as what they hold keeps them.
+//! The jaws squeeze the tissue between them ([`bite`]); the resulting friction bears a pull. The
+//! handle closes by a button, so the squeeze is not rendered, but the tissue keeps the jaws open.
 
 mod bite;
 
@@ -21,52 +20,53 @@ use crate::tool::cylinder::meets;
 use crate::words::SphereBits;
 use bite::{Bite, GRIP_MAX_N, GRIP_N_M, crushed_by_pa};
 
-/// Spheres that come this near to the middle of the jaws are between them, m. Inner spheres lie
-/// up to some mm under the skin that the trainee sees.
+/// Distance from the middle of the jaws within which spheres are grasped, m. Inner spheres lie up
+/// to some mm under the skin that the trainee sees.
 const REACH_M: f32 = 0.005;
-/// One that is held has to slide out by this more before it is lost, m.
+/// Further distance after which a held sphere has slid out, m.
 const OUT_M: f32 = 0.001;
-/// What a tick takes of the grip on a sphere that has slid out of the jaws: none is left after 0.2 s.
+/// Share of the grip that a sphere which has slid out loses per tick: it is free after 0.2 s. A
+/// larger one ends the pull more abruptly.
 const OUT_STEP: f32 = 0.005;
-/// Tissue that slides through the jaws by this has slipped, m.
+/// Distance that tissue slides through the jaws until a slip is reported, m.
 const SLIP_M: f32 = 0.002;
-/// Halvings of the jaws' last step, after which they stand where they are stopped.
+/// Bisection steps that find the opening at which the jaws stop.
 const STOP_HALVINGS: u32 = 10;
 
-/// A sphere in the jaws.
+/// A held sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Held {
     sphere: u32,
-    /// Where the jaws have it, in the instrument's frame, m.
+    /// Its place in the jaws, in the instrument's frame, m.
     in_instrument_m: Vec3,
-    /// Where that was at the end of the last tick, world frame, m.
+    /// That place at the end of the last tick, world frame, m.
     was_at_m: Vec3,
-    /// Share of the grip that is left on it.
+    /// Remaining share of the grip on it.
     share: f32,
 }
 
-/// What the jaws hold.
+/// Tissue between closed jaws.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Grasp {
     held: Vec<Held, MAX_GRASPED>,
     bite: Bite,
-    /// Edges dig in, a clip holds: nothing slips, nothing stops them.
+    /// Blades grip and clips hold: nothing slips, and nothing stops the jaws.
     is_sharp: bool,
-    /// One over the spheres that were bitten.
+    /// Reciprocal of the number of spheres grasped.
     part: f32,
-    /// Force of the jaws on what they hold, N.
+    /// Force of the jaws on the tissue, N.
     grip_n: f32,
-    /// What the tissue pulled with in the last tick, world frame, N.
+    /// Pull of the tissue in the last tick, world frame, N.
     pull_n: Vec3,
-    /// The same of the tick that is being solved.
+    /// Pull summed so far in the present tick, world frame, N.
     so_far_n: Vec3,
-    /// Which organs this grip has crushed.
+    /// Organs that this grip has crushed.
     crushed: [bool; MAX_ORGANS],
-    /// How far it has slid since that was last told, mean over the spheres, m.
+    /// Distance slid since the last report, mean over the spheres, m.
     slid_m: f32,
 }
 
-/// The instrument as its jaws close.
+/// State of the closing jaws.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Jaws<'a> {
     pub(crate) instrument: Instrument,
@@ -75,27 +75,27 @@ pub(crate) struct Jaws<'a> {
     pub(crate) jaw: f32,
 }
 
-/// Jaws meet what is between them while their middles are farther apart than it is thick by this, m:
-/// they are thick themselves.
+/// Thickness of the jaws between their axes, m: they meet tissue while their axes are farther apart
+/// than it is thick by this.
 const MEET_M: f32 = 0.001;
 
-/// Where a bar crosses between jaws.
+/// Crossing of a link between the jaws.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Crossing {
-    /// From the joint, 0, to their tips, 1.
+    /// Position along the jaws: 0 at the joint, 1 at the tips.
     pub(crate) along: f32,
-    /// From the bar's first end to its second.
+    /// Position along the link, from its first end to its second.
     pub(crate) share: f32,
 }
 
 impl Jaws<'_> {
-    /// Between the middles of the jaws, m.
+    /// Distance between the axes of the jaws, m.
     fn gap_m(&self) -> f32 {
         self.instrument.jaw_opening_m() * self.jaw
     }
 
-    /// Where a bar with these ends (world frame, m) crosses between the jaws. A bar this thick counts as
-    /// between them as long as some of it is.
+    /// Crossing of a link with these ends (world frame, m) between the jaws. A thick link counts as
+    /// long as part of it is between them.
     pub(crate) fn crossing(&self, ends_m: &[Vec3; 2], radius_m: f32) -> Option<Crossing> {
         let instrument_from_world = self.world_from_instrument.inverse();
         let local = |end: &Vec3| (instrument_from_world * nalgebra::Point3::from(*end)).coords;
@@ -111,7 +111,7 @@ impl Jaws<'_> {
         is_between.then_some(Crossing { along, share })
     }
 
-    /// Whether the jaws have closed so far that they meet a bar this thick that crosses here.
+    /// True if the jaws have closed onto a link of this thickness at the crossing.
     pub(crate) fn meets(&self, crossing: &Crossing, radius_m: f32) -> bool {
         2.0 * self.gap_m() * crossing.along < 2.0 * radius_m + MEET_M
     }
@@ -126,17 +126,17 @@ impl Grasp {
         self.held.len() as u32
     }
 
-    /// The spheres held.
+    /// Spheres that are held.
     pub(crate) fn spheres(&self) -> impl Iterator<Item = u32> {
         self.held.iter().map(|held| held.sphere)
     }
 
-    /// The first of them.
+    /// First sphere that is held.
     pub(crate) fn first(&self) -> Option<u32> {
         self.held.first().map(|held| held.sphere)
     }
 
-    /// Closes on every movable sphere near the line from the jaw joint to the tip, of organs that it
+    /// Grasps every movable sphere near the line from the jaw joint to the tip, of organs that it
     /// `takes`.
     pub(crate) fn close(
         &mut self,
@@ -154,7 +154,7 @@ impl Grasp {
             let node = bodies.nodes.at(i);
             let center = node.center_m();
             let is_between = meets(&center, radius_m, &joint_m, &tip_m, REACH_M);
-            let is_gone = bodies.bits.at(i).contains(SphereBits::GONE);
+            let is_gone = bodies.bits.at(i).contains(SphereBits::REMOVED);
             if !is_between
                 || is_gone
                 || !takes(*bodies.organ.at(i))
@@ -184,7 +184,7 @@ impl Grasp {
         self.bite = Bite::new(spheres, room, (&across, &along), scene, bodies);
     }
 
-    /// Lets go of everything.
+    /// Releases everything.
     pub(crate) fn open(&mut self, bodies: &mut Bodies) {
         for held in &self.held {
             let bits = bodies.bits.at_mut(held.sphere);
@@ -193,7 +193,7 @@ impl Grasp {
         *self = Self::default();
     }
 
-    /// Where jaws that close to `to` are stopped by what is between them.
+    /// Opening at which the tissue stops jaws that close to `to`.
     pub(crate) fn stop(&self, jaws: &Jaws<'_>, to: f32) -> f32 {
         let is_stopped = |jaw: f32| {
             let closed = Jaws { jaw, ..*jaws };
@@ -214,8 +214,7 @@ impl Grasp {
         open
     }
 
-    /// After the jaws have moved: how hard they hold, and what has slid out of them. Returns
-    /// whether something has slipped.
+    /// Updates force and losses after the jaws have moved. Returns true if tissue has slipped.
     pub(crate) fn hold(&mut self, jaws: &Jaws<'_>, bodies: &mut Bodies) -> bool {
         self.grip_n = self.bite.squeeze_n(jaws.gap_m()).min(GRIP_MAX_N);
         let (joint_m, tip_m) = (Vec3::zeros(), jaws.tip_in_instrument_m());
@@ -241,8 +240,8 @@ impl Grasp {
         slipped
     }
 
-    /// A sphere of an organ that the jaws crush and had not crushed yet in this grip, and their force, N. An
-    /// edge cuts and a clip closes: neither counts.
+    /// A sphere of an organ that the jaws crush now and had not crushed before in this grip, and
+    /// their force, N. Blades cut and clips close: neither crushes.
     pub(crate) fn crush(&mut self, scene: &Scene<'_>, bodies: &Bodies) -> Option<(u32, f32)> {
         let pressure_pa = self.bite.pressure_pa(self.grip_n);
         for held in self.held.iter().filter(|_| !self.is_sharp) {
@@ -259,20 +258,20 @@ impl Grasp {
         None
     }
 
-    /// What the tissue pulled with in the last tick, world frame, N.
+    /// Pull of the tissue in the last tick, world frame, N.
     pub(crate) fn pull_n(&self) -> Vec3 {
         self.pull_n
     }
 
-    /// Whether jaws that open have nothing between them any more.
+    /// True if jaws so far open hold nothing any more.
     pub(crate) fn is_loose(&self) -> bool {
         self.grip_n <= 0.0
     }
 
-    /// Draws the held spheres of organ `organ` to where the instrument has carried them by `share`
-    /// of the tick; every one of them if no organ is given. The grip is a spring (XPBD, Macklin
-    /// 2016): the multiplier is what the tissue pulls with. One that would bear more than its part
-    /// of the friction slides instead.
+    /// Draws the held spheres of `organ` to where the instrument has carried them by `share` of the
+    /// tick; all of them if `organ` is `None`. The grip is a spring (XPBD, Macklin 2016) whose
+    /// multiplier is the tissue's pull. A sphere that would bear more than its part of the friction
+    /// slides instead.
     pub(crate) fn carry(
         &mut self,
         organ: Option<u8>,
@@ -307,7 +306,7 @@ impl Grasp {
             if organ.is_none() {
                 held.was_at_m = end_m;
                 if kept < 1.0 {
-                    // The jaws go on, the tissue stays behind.
+                    // The jaws move on; the tissue stays behind.
                     held.was_at_m = node.center_m() + away_m * kept;
                     held.in_instrument_m =
                         (instrument_from_world * nalgebra::Point3::from(held.was_at_m)).coords;
@@ -323,7 +322,7 @@ impl Grasp {
         }
     }
 
-    /// How the tissue pulls on the jaws. `None` when nothing is held.
+    /// Pull of the tissue on the jaws; `None` if nothing is held.
     pub(crate) fn pull(&self, bodies: &Bodies) -> Option<Pull> {
         let share: f32 = self.held.iter().map(|held| held.share).sum();
         let weighted = |held: &Held| bodies.nodes.at(held.sphere).center_m() * held.share;
@@ -337,7 +336,7 @@ impl Grasp {
     }
 }
 
-/// How far a sphere goes in the last substep of its organ for a force on it, m/N.
+/// Compliance of a sphere in the last substep of its organ, m/N.
 fn yield_m_n(sphere: u32, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
     let step_s = scene.step_s_of(*bodies.organ.at(sphere));
     bodies.nodes.at(sphere).inverse_mass_per_kg() * step_s * step_s

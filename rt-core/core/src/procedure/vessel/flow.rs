@@ -1,9 +1,9 @@
-//! Where blood and bile come from, and how far they get.
+//! Sources of blood and bile, and the spread of pressure.
 //!
-//! | what | comes from |
+//! | fluid | source |
 //! |---|---|
-//! | blood | where a vessel is held (the body's own vessels lie beyond), or tied to another vessel |
-//! | bile | a bag that is full of it, and the liver, where a duct is tied to it |
+//! | blood | held spheres of a vessel (the body's own vessels lie beyond), attached vessels |
+//! | bile | bags that are full of it; the liver, where a duct is attached to it |
 
 use crate::procedure::clip::Clips;
 use crate::procedure::vessel::Vessels;
@@ -11,7 +11,7 @@ use crate::scene::{Anchor, Attachment, Inside, Scene};
 use crate::tissue::Bodies;
 
 impl Vessels {
-    /// Pressure where it comes from, none elsewhere.
+    /// Sets the pressure at the sources, and zero elsewhere.
     pub(super) fn begin(&mut self, scene: &Scene<'_>) {
         for organ in scene.organs {
             let is_bag = organ.inside == Inside::Bile && !organ.is_tube();
@@ -36,8 +36,8 @@ impl Vessels {
         }
     }
 
-    /// Spreads by a step along every tube, in the order of its links, and over every tie; returns
-    /// whether that has changed something.
+    /// Spreads pressure by one step along every tube, in the order of its links, and across every
+    /// attachment. Returns true if that changed anything.
     pub(super) fn spread(&mut self, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> bool {
         let mut has_spread = false;
         for (organ, it) in (0u8..).zip(scene.organs) {
@@ -63,7 +63,7 @@ impl Vessels {
         has_spread
     }
 
-    /// Lets pressure pass between two spheres whose way is open by `open`.
+    /// Equalises pressure between two spheres across a passage of which the share `open` is open.
     fn join(&mut self, [a, b]: [u32; 2], open: f32, scene: &Scene<'_>, bodies: &Bodies) -> bool {
         let (at_a, at_b) = (*self.pressure.at(a), *self.pressure.at(b));
         let dried = |sphere| self.open(sphere, scene, bodies);
@@ -77,7 +77,7 @@ impl Vessels {
     }
 }
 
-/// What is inside of both that a tie joins.
+/// Contents of the two organs that an attachment joins.
 pub(super) fn insides(tie: &Attachment, scene: &Scene<'_>) -> (Inside, Inside) {
     let inside = |sphere: u32| {
         let holds =

@@ -1,5 +1,5 @@
-//! Where something can come out: both ends of a divided link, of a tube that is torn off what it was
-//! grown to, and holes that are burnt.
+//! Leaks: both ends of a divided link, the end of a tube that is torn off an organ, and burnt
+//! holes.
 
 use crate::capacity::MAX_ORGANS;
 use crate::math::Vec3;
@@ -10,17 +10,17 @@ use crate::scene::{Anchor, Inside, Scene};
 use crate::tissue::Bodies;
 use crate::tissue::tubes::Step;
 
-/// The inside of a bag narrows to a duct this wide, m: what a hole of it is compared with.
+/// Radius of a bag's neck, m: the area of a hole in a bag is compared with it.
 const NECK_RADIUS_M: f32 = 0.003;
 
-/// Something that is open.
+/// An opening to the outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Opening {
-    /// The end of a divided link at this sphere.
+    /// End of a divided link at this sphere.
     Link { link: u32, sphere: u32 },
-    /// Where this sphere was grown to another organ.
+    /// Place at which this sphere was attached to another organ.
     Off { sphere: u32 },
-    /// A hole in the wall at this sphere.
+    /// Hole in the wall at this sphere.
     Wall { sphere: u32, area_m2: f32 },
 }
 
@@ -31,7 +31,7 @@ impl Opening {
         }
     }
 
-    /// Share of what reaches it that comes out.
+    /// Share of the arriving flow that comes out.
     pub(super) fn share(&self, scene: &Scene<'_>, clips: &Clips) -> f32 {
         match self {
             Self::Link { link, .. } => clips.open(*link),
@@ -57,13 +57,13 @@ impl Opening {
     }
 }
 
-/// An opening, and what was told of it.
+/// An opening, and its last event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hole {
     pub(super) opening: Opening,
-    /// Its flow, as last told.
+    /// Flow in its last event.
     pub(super) told: f32,
-    /// Where it was first told of, m: whoever reads the events knows it again by that.
+    /// Place of its first event, m. Readers of the events identify the leak by it.
     pub(super) at_m: Option<Vec3>,
 }
 
@@ -78,8 +78,8 @@ impl Hole {
 }
 
 impl Vessels {
-    /// Looks for what has been divided; `divided` hears once of each place, or again if it says that it
-    /// could not take it now. Returns whether it took all.
+    /// Finds new divisions. `divided` receives each place once, and again if it returns that it
+    /// could not take it. Returns true if it took all.
     pub(super) fn find_holes(
         &mut self,
         scene: &Scene<'_>,
@@ -111,8 +111,8 @@ impl Vessels {
         self.find_torn_off(scene, bodies, divided) && is_all
     }
 
-    /// Tubes that no tie joins any more to an organ that they were grown to. Fat and other tissue around
-    /// them hold no end of theirs.
+    /// Finds tubes that have lost all attachments to an organ. Fat and other tissue around a tube
+    /// hold no end of it.
     fn find_torn_off(
         &mut self,
         scene: &Scene<'_>,
@@ -145,7 +145,7 @@ impl Vessels {
                 if whole {
                     *joined |= is_whole;
                 } else if !*joined {
-                    // One of its ties stands for all.
+                    // One attachment stands for all.
                     *joined = true;
                     let off = Opening::Off { sphere: tie.sphere };
                     if !self.is_open(off) && !self.holes.is_full() && !divided(off) {
@@ -166,7 +166,8 @@ impl Vessels {
         self.holes.iter().any(|hole| hole.opening == opening)
     }
 
-    /// What has no room leaks unseen and untold, which is counted (`Vessels::is_overrun`).
+    /// Adds an opening. One without room leaks unreported, which is counted
+    /// (`Vessels::is_overrun`).
     pub(super) fn open_up(&mut self, opening: Opening) {
         if !self.is_open(opening) {
             self.is_overrun |= self.holes.push(Hole::new(opening)).is_err();
@@ -174,10 +175,10 @@ impl Vessels {
     }
 }
 
-/// Share of a tube's inside that clips leave open on the worse side of where it is divided.
+/// Share of a tube's lumen that clips leave open, on the worse side of its division.
 pub(super) fn unclosed(opening: Opening, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> f32 {
     let Opening::Link { link, .. } = opening else {
-        // Whatever it was grown to has no stump that a clip could be on.
+        // The organ from which it was torn has no stump for a clip.
         return 1.0;
     };
     let Some(ends) = scene.links.get(link as usize) else {
@@ -187,8 +188,8 @@ pub(super) fn unclosed(opening: Opening, scene: &Scene<'_>, clips: &Clips, bodie
     side(ends.a).max(side(ends.b))
 }
 
-/// Share of a tube's inside that clips leave open from this sphere of the divided link `from` to its end. What
-/// is divided already keeps in all there is. O(beads of the organ, squared).
+/// Share of a tube's lumen that clips leave open between this sphere of the divided link `from` and
+/// the tube's end. An earlier division closes the rest. O(beads of the organ, squared).
 fn unclosed_from(mut sphere: u32, from: u32, clips: &Clips, bodies: &Bodies) -> f32 {
     let organ = *bodies.organ.at(sphere);
     let (mut open, mut last) = (clips.open(from), from);

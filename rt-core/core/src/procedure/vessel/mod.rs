@@ -1,9 +1,9 @@
-//! What runs in vessels and ducts, and where it comes out.
+//! Flow in vessels and ducts, and leaks.
 //!
-//! Pressure spreads from where blood and bile come from ([`flow`]) along links that have not parted and
-//! ties between what holds the same, through clips and dried walls as far as those leave it open. It does
-//! so only after something has changed, a step along every tube in a tick. Then every divided end and
-//! every hole leaks what reaches it, and changes are told.
+//! Pressure spreads from its sources ([`flow`]) along intact links, and across attachments between
+//! organs of equal content. Clips and desiccated walls reduce it. It spreads only after a change,
+//! one step along every tube in a tick. Then every divided end and every hole leaks what reaches
+//! it, and changes raise events.
 
 mod flow;
 mod hole;
@@ -19,43 +19,45 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind};
 use hole::{Hole, Opening, unclosed};
 
-/// A divided artery shortens by this: vessels lie stretched by a tenth in the body (the aorta of the old
-/// by 5 %, of the young by far more; 10.1007/s00414-011-0549-9). For ducts half of it is assumed.
+/// Share of its length by which a divided artery shortens: vessels lie stretched by a tenth in the
+/// body (the aorta of the old by 5 %, of the young by far more; 10.1007/s00414-011-0549-9). For
+/// ducts half of it is assumed.
 const ARTERY_SHORTENS: f32 = 0.1;
 const DUCT_SHORTENS: f32 = 0.05;
-/// What of its length it shortens in a tick: the artery is done after 0.3 s.
+/// Share of its length by which it shortens in a tick: an artery is done after 0.3 s.
 const SHORTENS_STEP: f32 = ARTERY_SHORTENS / 300.0;
-/// Flows that differ by less are told as the same.
+/// Change of flow below which no event is raised.
 const TOLD: f32 = 0.01;
-/// Vessels thicker than this do not close by drying, m: blood carries the heat away (2 mm across is
-/// what one electrode is trusted with; some room for spheres).
+/// Largest radius of a vessel that desiccation can close, m: in larger ones blood carries the heat
+/// away. One electrode is trusted with 2 mm across; the rest is tolerance for sphere radii.
 const DRIED_RADIUS_M: f32 = 0.001_5;
-/// What closes a volume of vessel, J/m³: heated to 100 °C, collagen has shrunk long before, and a third of
-/// its water boiled off, so that the walls stick. `1060 kg/m³ (3600 J/kg K · 63 K + 0.25 · 2.26 MJ/kg)`.
+/// Energy that closes a volume of vessel, J/m³. Heated to 100 °C, its collagen has shrunk; with a
+/// third of the water boiled off, the walls stick: `1060 kg/m³ (3600 J/kg K · 63 K + 0.25 · 2.26
+/// MJ/kg)`.
 const CLOSES_J_M3: f32 = 8.4e8;
 
-/// Whether what runs is known.
+/// Progress of the flow computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Progress {
     /// Nothing has changed.
     Known,
-    /// Something has.
+    /// A change is to be computed.
     Changed,
-    /// Pressure spreads.
+    /// Pressure is spreading.
     Spreading,
 }
 
-/// What runs in everything.
+/// Flow in all vessels and ducts.
 #[derive(Debug, Clone)]
 pub(crate) struct Vessels {
-    /// Share of the whole pressure that reaches each sphere.
+    /// Pressure at each sphere, as a share of the full pressure.
     pressure: PerSphere<f32>,
-    /// What has dried each sphere's stretch of vessel, J.
+    /// Energy that has desiccated each sphere's piece of vessel, J.
     dried_j: PerSphere<f32>,
     holes: Vec<Hole, MAX_HOLES>,
-    /// Some place found no room in `holes` in this tick.
+    /// A leak found no room in `holes` in this tick.
     is_overrun: bool,
-    /// Which organs are divided somewhere.
+    /// Organs that are divided somewhere.
     divided: [bool; MAX_ORGANS],
     progress: Progress,
 }
@@ -72,23 +74,23 @@ impl Vessels {
         }
     }
 
-    /// Everything is whole again.
+    /// Removes all divisions and leaks.
     pub(crate) fn rest(&mut self) {
         *self = Self::new();
     }
 
-    /// What is divided now was so before anything that is told.
+    /// Marks present divisions as prepared: they raise no events.
     pub(crate) fn note_prepared(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
         self.find_holes(scene, bodies, |_| true);
         self.note_change();
     }
 
-    /// Something was divided, clipped or burnt.
+    /// Notes that something was divided, clipped or burnt.
     pub(crate) fn note_change(&mut self) {
         self.progress = Progress::Changed;
     }
 
-    /// Current has dried the tube at this sphere by so much.
+    /// Desiccates the tube at this sphere by `energy_j`.
     pub(crate) fn dry(&mut self, sphere: u32, energy_j: f32, scene: &Scene<'_>, bodies: &Bodies) {
         let before = self.open(sphere, scene, bodies);
         *self.dried_j.at_mut(sphere) += energy_j;
@@ -97,14 +99,14 @@ impl Vessels {
         }
     }
 
-    /// A wall is burnt through at this sphere: a hole of `area_m2`.
+    /// Opens a hole of `area_m2` in the wall at this sphere.
     pub(crate) fn burst(&mut self, sphere: u32, area_m2: f32) {
         let wall = Opening::Wall { sphere, area_m2 };
         self.is_overrun |= self.holes.push(Hole::new(wall)).is_err();
         self.note_change();
     }
 
-    /// A tick: pressure spreads, holes are told of, divided tubes shorten.
+    /// Advances a tick: spreads pressure, reports leaks, shortens divided tubes.
     pub(crate) fn flow(
         &mut self,
         scene: &Scene<'_>,
@@ -142,7 +144,7 @@ impl Vessels {
                         });
                         true
                     });
-                    // What this tick has no room for the next one tells.
+                    // An event without room in this tick is raised in the next.
                     if self.tell(scene, clips, bodies, journal) && is_all {
                         self.progress = Progress::Known;
                     }
@@ -151,12 +153,12 @@ impl Vessels {
         }
     }
 
-    /// Whether since the last call some place found no room among those that leak.
+    /// True if a leak found no room since the last call.
     pub(crate) fn is_overrun(&mut self) -> bool {
         core::mem::take(&mut self.is_overrun)
     }
 
-    /// Share of the inside of the tube at this sphere that drying has left open; in quarters.
+    /// Share of the tube's lumen at this sphere that desiccation has left open, in quarters.
     fn open(&self, sphere: u32, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
         let organ = scene.organs.get(usize::from(*bodies.organ.at(sphere)));
         let radius_m = scene
@@ -167,14 +169,14 @@ impl Vessels {
         if !is_vessel || radius_m > DRIED_RADIUS_M {
             return 1.0;
         }
-        // As long as it is thick.
+        // The piece of vessel is as long as it is thick.
         let whole_j = CLOSES_J_M3 * core::f32::consts::TAU * radius_m * radius_m * radius_m;
         let quarters = (4.0 * self.dried_j.at(sphere) / whole_j).min(4.0);
-        // `as` saturates and cuts off.
+        // `as` saturates and truncates.
         1.0 - f32::from(quarters as u8) * 0.25
     }
 
-    /// Tells of what has changed; whether there was room for all of it.
+    /// Raises events for changed leaks. Returns true if there was room for all.
     fn tell(
         &mut self,
         scene: &Scene<'_>,

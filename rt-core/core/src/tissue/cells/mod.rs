@@ -1,11 +1,10 @@
-//! Layered tissue (fat, connective tissue) that is taken away bit by bit: how much heat each cell has
-//! taken, and which are gone.
+//! Layered tissue (fat, connective tissue) that is removed cell by cell.
 //!
-//! A cell is gone when it has taken the energy that boils it away (`burn`), or when the strand for
-//! which it stands has torn (`strand`). What is gone is not met: the contact skin over it has sunk by
-//! what is missing under it (`Cells::sunk_m`), a sphere without any cells is there for nobody. What
-//! remains of a sphere's cells is what remains of the bars at it. All of this is a function of the set
-//! of cells that are gone, not of the order in which they went.
+//! A cell is removed when it has taken the energy that boils it away (`burn`), or when the strand
+//! that it represents has torn (`strand`). The contact skin sinks by the thickness that is missing
+//! under it (`Cells::sunk_m`). A sphere without cells meets nothing, and the links of a sphere keep
+//! the share of its cells that remains. All of this is a function of the set of removed cells, not
+//! of their order.
 
 mod strand;
 #[cfg(test)]
@@ -19,45 +18,46 @@ use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind, SphereBits};
 
-/// `Cells::shown` of a cell that is gone.
+/// Value in `Cells::shown` of a removed cell.
 pub const GONE: u8 = u8::MAX;
 
-/// A contact skin under which nothing is left lies so much deeper, m: farther than a tool is followed.
+/// Depth of a contact skin under which nothing is left, m: more than the distance at which tools
+/// are tracked.
 const OPEN_M: f32 = 0.015;
-/// Cells behind each other under a contact vertex, at most.
+/// Most cells behind each other under a contact vertex.
 const DEEP: usize = 32;
-/// Volumes are summed in these units, so that sums do not hang on their order, m³: a micrometre's cube
-/// times a thousand.
+/// Unit in which volumes are summed, m³ (10 µm cubed). Sums of integers do not depend on their
+/// order.
 const UNIT_M3: f32 = 1.0e-15;
 
-/// What has become of every cell.
+/// State of every cell.
 #[derive(Debug, Clone)]
 pub(crate) struct Cells {
     /// Heat taken, J.
     taken_j: [f32; MAX_CELLS],
     /// Share of the energy taken, 0 to 254, or [`GONE`].
     shown: [u8; MAX_CELLS],
-    /// Something beside it is not there, or gone.
+    /// A neighbour is missing or removed: the cell is exposed.
     is_exposed: [bool; MAX_CELLS],
-    /// Volume of the cells that stand for each sphere, and of those that are left.
+    /// Volume of the cells of each sphere: at first, and remaining.
     whole: PerSphere<u32>,
     left: PerSphere<u32>,
     gone: u32,
-    /// Of all that was ever given and taken since the last reset.
+    /// Hash of everything that was given and removed since the last reset.
     history: Hash,
 }
 
-/// A cell that has just gone.
+/// A cell that was just removed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Removed {
     pub(crate) cell: u16,
     pub(crate) organ: u8,
-    /// Where it was, m.
+    /// Its last position, m.
     pub(crate) at_m: Vec3,
 }
 
 impl Removed {
-    /// The event that tells of it.
+    /// Its event.
     pub(crate) fn told(&self) -> Event {
         Event {
             kind: EventKind::Removed,
@@ -81,7 +81,7 @@ impl Cells {
         }
     }
 
-    /// Everything is there, and cold.
+    /// Restores every cell, cold.
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         for sphere in 0..scene.spheres.len() as u32 {
             *self.whole.at_mut(sphere) = 0;
@@ -102,17 +102,18 @@ impl Cells {
         self.history = Hash::new();
     }
 
-    /// Heat taken by each of the first `count` as a share of what removes it, 0 to 254, or [`GONE`].
+    /// Heat taken by each of the first `count` cells, as a share of the energy that removes it, 0
+    /// to 254; or [`GONE`].
     pub(crate) fn shown(&self, count: usize) -> &[u8] {
         self.shown.get(..count).unwrap_or(&self.shown)
     }
 
-    /// Of everything that was done to cells.
+    /// Hash of everything that was done to cells.
     pub(crate) fn history(&self) -> u32 {
         self.history.folded()
     }
 
-    /// Whether the cell is there.
+    /// True if the cell is not removed.
     pub(crate) fn is_there(&self, cell: u16) -> bool {
         let shown = self.shown.get(usize::from(cell));
         shown.is_some_and(|shown| *shown != GONE)
@@ -123,12 +124,12 @@ impl Cells {
         exposed.copied().unwrap_or(false)
     }
 
-    /// Whether any cells stand for a sphere.
+    /// True if the sphere has cells.
     fn has_cells(&self, sphere: u32) -> bool {
         *self.whole.at(sphere) > 0
     }
 
-    /// Share that is left of the cells that stand for a sphere; of one without any, all.
+    /// Remaining share of the cells of a sphere; 1 for a sphere without cells.
     pub(crate) fn left_of(&self, sphere: u32) -> f32 {
         match *self.whole.at(sphere) {
             0 => 1.0,
@@ -136,7 +137,7 @@ impl Cells {
         }
     }
 
-    /// How far the contact skin has sunk at one of its vertices, m.
+    /// Depth by which the contact skin has sunk at one of its vertices, m.
     pub(crate) fn sunk_m(&self, vertex: u16, scene: &Scene<'_>) -> f32 {
         if self.gone == 0 {
             return 0.0;
@@ -164,14 +165,14 @@ impl Cells {
         if count > 0.0 { sum_m / count } else { 0.0 }
     }
 
-    /// Gives heat to a cell; whether that removes it, which [`Bodies::remove_cell`] does.
+    /// Gives heat to a cell. Returns true if that removes it; [`Bodies::remove_cell`] then does so.
     pub(crate) fn give(&mut self, index: u16, cell: &Cell, energy_j: f32) -> bool {
         let place = usize::from(index);
         let (Some(taken_j), Some(shown)) = (self.taken_j.get_mut(place), self.shown.get_mut(place))
         else {
             return false;
         };
-        // What is no number is nothing.
+        // NaN counts as no heat.
         let gives = energy_j > 0.0 && energy_j.is_finite() && *shown != GONE;
         if !gives {
             return false;
@@ -184,7 +185,7 @@ impl Cells {
         share >= 1.0
     }
 
-    /// Marks a cell as gone; whether it was there.
+    /// Marks a cell as removed. Returns true if it was there.
     fn take(&mut self, index: u16, cell: &Cell, scene: &Scene<'_>) -> bool {
         if !self.is_there(index) {
             return false;
@@ -214,7 +215,7 @@ fn units(cell: &Cell) -> u32 {
 }
 
 impl Bodies {
-    /// Where the middle of a cell is, world frame, m.
+    /// Present middle of a cell, world frame, m.
     pub(crate) fn cell_at_m(&self, cell: &Cell) -> Vec3 {
         let mut at_m = Vec3::zeros();
         for (sphere, weight) in cell.spheres.iter().zip(cell.weights) {
@@ -223,8 +224,8 @@ impl Bodies {
         at_m + cell.center_m
     }
 
-    /// Removes every cell whose middle `is_cleared`, without a word. O(cells · attachments): for the
-    /// beginning of a task.
+    /// Removes every cell whose middle `is_cleared`, without an event. O(cells · attachments): at
+    /// the start of a task.
     pub(crate) fn clear_cells(
         &mut self,
         scene: &Scene<'_>,
@@ -238,7 +239,7 @@ impl Bodies {
         }
     }
 
-    /// Removes a cell that is there; with it goes its share of the bars at its sphere.
+    /// Removes a cell, and its share of the links at its sphere.
     pub(crate) fn remove_cell(&mut self, index: u16, scene: &Scene<'_>) -> Option<Removed> {
         let cell = scene.layers.cell(index)?;
         if !self.cells.take(index, cell, scene) {
@@ -248,7 +249,7 @@ impl Bodies {
         let left = self.cells.left_of(sphere);
         if left <= 0.0 {
             let bits = self.bits.at_mut(sphere);
-            *bits = bits.with(SphereBits::GONE);
+            *bits = bits.with(SphereBits::REMOVED);
         }
         let organ = *self.organ.at(sphere);
         for (i, tie) in scene.attachments.iter().enumerate() {

@@ -1,5 +1,5 @@
-//! Strands of a layered sheet: where the ties of a sphere to another organ have all torn, what stands
-//! for it hangs on nothing, and goes.
+//! Strands of a layered sheet. Where all attachments of a sphere to another organ have torn, its
+//! cells are no longer connected and are removed.
 
 use super::Removed;
 use crate::math::Vec3;
@@ -7,14 +7,14 @@ use crate::scene::{Anchor, Attachment, Scene};
 use crate::tissue::Bodies;
 use crate::words::SphereBits;
 
-/// Share of the way to its neighbours that a sphere without cells goes in a tick.
+/// Share of the distance to its neighbours that a sphere without cells moves in a tick.
 const FOLLOWS: f32 = 0.25;
-/// Cells that go in one tick, at most: as many as can be told, and more in the next.
+/// Most cells removed in one tick: as many as events allow; the rest follow in the next.
 const IN_A_TICK: usize = 8;
 
 impl Bodies {
-    /// Removes cells of a strand that has torn, of one in a tick. O(attachments), and O(cells) where one
-    /// has.
+    /// Removes the cells of a torn strand, of one strand in a tick. O(attachments), and O(cells)
+    /// where one has torn.
     pub(crate) fn tear_cells(&mut self, scene: &Scene<'_>, mut removed: impl FnMut(Removed)) {
         if scene.layers.cells.is_empty() {
             return;
@@ -36,9 +36,9 @@ impl Bodies {
         }
     }
 
-    /// A sphere without cells is tied to nothing and would fall; but cells beside it that are left, and the
-    /// picture, are carried by it in part. So it goes where its neighbours go. Where there are tetrahedra,
-    /// these hold it. O(links of organs without tetrahedra).
+    /// Moves each sphere without cells with its neighbours. It is attached to nothing and would
+    /// fall, while cells beside it and the picture still follow it in part. Where there are
+    /// tetrahedra, they hold it. O(links of organs without tetrahedra).
     pub(crate) fn carry_gone(&mut self, scene: &Scene<'_>) {
         if self.cells.gone == 0 {
             return;
@@ -46,7 +46,7 @@ impl Bodies {
         let organs = scene.organs.iter();
         for organ in organs.filter(|organ| scene.batches_of(organ).is_empty()) {
             for link in scene.links_of(organ) {
-                let gone = |sphere: u32| self.bits.at(sphere).contains(SphereBits::GONE);
+                let gone = |sphere: u32| self.bits.at(sphere).contains(SphereBits::REMOVED);
                 let (a_gone, b_gone) = (gone(link.a), gone(link.b));
                 if !a_gone && !b_gone {
                     continue;
@@ -67,8 +67,8 @@ impl Bodies {
         }
     }
 
-    /// A sphere with cells all of whose ties to another organ have parted. Ties of a sphere to an
-    /// organ follow each other.
+    /// A sphere with cells whose attachments to another organ are all severed. Attachments of a
+    /// sphere to an organ follow each other.
     fn torn_strand(&self, scene: &Scene<'_>) -> Option<u32> {
         let other = |tie: &Attachment| match tie.to {
             Anchor::Sphere(sphere) => Some(*self.organ.at(sphere)),
@@ -95,7 +95,7 @@ impl Bodies {
     fn hangs_on_nothing(&self, run: Option<(u32, Option<u8>, bool)>) -> Option<u32> {
         let (sphere, _, _) = run.filter(|(_, _, torn)| *torn)?;
         let has_cells = self.cells.has_cells(sphere);
-        let gone = self.bits.at(sphere).contains(SphereBits::GONE);
+        let gone = self.bits.at(sphere).contains(SphereBits::REMOVED);
         (has_cells && !gone).then_some(sphere)
     }
 }

@@ -16,7 +16,7 @@ const LAYERS: u16 = 8;
 /// Spheres of the sheet; one of another organ comes after them.
 const SPHERES: u32 = 16;
 
-/// A block of cells over a row of spheres that are linked and tied to another organ's.
+/// A block of cells over a row of spheres that are linked, and attached to another organ's.
 struct Block {
     organs: [Organ; 2],
     spheres: List<RestSphere>,
@@ -109,7 +109,7 @@ fn loaded(scene: &Scene<'_>) -> Box<Bodies> {
     bodies
 }
 
-/// Everything that follows from which cells are gone.
+/// Asserts the state that follows from the set of removed cells.
 fn outcome(bodies: &Bodies, scene: &Scene<'_>) -> List<u32> {
     let mut all = List::new();
     for i in 0..scene.layers.cells.len() as u16 {
@@ -126,7 +126,7 @@ fn outcome(bodies: &Bodies, scene: &Scene<'_>) -> List<u32> {
     all
 }
 
-/// What exposure must be, looked at from the neighbours.
+/// Expected exposure, computed from the neighbours.
 fn check(bodies: &Bodies, scene: &Scene<'_>) {
     let mut left = [0u64; SPHERES as usize];
     for (i, cell) in (0u16..).zip(scene.layers.cells) {
@@ -142,12 +142,12 @@ fn check(bodies: &Bodies, scene: &Scene<'_>) {
     }
     for (i, left) in (0u32..).zip(left) {
         assert_eq!(u64::from(*bodies.cells.left.at(i)), left, "sphere {i}");
-        let gone = bodies.bits.at(i).contains(SphereBits::GONE);
+        let gone = bodies.bits.at(i).contains(SphereBits::REMOVED);
         assert_eq!(gone, left == 0 && bodies.cells.has_cells(i), "sphere {i}");
     }
 }
 
-/// xorshift: the same everywhere.
+/// xorshift: equal on every machine.
 struct Dice(u32);
 
 impl Dice {
@@ -159,8 +159,8 @@ impl Dice {
     }
 }
 
-/// Over and over the whole block is taken away, in any order, some twice, some by heat (of any
-/// number), and put back.
+/// Removes the whole block repeatedly, in random order, some cells twice, some by heat (any
+/// number), and restores it.
 #[test]
 fn a_million_random_deletions_never_break_it() {
     let block = Block::new();
@@ -170,7 +170,7 @@ fn a_million_random_deletions_never_break_it() {
     let mut dice = Dice(2_463_534_242);
     let (mut removed, mut resets) = (0u32, 0);
     for step in 0..1_000_000u32 {
-        // Some of them do not exist.
+        // Some of these cells do not exist.
         let index = dice.below(count + 20) as u16;
         match dice.below(16) {
             0 => {
@@ -232,13 +232,13 @@ fn what_hangs_on_nothing_goes_and_nothing_else_does() {
         .zip(&block.cells)
         .filter(|(_, cell)| cell.sphere() == 3);
     assert_eq!(gone, own.map(|(i, _)| i).collect::<List<u16>>());
-    assert!(bodies.bits.at(3).contains(SphereBits::GONE));
+    assert!(bodies.bits.at(3).contains(SphereBits::REMOVED));
     assert!(bodies.parted.left_of_link(2) <= 0.0 && bodies.parted.left_of_link(3) <= 0.0);
     assert!(bodies.parted.left_of_link(4) >= 1.0);
     check(&bodies, &scene);
 }
 
-/// Else what it carries in part would fall with it.
+/// Otherwise the cells that it carries in part would fall with it.
 #[test]
 fn a_sphere_without_cells_goes_with_its_neighbours() {
     let block = Block::new();
@@ -267,7 +267,7 @@ fn a_sphere_without_cells_goes_with_its_neighbours() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
-    /// The same cells in any order leave the same, to the bit; a reset leaves nothing of it.
+    /// Any order of removal leaves equal state, to the bit; a reset leaves nothing of it.
     #[test]
     fn the_order_does_not_matter(
         order in Just((0..SIDE * SIDE * LAYERS).collect::<List<u16>>()).prop_shuffle(),

@@ -1,17 +1,17 @@
 //! One pass over the tetrahedra of an organ, eight at a time.
 //!
-//! The bound: a tetrahedron is about 450 additions and multiplications, of which three are
-//! divisions and one a root, eight to an instruction; it reads 48 bytes of its own in order, and
-//! gathers 32 and scatters 16 a corner, from nodes that stay in the second-level cache. A tick of
-//! the liver (2426 tetrahedra) takes 425 000 instructions, everything included: 175 a tetrahedron,
-//! of which 56 are that arithmetic and the rest loads, transpositions and stores of corners. At
-//! 14 ns a tetrahedron (quiet machine, about 3 GHz) that is four instructions a cycle: the kernel is
-//! bound by how many instructions a core can issue, not by memory (3.4 GB/s of its own data), and
-//! twice as fast as now is the limit of arithmetic alone. Count again:
+//! Cost: a tetrahedron takes about 450 additions and multiplications, three divisions and one root,
+//! eight to an instruction. It reads 48 bytes of its own in order, and per corner gathers 32 bytes
+//! and scatters 16, from nodes that stay in the second-level cache. A tick of the liver (2426
+//! tetrahedra) takes 425 000 instructions in all: 175 a tetrahedron, of which 56 are the arithmetic
+//! and the rest loads, transpositions and stores of corners. At 14 ns a tetrahedron (quiet machine,
+//! about 3 GHz) that is four instructions a cycle. So the kernel is bound by the rate at which a
+//! core issues instructions, not by memory (3.4 GB/s of its own data); arithmetic alone would be
+//! twice as fast. To count again:
 //!
 //! ```text
 //! cargo build --release -p rt-core --example cost
-//! valgrind --tool=callgrind target/release/examples/cost liver 10     # and 110; the difference / 100
+//! valgrind --tool=callgrind target/release/examples/cost liver 10   # and 110: difference / 100
 //! ```
 
 use crate::scene::{LANES, TetraBatch};
@@ -19,14 +19,14 @@ use crate::tissue::Node;
 use crate::tissue::neo_hookean::wide::{Plain, Wide};
 use crate::tissue::per_sphere::PerSphere;
 
-/// Below this squared norm of the cofactor matrix (3 at rest) a tetrahedron is crushed to a line or
-/// a point: its volume constraint knows no way out, and energy has a minimum there.
+/// Squared norm of the cofactor matrix (3 at rest) below which a tetrahedron counts as crushed to a
+/// line or a point. Its volume constraint has no gradient there that leads out.
 const CRUSHED: f32 = 0.2;
-/// How far a crushed one is taken for more open than it is.
+/// Share by which a crushed tetrahedron is treated as more open than it is.
 const OPENING: f32 = 0.5;
 
-/// Share of their distance from the mean by which displacements of what is inside out are drawn
-/// together in a pass. 0.01 to 0.4 all untie a scrambled liver.
+/// Share by which the corners of an inverted tetrahedron are drawn towards their mean displacement
+/// in a pass. 0.01 to 0.4 all untie a scrambled liver.
 const DRAWN_MAX: f32 = 0.1;
 
 /// An organ's elasticity for one substep.
@@ -38,7 +38,7 @@ pub(super) struct Moduli {
     pub(super) deviatoric: f32,
     /// `γ = 1 + μ/λ`: the determinant at which both balance at rest.
     pub(super) rest_volume: f32,
-    /// Retardation over dt: how much a rate counts beside a strain.
+    /// Retardation time over dt: weight of the strain rate relative to the strain.
     pub(super) rate: f32,
 }
 
@@ -64,7 +64,7 @@ pub(super) fn project_avx(nodes: &mut PerSphere<Node>, batches: &[TetraBatch], m
     }
 }
 
-/// The same in plain arrays: the fast one's twin.
+/// Projects every batch with plain arrays: the reference for the vector version.
 pub(super) fn project_plain(nodes: &mut PerSphere<Node>, batches: &[TetraBatch], moduli: &Moduli) {
     for batch in batches {
         project_batch::<Plain>(nodes, batch, moduli);
@@ -73,9 +73,10 @@ pub(super) fn project_plain(nodes: &mut PerSphere<Node>, batches: &[TetraBatch],
 
 type Vec3<W> = [W; 3];
 
-/// XPBD (Macklin 2016) for the stable neo-Hookean energy (Smith 2018; Macklin and Müller 2021):
-/// volume `det F − γ` and shape `√(F:F)` of a tetrahedron, solved together, one pass from zero
-/// multipliers. With `F = I + Σ e_a b_aᵀ`, `e` the edges' displacement, `b` the shape gradients:
+/// XPBD (Macklin 2016) of the stable neo-Hookean energy (Smith 2018; Macklin and Müller 2021). The
+/// volume `det F − γ` and the shape `√(F:F)` of a tetrahedron are solved together, in one pass from
+/// zero multipliers. With `F = I + Σ e_a b_aᵀ`, `e` the displacements of the edges and `b` the
+/// shape gradients:
 ///
 /// ```text
 /// g_a = cof(F) b_a       h_a = F b_a / √(F:F)       (corner 0: minus the sum)
@@ -83,9 +84,9 @@ type Vec3<W> = [W; 3];
 /// m · (p, q) = −(C + r ∇C·d)          d_a += w_a (p g_a + q h_a)
 /// ```
 ///
-/// `r` is the retardation over dt: strain rate damps, rigid motion does not.
+/// `r` is the retardation time over dt: strain rate is damped, rigid motion is not.
 ///
-/// No closure stands here: one that is not inlined would be compiled without the wide registers.
+/// No closure here: one that is not inlined would be compiled without the wide registers.
 #[inline(always)]
 fn project_batch<W: Wide>(nodes: &mut PerSphere<Node>, batch: &TetraBatch, moduli: &Moduli) {
     let [s0, s1, s2, s3] = &batch.spheres;
@@ -144,7 +145,7 @@ fn project_batch<W: Wide>(nodes: &mut PerSphere<Node>, batch: &TetraBatch, modul
         .add(along(&g, &steps).mul(rate));
     let c2 = shape.add(along(&h, &steps).mul(rate));
 
-    // The second row is eliminated: products of the two diagonals would overflow for tiny masses.
+    // Eliminates the second row: the product of both diagonals would overflow for tiny masses.
     let share = m12.div(m22);
     let pivot = m11.sub(share.mul(m12)).max(soft11);
     let p = share.mul(c2).sub(c1).div(pivot);
@@ -170,14 +171,15 @@ fn project_batch<W: Wide>(nodes: &mut PerSphere<Node>, batch: &TetraBatch, modul
     scatter(nodes, s3, p3);
 }
 
-/// The corners of what is inside out draw their displacements together, without moving their common
-/// centre of mass. Elasticity alone finds ways out of an inverted tetrahedron that wind tissue around
-/// itself, and such a knot is an equilibrium; the mean of the neighbours' displacements is not.
+/// Draws the displacements of an inverted tetrahedron's corners together, without moving their
+/// common centre of mass. Elasticity alone leaves an inverted tetrahedron by ways that wind tissue
+/// around itself, and such a knot is an equilibrium. The mean of the neighbours' displacements is
+/// not.
 #[inline(always)]
 fn drawn_together<W: Wide>(edges: &[Vec3<W>; 3], weights: &[W; 4], volume: W) -> [Vec3<W>; 4] {
     let zero = W::splat(0.0);
     let inside_out = zero.sub(volume).max(zero);
-    // The smaller of two, by the larger of their negatives.
+    // The smaller of two, as the negative of the larger of their negatives.
     let share = zero.sub(
         zero.sub(inside_out.mul(W::splat(10.0)))
             .max(W::splat(-DRAWN_MAX)),
@@ -248,7 +250,7 @@ fn weighted<W: Wide>(w: &[W; 4], at_origin: W, a: &[Vec3<W>; 3], b: &[Vec3<W>; 3
         .add(w[3].mul(dot(a[2], b[2])))
 }
 
-/// `∇C·d`, the first corner's gradient being minus the sum of the others.
+/// `∇C·d`; the first corner's gradient is minus the sum of the others.
 #[inline(always)]
 fn along<W: Wide>(gradient: &[Vec3<W>; 3], steps: &[Vec3<W>; 3]) -> W {
     let first = dot(gradient[0], steps[0]).add(dot(gradient[1], steps[1]));
@@ -282,8 +284,8 @@ fn row<W: Wide>(edges: &[Vec3<W>; 3], gradients: &[Vec3<W>; 3], i: usize) -> Vec
     add(second, scale(gradients[2], edges[2][i]))
 }
 
-/// `det F` and the cofactor matrix, by rows. Of what is crushed, those of a matrix that is a little
-/// more open in every direction: they lead out.
+/// `det F` and the cofactor matrix, by rows. A crushed tetrahedron gets those of a matrix that is a
+/// little more open in every direction: they lead out.
 #[inline(always)]
 fn volume_and_cofactor<W: Wide>(f: &[Vec3<W>; 3]) -> (W, [Vec3<W>; 3]) {
     let closed = cofactor(f);

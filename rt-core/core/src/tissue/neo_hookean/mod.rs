@@ -1,8 +1,8 @@
 //! Tissue as a neo-Hookean solid over the tetrahedra between sphere centres.
 //!
-//! Its constraints follow from Young's modulus, Poisson's ratio and density: stiffness depends
+//! Its constraints follow from Young's modulus, Poisson's ratio and density. Stiffness depends
 //! neither on passes nor on the time step while the stiffness number `E dt² / (ρ h²)` of a substep
-//! is at most 0.2, which preparation sees to by the organ's number of substeps.
+//! is at most 0.2. Preparation chooses the organ's number of substeps accordingly.
 
 mod kernel;
 mod wide;
@@ -12,17 +12,18 @@ use kernel::Moduli;
 use crate::scene::{Link, Material, Organ, Scene};
 use crate::tissue::{Bodies, Solver, bar};
 
-/// Linear tetrahedra lock beyond this Poisson's ratio: at 0.49 they sag a fifth too little. A
-/// liver of 0.49 taken for one of 0.45 hangs 0.64 mm rms off finite elements, unclamped 2.3 mm.
+/// Largest Poisson's ratio that is used. Linear tetrahedra lock beyond it: at 0.49 they sag a fifth
+/// too little. A liver of 0.49, computed with 0.45, hangs 0.64 mm rms off finite elements; with
+/// 0.49 it is 2.3 mm.
 pub const POISSON_MAX: f32 = 0.45;
 
-/// Share of Young's modulus that the tetrahedra are given: over sphere centres, linear and with the
-/// tissue between them and the skin put into the nearest of them, they resist more than the solid
-/// that they stand for. Fitted on one scene, the sag of the liver of 581 spheres against finite
-/// elements (`evaluate`), by one number for every organ, material and resolution.
+/// Share of Young's modulus that the tetrahedra use. They resist more than the solid that they
+/// represent: they are linear, span sphere centres, and carry the tissue up to the skin. Fitted on
+/// one scene, the sag of the liver of 581 spheres against finite elements (`evaluate`), as one
+/// number for every organ, material and resolution.
 pub const STIFFNESS_SHARE: f32 = 0.965;
 
-/// XPBD stable neo-Hookean tetrahedra and elastic bars. O(tetrahedra + bars).
+/// XPBD stable neo-Hookean tetrahedra and elastic links. O(tetrahedra + links).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct NeoHookean;
 
@@ -47,8 +48,8 @@ impl Solver for NeoHookean {
     }
 }
 
-/// Stable neo-Hookean moduli (Smith, de Goes and Kim 2018): `λ = λ₀ + μ`, `γ = 1 + μ/λ`. `None`
-/// where there is nothing stiff.
+/// Stable neo-Hookean moduli (Smith, de Goes and Kim 2018): `λ = λ₀ + μ`, `γ = 1 + μ/λ`. `None` for
+/// a material without stiffness.
 fn moduli(material: &Material, step_s: f32) -> Option<Moduli> {
     let poisson = material.poisson.min(POISSON_MAX);
     let mu_pa = STIFFNESS_SHARE * material.young_pa / (2.0 * (1.0 + poisson));

@@ -1,4 +1,4 @@
-//! The fast kernel against its plain twins, and single tetrahedra by hand.
+//! The vector kernel against its references, and single tetrahedra by hand.
 
 extern crate std;
 
@@ -63,7 +63,7 @@ fn packed() -> Vec<TetraBatch> {
     made
 }
 
-/// Spheres displaced and on their way, the first four held.
+/// Spheres with displacements and steps; the first four are held.
 fn nodes(displacements: &[[f32; 6]]) -> Box<PerSphere<Node>> {
     let mut nodes = Box::new(PerSphere::new(Node::ZERO));
     for (i, (rest, [x, y, z, u, v, w])) in (0u32..).zip(grid().iter().zip(displacements)) {

@@ -8,7 +8,7 @@ use crate::tissue::lanes::Lanes;
 
 /// Eight `f32`, lane by lane.
 pub(super) trait Wide: Copy {
-    /// The same in every lane.
+    /// One value in every lane.
     fn splat(x: f32) -> Self;
     /// From memory.
     fn load(x: &[f32; LANES]) -> Self;
@@ -18,7 +18,7 @@ pub(super) trait Wide: Copy {
     fn div(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
     fn sqrt(self) -> Self;
-    /// Whether any lane is below that of `other`.
+    /// True if any lane is below that of `other`.
     fn any_below(self, other: Self) -> bool;
     /// Eight rows of four as four columns of eight.
     fn columns(rows: [&Lanes; LANES]) -> [Self; 4];

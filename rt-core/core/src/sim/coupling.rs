@@ -1,4 +1,4 @@
-//! What tools, clips and other organs do to organs within the tick.
+//! Tools, clips and organ contacts as they act on organs within the tick.
 
 use crate::contact::tool_contact::ToolContacts;
 use crate::math::Pose;
@@ -7,9 +7,9 @@ use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
-use crate::tissue::substeps::Outside;
+use crate::tissue::substeps::Coupling;
 
-/// All that touches organs.
+/// Everything that acts on organs from outside.
 pub(super) struct Tools<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) jaws: &'a Pose,
@@ -19,19 +19,19 @@ pub(super) struct Tools<'a> {
     pub(super) grasp: &'a mut Grasp,
 }
 
-impl Outside for Tools<'_> {
-    fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
-        self.contacts.lean(organ, step_s, bodies);
+impl Coupling for Tools<'_> {
+    fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        self.contacts.pre_solve(organ, step_s, bodies);
     }
 
-    fn between(&mut self, now: u32, bodies: &mut Bodies) {
+    fn couple(&mut self, now: u32, bodies: &mut Bodies) {
         self.between.press_due(now, self.scene, bodies);
     }
 
-    fn press(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies) {
+    fn post_solve(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies) {
         self.clips.carry(Some(organ), self.scene, bodies);
         self.grasp
             .carry(Some(organ), share, self.jaws, self.scene, bodies);
-        self.contacts.press(organ, share, step_s, bodies);
+        self.contacts.post_solve(organ, share, step_s, bodies);
     }
 }

@@ -1,10 +1,10 @@
-//! Bars that part: elastic links and attachments between organs, torn or cut.
+//! Damage of elastic links and attachments: torn, cut or burnt.
 //!
-//! A bar is a bundle of fibres that part one after another (a cohesive law): its force rises with
-//! its stiffness `k` up to a stretch `s`, and falls as fast from there to nothing at `2 s`. What that
-//! takes is `k s²`: so `s = √(G c)` follows from the compliance `c` and from the energy `G` of the
-//! tear, toughness times area, and nothing else. Let go half torn it comes back on a straight line
-//! to nothing, without what was spent: no cycle gives energy.
+//! A link is a bundle of fibres that tear one after another (a cohesive law). Its force rises with
+//! its stiffness `k` up to a stretch `s`, and falls at the same rate to zero at `2 s`. That takes
+//! the energy `k s²`. So `s = √(G c)` follows from the compliance `c` and the energy `G` of the
+//! tear, which is toughness times area. A half-torn link unloads along a straight line to zero,
+//! without the energy that was spent: no cycle yields energy.
 
 use crate::capacity::{MAX_ATTACHMENTS, MAX_LINKS, MAX_ORGANS};
 use crate::math::{self, Vec3};
@@ -13,41 +13,41 @@ use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind, SphereBits};
 
-/// Ticks that a tear takes at least: fibres part at a finite speed, and what they bore is not let
-/// off at once.
+/// Least duration of a tear, ticks. Fibres tear at a finite speed, so their load does not vanish at
+/// once. A larger value makes tears slower and smoother to feel.
 const TEAR_TICKS: f32 = 50.0;
 
-/// Share of the stiffness that is left of a bar, of which the share `parted` of the way from whole
-/// to torn is done: `(2 s − x) / x` of one that has been stretched to `x = s (1 + parted)`.
+/// Remaining share of the stiffness of a link with damage `parted`: `(2 s − x) / x` after a stretch
+/// to `x = s (1 + parted)`.
 #[inline]
-fn left(parted: f32) -> f32 {
+fn intact(parted: f32) -> f32 {
     (1.0 - parted) / (1.0 + parted)
 }
 
-/// What a tick at the stretch `stretch_m` makes of a bar that is whole up to `whole_m`.
-fn torn_on(parted: f32, stretch_m: f32, whole_m: f32) -> f32 {
+/// Damage after a tick at the stretch `stretch_m`, of a link that is elastic up to `whole_m`.
+fn torn_at(parted: f32, stretch_m: f32, whole_m: f32) -> f32 {
     let most = (parted + TEAR_TICKS.recip()).min(1.0);
     parted.max((stretch_m / whole_m - 1.0).min(most))
 }
 
-/// How far every bar has parted, 0 to 1.
+/// Damage of every link and attachment, 0 to 1.
 #[derive(Debug, Clone)]
-pub(crate) struct Parted {
+pub(crate) struct Damage {
     links: [f32; MAX_LINKS],
     ties: [f32; MAX_ATTACHMENTS],
-    /// How long the links of each organ want to be, beside their length at rest.
+    /// Rest length of each organ's links, as a share of the length in the scene.
     shrunk: [f32; MAX_ORGANS],
 }
 
-impl Parted {
-    /// Everything is whole.
+impl Damage {
+    /// No damage.
     pub(crate) const NONE: Self = Self {
         links: [0.0; MAX_LINKS],
         ties: [0.0; MAX_ATTACHMENTS],
         shrunk: [1.0; MAX_ORGANS],
     };
 
-    /// Everything is whole again.
+    /// Removes all damage.
     pub(crate) fn heal(&mut self, scene: &Scene<'_>) {
         for (parted, _) in self.links.iter_mut().zip(scene.links) {
             *parted = 0.0;
@@ -58,98 +58,99 @@ impl Parted {
         self.shrunk = [1.0; MAX_ORGANS];
     }
 
-    /// Share of the stiffness that is left of each link of `organ`, in their order.
+    /// Remaining share of the stiffness of each link of `organ`, in their order.
     pub(crate) fn left_of_links(&self, organ: &Organ) -> impl Iterator<Item = f32> {
         let own = self.links.get(organ.link_start as usize..);
-        own.unwrap_or(&[]).iter().map(|parted| left(*parted))
+        own.unwrap_or(&[]).iter().map(|parted| intact(*parted))
     }
 
-    /// Share of the stiffness that is left of the link with this index.
+    /// Remaining share of the stiffness of the link with this index.
     pub(crate) fn left_of_link(&self, link: u32) -> f32 {
-        self.links.get(link as usize).map_or(1.0, |it| left(*it))
+        self.links.get(link as usize).map_or(1.0, |it| intact(*it))
     }
 
-    /// Parts the link with this index altogether.
+    /// Severs the link with this index.
     pub(crate) fn part_link(&mut self, link: u32) {
         if let Some(parted) = self.links.get_mut(link as usize) {
             *parted = 1.0;
         }
     }
 
-    /// How long the links of the organ with this index want to be, beside their length at rest.
+    /// Rest length of the organ's links, as a share of the length in the scene.
     pub(crate) fn shrunk(&self, organ: u8) -> f32 {
         let own = self.shrunk.get(usize::from(organ));
         own.copied().unwrap_or(1.0)
     }
 
-    /// Shortens the links of the organ with this index a little, down to the share `least`.
+    /// Shortens the links of an organ by `step`, not below the share `least`.
     pub(crate) fn shrink(&mut self, organ: u8, least: f32, step: f32) {
         if let Some(own) = self.shrunk.get_mut(usize::from(organ)) {
             *own = (*own - step).max(least).min(*own);
         }
     }
 
-    /// Leaves at most this share of the stiffness of the link with this index.
+    /// Damages the link with this index until at most this share of its stiffness remains.
     pub(crate) fn leave_of_link(&mut self, link: u32, share: f32) {
         if let Some(parted) = self.links.get_mut(link as usize) {
-            *parted = parted.max(left(share));
+            *parted = parted.max(intact(share));
         }
     }
 
-    /// Leaves at most this share of the stiffness of the attachment with this index.
+    /// Damages the attachment with this index until at most this share of its stiffness remains.
     pub(crate) fn leave_of_tie(&mut self, tie: usize, share: f32) {
         if let Some(parted) = self.ties.get_mut(tie) {
             // The law is its own inverse.
-            *parted = parted.max(left(share));
+            *parted = parted.max(intact(share));
         }
     }
 
-    /// Share of the stiffness that is left of the attachment with this index.
+    /// Remaining share of the stiffness of the attachment with this index.
     pub(crate) fn left_of_tie(&self, tie: usize) -> f32 {
-        self.ties.get(tie).map_or(1.0, |it| left(*it))
+        self.ties.get(tie).map_or(1.0, |it| intact(*it))
     }
 }
 
-/// A bar as it lies after a tick.
+/// A link or attachment as it lies after a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BarView {
-    /// The organ of its first end.
+    /// Organ of its first end.
     pub(crate) organ: u8,
-    /// Its index in the scene, if it is a link.
+    /// Index in the scene, if it is a link.
     pub(crate) link: Option<u32>,
-    /// World frame, m.
+    /// Ends, world frame, m.
     pub(crate) ends_m: [Vec3; 2],
-    /// m.
+    /// Radius, m.
     pub(crate) radius_m: f32,
-    /// Cross-section of what it stands for, m²: bars of one tube share that of the tube.
+    /// Cross-section that it represents, m². The links of one tube share the cross-section of the
+    /// tube.
     pub(crate) area_m2: f32,
     rest_length_m: f32,
-    /// What it takes to tear it, J; 0 of one that does not tear.
+    /// Energy that tears it, J; 0 if it cannot tear.
     tear_j: f32,
     compliance_m_n: f32,
 }
 
 impl BarView {
-    /// How far it has parted when fire takes the share `burnt` of it in a tick, and it had `parted`
-    /// so far.
+    /// New damage, after current has boiled the share `burnt` of it in a tick; `parted` is the
+    /// damage before.
     pub(crate) fn parted_by(&self, parted: f32, burnt: f32) -> f32 {
         parted + burnt.min(TEAR_TICKS.recip())
     }
 }
 
-/// A bar that has just parted.
+/// A link or attachment that has just been severed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Apart {
-    /// The organ of its first end.
+    /// Organ of its first end.
     pub(crate) organ: u8,
-    /// Its middle, m.
+    /// Middle, world frame, m.
     pub(crate) at_m: Vec3,
-    /// What it takes to part it, J; 0 of what does not tear.
+    /// Energy that severs it, J; 0 if it cannot tear.
     pub(crate) energy_j: f32,
 }
 
 impl Apart {
-    /// As an event of this kind.
+    /// The event of this kind.
     pub(crate) fn told(&self, kind: EventKind) -> Event {
         Event {
             kind,
@@ -160,34 +161,35 @@ impl Apart {
     }
 }
 
-/// After a tick: what is stretched too far parts. `torn` hears of what has parted in this tick.
-/// O(attachments and elastic links of organs that move).
+/// Tears links and attachments that the tick has overstretched. `torn` receives each that was
+/// severed. O(attachments and elastic links of organs that move).
 pub(crate) fn tear_all(scene: &Scene<'_>, bodies: &mut Bodies, torn: impl FnMut(Apart)) {
-    // No root is needed to know that what is stretched by less than `whole_m` does not tear.
+    // A stretch below `whole_m` cannot tear: comparing squares avoids the root.
     let is_whole = |ends_m: &[Vec3; 2], rest_length_m: f32, whole_m2: f32| {
         let squared_m2 = (ends_m[0] - ends_m[1]).norm_squared();
         squared_m2 <= rest_length_m * rest_length_m + ROUNDED * whole_m2
     };
-    part_all(scene, bodies, is_whole, torn, |bar, parted| {
+    damage_all(scene, bodies, is_whole, torn, |bar, parted| {
         let along_m = bar.ends_m[0] - bar.ends_m[1];
         let whole_m = math::sqrt(bar.tear_j * bar.compliance_m_n);
         let tears = whole_m > 0.0 && whole_m.is_finite();
         let stretch_m = math::norm(&along_m) - bar.rest_length_m;
         if tears {
-            torn_on(parted, stretch_m, whole_m)
+            torn_at(parted, stretch_m, whole_m)
         } else {
             parted
         }
     });
 }
 
-/// What is called whole at a glance is so by more than its computation rounds.
+/// Margin of the quick test, as a share: larger than its rounding error.
 const ROUNDED: f32 = 0.999;
 
-/// Parts every bar of organs that move as far as `part` says, which is given each with how far it
-/// has parted, but those that `is_spared`, given ends, m, length at rest, m, and the square of how far they stretch
-/// before they tear, m². `apart` hears of what that has severed.
-pub(crate) fn part_all(
+/// Damages every link and attachment of organs that move. `part` receives each with its damage and
+/// returns the new damage. It is not called where `is_spared` holds, which receives the ends, m,
+/// the rest length, m, and the square of the stretch at which tearing begins, m². `apart` receives
+/// each that was severed.
+pub(crate) fn damage_all(
     scene: &Scene<'_>,
     bodies: &mut Bodies,
     is_spared: impl Fn(&[Vec3; 2], f32, f32) -> bool,
@@ -225,7 +227,7 @@ pub(crate) fn part_all(
         };
         let ends_m = [nodes.at(tie.sphere).center_m(), other_m];
         let is_spared = || is_spared(&ends_m, tie.rest_length_m, tie.tear_j * tie.compliance_m_n);
-        // A thread is cut beside an organ that sleeps, too.
+        // Scissors also cut a suture of an organ that sleeps.
         if (moves(tie.sphere) || other_moves || is_suture(&tie)) && !is_spared() {
             let bar = BarView {
                 organ: *organs.at(tie.sphere),
@@ -272,7 +274,7 @@ pub(crate) fn part_all(
     }
 }
 
-/// Spares no bar: see [`part_all`].
+/// Spares nothing: see [`damage_all`].
 pub(crate) const fn sparing_none(_ends_m: &[Vec3; 2], _rest_length_m: f32, _whole_m2: f32) -> bool {
     false
 }
@@ -280,8 +282,8 @@ pub(crate) const fn sparing_none(_ends_m: &[Vec3; 2], _rest_length_m: f32, _whol
 /// Cross-section of a suture, m²: 3-0, 0.2 mm thick.
 const THREAD_M2: f32 = 3.1e-8;
 
-/// Cross-section of an attachment, m²: what it takes to tear it over the toughness of the weaker of what
-/// it joins. One that does not tear is a suture.
+/// Cross-section of an attachment, m²: its energy of tearing over the toughness of the weaker of
+/// the two organs. One that cannot tear is a suture.
 fn tie_area_m2(scene: &Scene<'_>, organs: &PerSphere<u8>, tie: &Attachment) -> f32 {
     let toughness = |sphere| scene.material_of(*organs.at(sphere)).toughness_j_m2;
     let own_j_m2 = toughness(tie.sphere);
@@ -296,7 +298,7 @@ fn tie_area_m2(scene: &Scene<'_>, organs: &PerSphere<u8>, tie: &Attachment) -> f
     }
 }
 
-/// `Γ / E`: a bar of length `L` and compliance `c = L / (E A)` tears by `Γ A = Γ L / (E c)`, at a
+/// `Γ / E`: a link of length `L` and compliance `c = L / (E A)` tears by `Γ A = Γ L / (E c)`, at a
 /// stretch of `√(Γ L / E)`.
 fn tear_length_m(material: &Material) -> f32 {
     material.toughness_j_m2 / material.young_pa.max(f32::MIN_POSITIVE)
@@ -310,19 +312,19 @@ mod tests {
 
     #[test]
     fn by_hand() {
-        assert!((left(0.0) - 1.0).abs() < f32::EPSILON && left(1.0) <= 0.0);
+        assert!((intact(0.0) - 1.0).abs() < f32::EPSILON && intact(1.0) <= 0.0);
         // At one and a half times the stretch that it bears, half the force: a third of the
         // stiffness.
-        assert!((left(0.5) - 1.0 / 3.0).abs() < 1.0e-6);
-        // A little at a time; never back.
-        assert!((torn_on(0.0, 0.009, 0.003) - 0.02).abs() < 1.0e-6);
-        assert!((torn_on(0.4, 0.0, 0.003) - 0.4).abs() < f32::EPSILON);
-        assert!(torn_on(0.0, 0.003, 0.003) <= 0.0);
+        assert!((intact(0.5) - 1.0 / 3.0).abs() < 1.0e-6);
+        // In bounded steps; never back.
+        assert!((torn_at(0.0, 0.009, 0.003) - 0.02).abs() < 1.0e-6);
+        assert!((torn_at(0.4, 0.0, 0.003) - 0.4).abs() < f32::EPSILON);
+        assert!(torn_at(0.0, 0.003, 0.003) <= 0.0);
     }
 
     proptest! {
-        /// Drawn apart slowly, forth and back as it may: what goes in is never less than what comes
-        /// out, and to tear it takes the energy of the tear, no matter how it went there.
+        /// On any slow path of the stretch no energy is gained, and a complete tear takes the
+        /// energy of the tear.
         #[test]
         fn a_tear_takes_its_energy(
             compliance in 1.0e-4f32..0.1, tear_j in 1.0e-6f32..0.1,
@@ -335,10 +337,10 @@ mod tests {
                 let to_m = share * whole_m;
                 while (to_m - at_m).abs() > 1.0e-6 * whole_m {
                     let way_m = (to_m - at_m).max(-step_m).min(step_m);
-                    let force_n = |at_m: f32, parted| at_m * left(parted) / compliance;
+                    let force_n = |at_m: f32, parted| at_m * intact(parted) / compliance;
                     let before_n = force_n(at_m, parted);
                     at_m += way_m;
-                    parted = torn_on(parted, at_m, whole_m);
+                    parted = torn_at(parted, at_m, whole_m);
                     work_j += way_m * 0.5 * (before_n + force_n(at_m, parted));
                     prop_assert!(work_j > -0.001 * tear_j);
                 }
