@@ -116,12 +116,12 @@ impl<'a> Tissue<'a> {
         contacts.find(parts, scene, &bounds, bodies, &mut faults);
         let mut quarantined = substeps::run(scene, &self.method, &ALL, contacts, bodies);
         contacts.push_out(scene, bodies);
-        put_back += self.end();
+        quarantined += self.end();
         let forces = &self.contacts.forces;
         Pressed {
             force_n: forces.iter().map(ContactForce::whole_force_n).sum(),
             contacts: forces.len(),
-            put_back,
+            quarantined,
         }
     }
 

@@ -211,12 +211,12 @@ impl ToolContacts {
     }
 }
 
-impl Outside for ToolContacts {
-    fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+impl Coupling for ToolContacts {
+    fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         self.constraints.warm_start(organ, step_s, bodies);
     }
 
-    fn press(&mut self, organ: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
+    fn post_solve(&mut self, organ: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
         self.constraints.solve(organ, step_s, bodies);
     }
 }
