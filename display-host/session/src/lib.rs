@@ -9,7 +9,7 @@
 //! |---|---|---|---|
 //! | `/setup` | `x-calot` | [`shared_mem::inputs::RunSetup`] as laid out in memory | once |
 //! | `/inputs` | `x-calot` | inputs of each tick and its hashes, packed ([`pack`]) | every tick |
-//! | `/course` | `x-calot` | positions of both hands, raw events ([`Entry`]), for assessment | 100 Hz |
+//! | `/course` | `x-calot` | both hands and raw events ([`Entry`]), for assessment | 100 Hz |
 //! | `/tf` | JSON | poses, `foxglove.FrameTransforms` | 20 Hz |
 //! | `/tool` | JSON | force, jaw, contacts, switches | 20 Hz |
 //! | `/events` | JSON | contact, grasp, tear, fault, … | each one |

@@ -4,8 +4,9 @@
 //! u16 ticks, u64 first tick, u64 its time before the first distance, then each tick:
 //! u16 bits (those of InputRecord; 1 << 13 hashes of organs, 1 << 14 command, 1 << 15 long times)
 //! time since the tick before: u32 ns, or u64 with long times
-//! u32 tools hash, u32 spheres hash, [16 u8 hashes of organs, unless those of the tick before], [u8 command]
-//! [haptic device: age, 3 f32 position, 4 f32 orientation, [3 f32 velocity], u16 number, u8 buttons]
+//! u32 tools hash, u32 spheres hash, [16 u8 hashes of organs, unless as before], [u8 command]
+//! [haptic device: age, 3 f32 position, 4 f32 orientation, [3 f32 velocity], u16 number,
+//!     u8 buttons]
 //! [tracker: age, 3 f32, 4 f32]  [pedal: age]          ages as the time
 //! ```
 //!

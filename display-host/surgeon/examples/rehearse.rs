@@ -3,7 +3,8 @@
 //! the surgeon sees, as a display would. `hang+full` is `full` with the sutures placed first.
 //!
 //! ```text
-//! cargo run --release -p surgeon --example rehearse -- SCENE.calot careful identify 600 [LATE_MS [KEPT.inputs]]
+//! cargo run --release -p surgeon --example rehearse -- \
+//!     SCENE.calot careful identify 600 [LATE_MS [KEPT.inputs]]
 //! ```
 #![allow(clippy::print_stdout)]
 

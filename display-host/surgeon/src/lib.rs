@@ -2,7 +2,7 @@
 //! what a display sees, move the emulated hand as mouse and keyboard do, and watch the result.
 //!
 //! ```text
-//! Theatre ─ state, tools, events ─► Sight ─► Work (acts of a plan: reach, close, burn) ─ HandMsg ─► Theatre
+//! Theatre ─ state, tools, events ─► Sight ─► Work (a plan's acts) ─ HandMsg ─► Theatre
 //! ```
 //!
 //! A [`Theatre`] is either the station's processes in real time or the simulation alone, faster.

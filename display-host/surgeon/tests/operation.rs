@@ -171,8 +171,10 @@ fn the_burner_of_the_bile_duct_is_alarmed_and_does_not_pass() {
 /// Record them anew after a deliberate change; SCENE.calot is a file that does not exist yet:
 ///
 /// ```text
-/// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful cut 150 0 display-host/surgeon/tests/recorded/cut.inputs
-/// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful disconnect 6 0 display-host/surgeon/tests/recorded/disconnect.inputs
+/// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful cut 150 0 \
+///     display-host/surgeon/tests/recorded/cut.inputs
+/// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful disconnect 6 0 \
+///     display-host/surgeon/tests/recorded/disconnect.inputs
 /// ```
 #[test]
 fn recorded_operations_come_out_the_same() {

@@ -26,7 +26,8 @@
 //! Gaussian of the skin by `c_wide`. They are fine enough for the latter; on a half-space it would
 //! be `0.399 / (E* A)` locally. So what they yield to the vertex, locally, is
 //! `c = c_patch − c_wide + 0.399 / (E* A)`, and they act as if they spread the force over a patch
-//! of `0.399 / (E* c)`. Whatever is far away is in both and cancels, so a neighbourhood of a few spacings is enough.
+//! of `0.399 / (E* c)`. Whatever is far away is in both and cancels, so a neighbourhood of a few
+//! spacings is enough.
 //!
 //! # Layered tissue
 //!

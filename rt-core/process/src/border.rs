@@ -20,7 +20,7 @@ const _: () = {
     assert!(limits::MAX_CAPSULES == capacity::MAX_CAPSULES);
     assert!(limits::STAGES == Stage::ALL.len());
     assert!(limits::FAULTS == FAULT_COUNT);
-    assert!(StateFrame::GONE == rt_core::tissue::cells::GONE);
+    assert!(StateFrame::GONE == rt_core::tissue::cells::REMOVED);
     assert!(SphereState::AWAKE == SphereBits::AWAKE.0 as u32);
     assert!(SphereState::CONTACT == SphereBits::CONTACT.0 as u32);
     assert!(SphereState::GRASPED == SphereBits::GRASPED.0 as u32);

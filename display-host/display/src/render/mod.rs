@@ -2,7 +2,7 @@
 //! checked scene, state and tool frame.
 //!
 //! ```text
-//! state ─ skinning ─► vertices ─► shadow map ─► light (16 bit float) ─► exposure, glare ─► lens ─► picture
+//! state ─ skinning ─► vertices ─► shadow map ─► light (f16) ─► exposure, glare ─► lens ─► picture
 //!                                 tools ────────┘ (behind the scope's mask)
 //! ```
 //!

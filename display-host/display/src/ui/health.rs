@@ -42,7 +42,8 @@ pub struct TickHealth {
     pub allocations: u64,
     /// Page faults of the realtime thread.
     pub page_faults: u64,
-    /// Ticks with each fault since the controller started, in the order of [`shared_mem::words::Fault::NAMES`].
+    /// Ticks with each fault since the controller started, in the order of
+    /// [`shared_mem::words::Fault::NAMES`].
     pub faults: [u64; FAULTS],
     /// Realtime conditions granted by the system; `None`: no batch yet.
     pub realtime: Option<u32>,

@@ -307,9 +307,9 @@ impl ContactConstraints {
             shallowest.filter(|it| it.1.separation_m > constraint.separation_m)
         {
             lost_m = shallowest.separation_m;
-            let gone = shallowest.organ;
+            let removed = shallowest.organ;
             *shallowest = constraint;
-            self.note(number, gone, false);
+            self.note(number, removed, false);
             self.note(number, organ, true);
         }
         faults.raise_if(lost_m < CANDIDATE_MARGIN_M, Fault::ContactOverflow);

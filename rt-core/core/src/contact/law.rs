@@ -484,10 +484,10 @@ mod tests {
         ) {
             let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;
             let law = Law::new(shape, MODULUS_PA, 100.0, curvature_per_m);
-            let beside_m = |force_n: f32| force_n * law.influence_m_n(aside * radius_m, law.self_influence_distance_m(force_n));
+            let adjacent_m = |force_n: f32| force_n * law.influence_m_n(aside * radius_m, law.self_influence_distance_m(force_n));
             let (depth_m, more_m) = (deep * radius_m, 1.05 * deep * radius_m);
             let (force_n, more_n) = (law.force_n(-depth_m, 0.0).0, law.force_n(-more_m, 0.0).0);
-            let grown_m = beside_m(more_n) - beside_m(force_n);
+            let grown_m = adjacent_m(more_n) - adjacent_m(force_n);
             prop_assert!(grown_m < 1.1 * (more_m - depth_m), "{grown_m} {}", more_m - depth_m);
         }
 

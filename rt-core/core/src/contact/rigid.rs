@@ -90,10 +90,10 @@ fn track(
     };
     let ends_m = [part.a_m, part.b_m, scope.a_m, scope.b_m];
     let travel_m = last.map(|last| {
-        let gone_m = last.ends_m.iter().zip(&ends_m);
-        let gone_m = gone_m.map(|(before, now)| math::norm(&(now - before)));
+        let moved_m = last.ends_m.iter().zip(&ends_m);
+        let moved_m = moved_m.map(|(before, now)| math::norm(&(now - before)));
         // Either may have moved towards the other.
-        2.0 * gone_m.fold(0.0, f32::max)
+        2.0 * moved_m.fold(0.0, f32::max)
     });
     // After a jump the last side says nothing.
     let last = last.filter(|_| travel_m.is_some_and(|travel_m| travel_m < LEAP_M));

@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_push_beside_the_shaft_turns_it_where_the_device_renders_that() {
+    fn a_push_next_to_the_shaft_turns_it_where_the_device_renders_that() {
         let jaw = contact(Vec3::new(0.01, 0.0, -0.1), Vec3::y());
         let held = super::felt(&[jaw], None, &LEVER, &handle(), true);
         assert!(math::norm(&(held.wrench.torque_n_m - Vec3::z() * 0.02)) < 1.0e-7);

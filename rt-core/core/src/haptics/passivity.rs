@@ -77,12 +77,12 @@ impl Passivity {
             return;
         };
         if let Some(before_m) = self.handle_m {
-            let way_m = now_m - before_m;
+            let travel_m = now_m - before_m;
             let passed_s = self.ticks * TICK_S;
             let mean_n = self.acted_n / self.ticks;
-            self.energy_j -= mean_n.dot(&way_m);
-            self.energy_j += self.damping_n_s_m * way_m.norm_squared() / passed_s;
-            self.speed_m_s += (way_m / passed_s - self.speed_m_s) * SPEED_BLEND;
+            self.energy_j -= mean_n.dot(&travel_m);
+            self.energy_j += self.damping_n_s_m * travel_m.norm_squared() / passed_s;
+            self.speed_m_s += (travel_m / passed_s - self.speed_m_s) * SPEED_BLEND;
         }
         self.handle_m = Some(now_m);
         self.acted_n = Vec3::zeros();

@@ -129,7 +129,7 @@ fn press(pair: &Pair, at: &SubstepWindow, scene: &Scene<'_>, bodies: &mut Bodies
     let now = (start + (pace_a.way(&node_a) - pace_b.way(&node_b))).vec3();
     let near_m = math::norm(&now);
     let weight_per_kg = pace_a.weight() + pace_b.weight();
-    if near_m >= pair.apart_m || weight_per_kg <= 0.0 || is_gone(bodies, pair) {
+    if near_m >= pair.apart_m || weight_per_kg <= 0.0 || is_removed(bodies, pair) {
         return;
     }
     let before = (start + (pace_a.way_before(&node_a) - pace_b.way_before(&node_b))).vec3();
@@ -156,7 +156,7 @@ fn press(pair: &Pair, at: &SubstepWindow, scene: &Scene<'_>, bodies: &mut Bodies
 }
 
 /// True if one of the two is layered tissue that has been removed.
-fn is_gone(bodies: &Bodies, pair: &Pair) -> bool {
+fn is_removed(bodies: &Bodies, pair: &Pair) -> bool {
     [pair.a, pair.b].iter().any(|&i| {
         let bits = bodies.bits.at(u32::from(i));
         bits.contains(SphereBits::REMOVED)

@@ -33,7 +33,7 @@ const MARGIN_M: f32 = 0.003;
 
 /// Travel of a sphere between the grid's construction and its use, m; the next grid sees faster
 /// ones (0.2 m/s).
-const GONE_M: f32 = 0.003;
+const MOVED_M: f32 = 0.003;
 
 /// Travel since its last search below which a sphere is still, m. Two still spheres can have
 /// approached by three times this since the second was searched.
@@ -156,8 +156,8 @@ impl Pairs {
             core::mem::swap(&mut self.current, &mut self.next);
             self.next.clear();
             for a in self.outer.iter().map(|&a| u32::from(a)) {
-                let gone_m = bodies.nodes.at(a).center_m() - self.searched_m.at(a);
-                *self.is_still.at_mut(a) = gone_m.norm_squared() < STILL_M * STILL_M;
+                let moved_m = bodies.nodes.at(a).center_m() - self.searched_m.at(a);
+                *self.is_still.at_mut(a) = moved_m.norm_squared() < STILL_M * STILL_M;
             }
             for pair in &self.current {
                 let [a, b] = [pair.a, pair.b].map(|i| *self.is_still.at(u32::from(i)));
@@ -176,7 +176,7 @@ impl Pairs {
             }
             let center_m = bodies.nodes.at(a).center_m();
             *self.searched_m.at_mut(a) = center_m;
-            let (at, reach_m) = (center_m.into(), self.reach_m.at(a) + MARGIN_M + GONE_M);
+            let (at, reach_m) = (center_m.into(), self.reach_m.at(a) + MARGIN_M + MOVED_M);
             for run in self.grid.near(&center_m, reach_m) {
                 for seen in run {
                     if !seen.is_near(&at, reach_m) {

@@ -224,9 +224,9 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_is_told_once_a_second_and_the_limiter_not_at_all() {
+    fn an_alarm_is_reported_once_a_second_and_the_limiter_not_at_all() {
         let mut journal = Journal::default();
-        let (mut told, mut faults) = (0, FaultSet::NONE);
+        let (mut reported, mut faults) = (0, FaultSet::NONE);
         faults.raise(Fault::StaleDevice);
         faults.raise(Fault::Slewed);
         for tick in 0..4 * FAULT_QUIET_TICKS {
@@ -237,9 +237,9 @@ mod tests {
                 FaultSet::NONE
             };
             journal.note_faults(&now, Vec3::zeros());
-            told += journal.events().len();
+            reported += journal.events().len();
         }
-        assert_eq!(told, 1, "it never stopped for a second");
+        assert_eq!(reported, 1, "it never stopped for a second");
     }
 
     #[test]

@@ -341,7 +341,7 @@ impl<'a> Sim<'a> {
                 *bounds = bodies.bounds(organ);
             }
         }
-        bodies.carry_gone(scene);
+        bodies.carry_removed(scene);
     }
 
     /// Organs that are simulated in this tick: those near the instrument or in its jaws, and, if

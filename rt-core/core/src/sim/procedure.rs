@@ -67,9 +67,9 @@ impl Sim<'_> {
         let vessels = &mut self.state.vessels;
         tear_all(&self.scene, bodies, |apart| {
             vessels.note_change();
-            journal.raise(apart.told(EventKind::Tear));
+            journal.raise(apart.reported(EventKind::Tear));
         });
-        bodies.tear_cells(&self.scene, |gone| journal.raise(gone.told()));
+        bodies.tear_cells(&self.scene, |removed| journal.raise(removed.reported()));
     }
 
     /// Cuts with scissors that have closed by `closed` of their opening; the blades hold the tissue
@@ -80,7 +80,7 @@ impl Sim<'_> {
         let (clips, vessels) = (self.clips.places(bodies), &mut self.state.vessels);
         let is_cutting = cut_all(&blades, closed, &clips, scene, bodies, |apart| {
             vessels.note_change();
-            journal.raise(apart.told(EventKind::Cut));
+            journal.raise(apart.reported(EventKind::Cut));
         });
         match (is_cutting, self.grasp.count()) {
             (true, 0) => self.grasp.close(&blades, |_| true, scene, bodies, faults),

@@ -114,13 +114,13 @@ impl Sim<'_> {
             _ => (given_m - given_from_m) / given_apart_m.max(f32::MIN_POSITIVE),
         };
         let from_m = self.state.bodies.nodes.at(suture.sphere).center_m();
-        let way_m = self.tool.tip_m - from_m;
-        let rise_m = way_m.dot(&up);
-        let carried_m = math::norm(&way_m);
+        let travel_m = self.tool.tip_m - from_m;
+        let rise_m = travel_m.dot(&up);
+        let carried_m = math::norm(&travel_m);
         if carried_m < CARRIED_M || rise_m < RISES * carried_m {
             return None;
         }
-        let at_m = from_m + way_m * ((given_m - from_m).dot(&up) / rise_m);
+        let at_m = from_m + travel_m * ((given_m - from_m).dot(&up) / rise_m);
         let apart_m = math::norm(&(at_m - from_m));
         if !(at_m - from_m).dot(&up).is_sign_positive() || apart_m > THREAD_M {
             return None;

@@ -55,7 +55,7 @@ pub struct TickView<'a> {
 
 impl<'a> TickView<'a> {
     /// Cells of layered tissue, in the scene's order: heat taken as a share of the energy that
-    /// removes the cell, 0 to 254, or [`crate::tissue::cells::GONE`].
+    /// removes the cell, 0 to 254, or [`crate::tissue::cells::REMOVED`].
     #[must_use]
     pub fn cells(&self) -> &'a [u8] {
         self.bodies.cells.shown(self.scene.layers.cells.len())

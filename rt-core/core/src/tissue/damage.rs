@@ -151,7 +151,7 @@ pub(crate) struct Apart {
 
 impl Apart {
     /// The event of this kind.
-    pub(crate) fn told(&self, kind: EventKind) -> Event {
+    pub(crate) fn reported(&self, kind: EventKind) -> Event {
         Event {
             kind,
             organ: Some(u32::from(self.organ)),
@@ -336,12 +336,12 @@ mod tests {
             for share in ways.into_iter().chain([2.2]) {
                 let to_m = share * whole_m;
                 while (to_m - at_m).abs() > 1.0e-6 * whole_m {
-                    let way_m = (to_m - at_m).max(-step_m).min(step_m);
+                    let travel_m = (to_m - at_m).max(-step_m).min(step_m);
                     let force_n = |at_m: f32, parted| at_m * intact(parted) / compliance;
                     let before_n = force_n(at_m, parted);
-                    at_m += way_m;
+                    at_m += travel_m;
                     parted = torn_at(parted, at_m, whole_m);
-                    work_j += way_m * 0.5 * (before_n + force_n(at_m, parted));
+                    work_j += travel_m * 0.5 * (before_n + force_n(at_m, parted));
                     prop_assert!(work_j > -0.001 * tear_j);
                 }
             }

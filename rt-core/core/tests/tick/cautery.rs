@@ -64,7 +64,7 @@ pub(super) fn under_current(
     }
 }
 
-fn told(bench: &Bench, kind: EventKind) -> impl Iterator<Item = &Event> {
+fn reported(bench: &Bench, kind: EventKind) -> impl Iterator<Item = &Event> {
     bench.events.iter().filter(move |event| event.kind == kind)
 }
 
@@ -72,12 +72,16 @@ fn told(bench: &Bench, kind: EventKind) -> impl Iterator<Item = &Event> {
 fn current_parts_a_tube_under_the_tip_and_tells_of_its_energy() {
     let bench = burnt(&thin_tube(), Instrument::Hook, &ACROSS, CUT, 4000);
     assert!(count(&bench, EventKind::Cut) >= 1);
-    for cut in told(&bench, EventKind::Cut) {
+    for cut in reported(&bench, EventKind::Cut) {
         assert!(norm(&(cut.at_m - ACROSS)) < 0.008, "{}", cut.at_m);
     }
-    let energy_j: f32 = told(&bench, EventKind::Burn).map(|burn| burn.value).sum();
+    let energy_j: f32 = reported(&bench, EventKind::Burn)
+        .map(|burn| burn.value)
+        .sum();
     let burns = count(&bench, EventKind::Burn);
-    assert!(told(&bench, EventKind::Burn).all(|burn| burn.organ == Some(0) && burn.value > 0.0));
+    assert!(
+        reported(&bench, EventKind::Burn).all(|burn| burn.organ == Some(0) && burn.value > 0.0)
+    );
     // 15 W at most, reported twenty times a second.
     assert!((5.0..=60.01).contains(&energy_j), "{energy_j} J");
     assert!((5..=82).contains(&burns), "{burns}");
@@ -106,8 +110,8 @@ fn no_current_no_hook_and_no_touch_burn_nothing() {
     );
     assert!(whole(&air) && count(&air, EventKind::Electro) == 2);
     // The insulated shaft leans on the tube.
-    let beside = Vec3::new(0.0, -0.0035, -0.02);
-    let shaft = burnt(&tube, Instrument::Hook, &beside, CUT, 500);
+    let adjacent = Vec3::new(0.0, -0.0035, -0.02);
+    let shaft = burnt(&tube, Instrument::Hook, &adjacent, CUT, 500);
     assert!(whole(&shaft) && count(&shaft, EventKind::Contact) > 0);
 }
 
@@ -141,10 +145,12 @@ fn an_organ_s_surface_is_burnt() {
         COAGULATE,
         1000,
     );
-    let energy_j: f32 = told(&bench, EventKind::Burn).map(|burn| burn.value).sum();
+    let energy_j: f32 = reported(&bench, EventKind::Burn)
+        .map(|burn| burn.value)
+        .sum();
     assert!(
         (14.0..=15.01).contains(&energy_j),
         "{energy_j} J in a second"
     );
-    assert!(told(&bench, EventKind::Burn).all(|burn| burn.organ == Some(0)));
+    assert!(reported(&bench, EventKind::Burn).all(|burn| burn.organ == Some(0)));
 }

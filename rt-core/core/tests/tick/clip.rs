@@ -6,7 +6,7 @@ use super::*;
 use rt_core::tool::Instrument;
 
 /// Events of clips: organ and number.
-fn told(bench: &Bench) -> Vec<(Option<u32>, f32)> {
+fn reported(bench: &Bench) -> Vec<(Option<u32>, f32)> {
     let clips = bench.events.iter().filter(|it| it.kind == EventKind::Clip);
     clips.map(|it| (it.organ, it.value)).collect()
 }
@@ -23,7 +23,7 @@ fn a_clip_before_the_cut_keeps_the_blood_in_and_scissors_do_not_cut_it() {
         Instrument::ClipApplier,
         &over(-0.0075),
     );
-    assert_eq!(told(&bench), [(Some(0), 0.0)]);
+    assert_eq!(reported(&bench), [(Some(0), 0.0)]);
     assert_eq!((bench.clips.len(), bench.clips_left), (1, 11));
     let clip = bench.clips[0];
     assert!(
@@ -94,8 +94,8 @@ fn a_clip_on_the_bleeding_stump_stops_it_and_a_reset_takes_it_off() {
     bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
     sim.tick(&mut bench);
     assert_eq!((bench.clips.len(), bench.clips_left), (0, 12));
-    let told = bench.events.iter().filter(|it| it.kind == EventKind::Reset);
-    assert_eq!(told.count(), 1);
+    let reported = bench.events.iter().filter(|it| it.kind == EventKind::Reset);
+    assert_eq!(reported.count(), 1);
 }
 
 #[test]
@@ -130,8 +130,8 @@ fn a_clip_on_nothing_is_lost_and_the_thirteenth_is_none() {
         stay(&mut sim, &mut bench, &aside, 200, Buttons::GRASP);
         stay(&mut sim, &mut bench, &aside, 200, NONE);
     }
-    let numbers: Vec<f32> = told(&bench).iter().map(|clip| clip.1).collect();
+    let numbers: Vec<f32> = reported(&bench).iter().map(|clip| clip.1).collect();
     assert_eq!(numbers, (0..12).map(|i| i as f32).collect::<Vec<_>>());
-    assert!(told(&bench).iter().all(|clip| clip.0.is_none()));
+    assert!(reported(&bench).iter().all(|clip| clip.0.is_none()));
     assert_eq!((bench.clips.len(), bench.clips_left), (0, 0));
 }

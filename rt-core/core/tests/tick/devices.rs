@@ -152,7 +152,7 @@ fn both_electrodes_at_once_are_an_alarm_and_none_works() {
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
     let mut bench = Bench::new();
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     for (cut, coagulate) in [(true, false), (true, true), (true, true), (false, true)] {
         let samples = bench.next();
         samples.pedal = Polled::Fresh(PedalSample {
@@ -162,7 +162,7 @@ fn both_electrodes_at_once_are_an_alarm_and_none_works() {
         sim.tick(&mut bench);
         let electro = bench.events.iter().rev();
         let electro = electro.filter(|event| event.kind == EventKind::Electro);
-        told.push(electro.map(|event| event.value as u8).next());
+        reported.push(electro.map(|event| event.value as u8).next());
     }
     assert_eq!(bench.counters.of(Fault::BothElectrodes), 2);
     let alarms = bench
@@ -170,6 +170,6 @@ fn both_electrodes_at_once_are_an_alarm_and_none_works() {
         .iter()
         .filter(|event| event.kind == EventKind::Fault);
     assert_eq!(alarms.count(), 1, "{:?}", bench.events);
-    assert_eq!(told.last(), Some(&Some(2)), "{told:?}");
-    assert_eq!(told.get(1), Some(&Some(0)), "neither works");
+    assert_eq!(reported.last(), Some(&Some(2)), "{reported:?}");
+    assert_eq!(reported.get(1), Some(&Some(0)), "neither works");
 }

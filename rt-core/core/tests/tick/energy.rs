@@ -51,10 +51,10 @@ impl<'a, 's> Hand<'a, 's> {
     }
 
     fn go(&mut self, leg: &Leg, buttons: Buttons) {
-        let (from_m, way_m) = (self.tip_m, leg.to_m - self.tip_m);
-        let ticks = (norm(&way_m) / (0.001 * leg.speed_m_s)).ceil().max(1.0) as usize;
+        let (from_m, travel_m) = (self.tip_m, leg.to_m - self.tip_m);
+        let ticks = (norm(&travel_m) / (0.001 * leg.speed_m_s)).ceil().max(1.0) as usize;
         for tick in 1..=ticks {
-            self.tick(from_m + way_m * (tick as f32 / ticks as f32), buttons);
+            self.tick(from_m + travel_m * (tick as f32 / ticks as f32), buttons);
         }
     }
 

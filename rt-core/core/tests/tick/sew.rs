@@ -12,7 +12,7 @@ use rt_core::tool::Instrument;
 /// Height of the wall, m.
 const WALL_M: f32 = 0.12;
 /// A place above the liver's top, away from the scene's sutures.
-const BESIDE: Vec3 = Vec3::new(0.02, 0.0, 0.1);
+const ADJACENT: Vec3 = Vec3::new(0.02, 0.0, 0.1);
 /// A place deep enough in it to touch.
 const TOUCHES: Vec3 = Vec3::new(0.02, 0.0, 0.043);
 
@@ -92,7 +92,7 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
     // In the air there is no tissue to pierce.
     step(&mut sim, &mut bench, &AWAY);
     assert_eq!(placed(&bench), [Placed::Away; 2]);
-    go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
+    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
     step(&mut sim, &mut bench, &TOUCHES);
     assert_eq!(placed(&bench), [Placed::AtHand, Placed::Away]);
     let through = bench.sutures[0].0.sphere;
@@ -101,17 +101,17 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
     // Without motion there is no direction; along the liver there is no wall.
     step(&mut sim, &mut bench, &TOUCHES);
     let aside = Vec3::new(0.1, 0.0, 0.055);
-    go(&mut sim, &mut bench, &BESIDE, &aside, 200, NONE);
+    go(&mut sim, &mut bench, &ADJACENT, &aside, 200, NONE);
     step(&mut sim, &mut bench, &aside);
     assert_eq!(placed(&bench), [Placed::AtHand, Placed::Away]);
-    go(&mut sim, &mut bench, &aside, &BESIDE, 200, NONE);
-    stay(&mut sim, &mut bench, &BESIDE, 1000, NONE);
+    go(&mut sim, &mut bench, &aside, &ADJACENT, 200, NONE);
+    stay(&mut sim, &mut bench, &ADJACENT, 1000, NONE);
     let before_m = bench.centers_m[through as usize];
-    step(&mut sim, &mut bench, &BESIDE);
+    step(&mut sim, &mut bench, &ADJACENT);
     assert_eq!(placed(&bench), [Placed::Hung, Placed::Away]);
     let at_m = bench.sutures[0].0.at_m;
     assert!((at_m.z - WALL_M).abs() < 1.0e-5, "{at_m}");
-    let carried = (BESIDE - before_m).normalize();
+    let carried = (ADJACENT - before_m).normalize();
     assert!(
         (at_m - before_m).normalize().dot(&carried) > 0.999,
         "{at_m}"
@@ -121,14 +121,14 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
     let now_m = bench.centers_m[through as usize];
     let drawn_m = norm(&(at_m - before_m)) - norm(&(at_m - now_m));
     assert!((0.005..0.009).contains(&drawn_m), "{drawn_m} of 8 mm");
-    go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
+    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
     step(&mut sim, &mut bench, &TOUCHES);
-    go(&mut sim, &mut bench, &TOUCHES, &BESIDE, 500, NONE);
-    step(&mut sim, &mut bench, &BESIDE);
+    go(&mut sim, &mut bench, &TOUCHES, &ADJACENT, 500, NONE);
+    step(&mut sim, &mut bench, &ADJACENT);
     assert_eq!(placed(&bench), [Placed::Hung; 2]);
     // No suture is left to be sewn, and the pedal was down at that moment.
-    let told = [EventKind::Stitch, EventKind::Hung].map(|kind| count(&bench, kind));
-    assert_eq!(told, [2, 2]);
+    let reported = [EventKind::Stitch, EventKind::Hung].map(|kind| count(&bench, kind));
+    assert_eq!(reported, [2, 2]);
     assert_eq!(count(&bench, EventKind::Electro), 0, "no current");
 }
 
@@ -140,17 +140,17 @@ fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
     let mut bench = Bench::new();
     command(&mut sim, &mut bench, Command::Start(Task::Hang));
     command(&mut sim, &mut bench, Command::Instrument(Instrument::Hook));
-    go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
+    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
     step(&mut sim, &mut bench, &TOUCHES);
     assert_eq!(placed(&bench), [Placed::Away; 2]);
     assert!(count(&bench, EventKind::Electro) > 0, "its current flows");
-    go(&mut sim, &mut bench, &TOUCHES, &BESIDE, 500, NONE);
+    go(&mut sim, &mut bench, &TOUCHES, &ADJACENT, 500, NONE);
     command(
         &mut sim,
         &mut bench,
         Command::Instrument(Instrument::Grasper),
     );
-    go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
+    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
     step(&mut sim, &mut bench, &TOUCHES);
     // Oblique, across the blades that come from above.
     let aslant = Vec3::new(0.055, 0.0, 0.07);
@@ -188,7 +188,7 @@ fn a_checkpoint_keeps_what_is_sewn_and_the_digest_tells_of_it() {
     let mut bench = Bench::new();
     command(&mut sim, &mut bench, Command::Start(Task::Hang));
     let down = bench.digests.last().expect("a tick").tools;
-    go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
+    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
     let kept = sim.checkpoint();
     let samples = bench.samples;
     let mut sewn = |sim: &mut Sim<'_>| {

@@ -37,7 +37,7 @@ fn begin(task: Task) -> (Bench, Vec<usize>) {
 }
 
 #[test]
-fn each_task_begins_with_what_is_done_before_it_and_only_that_is_told() {
+fn each_task_begins_with_what_is_done_before_it_and_only_that_is_reported() {
     for (task, clips, is_divided) in [
         (Task::Identify, 0, false),
         (Task::Clamp, 0, false),
@@ -51,9 +51,9 @@ fn each_task_begins_with_what_is_done_before_it_and_only_that_is_told() {
             "{task:?}"
         );
         assert_eq!(!apart.is_empty(), is_divided, "{task:?} {apart:?}");
-        let told = bench.events.iter().map(|it| it.kind);
-        let told: Vec<_> = told.filter(|it| *it != EventKind::Fault).collect();
-        assert_eq!(told, [EventKind::Reset], "{task:?}");
+        let reported = bench.events.iter().map(|it| it.kind);
+        let reported: Vec<_> = reported.filter(|it| *it != EventKind::Fault).collect();
+        assert_eq!(reported, [EventKind::Reset], "{task:?}");
         if let [link] = apart[..] {
             let places: Vec<u32> = bench.clips.iter().map(|clip| clip.spheres[0]).collect();
             assert!(

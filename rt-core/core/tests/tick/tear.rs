@@ -66,11 +66,11 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
         bench.force_n.z
     );
     // Pulled off: 40 mm in 8 s.
-    let (way_m, ticks) = (0.04, 8000);
+    let (travel_m, ticks) = (0.04, 8000);
     let forces = felt(
         &mut sim,
         &mut bench,
-        (&BITTEN, &up(way_m)),
+        (&BITTEN, &up(travel_m)),
         ticks,
         Buttons::GRASP,
     );
@@ -82,7 +82,7 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
         "{most_n} {}",
         bench.force_n.z
     );
-    let work_j: f32 = forces.iter().map(|f| -f * way_m / ticks as f32).sum();
+    let work_j: f32 = forces.iter().map(|f| -f * travel_m / ticks as f32).sum();
     // Elastic energy of the tissue is lost as well when the bands tear.
     let torn_j = BAND_J * bands as f32;
     assert!(
@@ -100,7 +100,7 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
     felt(
         &mut sim,
         &mut bench,
-        (&BITTEN, &up(way_m)),
+        (&BITTEN, &up(travel_m)),
         ticks,
         Buttons::GRASP,
     );

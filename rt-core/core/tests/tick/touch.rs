@@ -16,8 +16,8 @@ fn without_contact_there_is_no_force() {
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
     let mut bench = Bench::new();
-    let beside = Vec3::new(0.05, 0.03, 0.09);
-    go(&mut sim, &mut bench, &AWAY, &beside, 1500, NONE);
+    let adjacent = Vec3::new(0.05, 0.03, 0.09);
+    go(&mut sim, &mut bench, &AWAY, &adjacent, 1500, NONE);
     assert_eq!(bench.contact_count, 0);
     assert!(norm(&bench.force_n) < f32::EPSILON);
     assert!(bench.events.is_empty(), "{:?}", bench.events);

@@ -9,7 +9,7 @@ use rt_core::math::{Vec3, norm};
 use rt_core::port::{Buttons, DeviceSample, ForceCommand, PedalSample, Polled};
 use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
-use rt_core::tissue::cells::GONE;
+use rt_core::tissue::cells::REMOVED;
 use rt_core::tool::{Instrument, Kinematics};
 use rt_core::words::EventKind;
 use scene_prepare::{Recipe, prepare};
@@ -210,7 +210,7 @@ fn fat_goes_under_the_hook_and_only_there() {
         hot.removed.len(),
         hot.cells
             .iter()
-            .filter(|cell| (1..GONE).contains(cell))
+            .filter(|cell| (1..REMOVED).contains(cell))
             .count(),
         hot.pressed_n,
         cold.pressed_n,
@@ -219,7 +219,9 @@ fn fat_goes_under_the_hook_and_only_there() {
     );
     assert!(hot.removed.len() >= 8, "{} cells", hot.removed.len());
     // Told once each, and gone.
-    let gone = (0u16..).zip(&hot.cells).filter(|(_, cell)| **cell == GONE);
+    let gone = (0u16..)
+        .zip(&hot.cells)
+        .filter(|(_, cell)| **cell == REMOVED);
     let mut told = hot.removed.clone();
     told.sort_unstable();
     assert_eq!(told, gone.map(|(i, _)| i).collect::<Vec<u16>>());

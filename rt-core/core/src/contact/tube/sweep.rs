@@ -108,13 +108,13 @@ impl Side {
         // When an oblique axis is lifted, its closest place moves along it, and then needs another
         // lift. This is the limit.
         let axis_m = axis.b_m - axis.a_m;
-        let lean_m = normal.dot(&axis_m);
-        let flat_m2 = (axis_m.norm_squared() - lean_m * lean_m).max(1.0e-12);
+        let tilt_m = normal.dot(&axis_m);
+        let flat_m2 = (axis_m.norm_squared() - tilt_m * tilt_m).max(1.0e-12);
         let share = axis.abreast(bead_m);
         let deep_m = -Self { normal, share }.separation_m(axis, bead_m, reach_m);
         Self {
             normal,
-            share: (share - lean_m * deep_m / flat_m2).clamp(0.0, 1.0),
+            share: (share - tilt_m * deep_m / flat_m2).clamp(0.0, 1.0),
         }
     }
 

@@ -43,9 +43,9 @@ impl Bodies {
             };
             burnt(touched.organ, energy_j);
             if self.cells.give(touched.cell, record, energy_j)
-                && let Some(gone) = self.remove_cell(touched.cell, scene)
+                && let Some(cell) = self.remove_cell(touched.cell, scene)
             {
-                removed(gone);
+                removed(cell);
             }
         }
     }

@@ -29,7 +29,7 @@ use crate::words::{Event, EventKind};
 use wall::{HOLE_M2, Walls};
 
 /// Ticks between two burn events.
-const TOLD_TICKS: u32 = 50;
+const REPORTED_TICKS: u32 = 50;
 
 /// Most steps of tubes desiccated in a tick: as many as lie under a tip.
 const DRIED: usize = 32;
@@ -78,7 +78,7 @@ impl Cautery {
         let mut dried: Vec<(u32, f32), DRIED> = Vec::new();
         let apart = |apart: Apart| {
             vessels.note_change();
-            journal.raise(apart.told(EventKind::Cut));
+            journal.raise(apart.reported(EventKind::Cut));
         };
         damage_all(scene, bodies, sparing_none, apart, |bar, parted| {
             let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
@@ -109,8 +109,8 @@ impl Cautery {
                 *burnt_j += energy_j;
             }
         };
-        bodies.burn_cells(cells, &dose, scene, burnt, |gone| {
-            journal.raise(gone.told());
+        bodies.burn_cells(cells, &dose, scene, burnt, |removed| {
+            journal.raise(removed.reported());
         });
         for ((organ, area_m2), burnt_j) in (0u8..).zip(areas_m2).zip(&mut self.burnt_j) {
             if area_m2 <= 0.0 {
@@ -139,7 +139,7 @@ impl Cautery {
         for (organ, burnt_j) in (0u32..).zip(&mut self.burnt_j) {
             let value = core::mem::take(burnt_j);
             if value > 0.0 {
-                self.quiet = TOLD_TICKS;
+                self.quiet = REPORTED_TICKS;
                 journal.raise(Event {
                     kind: EventKind::Burn,
                     organ: Some(organ),
@@ -243,7 +243,7 @@ mod tests {
             state.bodies.begin(&scene, true);
             let (mut cautery, mut journal) = (Cautery::default(), Journal::default());
             let mut left = [1.0; LINKS as usize];
-            let (mut given_j, mut told_j) = (0.0, 0.0);
+            let (mut given_j, mut reported_j) = (0.0, 0.0);
             for (x, z, ticks) in tips {
                 let ends_m = [Vec3::new(x, -0.002, z), Vec3::new(x, 0.002, z)];
                 let electrode = Electrode::cutting(ends_m);
@@ -255,7 +255,7 @@ mod tests {
                     given_j += if touches { 0.015 } else { 0.0 };
                     cautery.burn(&electrode, (&[], &[]), &scene, bodies, vessels, &mut journal);
                     cautery.tell(false, &mut journal);
-                    told_j += told(&journal);
+                    reported_j += reported(&journal);
                     for (i, before) in (0..LINKS).zip(&mut left) {
                         let now = bodies.parted.left_of_link(i);
                         prop_assert!((0.0..=*before).contains(&now));
@@ -268,12 +268,12 @@ mod tests {
             }
             journal.begin();
             cautery.tell(true, &mut journal);
-            told_j += told(&journal);
-            prop_assert!((told_j - given_j).abs() < 1.0e-3 * given_j.max(0.1), "{} {}", told_j, given_j);
+            reported_j += reported(&journal);
+            prop_assert!((reported_j - given_j).abs() < 1.0e-3 * given_j.max(0.1), "{} {}", reported_j, given_j);
         }
     }
 
-    fn told(journal: &Journal) -> f32 {
+    fn reported(journal: &Journal) -> f32 {
         let burns = journal
             .events()
             .iter()

@@ -154,9 +154,9 @@ impl Grasp {
             let node = bodies.nodes.at(i);
             let center = node.center_m();
             let is_between = meets(&center, radius_m, &joint_m, &tip_m, REACH_M);
-            let is_gone = bodies.bits.at(i).contains(SphereBits::REMOVED);
+            let is_removed = bodies.bits.at(i).contains(SphereBits::REMOVED);
             if !is_between
-                || is_gone
+                || is_removed
                 || !takes(*bodies.organ.at(i))
                 || node.inverse_mass_per_kg() <= 0.0
             {

@@ -62,7 +62,7 @@ impl Opening {
 pub(super) struct Hole {
     pub(super) opening: Opening,
     /// Flow in its last event.
-    pub(super) told: f32,
+    pub(super) reported: f32,
     /// Place of its first event, m. Readers of the events identify the leak by it.
     pub(super) at_m: Option<Vec3>,
 }
@@ -71,7 +71,7 @@ impl Hole {
     pub(super) const fn new(opening: Opening) -> Self {
         Self {
             opening,
-            told: 0.0,
+            reported: 0.0,
             at_m: None,
         }
     }

@@ -27,7 +27,7 @@ const DUCT_SHORTENS: f32 = 0.05;
 /// Share of its length by which it shortens in a tick: an artery is done after 0.3 s.
 const SHORTENS_STEP: f32 = ARTERY_SHORTENS / 300.0;
 /// Change of flow below which no event is raised.
-const TOLD: f32 = 0.01;
+const REPORTED: f32 = 0.01;
 /// Largest radius of a vessel that desiccation can close, m: in larger ones blood carries the heat
 /// away. One electrode is trusted with 2 mm across; the rest is tolerance for sphere radii.
 const DRIED_RADIUS_M: f32 = 0.001_5;
@@ -184,7 +184,7 @@ impl Vessels {
         bodies: &Bodies,
         journal: &mut Journal,
     ) -> bool {
-        let mut is_told = true;
+        let mut is_reported = true;
         let mut holes = core::mem::take(&mut self.holes);
         for hole in &mut holes {
             let sphere = hole.opening.sphere();
@@ -193,12 +193,12 @@ impl Vessels {
                 .at(sphere)
                 .min(self.open(sphere, scene, bodies));
             let flow = reaches * hole.opening.share(scene, clips);
-            if (flow - hole.told).abs() <= TOLD {
+            if (flow - hole.reported).abs() <= REPORTED {
                 continue;
             }
-            is_told &= journal.has_room();
+            is_reported &= journal.has_room();
             if journal.has_room() {
-                hole.told = flow;
+                hole.reported = flow;
                 let at_m = *hole.at_m.get_or_insert(bodies.nodes.at(sphere).center_m());
                 journal.raise(Event {
                     kind: EventKind::Leak,
@@ -209,6 +209,6 @@ impl Vessels {
             }
         }
         self.holes = holes;
-        is_told
+        is_reported
     }
 }

@@ -19,7 +19,7 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind, SphereBits};
 
 /// Value in `Cells::shown` of a removed cell.
-pub const GONE: u8 = u8::MAX;
+pub const REMOVED: u8 = u8::MAX;
 
 /// Depth of a contact skin under which nothing is left, m: more than the distance at which tools
 /// are tracked.
@@ -35,14 +35,14 @@ const UNIT_M3: f32 = 1.0e-15;
 pub(crate) struct Cells {
     /// Heat taken, J.
     taken_j: [f32; MAX_CELLS],
-    /// Share of the energy taken, 0 to 254, or [`GONE`].
+    /// Share of the energy taken, 0 to 254, or [`REMOVED`].
     shown: [u8; MAX_CELLS],
     /// A neighbour is missing or removed: the cell is exposed.
     is_exposed: [bool; MAX_CELLS],
     /// Volume of the cells of each sphere: at first, and remaining.
     whole: PerSphere<u32>,
     left: PerSphere<u32>,
-    gone: u32,
+    removed: u32,
     /// Hash of everything that was given and removed since the last reset.
     history: Hash,
 }
@@ -58,7 +58,7 @@ pub(crate) struct Removed {
 
 impl Removed {
     /// Its event.
-    pub(crate) fn told(&self) -> Event {
+    pub(crate) fn reported(&self) -> Event {
         Event {
             kind: EventKind::Removed,
             organ: Some(u32::from(self.organ)),
@@ -76,7 +76,7 @@ impl Cells {
             is_exposed: [false; MAX_CELLS],
             whole: PerSphere::new(0),
             left: PerSphere::new(0),
-            gone: 0,
+            removed: 0,
             history: Hash::new(),
         }
     }
@@ -98,12 +98,12 @@ impl Cells {
         for sphere in 0..scene.spheres.len() as u32 {
             *self.left.at_mut(sphere) = *self.whole.at(sphere);
         }
-        self.gone = 0;
+        self.removed = 0;
         self.history = Hash::new();
     }
 
     /// Heat taken by each of the first `count` cells, as a share of the energy that removes it, 0
-    /// to 254; or [`GONE`].
+    /// to 254; or [`REMOVED`].
     pub(crate) fn shown(&self, count: usize) -> &[u8] {
         self.shown.get(..count).unwrap_or(&self.shown)
     }
@@ -116,7 +116,7 @@ impl Cells {
     /// True if the cell is not removed.
     pub(crate) fn is_there(&self, cell: u16) -> bool {
         let shown = self.shown.get(usize::from(cell));
-        shown.is_some_and(|shown| *shown != GONE)
+        shown.is_some_and(|shown| *shown != REMOVED)
     }
 
     pub(crate) fn is_exposed(&self, cell: u16) -> bool {
@@ -139,7 +139,7 @@ impl Cells {
 
     /// Depth by which the contact skin has sunk at one of its vertices, m.
     pub(crate) fn sunk_m(&self, vertex: u16, scene: &Scene<'_>) -> f32 {
-        if self.gone == 0 {
+        if self.removed == 0 {
             return 0.0;
         }
         let Some(column) = scene.layers.column(vertex) else {
@@ -173,13 +173,13 @@ impl Cells {
             return false;
         };
         // NaN counts as no heat.
-        let gives = energy_j > 0.0 && energy_j.is_finite() && *shown != GONE;
+        let gives = energy_j > 0.0 && energy_j.is_finite() && *shown != REMOVED;
         if !gives {
             return false;
         }
         *taken_j = (*taken_j + energy_j).min(cell.energy_j);
         let share = *taken_j / cell.energy_j;
-        *shown = (share * f32::from(GONE - 1)) as u8; // `as` cuts off
+        *shown = (share * f32::from(REMOVED - 1)) as u8; // `as` cuts off
         self.history.word(u32::from(index));
         self.history.float(*taken_j);
         share >= 1.0
@@ -191,19 +191,19 @@ impl Cells {
             return false;
         }
         if let Some(shown) = self.shown.get_mut(usize::from(index)) {
-            *shown = GONE;
+            *shown = REMOVED;
         }
         for face in 0..6 {
-            let beside = cell.across(face);
-            if scene.layers.cell(beside).is_some()
-                && let Some(exposed) = self.is_exposed.get_mut(usize::from(beside))
+            let adjacent = cell.across(face);
+            if scene.layers.cell(adjacent).is_some()
+                && let Some(exposed) = self.is_exposed.get_mut(usize::from(adjacent))
             {
                 *exposed = true;
             }
         }
         let left = self.left.at_mut(cell.sphere());
         *left = left.saturating_sub(units(cell));
-        self.gone = self.gone.saturating_add(1);
+        self.removed = self.removed.saturating_add(1);
         self.history.word(u32::from(index) | 1 << 31);
         true
     }

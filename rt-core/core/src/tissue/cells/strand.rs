@@ -25,9 +25,9 @@ impl Bodies {
         let mut count = 0;
         for (index, cell) in (0u16..).zip(scene.layers.cells) {
             if cell.sphere() == sphere
-                && let Some(gone) = self.remove_cell(index, scene)
+                && let Some(cell) = self.remove_cell(index, scene)
             {
-                removed(gone);
+                removed(cell);
                 count += 1;
                 if count >= IN_A_TICK {
                     break;
@@ -39,29 +39,29 @@ impl Bodies {
     /// Moves each sphere without cells with its neighbours. It is attached to nothing and would
     /// fall, while cells beside it and the picture still follow it in part. Where there are
     /// tetrahedra, they hold it. O(links of organs without tetrahedra).
-    pub(crate) fn carry_gone(&mut self, scene: &Scene<'_>) {
-        if self.cells.gone == 0 {
+    pub(crate) fn carry_removed(&mut self, scene: &Scene<'_>) {
+        if self.cells.removed == 0 {
             return;
         }
         let organs = scene.organs.iter();
         for organ in organs.filter(|organ| scene.batches_of(organ).is_empty()) {
             for link in scene.links_of(organ) {
-                let gone = |sphere: u32| self.bits.at(sphere).contains(SphereBits::REMOVED);
-                let (a_gone, b_gone) = (gone(link.a), gone(link.b));
-                if !a_gone && !b_gone {
+                let removed = |sphere: u32| self.bits.at(sphere).contains(SphereBits::REMOVED);
+                let (a_removed, b_removed) = (removed(link.a), removed(link.b));
+                if !a_removed && !b_removed {
                     continue;
                 }
                 let [a_m, b_m] = [link.a, link.b].map(|i| self.nodes.at(i).moved_m());
-                let way_m = (b_m - a_m) * FOLLOWS;
-                if a_gone {
+                let travel_m = (b_m - a_m) * FOLLOWS;
+                if a_removed {
                     self.nodes
                         .at_mut(link.a)
-                        .put(&(a_m + way_m), &Vec3::zeros());
+                        .put(&(a_m + travel_m), &Vec3::zeros());
                 }
-                if b_gone {
+                if b_removed {
                     self.nodes
                         .at_mut(link.b)
-                        .put(&(b_m - way_m), &Vec3::zeros());
+                        .put(&(b_m - travel_m), &Vec3::zeros());
                 }
             }
         }
@@ -95,7 +95,7 @@ impl Bodies {
     fn hangs_on_nothing(&self, run: Option<(u32, Option<u8>, bool)>) -> Option<u32> {
         let (sphere, _, _) = run.filter(|(_, _, torn)| *torn)?;
         let has_cells = self.cells.has_cells(sphere);
-        let gone = self.bits.at(sphere).contains(SphereBits::REMOVED);
-        (has_cells && !gone).then_some(sphere)
+        let removed = self.bits.at(sphere).contains(SphereBits::REMOVED);
+        (has_cells && !removed).then_some(sphere)
     }
 }

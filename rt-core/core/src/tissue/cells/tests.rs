@@ -36,14 +36,14 @@ impl Block {
                 for x in 0..SIDE {
                     let place = [x, y, z];
                     let neighbours = core::array::from_fn(|face| {
-                        let mut beside = place;
+                        let mut adjacent = place;
                         let last = [SIDE, SIDE, LAYERS][face / 2] - 1;
                         match face % 2 {
-                            0 if place[face / 2] > 0 => beside[face / 2] -= 1,
-                            1 if place[face / 2] < last => beside[face / 2] += 1,
+                            0 if place[face / 2] > 0 => adjacent[face / 2] -= 1,
+                            1 if place[face / 2] < last => adjacent[face / 2] += 1,
                             _ => return NO_CELL,
                         }
-                        index(beside)
+                        index(adjacent)
                     });
                     cells.push(Cell {
                         spheres: [x * SPHERES as u16 / SIDE; SKIN_BINDINGS],
@@ -142,8 +142,12 @@ fn check(bodies: &Bodies, scene: &Scene<'_>) {
     }
     for (i, left) in (0u32..).zip(left) {
         assert_eq!(u64::from(*bodies.cells.left.at(i)), left, "sphere {i}");
-        let gone = bodies.bits.at(i).contains(SphereBits::REMOVED);
-        assert_eq!(gone, left == 0 && bodies.cells.has_cells(i), "sphere {i}");
+        let removed = bodies.bits.at(i).contains(SphereBits::REMOVED);
+        assert_eq!(
+            removed,
+            left == 0 && bodies.cells.has_cells(i),
+            "sphere {i}"
+        );
     }
 }
 
@@ -187,7 +191,7 @@ fn a_million_random_deletions_never_break_it() {
         if step % 50_000 == 0 {
             check(&bodies, &scene);
         }
-        if bodies.cells.gone == count {
+        if bodies.cells.removed == count {
             check(&bodies, &scene);
             bodies.rest(&scene);
             check(&bodies, &scene);
@@ -198,15 +202,15 @@ fn a_million_random_deletions_never_break_it() {
 }
 
 #[test]
-fn what_is_under_a_vertex_sinks_with_its_cells_and_is_open_when_all_are_gone() {
+fn what_is_under_a_vertex_sinks_with_its_cells_and_is_open_when_all_are_removed() {
     let block = Block::new();
     let scene = block.scene();
     let mut bodies = loaded(&scene);
     let mut cell = block.columns[0].cells[0];
-    for gone in 0..LAYERS {
+    for removed in 0..LAYERS {
         let sunk_m = bodies.cells.sunk_m(0, &scene);
         assert!(
-            (sunk_m - 0.001 * f32::from(gone)).abs() < 1.0e-7,
+            (sunk_m - 0.001 * f32::from(removed)).abs() < 1.0e-7,
             "{sunk_m}"
         );
         bodies.remove_cell(cell, &scene).unwrap();
@@ -221,17 +225,17 @@ fn what_hangs_on_nothing_goes_and_nothing_else_does() {
     let block = Block::new();
     let scene = block.scene();
     let mut bodies = loaded(&scene);
-    let mut gone = List::new();
-    bodies.tear_cells(&scene, |cell| gone.push(cell.cell));
-    assert!(gone.is_empty());
+    let mut removed = List::new();
+    bodies.tear_cells(&scene, |cell| removed.push(cell.cell));
+    assert!(removed.is_empty());
     bodies.parted.leave_of_tie(3, 0.0);
     for _ in 0..100 {
-        bodies.tear_cells(&scene, |cell| gone.push(cell.cell));
+        bodies.tear_cells(&scene, |cell| removed.push(cell.cell));
     }
     let own = (0u16..)
         .zip(&block.cells)
         .filter(|(_, cell)| cell.sphere() == 3);
-    assert_eq!(gone, own.map(|(i, _)| i).collect::<List<u16>>());
+    assert_eq!(removed, own.map(|(i, _)| i).collect::<List<u16>>());
     assert!(bodies.bits.at(3).contains(SphereBits::REMOVED));
     assert!(bodies.parted.left_of_link(2) <= 0.0 && bodies.parted.left_of_link(3) <= 0.0);
     assert!(bodies.parted.left_of_link(4) >= 1.0);
@@ -245,7 +249,7 @@ fn a_sphere_without_cells_goes_with_its_neighbours() {
     let scene = block.scene();
     let mut bodies = loaded(&scene);
     let away = Vec3::new(0.001, 0.002, -0.003);
-    bodies.carry_gone(&scene);
+    bodies.carry_removed(&scene);
     for (index, _) in (0u16..)
         .zip(&block.cells)
         .filter(|(_, it)| it.sphere() == 3)
@@ -257,7 +261,7 @@ fn a_sphere_without_cells_goes_with_its_neighbours() {
     }
     bodies.nodes.at_mut(3).put(&Vec3::y(), &-Vec3::y());
     for _ in 0..100 {
-        bodies.carry_gone(&scene);
+        bodies.carry_removed(&scene);
     }
     let off_m = |sphere: u32| crate::math::norm(&(bodies.nodes.at(sphere).moved_m() - away));
     assert!(off_m(3) < 1.0e-6, "{}", off_m(3));
