@@ -69,7 +69,7 @@ impl Kinematics {
         let roll_n_m = -axis.dot(&at_port.torque_n_m); // about z
         let up = world_from_handle.rotation * Vec3::new(0.0, 1.0, 0.0);
         let [x, y, z] = shaft_frame(&axis, &up);
-        let tilt = tilt(&y, &z, &up);
+        let tilt = tilt_of(&y, &z, &up);
         let across_n_m = axis.cross(&at_port.torque_n_m) + x * (tilt * roll_n_m);
         Wrench {
             force_n: along_n + across_n_m / outside_m,
@@ -154,7 +154,7 @@ fn shaft_frame(axis: &Vec3, up: &Vec3) -> [Vec3; 3] {
 
 /// Tilt of the unit vector `up` from y towards z, as a tangent; limited to 45°, because a handle
 /// whose y lies along the shaft could not roll it at all.
-fn tilt(y: &Vec3, z: &Vec3, up: &Vec3) -> f32 {
+fn tilt_of(y: &Vec3, z: &Vec3, up: &Vec3) -> f32 {
     let (across, along) = (up.dot(y).max(f32::MIN_POSITIVE), up.dot(z));
     along.max(-across).min(across) / across
 }
@@ -260,7 +260,7 @@ mod tests {
             };
             let up = at(0.0).rotation * Vec3::y();
             let [_, y, z] = shaft_frame(&LEVER.axis(&at(0.0)), &up);
-            prop_assume!(tilt(&y, &z, &up).abs() < 0.99); // beyond, roll is felt less: see `tilt`
+            prop_assume!(tilt_of(&y, &z, &up).abs() < 0.99); // beyond, roll is felt less: see `tilt_of`
             let (before, middle, after) = (at(-0.5), at(0.0), at(0.5));
             let work_j = f.dot(&(point(&after) - point(&before)));
             let hand = felt(&middle, point(&middle), f);
