@@ -100,7 +100,7 @@ mod tests {
             start.form.station_file = path.to_owned();
             look(&mut start, &words);
             let problem = start.station_file_problem.take().unwrap();
-            assert!(problem.contains("no station file"), "{problem}");
+            assert!(problem.contains("not a station file"), "{problem}");
         }
         start.form.station_file.clear();
         look(&mut start, &words);
