@@ -346,7 +346,7 @@ fn a_session_that_was_killed_is_added_afterwards_from_its_recording() {
     let taken = add("Bo");
     assert_eq!(taken.status.code(), Some(1));
     assert!(
-        said(&taken).contains("under another name"),
+        said(&taken).contains("belongs to another trainee"),
         "{}",
         said(&taken)
     );

@@ -23,7 +23,7 @@ fn build(features: &str) -> Output {
         .arg("--manifest-path")
         .arg(package().join("Cargo.toml"))
         .arg("--target-dir")
-        .arg(Path::new(env!("CARGO_TARGET_TMPDIR")).join("../link-proof"))
+        .arg(Path::new(env!("CARGO_TARGET_TMPDIR")).join("link-proof"))
         .env_remove("RUSTFLAGS")
         .env_remove("RUSTC_WORKSPACE_WRAPPER")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")

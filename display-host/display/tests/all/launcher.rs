@@ -476,7 +476,7 @@ fn an_operation_that_failed_says_why_and_leads_on() {
         ("Try again (Enter)", Wish::Again),
         ("Try with simulated devices", Wish::AgainEmulated),
         ("Another task (Esc)", Wish::Another),
-        ("End", Wish::Quit),
+        ("Quit", Wish::Quit),
     ] {
         let mut desk = harness(Screen::Failed(failed.clone()));
         desk.run();

@@ -288,7 +288,7 @@ mod tests {
             listed(&pairs)
         };
         assert_eq!(after(1, 0.0), [(0, 1)], "kept");
-        assert_eq!(after(1, 0.0001), [(0, 1)], "hardly gone");
+        assert_eq!(after(1, 0.0001), [(0, 1)], "hardly moved");
         // To either side: the moving one has the higher number, or the lower.
         assert_eq!(after(1, 0.06), [(1, 2)]);
         assert_eq!(after(1, -0.06), [(0, 1)]);

@@ -109,7 +109,7 @@ fn no_current_no_hook_and_no_touch_burn_nothing() {
         500,
     );
     assert!(whole(&air) && count(&air, EventKind::Electro) == 2);
-    // The insulated shaft leans on the tube.
+    // The insulated shaft rests on the tube.
     let adjacent = Vec3::new(0.0, -0.0035, -0.02);
     let shaft = burnt(&tube, Instrument::Hook, &adjacent, CUT, 500);
     assert!(whole(&shaft) && count(&shaft, EventKind::Contact) > 0);

@@ -37,7 +37,7 @@ impl Bodies {
     }
 
     /// Moves each sphere without cells with its neighbours. It is attached to nothing and would
-    /// fall, while cells beside it and the picture still follow it in part. Where there are
+    /// fall, while its neighbour cells and the picture still follow it in part. Where there are
     /// tetrahedra, they hold it. O(links of organs without tetrahedra).
     pub(crate) fn carry_removed(&mut self, scene: &Scene<'_>) {
         if self.cells.removed == 0 {
