@@ -59,9 +59,9 @@ pub struct Anatomy {
     pub(crate) cleared: Vec<usize>,
     /// Volume of each region, m³.
     pub(crate) volume_in: [f64; Region::COUNT],
-    /// Sutures that hang organs on the abdominal wall.
+    /// Number of sutures that hang organs on the abdominal wall.
     pub(crate) sutures: usize,
-    /// Unit vector against gravity, or zero.
+    /// Unit vector opposite to gravity; zero without gravity.
     pub(crate) up: Vec3,
 }
 
@@ -97,8 +97,7 @@ impl Anatomy {
         }
     }
 
-    /// An anatomy of named organs and cells of equal volume, for tests and for scenes of other
-    /// programs.
+    /// An anatomy of named organs and cells of equal volume, without a compiled scene: for tests.
     #[must_use]
     pub fn new(organs: &[(&str, OrganKind)], cells: &[Region]) -> Self {
         let organs = organs.iter().map(|&(name, kind)| Organ {

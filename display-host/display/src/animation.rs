@@ -15,8 +15,8 @@ const RATE: u16 = 10;
 const COLOURS: usize = 128;
 /// Largest change of a channel at which a pixel counts as unchanged: film grain is ignored.
 const SAME: u8 = 12;
-/// Every `SAMPLE`-th pixel is sampled for the colours, and fewer if there are more than `MANY`
-/// pictures.
+/// Every `SAMPLE`-th pixel is sampled for the colours, and more rarely if there are more than
+/// `MANY` pictures.
 const SAMPLE: usize = 7;
 /// See [`SAMPLE`].
 const MANY: usize = 64;
@@ -25,8 +25,8 @@ const LEAST: usize = 100_000;
 /// Bits of each channel in the colour table.
 const BITS: u32 = 5;
 
-/// Writes the pictures, all of one size, in this order, readable by their user alone. Keeps one
-/// picture in memory at a time.
+/// Writes the pictures, all of one size, in this order into a file that only its owner can read.
+/// Decodes one picture at a time.
 ///
 /// # Errors
 /// There is no picture, one cannot be read or has another size, or the file cannot be written.
@@ -55,7 +55,7 @@ pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> 
     let [Ok(wide), Ok(high)] = sides else {
         return Err(refused(format!("{width}×{height} pixels are too many")));
     };
-    // The quantiser learns once from each sample, and needs many.
+    // The quantiser learns once from each sample and needs many, so few samples are repeated.
     let times = (4 * LEAST).div_ceil(samples.len().max(1));
     let colours = Colours::of(&samples.repeat(times.max(1)));
     let file = session::create_private(path).map_err(|error| refused(error.to_string()))?;
@@ -76,7 +76,7 @@ struct Animation<'a> {
     encoder: Encoder<BufWriter<File>>,
     size: [u16; 2],
     colours: &'a Colours,
-    /// Pixels on the screen.
+    /// Pixels that the frames so far show, before the reduction to the palette.
     shown: Vec<[u8; 3]>,
 }
 
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!(frames.len(), 3);
         assert!(frames.iter().all(|(delay, _)| *delay == 10));
         let pixel = |frame: usize, x: usize| &frames[frame].1[4 * x..4 * x + 4];
-        // All pictures share 256 colours.
+        // All pictures share one palette.
         let first = pixel(0, 2);
         assert!(first[0].abs_diff(200) < 40 && first[3] == 255, "{first:?}");
         // Unchanged pixels are left transparent, changed ones are drawn.

@@ -24,7 +24,7 @@ const TEXT_MAX: usize = 300;
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Questionnaire {
-    /// Key under which answers are stored.
+    /// Key of the questionnaire in the store.
     pub name: String,
     /// Title for display.
     pub title: String,
@@ -64,7 +64,7 @@ pub struct ItemSummary {
 
 impl Default for Questionnaire {
     fn default() -> Self {
-        // A test parses the built-in file.
+        // Never the empty one: a test parses the built-in file.
         Self::parse(BUILT_IN).unwrap_or_else(|_| Self {
             name: String::new(),
             title: String::new(),
@@ -77,7 +77,7 @@ impl Questionnaire {
     /// Reads a questionnaire file.
     ///
     /// # Errors
-    /// [`StoreError::Questionnaire`] names the file and the problem.
+    /// [`StoreError::Questionnaire`] names the problem, and the file if it could not be read.
     pub fn read(path: &Path) -> Result<Self, StoreError> {
         let wrong =
             |why: &dyn Display| StoreError::Questionnaire(format!("{}: {why}", path.display()));
@@ -95,7 +95,7 @@ impl Questionnaire {
     /// Parses the text of a questionnaire file.
     ///
     /// # Errors
-    /// [`StoreError::Questionnaire`] names the problem and its place.
+    /// [`StoreError::Questionnaire`] names the problem.
     pub fn parse(text: &str) -> Result<Self, StoreError> {
         let wrong = |why: String| Err(StoreError::Questionnaire(why));
         let read: Self = match toml::from_str(text) {

@@ -1,6 +1,7 @@
-//! Runs a scripted surgeon on a task in the simulation alone, faster than real time. The scene is
-//! Calot's triangle or a compiled scene. The simulation's inputs can be saved. LATE_MS delays what
-//! the surgeon sees, as a display would. `hang+full` is `full` with the sutures placed first.
+//! Runs a scripted surgeon on a task in the simulation alone, faster than real time. If the file
+//! SCENE.calot does not exist, Calot's triangle is compiled into it. LATE_MS delays what the
+//! surgeon sees, as a display would. KEPT.inputs receives the simulation's inputs. In `hang+full`,
+//! the surgeon first places the sutures, then performs `full`.
 //!
 //! ```text
 //! cargo run --release -p surgeon --example rehearse -- \

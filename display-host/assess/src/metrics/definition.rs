@@ -13,7 +13,7 @@ macro_rules! metrics {
             /// All metrics, in the order of display.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
 
-            /// Name in JSON, CSV and rules; the unit comes last.
+            /// Name in JSON, CSV and rules; it ends with the unit, if it has one.
             #[must_use]
             pub fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
@@ -31,7 +31,7 @@ macro_rules! metrics {
                 match self { $(Self::$variant => $definition,)* }
             }
 
-            /// The publication or product that measures it so.
+            /// The publication or product from which the definition comes; `own`: none.
             #[must_use]
             pub fn source(self) -> &'static str {
                 match self { $(Self::$variant => $source,)* }
@@ -45,13 +45,13 @@ metrics! {
         "Time of the task without pauses and without gaps in the recording."
         "LAP Mentor, LapSim: time"
     Gaps "gaps_s" "s"
-        "Time without records: no movement was recorded for more than 0.25 s."
+        "Time in gaps of the recording: more than 0.25 s without a recorded movement, pauses not counted."
         "own"
     Restarts "restarts" "n"
-        "Number of resets of the organs; all other metrics count from the last one."
+        "Number of resets after the first movement of an attempt; all other metrics count from the last one."
         "own"
     LostEvents "lost_events" "n"
-        "Events that the controller numbered and the recording lacks; no metric includes them."
+        "Events missing from the recording, by their numbers; no other metric counts them."
         "own"
     Path "path_m" "m"
         "Path of the instrument's tip, measured with a ruler of 1 mm: tremor below it does not count."
@@ -60,16 +60,16 @@ metrics! {
         "Path of the endoscope's lens, measured with a ruler of 1 mm."
         "LapSim camera navigation: path length; ruler own"
     Movements "movements" "n"
-        "Movements of the instrument: faster than 20 mm/s after slower than 5 mm/s, over 50 ms."
+        "Movements of the instrument: each begins above 20 mm/s and ends below 5 mm/s, measured over 50 ms."
         "LAP Mentor: number of movements; limits own"
     ScopeMovements "scope_movements" "n"
         "Movements of the endoscope, counted in the same way."
         "LAP Mentor: number of movements; limits own"
     Economy "economy" "1"
-        "Straight distance from beginning to end of each movement, summed, over their paths: 1 is straight."
+        "Straight distances from start to end of the instrument's movements, divided by their paths, both summed: 1 is straight."
         "LapSim: economy of movement"
     Idle "idle_s" "s"
-        "Time in which both hands were slower than 5 mm/s for 1 s or longer."
+        "Time in which instrument and endoscope were both slower than 5 mm/s for 1 s or longer."
         "LAP Mentor: idle time; limits own"
     ForceMax "force_max_n" "N"
         "Largest force on the hand."
@@ -78,16 +78,16 @@ metrics! {
         "Mean force on the hand while the instrument touched."
         "NeuroVR tier 2: sum of force, over time"
     Force95 "force_p95_n" "N"
-        "Force that was not exceeded in 95 % of the time that the instrument touched, to 0.05 N."
+        "Force that was not exceeded in 95 % of the time that the instrument touched, rounded up to 0.05 N."
         "NeuroVR tier 3: force histogram"
     ForceSaturated "force_saturated_s" "s"
-        "Time at 97 % or more of the haptic device's greatest force: the tissue resisted more than was felt."
+        "Time at 97 % or more of the haptic device's greatest force: the tissue may have resisted more than was felt."
         "own"
     CauteryOn "cautery_on_s" "s"
         "Time with current on the hook."
         "LAP Mentor: safe cautery"
     CauteryAir "cautery_air_s" "s"
-        "Part of that time in which the hook touched nothing and had burnt nothing for 0.1 s."
+        "Part of the time with current on the hook in which it touched nothing and had burnt nothing for 0.1 s."
         "LAP Mentor: cautery without contact; own: current across a gap does not count"
     BurnWrong "burn_wrong_j" "J"
         "Energy into structures that the rules protect from burning."
@@ -147,7 +147,7 @@ metrics! {
         "Share of the layered tissue of the lower third of the gallbladder's bed that is removed, by volume."
         "critical view of safety, criterion 2 (Strasberg)"
     CvsTwo "cvs_two" "1"
-        "Two structures enter the gallbladder: 1 while cystic duct and artery are intact, otherwise the share that is."
+        "Share of cystic duct and artery that is intact: 1 while two structures enter the gallbladder."
         "critical view of safety, criterion 3 (Strasberg)"
     Bed "bed" "1"
         "Share of the layered tissue of the whole bed that is removed, by volume."

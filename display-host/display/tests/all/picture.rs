@@ -1,7 +1,7 @@
-//! Pictures of the tests' scene against committed ones. A software driver draws them alike on any
-//! machine up to rounding; the filtering of a graphics card differs slightly more.
-//! `UPDATE_PICTURES=1 cargo test -p display-host --test all picture` writes them anew: look at
-//! them.
+//! Pictures of the tests' scene against committed ones. A software driver draws the same on every
+//! machine, up to rounding; a graphics card filters a little differently.
+//! `UPDATE_PICTURES=1 cargo test -p display-host --test all picture` writes them anew; look at them
+//! before you commit them.
 
 use std::path::PathBuf;
 
@@ -110,7 +110,7 @@ fn the_scene_looks_as_it_did_and_a_dent_shows() {
     );
 }
 
-/// Inner spheres are too coarse to move under a tip: the skin shows the press.
+/// Inner spheres are too coarse to show the dent of a tip, so the display presses the skin itself.
 #[test]
 fn a_press_is_seen_at_first_glance_even_if_no_sphere_moves() {
     let mut studio = Studio::small();

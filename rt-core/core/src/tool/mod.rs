@@ -23,7 +23,7 @@ pub struct Switches {
     pub pedal: PedalSample,
     /// True while the simulation is paused.
     pub paused: bool,
-    /// True if force may leave.
+    /// True if force may go to the device: it is enabled, and no limit has tripped.
     pub force_enabled: bool,
 }
 
@@ -33,8 +33,8 @@ pub struct ToolState {
     /// Device pose: the handle in the hand.
     pub world_from_handle: Pose,
     /// Proxy pose of the instrument: origin at the jaw joint, −z along the shaft towards the tip.
-    /// It stays behind the hand where the device cannot push as hard as the tissue, so the drawn
-    /// instrument never sinks into tissue by a force that is not felt.
+    /// Where the tissue pushes harder than the device can, it lags behind the handle, so that the
+    /// instrument does not press on tissue with more force than the hand feels.
     pub world_from_instrument: Pose,
     /// The endoscope's camera: looks along −z, y up.
     pub world_from_camera: Pose,
@@ -56,7 +56,7 @@ pub struct ToolState {
     pub force_n: Vec3,
     /// Torque on the hand as sent to the device, N m.
     pub torque_n_m: Vec3,
-    /// Spheres that the instrument touches.
+    /// Contacts of the instrument, with tissue or with the endoscope.
     pub contact_count: u32,
     /// Spheres between closed jaws.
     pub grasped_count: u32,
@@ -65,8 +65,8 @@ pub struct ToolState {
 }
 
 impl ToolState {
-    /// State before the first sample: everything in the port, without capsules, so nothing is
-    /// touched.
+    /// State before the first sample: handle and instrument lie in the port and have no capsules,
+    /// so nothing is touched.
     pub(crate) fn new(port_m: Vec3, world_from_camera: Pose) -> Self {
         let at_port = Pose::from_parts(port_m.into(), Quat::identity());
         Self {

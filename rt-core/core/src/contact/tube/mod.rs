@@ -1,7 +1,7 @@
 //! Tools against organs without a contact skin: ducts and vessels, modelled as beads along a line.
 //!
 //! Stage `contact` ([`TubeContacts::find`]) follows every part of the tools past every bead near
-//! it, through the whole of a tick's motion. A part keeps its side of a tube however fast it is.
+//! it, through the whole of a tick's motion, so that a fast part does not jump through a tube.
 //! O(beads of organs near · parts).
 
 mod sweep;
@@ -29,23 +29,23 @@ use crate::tool::{Capsule, Role};
 use crate::words::SphereBits;
 use sweep::{Axis, Motion, Side};
 
-/// Distance from a tool within which a bead is followed, m: the travel of both in a tick.
+/// Distance from a tool within which a bead is followed, m: the travel of tool and bead in a tick.
 const FOLLOW_M: f32 = 0.0065;
-/// Separation within which a bead is checked again after the solve, m: the travel of the fastest
-/// sphere in a tick.
+/// Separation below which a bead goes to the solver, because it may touch before the tick ends, m:
+/// the travel of the fastest sphere in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// Share of a tube's turn under a tool that the push follows in a tick. A push that turned at once
-/// would be a follower load, under which a thin tube flutters (Beck's column, Bolotin 1963). A
-/// larger share follows faster, and comes nearer to flutter.
+/// Rate at which the push follows a tube that turns under a tool: share of its lag that it makes up
+/// in a tick. A push that turned at once would be a follower load, under which a thin tube flutters
+/// (Beck's column, Bolotin 1963). A larger share follows faster, and comes nearer to flutter.
 const TURNS: f32 = 0.02;
-/// Compression at which a tube is flat, in its radii; the rest is the thickness of its walls.
+/// Compression at which a tube is flat, in its radii; the rest of its diameter is its walls.
 const FLAT_RADII: f32 = 1.6;
-/// Depth at which a part counts as on the other side, in reaches …
+/// Depth at which a part counts as on the other side, in sums of both radii. [`AHEAD`] is added.
 const THROUGH: f32 = 2.0;
-/// … plus this many times the travel of both in the tick.
+/// Addition to that depth, in travels of part and bead in the tick.
 const AHEAD: f32 = 2.0;
-/// Largest offset against opening, m: a tube that opens at once by more does not push.
+/// Largest offset against opening, m: a tube farther from the tool than this does not push.
 const OPENING_MAX_M: f32 = 0.000_3;
 
 /// Share by which a tick fades the push on a bead that the jaws grasp, and restores it when they
@@ -59,18 +59,18 @@ struct PersistentContact {
     part: Role,
     side: Side,
     bead_m: Vec3,
-    /// Direction of the tube there.
+    /// Direction of the tube there, which lags by [`TURNS`].
     along: Vec3,
     separation: FilteredSeparation,
     cached: CachedForce,
-    /// Share of the bead's stiffness that acts: zero while the jaws hold it.
+    /// Share of the bead's stiffness that acts: 1, but fades to 0 while the jaws hold the bead.
     loose: f32,
-    /// That share times those of the part's place along the tube and of the tissue's damage.
+    /// `loose` × [`Side::weight`] × the share that damage has left of the tissue.
     weight: f32,
 }
 
 impl PersistentContact {
-    /// Load on the bead, as a depth, m, if all walls are alike.
+    /// Weighted overlap, m: compares the loads on beads whose walls are equally stiff.
     fn bears(&self) -> f32 {
         self.weight * (-self.separation.separation_m).max(0.0)
     }
@@ -137,8 +137,8 @@ impl TubeContacts {
                         self.meet(part, (number, bead), &ball, known, bodies);
                     let is_held = is_held(bead, bodies);
                     let loose = if is_held { 0.0 } else { 1.0 };
-                    // A bead without contact has no force to lose at once, and must not be squeezed
-                    // out.
+                    // A held bead that does not touch has no force to fade. It stops acting at
+                    // once, or the jaws would squeeze it out.
                     let step = match is_held && contact.separation.separation_m > 0.0 {
                         true => 1.0,
                         false => LOOSEN,
@@ -182,8 +182,8 @@ impl TubeContacts {
     }
 
     /// Tracks a part past a bead; returns the contact and the travel of the part's point, m.
-    /// `known` holds the last tick's contacts, and the index of the first whose bead is not before
-    /// this one.
+    /// `known` holds the last tick's contacts, sorted by bead, and the index of the first that is
+    /// of this bead or a later one.
     fn meet(
         &self,
         part: &Capsule,
@@ -205,8 +205,8 @@ impl TubeContacts {
             reach_m,
             slip_m: SLIP_M,
         });
-        // A part that is deeper than a wall allows no longer has its old side, unless it was too
-        // fast for the tube to follow, or the tube returns to it.
+        // A part deeper than `THROUGH` has passed the tube and loses its old side, unless it came
+        // so deep by this tick's motion (`AHEAD`), or its depth decreases.
         let fast_m = motion.as_ref().map_or(0.0, Side::travel_m);
         let was_m = last.map_or(0.0, |last| last.separation.measured_m());
         let is_this_side = |side: &Side| {
@@ -220,8 +220,9 @@ impl TubeContacts {
         let travel_m = before.map_or_else(Vec3::zeros, |before| {
             travel_m(before, part, side.unwrap_or(first).share)
         });
-        // All of a tube lies on one side of a tool. A bead takes the side of the neighbour that
-        // bears more, if the sides differ, or if this bead bore nothing yet.
+        // All of a tube lies on one side of a tool. Of a bead's neighbours, the one that bears
+        // more leads it: it gives the bead its side, if the bead bears less and has the opposite
+        // side, or if the bead had no side or no weight.
         let leader = leading(known, (number, bead), part.role, bodies);
         let led = leader.map(|it| {
             it.side
@@ -307,7 +308,7 @@ impl TubeContacts {
         faults.raise_if(lost_m < CANDIDATE_MARGIN_M, Fault::ContactOverflow);
     }
 
-    /// Stores the force that a part leaves on a bead.
+    /// Stores the force between a part and a bead for the next tick.
     pub(crate) fn store(&mut self, bead: u16, part: Role, cached: CachedForce) {
         let mut contacts = self.contacts.iter_mut();
         let same = contacts.find(|contact| contact.bead == bead && contact.part == part);
@@ -328,12 +329,12 @@ fn known_of(
     own.find(|contact| contact.part == part)
 }
 
-/// Direction of a tube a tick later.
+/// Direction that lags behind a tube's, a tick later ([`TURNS`]).
 fn turned(last: &Vec3, now: &Vec3) -> Vec3 {
     math::unit(&(last + (now - last) * TURNS)).unwrap_or(*now)
 }
 
-/// Contact of the same part with the bead before or after one; of both, the one that bears more.
+/// Contact of the same part with a neighbour of a bead on its tube: the one that bears more.
 fn leading<'a>(
     (contacts, at): (&'a [PersistentContact], usize),
     (number, bead): (u16, &Bead),
@@ -361,7 +362,7 @@ fn leading<'a>(
     }
 }
 
-/// Candidate of a part on a bead that bears with this weight.
+/// Contact candidate of a part on a bead; `weight` is the share of the bead's stiffness that acts.
 fn candidate(
     (organ, material): (u8, &Material),
     site: ContactSite,
@@ -396,8 +397,9 @@ fn candidate(
     }
 }
 
-/// Compliance of the tissue behind a bead within a tick, m/N. Each sphere is as heavy as it is, and
-/// held twice as stiffly as a ball embedded in its tissue, because it may lie on other tissue.
+/// Compliance of the tissue behind a bead within a tick, m/N. Each of its spheres counts with its
+/// mass, and as held twice as stiffly as a ball embedded in its tissue, because it may lie on other
+/// tissue.
 fn behind_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
     let yields = |(sphere, weight): (u32, f32)| {
         let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();
@@ -431,8 +433,8 @@ fn is_held(bead: &Bead, bodies: &Bodies) -> bool {
     held(bead.a) || held(bead.b)
 }
 
-/// Travel of a part's point at this share of its axis, m. The point is measured from the far end,
-/// because the shaft slides through its port.
+/// Travel of the point of a part that is now at this share of its axis, m. Its distance from `b_m`
+/// identifies it, because a shaft's `a_m` is the port, through which the shaft slides.
 fn travel_m(before: &Capsule, now: &Capsule, share: f32) -> Vec3 {
     let from_end_m = (1.0 - share) * math::norm(&(now.b_m - now.a_m));
     let place = |part: &Capsule| {

@@ -7,7 +7,8 @@ const STEP_REACHES: f32 = 0.5;
 /// Motion of more steps than this is a jump.
 const STEPS_MAX: f32 = 16.0;
 
-/// Margin along the tube within which a tool keeps its side, m: its travel in a tick.
+/// Margin along the tube, beyond the reach, within which a tool keeps its side, m: its travel in a
+/// tick.
 const ENGAGED_MARGIN_M: f32 = 0.003;
 
 /// Axis of a part of a tool at one moment, m.
@@ -39,7 +40,7 @@ impl Axis {
         self.abreast(point_m).clamp(0.0, 1.0)
     }
 
-    /// Closest place on the infinite line through the axis.
+    /// Closest place on the infinite line through the axis: 0 at `a_m`, 1 at `b_m`.
     fn abreast(&self, point_m: &Vec3) -> f32 {
         let along_m = self.b_m - self.a_m;
         let squared = along_m.norm_squared().max(1.0e-12);
@@ -59,7 +60,7 @@ const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 pub(crate) struct Side {
     /// From the bead to the tool.
     pub(crate) normal: Vec3,
-    /// Place on the tool's axis, 0 to 1.
+    /// Place on the tool's axis that meets the bead: 0 at `a_m`, 1 at `b_m`.
     pub(crate) share: f32,
 }
 
@@ -72,7 +73,7 @@ pub(crate) struct Motion {
     pub(crate) along: Vec3,
     /// Sum of both radii, m.
     pub(crate) reach_m: f32,
-    /// Slip around a bead at rest that is allowed, m.
+    /// Slip around the bead that is allowed in a step even where nothing moves, m.
     pub(crate) slip_m: f32,
 }
 
@@ -105,8 +106,8 @@ impl Side {
         if !nearest.is_engaged(axis, bead_m, along, reach_m) {
             return nearest;
         }
-        // When an oblique axis is lifted, its closest place moves along it, and then needs another
-        // lift. This is the limit.
+        // Lifting an oblique axis moves its closest place along it, which then needs another lift.
+        // `share` is where these lifts end.
         let axis_m = axis.b_m - axis.a_m;
         let tilt_m = normal.dot(&axis_m);
         let flat_m2 = (axis_m.norm_squared() - tilt_m * tilt_m).max(1.0e-12);
@@ -118,15 +119,15 @@ impl Side {
         }
     }
 
-    /// True where a tool is in the tube or in front of it.
+    /// True while a tool is lower than touching, on this bead or within a margin along the tube.
     fn is_engaged(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> bool {
         let away_m = axis.at(self.share) - bead_m;
-        // Also in front along the tube: the side is that of all of a tube in front of a tool.
+        // With the margin, the beads beside those that the tool touches keep the same side.
         let is_before = along.dot(&away_m).abs() < reach_m + ENGAGED_MARGIN_M;
         self.normal.dot(&away_m) < reach_m && is_before
     }
 
-    /// Axis of a tool that overlaps the tube, lifted out to where it touches.
+    /// The axis; if the tool overlaps the tube, lifted out to where it touches.
     fn lifted(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Axis {
         if !self.is_engaged(axis, bead_m, along, reach_m) {
             return *axis;
@@ -139,7 +140,7 @@ impl Side {
         }
     }
 
-    /// Largest travel of the tool along this side, m; the bead's travel included.
+    /// Upper bound of the travel of tool and bead against each other, m.
     pub(crate) fn travel_m(motion: &Motion) -> f32 {
         let [from, to] = &motion.axis;
         let tool_m = math::norm(&(to.a_m - from.a_m)).max(math::norm(&(to.b_m - from.b_m)));
@@ -206,15 +207,15 @@ impl Side {
         self.normal.dot(&(axis.at(self.share) - bead_m)) - reach_m
     }
 
-    /// Share of the tube's stiffness with which the bead acts. It falls to zero where the tool
-    /// crosses the tube a reach away. So a tool that slides along passes from bead to bead without
-    /// a step, and one that presses does not push along the tube.
+    /// Share of the bead's stiffness that acts. It falls to zero where the tool's point is a reach
+    /// away from the bead along the tube. So a tool that slides along passes from bead to bead
+    /// without a step, and one that presses does not push along the tube.
     pub(crate) fn weight(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> f32 {
         let off = along.dot(&(axis.at(self.share) - bead_m)) / reach_m.max(1.0e-6);
         (1.0 - off * off).max(0.0)
     }
 
-    /// Place of the tool's axis, m.
+    /// Point of the tool's axis at `share`, m.
     pub(crate) fn at_m(&self, axis: &Axis) -> Vec3 {
         axis.at(self.share)
     }
@@ -291,9 +292,9 @@ mod tests {
             prop_assert!(side.separation_m(&to, &Vec3::zeros(), REACH_M) > 0.0, "{side:?}");
         }
 
-        /// A bead that takes its neighbour's side lies where it would be if it were followed.
-        /// Otherwise it would leave the tool and return with a step whenever its weight falls to
-        /// zero.
+        /// A bead that takes its neighbour's side gets the place on the tool that
+        /// [`Side::follow`] would settle at. Otherwise its separation would jump where its weight
+        /// leaves zero, since from there on it is followed.
         #[test]
         fn led_bead_lies_where_a_followed_one_does(deep_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
             let leader = Side { normal: Vec3::z(), share: 0.5 };
@@ -330,7 +331,7 @@ mod tests {
                 axis = to;
                 let next_m = side.separation_m(&axis, &Vec3::zeros(), REACH_M);
                 if next_m < -REACH_M {
-                    break; // through the axis, where it may have to go round
+                    break; // past the bead's centre, where the side may have to turn round
                 }
                 let most_m = 8.0 * math::norm(&way) + 6.0e-5;
                 prop_assert!((next_m - separation_m).abs() < most_m, "{separation_m} {next_m}");
