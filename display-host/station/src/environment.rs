@@ -6,14 +6,22 @@
 /// libwayland would complain on standard error.
 const NO_SELECTION: &str = "NODEVICE_SELECT";
 
+/// Variables of which one is enough to leave the layer alone: there may be a screen, or the user
+/// chooses.
+const KEEPS_SELECTION: [&str; 6] = [
+    "XDG_RUNTIME_DIR",
+    "DISPLAY",
+    "WAYLAND_DISPLAY",
+    "WAYLAND_SOCKET",
+    "MESA_VK_DEVICE_SELECT",
+    NO_SELECTION,
+];
+
 /// Disables that layer if there can be no compositor and the user does not choose a card with it.
 /// Call this before the first thread starts.
 pub(crate) fn prepare() {
     let is_set = |name| std::env::var_os(name).is_some();
-    if ["XDG_RUNTIME_DIR", "MESA_VK_DEVICE_SELECT", NO_SELECTION]
-        .into_iter()
-        .any(is_set)
-    {
+    if KEEPS_SELECTION.into_iter().any(is_set) {
         return;
     }
     // SAFETY: `main` calls this first, so no other thread reads the environment.

@@ -6,7 +6,7 @@
 use rt_core::capacity;
 use rt_core::fault::{FAULT_COUNT, Fault};
 use rt_core::sim::Stage;
-use rt_core::tool::Instrument;
+use rt_core::tool::{Instrument, Role};
 use rt_core::words::SphereBits;
 use shared_mem::limits;
 use shared_mem::message::{SphereState, StateFrame};
@@ -29,6 +29,10 @@ const _: () = {
     assert!(words::Instrument::Hook as u8 == Instrument::Hook as u8);
     assert!(words::Instrument::Scissors as u8 == Instrument::Scissors as u8);
     assert!(words::Instrument::ClipApplier as u8 == Instrument::ClipApplier as u8);
+    assert!(words::CapsuleRole::Shaft as u8 == Role::Shaft as u8);
+    assert!(words::CapsuleRole::UpperJaw as u8 == Role::UpperJaw as u8);
+    assert!(words::CapsuleRole::LowerJaw as u8 == Role::LowerJaw as u8);
+    assert!(words::CapsuleRole::Tip as u8 == Role::Tip as u8);
     let mut i = 0;
     while i < FAULT_COUNT {
         assert!(Fault::ALL[i].code() as u32 == words::Fault::ALL[i].number());
