@@ -1,4 +1,4 @@
-//! Tells the program which commit it is built from.
+//! Tells the program its commit and profile.
 
 use std::process::Command;
 
@@ -17,4 +17,9 @@ fn main() {
     }
     let commit = git(&["describe", "--always", "--tags"]).unwrap_or_else(|| "unknown".to_owned());
     println!("cargo::rustc-env=CALOT_COMMIT={commit}");
+    // `PROFILE` only knows debug and release. OUT_DIR is target/PROFILE/build/calot-HASH/out.
+    let out = std::env::var_os("OUT_DIR").unwrap_or_default();
+    let profile = std::path::Path::new(&out).ancestors().nth(3);
+    let profile = profile.and_then(|it| it.file_name()).unwrap_or_default();
+    println!("cargo::rustc-env=CALOT_PROFILE={}", profile.display());
 }

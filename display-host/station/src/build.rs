@@ -1,19 +1,17 @@
 //! Identifies this program.
 
-/// Version, commit and compiler options: everything that could affect the computed bits.
+/// Version, commit, profile, processor family and fused multiply-add: all that could affect the
+/// computed bits or their time.
 pub(crate) fn build() -> String {
-    let profile = match cfg!(debug_assertions) {
-        true => "debug",
-        false => "release",
-    };
     let fma = match cfg!(target_feature = "fma") {
         true => " with fused multiply-add",
         false => "",
     };
     format!(
-        "calot {}, commit {}, {profile}, {}{fma}",
+        "calot {}, commit {}, {}, {}{fma}",
         env!("CARGO_PKG_VERSION"),
         env!("CALOT_COMMIT"),
+        env!("CALOT_PROFILE"),
         std::env::consts::ARCH,
     )
 }

@@ -8,12 +8,14 @@ const NO_SELECTION: &str = "NODEVICE_SELECT";
 
 /// Variables of which one is enough to leave the layer alone: there may be a screen, or the user
 /// chooses.
-const KEEPS_SELECTION: [&str; 6] = [
+const KEEPS_SELECTION: [&str; 8] = [
     "XDG_RUNTIME_DIR",
     "DISPLAY",
     "WAYLAND_DISPLAY",
     "WAYLAND_SOCKET",
+    "DRI_PRIME",
     "MESA_VK_DEVICE_SELECT",
+    "MESA_VK_DEVICE_SELECT_FORCE_DEFAULT_DEVICE",
     NO_SELECTION,
 ];
 

@@ -103,7 +103,10 @@ pub(crate) fn run(args: &[OsString]) -> Option<ExitCode> {
     if let Err(error) = append() {
         eprintln!("cannot note a test's time: {error}");
     }
-    // A program that a signal ended has no code.
+    // A program that a signal ended has no code, so cargo cannot name the signal any more.
+    if status.code().is_none() {
+        eprintln!("{}: {status}", Path::new(program).display());
+    }
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Some(ExitCode::from(code.unwrap_or(101)))
 }
