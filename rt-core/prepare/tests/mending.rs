@@ -248,7 +248,7 @@ fn what_cannot_be_mended_says_why() {
     let millimetres = cuboid([0.0; 3], [100.0; 3]);
     let message = mend(&millimetres, Closing::Auto).unwrap_err().to_string();
     for part in [
-        "is 100.0000 m across, allowed are 0.002 to 2 m",
+        "is 100.0000 m across; allowed: 0.002 to 2 m",
         "look like millimetres",
         "set `unit`",
         "--unit",

@@ -28,7 +28,10 @@ fn error_budget_chooses_the_smallest_count_that_keeps_it() {
     assert!(coarse.spheres < fine.spheres);
     assert!(fine.organs[0].spheres_because.contains("budget of 4.00 mm"));
     let impossible = with("0.06").unwrap_err().to_string();
-    assert!(impossible.contains("allow a larger gap"), "{impossible}");
+    assert!(
+        impossible.contains("give the organ a larger gap_95_mm"),
+        "{impossible}"
+    );
 }
 
 fn liver(keys: &str) -> Result<Prepared, scene_prepare::PrepareError> {
@@ -99,7 +102,7 @@ fn a_count_for_the_whole_scene_is_shared_among_its_organs() {
     assert_eq!(counts, [1162, 480]);
     let refused = Recipe::built_in().unwrap().with_spheres(10).unwrap_err();
     assert!(
-        refused.to_string().contains("allowed are at least 8"),
+        refused.to_string().contains("allowed: at least 8"),
         "{refused}"
     );
 }
