@@ -1,4 +1,4 @@
-//! Recipes: what is accepted, and what each mistake is told.
+//! Recipes: the accepted ones, and the error of each mistake.
 
 use std::path::Path;
 
@@ -106,7 +106,7 @@ fn good_recipe_is_read_in_metres_with_defaults() {
     assert_eq!(recipe.room.instrument_length_m, Some(0.3));
 }
 
-/// Each mistake: what is replaced, by what, the line and key and words of the error.
+/// For each mistake: the text replaced, its replacement, and the line, key and words of the error.
 #[test]
 fn mistakes_name_line_key_value_and_remedy() {
     let cases = [
@@ -271,7 +271,7 @@ fn built_in_recipe_is_valid() {
 }
 
 proptest::proptest! {
-    /// Any text: an error with a line in it, never a panic.
+    /// Any text gives a recipe or an error with a line, never a panic.
     #[test]
     fn arbitrary_recipes_never_panic(cut in 0usize..400, insert in "\\PC{0,20}") {
         let at = (0..=cut.min(GOOD.len())).rev().find(|&i| GOOD.is_char_boundary(i)).unwrap();

@@ -1,4 +1,4 @@
-//! Counts of spheres that a budget of error or of time chooses; levels of detail.
+//! Counts of spheres that an error budget or a time budget chooses, and levels of detail.
 
 use std::path::Path;
 
@@ -62,7 +62,7 @@ fn time_budget_chooses_the_largest_count_that_keeps_it() {
     assert!(2 * coarse.spheres < fine.spheres);
     let because = &fine.organs[0].spheres_because;
     assert!(because.contains("of 90 µs allowed"), "{because}");
-    // An error budget goes first; what is left cannot keep the time.
+    // The error budget comes first, and its spheres cannot keep the time budget.
     let both = liver("tick_us = 25\n[[organ]]\ngap_95_mm = 4.5");
     let refused = both.unwrap_err().to_string();
     assert!(refused.contains("cannot keep tick_us = 25"), "{refused}");
