@@ -12,10 +12,10 @@ const PAPER_MS: [(&str, f64); 4] = [
     ("stomach", 1.24),
 ];
 
-/// Time over faces, a panel an organ; then the paper's kernel alone over its balls.
+/// Time over faces, one panel for each organ, and time over spheres for the paper's kernel alone.
 ///
 /// # Errors
-/// The drawing library's words.
+/// The drawing library's message.
 pub(crate) fn chart(measured: &Measured) -> Result<String, String> {
     let mut panels: Vec<Panel> = Vec::new();
     let mut organs: Vec<&str> = measured.rows.iter().map(|r| r.organ).collect();
@@ -23,7 +23,7 @@ pub(crate) fn chart(measured: &Measured) -> Result<String, String> {
     for organ in organs {
         let rows = || measured.rows.iter().filter(|r| r.organ == organ);
         let over = if organ == "balls" { "spheres" } else { "faces" };
-        // The product last: the first colours are the faint ones.
+        // The product comes last, because the first colours are the faint ones.
         let series = Way::ALL.into_iter().rev().map(|way| Series {
             name: way.name().to_owned(),
             points: rows()
@@ -52,7 +52,7 @@ pub(crate) fn chart(measured: &Measured) -> Result<String, String> {
     panels::panels(&panels, 3)
 }
 
-/// The section.
+/// The section of the page.
 pub(crate) fn section(measured: &Measured, svg: &str) -> Section {
     let card = match &measured.card {
         Ok(name) => format!("The graphics card here: <b>{name}</b>."),
@@ -77,7 +77,7 @@ is moved only where a tool is near, within its own time.</p><p>{}</p>{svg}{}<det
     }
 }
 
-/// From how many spheres on the card is quicker.
+/// A sentence on the number of spheres from which the card is quicker.
 fn pays(rows: &[Row]) -> String {
     let of = |way| {
         rows.iter()

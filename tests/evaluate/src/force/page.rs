@@ -5,10 +5,11 @@ use super::{DEPTHS_MM, DOUBT_MAX_PCT, GOAL_PCT, Measured, Row, Step, motion};
 use crate::page::{Section, number, strings, table};
 use figures::panels::{self, Panel, Scale, Series};
 
-/// Force over depth, a panel a case: the reference with the goal around it, and the product.
+/// Force over depth, one panel for each case: the reference with the goal around it, and the
+/// product.
 ///
 /// # Errors
-/// The drawing library's words.
+/// The drawing library's message.
 pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
     let mut panels: Vec<(String, Panel)> = Vec::new();
     for row in rows.iter().filter(|r| r.law == Law::Ours) {
@@ -55,7 +56,7 @@ fn points(force_n: impl Iterator<Item = f64>) -> Vec<[f64; 2]> {
     at.map(|(depth, force)| [*depth, force]).collect()
 }
 
-/// The count that was asked for.
+/// The asked number of spheres that is nearest to the packed one.
 fn rounded(spheres: usize) -> usize {
     let asked = [250, 581, 1200, 2500];
     let nearest = asked
@@ -64,7 +65,7 @@ fn rounded(spheres: usize) -> usize {
     nearest.unwrap_or(spheres)
 }
 
-/// The section.
+/// The section of the page.
 pub(crate) fn section(measured: &Measured, svg: &str) -> Section {
     let rows = &measured.rows;
     let ours = || rows.iter().filter(|r| r.law == Law::Ours);
@@ -90,7 +91,7 @@ of 4 mm, at the largest of all sites and sphere counts.</p>{}<details><summary>A
     }
 }
 
-/// Every law in short.
+/// A summary of every law.
 fn laws(rows: &[Row]) -> Vec<Vec<String>> {
     let mut lines = vec![strings([
         "law",

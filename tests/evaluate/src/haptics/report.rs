@@ -45,7 +45,7 @@ stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_
     text
 }
 
-/// A column of the map: delay, samples.
+/// Name of a column of the map: the delay, and what is unusual about the samples.
 fn column(r: &Row) -> String {
     let d = &r.device;
     let mut name = format!("{} ms", d.delay_s * 1e3);
@@ -70,7 +70,7 @@ fn device(r: &Row) -> String {
     }
 }
 
-/// Names in the order in which they first come.
+/// Names in the order in which they first occur.
 fn in_order(names: impl Iterator<Item = String>) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for name in names {
@@ -81,10 +81,10 @@ fn in_order(names: impl Iterator<Item = String>) -> Vec<String> {
     all
 }
 
-/// The map: up to which stiffness a wall is stable.
+/// The map of the stiffness up to which walls are stable.
 ///
 /// # Errors
-/// The drawing library's words.
+/// The drawing library's message.
 pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
     let walls: Vec<&Row> = rows.iter().filter(|r| r.test == Test::Wall).collect();
     let columns = in_order(walls.iter().map(|r| column(r)));
@@ -113,7 +113,8 @@ pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
     heat_map(&columns, &names, &lines)
 }
 
-/// Ours says what is rendered of a wall and up to which wall; the others render what they are told.
+/// A cell of the map. For the product it also has the rendered stiffness; the other laws render the
+/// wall's own.
 fn wall_cell(r: &Row) -> Cell {
     let limit = if r.stiffness_n_m >= STIFFEST_N_M {
         "all".to_owned()
@@ -134,7 +135,7 @@ fn wall_cell(r: &Row) -> Cell {
     }
 }
 
-/// The section.
+/// The section of the page.
 pub(crate) fn section(rows: &[Row], svg: &str) -> Section {
     let ours = |test| {
         rows.iter()
