@@ -9,8 +9,8 @@ const CHOSEN_MAX: usize = 6;
 /// Fewest links of a sphere.
 const DEGREE_MIN: usize = 3;
 
-/// Links each sphere to its nearest overlapping ones, at most [`CHOSEN_MAX`]. Then adds what is
-/// missing for [`DEGREE_MIN`] links a sphere and for one connected piece, and orders the links for
+/// Links each sphere to its nearest overlapping ones, at most `CHOSEN_MAX`. Then adds what is
+/// missing for `DEGREE_MIN` links a sphere and for one connected piece, and orders the links for
 /// the solver.
 #[must_use]
 pub fn link(balls: &[Ball]) -> Vec<[u32; 2]> {

@@ -4,11 +4,11 @@
 //!
 //! 1. Cross-sections stand across the course of the inner organ ([`course`]).
 //! 2. In each section, rays from the course find where tissue begins and where it ends
-//! ([`lattice`]).
+//!    ([`lattice`]).
 //! 3. Layers lie evenly between the two outlines. Each layer has a point on every ray.
 //! 4. Neighbouring points of neighbouring layers, rays and sections are joined to hexahedra. Cells
-//! with hardly any tissue are left out. Corners that then lie on the outside are drawn onto the
-//! organ's surface ([`fit`]).
+//!    with hardly any tissue are left out. Corners that then lie on the outside are drawn onto
+//!    the organ's surface ([`fit`]).
 //!
 //! The organ's spheres carry each cell.
 
