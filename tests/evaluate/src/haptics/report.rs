@@ -146,10 +146,10 @@ pub(crate) fn section(rows: &[Row], svg: &str) -> Section {
     let mut body = format!(
         "<p>A handle of 45 g (emulated Touch: 0.055 mm encoder steps, 3.3 N, force held for a millisecond), mechanics \
 at 20 kHz. A hand presses (nobody: a weight lies on the handle; relaxed: 30 N/m and 0.2 N s/m; firm: 400 N/m, 4 N s/m \
-and 20 g), with 1 N into a wall or with 0.3 N into a liver of 581 spheres. Stable: after 1.2 s the handle swings within 0.275 mm, or ever \
-less. The map says up to which stiffness every wall is stable, 100 N/m to 20 kN/m; Calot is told the device's damping, \
-friction and delay, but neither the hand nor lost and late samples; in brackets the stiffness that it renders of the \
-stiffest stable wall. In {} of {walls} settings it is stable with every wall. “Touch” has 0.2 N s/m and 0.26 N of \
+and 20 g), with 1 N into a wall or with 0.3 N into a liver of 581 spheres. A contact is stable if the handle swings within 0.275 mm after 1.2 s, or its swing gets smaller. \
+The map has the stiffness up to which all walls are stable, from 100 N/m to 20 kN/m. Calot knows the device's damping, \
+friction and delay, but neither the hand nor lost and late samples. In brackets is the stiffness that Calot renders in the \
+stiffest stable wall. In {} of {walls} settings Calot is stable with every wall. “Touch” has 0.2 N s/m and 0.26 N of \
 dry friction; the others have no friction.</p>{svg}",
         all.count()
     );
@@ -167,14 +167,14 @@ dry friction; the others have no friction.</p>{svg}",
         .collect();
     if !left.is_empty() {
         body += &format!(
-            "<details><summary>Calot's exceptions</summary><p>0 N/m: what the device's damping bears at its delay \
-does not carry the weight.</p><ul><li>{}</ul></details>",
+            "<details><summary>Calot's exceptions</summary><p>At 0 N/m, the stiffness that the device's \
+damping allows at its delay does not carry the weight.</p><ul><li>{}</ul></details>",
             left.join("<li>")
         );
     }
-    body += "<h3>A liver</h3><p>5 and 20 kPa, met at its contact skin, but by the rigid multiplier at its spheres; devices of 0.1 and 0.5 N s/m and \
-the Touch, 0 to 4 ms.</p><table><tr><th>law<th>stable<th>largest change of force a tick, held, mN<th>most energy \
-given, mJ<th>ticks damped";
+    body += "<h3>A liver</h3><p>A liver of 5 and 20 kPa is met at its contact skin; only the rigid multiplier meets its spheres. The devices \
+have 0.1 and 0.5 N s/m, or are the Touch; their delays are 0 to 4 ms.</p><table><tr><th>law<th>stable<th>largest change of force a tick while held, mN<th>most \
+energy given, mJ<th>ticks damped";
     for how in [How::Ours, How::Bare, How::Rigid] {
         let of = || {
             rows.iter()
@@ -209,7 +209,7 @@ given, mJ<th>ticks damped";
         );
     }
     Section {
-        title: "Does contact stay still under a hand".to_owned(),
+        title: "Contact under a hand".to_owned(),
         body: body + "</table>",
     }
 }
