@@ -1,6 +1,6 @@
 //! Times of the steps and of the slowest test programs of `cargo xtask test`.
 //!
-//! Cargo starts each test program through a copy of this program, which writes a line with the
+//! Cargo starts each test program through a copy of this program. The copy writes a line with the
 //! seconds and the name.
 
 use std::ffi::OsString;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-/// First argument of the copy that cargo starts: the file of times and the test program follow.
+/// First argument of that copy. The file of times and the test program follow.
 const MARK: &str = "--time-a-test";
 /// Rows of the table of test programs.
 const SLOWEST: usize = 20;
@@ -36,7 +36,7 @@ impl Timings {
         })
     }
 
-    /// Cargo's setting that has test programs timed.
+    /// Cargo's setting by which the copy starts and times test programs.
     pub(crate) fn runner(&self) -> String {
         let words = [&self.runner, &PathBuf::from(MARK), &self.file];
         let words = words.map(|it| format!("{:?}", it.display().to_string()));
@@ -77,7 +77,7 @@ fn slowest(text: &str) -> Vec<(f64, &str)> {
     programs
 }
 
-/// Runs and times a test program if cargo asks for that: then its outcome.
+/// Runs and times a test program if cargo started this program for that, and returns the outcome.
 pub(crate) fn run(args: &[OsString]) -> Option<ExitCode> {
     let [mark, file, program, args @ ..] = args else {
         return None;
@@ -103,7 +103,7 @@ pub(crate) fn run(args: &[OsString]) -> Option<ExitCode> {
     if let Err(error) = append() {
         eprintln!("cannot note a test's time: {error}");
     }
-    // A program that a signal ended has no code.
+    // A program that was ended by a signal has no code.
     let code = status.code().and_then(|code| u8::try_from(code).ok());
     Some(ExitCode::from(code.unwrap_or(101)))
 }
