@@ -35,9 +35,9 @@ use crate::skin;
 
 pub(crate) use region::Regions;
 
-/// Cells of the smallest group that is kept. A smaller group hangs on nothing.
+/// Fewest cells of a connected group that is kept. A smaller group hangs on nothing.
 const GROUP_MIN: usize = 8;
-/// A contact vertex has the cells no farther from it than this under it, cells.
+/// Distance from a contact vertex up to which cells count as lying under it, cells.
 const OVER_CELLS: f64 = 2.5;
 
 /// Layered tissue at rest. Indices count within the organ.

@@ -33,7 +33,7 @@ const TWICE_SHARE: f64 = 1.3;
 
 /// Share of its volume that a surface may enclose twice before it counts as overlapping itself.
 const OVERLAP_SHARE: f64 = 0.02;
-/// Lines along each axis of the grid that measures the overlap, for the mesh's longest side.
+/// Grid lines across the mesh's longest side, along which the overlap is measured.
 const OVERLAP_LINES: f64 = 120.0;
 
 /// A mended mesh and what was done to it.

@@ -69,7 +69,7 @@ fn set_to_layer(interior: &Interior<'_>, center: Vec3, h: f64) -> Vec3 {
     center
 }
 
-/// Starting points: every so many grid points in Morton order.
+/// Starting points: grid points at equal intervals in Morton order.
 fn spread(interior: &Interior<'_>, count: usize) -> Vec<Vec3> {
     let grid = &interior.field.grid;
     let mut keyed: Vec<(u64, u32)> = interior

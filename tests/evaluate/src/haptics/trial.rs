@@ -46,7 +46,7 @@ impl Outcome {
         gave_up: false,
     };
 
-    /// True if the handle is still or its swing gets smaller.
+    /// True if the handle is still or its swing gets smaller, and the law did not give up.
     pub(super) fn is_stable(&self) -> bool {
         let still = self.swing_m <= STILL_M || self.swing_m < 0.7 * self.before_m;
         still && !self.gave_up
