@@ -96,7 +96,7 @@ pub enum MeshProblem {
     NoVolume { volume_ml: f64 },
 }
 
-/// Reason for which a scene could not be prepared.
+/// Failure to prepare a scene.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum PrepareError {

@@ -93,7 +93,7 @@ impl Row {
 pub(crate) struct Measured {
     /// Every way on every organ.
     pub(crate) rows: Vec<Row>,
-    /// Name of the graphics card, or the reason for which there is none.
+    /// Name of the graphics card, or the reason why there is none.
     pub(crate) card: Result<String, String>,
 }
 
