@@ -1,8 +1,7 @@
-//! The four organs of the paper's Table 1 at its own sphere counts, on one thread:
-//! `cargo bench -p scene-prepare --bench table1`. The paper needed 2207, 1179, 754 and 2050 s.
+//! Prepares the four organs of the paper's Table 1 at its own sphere counts, on one thread: `cargo
+//! bench -p scene-prepare --bench table1`. The paper needed 2207, 1179, 754 and 2050 s.
 //!
-//! Liver and gallbladder are the built-in ones, stomach and intestine too: shapes of the same
-//! kind and size as the paper's, not its meshes.
+//! The organs are built-in shapes of the same kind and size as the paper's, not the paper's meshes.
 
 use std::time::Instant;
 
@@ -21,7 +20,8 @@ const ORGANS: [(&str, Form, usize, f64); 4] = [
     ("stomach", Form::Stomach, 452, 2050.0),
 ];
 
-/// Tests want to know that it runs: the smallest organ counts will do.
+/// True in a measurement. Tests only want to know that the program runs, so they take the smallest
+/// counts.
 fn is_measured() -> bool {
     std::env::args().any(|word| word == "--bench")
 }
@@ -32,7 +32,7 @@ fn main() -> Result<(), Failure> {
     pool.install(table)
 }
 
-/// Fit against count, liver: coverage, gap and shape of both packings.
+/// Prints the fit of both packings to the liver against the count: coverage, gap and shape.
 fn front() -> Result<(), Failure> {
     let mended = mend(&Shape::from(Form::Liver).mesh(), Closing::Refuse)?;
     println!(
@@ -45,7 +45,8 @@ fn front() -> Result<(), Failure> {
         &counts[..1]
     } {
         for even in [true, false] {
-            // Filling tries pairs against all: beyond this it takes minutes.
+            // Filling tries each pair of spheres against all spheres. Beyond this count it takes
+            // minutes.
             if !even && count > 2500 {
                 continue;
             }

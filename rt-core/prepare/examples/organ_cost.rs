@@ -1,7 +1,7 @@
 //! Cost per tick of the tissue of prepared scenes on this machine, compared with the prediction of
 //! preparation (`scene_prepare::cost`): `cargo run --release -p scene-prepare --example
-//! organ_cost`. Every organ is awake. Of many runs of the same ticks the fastest counts, which
-//! leaves out the machine's other work.
+//! organ_cost`. Every organ is awake. Each tick is run many times and its fastest time counts,
+//! which leaves out the machine's other work.
 
 #[path = "../tests/scenes/core/mod.rs"]
 mod core;
@@ -15,11 +15,11 @@ use scene_prepare::{Prepared, Recipe, prepare};
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Ticks of a run, before anything may sleep.
+/// Ticks of a run. It ends before anything may sleep.
 const TICKS: usize = 30;
 const RUNS: usize = 40;
 
-/// The median over the ticks of the fastest that each was, µs.
+/// The median over the ticks of each tick's fastest time, µs.
 fn measure(prepared: &Prepared) -> f64 {
     let loaded = core::Prepared::new(&prepared.scene);
     let mut bodies = Box::new(Bodies::new());

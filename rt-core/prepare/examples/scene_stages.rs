@@ -1,11 +1,12 @@
-//! Cost of each stage of the tick in a whole scene with the instrument at work: `cargo run
-//! --release -p scene-prepare --example scene_stages`. With `-- --by-spheres`, cost of contact by
-//! the number of spheres.
+//! Cost of each stage of the tick in a whole scene with the tools at work: `cargo run --release -p
+//! scene-prepare --example scene_stages`. With `-- --by-spheres`, the cost of contact by the number
+//! of spheres.
 //!
-//! The tip is pressed 6 mm into the target and drawn over it. The shaft lies on whatever is under
+//! The tip is pressed 6 mm into the target and drawn over it. The shaft lies on the organs under
 //! it, and the endoscope presses as deep into the largest organ. The example also prints the
-//! largest step of the force in a tick and the cost of all contact: finding, pressing (the solve's
-//! extra time compared with both tools away and every organ awake) and the force.
+//! largest step of the force in a tick, and the cost of all contact in three parts: the search, the
+//! pressing (the solve's extra time compared with both tools away and every organ awake) and the
+//! force.
 
 #[path = "../tests/scenes/core/mod.rs"]
 mod core;
@@ -24,16 +25,16 @@ use scene_prepare::{Recipe, prepare};
 use shared_mem::scene::SceneData;
 
 const TICKS: u32 = 6000;
-/// Ticks in which the tip goes in and nothing is counted.
+/// Ticks in which the tip goes in. Their times do not count.
 const APPROACH: u32 = 1500;
 
 /// A Touch-class device.
 const TOUCH: DeviceCapabilities = DeviceCapabilities::TOUCH;
 
-/// Both tools go so far into what they touch, m.
+/// Depth of both tools in the tissue, m.
 const PRESSED_M: f32 = 0.006;
 
-/// Tools at work; the others are away from everything.
+/// Tools at work. A tool that is not at work is away from everything.
 #[derive(Clone, Copy)]
 struct At {
     instrument: bool,
@@ -51,13 +52,13 @@ impl At {
     };
 }
 
-/// Untouched organs fall asleep after more ticks than this; a reset wakes them.
+/// After more ticks than this, untouched organs fall asleep. A reset wakes them.
 const AWAKE: u32 = 25;
 
 /// Distance from the target of an instrument that is away, m.
 const AWAY_M: f32 = 0.05;
 
-/// The endoscope presses on what is so far from the instrument's shaft, m.
+/// The endoscope presses on spheres farther than this from the instrument's shaft, m.
 const BESIDE_M: f32 = 0.05;
 
 struct Timed {
@@ -67,7 +68,7 @@ struct Timed {
     force_n: Vec3,
     step_n: f32,
     contacts: u32,
-    /// Spheres that a tool touches, and that are awake.
+    /// Number of spheres that a tool touches, and number of spheres that are awake.
     touched: [usize; 2],
 }
 
@@ -103,12 +104,12 @@ struct Seen {
     largest_n: [f32; 2],
     mean_n: f32,
     contacts: u32,
-    /// Means over the ticks that were looked at.
+    /// Means of [`Timed::touched`] over the ticks that count.
     touched: [f32; 2],
 }
 
 impl Seen {
-    /// Times of a stage after the approach, least first, µs.
+    /// Times of a stage after the approach, sorted, µs.
     fn of(&self, stage: Stage) -> Vec<f64> {
         let mut times_us = self.timed.stage_us[stage as usize][APPROACH as usize..].to_vec();
         times_us.sort_by(f64::total_cmp);
@@ -218,8 +219,9 @@ fn work(scene: &SceneData, at: At) -> Seen {
     }
 }
 
-/// Cost of contact by the number of spheres; all of the built-in scene's organs are grown together.
-/// A scene holds 4096 spheres: larger numbers are several scenes in turn, each with its own tools.
+/// Prints the cost of contact by the number of spheres. All organs of the built-in scene are grown
+/// together. A scene holds 4096 spheres: larger numbers are several scenes, one after the other,
+/// each with its own tools.
 fn by_spheres(recipe: &Recipe) {
     println!("spheres   contact: least µs   p50 µs   p99 µs   p50 ns/sphere");
     for (spheres, scenes) in [

@@ -1,7 +1,7 @@
 //! Smoothness of the force while a hand works slowly, in whole scenes: `cargo run --release -p
 //! scene-prepare --example slow_work -- FILE.csv` (minutes). At four places of every organ of
 //! Calot's triangle and of its variant, an instrument goes 4 mm into the tissue at 10 mm/s, rests
-//! there, moves 5 mm along it and 10 mm back, and leaves.
+//! there, slides 5 mm to one side and 10 mm back, and leaves.
 
 #[path = "../tests/scenes/core/mod.rs"]
 mod core;
@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use rt_core::tool::Instrument;
 use scene_prepare::{Prepared, Recipe, prepare};
 
-/// Each with its name.
+/// Parts of the hand's way with their names.
 const LEGS: [(&str, Leg); 5] = [
     ("press", Leg(3600, [-4.0, 0.0], OPEN)),
     ("rest", Leg(500, [-4.0, 0.0], OPEN)),
@@ -31,18 +31,18 @@ const INSTRUMENTS: [Instrument; 4] = [
     Instrument::ClipApplier,
 ];
 
-/// Four of the spheres of each organ, in eighths of their number.
+/// Places on each organ: four of its spheres, in eighths of their number.
 const EIGHTHS: [u32; 4] = [1, 3, 5, 7];
 
-/// Largest allowed change of the force in a tick, N.
+/// Largest change of the force in a tick that counts as smooth, N.
 const STEP_N: f32 = 0.005;
 
-/// A hand that feels this much in the first ticks began inside tissue, N.
+/// A hand that feels more than this in its first ticks began inside tissue, N.
 const BEGAN_INSIDE_N: f32 = 0.003;
 
 const STACK_BYTES: usize = 64 << 20;
 
-/// One press.
+/// One press with all its legs.
 struct Work {
     scene: &'static str,
     organ: String,
@@ -57,7 +57,7 @@ impl Work {
     }
 }
 
-/// Presses all over a scene, by as many threads as there are cores.
+/// Presses at every place of a scene, on as many threads as there are cores.
 fn survey(scene: &'static str, built: &Prepared, with_all: bool) -> Vec<Work> {
     let mut asked = Vec::new();
     for (number, organ) in built.report.organs.iter().enumerate() {
@@ -89,7 +89,7 @@ fn survey(scene: &'static str, built: &Prepared, with_all: bool) -> Vec<Work> {
     all
 }
 
-/// One row a leg.
+/// All presses as CSV, one row per leg.
 fn csv(all: &[Work]) -> String {
     let mut text = "scene,organ,eighth,instrument,began_inside,leg,largest_step_mn_per_tick,\
                     largest_knock_mn_per_tick,largest_n,trips\n"
@@ -116,10 +116,10 @@ fn csv(all: &[Work]) -> String {
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let Some(file) = arguments.next() else {
-        eprintln!("slow_work FILE.csv [all]: with `all` every instrument at every place");
+        eprintln!("usage: slow_work FILE.csv [all]; `all`: every instrument at every place");
         std::process::exit(2);
     };
-    // A state is made on the stack.
+    // Each thread builds a state on its stack.
     let threads = rayon::ThreadPoolBuilder::new().stack_size(STACK_BYTES);
     threads.build_global().expect("threads");
     let with_all = arguments.next().is_some();

@@ -1,4 +1,5 @@
-//! Ties between spheres: where organs are grown to each other, and where they are sewn.
+//! Ties between spheres: those that a recipe's `attached` grows between organs, and its sutures and
+//! bands.
 
 use std::f64::consts::PI;
 
@@ -10,19 +11,20 @@ use crate::field::Nearest;
 use crate::mesh::Mesh;
 use crate::recipe::{OrganPlan, Packing, Place, Tie};
 
-/// Ties of one sphere to another organ. A tube's end has more, so that they hold it like a clamp.
+/// Ties of one sphere to another organ.
 const TIES: usize = 2;
+/// Ties of one sphere of a tube. Three hold its end like a clamp.
 const TIES_OF_TUBE: usize = 3;
 
-/// Ties every sphere near the skin of an organ to which its own is attached to the nearest spheres
-/// of that organ. Returns each organ's number of tied spheres.
+/// Ties every sphere that lies near an organ to which its own organ is attached to the nearest
+/// spheres there. Returns the number of tied spheres of each organ.
 ///
 /// A tie is a bar of the softer tissue. Its area is its share of the sphere's cross-section:
 /// compliance `n L / (E π r²)` for `n` ties. It tears by the weaker tissue's toughness over the
 /// same area.
 ///
 /// # Errors
-/// Names the organ that no sphere reaches.
+/// Names an organ none of whose spheres comes near enough to one to which it is attached.
 pub(crate) fn attach(
     organs: &[OrganPlan],
     skins: &[Mesh],
@@ -71,7 +73,7 @@ pub(crate) fn attach(
                 return Err(PrepareError::Organ {
                     organ: plan.name.clone(),
                     problem: format!(
-                        "no sphere of it comes within {:.1} mm of '{}'; give a larger \
+                        "none of its spheres comes within {:.1} mm of '{}'; give a larger \
                          attached.within_m, or more spheres",
                         1e3 * attached.within_m,
                         attached.to
@@ -84,11 +86,11 @@ pub(crate) fn attach(
     Ok(tied)
 }
 
-/// A suture's place farther than this outside its organ is an error, mostly millimetres given as
-/// metres.
+/// A suture's place that lies farther than this outside its organ is an error: mostly, millimetres
+/// were given as metres.
 const OFF_ORGAN_M: f64 = 0.02;
 
-/// Checks that a suture's or band's place lies on the organ; `found` is the nearest sphere.
+/// Checks that the place of a suture or band lies on its organ; `found` is the nearest sphere.
 fn is_on_organ(
     place: &Place,
     found: Option<(usize, u32)>,
@@ -103,7 +105,7 @@ fn is_on_organ(
         return Ok(());
     }
     let problem = format!(
-        "a suture or band is to be sewn at {near_m:?} m, {:.0} mm off it (at most {:.0}); set \
+        "a suture or band ends at {near_m:?} m, {:.0} mm off the organ; allowed: at most {:.0} mm; set \
          `near_m` on the organ, in metres",
         off_m * 1e3,
         OFF_ORGAN_M * 1e3
@@ -114,16 +116,16 @@ fn is_on_organ(
     })
 }
 
-/// Force per strain of a thread, N: a 3-0 monofilament suture, 0.2 mm thick, of 1.3 GPa. Compared
-/// with tissue it does not stretch.
+/// Force per strain of a thread, N: that of a 3-0 monofilament suture, 0.2 mm thick, of 1.3 GPa.
+/// Beside tissue such a thread hardly stretches.
 const THREAD_N: f64 = 40.0;
-/// A tie shorter than this has no direction of its own for its compliance, m.
+/// A tie shorter than this gets the stiffness of a tie of this length, m.
 const SHORT_M: f64 = 1e-3;
 
 /// Adds the recipe's sutures and bands. A suture does not tear.
 ///
 /// # Errors
-/// When both ends are in one sphere.
+/// When both ends lie in one sphere, or a place lies off its organ.
 pub(crate) fn sew(
     ties: &[Tie],
     organs: &[OrganPlan],
@@ -139,7 +141,7 @@ pub(crate) fn sew(
             Place::World { .. } => None,
         };
         let Some((own, a)) = end(&tie.from) else {
-            continue; // the recipe's check leaves none
+            continue; // the recipe's check lets no tie start in the world
         };
         is_on_organ(&tie.from, end(&tie.from), scene)?;
         is_on_organ(&tie.to, end(&tie.to), scene)?;

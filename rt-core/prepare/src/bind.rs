@@ -7,9 +7,9 @@ use crate::Vec3;
 use crate::mesh::Mesh;
 use crate::pack::Ball;
 
-/// Width of the Gaussian, in radii (`c` of Eq. 9).
+/// Width of the Gaussian as a multiple of the sphere's radius (`c` of Eq. 9).
 const WIDTH: f64 = 1.0;
-/// Spheres with at least this weight are attached (`T` of Eq. 10; the paper prints the relation
+/// Least weight with which a sphere moves a vertex (`T` of Eq. 10; the paper prints the relation
 /// the wrong way round).
 const THRESHOLD: f64 = 0.02;
 
@@ -19,8 +19,8 @@ pub fn gaussian(distance_m: f64, radius_m: f64) -> f64 {
     libm::exp(-(distance_m / (WIDTH * radius_m)).powi(2))
 }
 
-/// Binds every vertex to at most [`BINDINGS`] spheres, numbered from `first_sphere`. A vertex
-/// that no sphere reaches is bound to the one that reaches farthest towards it.
+/// Binds every vertex to at most [`BINDINGS`] spheres, numbered from `first_sphere`. A vertex that
+/// no sphere reaches is bound to the sphere whose centre is the fewest radii away.
 #[must_use]
 pub fn bind(mesh: &Mesh, balls: &[Ball], first_sphere: u32) -> Vec<VertexRecord> {
     let normals = mesh.vertex_normals();
@@ -66,8 +66,8 @@ fn binding(p: &Vec3, balls: &[Ball]) -> ([u32; BINDINGS], [u16; BINDINGS]) {
     (spheres, quantise(weights))
 }
 
-/// Shares of the weights in whole numbers that sum to [`WEIGHT_SUM`]: rounded down, then the
-/// largest remainders get one more.
+/// Shares of the weights in whole numbers that sum to [`WEIGHT_SUM`]. Each share is rounded down,
+/// then those with the largest remainders get one more.
 fn quantise(weights: [f64; BINDINGS]) -> [u16; BINDINGS] {
     let total: f64 = weights.iter().sum();
     let exact = weights.map(|w| w / total * f64::from(WEIGHT_SUM));

@@ -14,18 +14,19 @@ use crate::recipe::{OrganPlan, Packing, Recipe, SPHERES_MAX, SPHERES_MIN};
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Count {
     pub(crate) spheres: usize,
-    /// Why so many.
+    /// Reason for this number, in words.
     pub(crate) because: String,
-    /// True if a time budget must not change it: an error budget chose it, or it is a tube, which
-    /// has few spheres in any case.
+    /// True if a time budget must not change the number: an error budget chose it, or the organ is
+    /// a tube, which has few spheres in any case.
     pub(crate) is_fixed: bool,
 }
 
-/// Packings that the search for an error budget tries, at most.
+/// Packings that the search for the error budget's count tries, at most.
 const TRIES: usize = 6;
 
 /// Finds the smallest tried count that keeps the error budget, and the reason for it. The gap
-/// shrinks about as the spacing does, with the cube root of the count.
+/// shrinks about as the spacing of the spheres does, and the spacing with the cube root of the
+/// count.
 pub(crate) fn by_error(
     plan: &OrganPlan,
     surface: &Mended,
@@ -69,8 +70,8 @@ pub(crate) fn by_error(
         return Err(PrepareError::Organ {
             organ: plan.name.clone(),
             problem: format!(
-                "cannot keep gap_95_mm = {:.2}: {count} spheres still leave {:.2} mm; allow a \
-                 larger gap",
+                "cannot keep gap_95_mm = {:.2}: {count} spheres still leave {:.2} mm; give the organ a \
+                 larger gap_95_mm",
                 mm(budget_m),
                 mm(gap_m)
             ),
@@ -91,16 +92,16 @@ pub(crate) fn by_error(
     })
 }
 
-/// Number of shares of the recipe's counts that the search for a time budget tries, at most.
+/// Shares of the recipe's counts that the search for a time budget tries, at most.
 const TIME_TRIES: usize = 8;
-/// A tick that takes at least this share of its budget uses it.
+/// The search ends with a tick that takes at least this share of its budget.
 const USED: f64 = 0.95;
 
 /// Finds the most spheres whose predicted tick keeps the budget, shared among the organs as the
 /// recipe's counts are.
 ///
 /// # Errors
-/// When even the fewest do not keep it; what `assemble` says.
+/// When even the fewest spheres tried take longer, and all errors of `assemble`.
 pub(crate) fn by_time(
     recipe: &Recipe,
     budget_us: f64,
@@ -111,7 +112,7 @@ pub(crate) fn by_time(
     let fixed = counts.iter().map(|count| count.spheres).sum::<usize>() - free;
     let largest = SPHERES_MAX.saturating_sub(fixed) as f64 / free.max(1) as f64;
     let mut kept: Option<(f64, Prepared)> = None;
-    // The share that missed, and in words by how much.
+    // The share that missed the budget, and its result in words.
     let mut missed: Option<(f64, String)> = None;
     let mut fewest_us = f64::INFINITY;
     let mut share = f64::min(1.0, largest);
@@ -145,7 +146,7 @@ pub(crate) fn by_time(
         if (USED..=1.0).contains(&ratio) {
             break;
         }
-        // A little below, to keep it.
+        // A little below the estimate, so that the tick keeps the budget.
         let guess = (0.98 * share / ratio).min(largest);
         share = match (&kept, &missed) {
             (Some((low, _)), Some((high, _))) if guess <= *low || guess >= *high => {

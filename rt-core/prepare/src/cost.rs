@@ -3,27 +3,26 @@
 //! The prices are measured. `cargo run --release -p scene-prepare --example organ_cost` steps
 //! prepared scenes of 400 to 3200 spheres with every organ awake; the predictions are within 10 %
 //! of each. (Organs have similar numbers of tetrahedra per sphere, so only the sum of the three
-//! prices of a step is well determined.) The prices of the other stages come from `cargo run
-//! --release -p rt-core --example stages`: 22 µs of contact search for 581 spheres, 53 µs for 1056
-//! of two organs.
+//! prices of a step is well determined.) The price of the other stages comes from `cargo run
+//! --release -p rt-core --example stages`: the contact search takes 22 µs for 581 spheres, and 53
+//! µs for 1056 spheres of two organs.
 //!
-//! Caches are warm in both, and a driver's own time is not included. With cold caches, as admission
-//! measures it, the worst tick of a scene predicted at 197 µs took 262 µs. A faster machine needs
-//! less. Admission measures what fits when the scene is loaded; this module only chooses a
-//! reasonable count beforehand.
+//! Caches are warm in both programs, and a driver's own time is not included. Admission measures
+//! with cold caches when the scene is loaded, and decides what fits: the worst tick of a scene
+//! predicted at 197 µs took 262 µs there. This module only chooses a reasonable count beforehand.
 
 use shared_mem::scene::SceneData;
 
 /// Machine on which the prices were measured.
 pub(crate) const MACHINE: &str = "a virtual Xeon with AVX-512";
 
-/// Price of a sphere's step: predict, integrate, sleep.
+/// Price of a sphere's step, which predicts, integrates and lets it sleep.
 const SPHERE_STEP_US: f64 = 0.0115;
-/// Price of a tetrahedron's step in AVX batches of eight.
+/// Price of a tetrahedron's step, when AVX takes eight at once.
 const TETRA_STEP_US: f64 = 0.0130;
-/// Price of a bar's step: tubes, layers, what ties organs.
+/// Price of a bar's step. Links of tubes and layers and ties between organs are bars.
 const BAR_STEP_US: f64 = 0.0095;
-/// Price of a sphere in a tick's other stages: contact search, publishing.
+/// Price of a sphere in the other stages of a tick, such as contact search and publishing.
 const SPHERE_TICK_US: f64 = 0.055;
 /// Price of a tick without any sphere.
 const TICK_US: f64 = 0.5;

@@ -1,4 +1,4 @@
-//! Delaunay tetrahedra of points (Bowyer–Watson, exact predicates).
+//! Delaunay tetrahedra of points, by Bowyer and Watson's method with exact predicates.
 
 use std::collections::HashMap;
 
@@ -22,9 +22,9 @@ struct Mesher {
     free: Vec<u32>,
 }
 
-/// Tetrahedra whose circumscribed spheres hold no other point. Corners are ordered so that
-/// `det(b − a, c − a, d − a)` is positive. Points are moved by a ten-millionth of their extent,
-/// each in its own fixed direction, so that no five lie on one sphere.
+/// Returns the tetrahedra whose circumscribed spheres hold no other point. Corners are ordered so
+/// that `det(b − a, c − a, d − a)` is positive. Each point is first moved by up to a ten-millionth
+/// of the points' extent in a fixed direction of its own, so that no five lie on one sphere.
 #[must_use]
 pub fn tetrahedra(points: &[Vec3]) -> Vec<[u32; 4]> {
     if points.len() < 4 {
@@ -84,7 +84,7 @@ fn jitter(i: u64) -> Vec3 {
 }
 
 impl Mesher {
-    /// One tetrahedron far around everything; its corners follow the points.
+    /// Adds one tetrahedron far around all points. Its corners are numbered after the points.
     fn surround(&mut self) {
         let first = self.points.len() as u32;
         let far = 1e4;
@@ -153,13 +153,14 @@ impl Mesher {
         insphere(c[0], c[1], c[2], c[3], self.point(p)) > 0.0
     }
 
-    /// Replaces the tetrahedra whose circumscribed spheres hold the point by a fan around it;
-    /// returns one of the fan.
+    /// Replaces the tetrahedra whose circumscribed spheres hold the point by a fan around the
+    /// point. Returns one tetrahedron of the fan.
     fn insert(&mut self, p: u32, near: u32) -> u32 {
         let first = self.locate(p, near);
         let mut cavity = vec![first];
         self.tets[first as usize].alive = false;
-        // Border: the outer neighbour, and the new tetrahedron's corners.
+        // Faces of the cavity: the neighbour outside, the corners of the new tetrahedron, and the
+        // face's number in it.
         let mut border: Vec<(u32, [u32; 4], usize)> = Vec::new();
         let mut next = 0;
         while next < cavity.len() {
@@ -181,7 +182,7 @@ impl Mesher {
             }
         }
         self.free.extend(&cavity);
-        // Faces of the fan meet in edges of the border.
+        // Neighbouring tetrahedra of the fan share an edge of the border.
         let mut open: HashMap<[u32; 2], (u32, usize)> = HashMap::with_capacity(2 * border.len());
         let mut last = first;
         for (outer, corners, face) in border {

@@ -1,4 +1,4 @@
-//! Links that carry load besides the tetrahedra, and the number of substeps that the organ needs.
+//! Links that carry load beside the tetrahedra, and the number of substeps that the organ needs.
 
 use std::f64::consts::PI;
 
@@ -9,36 +9,38 @@ use crate::tetra::Tetra;
 
 /// One control period, s.
 const TICK_S: f64 = 0.001;
-/// The stiffness number `E dt² / (ρ h²)` up to which one pass over the constraints is within 3 %
+/// Greatest stiffness number `E dt² / (ρ h²)` at which one pass over the constraints is within 3 %
 /// of the material's stiffness.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
-/// Steps in a tick, at most.
+/// Substeps in a tick, at most.
 pub(crate) const SUBSTEPS_MAX: u32 = 16;
 
-/// An organ's links, sorted and with their compliance.
+/// An organ's links, sorted, with their compliance, and its substeps.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Elastic {
-    /// The links, those that carry load first; each with its stretch per force, m/N.
+    /// The links, those that carry load first. The number is a link's stretch per force, m/N.
     pub(crate) links: Vec<([u32; 2], f64)>,
     /// Number of links that carry load.
     pub(crate) count: usize,
-    /// Steps in a tick.
+    /// Substeps in a tick.
     pub(crate) substeps: u32,
-    /// The stiffness number of a substep.
+    /// Stiffness number of a substep.
     pub(crate) stiffness_number: f64,
 }
 
-/// Tetrahedra carry their organ alone. Links carry load where there are none: between pieces that
-/// tetrahedra do not join, at spheres that are in none, and in tubes.
+/// Makes the links elastic. Where tetrahedra join the spheres, they carry the organ alone. Links
+/// carry load elsewhere: between pieces that tetrahedra do not join, at spheres in no tetrahedron,
+/// and in tubes.
 ///
-/// A link is a bar of its spheres' thickness: compliance `L / (E A)`, `A = π r²`.
+/// A link is a bar as thick as its thinner sphere: compliance `L / (E A)`, `A = π r²`.
 ///
-/// A tube's links to the neighbours (`steps`) and those to the ones after them share its
-/// cross-section half and half, so that a length `L` of it stretches by `L / (E A)`: one of the
-/// former (length s) and two of the latter (2 s) pass through every place, so `2 s / (E A)` and
-/// `8 s / (E A)`. The latter also resist bending, but only to second order while the row is
-/// straight. What is lost: `E I`, `I = π r⁴ / 4`, is 2e-6 N m² for the cystic duct; clamped at
-/// one end, 3 cm of it give a millimetre at 0.2 mN, which no hand feels.
+/// In a tube, links to the next sphere (`steps`) and links to the next but one share the
+/// cross-section half and half, so that a length `L` of the tube stretches by `L / (E A)`. Through
+/// every place pass one short link (length s) and two long ones (2 s), hence their compliances are
+/// `2 s / (E A)` and `8 s / (E A)`. The long links also resist bending, but only to second order
+/// while the row is straight. The lost bending stiffness `E I`, `I = π r⁴ / 4`, is 2e-6 N m² for
+/// the cystic duct: 3 cm of it, clamped at one end, give a millimetre at 0.2 mN, which no hand
+/// feels.
 pub(crate) fn elastic(
     balls: &[Ball],
     links: &[[u32; 2]],
@@ -85,8 +87,9 @@ pub(crate) fn elastic(
     }
 }
 
-/// `⌈√(Co²/0.2)⌉`, the next power of two: substeps, not iterations, make a stiff organ stiff, and
-/// those of organs that are tied together end at the same times.
+/// The root of the stiffness number over [`STIFFNESS_NUMBER_MAX`], rounded up to a power of two.
+/// Substeps, not iterations, make a stiff organ stiff. Powers of two let the substeps of organs
+/// that are tied together end at the same times.
 fn substeps(stiffness_number: f64) -> u32 {
     let steps = (stiffness_number / STIFFNESS_NUMBER_MAX).sqrt().ceil();
     (steps as u32).clamp(1, SUBSTEPS_MAX).next_power_of_two()
@@ -113,7 +116,7 @@ mod tests {
         assert_eq!(substeps(1e9), SUBSTEPS_MAX);
     }
 
-    /// A straight tube of 10 cm, drawn out by an affine strain: every place carries `E A ε`.
+    /// A straight tube of 10 cm is drawn out by an affine strain. Every place carries `E A ε`.
     #[test]
     fn a_tube_stretches_by_its_cross_section() {
         let spacing_m = 0.005;

@@ -1,24 +1,24 @@
 //! Errors of recipes, meshes and scenes that cannot be built.
 
-/// A recipe that cannot be used; says where and what to write instead.
+/// A recipe that cannot be used. The text says where and what to write instead.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{file}:{line}: {key}: {problem}")]
 pub struct RecipeError {
-    /// File's name as it was given, or `built-in recipe`.
+    /// The file's name as it was given, or `built-in recipe`.
     pub file: String,
-    /// Line in it, from 1.
+    /// Line in the file, from 1; 0 if the error has none.
     pub line: usize,
-    /// Key, with its table: `organ[1].spheres`.
+    /// The key with its table, such as `organ[1].spheres`.
     pub key: String,
     /// The problem, with the value and the allowed range.
     pub problem: String,
 }
 
-/// A mesh that cannot be used; says which, what is wrong, and the remedy.
+/// A mesh that cannot be used. The text says which one, what is wrong, and the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{mesh}: {problem}")]
 pub struct MeshError {
-    /// File and part.
+    /// The file and its parts.
     pub mesh: String,
     /// The problem and its remedy.
     pub problem: MeshProblem,
@@ -37,7 +37,9 @@ pub enum MeshProblem {
         format: &'static str,
         detail: String,
     },
-    #[error("{bytes} bytes announce {triangles} triangles, allowed are {max}; decimate the mesh")]
+    #[error(
+        "{bytes} bytes announce {triangles} triangles; allowed: at most {max}; decimate the mesh"
+    )]
     TooLarge {
         bytes: u64,
         triangles: u64,
@@ -47,7 +49,7 @@ pub enum MeshProblem {
     NoTriangles,
     #[error("has no part named '{wanted}'; its parts are: {available}")]
     NoSuchPart { wanted: String, available: String },
-    #[error("vertex {index} has a coordinate that is not finite; repair the mesh")]
+    #[error("vertex {index} has a coordinate that is not finite; mend the mesh")]
     NotFinite { index: usize },
     #[error(
         "triangle {triangle} uses vertex {vertex}, but there are only {vertices}; the file is damaged"
@@ -58,7 +60,7 @@ pub enum MeshProblem {
         vertices: usize,
     },
     #[error(
-        "is {extent_m:.4} m across, allowed are {min_m} to {max_m} m{hint}; set `unit` (\"m\", \"cm\" or \"mm\") or `scale` in the recipe, or give --unit"
+        "is {extent_m:.4} m across; allowed: {min_m} to {max_m} m{hint}; set `unit` (\"m\", \"cm\" or \"mm\") or `scale` in the recipe, or give --unit"
     )]
     Extent {
         extent_m: f64,
@@ -67,7 +69,7 @@ pub enum MeshProblem {
         hint: &'static str,
     },
     #[error(
-        "overlaps itself: {percent:.1} % of its volume is enclosed twice or inside out, worst at {at_m:.3?} m; set `closing = \"auto\"` or \"wrap\", or mend the mesh there"
+        "overlaps itself: {percent:.1} % of its volume is enclosed twice or inside out, most at {at_m:.3?} m; set `closing = \"auto\"` or \"wrap\", or mend the mesh there"
     )]
     Overlaps { percent: f64, at_m: [f64; 3] },
     #[error(
@@ -75,7 +77,7 @@ pub enum MeshProblem {
     )]
     FarPieces { count: usize, gap_mm: f64 },
     #[error(
-        "comes in {count} separate pieces of like size, allowed are {max}; take fewer `parts`, set `closing = \"solid\"`, or join them in the mesh"
+        "comes in {count} separate pieces larger than dust; allowed: at most {max}; take fewer `parts`, set `closing = \"solid\"`, or join them in the mesh"
     )]
     ManyPieces { count: usize, max: usize },
     #[error("is open: {loops} loops, {edges} open edges; set `closing = \"fill\"` or \"wrap\"")]
@@ -89,12 +91,12 @@ pub enum MeshProblem {
     )]
     NotOrientable,
     #[error(
-        "encloses no volume ({volume_ml:.4} mL); is it a flat sheet, or is half of it inside out? Set `closing = \"solid\"`, or give a surface around a body"
+        "encloses no volume ({volume_ml:.4} mL), as a flat sheet, or because half of it is inside out; set `closing = \"solid\"`, or give a surface around a body"
     )]
     NoVolume { volume_ml: f64 },
 }
 
-/// Why a scene could not be prepared.
+/// Failure to prepare a scene.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum PrepareError {

@@ -6,22 +6,23 @@ use crate::mesh::Mesh;
 use crate::pack::{Ball, Interior};
 use crate::recipe::{OrganPlan, Region};
 
-/// Tissue beyond it is held.
+/// A plane beyond which tissue is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
-    /// A point on it, m.
+    /// A point of the plane, m.
     pub point_m: Vec3,
-    /// To the held side, of length 1.
+    /// Unit vector to the held side.
     pub normal: Vec3,
 }
 
-/// A point this near to a plane counts as lying on it, m.
+/// A point no farther than this before a plane counts as held, m.
 const ON_PLANE_M: f64 = 1e-6;
-/// Spheres this far behind a plane may be moved onto it, and those this far before it, spacings.
+/// Spheres up to this far behind a plane may be moved onto it, spacings.
 const BEHIND_SPACINGS: f64 = 1.2;
+/// Spheres up to this far before a plane may be moved onto it, spacings.
 const BEFORE_SPACINGS: f64 = 0.25;
-/// Spheres on a plane are at least this far apart, spacings: tetrahedra between them keep their
-/// shape.
+/// Spheres on a plane are at least this far apart, spacings, so that tetrahedra between them keep
+/// their shape.
 const APART_SPACINGS: f64 = 0.6;
 
 impl Plane {
@@ -37,7 +38,7 @@ impl Plane {
         self.depth_m(p) > -ON_PLANE_M
     }
 
-    /// The plane that bounds a region of an organ with this skin, if one does.
+    /// The plane that bounds a region of the organ with this skin; `None` if no plane does.
     pub(crate) fn of(region: &Region, skin: &Mesh, gravity: &Vec3) -> Option<Self> {
         let (point_m, normal) = match region {
             Region::Plane { point_m, normal } => (Vec3::from(*point_m), Vec3::from(*normal)),
@@ -65,8 +66,8 @@ pub(crate) fn planes(plan: &OrganPlan, skin: &Mesh, gravity: &Vec3) -> Vec<Plane
 
 /// Moves the spheres nearest to a plane onto it, so that tetrahedra between free and held spheres
 /// end exactly at the plane, whatever the number of spheres. If held spheres stayed where they were
-/// packed, a free lobe of 250 spheres would be a quarter too soft; if those half a spacing before
-/// the plane were held too, a fifth too stiff.
+/// packed, a free lobe of 250 spheres would be a quarter too soft. If those half a spacing before
+/// the plane were held too, it would be a fifth too stiff.
 pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]) {
     let spacing_m = interior.spacing_m;
     let mut on_planes: Vec<Vec3> = Vec::new();
@@ -83,7 +84,7 @@ pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]
             let is_apart = |other: &Vec3| (other - place).norm() > APART_SPACINGS * spacing_m;
             let others = planes.iter().enumerate().filter(|(n, _)| *n != number);
             let is_held_by_other = || others.clone().any(|(_, p)| p.holds(&balls[i].center));
-            // Near the organ's edge the plane may lie outside.
+            // Near the organ's edge, the place on the plane may lie outside the organ.
             let is_inside = || interior.depth(&place) > 0.5 * balls[i].radius_m;
             if on_planes.iter().all(is_apart) && !is_held_by_other() && is_inside() {
                 balls[i] = interior.inscribed(place, balls[i].radius_m);
@@ -93,8 +94,8 @@ pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]
     }
 }
 
-/// For each sphere of the organ (whose skin is `skin`): whether its centre lies in one of the
-/// plan's regions.
+/// Says for each sphere of the organ whether the plan holds it. `skin` is the organ's own skin,
+/// `skins` are those of all `organs`.
 #[must_use]
 pub(crate) fn held(
     plan: &OrganPlan,

@@ -5,8 +5,8 @@
 //!   → mesh      welded, oriented, closed or wrapped            mesh::, shape::
 //!   → field     signed distance on a grid                      field::
 //!   → spheres   packed inside the skin                         pack::
-//!   → links     one component, ordered for the solver          links
-//!   → binding   which spheres move which skin vertex           bind
+//!   → links     bars between spheres, ordered for the solver   links
+//!   → binding   spheres that move each skin vertex             bind
 //!   → cells     fat and connective tissue in layers             cells
 //!   → room      ports, frames, the scripted hand's target      room
 //!   → SceneData and a quality report
@@ -17,35 +17,37 @@
 //!
 //! # Held tissue
 //!
-//! Where a recipe holds an organ beyond a plane, preparation moves the spheres nearest to it onto
-//! it. What deforms ends there, whatever the number of spheres.
+//! Where a recipe holds an organ beyond a plane, preparation moves the spheres nearest to that
+//! plane onto it. Deformation then ends at the plane, whatever the number of spheres.
 //!
-//! # How far spheres spread a force
+//! # Patches over which spheres spread a force
 //!
-//! The spheres yield to a force on one vertex by `c_patch`, and to the same force spread over a
-//! Gaussian of the skin by `c_wide`. They are fine enough for the latter; on a half-space it would
-//! be `0.399 / (E* A)` locally. So what they yield to the vertex, locally, is
-//! `c = c_patch − c_wide + 0.399 / (E* A)`, and they act as if they spread the force over a patch
-//! of `0.399 / (E* c)`. Whatever is far away is in both and cancels, so a neighbourhood of a few
-//! spacings is enough.
+//! A force on one vertex of the skin meets the tissue as if it were spread over a patch, because
+//! the spheres are coarse. The width of that patch follows from two compliances. The spheres yield
+//! to a force on the vertex by `c_patch`, and to the same force spread over a Gaussian of the skin,
+//! of width `A`, by `c_wide`. They are fine enough for the Gaussian, whose local compliance on a
+//! half-space is known: `0.399 / (E* A)`. So their local compliance at the vertex is `c = c_patch −
+//! c_wide + 0.399 / (E* A)`, and the patch is `0.399 / (E* c)` wide. Distant influences are in both
+//! compliances and cancel, so a neighbourhood of a few spacings is enough.
 //!
 //! # Layered tissue
 //!
-//! Cross-sections stand across the course of what fat and connective tissue lie around. Rays in
-//! each find the inner and the outer outline. Layers between them are joined to hexahedra, and what
-//! is hardly tissue is left out. Sections are parallel and rays straight, so that no cell is inside
-//! out whatever the two surfaces are. Each cell names its neighbours and its region: Calot's
-//! triangle, the lower third of the gallbladder's bed, or the rest of the bed.
+//! Cross-sections stand across the course of the organ that the fat or connective tissue lies
+//! around. Rays in each section find the inner and the outer outline. Layers between the outlines
+//! are joined to hexahedra, and cells with hardly any tissue are left out. Sections are parallel
+//! and rays straight, so that no cell is inside out whatever the two surfaces are. Each cell names
+//! its neighbours and its region: Calot's triangle, the lower third of the gallbladder's bed, or
+//! the rest of the bed.
 //!
 //! # Gravity
 //!
-//! An organ's surface is taken for its shape in the body, where its weight is in balance. Gravity
-//! acts on it by the recipe's `gravity_share` only.
+//! An organ's surface is taken for its shape in the body, where its weight is in balance. Only the
+//! recipe's `gravity_share` of gravity acts on it.
 //!
 //! # The same bytes
 //!
 //! The same recipe and meshes give the same scene on any number of threads, on every x86-64 and
-//! whatever the C library: sines and roots come from `libm`, and `clippy.toml` forbids the others.
+//! whatever the C library: sines and roots come from `libm`, and `clippy.toml` forbids all others.
 
 pub mod cost;
 pub mod delaunay;

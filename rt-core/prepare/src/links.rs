@@ -6,10 +6,12 @@ use crate::tetra::Tetra;
 
 /// Overlapping neighbours that each sphere chooses, at most (the paper's number).
 const CHOSEN_MAX: usize = 6;
-/// Every sphere has at least this many links.
+/// Fewest links of a sphere.
 const DEGREE_MIN: usize = 3;
-/// Links each sphere to its nearest overlapping ones, then adds what is missing for
-/// three links a sphere and for one connected piece; ordered for the solver.
+
+/// Links each sphere to its nearest overlapping ones, at most `CHOSEN_MAX`. Then adds what is
+/// missing for `DEGREE_MIN` links a sphere and for one connected piece, and orders the links for
+/// the solver.
 #[must_use]
 pub fn link(balls: &[Ball]) -> Vec<[u32; 2]> {
     let near = neighbours(balls);
@@ -27,8 +29,7 @@ pub fn link(balls: &[Ball]) -> Vec<[u32; 2]> {
     complete(balls, &near, links)
 }
 
-/// Links the spheres along the edges of their tetrahedra, then adds what is missing as
-/// [`link`] does.
+/// Links the spheres along the edges of their tetrahedra, then adds missing links as [`link`] does.
 #[must_use]
 pub fn link_edges(balls: &[Ball], tets: &[Tetra]) -> Vec<[u32; 2]> {
     let edges = |t: &Tetra| {
@@ -49,8 +50,8 @@ pub fn link_edges(balls: &[Ball], tets: &[Tetra]) -> Vec<[u32; 2]> {
     )
 }
 
-/// Links the spheres of a tube to their neighbours along it and to those one farther, which keep
-/// it from bending like a chain; then adds what is missing as [`link`] does.
+/// Links each sphere of a tube to the next and to the next but one along it; the latter keep the
+/// tube from bending like a chain. Then adds missing links as [`link`] does.
 #[must_use]
 pub fn link_line(line: &Line) -> Vec<[u32; 2]> {
     let mut links = line.steps.clone();
@@ -80,7 +81,7 @@ fn pair(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The nearest others of each sphere, by distance of centres.
+/// The nearest other spheres of each sphere, by distance of centres.
 fn neighbours(balls: &[Ball]) -> Vec<Vec<(u32, f64)>> {
     let of = |a: &Ball, own: usize| {
         let others = balls.iter().enumerate().filter(|(j, _)| *j != own);
@@ -118,7 +119,7 @@ fn raise_degree(near: &[Vec<(u32, f64)>], links: &mut Vec<[u32; 2]>, count: usiz
     }
 }
 
-/// Number of the connected piece of each sphere, and how many pieces there are.
+/// The connected piece of each sphere, by number, and the number of pieces.
 #[must_use]
 pub fn pieces(links: &[[u32; 2]], count: usize) -> (Vec<u32>, usize) {
     let mut linked: Vec<Vec<u32>> = vec![Vec::new(); count];
@@ -147,8 +148,8 @@ pub fn pieces(links: &[[u32; 2]], count: usize) -> (Vec<u32>, usize) {
     (piece, found as usize)
 }
 
-/// Joins pieces, each time by the shortest links between the first piece and another: up to
-/// [`DEGREE_MIN`] links between different spheres, so that the joint does not hinge.
+/// Joins pieces, each time by the shortest links between the first piece and another. Up to
+/// [`DEGREE_MIN`] links from different spheres join them, so that the joint is not a hinge.
 fn connect(balls: &[Ball], links: &mut Vec<[u32; 2]>) {
     loop {
         let (piece, count) = pieces(links, balls.len());

@@ -2,12 +2,12 @@
 
 use std::cmp::Reverse;
 
-/// Constraints that stand this near to each other share no sphere, where that is possible: a
-/// loop over them then does not wait for its own results, and eight fit into a vector register.
+/// Constraints fewer than this many places apart share no sphere, where that is possible. A loop
+/// over them then does not wait for its own results, and eight fit into a vector register.
 const APART: usize = 8;
 
-/// A permutation of the constraints (each the spheres it moves) in which any eight consecutive
-/// ones share no sphere, as far as possible. `count` is the number of spheres.
+/// A permutation of the constraints in which any eight consecutive ones share no sphere, as far as
+/// possible. A constraint is given by the spheres that it moves; `count` is the number of spheres.
 #[must_use]
 pub fn spread<const N: usize>(constraints: &[[u32; N]], count: usize) -> Vec<usize> {
     let mut degree = vec![0usize; count];
@@ -15,7 +15,8 @@ pub fn spread<const N: usize>(constraints: &[[u32; N]], count: usize) -> Vec<usi
         degree[i as usize] += 1;
     }
     let busiest = |c: &[u32; N]| c.iter().map(|&i| degree[i as usize]).max();
-    // Spheres with many constraints first: else theirs are left over for the end.
+    // Spheres with many constraints come first. Otherwise their constraints would be left for the
+    // end.
     let mut waiting: Vec<Option<usize>> = (0..constraints.len()).map(Some).collect();
     waiting.sort_by_key(|i| i.map(|i| (Reverse(busiest(&constraints[i])), constraints[i])));
     let mut ordered = Vec::with_capacity(constraints.len());
@@ -30,7 +31,8 @@ pub fn spread<const N: usize>(constraints: &[[u32; N]], count: usize) -> Vec<usi
         while waiting.get(first).is_some_and(Option::is_none) {
             first += 1;
         }
-        // The first that is free; where none is, the one whose spheres were used longest ago.
+        // Takes the first constraint whose spheres are free; without any, the one whose spheres
+        // were used longest ago.
         let mut chosen = None;
         for (slot, index) in waiting.iter().enumerate().skip(first) {
             let Some(index) = *index else { continue };
@@ -65,7 +67,7 @@ mod tests {
         let mut seen = order.clone();
         seen.sort_unstable();
         assert!(seen.iter().copied().eq(0..99), "a permutation");
-        // The last few have nothing left to be put between them.
+        // The last few are left out: no other constraints remain to be put between them.
         for window in order[..99 - 2 * APART].windows(APART) {
             let mut spheres: Vec<u32> = window.iter().flat_map(|&i| chain[i]).collect();
             spheres.sort_unstable();

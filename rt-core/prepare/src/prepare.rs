@@ -32,16 +32,16 @@ pub struct Progress {
 /// A compiled scene and its report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared {
-    /// Ready to be written with [`SceneData::write`].
+    /// The scene, ready to be written with [`SceneData::write`].
     pub scene: SceneData,
-    /// Its quality.
+    /// Figures of its quality.
     pub report: Report,
-    /// Tetrahedra of each organ between its own spheres (numbered from the organ's first),
-    /// ordered so that eight consecutive ones share no sphere, as far as possible.
+    /// Tetrahedra of each organ between its own spheres, which are numbered from the organ's first.
+    /// Any eight consecutive ones share no sphere, as far as possible.
     pub tetrahedra: Vec<Vec<Tetra>>,
 }
 
-/// One organ, built.
+/// One organ as built.
 struct Organ {
     balls: Vec<Ball>,
     masses_kg: Vec<f64>,
@@ -57,14 +57,14 @@ struct Organ {
 /// Builds the scene that the recipe describes.
 ///
 /// # Errors
-/// Names the file, the organ, what is wrong and what to do.
+/// Names the file, the organ, the fault and the remedy.
 pub fn prepare(
     recipe: &Recipe,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Prepared, PrepareError> {
     let start = Instant::now();
     let count = recipe.organs.len();
-    // Surfaces take about a third of the work, packing the rest.
+    // Surfaces take about a third of the work, packing takes the rest.
     let mut tell = |organ: usize, from: f64, to: f64, doing: String| {
         let done = from + (to - from) * organ as f64 / count as f64;
         progress(Progress { doing, done });
@@ -129,7 +129,7 @@ fn gravity(recipe: &Recipe) -> Vec3 {
     asked.unwrap_or_else(room::default_gravity)
 }
 
-/// Packs every organ with this many spheres, and puts them together.
+/// Packs every organ with its count of spheres, and puts the organs together.
 fn assemble(
     recipe: &Recipe,
     counts: &[Count],
@@ -184,7 +184,7 @@ fn assemble(
         }
     }
     scene.room = Some(room::place(recipe, skins)?);
-    // Refuse here what the processes would refuse.
+    // Refuse the scene here if the processes would refuse it.
     scene.to_bytes()?;
     report.sum_up();
     report.tick_us = cost::work(&scene).tick_us();
@@ -282,18 +282,18 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
     Ok(Skin { mended, story })
 }
 
-/// Replaces the hint of an extent error if the unit was guessed: the extent then says nothing about
-/// it.
+/// Replaces the hint of an extent error if the unit was guessed, because the extent then says
+/// nothing about the unit.
 fn with_guessed_unit(surface: &Surface, mut problem: MeshProblem) -> MeshProblem {
     let guessed = matches!(surface, Surface::Mesh { unit_m: None, .. });
     if let (true, MeshProblem::Extent { hint, .. }) = (guessed, &mut problem) {
-        *hint = ", its numbers taken for metres if that is within 2 m, else for millimetres";
+        *hint = ", with its numbers taken for metres, or for millimetres if it would be more than 2 m across";
     }
     problem
 }
 
-/// Scales a mesh to metres. Without a unit it is taken for metres, or for millimetres if it
-/// would be more than 2 m across; what was guessed is said.
+/// Scales a mesh to metres. Without a unit it is taken for metres, or for millimetres if it would
+/// be more than 2 m across. The note names a guessed unit.
 fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> (Mesh, String) {
     let [min, max] = mesh.bounds();
     let across = (max - min).max();
@@ -320,7 +320,7 @@ fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> (Mesh, String) {
 pub(crate) struct Skeleton {
     pub(crate) balls: Vec<Ball>,
     links: Vec<[u32; 2]>,
-    /// Of a tube: which spheres follow each other.
+    /// Pairs of spheres of a tube that follow each other.
     steps: Vec<[u32; 2]>,
     tets: Vec<Tetra>,
 }
@@ -397,8 +397,9 @@ fn build(
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
-        // A tube, and a layer one sphere thick, is as thick as its spheres, so tools meet the
-        // spheres. Spheres in a line or a plane could not carry a skin outside it: it would fold.
+        // A tube, or a layer one sphere thick, has no tetrahedra. Tools meet its spheres, which are
+        // as thick as it is. Spheres in a line or plane could not carry a skin outside it: it would
+        // fold.
         skin: if tets.is_empty() {
             ContactSkin::default()
         } else {
@@ -426,8 +427,8 @@ fn build(
     })
 }
 
-/// Shares the organ's mass among its spheres by the volume that each is nearest to; none gets
-/// less than a twentieth of the mean, so that no sphere is too light for a solver.
+/// Shares the organ's mass among its spheres by the volume that is nearest to each. Each sphere
+/// gets at least about a twentieth of the mean, so that no sphere is too light for a solver.
 fn masses(interior: &Interior<'_>, balls: &[Ball], total_kg: f64) -> Vec<f64> {
     let centers: Vec<_> = balls.iter().map(|b| b.center).collect();
     let mut shares = vec![0.05 * interior.points.len() as f64 / balls.len() as f64; balls.len()];

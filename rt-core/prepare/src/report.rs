@@ -1,4 +1,4 @@
-//! The quality report: what was built and how well it fits.
+//! The quality report: figures of what was built and of its fit.
 
 use std::fmt;
 
@@ -7,10 +7,11 @@ use serde::Serialize;
 use crate::cells::Filling;
 use crate::elastic;
 
-/// Figures of what [`crate::prepare()`] built. The top level sums or takes the worst of all organs.
+/// Figures of what [`crate::prepare()`] built. The top level has the sum, the mean or the worst
+/// value of all organs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
-    /// Scene's name.
+    /// The scene's name.
     pub scene: String,
     /// Time of the whole preparation, s.
     pub build_s: f64,
@@ -24,40 +25,40 @@ pub struct Report {
     pub coverage: f64,
     /// Mean distance from skin to the nearest sphere, over the skin of all organs, mm.
     pub gap_mean_mm: f64,
-    /// Distance from skin to the nearest sphere: 95 % of the skin is nearer, worst organ, mm.
+    /// Distance than which 95 % of the skin is nearer to a sphere, of the worst organ, mm.
     pub gap_95_mm: f64,
-    /// Largest such distance, mm.
+    /// Largest distance from the skin to the nearest sphere, mm.
     pub gap_max_mm: f64,
-    /// Farthest that a sphere sticks out of the skin, mm.
+    /// Length by which the worst sphere sticks out of the skin, mm.
     pub protrusion_max_mm: f64,
-    /// Connected pieces, of the worst organ.
+    /// Connected pieces of the worst organ.
     pub components: usize,
-    /// Fewest links at any sphere.
+    /// Fewest links of any sphere.
     pub min_degree: usize,
-    /// Isotropy of the links' directions, mean over all spheres, 0..1.
+    /// Isotropy of the links' directions ([`OrganReport::isotropy`]), mean over all spheres, 0..1.
     pub isotropy: f64,
-    /// Worst shape of a tetrahedron of any organ, as [`OrganReport::tetra_shape_min`].
+    /// Worst shape of a tetrahedron of any organ ([`OrganReport::tetra_shape_min`]).
     pub tetra_shape_min: Option<f64>,
     /// Volume inside the skins, mL.
     pub volume_ml: f64,
     /// Mass of all organs, g.
     pub mass_g: f64,
-    /// A tick's time on one core while every organ is awake, foretold ([`crate::cost`]), µs.
+    /// Predicted time of a tick on one core while every organ is awake ([`crate::cost`]), µs.
     pub tick_us: f64,
-    /// Each organ by itself.
+    /// Figures of each organ.
     pub organs: Vec<OrganReport>,
 }
 
 /// One organ's figures.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct OrganReport {
-    /// Organ's name.
+    /// The organ's name.
     pub name: String,
     /// Origin of its mesh and the repairs made to it.
     pub mesh: String,
-    /// Skin vertices.
+    /// Vertices of the skin.
     pub vertices: usize,
-    /// Skin triangles.
+    /// Triangles of the skin.
     pub triangles: usize,
     /// Time from mesh to bound skin, s.
     pub build_s: f64,
@@ -65,20 +66,21 @@ pub struct OrganReport {
     pub spheres: usize,
     /// Reason for this number of spheres.
     pub spheres_because: String,
-    /// Of those, attached to their surroundings.
+    /// Number of spheres that are attached to their surroundings.
     pub held: usize,
-    /// Of those, tied to spheres of other organs.
+    /// Number of spheres that are tied to spheres of other organs.
     pub attached: usize,
-    /// Its cells, if it is layered tissue.
+    /// Fit of its cells, if it is layered tissue.
     pub cells: Option<Filling>,
     /// Links.
     pub springs: usize,
     /// Tetrahedra between sphere centres; together they carry the organ's whole volume.
     pub tetrahedra: usize,
-    /// Worst shape of a tetrahedron: volume over the cube of its longest edge; 0.118 is regular,
-    /// below 0.015 it would be a sliver, below 0 inverted. `None`: it has no tetrahedra.
+    /// Worst shape of a tetrahedron: volume over the cube of its longest edge. A regular one has
+    /// 0.118, a sliver less than 0.015, an inverted one less than 0. `None` if there are no
+    /// tetrahedra.
     pub tetra_shape_min: Option<f64>,
-    /// Steps in a tick that its stiffness needs.
+    /// Substeps in a tick that the organ needs.
     pub substeps: u32,
     /// Stiffness number `E dt² / (ρ h²)` of a substep. The solver is softer than the material by 3
     /// % at 0.2, by 15 % at 0.7 and by a third at 2.
@@ -87,19 +89,19 @@ pub struct OrganReport {
     pub coverage: f64,
     /// Mean distance from skin to the nearest sphere, mm.
     pub gap_mean_mm: f64,
-    /// 95 % of the skin is nearer, mm.
+    /// Distance than which 95 % of the skin is nearer to a sphere, mm.
     pub gap_95_mm: f64,
-    /// Largest distance, mm.
+    /// Largest distance from the skin to the nearest sphere, mm.
     pub gap_max_mm: f64,
-    /// Farthest that a sphere sticks out, mm.
+    /// Length by which the worst sphere sticks out of the skin, mm.
     pub protrusion_max_mm: f64,
     /// Connected pieces.
     pub components: usize,
-    /// Fewest links at any sphere.
+    /// Fewest links of any sphere.
     pub min_degree: usize,
-    /// Isotropy of the links' directions, mean of λmin/λmax of Σddᵀ over the spheres, 0..1.
+    /// Isotropy of the links' directions: λmin/λmax of Σddᵀ, mean over the spheres, 0..1.
     pub isotropy: f64,
-    /// Skin, cm².
+    /// Area of the skin, cm².
     pub skin_cm2: f64,
     /// Volume inside the skin, mL.
     pub volume_ml: f64,
@@ -222,7 +224,7 @@ impl fmt::Display for Report {
             if let Some(cells) = &o.cells {
                 writeln!(
                     f,
-                    "{}: {} cells with {:.1} % of its volume, in which {:.1} % of it lies; worst shape {:.3} \
+                    "{}: {} cells have {:.1} % of its volume and cover {:.1} % of it; worst shape {:.3} \
                      (a box 1, flat 0)",
                     o.name,
                     cells.cells,
@@ -235,7 +237,7 @@ impl fmt::Display for Report {
                 writeln!(
                     f,
                     "{}: softer than its material: stiffness number {:.2} in {} steps a tick \
-                     (up to {} is true); use fewer spheres or a softer material",
+                     (accurate up to {}); use fewer spheres or a softer material",
                     o.name,
                     o.stiffness_number,
                     o.substeps,

@@ -1,7 +1,7 @@
-//! The room around the organs: ports, camera, devices, and where the scripted hand works.
+//! The room around the organs: ports, camera, devices, and the target of the scripted hand.
 //!
-//! Missing values are placed for a patient on her back, head a little up: the instrument enters
-//! through the navel; the endoscope enters from the pelvis and looks at the gallbladder.
+//! Missing values are chosen for a patient on her back, head a little up. The instrument enters
+//! from the left below; the endoscope enters from the pelvis and looks at the gallbladder.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use shared_mem::message::PoseMsg;
@@ -13,34 +13,37 @@ use crate::field::Nearest;
 use crate::mesh::Mesh;
 use crate::recipe::{Frame, OrganPlan, Recipe};
 
-/// Length of the shaft outside of the body that a hand can work with, m.
+/// Length of the shaft outside of the body, with which a hand can work, m.
 const OUTSIDE_M: std::ops::RangeInclusive<f64> = 0.08..=0.20;
-/// Cosine between the camera's axis and the edge of the picture that the target keeps within.
+/// Least cosine between the camera's axis and the direction to the target, which keeps the target
+/// in the picture.
 const PICTURE_EDGE: f64 = 0.93;
 /// Tissue under the target is at least this thick, m.
 const TISSUE_M: f64 = 0.016;
 /// Free space before the target, m.
 const APPROACH_M: f64 = 0.03;
-/// The target lies about this far from what is looked at, m.
+/// Wanted distance of the target from the point that is looked at, m.
 const TARGET_OFFSET_M: f64 = 0.035;
 
-/// If no vertex will do, points of the skin about this far apart are tried, m.
+/// Distance of the points of the skin that are tried if no vertex will do, about, m.
 const SKIN_STEP_M: f64 = 0.008;
-/// Of those in one triangle, at most this many along a side.
+/// Such points along a side of one triangle, at most.
 const SKIN_STEPS_MAX: usize = 40;
-/// And this many altogether.
+/// Such points altogether, at most.
 const SKIN_POINTS_MAX: usize = 50_000;
 
-/// Default instrument port, seen from what is looked at: down, in front, to the left.
+/// Default instrument port, seen from the point that is looked at: down, in front, to the left.
 const INSTRUMENT_PORT_FROM_VIEW: [f64; 3] = [0.095, -0.135, 0.115];
-/// Default endoscope port: from the pelvis.
+/// Default endoscope port, seen from the same point: from the pelvis.
 const ENDOSCOPE_PORT_FROM_VIEW: [f64; 3] = [0.035, -0.330, 0.030];
+/// Default length of the instrument from handle to tip, m.
 const INSTRUMENT_LENGTH_M: f64 = 0.33;
+/// Default distance of the camera from the point that is looked at, m.
 const CAMERA_DISTANCE_M: f64 = 0.105;
-/// The camera looks at the point this share of the way from `look_at_m` to the target, so that the
-/// work is near the middle of the picture and its surroundings are in it.
+/// The camera turns to a point this share of the way from `look_at_m` to the target, so that the
+/// work is near the middle of the picture and its surroundings are in the picture too.
 const TOWARDS_TARGET: f64 = 0.55;
-/// Share of the camera's distance that is left when it follows the work.
+/// Share of the camera's distance that is left when the camera turns to the work.
 const CLOSER: f64 = 0.95;
 
 /// Gravity of a patient on her back, head 20° up, m/s².
@@ -50,7 +53,7 @@ pub fn default_gravity() -> Vec3 {
     Vec3::new(0.0, -libm::sin(tilt), -libm::cos(tilt)) * 9.81
 }
 
-/// The room as the recipe gives it, the rest derived from the organs' skins.
+/// The room as the recipe gives it. Missing values are derived from the organs' skins.
 ///
 /// # Errors
 /// When the instrument reaches no suitable point of the target organ.
@@ -132,8 +135,8 @@ pub fn place(recipe: &Recipe, skins: &[Mesh]) -> Result<RoomRecord, PrepareError
     })
 }
 
-/// Camera and direction of view that have the `target` near the middle, unless the recipe says
-/// where to look or an organ would hide the target from there.
+/// Camera and direction of view with the `target` near the middle of the picture. The camera stays
+/// where it is if the recipe says where to look, or if an organ would hide the target.
 fn aim(
     wish: Option<Vec3>,
     look_at: Vec3,
@@ -167,7 +170,7 @@ fn middle_of_view(organs: &[(&OrganPlan, &Mesh)]) -> Vec3 {
     })
 }
 
-/// A frame that looks along `forward`: −z forward, y up.
+/// A frame that looks along `forward`: −z is forward, y is up.
 fn looking(forward: &Vec3, up: &Vec3) -> UnitQuaternion<f64> {
     let right = forward.cross(up).try_normalize(1e-6).unwrap_or_else(|| {
         // Looking straight up or down: any right will do.
@@ -178,8 +181,8 @@ fn looking(forward: &Vec3, up: &Vec3) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
 
-/// A frame that stands upright and faces the way the camera looks: moving the hand to the right
-/// moves it to the right in the picture.
+/// A frame that stands upright and faces the way the camera looks, so that a hand that moves to the
+/// right moves to the right in the picture too.
 fn facing(forward: &Vec3, upright: &Vec3) -> UnitQuaternion<f64> {
     let level = forward - upright * forward.dot(upright);
     looking(&level.try_normalize(1e-6).unwrap_or_else(Vec3::y), upright)
@@ -206,8 +209,9 @@ struct Sight {
     forward: Vec3,
 }
 
-/// The best point of the organ's skin for the scripted hand: the instrument reaches it and comes
-/// in steeply, the camera sees it, there is tissue behind it and free space before it.
+/// The best point of the organ's skin for the scripted hand, with its normal. The instrument
+/// reaches it and comes in steeply, the camera sees it, tissue lies behind it and free space before
+/// it.
 fn find_target(
     sight: &Sight,
     organs: &[(&OrganPlan, &Mesh)],
@@ -277,7 +281,8 @@ fn find_target(
     })
 }
 
-/// Points of the skin between its vertices, with its normal there: a coarse mesh has few vertices.
+/// Points of the skin between its vertices, with their normals, because a coarse mesh has few
+/// vertices.
 fn between_vertices(mesh: &Mesh) -> Vec<(Vec3, Vec3)> {
     let mut points = Vec::new();
     for &t in &mesh.triangles {

@@ -1,6 +1,6 @@
 //! Test that an organ comes to rest by itself. A packing has a few flat tetrahedra, which are
-//! stiffer than their organ's stiffness number says. Some oscillate at one substep a tick and rest
-//! at two.
+//! stiffer than the organ's stiffness number says. Some of them oscillate at one substep a tick and
+//! come to rest at two.
 
 use rt_core::math::{Pose, Vec3, norm};
 use rt_core::scene::{Inside, Link, Material, Organ, RestSphere, Room, Scene, Tetra, batches};
@@ -10,17 +10,17 @@ use shared_mem::scene::SceneData;
 
 use crate::elastic::SUBSTEPS_MAX;
 
-/// Initial speed of every sphere, each in its own direction, m/s: 10 µm in a tick.
+/// Initial speed of every sphere, m/s: 10 µm in a tick. Each has its own direction.
 const SHAKEN_M_S: f32 = 0.01;
-/// An organ with a sphere faster than this at the end has not come to rest, m/s. A soft, little
-/// damped organ is still about as fast as its initial speed.
+/// An organ with a sphere faster than this at the end has not come to rest, m/s. A soft organ with
+/// little damping is still about as fast as at the start.
 const SHAKES_M_S: f32 = 0.03;
-/// Ticks after which the motion is judged. A motion that grows by a twentieth a tick has reached
-/// its bounds by then.
+/// Ticks after which the motion is judged. A motion that grows by a twentieth in each tick has
+/// reached its limit by then.
 const TICKS: u32 = 150;
 
-/// The fewest substeps, no fewer than it has, in which the organ with this index comes to rest
-/// after it is shaken.
+/// The fewest substeps in which the organ with this index comes to rest after it is shaken. There
+/// are no fewer than the organ already has.
 pub(crate) fn substeps(scene: &SceneData, organ: usize) -> u32 {
     let Some(alone) = Alone::new(scene, organ) else {
         return scene.organs[organ].substeps; // the scene's own check says what is wrong
@@ -32,7 +32,7 @@ pub(crate) fn substeps(scene: &SceneData, organ: usize) -> u32 {
     substeps
 }
 
-/// An organ without any other and without weight.
+/// One organ without the others and without weight.
 struct Alone {
     organ: Organ,
     spheres: Vec<RestSphere>,
@@ -116,13 +116,14 @@ impl Alone {
         let Ok(scene) = Scene::new(&organs, &self.spheres, &self.links, weightless())
             .and_then(|scene| scene.with_tetrahedra(&self.batches))
         else {
-            return true; // as above
+            return true; // the scene's own check says what is wrong
         };
         let mut bodies = Box::new(Bodies::new());
         let mut tissue = Tissue::new(scene, &mut bodies, Method::NeoHookean);
         let mut spheres = 0..self.spheres.len() as u32;
         for i in spheres.clone().filter(|i| !self.spheres[*i as usize].held) {
-            // By the golden ratio: no two alike, and every time the same.
+            // Directions follow the golden ratio: no two are alike, and they are the same in every
+            // run.
             let (sin, cos) = libm::sincosf(i as f32 * 2.399_963);
             let up = (i as f32 * 0.618_034).fract() * 2.0 - 1.0;
             let level = (1.0 - up * up).sqrt();
@@ -158,7 +159,7 @@ mod tests {
 
     #[test]
     fn what_shakes_gets_the_fewest_substeps_in_which_it_does_not() {
-        // The fat of the triangle has a few flat tetrahedra.
+        // Flat tetrahedra lie in the fat of the triangle.
         let built = crate::prepare(&Recipe::triangle(true).unwrap(), &mut |_| {}).unwrap();
         let mut scene = built.scene;
         let organs = &built.report.organs;

@@ -1,8 +1,9 @@
-//! A closed triangle surface around the negative part of a grid function.
+//! A closed triangle surface around the part of a grid where a function is negative.
 //!
-//! Surface nets: one vertex in each cell that the surface crosses, one quadrilateral for each
-//! grid edge that it crosses. Where four points around a face disagree crosswise, the outside one
-//! nearest to the surface joins the inside first, so that every edge joins exactly two triangles.
+//! Surface nets have one vertex in each cell that the surface crosses, and one quadrilateral for
+//! each grid edge that it crosses. Where opposite corners of a face lie inside and the other two
+//! outside, the outside corner nearest to the surface is moved inside first, so that every edge
+//! joins exactly two triangles.
 
 use crate::Vec3;
 use crate::field::Grid;
@@ -10,8 +11,8 @@ use crate::mesh::Mesh;
 
 const NONE: u32 = u32::MAX;
 
-/// The surface where `values` (one for each grid point) change sign. The border of the grid
-/// counts as outside.
+/// The surface where `values`, one for each grid point, change sign. The border of the grid counts
+/// as outside.
 pub(crate) fn surface(grid: &Grid, values: &[f64]) -> Mesh {
     let mut values = values.to_vec();
     let [nx, ny, nz] = grid.size;
@@ -73,7 +74,7 @@ fn crossing_of_cell(grid: &Grid, values: &[f64], cell: [usize; 3]) -> Option<Vec
     (count > 0.0).then(|| sum / count)
 }
 
-/// Two triangles around a grid edge that the surface crosses.
+/// Adds two triangles around a grid edge if the surface crosses it.
 fn quad(
     grid: &Grid,
     values: &[f64],
@@ -95,7 +96,7 @@ fn quad(
         cell[v] -= dv;
         vertex_of_cell[grid.index(cell)]
     };
-    // Anticlockwise about the axis.
+    // Cells around the edge, anticlockwise about the axis.
     let mut ring = [cell(1, 1), cell(0, 1), cell(0, 0), cell(1, 0)];
     if ring.contains(&NONE) {
         return;
@@ -104,7 +105,7 @@ fn quad(
         ring.reverse();
     }
     let p = ring.map(|i| mesh.vertices[i as usize]);
-    // Along the shorter diagonal.
+    // Split along the shorter diagonal.
     let [q, r, s, t] = ring;
     if (p[2] - p[0]).norm_squared() <= (p[3] - p[1]).norm_squared() {
         mesh.triangles.extend([[q, r, s], [q, s, t]]);

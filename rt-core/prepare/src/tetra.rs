@@ -1,4 +1,4 @@
-//! Tetrahedra between sphere centres, which together carry the organ's whole volume.
+//! Tetrahedra between sphere centres. Together they carry the organ's whole volume.
 
 use crate::Vec3;
 use crate::delaunay;
@@ -7,28 +7,29 @@ use crate::order;
 use crate::pack::{Ball, Interior};
 
 /// Smallest `V/L³` (volume over the cube of the longest edge). A regular tetrahedron has 0.118. A
-/// tetrahedron below this limit is a sliver, so flat that the solver's rounding errors grow in it.
-/// With slivers down to 0.006, a gallbladder at rest moved a millimetre in half a second; with this
-/// limit, 20 nm.
+/// tetrahedron below this limit is a sliver: it is so flat that the solver's rounding errors grow
+/// in it. With slivers down to 0.006, a gallbladder at rest moved by a millimetre in half a second;
+/// with this limit it moved by 20 nm.
 pub const SHAPE_MIN: f64 = 0.015;
 
 /// A tetrahedron of four spheres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tetra {
-    /// Its corners; `det(b − a, c − a, d − a)` is positive at rest.
+    /// Its corners. `det(b − a, c − a, d − a)` is positive at rest.
     pub spheres: [u32; 4],
-    /// The share of the organ's volume that it carries, m³: its own and what lies nearest to it.
+    /// Share of the organ's volume that it carries, m³: its own volume and what lies nearest to it.
     pub volume_m3: f64,
 }
 
-/// Fills the space between the centres: Delaunay, without what leaves the organ and without
-/// slivers, except where a sphere would be left out. The volumes sum to `volume_m3`.
+/// Fills the space between the centres with Delaunay tetrahedra. It leaves out those that leave the
+/// organ, unless a sphere would have none, and all slivers. The volumes sum to `volume_m3`.
 #[must_use]
 pub fn fill(interior: &Interior<'_>, balls: &[Ball], volume_m3: f64) -> Vec<Tetra> {
     fill_between(interior, balls, volume_m3, &[])
 }
 
-/// As [`fill`], with held tissue beyond `planes`: free tetrahedra do not carry held tissue.
+/// Fills the space as [`fill`] does, with held tissue beyond `planes`. Free tetrahedra carry no
+/// held tissue.
 #[must_use]
 pub fn fill_between(
     interior: &Interior<'_>,
@@ -49,7 +50,7 @@ pub fn fill_between(
             in_use[i as usize] = true;
         }
     }
-    // A sphere that is left out takes its best-shaped tetrahedron, if that is no sliver.
+    // A sphere in no tetrahedron takes its best-shaped one, if that is no sliver.
     for i in 0..balls.len() as u32 {
         if in_use[i as usize] {
             continue;
@@ -97,9 +98,10 @@ fn lies_inside(interior: &Interior<'_>, centers: &[Vec3], t: &[u32; 4]) -> bool 
 
 const NONE: u32 = u32::MAX;
 
-/// Grid points inside the organ that each tetrahedron contains or, of those in none, is nearest to
-/// (in steps of the grid); at least its own volume's worth of a point. Held tissue belongs to held
-/// tetrahedra only, and other tissue to others; also how much of the held is left to none.
+/// Counts the grid points inside the organ that belong to each tetrahedron: those in it and, of
+/// those in none, the ones that it reaches first in steps of the grid. A tetrahedron has at least
+/// its own volume's worth of points. Held points belong to held tetrahedra only, free points to
+/// free ones only. The second result counts the held points that belong to none.
 fn shares(
     interior: &Interior<'_>,
     centers: &[Vec3],
@@ -118,7 +120,7 @@ fn shares(
         let may_own = |point: usize| held_points[point] == held_tets[number];
         claim(interior, corners, number as u32, may_own, &mut owner);
     }
-    // Carry ownership from point to point, one step a round.
+    // Carry ownership from point to point, one step in each round.
     let mut front: Vec<u32> = interior
         .points
         .iter()
@@ -156,7 +158,7 @@ fn shares(
     (shares, left_out)
 }
 
-/// Marks the grid points in a tetrahedron that no other has.
+/// Marks the grid points in a tetrahedron that no other one owns yet.
 fn claim(
     interior: &Interior<'_>,
     [a, b, c, d]: [Vec3; 4],

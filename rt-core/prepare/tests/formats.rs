@@ -6,7 +6,7 @@ use scene_prepare::error::MeshProblem;
 use scene_prepare::mesh::{Mesh, mend, read};
 use scene_prepare::recipe::Closing;
 
-/// Corners and outward triangles of a box from the origin, 0.1 × 0.2 × 0.3 m: 6 mL.
+/// Corners and outward sides of a box from the origin, 0.1 × 0.2 × 0.3 m: 6 L.
 const CORNERS: [[f32; 3]; 8] = [
     [0.0, 0.0, 0.0],
     [0.1, 0.0, 0.0],
@@ -97,10 +97,10 @@ fn ply_header(format: &str) -> String {
     )
 }
 
-/// A GLB with one node for each (name, corners, indices).
-/// Name, corners, indices of a part.
+/// Name, corners and indices of a part of a GLB.
 type Part<'a> = (&'a str, &'a [[f32; 3]], &'a [u32]);
 
+/// A GLB with one node for each part.
 fn glb(nodes: &[Part<'_>], translation: [f32; 3]) -> Vec<u8> {
     let mut data: Vec<u8> = Vec::new();
     let (mut views, mut accessors, mut meshes, mut list) = (vec![], vec![], vec![], vec![]);
@@ -255,7 +255,7 @@ fn glb_by_node_name_with_its_transform() {
 
 #[test]
 fn glb_split_along_seams_is_closed_after_welding() {
-    // Every triangle with corners of its own, as exporters write them.
+    // Every triangle has corners of its own, as exporters write them.
     let mut corners = Vec::new();
     for t in triangles() {
         corners.extend(t.map(|i| CORNERS[i as usize]));
@@ -312,7 +312,7 @@ fn damaged_files_are_refused_with_a_remedy() {
     assert!(missing.contains("--meshes"), "{missing}");
 }
 
-/// A GLB of one box with some of its text replaced; what is shorter is filled up with spaces.
+/// A GLB of one box with some of its text replaced.
 fn lying_glb(edits: &[(&str, &str)]) -> Vec<u8> {
     let indices: Vec<u32> = triangles().into_flattened();
     let bytes = glb(&[("box", &CORNERS, &indices)], [0.0; 3]);
@@ -335,7 +335,7 @@ fn lying_glb(edits: &[(&str, &str)]) -> Vec<u8> {
     edited
 }
 
-/// Most memory that this process ever held, bytes.
+/// Largest memory that this process has held, bytes.
 fn memory_peak() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux");
     let line = status.lines().find(|line| line.starts_with("VmHWM:"));
@@ -345,8 +345,8 @@ fn memory_peak() -> u64 {
         * 1024
 }
 
-/// Short files that promise a billion of something: refused with the number or the place, before
-/// memory is taken for it.
+/// Short files promise a billion of something. Each is refused with the number or the place, before
+/// memory is taken.
 #[test]
 fn a_billion_of_anything_is_refused_at_once() {
     let many = "1000000000";
@@ -455,7 +455,7 @@ fn glb_with_elements_of_another_kind_is_refused() {
     }
 }
 
-/// Pipes and devices may have no end: what is no plain file is not read.
+/// Pipes and devices may have no end, so only plain files are read.
 #[test]
 fn what_is_no_plain_file_is_refused() {
     let folder = tempfile::tempdir().unwrap();

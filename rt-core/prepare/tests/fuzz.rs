@@ -1,4 +1,4 @@
-//! The fuzz targets' bodies on bytes that proptest makes up: wholly random, and real files with
+//! The fuzz targets' bodies on bytes that proptest makes up: random bytes, and small files with
 //! random damage.
 
 use proptest::prelude::*;
@@ -20,7 +20,7 @@ const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0
     "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],
     "max":[1,1,1]}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}]}"#;
 
-/// Found by a long run: the library indexed a list of accessors that was empty.
+/// A long run found this: the library indexed a list of accessors that was empty.
 #[test]
 fn positions_that_do_not_exist_are_refused() {
     let text = GLTF.replace("\"accessors\":[{", "\"accesors\":[{");
@@ -28,7 +28,7 @@ fn positions_that_do_not_exist_are_refused() {
     mesh::read(&[&[3], text.as_bytes()].concat());
 }
 
-/// Cuts, overwrites and inserts.
+/// The text with bytes overwritten, inserted and removed, or cut off.
 fn damaged(text: &str, edits: &[(usize, u8, u8)]) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     for &(at, kind, value) in edits {
@@ -38,7 +38,7 @@ fn damaged(text: &str, edits: &[(usize, u8, u8)]) -> Vec<u8> {
             1 => bytes.insert(at, value),
             2 if at < bytes.len() => drop(bytes.remove(at)),
             3 if value < 16 => bytes.truncate(at),
-            // A digit where it may count.
+            // Insert a digit, because it may change a count.
             _ => bytes.insert(at, b'0' + value % 10),
         }
     }

@@ -1,4 +1,5 @@
-//! Meshes as real ones come: open, inside out, non-manifold, hollow, contradictory.
+//! Meshes as they come from scans and exporters: open, inside out, non-manifold, hollow,
+//! contradictory.
 
 use proptest::prelude::*;
 use scene_prepare::Vec3;
@@ -97,7 +98,7 @@ fn a_ball_with_two_large_holes_keeps_its_volume() {
     mesh.triangles = triangles;
     let filled = mend(&mesh, Closing::Fill).unwrap();
     assert!(filled.mesh.is_closed());
-    // The two caps, flattened, hold 2.8 and 2.1 % of the ball.
+    // The two caps cut off hold 2.8 and 2.1 % of the ball.
     let share = filled.volume_m3 / whole;
     assert!((0.93..0.97).contains(&share), "{share}");
     let wrapped = mend(&mesh, Closing::Wrap).unwrap();
@@ -108,7 +109,7 @@ fn a_ball_with_two_large_holes_keeps_its_volume() {
 
 #[test]
 fn hollow_wall_with_an_opening_becomes_solid() {
-    // A ball with an inner side, joined through a hole at the top.
+    // A ball with an inner side, which a hole at the top joins to the outer side.
     let wall = |p: &Vec3| {
         let shell = (p.norm() - 0.0485).abs() - 0.0015;
         let hole = (libm::hypot(p.x, p.y) - 0.003).max(-p.z);
@@ -132,7 +133,7 @@ fn hollow_wall_with_an_opening_becomes_solid() {
 
 #[test]
 fn wall_that_crosses_the_box_is_wrapped() {
-    // Three triangles at an edge.
+    // The added wall makes edges with three triangles.
     let mut mesh = unit_box();
     mesh.vertices.push(Vec3::new(0.05, 0.05, 0.05));
     mesh.triangles.push([0, 1, 8]);
@@ -149,7 +150,7 @@ fn wall_that_crosses_the_box_is_wrapped() {
     );
 }
 
-/// Two boxes of a litre each that share a quarter of it: 1.75 L, not 2 L.
+/// Two boxes of a litre each share a quarter of a litre: together they hold 1.75 L, not 2 L.
 #[test]
 fn what_overlaps_itself_is_merged_or_refused_with_the_place() {
     let mut mesh = unit_box();
@@ -248,7 +249,7 @@ fn what_cannot_be_mended_says_why() {
     let millimetres = cuboid([0.0; 3], [100.0; 3]);
     let message = mend(&millimetres, Closing::Auto).unwrap_err().to_string();
     for part in [
-        "is 100.0000 m across, allowed are 0.002 to 2 m",
+        "is 100.0000 m across; allowed: 0.002 to 2 m",
         "look like millimetres",
         "set `unit`",
         "--unit",
@@ -293,7 +294,7 @@ fn what_cannot_be_mended_says_why() {
     );
 }
 
-/// Two nested shells, whichever way each of them is turned, are one body: the outer one.
+/// Two nested shells, whichever way each is turned, are one body: the outer shell.
 #[test]
 fn nested_shells_of_any_winding_are_the_outer_one() {
     for turned in 0..4 {
@@ -309,7 +310,7 @@ fn nested_shells_of_any_winding_are_the_outer_one() {
     }
 }
 
-/// A figure of eight that turns over once on its way around: closed, and without sides.
+/// A figure of eight that turns over once on its way around. It is closed and has no inside.
 fn klein_bottle() -> Mesh {
     let (around, across) = (60u32, 31u32);
     let mut mesh = Mesh::default();
@@ -351,7 +352,7 @@ fn closed_surface_without_sides_is_refused_and_its_remedy_works() {
     assert!(solid.mesh.is_closed() && solid.volume_m3 > 1e-4, "{solid}");
 }
 
-/// A bow tie, drawn out: as much of it is inside out as is not, whichever way it is turned.
+/// A bow tie, drawn out: half of it is inside out, whichever way it is turned.
 #[test]
 fn body_whose_halves_contradict_each_other_is_refused_and_its_remedy_works() {
     let mut mesh = cuboid([0.0; 3], [0.1; 3]);
@@ -392,8 +393,8 @@ fn thousands_of_pieces_are_refused_at_once_and_specks_are_not() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(10))]
 
-    /// A ball with triangles deleted, repeated, turned and moved: either mended into a closed
-    /// surface with a volume, or refused, never a panic.
+    /// A ball with triangles deleted, repeated and turned and vertices moved is mended into a
+    /// closed surface with a volume, or refused. It never panics.
     #[test]
     fn mutilated_balls_never_panic(
         edits in prop::collection::vec((0usize..4, 0usize..10_000, -0.004f64..0.004), 0..60),

@@ -1,4 +1,4 @@
-//! Recipes: what is accepted, and what each mistake is told.
+//! Recipes: the accepted ones, and the error of each mistake.
 
 use std::path::Path;
 
@@ -57,13 +57,13 @@ fn sutures_and_bands_name_their_places() {
             "suture[0].from",
             "'lever' is not an organ",
         ),
-        ("0.1", "11", 17, "suture[0].to", "within 10 m"),
+        ("0.1", "11", 17, "suture[0].to", "of -10 to 10"),
         (
             "= 20",
             "= -1",
             18,
             "suture[0].length_mm",
-            "allowed are 0 to 1000",
+            "allowed: 0 to 1000",
         ),
         (
             near,
@@ -106,7 +106,7 @@ fn good_recipe_is_read_in_metres_with_defaults() {
     assert_eq!(recipe.room.instrument_length_m, Some(0.3));
 }
 
-/// Each mistake: what is replaced, by what, the line and key and words of the error.
+/// For each mistake: the text replaced, its replacement, and the line, key and words of the error.
 #[test]
 fn mistakes_name_line_key_value_and_remedy() {
     let cases = [
@@ -129,7 +129,7 @@ fn mistakes_name_line_key_value_and_remedy() {
             "spheres = 3",
             11,
             "organ[0].spheres",
-            "is 3, allowed are 8 to 4096",
+            "is 3; allowed: 8 to 4096",
         ),
         (
             "kind = \"liver\"",
@@ -143,35 +143,35 @@ fn mistakes_name_line_key_value_and_remedy() {
             "young_pa = -1.0",
             12,
             "organ[0].material.young_pa",
-            "allowed are 10",
+            "allowed: 10",
         ),
         (
             "young_pa = 4000.0",
             "friction = 3.0",
             12,
             "organ[0].material.friction",
-            "allowed are 0 to 2",
+            "allowed: 0 to 2",
         ),
         (
             "young_pa = 4000.0",
             "toughness_j_m2 = -1.0",
             12,
             "organ[0].material.toughness_j_m2",
-            "allowed are 0 to 1000000",
+            "allowed: 0 to 1000000",
         ),
         (
             "base = 0.2",
             "base = 1.2",
             13,
             "organ[0].held[0]",
-            "allowed are 0 to 1",
+            "allowed: 0 to 1",
         ),
         (
             "radius_m = 0.02",
             "radius_m = 9",
             13,
             "organ[0].held[1]",
-            "allowed are 0.0001 to 1",
+            "allowed: 0.0001 to 1",
         ),
         (
             "{ base = 0.2 }",
@@ -185,7 +185,7 @@ fn mistakes_name_line_key_value_and_remedy() {
             "_length_m = 3",
             4,
             "room.instrument_length_m",
-            "is 3, allowed are 0.1 to 0.6",
+            "is 3; allowed: 0.1 to 0.6",
         ),
         (
             "mesh = \"liver.obj\"",
@@ -271,7 +271,7 @@ fn built_in_recipe_is_valid() {
 }
 
 proptest::proptest! {
-    /// Any text: an error with a line in it, never a panic.
+    /// Any text gives a recipe or an error with a line, never a panic.
     #[test]
     fn arbitrary_recipes_never_panic(cut in 0usize..400, insert in "\\PC{0,20}") {
         let at = (0..=cut.min(GOOD.len())).rev().find(|&i| GOOD.is_char_boundary(i)).unwrap();

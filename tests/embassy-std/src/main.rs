@@ -1,9 +1,9 @@
-//! Wake-up latency of embassy's stock std executor and time driver, 1 kHz, as a histogram in
-//! cyclictest's form.
+//! Wake-up latency of embassy's stock std executor and time driver at 1 kHz, printed as a histogram
+//! in cyclictest's form.
 //!
-//! Usage: `calot-embassy-std -p80 -a1 -D10` sets priority, core and seconds. Other options of
-//! cyclictest are accepted and ignored. The driver's helper thread inherits the priority; with an
-//! ordinary priority its latency is far worse.
+//! Usage: `calot-embassy-std -p80 -a1 -D10` sets priority, core and seconds. The program accepts
+//! and ignores cyclictest's other options. The driver's helper thread inherits the priority. At an
+//! ordinary priority the latency is far worse.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -32,7 +32,8 @@ fn main() {
         }
     }
     become_realtime(priority, core);
-    // Held until the end: no deep idle states. Refused to ordinary users, as to cyclictest.
+    // The open file keeps the processor from deep idle states until the end. Ordinary users may not
+    // open it; cyclictest meets the same refusal.
     let _awake = std::fs::File::options()
         .write(true)
         .open("/dev/cpu_dma_latency")
@@ -48,9 +49,9 @@ fn main() {
 async fn measure(periods: u64) {
     let mut latencies_ns = vec![1u32; periods as usize];
     latencies_ns.clear();
-    // The first look starts the driver and its thread, which takes most of a millisecond.
+    // The first call starts the driver and its thread, which takes most of a millisecond.
     let _ = Instant::now();
-    // embassy counts µs from its own start.
+    // Start of embassy's clock, which counts µs, on the monotonic clock.
     let zero_ns = monotonic_ns() - Instant::now().as_ticks() * 1000;
     let mut due_us = Instant::now().as_ticks() + 5 * PERIOD_US;
     let mut missed = 0;
@@ -74,7 +75,7 @@ async fn measure(periods: u64) {
     std::process::exit(0);
 }
 
-/// Locks memory, pins the thread and sets SCHED_FIFO, as in the program that it is compared with.
+/// Locks memory, pins the thread and sets SCHED_FIFO, as `calot rt` does.
 fn become_realtime(priority: i32, core: i32) {
     // SAFETY: plain calls; the structs are initialised and live on this stack.
     let refused = unsafe {

@@ -1,4 +1,4 @@
-//! `evaluate accuracy`: every method in every case, its error against its time.
+//! `evaluate accuracy`: the error of every method in every case, against its time.
 
 use std::collections::BTreeMap;
 
@@ -14,37 +14,41 @@ use crate::solved::{self, Answer, tell};
 
 /// Length of a tick, s.
 const TICK_S: f32 = 1e-3;
-/// Load grows for this long, ticks; then the body may settle for up to [`SETTLE_TICKS`].
+/// Ticks in which the load grows.
 const RAMP_TICKS: usize = 800;
+/// Ticks in which the body may then settle.
 const SETTLE_TICKS: usize = 4000;
-/// An implicit method may take steps of so many ticks on its way to rest.
+/// Ticks in a step of an implicit method on its way to rest.
 const IMPLICIT_TICKS: usize = 8;
-/// Settled: no sphere faster than this, m/s.
+/// A body whose spheres are all slower than this has settled, m/s.
 const STILL_M_S: f32 = 2e-4;
-/// Share of velocity lost per second: the first modes come to rest soonest.
+/// Damping as a share of velocity lost per second. With this much, the lowest modes come to rest
+/// soonest.
 const DAMPING_PER_S: f32 = 20.0;
-/// Rounds in which all methods take turns, and ticks of a turn.
+/// Rounds in which all methods take turns.
 const ROUNDS: usize = 9;
+/// Ticks of a turn.
 const TURN_TICKS: usize = 6;
 
 /// One line of `accuracy.csv`.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
-    /// Case.
+    /// Name of the case.
     pub(crate) scene: String,
-    /// Method.
+    /// Name of the method.
     pub(crate) method: &'static str,
-    /// Its fitted setting; empty where there is none.
+    /// Fitted setting of the method; empty without one.
     pub(crate) setting: String,
-    /// Number of spheres; for hexahedra, of nodes.
+    /// Number of spheres or, for hexahedra, of nodes.
     pub(crate) spheres: usize,
     /// Processor time of a tick, µs.
     pub(crate) us_per_tick: f64,
-    /// Root mean square of the displacement error of the free spheres, mm; infinite: blew up.
+    /// Root mean square of the displacement error of the free spheres, mm; infinite if the method
+    /// blew up.
     pub(crate) rms_mm: f64,
-    /// The largest, mm.
+    /// Largest displacement error, mm.
     pub(crate) max_mm: f64,
-    /// Error of the force (or torque), %.
+    /// Error of the force or torque, %.
     pub(crate) force_error_pct: f64,
     /// Error of the volume, % of the volume.
     pub(crate) volume_error_pct: f64,
@@ -53,20 +57,20 @@ pub(crate) struct Row {
 /// Options from the command line.
 #[derive(Debug, Clone)]
 pub(crate) struct Ask {
-    /// Cases; the first calibrates.
+    /// Cases. The methods are calibrated on the first.
     pub(crate) cases: Vec<Case>,
     /// Sphere counts.
     pub(crate) spheres: Vec<usize>,
-    /// Further sphere counts, of the first three cases.
+    /// Further sphere counts, for the first three cases.
     pub(crate) many: Vec<usize>,
     /// Cube counts of the hexahedra.
     pub(crate) cubes: Vec<usize>,
-    /// Layers of elements of the reference between the scene's planes.
+    /// Layers of the reference's elements between the scene's planes.
     pub(crate) layers: usize,
 }
 
 impl Ask {
-    /// Everything, or a quick look.
+    /// All cases and counts, or few for a quick look.
     pub(crate) fn new(quick: bool) -> Self {
         if quick {
             return Self {
@@ -90,10 +94,10 @@ impl Ask {
 /// Fitted stiffness of the paper's method and of stretch and volume, by sphere count.
 type Fits = BTreeMap<usize, [f32; 2]>;
 
-/// Runs everything; tells on standard error how far it is.
+/// Runs all cases. Progress goes to standard error.
 ///
 /// # Errors
-/// What went wrong, in words.
+/// When the first case has no reference; the reason in words.
 pub(crate) fn run(ask: &Ask) -> Result<Vec<Row>, String> {
     let mut rows = Vec::new();
     let mut fits = Fits::new();
@@ -128,10 +132,10 @@ fn one(
     fits: &mut Fits,
 ) -> Result<Vec<Row>, String> {
     let scene = Scene::new(case.kind, surface);
-    // A turn takes many steps, and the meshes agree sooner.
+    // A twist takes many load steps, and its meshes agree sooner.
     let layers = match case.kind {
         Kind::Twist(_) => ask.layers * 3 / 4,
-        // Its elements are small where it matters.
+        // Elements under a tool are already small where it matters.
         Kind::Press(..) => ask.layers / 2,
         _ => ask.layers,
     };
@@ -169,7 +173,7 @@ fn one(
         ];
         rows.extend(measure(case, &stage, &ways));
     }
-    // Cubes have a stair for a skin: nothing to press.
+    // Cubes have stairs for a skin, which no tool can press.
     for &count in ask.cubes.iter().filter(|_| scene.press.is_none()) {
         let body = Body::of_cubes(surface, &scene, count, case.tissue);
         let stage = Stage::new(&body, &scene, solved.at(&body), true);
@@ -185,7 +189,7 @@ struct Stage<'a> {
     answer: Answer,
     held: Vec<Held>,
     by_centre: bool,
-    /// Skin that the product's tools meet.
+    /// Contact skin of the product.
     skin: Option<&'a ContactSkin>,
 }
 
@@ -208,7 +212,7 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Position of a held sphere at a share of the load.
+    /// Displacement of a held sphere at a share of the load.
     fn target(&self, i: usize, share: f64) -> V3 {
         let rest = self.body.rest_m[i].cast();
         match (self.held[i], self.answer.displacement_m[i]) {
@@ -228,7 +232,7 @@ fn is_lost(state: &State) -> bool {
     state.u_m.iter().any(|u| !u.iter().all(|c| c.abs() < 10.0))
 }
 
-/// One tick at a share of the load.
+/// Advances a method from tick `span[0]` to `span[1]`. The load's share follows from the tick.
 fn tick(stage: &Stage<'_>, way: Way, method: &mut dyn Method, state: &mut State, span: [f64; 2]) {
     let substeps = way.substeps();
     let around = stage.around();
@@ -283,7 +287,8 @@ fn settle(stage: &Stage<'_>, way: Way, method: &mut dyn Method) -> State {
     state
 }
 
-/// The stiffness whose mean displacement is the reference's; the mean falls with stiffness.
+/// Finds the stiffness at which the mean displacement is the reference's. The mean falls as the
+/// stiffness rises.
 fn calibrate(stage: &Stage<'_>, way: impl Fn(f32) -> Way) -> f32 {
     let reference = stage.answer.displacement_m.iter().flatten();
     let wanted: f64 = reference.map(nalgebra::Vector3::norm).sum();
@@ -309,10 +314,10 @@ fn calibrate(stage: &Stage<'_>, way: impl Fn(f32) -> Way) -> f32 {
     ((low + high) / 2.0).exp()
 }
 
-/// Stiffness of the paper's method and of stretch and volume, fitted on the sag.
+/// Stiffness of the paper's method and of stretch and volume, both fitted on the sag.
 ///
 /// # Errors
-/// Why there is no reference, in words.
+/// When the sag has no reference; the reason in words.
 pub(crate) fn fits(surface: &Mesh, body: &Body, layers: usize) -> Result<[f32; 2], String> {
     let scene = Scene::new(Kind::Sag, surface);
     let solved = solved::solve(surface, &scene, &body.tissue, layers, &mut tell)
@@ -399,7 +404,7 @@ fn judge(case: &Case, stage: &Stage<'_>, way: Way, state: &State) -> Row {
     let pull_n = pull_n(stage, way, state);
     let pulls = (0..state.u_m.len()).filter(|&i| stage.held[i] != Held::Free);
     let mut load = scene.load(pulls.map(|i| {
-        // Held tissue hangs from the hold too.
+        // The hold carries the weight of held tissue too.
         let weight = scene.gravity() * f64::from(body.mass_kg[i]);
         let pull: nalgebra::Vector3<f64> = pull_n[i].cast();
         let is_moved = stage.held[i] == Held::Moved;
@@ -418,8 +423,8 @@ fn judge(case: &Case, stage: &Stage<'_>, way: Way, state: &State) -> Row {
     row
 }
 
-/// Force of the tissue on what holds it, N. The product does not tell it: of the solid it follows
-/// from the displacements, of the paper's method from a step of its twin.
+/// Force of the tissue on each sphere, N. The product does not report it: for the solid it follows
+/// from the displacements, for the paper's method from a step of the twin.
 fn pull_n(stage: &Stage<'_>, way: Way, state: &State) -> Vec<V3> {
     match way {
         Way::Ours => stage.body.pull_n(&state.u_m),
@@ -435,7 +440,7 @@ fn pull_n(stage: &Stage<'_>, way: Way, state: &State) -> Vec<V3> {
     }
 }
 
-/// `accuracy.csv`.
+/// The rows as `accuracy.csv`.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
         "scene,method,spheres,us_per_tick,rms_mm,max_mm,force_error_pct,volume_error_pct,setting\n",
@@ -461,7 +466,7 @@ pub(crate) fn csv(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// The reduced run: coarse, few cases, but the whole way.
+    /// The quick run is coarse and has few cases, but goes the whole way.
     #[test]
     fn ours_is_nearest_to_the_reference() {
         let rows = run(&Ask::new(true)).expect("a run");

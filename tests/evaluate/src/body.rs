@@ -1,4 +1,5 @@
-//! A soft body as the fast methods see it: sphere centres, tetrahedra between them, edges.
+//! A soft body as the fast methods see it: sphere centres, tetrahedra between them, and their
+//! edges.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +12,7 @@ use scene_prepare::tetra;
 
 use crate::scene::Scene;
 
-/// A point or direction in single precision, as the realtime methods compute.
+/// A point or direction in single precision, in which the realtime methods compute.
 pub(crate) type V3 = nalgebra::Vector3<f32>;
 
 /// Material of a body, SI.
@@ -26,7 +27,7 @@ pub(crate) struct Tissue {
 }
 
 impl Tissue {
-    /// Liver as the scenes have it, unless they say otherwise.
+    /// Liver tissue. Cases use it unless they name another.
     pub(crate) const LIVER: Self = Self {
         young_pa: 5000.0,
         poisson: 0.45,
@@ -47,11 +48,11 @@ impl Tissue {
 /// Hold on a sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Held {
-    /// Nothing.
+    /// No hold.
     Free,
-    /// The scene's fixed end.
+    /// Held by the scene's fixed end.
     Fixed,
-    /// The end that the scene moves.
+    /// Held by the end that the scene moves.
     Moved,
 }
 
@@ -60,26 +61,26 @@ pub(crate) enum Held {
 pub(crate) struct Tet {
     /// Its spheres.
     pub(crate) nodes: [usize; 4],
-    /// Volume of tissue that it stands for, m³.
+    /// Volume of tissue that the tetrahedron stands for, m³.
     pub volume_m3: f32,
     /// Derivatives of the last three barycentric coordinates by rest position, 1/m.
     pub(crate) slopes: [V3; 3],
 }
 
-/// Derivative of the determinant.
+/// Derivative of the determinant of `f`.
 pub(crate) fn cofactor(f: &nalgebra::Matrix3<f32>) -> nalgebra::Matrix3<f32> {
     let (a, b, c) = (f.column(0), f.column(1), f.column(2));
     nalgebra::Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
 }
 
-/// An edge of the graph.
+/// An edge of the tetrahedra.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Edge {
     /// Its ends.
     pub(crate) nodes: [usize; 2],
     /// Length at rest, m.
     pub(crate) length_m: f32,
-    /// Tissue that it stands for if edges carry all of it, m³.
+    /// Volume that the edge stands for if edges carry all tissue, m³.
     pub volume_m3: f32,
 }
 
@@ -88,7 +89,7 @@ pub(crate) struct Edge {
 pub(crate) struct Body {
     /// Sphere centres, m.
     pub(crate) rest_m: Vec<V3>,
-    /// Radius of each sphere within the organ's skin, m; 0 where there is none.
+    /// Radius of each sphere within the organ's skin, m; 0 for nodes of cubes.
     pub(crate) radius_m: Vec<f32>,
     /// Mass of each sphere, kg.
     pub(crate) mass_kg: Vec<f32>,
@@ -98,20 +99,20 @@ pub(crate) struct Body {
     pub(crate) edges: Vec<Edge>,
     /// Material.
     pub(crate) tissue: Tissue,
-    /// Cubes, for the method that has no spheres; else empty.
+    /// Cubes, for the method without spheres; otherwise empty.
     pub(crate) cells: Vec<[usize; 8]>,
-    /// Their edge, m.
+    /// Edge of the cubes, m.
     pub(crate) cell_m: f32,
 }
 
 impl Body {
-    /// Hold on each sphere: the scene's planes, and one spacing beyond them. Held spheres beyond
-    /// the planes follow the reference. Up to a spacing of tissue lies between a plane and the
-    /// first free sphere, and the way a method bridges it says nothing about the method. (If only
-    /// spheres whose centres lie beyond the planes are held, 581 spheres sag 13 % too far, 2.5 mm
-    /// rms. If so many are held that the tetrahedra between them carry the tissue behind the plane,
-    /// they sag 20 % too little.) With `by_centre`, only spheres behind the planes are held, as an
-    /// attachment would do it.
+    /// Hold on each sphere: spheres are held beyond the scene's planes, and up to one spacing
+    /// before them. Held spheres before the planes follow the reference. The reason: up to a
+    /// spacing of tissue lies between a plane and the first free sphere, and its stiffness says
+    /// nothing about the method. (If only spheres beyond the planes are held, 581 spheres sag 13 %
+    /// too far, 2.5 mm rms. If so many are held that the tetrahedra between them carry the tissue
+    /// behind the plane, they sag 20 % too little.) With `by_centre`, only spheres beyond the
+    /// planes are held, as an attachment would do it.
     pub(crate) fn held(&self, scene: &Scene, by_centre: bool) -> Vec<Held> {
         let reach = if by_centre {
             0.0
@@ -122,7 +123,7 @@ impl Body {
         self.rest_m.iter().map(what).collect()
     }
 
-    /// About `cells` cubes that fill a closed mesh, corners on the scene's planes.
+    /// Fills a closed mesh with about `cells` cubes whose corners lie on the scene's planes.
     pub(crate) fn of_cubes(
         mesh: &scene_prepare::mesh::Mesh,
         scene: &Scene,
@@ -162,7 +163,7 @@ impl Body {
                 }
             }
         }
-        // The organ's mass, also where cubes and skin differ.
+        // The cubes have the organ's mass, although their volume differs.
         let share = tissue.density_kg_m3 * volume / (8 * body.cells.len().max(1)) as f64;
         body.mass_kg = vec![0.0; body.rest_m.len()];
         for &n in body.cells.iter().flatten() {
@@ -180,7 +181,7 @@ impl Body {
         Self::packed_with(mesh, count, tissue, &[], |_, _, _| ()).map(|(body, ())| body)
     }
 
-    /// Builds the body with tissue held beyond planes, and with the skin at which tools meet it.
+    /// Packs a closed mesh whose tissue is held beyond planes, and makes the skin that tools meet.
     pub(crate) fn with_skin(
         mesh: &scene_prepare::mesh::Mesh,
         count: usize,
@@ -193,7 +194,7 @@ impl Body {
         Self::packed_with(mesh, count, tissue, planes, skin)
     }
 
-    /// Builds the body and calls back with what follows from the packing.
+    /// Packs a closed mesh, and calls `follows` with the packing.
     fn packed_with<T>(
         mesh: &scene_prepare::mesh::Mesh,
         count: usize,
@@ -205,7 +206,8 @@ impl Body {
         let interior = Interior::new(mesh, volume, count)?;
         let mut balls = pack_evenly(&interior, count);
         onto_planes(planes, &interior, &mut balls);
-        // A sphere of slivers only would be alone here: preparation hangs it on springs.
+        // A sphere in slivers only would be alone here, while preparation hangs it on springs.
+        // Leave it out.
         let mut in_use = vec![false; balls.len()];
         for tetra in tetra::fill_between(&interior, &balls, volume, planes) {
             for i in tetra.spheres {
@@ -232,7 +234,8 @@ impl Body {
         Some((body, follows(&interior, &balls, &filled)))
     }
 
-    /// From centres, the volume nearest to each, and tetrahedra with theirs.
+    /// Makes a body from sphere centres, the volume nearest to each, and tetrahedra with their
+    /// volumes.
     pub(crate) fn new(
         centers: &[nalgebra::Vector3<f64>],
         share_m3: &[f64],
@@ -288,14 +291,14 @@ impl Body {
         }
     }
 
-    /// Edge of a cube with a sphere's share of the volume, m.
+    /// Edge of a cube that has a sphere's share of the volume, m.
     pub(crate) fn spacing_m(&self) -> f32 {
         let volume: f32 = self.mass_kg.iter().sum::<f32>() / self.tissue.density_kg_m3 as f32;
         (volume / self.rest_m.len().max(1) as f32).cbrt()
     }
 
-    /// Force of the material on each sphere under displacements, N: what the product's neo-Hookean
-    /// solid over the tetrahedra pulls with.
+    /// Force of the material on each sphere under displacements, N: that of the product's
+    /// neo-Hookean solid over the tetrahedra.
     pub(crate) fn pull_n(&self, u: &[V3]) -> Vec<V3> {
         let mu = STIFFNESS_SHARE * self.tissue.mu() as f32;
         let lambda = STIFFNESS_SHARE * self.tissue.lame() as f32 + mu;
@@ -328,7 +331,7 @@ impl Body {
         let (mut now, mut rest) = (0.0, 0.0);
         for c in &self.cells {
             let at = |i: usize| self.rest_m[c[i]] + u[c[i]];
-            // Mean edges of the cube.
+            // Mean edge of the cube along each axis.
             let edge = |bit: usize| -> V3 {
                 let ends = (0..8).map(|i| if i >> bit & 1 == 1 { at(i) } else { -at(i) });
                 ends.sum::<V3>() / 4.0

@@ -4,7 +4,7 @@ use crate::body::Tissue;
 use crate::organ::Organ;
 use crate::scene::Kind;
 
-/// An organ, what it is made of and what is done to it.
+/// An organ, its material and its experiment.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Case {
     /// Organ under test.
@@ -34,7 +34,7 @@ impl Case {
         Self { tissue, ..self }
     }
 
-    /// All cases. The first is the only one on which anything is calibrated.
+    /// All cases. Methods are calibrated on the first one only.
     pub(crate) fn all() -> Vec<Self> {
         let liver = |kind| Self::new(Organ::Liver, kind);
         let mut all = vec![
@@ -51,18 +51,18 @@ impl Case {
             Self::new(Organ::Atlas, Kind::Sag),
             Self::new(Organ::Atlas, Kind::Pull),
         ];
-        // The diameters of laparoscopic instruments.
+        // Tools have the radii of laparoscopic instruments' parts, and larger ones.
         let balls = [3, 5, 10].into_iter();
         all.extend(balls.flat_map(|mm| (0..3).map(move |site| liver(Kind::Press(mm, site)))));
         all
     }
 
-    /// Few, for a quick look and for the test.
+    /// Few cases, for a quick look and for the test.
     pub(crate) fn few() -> Vec<Self> {
         Self::all().into_iter().take(3).collect()
     }
 
-    /// Its name in files.
+    /// Name of the case in files.
     pub(crate) fn name(&self) -> String {
         let mut name = format!("{}: {}", self.organ.name(), self.kind.name());
         if self.tissue.young_pa != Tissue::LIVER.young_pa {

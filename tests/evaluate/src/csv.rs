@@ -1,15 +1,15 @@
-//! Reads the CSV files that this program writes: a header, commas, texts in quotes where they have
-//! commas.
+//! Reads the CSV files that this program writes: a header, commas, and quotes around texts that
+//! have commas.
 
 use std::path::Path;
 
-/// A file, read.
+/// The content of a file.
 pub(crate) struct Csv {
     header: Vec<String>,
     lines: Vec<Vec<String>>,
 }
 
-/// A line, with its header.
+/// A line with the header.
 #[derive(Clone, Copy)]
 pub(crate) struct Row<'a> {
     header: &'a [String],
@@ -21,7 +21,7 @@ impl Csv {
     ///
     /// # Errors
     ///
-    /// If it cannot be read, or a line has not as many cells as the header.
+    /// If the file cannot be read, or the number of cells differs between a line and the header.
     pub(crate) fn read(path: &Path) -> Result<Self, String> {
         let told = |what: &str| format!("{}: {what}", path.display());
         let text = std::fs::read_to_string(path).map_err(|e| told(&e.to_string()))?;
@@ -30,14 +30,14 @@ impl Csv {
         let lines: Vec<_> = lines.collect();
         match lines.iter().position(|line| line.len() != header.len()) {
             Some(at) => Err(told(&format!(
-                "line {} has not the cells of the header",
+                "the number of cells in line {} differs from the header's; write the file again",
                 at + 2
             ))),
             None => Ok(Self { header, lines }),
         }
     }
 
-    /// Its lines after the header.
+    /// The lines after the header.
     pub(crate) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
         self.lines.iter().map(|cells| Row {
             header: &self.header,
@@ -45,7 +45,7 @@ impl Csv {
         })
     }
 
-    /// The values of a column, each once, in the order in which they first stand.
+    /// The distinct values of a column, in the order in which they first occur.
     pub(crate) fn distinct(&self, column: &str) -> Vec<String> {
         let mut found: Vec<String> = Vec::new();
         for row in self.rows() {
@@ -59,7 +59,7 @@ impl Csv {
 }
 
 impl<'a> Row<'a> {
-    /// A cell, "" where there is no such column.
+    /// The text of a cell; "" if there is no such column.
     pub(crate) fn text(&self, column: &str) -> &'a str {
         self.header
             .iter()
@@ -67,7 +67,7 @@ impl<'a> Row<'a> {
             .map_or("", |at| &self.cells[at])
     }
 
-    /// A cell as a number, NaN where it is none.
+    /// The number in a cell; NaN if it has none.
     pub(crate) fn number(&self, column: &str) -> f64 {
         self.text(column).parse().unwrap_or(f64::NAN)
     }

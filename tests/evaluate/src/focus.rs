@@ -1,4 +1,4 @@
-//! Elements that are small where a tool presses: space drawn together around its place.
+//! Meshes whose elements are small where a tool presses: space is drawn together around that place.
 
 use fem_reference::lattice;
 use nalgebra::Vector3;
@@ -7,24 +7,24 @@ use scene_prepare::mesh::Mesh;
 
 type Point = Vector3<f64>;
 
-/// Space drawn together around a line, or a place where the line has no length: elements grow with
-/// the distance from it.
+/// A map of space that draws it together around a line segment, which may have no length. In space
+/// as it is, elements then grow with their distance from the segment.
 pub(crate) struct Focus {
-    /// Its middle.
+    /// Middle of the segment.
     pub(crate) around: Point,
-    /// Of length 1.
+    /// Unit vector along the segment.
     pub(crate) along: Point,
-    /// Half of its length, m.
+    /// Half the segment's length, m.
     pub(crate) half_m: f64,
-    /// Up to about this distance elements keep their size, m.
+    /// Distance up to which elements about keep their size, m.
     pub(crate) near_m: f64,
-    /// Ratio of their length along the line to that across it.
+    /// Ratio of an element's length along the segment to its length across it.
     pub(crate) stretch: f64,
 }
 
 impl Focus {
-    /// The nearest place of a line of this half length to what lies there from its middle, and the
-    /// way on from it.
+    /// The nearest point of a segment of this half length to `arm`, and the vector from there to
+    /// `arm`. Both places are relative to the segment's middle.
     fn nearest(&self, arm: &Point, half_m: f64) -> (Point, Point) {
         let foot = self.along * self.along.dot(arm).clamp(-half_m, half_m);
         (foot, arm - foot)
@@ -37,7 +37,7 @@ impl Focus {
         self.around + foot * self.stretch + arm * far
     }
 
-    /// Ratio of the element size at a place to that at the focus.
+    /// Ratio of the element size at a place to that at the segment.
     fn growth(&self, p: &Point) -> f64 {
         let (_, arm) = self.nearest(&(p - self.around), self.half_m);
         (1.0 + (arm.norm() / self.near_m).powi(2)).sqrt()
@@ -50,11 +50,11 @@ impl Focus {
         self.around + foot / self.stretch + arm * close
     }
 
-    /// A box that holds what another box becomes.
+    /// A box around the image of another box under [`Self::back`].
     fn bounds(&self, [min, max]: [Point; 2]) -> [Point; 2] {
         let mut held = [Point::repeat(f64::MAX), Point::repeat(f64::MIN)];
-        // Directions from the focus shrink towards it: the box's faces bulge, farthest where they
-        // are nearest.
+        // Directions shrink towards the segment, so the box's faces bulge. They bulge farthest
+        // where they are nearest to it.
         for i in 0..4096 {
             let share = |shift: u32| f64::from(i >> shift & 15) / 15.0;
             let at = Point::new(share(0), share(4), share(8));
@@ -65,7 +65,7 @@ impl Focus {
     }
 }
 
-/// Fills what of a closed surface lies beyond the plane up to which it is held.
+/// Fills the part of a closed surface that lies beyond the plane up to which it is held.
 pub(crate) fn fill(
     surface: &Mesh,
     field: &Field,
@@ -81,8 +81,8 @@ pub(crate) fn fill(
     let Some(nearest) = Nearest::new(surface) else {
         return Ok(mesh);
     };
-    // Where plane and surface meet, chords cut the edge off, and what is held with it: the nodes of
-    // the plane's rim go out to the surface.
+    // Where the plane meets the surface, chords cut off the edge of the held part. So the nodes of
+    // the plane's rim are moved out to the surface.
     let on_plane = |p: &Point| p[axis] < plane_m + ON_PLANE_M;
     let to_edge = |p: &Point| {
         let mut q = *p;
@@ -99,7 +99,8 @@ pub(crate) fn fill(
         let size_m = size_m * focus.growth(p);
         if (edge - p).norm() < size_m { edge } else { *p }
     });
-    // Chords lie inside: without this the body is too small by the square of the size.
+    // Chords lie inside the surface. Straight edges would make the body too small by the square of
+    // the size.
     mesh.curve_boundary(|p| {
         let is_rim = || field.at(p).abs() < 0.12 * size_m * focus.growth(p);
         match on_plane(p) {
@@ -111,5 +112,5 @@ pub(crate) fn fill(
     Ok(mesh)
 }
 
-/// A point this near to the plane counts as lying on it, m.
+/// A point no farther than this from the plane counts as lying on it, m.
 pub(crate) const ON_PLANE_M: f64 = 2e-4;

@@ -1,10 +1,10 @@
-//! `evaluate`: the charts of the solvers. Not shipped.
+//! `evaluate`: the measurements of the solvers, as charts. Not shipped.
 //!
 //! ```text
-//! reference   scene × ever finer meshes: how far the reference may be trusted
-//! accuracy    case × method × spheres → error against the reference, against time
-//! haptics     device × delay × hand × law → what contact may be rendered, and is it still
-//! stability   case × method → survives or not, and up to where
+//! reference   scene × ever finer meshes → difference between the meshes
+//! accuracy    case × method × spheres → error against the reference, and time
+//! haptics     device × delay × hand × law → stiffest contact that stays still
+//! stability   case × method → survived or not, and the limit
 //! collision   organ × size × way → time, and agreement with the exact answer
 //! force       case × contact law × spheres → force over depth against the reference
 //! all         everything, as CSV, SVG and one offline page
@@ -35,8 +35,8 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::page::Section;
 
-/// Charts of the solvers: speed against accuracy, measured against finite elements, and where
-/// methods fail.
+/// Charts of the solvers: speed against accuracy, measured against finite elements, and the limits
+/// of the methods.
 #[derive(Parser)]
 struct Cli {
     #[command(subcommand)]
@@ -49,45 +49,45 @@ struct Asked {
     /// Folder for the CSV files, charts and index.html.
     #[arg(long)]
     out: PathBuf,
-    /// A reduced run: seconds instead of many minutes. Its figures are coarse.
+    /// Makes a reduced run of seconds instead of many minutes. Its figures are coarse.
     #[arg(long)]
     quick: bool,
-    /// Only the cases whose name contains this ("press", "liver: sag"); of accuracy also the first,
-    /// on which settings are calibrated.
+    /// Runs only the cases whose name contains this ("press", "liver: sag"). `accuracy` also runs
+    /// the first case, on which settings are calibrated.
     #[arg(long, value_name = "TEXT")]
     case: Option<String>,
-    /// Of `force` only the cases whose reference lies in DIR/reference or in the repository
-    /// already, of whichever mesher: nothing is solved.
+    /// Runs `force` only for cases whose reference lies in DIR/reference or in the repository, from
+    /// any mesher. Nothing is solved.
     #[arg(long)]
     kept: bool,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// Convergence of the reference: the same scenes on ever finer meshes.
+    /// Measures the reference: the same scenes on ever finer meshes.
     Reference(Asked),
-    /// Displacement, force and volume error of every method, against its time.
+    /// Measures displacement, force and volume errors of every method against its time.
     Accuracy(Asked),
-    /// Stability limits: every case with every method, survived or not, and its limit.
+    /// Finds stability limits: every case with every method, survived or not, and its limit.
     Stability(Asked),
-    /// Force over depth under rigid tools, against finite elements.
+    /// Measures force over depth under rigid tools, against finite elements.
     Force(Asked),
-    /// Collision: time and agreement of the methods that find the spheres, vertices or faces that
-    /// the instruments touch.
+    /// Measures time and agreement of the methods that find the spheres, vertices or faces that the
+    /// instruments touch.
     Collision(Asked),
-    /// Does contact stay still under a hand: devices, delays, hands, laws.
+    /// Tests whether contact stays still under a hand: devices, delays, hands, laws.
     Haptics(Asked),
-    /// All of these. Real organs are read from the folder that CALOT_ANATOMY names.
+    /// Measures everything. Real organs are read from the folder that CALOT_ANATOMY names.
     All(Asked),
     /// Rewrites the tables of README.md in a folder from the CSV files beside it.
     Tables {
-        /// The folder.
+        /// Folder of README.md and the CSV files.
         #[arg(long, default_value = "tests/results")]
         folder: PathBuf,
     },
 }
 
-/// One chart, named as its command and its module are.
+/// One chart. Its command and its module have the same name.
 #[derive(Clone, Copy)]
 enum Chart {
     Accuracy,
@@ -99,7 +99,7 @@ enum Chart {
 }
 
 impl Chart {
-    /// All of them, in the order of the page.
+    /// All charts in the order of the page.
     const ALL: [Self; 6] = [
         Self::Accuracy,
         Self::Stability,
@@ -161,7 +161,7 @@ fn rewrite_tables(folder: &Path) -> Result<(), String> {
 }
 
 impl Asked {
-    /// Text that a case's name contains; empty: every case.
+    /// Text that the case's name must contain; empty for every case.
     fn only(&self) -> &str {
         self.case.as_deref().unwrap_or_default()
     }

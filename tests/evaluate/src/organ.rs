@@ -9,23 +9,24 @@ use scene_prepare::shape::{Form, Shape, skin};
 
 type Point = Vector3<f64>;
 
-/// Organ under test.
+/// An organ under test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Organ {
-    /// A liver of three ellipsoids and a fossa, 214 mm long, 1.17 l: smooth, so that a reference
-    /// converges.
+    /// A liver of three ellipsoids and a fossa, 214 mm long, 1.17 L. It is smooth, so that a
+    /// reference converges.
     Liver,
-    /// The gallbladder that the product models.
+    /// The product's gallbladder.
     Gallbladder,
-    /// A woman's liver (Human Reference Atlas), where its mesh is at hand.
+    /// A woman's liver (Human Reference Atlas), if its mesh is at hand.
     Atlas,
 }
 
-/// Names the folder of real organ meshes; without it, or without the mesh, that organ is left out.
+/// Environment variable with the folder of real organ meshes. Without its mesh, an organ is left
+/// out.
 pub(crate) const ANATOMY: &str = "CALOT_ANATOMY";
 
 impl Organ {
-    /// Its name in files.
+    /// Name of the organ in files.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Liver => "liver",
@@ -34,16 +35,18 @@ impl Organ {
         }
     }
 
-    /// Its surface.
+    /// Surface of the organ.
     ///
     /// # Errors
-    /// Why a real organ cannot be had, in words.
+    /// When a real organ is not at hand, the reason in words.
     pub(crate) fn mesh(self) -> Result<Mesh, String> {
         match self {
             Self::Liver => Ok(skin(&liver, LIVER_BOUNDS.map(Point::from), 0.0035)),
             Self::Gallbladder => Ok(Shape::from(Form::Gallbladder).mesh()),
             Self::Atlas => {
-                let folder = std::env::var_os(ANATOMY).ok_or(format!("{ANATOMY} is not set"))?;
+                let folder = std::env::var_os(ANATOMY).ok_or(format!(
+                    "{ANATOMY} is not set; set it to the folder of real organ meshes"
+                ))?;
                 let path = Path::new(&folder).join("derived/liver_8128.obj");
                 let mesh = read(&path, &[]).and_then(|mesh| mend(&mesh, Closing::Auto));
                 mesh.map(|mended| mended.mesh)
@@ -55,7 +58,7 @@ impl Organ {
 
 const LIVER_BOUNDS: [[f64; 3]; 2] = [[-0.115, -0.080, -0.060], [0.120, 0.075, 0.055]];
 
-/// Right lobe, left lobe, a bulge below, and a fossa: smoothly joined.
+/// Distance to the liver: right lobe, left lobe, a bulge below and a fossa, smoothly joined.
 fn liver(p: &Point) -> f64 {
     let turned = Rotation3::from_axis_angle(&Vector3::z_axis(), -0.25);
     let at = |x, y, z| p - Point::new(x, y, z);
@@ -67,7 +70,7 @@ fn liver(p: &Point) -> f64 {
     -join(-whole, fossa, 0.012)
 }
 
-/// About the distance to an ellipsoid around the origin (after Quilez).
+/// Distance to an ellipsoid around the origin, about (after Quilez).
 fn ellipsoid(p: &Point, radii: [f64; 3]) -> f64 {
     let r = Point::from(radii);
     let (once, twice) = (p.component_div(&r), p.component_div(&r.component_mul(&r)));

@@ -1,4 +1,4 @@
-//! The offline page: a list of sections, each with what was done, a chart and a table.
+//! The offline page: sections, each with a description, a chart and a table.
 
 use std::process::Command;
 
@@ -8,22 +8,22 @@ use crate::reference;
 use crate::stability;
 use figures::panels::{self, Cell, Panel, Scale, Series};
 
-/// A part of the page.
+/// A section of the page.
 pub(crate) struct Section {
-    /// Its heading.
+    /// The section's heading, as text.
     pub(crate) title: String,
-    /// HTML.
+    /// The section's content, as HTML.
     pub(crate) body: String,
 }
 
-/// Text as HTML.
+/// Escapes a text for HTML.
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
 }
 
-/// A table; the first row is its head. Cells are text.
+/// A table as HTML. The first row is its head; cells are text.
 pub(crate) fn table(rows: &[Vec<String>]) -> String {
     let mut html = "<div class=wide><table>".to_owned();
     for (i, row) in rows.iter().enumerate() {
@@ -49,13 +49,13 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// Time against error, a panel for each of `scenes`.
+/// Time against error, one panel for each of `scenes`.
 fn panels(rows: &[accuracy::Row], scenes: &[&str]) -> Vec<Panel> {
     let panel = |scene: &&str| {
         let mut series: Vec<Series> = Vec::new();
         for row in rows.iter().filter(|r| r.scene == **scene) {
             if row.method == Way::Twin.name() {
-                continue; // a check, not a method of its own
+                continue; // the twin checks the product and is no method of its own
             }
             let point = [row.us_per_tick, row.rms_mm];
             match series.iter_mut().find(|s| s.name == row.method) {
@@ -86,18 +86,18 @@ fn scenes(rows: &[accuracy::Row]) -> Vec<&str> {
     scenes
 }
 
-/// Every case.
+/// The chart of accuracy with every case.
 ///
 /// # Errors
-/// The drawing library's words.
+/// The drawing library's message.
 pub(crate) fn accuracy_chart(rows: &[accuracy::Row]) -> Result<String, String> {
     panels::panels(&panels(rows, &scenes(rows)), 3)
 }
 
-/// The README's: sag, pull and quarter turn of the liver.
+/// The chart for the README: sag, pull and quarter turn of the liver.
 ///
 /// # Errors
-/// The drawing library's words.
+/// The drawing library's message.
 pub(crate) fn main_chart(rows: &[accuracy::Row]) -> Result<Option<String>, String> {
     let all = scenes(rows);
     let wanted = all
@@ -108,10 +108,10 @@ pub(crate) fn main_chart(rows: &[accuracy::Row]) -> Result<Option<String>, Strin
         .transpose()
 }
 
-/// The sections on accuracy: the chart, the paper's Table 2, the worst cases.
+/// The sections on accuracy: the chart with all figures, and the paper's Table 2.
 ///
 /// # Errors
-/// The drawing library's words.
+/// The drawing library's message.
 pub(crate) fn accuracy(rows: &[accuracy::Row], svg: &str) -> Result<Vec<Section>, String> {
     let mut all = vec![strings([
         "scene",
@@ -140,21 +140,19 @@ pub(crate) fn accuracy(rows: &[accuracy::Row], svg: &str) -> Result<Vec<Section>
     let chart = Section {
         title: "Speed against accuracy".to_owned(),
         body: format!(
-            "<p>An organ is loaded in ways in which a surgeon may load it, by every method. Right is slower, up is \
-less accurate: <b>lower left is better</b>. The error is how far each free sphere ends from where finite elements \
-put it (quadratic tetrahedra of the same neo-Hookean tissue, verified against closed forms and for convergence, see \
-below). A line joins a method's sphere counts; a cross on the upper edge is a count at which it blew up.</p>\
-<p>All methods get the same spheres, the same tetrahedra and edges between them, the same mass. Spheres behind a \
-hold, and one spacing beyond it, are led as the reference has them, for every method: what is measured is the \
-tissue, not how sharply a hold can be put between spheres. Dimensionless stiffnesses (“k fitted”) are fitted on the \
+            "<p>Every method loads an organ as a surgeon may load it. Right is slower, up is less accurate: <b>lower \
+left is better</b>. The error is the distance of each free sphere from its place by finite elements (quadratic \
+tetrahedra of the same neo-Hookean tissue, verified against closed forms, and for convergence as below). A line joins a method's sphere counts; a cross on the upper edge is a count at which it blew up.</p>\
+<p>All methods get the same spheres, tetrahedra, edges and masses. Spheres behind a hold, and up to one spacing \
+before it, follow the reference in every method, so that the tissue is measured and not the place of a hold between \
+spheres. Dimensionless stiffnesses (“k fitted”) are fitted on the \
 first scene only, the sag, by the mean displacement, and kept in all others. All other settings follow from E, ν and \
-density; the share of E that Calot's tetrahedra get was fitted there too, once.</p><p>In the presses a rigid, frictionless ball goes into the top by its radius. Calot meets it \
-with its contact skin, as it ships; every other method moves the spheres, as large as they lie within the skin, clear of it at \
-the end of a step. Spheres of 581 lie 13 mm apart: <b>the force of those on a ball smaller than that is a matter of where it \
-hits</b>.</p><p>“Calot” is the product's own solver as it ships, “inner spheres” the paper's method as the product \
-keeps it to compare; the other methods are written plainly, one thread, no vector instructions by hand. Methods take \
-turns, and times are medians over the turns: compare times within a panel. A case that is missing had no reference: \
-the finite elements found no equilibrium, or the organ's mesh is not at hand.</p>{svg}\
+density; the share of E that Calot's tetrahedra get was fitted on that scene, once.</p><p>In the presses a rigid, frictionless ball goes into the top by its radius. Calot meets it \
+with its contact skin. Every other method moves the spheres, which fit into the skin, clear of the ball at the end of a \
+step. 581 spheres lie 13 mm apart, so <b>their force on a smaller ball depends on the place that it hits</b>.</p><p>“Calot” is the product's own solver. “Inner spheres” is the paper's method, which the product keeps \
+for comparison. The other methods are written plainly, for one thread, without vector instructions by hand. Methods take \
+turns, and times are medians over the turns, so compare times within a panel only. A missing case had no reference: the \
+finite elements found no equilibrium, or the organ's mesh is not at hand.</p>{svg}\
 <details><summary>All figures</summary>{}</details>",
             table(&all)
         ),
@@ -194,7 +192,7 @@ the finite elements found no equilibrium, or the organ's mesh is not at hand.</p
         ("Calot", "", "", Way::Ours),
     ];
     for (name, elements, ms, way) in ways {
-        // The size that is nearest to the paper's 581 spheres or 967 cubes (1300 corners).
+        // The size nearest to the paper's 581 spheres or 967 cubes (1300 corners).
         let wanted: usize = if way == Way::Hexahedra { 1300 } else { 581 };
         let mine = || rows.iter().filter(|r| r.method == way.name());
         let Some(size) = mine().map(|r| r.spheres).min_by_key(|n| n.abs_diff(wanted)) else {
@@ -221,20 +219,20 @@ the finite elements found no equilibrium, or the organ's mesh is not at hand.</p
         ]);
     }
     let paper = Section {
-        title: "The paper's Table 2, with the column that it never had".to_owned(),
+        title: "The paper's Table 2, with the errors".to_owned(),
         body: format!(
-            "<p>The paper compares deformation methods by time and by their looks. Here are its figures (on its \
-machine) beside ours, and how wrong each method is.</p>{}",
+            "<p>The paper compares deformation methods by their time and their looks. This table has its figures (on \
+its machine) beside ours, and the error of each method.</p>{}",
             table(&two)
         ),
     };
     Ok(vec![chart, paper])
 }
 
-/// The heat map.
+/// The chart of stability: a heat map.
 ///
 /// # Errors
-/// The drawing library's words.
+/// The drawing library's message.
 pub(crate) fn stability_chart(rows: &[stability::Row]) -> Result<String, String> {
     let (mut cases, mut methods): (Vec<String>, Vec<String>) = (Vec::new(), Vec::new());
     for row in rows {
@@ -268,13 +266,13 @@ pub(crate) fn stability(rows: &[stability::Row], svg: &str) -> Section {
     let ours = || rows.iter().filter(|r| r.method == Way::Ours.name());
     let (count, kept) = (ours().count(), ours().filter(|r| r.survived).count());
     Section {
-        title: "Where methods fail".to_owned(),
+        title: "Stability: the limits of the methods".to_owned(),
         body: format!(
-            "<p>Each case sweeps one quantity from harmless to the value that has to be survived. A cell says up to \
-where the method survives: blue, the whole sweep (≥); pale to orange, a part; “fails”, not even the least. To \
-survive is to stay finite and, once left alone, to come back to rest within 0.5 mm (in the sweeps of time step, \
-stiffness and mass: not to blow up or fall off; in the spin: to keep momentum within 1 %, angular momentum within \
-15 %, and to make no energy). Calot survives {kept} of {count}.</p>{svg}"
+            "<p>Each case sweeps one quantity from harmless to the value that has to be survived. A cell has the \
+largest value that the method survives. Blue is the whole sweep (≥), pale to orange a part of it; “fails” is not even \
+the smallest value. A method survives if the organ stays finite and comes back to rest within 0.5 mm once it is left \
+alone. (In the sweeps of stiffness, mass and removed constraints, it must not blow up or fall off. In the spin, it must \
+keep momentum within 1 % and angular momentum within 15 %, and gain no energy.) Calot survives {kept} of {count}.</p>{svg}"
         ),
     }
 }
@@ -302,17 +300,17 @@ pub(crate) fn reference(rows: &[reference::Row]) -> Section {
         ]);
     }
     Section {
-        title: "How far the reference may be trusted".to_owned(),
+        title: "Convergence of the reference".to_owned(),
         body: format!(
             "<p>The same scene on ever finer meshes, probed at the free centres of 581 spheres. The mesh has a layer \
-of corners on each plane of a hold: without it the answer moves with the mesh by more than the methods differ. What \
-the meshes still differ by is the least error that the charts can show.</p>{}",
+of corners on each plane of a hold. Without these layers the solution would depend on the mesh by more than the methods \
+differ. The remaining difference of the meshes is the smallest error that the charts can show.</p>{}",
             table(&all)
         ),
     }
 }
 
-/// The page.
+/// The whole page.
 pub(crate) fn whole(sections: &[Section], quick: bool) -> String {
     let mut links = String::new();
     let mut body = String::new();
@@ -338,7 +336,7 @@ td:first-child,td:nth-child(2),th:first-child,th:nth-child(2){{text-align:left}}
     )
 }
 
-/// Machine, commit and command.
+/// A line with the machine, the commit and the command.
 fn about() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = info.lines().find_map(|l| l.strip_prefix("model name"));

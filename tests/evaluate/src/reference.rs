@@ -1,35 +1,35 @@
-//! Convergence of the reference itself: the same scene on ever finer meshes.
+//! `evaluate reference`: convergence of the reference itself, the same scene on ever finer meshes.
 
 use crate::body::{Body, Held, Tissue};
 use crate::organ::Organ;
 use crate::scene::{Kind, Scene};
 use crate::solved::{self, tell};
 
-/// A scene on one mesh.
+/// Figures of a scene on one mesh.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
-    /// Scene.
+    /// Name of the scene.
     pub(crate) scene: String,
     /// Layers of elements between the scene's planes.
     pub(crate) layers: usize,
-    /// Nodes of its quadratic tetrahedra.
+    /// Nodes of the mesh of quadratic tetrahedra.
     pub(crate) nodes: usize,
     /// Force, N, or torque, N m.
     pub(crate) load: f64,
     /// Largest displacement of a probe, mm.
     pub(crate) displacement_mm: f64,
-    /// Root mean square distance of the probes from where the finest mesh has them, mm; 0 on the
+    /// Root mean square distance of the probes from their places on the finest mesh, mm; 0 on the
     /// finest.
     pub(crate) rms_mm: f64,
-    /// The largest, mm.
+    /// Largest such distance, mm.
     pub(crate) max_mm: f64,
 }
 
-/// Solves scenes on meshes of so many `layers` (rising). The probes are the centres of `spheres`
-/// spheres, those that no scene holds. `only`: of the scenes those whose name contains this.
+/// Solves the scenes whose names contain `only` on meshes with each number of `layers` (rising).
+/// The probes are the centres of `spheres` spheres, except those that the scene holds.
 ///
 /// # Errors
-/// What went wrong, in words.
+/// The reason in words.
 pub(crate) fn run(layers: &[usize], spheres: usize, only: &str) -> Result<Vec<Row>, String> {
     let surface = Organ::Liver.mesh()?;
     let tissue = Tissue::LIVER;
@@ -40,7 +40,7 @@ pub(crate) fn run(layers: &[usize], spheres: usize, only: &str) -> Result<Vec<Ro
         let scene = Scene::new(kind, &surface);
         let held = body.held(&scene, false);
         let mut solved = Vec::new();
-        // Contact with finer elements takes hours.
+        // Contact on finer elements takes hours.
         let most = if scene.press.is_some() { 9 } else { usize::MAX };
         for &layers in layers.iter().filter(|&&layers| layers <= most) {
             eprintln!("reference, {}, {layers} layers …", kind.name());
@@ -75,7 +75,7 @@ pub(crate) fn run(layers: &[usize], spheres: usize, only: &str) -> Result<Vec<Ro
     Ok(rows)
 }
 
-/// `reference.csv`.
+/// The rows as `reference.csv`.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text =
         "scene,layers,nodes,load_n_or_nm,displacement_mm,rms_to_finest_mm,max_to_finest_mm\n"

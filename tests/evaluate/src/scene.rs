@@ -1,4 +1,4 @@
-//! Load on the organ, shared by the reference and every method.
+//! Loads on an organ, the same for the reference and for every method.
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use scene_prepare::mesh::Mesh;
@@ -10,22 +10,23 @@ type Point = Vector3<f64>;
 /// Kind of experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Hangs from one end under gravity. The scene on which dimensionless settings are calibrated.
+    /// The organ hangs from one end under gravity. Dimensionless settings are calibrated on this
+    /// scene.
     Sag,
-    /// One end fixed, the other grasped and moved by 30 mm.
+    /// One end is fixed, the other is grasped and moved by 30 mm.
     Pull,
-    /// One end fixed, the other turned about the long axis, degrees.
+    /// One end is fixed, the other is turned about the long axis by this angle, degrees.
     Twist(u16),
-    /// The lower part fixed, a rigid frictionless ball of this diameter (mm) pressed by its radius
-    /// into the top at one of [`SITES`].
+    /// The lower part is fixed. A rigid frictionless ball of this diameter (mm) is pressed by its
+    /// radius into the top, at one of [`SITES`].
     Press(u8, u8),
 }
 
-/// Places at which a ball is pressed in, as shares of the organ's length and width.
+/// Sites of a press, as shares of the organ's length and width.
 const SITES: [[f64; 2]; 3] = [[0.25, 0.50], [0.50, 0.60], [0.75, 0.55]];
 
 impl Kind {
-    /// Its name in files.
+    /// Name of the experiment in files.
     pub(crate) fn name(self) -> String {
         match self {
             Self::Sag => "sag".to_owned(),
@@ -37,15 +38,15 @@ impl Kind {
         }
     }
 
-    /// End of the fixed part and beginning of the moved one, as shares of the length.
+    /// End of the fixed part and beginning of the moved part, as shares of the length.
     fn planes(self) -> [f64; 2] {
         match self {
             Self::Sag => [0.58, 1.0],
             Self::Pull => [0.35, 0.88],
-            // Within less of its length a half turn folds the tissue onto itself.
+            // In a shorter free part, a half turn would fold the tissue onto itself.
             Self::Twist(180) => [0.12, 0.90],
             Self::Twist(_) => [0.25, 0.77],
-            // From below; there is no upper plane.
+            // The fixed part is the lower one. There is no upper plane.
             Self::Press(..) => [0.35, 1.0],
         }
     }
@@ -56,36 +57,35 @@ impl Kind {
     }
 }
 
-/// An experiment on one organ. Both planes lie across the organ's longest axis; tissue beyond
-/// them is held.
+/// An experiment on one organ. Two planes lie across the axis; tissue beyond them is held.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scene {
     /// Kind of experiment.
     pub(crate) kind: Kind,
-    /// Number of the long axis.
+    /// Index of the axis: the longest one or, for a press, the vertical.
     pub(crate) axis: usize,
-    /// Up to here the organ is fixed, m.
+    /// Height along the axis up to which the organ is fixed, m.
     pub(crate) fixed_below_m: f64,
-    /// From here on it is moved, or it ends, m.
+    /// Height along the axis from which the organ is moved, or at which it ends, m.
     pub(crate) free_below_m: f64,
-    /// The ball that presses.
+    /// The ball that presses, if any.
     pub(crate) press: Option<Press>,
     pivot: Point,
 }
 
-/// A ball and where it presses.
+/// A ball, with the site and direction of its press.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Press {
     /// Place on the organ's surface, m.
     pub(crate) site_m: Point,
-    /// Its outward normal.
+    /// Outward normal of the surface at the site.
     outward: Point,
     /// Radius of the ball, m.
     pub(crate) radius_m: f64,
 }
 
 impl Press {
-    /// The highest point of the organ above a place, and the surface's normal there.
+    /// Places the ball at the highest point of the organ above a place.
     fn new(mesh: &Mesh, diameter_mm: u8, [x, y]: [f64; 2]) -> Self {
         let [min, max] = mesh.bounds();
         let place = min + (max - min).component_mul(&Point::new(x, y, 1.0));
@@ -112,17 +112,17 @@ impl Press {
         press
     }
 
-    /// Centre of the ball at a share of its way, m: it starts where it touches.
+    /// Centre of the ball at a share of its way, m. It starts where it touches.
     pub(crate) fn center_m(&self, share: f64) -> Point {
         self.site_m + self.outward * (self.radius_m * (1.0 - share))
     }
 }
 
-/// Two positions this near along the axis are the same, m.
+/// Two positions nearer than this along the axis are the same, m.
 const SAME_M: f64 = 1e-7;
 
 impl Scene {
-    /// On an organ.
+    /// Makes the experiment for an organ with this surface.
     pub(crate) fn new(kind: Kind, mesh: &Mesh) -> Self {
         let [min, max] = mesh.bounds();
         let press = match kind {
@@ -161,7 +161,7 @@ impl Scene {
         self.kind.moves() && p[self.axis] > self.free_below_m - SAME_M
     }
 
-    /// Hold on a position, if tissue up to this far beyond the planes is held too, m.
+    /// Hold on a position, if tissue up to `reach_m` before the planes is held too.
     pub(crate) fn held(&self, p: &Point, reach_m: f64) -> Held {
         let along = p[self.axis];
         if along < self.fixed_below_m + reach_m + 1e-6 {
@@ -181,7 +181,7 @@ impl Scene {
             Kind::Sag | Kind::Press(..) => Point::zeros(),
             Kind::Pull => {
                 let mut across = Point::zeros();
-                // Upwards, or forwards where the organ stands upright.
+                // Upwards or, if the organ stands upright, forwards.
                 across[if self.axis == 2 { 1 } else { 2 }] = 1.0;
                 (along + across * 2.5).normalize() * (0.03 * share)
             }
@@ -202,8 +202,9 @@ impl Scene {
         down
     }
 
-    /// The scene's force from the tissue's pull on every held point (rest position, displacement,
-    /// force): newtons at the fixed end (sag) or the moved one, newton metres for the twist.
+    /// The scene's load, from the tissue's pull on every held point (true for the moved end, rest
+    /// position, displacement, force). It is the force at the fixed end (sag) or at the moved end
+    /// (pull), N, or the torque (twist), N m.
     pub(crate) fn load(&self, pulls: impl Iterator<Item = (bool, Point, Point, Point)>) -> f64 {
         let mut total = Point::zeros();
         for (is_moved, x, u, force) in pulls {

@@ -1,4 +1,4 @@
-//! The answer by finite elements, and how far it may be trusted.
+//! Solutions of the scenes by finite elements.
 
 use fem_reference::{FemError, Hold, Locator, Material, Mesh, Problem, Tool, lattice};
 use nalgebra::Vector3;
@@ -10,29 +10,29 @@ use crate::scene::{Kind, Press, Scene};
 
 type Point = Vector3<f64>;
 
-/// Final state of a scene, at the spheres' centres.
+/// Final state of a scene at the spheres' centres.
 pub(crate) struct Answer {
-    /// Displacement of each sphere's centre, m; none outside the reference's mesh.
+    /// Displacement of each sphere's centre, m; `None` for a mesh without elements.
     pub(crate) displacement_m: Vec<Option<Point>>,
-    /// [`Scene::load`].
+    /// Load of the scene ([`Scene::load`]), or the force on the ball.
     pub(crate) load: f64,
     /// Relative growth of the volume.
     pub(crate) growth: f64,
 }
 
-/// The finite-element solution of a scene, before it is asked at any sphere.
+/// Solution of a scene, from which answers at any spheres follow.
 pub(crate) struct Solved {
     mesh: Mesh,
     displacement_m: Vec<Point>,
-    /// [`Scene::load`].
+    /// Load of the scene ([`Scene::load`]), or the force on the ball.
     pub(crate) load: f64,
     /// Relative growth of the volume.
     pub(crate) growth: f64,
 }
 
-/// Fills a closed surface with elements that have a layer of corners on each of the scene's two
-/// planes and `layers` spaces between them: a plane between two layers would hold the body
-/// half an element too early, whatever the size.
+/// Fills a closed surface with elements. A layer of corners lies on each of the scene's two planes,
+/// with `layers` spaces between them. A plane between two layers would hold the body half an
+/// element too early, whatever the size.
 fn mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -52,15 +52,16 @@ fn mesh(
     let before = ((scene.fixed_below_m - start) / space).ceil();
     min[scene.axis] = scene.fixed_below_m - before * space + 1.5 * size;
     let mut mesh = lattice(min, max, size, |p| field.at(p))?;
-    // Chords lie inside: without this the body is too small by the square of the size.
+    // Chords lie inside the surface. Straight edges would make the body too small by the square of
+    // the size.
     if let Some(nearest) = Nearest::new(surface) {
         mesh.curve_boundary(|p| nearest.point(p));
     }
     Ok(mesh)
 }
 
-/// Fills what of a closed surface lies above the plane up to which it is held. Elements are small
-/// where a ball presses: its radius holds `layers` of them over [`RADIUS_LAYERS`].
+/// Fills the part of a closed surface that lies above the plane up to which it is held. Elements
+/// are small where a ball presses: `layers` over [`RADIUS_LAYERS`] of them fit into its radius.
 fn pressed_mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -90,24 +91,24 @@ fn pressed_mesh(
     )
 }
 
-/// So many layers are one element a ball's radius.
+/// Number of layers at which one element is as long as a ball's radius.
 const RADIUS_LAYERS: f64 = 11.0;
-/// Up to about so many radii from the ball elements keep their size: it goes in by one, and nothing
-/// bends.
+/// Distance from the ball up to which elements keep their size, radii. It may be small, because the
+/// ball goes in by one radius and nothing bends.
 const NEAR_RADII: f64 = 3.5;
 
-/// Edge of the cells in which the distance to the surface is kept, m.
+/// Edge of the cells of the grid that has the distance to the surface, m.
 fn cell_m([min, max]: [Point; 2], size_m: f64) -> f64 {
     (size_m / 6.0).max((max - min).max() / 200.0)
 }
 
-/// Tells on standard error how far a solution is.
+/// Prints the progress of a solution to standard error.
 pub(crate) fn tell(share: f64) {
     eprintln!("  reference: {:.1} % of the load", share * 100.0);
 }
 
-/// Solves a scene with so many layers of elements between its planes, or [`RADIUS_LAYERS`] times as
-/// many as lie on a ball's radius. `progress` hears the share of the load that is carried.
+/// Solves a scene. Without a ball, `layers` layers of elements lie between its planes; with one,
+/// see [`RADIUS_LAYERS`]. `progress` gets the share of the load that is reached.
 pub(crate) fn solve(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -163,7 +164,7 @@ pub(crate) fn solve(
         scene.load(nodes.map(|((x, u), r)| (scene.is_moved(x), *x, *u, -r)))
     };
     let grown_m3 = mesh.volume_m3(Some(&end.displacement_m))? - mesh.volume_m3(None)?;
-    // What lies below a press is held, and not in its mesh.
+    // Tissue below a press is held, and is not in its mesh.
     let growth = grown_m3 / surface.volume();
     drop(problem);
     Ok(Solved {
@@ -175,12 +176,12 @@ pub(crate) fn solve(
 }
 
 impl Solved {
-    /// Number of nodes in its mesh.
+    /// Number of nodes of the mesh.
     pub(crate) fn nodes(&self) -> usize {
         self.mesh.nodes.len()
     }
 
-    /// Displacement at points, m; none outside.
+    /// Displacement at points, m. Outside of the mesh it is extrapolated.
     pub(crate) fn displacement_m(&self, points: &[V3]) -> Vec<Option<Point>> {
         let locator = Locator::new(&self.mesh);
         let value = |x: &V3| {

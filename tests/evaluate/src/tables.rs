@@ -1,7 +1,7 @@
 //! The tables of `tests/results/README.md`, made from the CSV files beside it.
 //!
 //! A table stands between `<!-- table: NAME -->` and `<!-- end -->`. [`rewrite`] replaces the text
-//! between the two; everything else in the file is written by hand.
+//! between these two marks. Everything else in the file is written by hand.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -32,7 +32,7 @@ impl Table {
         text
     }
 
-    /// The line under a column's name: numbers stand on the right.
+    /// The line under a column's name. It aligns columns of numbers to the right.
     fn rule(&self, column: usize) -> &'static str {
         let mut cells = self.0.iter().skip(1).filter_map(|row| row.get(column));
         if cells.all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()) {
@@ -43,17 +43,17 @@ impl Table {
     }
 }
 
-/// Replaces every table in `text` by what the CSV files in `folder` say.
+/// Replaces every table in `text` by one that is made from the CSV files in `folder`.
 pub(crate) fn rewrite(text: &str, folder: &Path) -> Result<String, String> {
     let mut out = String::new();
     let mut rest = text;
     while let Some((before, after)) = rest.split_once("<!-- table: ") {
         let (name, after) = after
             .split_once(" -->")
-            .ok_or("a table's marker does not end in ` -->`")?;
+            .ok_or("a table's marker must end in ` -->`")?;
         let (_, after) = after
             .split_once("<!-- end -->")
-            .ok_or_else(|| format!("table {name}: no `<!-- end -->`"))?;
+            .ok_or_else(|| format!("table {name}: write `<!-- end -->` after it"))?;
         let table = table(name, folder)?.markdown();
         let _ = write!(
             out,
@@ -90,7 +90,7 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
             ("misses", read("jitter-misses.csv")?),
             ("soak", read("jitter-soak.csv")?),
         ]),
-        _ => return Err(format!("table {name} is not known")),
+        _ => return Err(format!("table {name} is not known; correct its name")),
     })
 }
 
@@ -103,7 +103,7 @@ const OTHERS: [&str; 4] = [
     "corotational hexahedra (paper's FEM)",
 ];
 
-/// Every scene at the sphere count of the paper's liver, or at the scene's nearest to it.
+/// One row for each scene, at its count of spheres nearest to the paper's 581 for the liver.
 fn accuracy(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "scene",
@@ -247,7 +247,8 @@ fn force_steps(csv: &Csv) -> Table {
     table
 }
 
-/// A knock is a tick's change of force beyond the change of the tick before.
+/// Steps of the force in slow work. A knock is a tick's change of force beyond the change of the
+/// tick before.
 fn slow_work(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "scene",
@@ -404,7 +405,7 @@ fn skinning(csv: &Csv) -> Table {
     table
 }
 
-/// The paper's sphere counts, which are those that both packings have beside the round ones.
+/// Both packings at counts that are no multiple of 100, which are the paper's, and at 1000.
 fn packing(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "organ",
@@ -476,7 +477,7 @@ fn jitter_counts(runs: &[(&str, Csv)]) -> Table {
                 .map(|r| r.number("count"))
         };
         let plain = |name| count(name).map_or_else(|| "none".to_owned(), |n| format!("{n:.0}"));
-        // A period that was missed has no tick.
+        // A missed period has no tick.
         let share = |missed, ran| match (count(missed), count(ran)) {
             (Some(missed), Some(ran)) => format!("{:.0}", missed / (ran + missed) * 1.0e6),
             _ => "not run".to_owned(),

@@ -1,5 +1,5 @@
 //! A program that contains only the tick. Its panic handler calls a function that does not exist,
-//! and there is no allocator: if any path of the tick can panic or allocate, the program does not
+//! and it has no allocator. If any path of the tick can panic or allocate, the program does not
 //! link.
 
 #![no_std]
@@ -20,7 +20,7 @@ use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 
 unsafe extern "C" {
-    /// Defined nowhere.
+    /// A function that is defined nowhere.
     safe fn the_tick_can_panic() -> !;
 }
 
@@ -36,7 +36,7 @@ unsafe impl Sync for Storage {}
 
 static STORAGE: Storage = Storage(UnsafeCell::new(State::new()));
 
-/// Everything that comes from outside, as far as the optimiser can tell.
+/// Hides a value from the optimiser, which must then expect any value from outside.
 fn anything<T: Copy>(example: T) -> T {
     black_box(example)
 }
@@ -108,7 +108,7 @@ extern "C" fn _start() -> ! {
         workspace_radius_m: 1.0,
         rate_hz: 1000.0,
     });
-    // SAFETY: the only reference to it, in the only thread.
+    // SAFETY: this is the only reference to it, in the only thread.
     let state = unsafe { &mut *STORAGE.0.get() };
     if let Ok(scene) = Scene::new(organs, spheres, links, room)
         .and_then(|scene| scene.with_tetrahedra(tetrahedra))

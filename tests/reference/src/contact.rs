@@ -1,32 +1,33 @@
-//! A rigid, frictionless tool of round bars against the body's boundary: augmented Lagrangian at
-//! the points of a degree-4 rule on every boundary triangle (Alart and Curnier 1991, without
-//! friction).
+//! Contact of a rigid, frictionless tool made of round bars with the body's boundary: an augmented
+//! Lagrangian (Alart and Curnier 1991, without friction) at the points of a degree-4 rule on every
+//! boundary triangle.
 
 use nalgebra::Matrix3;
 
 use crate::{Mesh, Vec3};
 
-/// All within a radius of the line between two points: a bar with round ends, or a ball where the
-/// ends coincide.
+/// All points within a radius of the line between two points: a bar with round ends, or a ball if
+/// the ends coincide.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bar {
-    /// Ends of its axis, world frame, m.
+    /// Ends of the bar's axis, world frame, m.
     pub ends_m: [Vec3; 2],
-    /// Its radius, m.
+    /// The bar's radius, m.
     pub radius_m: f64,
 }
 
 /// A rigid tool that is moved along a path without turning.
 pub struct Tool<'a> {
-    /// Its parts. Each presses by itself: where two meet, in the crotch of jaws, both do.
+    /// Parts of the tool. Each presses by itself; where two meet, as in the crotch of jaws, both
+    /// press.
     pub bars: Vec<Bar>,
-    /// The direction that it came from: what lies behind a bar counts as the bar, so that a point
-    /// which an iteration has pushed beyond a thin bar's axis goes back the way it came. None: bars
-    /// alone.
+    /// Direction from which the tool came. Whatever lies behind a bar in that direction counts as
+    /// inside it, so that a point which an iteration has pushed beyond a thin bar's axis returns
+    /// the way it came. With `None` only the bars count.
     pub behind: Option<Vec3>,
-    /// Its displacement from there at a share of the load from 0 to 1, world frame, m.
+    /// Displacement of the tool at a share of the load from 0 to 1, world frame, m.
     pub shift_m: Box<dyn Fn(f64) -> Vec3 + 'a>,
-    /// Boundary faces that it may touch.
+    /// Boundary faces that the tool may touch.
     pub faces: Vec<u32>,
 }
 
@@ -46,11 +47,11 @@ impl<'a> Tool<'a> {
     }
 }
 
-/// Position of a point relative to a tool.
+/// Position of a point relative to a bar.
 struct Beside {
-    /// Distance to the tool's surface, m; negative inside.
+    /// Distance to the bar's surface, m; negative inside.
     separation_m: f64,
-    /// Away from the tool.
+    /// Unit vector away from the bar.
     normal: Vec3,
     /// Derivative of the normal by the point's position, 1/m.
     bend: Matrix3<f64>,
@@ -62,7 +63,7 @@ impl Bar {
         let (mut arm, mut axis) = (x - a, b - a);
         let mut across = Matrix3::identity();
         if let Some(way) = behind.filter(|way| Self::nearest(&arm, &axis).0.dot(way) > 0.0) {
-            // In the plane across the way all depths behind the bar are the same.
+            // In the plane across the direction, all depths behind the bar are alike.
             let flat = Matrix3::identity() - way * way.transpose();
             (arm, axis) = (flat * arm, flat * axis);
             across = flat;
@@ -84,8 +85,8 @@ impl Bar {
         })
     }
 
-    /// From the nearest point of an axis, whose start is `arm` away, and whether it lies between
-    /// the axis' ends.
+    /// Vector from the nearest point of an axis, whose start is `arm` away, and true if that point
+    /// lies between the ends.
     fn nearest(arm: &Vec3, axis: &Vec3) -> (Vec3, bool) {
         let squared = axis.norm_squared();
         let along = if squared > f64::MIN_POSITIVE {
@@ -98,7 +99,7 @@ impl Bar {
     }
 }
 
-/// Barycentric coordinates of the rule (Dunavant 1985, degree 4) and their weights.
+/// Barycentric coordinates of the rule's points (Dunavant 1985, degree 4) and their weights.
 const RULE: [(f64, f64); 2] = [
     (0.445_948_490_915_965, 0.223_381_589_678_011),
     (0.091_576_213_509_771, 0.109_951_743_655_322),
@@ -110,7 +111,7 @@ pub(crate) struct Patch {
     nodes: [u32; 6],
     values: [f64; 6],
     area_m2: f64,
-    /// Multiplier, Pa: pressure of the last converged state.
+    /// Multiplier: pressure of the last converged state, Pa.
     pressure_pa: f64,
 }
 
@@ -122,7 +123,7 @@ pub(crate) struct Contact {
     stiffness_pa_m: f64,
 }
 
-/// A contact point that presses: its nodes with their shares, force and stiffness.
+/// A contact point that presses.
 pub(crate) struct Press {
     pub(crate) nodes: [u32; 6],
     pub(crate) shares: [f64; 6],
@@ -145,7 +146,7 @@ fn face_shape(b: [f64; 3]) -> [f64; 6] {
     ]
 }
 
-/// Surface area per unit of the reference triangle at a point of a curved face, m².
+/// Area of a curved face at one of its points, per unit of the reference triangle's area, m².
 fn area(x: &[Vec3; 6], b: [f64; 3]) -> f64 {
     // Derivatives by the first two barycentric coordinates.
     let slope = |k: usize| {
@@ -224,7 +225,8 @@ impl Contact {
         self.patches.iter().map(one).sum()
     }
 
-    /// All points that press. `convex` leaves out the tool's own curvature, which softens.
+    /// All contact points that press. `convex` leaves out the tool's own curvature, because it
+    /// makes the stiffness smaller.
     pub(crate) fn presses<'s>(
         &'s self,
         rest: &'s [Vec3],
@@ -252,7 +254,7 @@ impl Contact {
         })
     }
 
-    /// True if the pressures differ from their multipliers by less than `share` of the force in
+    /// True if the pressures differ from their multipliers by at most `share` of the force in
     /// total. Otherwise the multipliers take over the pressures.
     pub(crate) fn settled(&mut self, rest: &[Vec3], u: &[Vec3], shift: &Vec3, share: f64) -> bool {
         let now = |patch: &Patch| self.pressure(patch, self.beside(patch, rest, u, shift).as_ref());
@@ -321,8 +323,8 @@ mod tests {
         assert!((above.separation_m - 0.02).abs() < 1e-12);
     }
 
-    /// A point pushed through a thin bar's axis is pushed back down, and one high above the side of
-    /// it sideways; beside and below nothing differs.
+    /// A point above the bar counts as if it lay at the height of the axis, so it is pushed out
+    /// sideways. Below the bar nothing differs.
     #[test]
     fn behind_a_bar_is_inside_it() {
         let bar = Bar {

@@ -1,11 +1,11 @@
-//! The quadratic tetrahedron: shape functions, quadrature, internal forces.
+//! The quadratic tetrahedron: shape functions, quadrature, internal forces and stiffness.
 
 use nalgebra::{Matrix3, SMatrix};
 
 use crate::mesh::{EDGES, Mesh};
 use crate::{FemError, Material, Vec3};
 
-/// Stiffness of one element, node by node and then axis by axis.
+/// Stiffness of one element, ordered by node and then by axis.
 pub(crate) type Stiffness30 = SMatrix<f64, 30, 30>;
 /// Forces of one element, N.
 pub(crate) type Force30 = SMatrix<f64, 30, 1>;
@@ -34,7 +34,7 @@ pub(crate) fn shape(xi: &Vec3) -> [f64; 10] {
     n
 }
 
-/// Their derivatives by `xi`.
+/// Derivatives of the shape functions by `xi`.
 pub(crate) fn shape_slopes(xi: &Vec3) -> [Vec3; 10] {
     let b = [1.0 - xi.x - xi.y - xi.z, xi.x, xi.y, xi.z];
     let slope = [Vec3::repeat(-1.0), Vec3::x(), Vec3::y(), Vec3::z()];
@@ -48,12 +48,12 @@ pub(crate) fn shape_slopes(xi: &Vec3) -> [Vec3; 10] {
     n
 }
 
-/// `∂X/∂ξ`.
+/// Derivative of the position by `xi`, `∂X/∂ξ`.
 pub(crate) fn jacobian(x: &[Vec3; 10], slopes: &[Vec3; 10]) -> Matrix3<f64> {
     x.iter().zip(slopes).map(|(x, s)| x * s.transpose()).sum()
 }
 
-/// Smallest determinant over corners and quadrature points, m³.
+/// Smallest determinant of the Jacobian over corners and quadrature points, m³.
 pub(crate) fn smallest_jacobian(x: &[Vec3; 10]) -> f64 {
     let corners = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
     let inner = POINTS.map(Vec3::from);
@@ -65,7 +65,7 @@ pub(crate) fn smallest_jacobian(x: &[Vec3; 10]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Determinant of the same tetrahedron with straight edges, m³.
+/// Determinant of the Jacobian of the tetrahedron with straight edges, m³.
 pub(crate) fn straight_jacobian(x: &[Vec3; 10]) -> f64 {
     Matrix3::from_columns(&[x[1] - x[0], x[2] - x[0], x[3] - x[0]]).determinant()
 }
@@ -73,9 +73,9 @@ pub(crate) fn straight_jacobian(x: &[Vec3; 10]) -> f64 {
 /// One quadrature point of one element at rest.
 #[derive(Debug, Clone)]
 pub(crate) struct Point {
-    /// Shape functions' derivatives by rest position, 1/m.
+    /// Derivatives of the shape functions by rest position, 1/m.
     pub(crate) slopes: [Vec3; 10],
-    /// Shape functions.
+    /// Values of the shape functions.
     pub(crate) values: [f64; 10],
     /// Volume that the point stands for, m³.
     pub(crate) weight_m3: f64,
@@ -92,7 +92,7 @@ impl Point {
     }
 }
 
-/// An element, ready to integrate.
+/// An element that is ready to be integrated.
 #[derive(Debug, Clone)]
 pub(crate) struct Element {
     pub(crate) points: [Point; 4],
@@ -150,7 +150,8 @@ impl Element {
         force
     }
 
-    /// Second derivative of the energy, N/m; without negative material curvature if `project`.
+    /// Second derivative of the energy, N/m. With `project`, negative curvature of the material is
+    /// removed.
     pub(crate) fn stiffness(
         &self,
         m: &Material,
@@ -162,7 +163,7 @@ impl Element {
         for p in &self.points {
             let c = m.stiffness(&p.gradient(nodes, u), project) * p.weight_m3;
             for (b, slope_b) in p.slopes.iter().enumerate() {
-                // Stress by the displacement of node b: 9 × 3.
+                // Derivative of the stress by the displacement of node b: 9 × 3.
                 let t = c.fixed_view::<9, 3>(0, 0) * slope_b.x
                     + c.fixed_view::<9, 3>(0, 3) * slope_b.y
                     + c.fixed_view::<9, 3>(0, 6) * slope_b.z;

@@ -1,4 +1,4 @@
-//! Static equilibrium: Newton's method with line search, load by load.
+//! Static equilibrium by Newton's method with line search, in steps of the load.
 
 use crate::contact::{Contact, Tool};
 use crate::element::{self, Element};
@@ -8,13 +8,13 @@ use crate::{FemError, Material, Mesh, Vec3};
 /// Displacement at a rest position and a share of the load from 0 to 1, m.
 pub type Motion<'a> = Box<dyn Fn(&Vec3, f64) -> Vec3 + 'a>;
 
-/// Nodes whose displacement is given.
+/// Nodes whose displacement is prescribed.
 pub struct Hold<'a> {
-    /// Nodes that are moved.
+    /// The nodes.
     pub nodes: Vec<u32>,
-    /// Along which axes.
+    /// Axes along which they are prescribed.
     pub axes: [bool; 3],
-    /// Their displacement.
+    /// Displacement of each node.
     pub motion_m: Motion<'a>,
 }
 
@@ -45,28 +45,28 @@ impl<'a> Hold<'a> {
     }
 }
 
-/// A body, what holds it and what loads it.
+/// A body with everything that holds and loads it.
 pub struct Problem<'a> {
     /// The body at rest.
     pub mesh: &'a Mesh,
     /// Material of the body.
     pub material: Material,
-    /// Gravity, m/s²; grows with the share of the load.
+    /// Gravity, m/s². It grows with the share of the load.
     pub gravity_m_s2: Vec3,
-    /// Prescribed displacements; of several for one degree of freedom the last counts.
+    /// Prescribed displacements. If several prescribe one degree of freedom, the last one counts.
     pub holds: Vec<Hold<'a>>,
-    /// Tool that presses.
+    /// The tool that presses, if any.
     pub tool: Option<Tool<'a>>,
 }
 
-/// An equilibrium.
+/// One equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// Share of the load.
+    /// Share of the load at this equilibrium.
     pub share: f64,
     /// Displacement of every node, m.
     pub displacement_m: Vec<Vec3>,
-    /// Force that the holds exert on every node, N; zero where nothing holds.
+    /// Force that the holds exert on every node, N; zero on free degrees of freedom.
     pub reaction_n: Vec<Vec3>,
     /// Force on the tool, N.
     pub tool_force_n: Vec3,
@@ -76,11 +76,11 @@ pub struct Solution {
     pub iterations: usize,
 }
 
-/// Unbalanced force allowed, as a share of the largest nodal force.
+/// Largest unbalanced force that counts as equilibrium, as a share of the largest nodal force.
 const TOLERANCE: f64 = 1e-7;
 const MOST_ITERATIONS: usize = 25;
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
-/// Contact is settled when an augmentation would change the pressures by less than this share.
+/// Contact has settled when an augmentation would change the pressures by at most this share.
 const PRESSURE_CHANGE: f64 = 5e-3;
 const MOST_AUGMENTATIONS: usize = 5;
 
@@ -93,15 +93,15 @@ struct State {
 struct Solver<'a, 'p> {
     problem: &'a Problem<'p>,
     elements: Vec<Element>,
-    /// Weight of the body that each node carries, as mass, kg.
+    /// Mass that each node carries, kg.
     mass_kg: Vec<f64>,
     system: System,
     contact: Option<Contact>,
 }
 
 impl Problem<'_> {
-    /// Finds equilibrium at each of the rising `stops` (shares of the load), taking smaller steps
-    /// where Newton's method asks for them. `progress` hears every share that was reached.
+    /// Finds equilibrium at each of the rising `stops` (shares of the load). It takes smaller steps
+    /// where Newton's method does not converge. `progress` gets every share that was reached.
     ///
     /// # Errors
     /// See [`FemError`].
@@ -116,12 +116,12 @@ impl Problem<'_> {
         }
     }
 
-    /// As [`solve`](Self::solve), except that it stops where steps of at least `smallest_step` of
-    /// the load find no equilibrium. It returns the solutions found before that, and the reason for
-    /// stopping.
+    /// Solves as [`solve`](Self::solve) does, except that it stops where steps of at least
+    /// `smallest_step` of the load find no equilibrium. It returns the solutions found before that,
+    /// and the reason for stopping.
     ///
     /// # Errors
-    /// What is wrong before anything is solved; see [`FemError`].
+    /// When the mesh cannot be prepared; see [`FemError`].
     pub fn solve_as_far(
         &self,
         stops: &[f64],
@@ -239,7 +239,8 @@ impl<'a, 'p> Solver<'a, 'p> {
         elastic - height + contact
     }
 
-    /// Unbalanced force of every node (gradient of the energy) and the largest elastic one, N.
+    /// Unbalanced force of every node (the gradient of the energy), and the largest elastic nodal
+    /// force, N.
     fn residual(&self, u: &[Vec3], share: f64) -> (Vec<Vec3>, f64) {
         let problem = self.problem;
         let mut r = vec![Vec3::zeros(); u.len()];
@@ -264,7 +265,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         (r, elastic)
     }
 
-    /// Assembles the stiffness; returns what a prescribed step adds to the residual.
+    /// Assembles the stiffness. Returns the forces that a prescribed step adds to the residual.
     fn assemble(
         &mut self,
         u: &[Vec3],
@@ -333,7 +334,8 @@ impl<'a, 'p> Solver<'a, 'p> {
         moved
     }
 
-    /// A descent direction: Newton's, else with the negative curvature taken out.
+    /// A descent direction: Newton's or, if its matrix is not positive definite, one from a
+    /// stiffness without negative curvature.
     fn direction(
         &mut self,
         u: &[Vec3],
@@ -389,7 +391,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         for augmentation in 0..=MOST_AUGMENTATIONS {
             self.equilibrate(&mut u, share, state)?;
             if augmentation == MOST_AUGMENTATIONS {
-                break; // the penetration left is one penalty's worth of a small change
+                break; // the remaining penetration is small
             }
             let shift = self.shift(share);
             let rest = &self.problem.mesh.nodes;
@@ -457,7 +459,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         })
     }
 
-    /// Below this a nodal force is rounding, N.
+    /// A nodal force below this is rounding, N.
     fn smallest_force(&self) -> f64 {
         let volume: f64 = self
             .elements

@@ -1,10 +1,10 @@
-//! The reference that the fast solvers are measured against: static equilibrium of a neo-Hookean
+//! The reference against which the fast solvers are measured: static equilibrium of a neo-Hookean
 //! body by finite elements, verified against closed forms (`tests/`).
 //!
 //! ```text
 //! mesh::lattice / block / shell_octant   quadratic tetrahedra
 //! Material                               energy, stress, stiffness (SI)
-//! Problem { holds, gravity, tool }       what is asked
+//! Problem { holds, gravity, tool }       a body, its holds and loads
 //! Problem::solve, solve_as_far           Newton, line search, load steps, sparse Cholesky
 //! Locator                                the answer at any point
 //! ```

@@ -1,15 +1,15 @@
-//! The tissue's energy: stable neo-Hookean (Smith et al. 2018 without the logarithm), the one
-//! that the position-based solver minimises too.
+//! The tissue's energy: stable neo-Hookean (Smith et al. 2018 without the logarithm). The
+//! position-based solver minimises the same energy.
 //!
 //! `W(F) = μ/2 (F:F − 3) + λ/2 (det F − γ)²`, `λ = λ₀ + μ`, `γ = 1 + μ/λ`, up to a constant.
-//! Linearised at rest it is Hooke's law with Lamé's `μ` and `λ₀`; it stays finite through
+//! Linearised at rest it is Hooke's law with Lamé's `μ` and `λ₀`. It stays finite through
 //! inversion.
 
 use nalgebra::{Matrix3, SMatrix};
 
 use crate::FemError;
 
-/// Derivative of stress by deformation gradient, both flattened column by column.
+/// Derivative of the stress by the deformation gradient, both flattened column by column.
 pub(crate) type Stiffness9 = SMatrix<f64, 9, 9>;
 
 /// An isotropic neo-Hookean material in SI units.
@@ -71,16 +71,16 @@ impl Material {
         self.lambda
     }
 
-    /// The determinant at which the volume term alone would rest.
+    /// The determinant of `F` at which the volume term alone is zero.
     #[must_use]
     pub fn gamma(&self) -> f64 {
         self.gamma
     }
 
-    /// Energy per volume at rest, J/m³; 0 undeformed.
+    /// Energy per volume at rest, J/m³; 0 if undeformed.
     #[must_use]
     pub fn energy(&self, f: &Matrix3<f64>) -> f64 {
-        // In terms of F − 1, so that a small strain's energy is not lost in rounding.
+        // Uses F − 1, so that rounding does not swallow the energy of a small strain.
         let h = f - Matrix3::identity();
         let trace = h.trace();
         let second = 0.5 * (trace * trace - (h * h).trace()) + h.determinant();
@@ -95,14 +95,15 @@ impl Material {
         self.mu * f + pressure * cofactor(f)
     }
 
-    /// `∂²W/∂F²`, Pa. With `project`, negative curvature is removed (Newton far from equilibrium).
+    /// Derivative of the stress, `∂²W/∂F²`, Pa. With `project`, negative curvature is removed, for
+    /// Newton's method far from equilibrium.
     #[must_use]
     pub(crate) fn stiffness(&self, f: &Matrix3<f64>, project: bool) -> Stiffness9 {
         let cof = cofactor(f);
         let flat = SMatrix::<f64, 9, 1>::from_column_slice(cof.as_slice());
         let pressure = self.lambda * (f.determinant() - self.gamma);
         let mut h = Stiffness9::identity() * self.mu + flat * flat.transpose() * self.lambda;
-        // ∂cof(F)/∂F: columns of cof are cross products of columns of F.
+        // For ∂cof(F)/∂F: the columns of cof are cross products of columns of F.
         for column in 0..3 {
             let (next, last) = ((column + 1) % 3, (column + 2) % 3);
             let (a, b) = (cross(&f.column(last).into()), cross(&f.column(next).into()));
@@ -117,11 +118,11 @@ impl Material {
         if project { positive(h) } else { h }
     }
 
-    /// Closed form of a bar pulled along one axis to `stretch`: its lateral stretch and its
-    /// nominal axial stress, Pa.
+    /// Closed form of a bar pulled along one axis to `stretch`: its lateral stretch, and its
+    /// nominal axial stress in Pa.
     #[must_use]
     pub fn uniaxial(&self, stretch: f64) -> (f64, f64) {
-        // Lateral stress zero: μ + λ (s t² − γ) s = 0.
+        // The lateral stress is zero: μ + λ (s t² − γ) s = 0.
         let lateral_squared = (self.gamma - self.mu / (self.lambda * stretch)) / stretch;
         let pressure = self.lambda * (stretch * lateral_squared - self.gamma);
         let stress = self.mu * stretch + pressure * lateral_squared;
@@ -129,7 +130,7 @@ impl Material {
     }
 }
 
-/// `det(F) F⁻ᵀ`, defined for singular `F` too.
+/// Cofactor `det(F) F⁻ᵀ`, which singular `F` has too.
 pub(crate) fn cofactor(f: &Matrix3<f64>) -> Matrix3<f64> {
     let (a, b, c) = (f.column(0), f.column(1), f.column(2));
     Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])

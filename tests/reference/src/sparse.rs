@@ -8,17 +8,17 @@ use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use crate::element::Stiffness30;
 use crate::{FemError, Mesh};
 
-/// Marks a degree of freedom that is prescribed.
+/// Marks a degree of freedom whose displacement is prescribed.
 pub(crate) const HELD: u32 = u32::MAX;
 
-/// Lower triangle of the stiffness between free degrees of freedom.
+/// The stiffness between free degrees of freedom, as its lower triangle.
 pub(crate) struct System {
     /// Unknown of each degree of freedom (3 per node), or [`HELD`].
     pub(crate) unknown: Vec<u32>,
     pub(crate) count: usize,
     matrix: SparseColMat<usize, f64>,
     symbolic: SymbolicLlt<usize>,
-    /// Per element, where each pair of its degrees of freedom (lower triangle) is stored.
+    /// For each element, the slots of all pairs of its degrees of freedom (lower triangle).
     slots: Vec<[u32; 465]>,
 }
 
@@ -99,7 +99,8 @@ impl System {
         }
     }
 
-    /// Adds to one entry; both triangles of a symmetric pair may be offered, one is taken.
+    /// Adds to one entry. Both triangles of a symmetric matrix may be offered; only the lower one
+    /// is taken.
     pub(crate) fn add(&mut self, row: u32, column: u32, value: f64) {
         if row == HELD || column == HELD || row < column {
             return;
@@ -111,7 +112,7 @@ impl System {
         }
     }
 
-    /// Adds a share of the mean diagonal to the diagonal.
+    /// Adds a share of the mean diagonal entry to every diagonal entry.
     pub(crate) fn shift(&mut self, share: f64) {
         let starts = self.matrix.symbolic().col_ptr().to_vec();
         let values = self.matrix.val_mut();
@@ -135,7 +136,7 @@ impl System {
     }
 }
 
-/// The lower triangle's pairs of 30 degrees of freedom, row by row.
+/// Pairs of the lower triangle of 30 degrees of freedom, row by row.
 fn pairs() -> impl Iterator<Item = (usize, usize)> {
     (0..30).flat_map(|i| (0..=i).map(move |j| (i, j)))
 }

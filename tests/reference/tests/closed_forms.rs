@@ -1,5 +1,5 @@
-//! The finite elements against what is known without them. Every tolerance is stated where it is
-//! used; the errors that were measured stand beside it.
+//! The finite elements against closed forms and independent integration. Every tolerance is stated
+//! where it is used.
 
 use fem_reference::{Hold, Material, Mesh, Problem, Solution, Vec3, block, lattice, shell_octant};
 
@@ -22,7 +22,8 @@ fn unloaded<'a>(mesh: &'a Mesh, material: Material, holds: Vec<Hold<'a>>) -> Pro
     }
 }
 
-/// Patch test: an irregular mesh whose surface is moved by a large affine map follows it exactly.
+/// Patch test: an irregular mesh whose surface is moved by a large affine map follows the map
+/// exactly.
 #[test]
 fn an_affine_map_is_exact() {
     let box_m = Vec3::repeat(0.02);
@@ -92,8 +93,8 @@ fn a_bar_follows_its_closed_form_at_large_stretch() {
     }
 }
 
-/// Timoshenko's cantilever under its own weight. The clamped root's own stiffness and the beam's
-/// finite slenderness leave about 1 %.
+/// Timoshenko's cantilever under its own weight. The clamped root's stiffness and the beam's finite
+/// slenderness leave about 1 %.
 #[test]
 fn a_cantilever_sags_as_a_beam() {
     let (length, side, gravity) = (0.4, 0.02, 1e-3);
@@ -136,7 +137,7 @@ fn inflated(around: usize, through: usize, inner: f64, outer: f64, growth: f64) 
             axis,
         ));
     }
-    // Nodes on a plane and on the inner side: the inner side's motion has to win.
+    // The inner side's hold comes last, so that it wins at nodes that also lie on a plane.
     holds.rotate_left(1);
     let done = solve(&unloaded(&mesh, tissue(0.45), holds));
     let skin = mesh.nodes_where(|p| p.norm() > outer * (1.0 - 1e-6));
@@ -147,7 +148,7 @@ fn inflated(around: usize, through: usize, inner: f64, outer: f64, growth: f64) 
     )
 }
 
-/// Lamé's thick sphere at small strain, and the order of convergence towards it.
+/// Lamé's thick sphere at small strain, and the order of convergence towards his solution.
 #[test]
 fn a_thick_sphere_inflates_as_lame_says() {
     let (a, b, growth) = (0.01, 0.02, 1e-5);
@@ -169,13 +170,13 @@ fn a_thick_sphere_inflates_as_lame_says() {
     );
 }
 
-/// At 60 % inner growth, compares with the radial equation, integrated independently.
+/// At 60 % inner growth, the result is compared with the radial equation, integrated independently.
 #[test]
 fn a_thick_sphere_inflates_far_as_the_radial_equation_says() {
     let (a, b, growth) = (0.01, 0.02, 0.6);
     let m = tissue(0.45);
     let (mu, lambda, gamma) = (m.mu_pa(), m.lambda_pa(), m.gamma());
-    // States: r, nominal radial stress, energy. dP/dR = −2 (P − T)/R.
+    // A state has r, the nominal radial stress, and the energy. dP/dR = −2 (P − T)/R.
     let rate = |radius: f64, [r, p, _]: [f64; 3]| {
         let hoop = r / radius;
         let radial = (p + lambda * gamma * hoop * hoop) / (mu + lambda * hoop.powi(4));

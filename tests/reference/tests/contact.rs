@@ -4,8 +4,8 @@ use fem_reference::{Hold, Material, Mesh, Problem, Solution, Tool, Vec3, block};
 
 const RADIUS_M: f64 = 0.01;
 
-/// A quarter of a block, finer by `e^grading` where the ball touches (its upper corner, the
-/// origin).
+/// A quarter of a block, with cells finer by `e^grading` where the ball touches, at its upper
+/// corner (the origin).
 fn quarter(size_m: f64, cells: usize, grading: f64) -> Mesh {
     let grade = |s: f64| size_m * (grading * s).exp_m1() / grading.exp_m1();
     block(Vec3::zeros(), Vec3::repeat(1.0), [cells; 3])
@@ -38,8 +38,9 @@ fn pressed(mesh: &Mesh, depths_m: &[f64]) -> Vec<Solution> {
     problem.solve(&stops, &mut |_| {}).expect("equilibrium")
 }
 
-/// Hertz at contact radii of 0.1 and 0.14 R, in a block of 70 to 100 contact radii (at 30 its base
-/// adds 4 % already). Measured: 3.4 and 2.2 % above; 5.4 % with a coarser mesh.
+/// Hertz's force at contact radii of 0.1 and 0.14 R, in a block of 70 to 100 contact radii (at 30,
+/// its base would already add 4 %). Measured: 3.4 and 2.2 % above Hertz, and 5.4 % with a coarser
+/// mesh.
 #[test]
 fn a_shallow_dent_approaches_hertz() {
     let stiff = 5000.0 / (1.0 - 0.45 * 0.45);

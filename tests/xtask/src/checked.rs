@@ -1,17 +1,17 @@
-//! The compiler that `cargo xtask test` gives cargo for our own packages: it compiles, and looks at
-//! what it compiles as clippy and rustdoc do. All three then read dependencies that were compiled
-//! once; `cargo clippy` and `cargo doc` would go through the five hundred of them again, which
-//! takes longer than our own code.
+//! The compiler that `cargo xtask test` gives cargo for our own packages. It compiles a package,
+//! and then lints and documents it as clippy and rustdoc do. All three read dependencies that were
+//! compiled once. `cargo clippy` and `cargo doc` would go through the five hundred dependencies
+//! again, which takes longer than our own code.
 
 use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-/// Set while this program is the compiler; what clippy and rustdoc make goes to the folder that it
-/// names.
+/// Environment variable that is set while this program is the compiler. It names the folder for the
+/// output of clippy and rustdoc.
 const FOLDER: &str = "CALOT_CHECKED";
-/// Cargo's name for who compiles the workspace's own packages.
+/// Cargo's variable for the program that compiles the workspace's own packages.
 const WRAPPER: &str = "RUSTC_WORKSPACE_WRAPPER";
 /// Variable from which clippy reads its arguments, and their separator.
 const CLIPPY: (&str, &str) = ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__");
@@ -22,14 +22,14 @@ pub(crate) fn environment() -> io::Result<[(&'static str, PathBuf); 2]> {
         std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
     let folder = std::path::absolute(target)?.join("checked");
     std::fs::create_dir_all(&folder)?;
-    // This program's own file is built again, too, while it runs.
+    // Cargo may build this program's own file again while it runs, so a copy compiles.
     let compiler = folder.join("compiler");
     std::fs::copy(std::env::current_exe()?, &compiler)?;
     Ok([(FOLDER, folder), (WRAPPER, compiler)])
 }
 
-/// Compiles if cargo asks for that: then what came of it. `args`: the compiler's path, and what it
-/// is to do.
+/// Compiles if cargo started this program for that, and returns the outcome. `args` are the
+/// compiler's path and its arguments.
 pub(crate) fn compile(args: &[OsString]) -> Option<ExitCode> {
     let folder = PathBuf::from(std::env::var_os(FOLDER)?);
     let (rustc, args) = args.split_first()?;
@@ -38,7 +38,7 @@ pub(crate) fn compile(args: &[OsString]) -> Option<ExitCode> {
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
             eprintln!(
-                "cannot compile through {}: {error}",
+                "cannot run {}, or clippy or rustdoc beside it: {error}",
                 Path::new(rustc).display()
             );
             ExitCode::FAILURE
@@ -52,7 +52,7 @@ fn compile_and_look(rustc: &Path, args: &[OsString], folder: &Path) -> io::Resul
     if !compiled || !unit.is_ours {
         return Ok(compiled);
     }
-    // They stand beside cargo, in any toolchain.
+    // Clippy and rustdoc stand beside cargo in any toolchain.
     let beside = |name: &str| {
         let cargo = std::env::var_os("CARGO").map(PathBuf::from);
         cargo.map_or_else(|| name.into(), |cargo| cargo.with_file_name(name))
@@ -77,9 +77,10 @@ fn compile_and_look(rustc: &Path, args: &[OsString], folder: &Path) -> io::Resul
 struct Unit {
     /// Arguments of the compiler, except the kind and place of its output.
     args: Vec<OsString>,
-    /// A crate of the workspace, and not what builds one.
+    /// True for a crate of the workspace, except build scripts.
     is_ours: bool,
-    /// One that `cargo doc` documents: a library or a program, no test and no example.
+    /// True for crates that `cargo doc` documents: libraries and programs, but no tests or
+    /// examples.
     is_documented: bool,
 }
 
@@ -99,7 +100,7 @@ impl Unit {
                     continue;
                 }
                 "--crate-name" => {
-                    // The second: cargo asks the compiler what it can do.
+                    // The name `___` stands for cargo's question about what the compiler can do.
                     let others = ["build_script_build", "___"];
                     let name = left.as_slice().first();
                     unit.is_ours = name.is_some_and(|name| others.iter().all(|it| name != it));
@@ -108,7 +109,8 @@ impl Unit {
                 source if source.ends_with(".rs") && !source.starts_with('-') => {
                     unit.is_documented &= !Path::new(source).iter().any(|it| it == "examples");
                 }
-                // Cargo takes what is said to be there for what it asked for.
+                // Without a list of artifacts, cargo does not take clippy's output for the
+                // compiler's.
                 json if json.starts_with("--json=") => {
                     unit.args.push(json.replace(",artifacts", "").into());
                     continue;

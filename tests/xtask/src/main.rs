@@ -1,5 +1,5 @@
-//! The commands of a fresh machine: `cargo xtask demo`, `cargo xtask test` and others. No
-//! dependencies, so that it builds in a second and can say what the rest needs.
+//! The commands of a fresh machine: `cargo xtask demo`, `cargo xtask test` and others. It has no
+//! dependencies, so that it builds in a second and can name what the other packages need.
 
 mod checked;
 mod packages;
@@ -17,18 +17,18 @@ cargo xtask COMMAND
   test         set this machine up and pass every test: format, lints, documentation, licences,
                unit, property and system tests, golden replays in debug and release
   jitter [idle|loaded|misses|soak|watched [SECONDS]]
-               what the README says about time: build, and measure for 60, 60 and 300 seconds in turn
-               with other programs, for 600 seconds alone, and five times 30 seconds each beside busy
-               programs with watchers elsewhere and without, into target/jitter. Leave the machine alone!
-  setup        only set up: name the system packages that are missing and install them where
-               this user may, else print the line to type
+               build, and measure the figures on time in tests/results into target/jitter: 60, 60 and
+               300 seconds in turn with other programs, 600 seconds alone, and five times 30 seconds
+               beside busy programs, both with remote watchers and without. Leave the machine alone!
+  setup        only set up: name the missing system packages, and install them if this user may,
+               else print the line to type
   deny         install cargo-deny (minutes) and check licences, sources and duplicates
 
 Exit: 0 done, 1 something failed, 2 bad usage.";
 
 fn main() -> ExitCode {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
-    // First: a test program that is timed inherits the compiler's environment.
+    // Look for a timed test first, because a test program inherits the compiler's environment.
     if let Some(timed) = timings::run(&words) {
         return timed;
     }

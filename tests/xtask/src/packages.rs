@@ -2,7 +2,7 @@
 
 use std::process::{Command, Stdio};
 
-/// Something the system must have, and the Debian/Ubuntu package that brings it.
+/// Something that the system must have, and the Debian or Ubuntu package that has it.
 struct Need {
     what: &'static str,
     package: &'static str,
@@ -30,7 +30,7 @@ const NEEDS: [Need; 6] = [
         is_there: || on_path("Xvfb"),
     },
     Need {
-        what: "keys for windows on it",
+        what: "xdotool, which presses keys in windows on that screen",
         package: "xdotool",
         only_for_tests: true,
         is_there: || on_path("xdotool"),
@@ -42,14 +42,14 @@ const NEEDS: [Need; 6] = [
         is_there: || on_path("openssl"),
     },
     Need {
-        what: "ip, for networks of their own",
+        what: "ip, for tests in networks of their own",
         package: "iproute2",
         only_for_tests: true,
         is_there: || on_path("ip") || on_path_of_root("ip"),
     },
 ];
 
-/// Installs what is missing, or says what to type.
+/// Installs what is missing, or returns an error with the line to type.
 pub(crate) fn set_up(for_tests: bool) -> Result<(), String> {
     let missing: Vec<&Need> = NEEDS
         .iter()
@@ -68,7 +68,7 @@ pub(crate) fn set_up(for_tests: bool) -> Result<(), String> {
     );
     if !on_path("apt-get") {
         return Err(format!(
-            "this is not Debian or Ubuntu: install what brings the above, then try again \
+            "this is not Debian or Ubuntu: install what is missing above, then try again \
              (there it would be: {by_hand})"
         ));
     }
@@ -134,7 +134,7 @@ pub(crate) fn on_path(program: &str) -> bool {
     std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
 }
 
-/// A user's path may lack what is for root.
+/// Looks in root's folder, which a user's path may lack.
 fn on_path_of_root(program: &str) -> bool {
     std::path::Path::new("/usr/sbin").join(program).is_file()
 }
@@ -146,7 +146,7 @@ fn library(name: &str) -> bool {
         .is_some_and(|list| list.contains(name))
 }
 
-/// A driver's manifest in one of the folders that the loader reads, or named to it.
+/// True if a driver's manifest lies in one of the loader's folders, or if a variable names one.
 fn vulkan_driver() -> bool {
     let named = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"]
         .iter()

@@ -1,4 +1,4 @@
-//! Steps of the commands.
+//! The steps of the commands.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -13,7 +13,7 @@ struct Step {
     args: &'static [&'static str],
     /// True if clippy and rustdoc look at what cargo compiles.
     is_checked: bool,
-    /// Each test program's time goes into the table at the end.
+    /// True if each test program's time goes into the table at the end.
     is_timed: bool,
 }
 
@@ -37,7 +37,8 @@ const TESTS: [Step; 5] = [
         is_checked: true,
         is_timed: false,
     },
-    // Benches too, each once. All of them, so that everything that fails is known at once.
+    // Benches run too, once each. A failure does not stop the others, so that all failures are
+    // known at once.
     Step {
         name: "tests",
         args: &[
@@ -56,7 +57,7 @@ const TESTS: [Step; 5] = [
         is_checked: true,
         is_timed: false,
     },
-    // Optimisation must not change a bit: the golden replays again, in release.
+    // Optimisation must not change a bit, so the golden replays run again in release.
     Step {
         name: "golden replays, release",
         args: &[
@@ -80,7 +81,7 @@ pub(crate) fn test() -> Result<(), String> {
             let timings = Timings::new(&checked[0].1)?;
             Ok((checked, timings))
         })
-        .map_err(|error| format!("cannot put the compiler that checks into target: {error}"))?;
+        .map_err(|error| format!("cannot copy the checking compiler into target: {error}"))?;
     let outcome = test_in(&checked, &mut timings);
     timings.print();
     outcome?;
@@ -117,7 +118,8 @@ pub(crate) fn install_and_deny() -> Result<(), String> {
     deny()
 }
 
-/// Advisories need the network's database; licences, bans and sources do not.
+/// Checks licences, bans and sources. Advisories are left out, because they need a database from
+/// the network.
 fn deny() -> Result<(), String> {
     step(
         "licences and sources",
@@ -138,7 +140,7 @@ pub(crate) fn demo(args: &[String]) -> Result<(), String> {
     step("demo", &words)
 }
 
-/// Figures about time: name, seconds, what else runs, what it is compared with.
+/// Measurements of time: name, seconds, the load beside it, and the programs to compare with.
 const FIGURES: [(&str, &str, &str, &str); 4] = [
     ("idle", "60", "", LOOPS),
     ("loaded", "60", "cpu,memory,io,join", LOOPS),
@@ -147,7 +149,7 @@ const FIGURES: [(&str, &str, &str, &str); 4] = [
 ];
 const LOOPS: &str = "cyclictest,executor,sleep,embassy-std";
 
-/// The figure that is two of them, in turns.
+/// The measurement that runs with watchers and without them in turns.
 const WATCHED: &str = "watched";
 
 pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
@@ -157,7 +159,7 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
         && !FIGURES.iter().any(|figure| figure.0 == name)
     {
         return Err(format!(
-            "'{name}' is none of idle, loaded, misses, soak, watched"
+            "'{name}' is unknown; write one of idle, loaded, misses, soak, watched"
         ));
     }
     let rival = "tests/embassy-std/Cargo.toml";
@@ -189,9 +191,9 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// Measures the cost of remote watchers to the tick, alternately with and without them. Programs
-/// keep all cores awake both times: a virtual machine that sleeps wakes up late, later than
-/// anything that watchers cause.
+/// Measures the cost of remote watchers to the tick, alternately with and without them. Other
+/// programs keep all cores awake both times, because a virtual machine that sleeps wakes up later
+/// than watchers could cause.
 fn watched(seconds: &str) -> Result<(), String> {
     const TURNS: usize = 5;
     const KINDS: [(&str, &str); 2] = [("busy", "cpu,memory"), ("watched", "cpu,memory,watch")];
@@ -224,7 +226,7 @@ fn step(name: &str, args: &[&str]) -> Result<(), String> {
 fn step_in(name: &str, args: &[&str], environment: &[(&str, PathBuf)]) -> Result<(), String> {
     println!("\n== {name}: cargo {}", args.join(" "));
     let start = Instant::now();
-    // The cargo that runs us, so that a pinned toolchain stays pinned.
+    // Use the cargo that runs this program, so that a pinned toolchain stays pinned.
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .args(args)

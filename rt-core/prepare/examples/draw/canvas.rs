@@ -1,4 +1,4 @@
-//! A picture of several panels with a depth buffer each.
+//! A picture of several panels, with a depth buffer.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ pub(crate) struct View {
     right: Vec3,
     up: Vec3,
     forward: Vec3,
-    /// Half the picture's height at distance 1 (perspective), or in metres.
+    /// Half the picture's height: at distance 1 in perspective, otherwise in metres.
     half: f64,
     perspective: bool,
 }
@@ -52,7 +52,7 @@ impl View {
         }
     }
 
-    /// Right, up, depth; right and up in -1..1 within the picture.
+    /// Right, up and depth of a point; right and up are in -1..1 within the picture.
     fn project(&self, p: &Vec3) -> Option<[f64; 3]> {
         let q = p - self.eye;
         let depth = q.dot(&self.forward);

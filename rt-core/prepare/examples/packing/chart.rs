@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-/// A line with its points.
+/// A set of points, joined by a line or not.
 pub(crate) struct Series {
     pub(crate) name: String,
     pub(crate) points: Vec<[f64; 2]>,
-    /// Joined by a line, or points alone.
+    /// True if a line joins the points.
     pub(crate) is_line: bool,
 }
 
@@ -14,24 +14,25 @@ pub(crate) struct Series {
 pub(crate) struct Panel {
     pub(crate) title: &'static str,
     pub(crate) axes: [&'static str; 2],
-    /// Logarithmic or not.
+    /// True for a logarithmic axis.
     pub(crate) is_log: [bool; 2],
-    /// Numbers at each axis; the first and the last are its ends.
+    /// Numbers at each axis. The first and the last are its ends.
     pub(crate) marks: [&'static [f64]; 2],
     pub(crate) series: Vec<Series>,
 }
 
 const WIDTH: f64 = 420.0;
 const HEIGHT: f64 = 330.0;
-/// Left, top, right, bottom of what is drawn in.
+/// Left, top, right and bottom margin of the coordinate system.
 const INSET: [f64; 4] = [58.0, 34.0, 16.0, 46.0];
-/// Told apart by people who see few colours too (Okabe and Ito 2008).
+/// Colours that people with reduced colour vision can tell apart too (Okabe and Ito 2008).
 const COLORS: [&str; 9] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#888888",
     "#7b3f9e",
 ];
 
-/// Two panels a row, the legend below. What lies beyond an axis is cut off at its end.
+/// Draws two panels in a row, and the legend below. Points beyond the end of an axis are drawn at
+/// that end.
 pub(crate) fn draw(panels: &[Panel]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for series in panels.iter().flat_map(|panel| &panel.series) {

@@ -1,13 +1,12 @@
-//! Fit of spheres to an organ, by their number: `cargo run --release -p scene-prepare --example
-//! packing -- [--out DIR] [--quick]` writes `packing.csv` and `packing.svg` (those of
-//! `tests/results`).
+//! Fit of spheres to an organ by their number: `cargo run --release -p scene-prepare --example
+//! packing -- [--out DIR] [--quick]` writes `packing.csv` and `packing.svg`, by default into
+//! `tests/results`.
 //!
 //! Coverage and mechanics conflict. A few large spheres on the medial axis cover best, but their
 //! links point along the axis (isotropy 0.1 to 0.35) and they stay round under a small dent. So
-//! preparation packs evenly, caps the radii at 1.15 spacings, and takes the end of the front where
-//! the links are isotropic. The last panel shows both at the paper's 581 spheres, next to
-//! measurements of eight algorithms in a prototype study (on another liver; both figures have no
-//! unit).
+//! preparation packs evenly, caps the radii at 1.15 spacings, and accepts less coverage where the
+//! links are isotropic. The last panel shows coverage against isotropy at the paper's 581 spheres.
+//! Beside our packings it has eight algorithms that a prototype study measured on another liver.
 
 mod chart;
 
@@ -33,9 +32,10 @@ const ORGANS: [(&str, Form, usize); 4] = [
     ("stomach", Form::Stomach, 452),
 ];
 const COUNTS: [usize; 7] = [100, 200, 400, 1000, 2000, 4000, 8000];
-/// The paper's filling tries pairs against all: beyond this it takes minutes.
+/// The paper's filling tries each pair of spheres against all spheres. Beyond this count it takes
+/// minutes.
 const PAPER_MAX: usize = 1000;
-/// The study's algorithms at 581 spheres: coverage and isotropy.
+/// Coverage and isotropy of the study's algorithms at 581 spheres.
 const FRONT: [(&str, f64, f64); 8] = [
     ("medial axis and filling", 0.975, 0.13),
     ("greedy inscribed", 0.983, 0.35),
@@ -47,7 +47,7 @@ const FRONT: [(&str, f64, f64); 8] = [
     ("greedy, spaced", 0.951, 0.39),
 ];
 
-/// One packing.
+/// Figures of one packing.
 struct Row {
     organ: &'static str,
     packing: &'static str,
@@ -62,7 +62,7 @@ struct Row {
     isotropy: f64,
     /// Worst `V/L³` of a tetrahedron.
     shape_min: f64,
-    /// Volume that the tetrahedra carry over the organ's.
+    /// Volume that the tetrahedra carry over the organ's volume.
     volume_share: f64,
     build_s: f64,
 }
@@ -70,7 +70,7 @@ struct Row {
 /// Packs every organ with every count.
 ///
 /// # Errors
-/// Why an organ cannot be packed, in words.
+/// When an organ cannot be packed; the reason in words.
 fn run(quick: bool) -> Result<Vec<Row>, String> {
     let mut rows = Vec::new();
     for (name, form, of_paper) in ORGANS {
@@ -143,7 +143,7 @@ fn row(
     })
 }
 
-/// All figures.
+/// All figures as CSV.
 fn csv(rows: &[Row]) -> String {
     let mut text = "organ,packing,spheres,springs,tetrahedra,spacing_mm,coverage,gap_mean_mm,\
                     gap_95_mm,gap_max_mm,protrusion_max_mm,components,min_degree,isotropy,\
@@ -176,7 +176,8 @@ fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// Gap, coverage, isotropy and time over the number of spheres, and the front at equal count.
+/// Draws gap, coverage, isotropy and time over the number of spheres, and coverage over isotropy at
+/// equal count.
 fn svg(rows: &[Row]) -> String {
     const SPHERES: &[f64] = &[100.0, 200.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
     let over = |title, axis, is_log, marks, value: fn(&Row) -> f64| {

@@ -6,7 +6,8 @@ use std::path::Path;
 use scene_prepare::mesh::{self, Format};
 use scene_prepare::recipe::Closing;
 
-/// A mesh file of the format that the first byte chooses: read, and mended if it can be read.
+/// Reads the bytes as a mesh file of the format that the first byte chooses, and mends the mesh if
+/// it can be read.
 pub(crate) fn read(bytes: &[u8]) {
     let Some((&first, content)) = bytes.split_first() else {
         return;

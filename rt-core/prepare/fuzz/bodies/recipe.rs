@@ -5,7 +5,7 @@ use std::path::Path;
 
 use scene_prepare::Recipe;
 
-/// A recipe: read and checked. An error says where and what.
+/// Reads and checks the bytes as a recipe. An error names the line and the problem.
 pub(crate) fn read(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     if let Err(error) = Recipe::parse(&text, "fuzz.toml", Path::new("no such folder")) {

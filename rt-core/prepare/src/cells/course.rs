@@ -1,26 +1,26 @@
-//! The course: the line about which the cross-sections of layered tissue are laid.
+//! The course: the line across which the cross-sections of layered tissue stand.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
 use crate::Vec3;
 use crate::mesh::Mesh;
 
-/// Length on either side of a section over which the inner surface counts for its middle, cells.
+/// The middle of a section is the mean of the inner surface up to this far on either side, cells.
 const SLAB_CELLS: f64 = 2.0;
-/// Rounds of evening the middles out.
+/// Rounds that smooth the line of the middles.
 const ROUNDS: usize = 4;
 
-/// Parallel cross-sections along a line, evenly.
+/// Parallel cross-sections at equal distances along a line.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Course {
-    /// Unit vector along it; two across, right-handed together.
+    /// Unit vectors: the first along the course, the other two across; together right-handed.
     pub(super) axes: [Vec3; 3],
-    /// Origin of each section's rays, m.
+    /// Middle of each section, where its rays start, m.
     pub(super) middles: Vec<Vec3>,
 }
 
-/// Sections across the longest way through `around`, about `cell_m` apart and from end to end of
-/// `own`. Parallel ones never cut each other.
+/// Lays sections across the longest way through `around`, about `cell_m` apart and from end to end
+/// of `own`. They are parallel, so they never cut each other.
 pub(super) fn course(around: &Mesh, own: &Mesh, cell_m: f64) -> Course {
     let mean = around.vertices.iter().sum::<Vec3>() / around.vertices.len().max(1) as f64;
     let spread = around.vertices.iter().fold(Matrix3::zeros(), |sum, p| {

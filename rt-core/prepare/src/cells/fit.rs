@@ -1,19 +1,19 @@
-//! Corners on the outside of the cells are drawn onto the organ's surface.
+//! Draws the outer corners of the cells onto the organ's surface.
 
 use super::{Cells, hexa};
 use crate::Vec3;
 use crate::field::Nearest;
 
-/// Corners farther from the surface than this stay, cells.
+/// Corners farther from the surface than this stay where they are, cells.
 const REACH_CELLS: f64 = 0.75;
-/// Least share of the product of edges that must remain at a corner.
+/// Least share of its triple product of edges that a corner of a cell keeps.
 const LEFT: f64 = 0.2;
-/// Shares of the way that are tried.
+/// Shares of the way to the surface that are tried, the largest first.
 const TRIES: [f64; 4] = [1.0, 0.7, 0.4, 0.2];
 /// Rounds over all corners.
 const ROUNDS: usize = 2;
 
-/// Draws what lies on the outside onto the surface, as far as every cell keeps its shape.
+/// Draws outer corners onto the surface, each as far as all of its cells keep their shape.
 pub(super) fn onto_surface(cells: &mut Cells, surface: &Nearest<'_>, cell_m: f64) {
     let mut is_outside = vec![false; cells.corners.len()];
     let mut of_corner = vec![Vec::new(); cells.corners.len()];

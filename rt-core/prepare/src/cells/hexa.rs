@@ -1,8 +1,9 @@
-//! One hexahedron: eight corners, numbered by bits.
+//! One hexahedron. Its eight corners are numbered by bits.
 
 use crate::Vec3;
 
-/// Corners of the faces, anticlockwise seen from outside: back and on along bit 0, bit 1, bit 2.
+/// Corners of the faces, anticlockwise seen from outside: for each bit in turn, the face where it
+/// is 0, then the face where it is 1.
 pub(super) const FACES: [[usize; 4]; 6] = [
     [0, 4, 6, 2],
     [1, 3, 7, 5],
@@ -12,12 +13,12 @@ pub(super) const FACES: [[usize; 4]; 6] = [
     [4, 5, 7, 6],
 ];
 
-/// The face across the cell.
+/// The face on the other side of the cell.
 pub(super) const fn opposite(face: usize) -> usize {
     face ^ 1
 }
 
-/// The place at these shares of the three ways through the cell.
+/// The place at these shares of the way through the cell, along bits 0, 1 and 2.
 pub(super) fn at(p: &[Vec3; 8], [u, v, w]: [f64; 3]) -> Vec3 {
     let mut sum = Vec3::zeros();
     for (i, corner) in p.iter().enumerate() {
@@ -27,7 +28,7 @@ pub(super) fn at(p: &[Vec3; 8], [u, v, w]: [f64; 3]) -> Vec3 {
     sum
 }
 
-/// Determinant of the way through the cell at these shares.
+/// Determinant of the derivative of [`at`] by the three shares.
 fn jacobian(p: &[Vec3; 8], [u, v, w]: [f64; 3]) -> f64 {
     let mut ways = [Vec3::zeros(); 3];
     for (i, corner) in p.iter().enumerate() {
@@ -41,7 +42,7 @@ fn jacobian(p: &[Vec3; 8], [u, v, w]: [f64; 3]) -> f64 {
     ways[0].dot(&ways[1].cross(&ways[2]))
 }
 
-/// Volume, m³: exact for a cell whose faces are bilinear.
+/// Volume, m³. Exact for faces that are bilinear.
 pub(super) fn volume_m3(p: &[Vec3; 8]) -> f64 {
     let low = 0.5 - (1.0f64 / 12.0).sqrt();
     let places = [low, 1.0 - low];
@@ -56,7 +57,7 @@ pub(super) fn volume_m3(p: &[Vec3; 8]) -> f64 {
     sum
 }
 
-/// Product of the three edges at each corner, and of their lengths.
+/// For each corner, the triple product of its three edges and the product of their lengths.
 pub(super) fn corners(p: &[Vec3; 8]) -> [(f64, f64); 8] {
     std::array::from_fn(|i| {
         let edge = |bit: usize| {
@@ -74,7 +75,7 @@ pub(super) fn shape(p: &[Vec3; 8]) -> f64 {
     corners(p).into_iter().map(share).fold(1.0, f64::min)
 }
 
-/// Mean length along each of the three ways, m.
+/// Mean length of the edges along each of the three ways, m.
 pub(super) fn extents_m(p: &[Vec3; 8]) -> [f64; 3] {
     std::array::from_fn(|bit| {
         let pairs = (0..8).filter(|i| i >> bit & 1 == 0);
@@ -82,13 +83,13 @@ pub(super) fn extents_m(p: &[Vec3; 8]) -> [f64; 3] {
     })
 }
 
-/// The box around it.
+/// The box around the cell.
 pub(super) fn bounds(p: &[Vec3; 8]) -> [Vec3; 2] {
     let all = p.iter().skip(1);
     all.fold([p[0]; 2], |[low, high], q| [low.inf(q), high.sup(q)])
 }
 
-/// True if the point lies inside; Newton's method finds its shares.
+/// True if the point lies inside the cell. Newton's method finds the point's shares.
 pub(super) fn holds(p: &[Vec3; 8], point: &Vec3) -> bool {
     let mut share = Vec3::repeat(0.5);
     let step = 1e-4;

@@ -1,4 +1,5 @@
-//! Outlines of the cross-sections, layers between them, and the hexahedra that join these.
+//! Outlines of the cross-sections, layers between them, and the hexahedra that join the layers'
+//! points.
 
 use rayon::prelude::*;
 
@@ -8,28 +9,30 @@ use crate::Vec3;
 use crate::field::Field;
 use crate::recipe::Layers;
 
-/// Rays of a section, at least and at most.
+/// Fewest and most rays of a section.
 const RAYS: (f64, f64) = (18.0, 96.0);
-/// Steps along a ray, of a cell.
+/// Length of a step along a ray, cells.
 const STEP_CELLS: f64 = 0.1;
-/// Nothing begins nearer to the course than this, m: there all rays meet.
+/// No outline begins nearer to the course than this, m, because all rays meet there.
 const INNERMOST_M: f64 = 0.000_4;
-/// Sections at the ends look so far inside, of a cell: at the very end there is nothing to see.
+/// The first and the last section look for tissue this far inside the organ, cells: at its very end
+/// there is none.
 const INSET_CELLS: f64 = 0.3;
-/// Rounds in which outlines are extended to neighbouring rays that meet nothing.
+/// Rounds in which rays that meet nothing take the outlines of neighbouring rays.
 const CARRIED: usize = 2;
-/// Places along each edge at which a cell is looked at for tissue.
+/// Points along each edge of a cell at which it is tested for tissue.
 const SAMPLES: usize = 4;
-/// Cells are kept from this share of tissue on, at least and at most.
+/// Smallest and largest value of the least share of tissue of a kept cell.
 const TISSUE: (f64, f64) = (0.2, 0.8);
 
-/// Outlines along every ray of every section.
+/// Inner and outer outline along every ray of every section.
 pub(super) struct Lattice<'a> {
     course: &'a Course,
     field: &'a Field,
     rays: usize,
     layers: usize,
-    /// Inner and outer radius by section and ray, m; `None` where nothing is near.
+    /// Inner and outer radius by section and ray, m; `None` where neither the ray nor a neighbour
+    /// meets tissue.
     outline: Vec<Option<[f64; 2]>>,
 }
 
@@ -43,7 +46,7 @@ impl<'a> Lattice<'a> {
             outline: Vec::new(),
         };
         lattice.find_outlines(plan.cell_m);
-        // As many rays as let cells be as wide as wished in the middle of the tissue.
+        // As many rays as make the cells as wide as wished in the middle of the tissue.
         let found = || lattice.outline.iter().flatten();
         let middle_m =
             found().map(|[a, b]| 0.5 * (a + b)).sum::<f64>() / found().count().max(1) as f64;
@@ -87,7 +90,7 @@ impl<'a> Lattice<'a> {
                 let radius = |k: usize| INNERMOST_M + step_m * k as f64;
                 let first = (0..steps).find(|&k| depth(radius(k)))?;
                 let last = (first..steps).rev().find(|&k| depth(radius(k)))?;
-                // Half a step beyond what was seen.
+                // The outline lies half a step beyond the last point in tissue.
                 let inner = radius(first) - if first > 0 { 0.5 * step_m } else { 0.0 };
                 Some([inner, radius(last) + 0.5 * step_m])
             })
@@ -102,7 +105,7 @@ impl<'a> Lattice<'a> {
         in_grid && self.field.at(p) < 0.0
     }
 
-    /// A ray beside one that meets tissue has an outline, too: the mean of its neighbours'.
+    /// Gives a ray that meets nothing the mean outline of its neighbours that have one.
     fn carry_on(&mut self) {
         let (sections, rays) = (self.sections(), self.rays);
         let old = self.outline.clone();
@@ -126,7 +129,7 @@ impl<'a> Lattice<'a> {
     }
 
     /// Joins the points to hexahedra and keeps those that are mostly tissue. The least share of
-    /// tissue is chosen so that the kept cells have the organ's volume.
+    /// tissue is chosen so that the kept cells together have the organ's volume.
     pub(super) fn cells(&self, volume_m3: f64) -> Cells {
         let (rays, layers) = (self.rays, self.layers);
         let points = layers + 1;

@@ -1,15 +1,16 @@
-//! Layered tissue: an organ of fat or connective tissue as hexahedra in layers between what it lies
-//! around and its own surface (the paper's multi-layer hexahedral model).
+//! Layered tissue: an organ of fat or connective tissue that lies around another organ, as
+//! hexahedra in layers between that organ and its own surface (the paper's multi-layer hexahedral
+//! model).
 //!
-//! 1. Cross-sections stand across the course of what it lies around ([`course`]).
-//! 2. In each, rays from the course find the outlines: where tissue begins and where it ends
+//! 1. Cross-sections stand across the course of the inner organ ([`course`]).
+//! 2. In each section, rays from the course find where tissue begins and where it ends
 //!    ([`lattice`]).
-//! 3. Between the two outlines lie layers, evenly; each is sampled at the rays.
-//! 4. Neighbouring points of neighbouring layers, rays and sections are joined to hexahedra. Those
-//!    that are hardly tissue are left out, and what borders on that is drawn onto the organ's
-//!    surface ([`fit`]).
+//! 3. Layers lie evenly between the two outlines. Each layer has a point on every ray.
+//! 4. Neighbouring points of neighbouring layers, rays and sections are joined to hexahedra. Cells
+//!    with hardly any tissue are left out. Corners that then lie on the outside are drawn onto
+//!    the organ's surface ([`fit`]).
 //!
-//! Each cell is carried by the organ's spheres, and stands for the nearest of them.
+//! The organ's spheres carry each cell.
 
 mod course;
 mod fit;
@@ -34,40 +35,41 @@ use crate::skin;
 
 pub(crate) use region::Regions;
 
-/// Least number of cells in a group. Smaller groups are attached to nothing and are left out.
+/// Fewest cells of a connected group that is kept. A smaller group hangs on nothing.
 const GROUP_MIN: usize = 8;
-/// A contact vertex looks at cells no farther from it than this, cells.
+/// Distance from a contact vertex up to which cells count as lying under it, cells.
 const OVER_CELLS: f64 = 2.5;
 
-/// Layered tissue at rest. Indices are its own.
+/// Layered tissue at rest. Indices count within the organ.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Cells {
     /// Corners, world frame, m.
     pub(crate) corners: Vec<Vec3>,
-    /// Cells: bit 0 of a corner's place is along the course, bit 1 around it, bit 2 outwards.
+    /// Corners of each cell by place: bit 0 is along the course, bit 1 around it, bit 2 outwards.
     pub(crate) cells: Vec<[u32; 8]>,
-    /// Across the faces: back and on along the course, back and on around it, inwards, outwards.
+    /// Neighbours of each cell: back and on along the course, back and on around it, inwards,
+    /// outwards.
     pub(crate) neighbours: Vec<[Option<u32>; 6]>,
-    /// Layer of each, 0 the innermost.
+    /// Layer of each cell, 0 the innermost.
     pub(crate) layers: Vec<u8>,
 }
 
 /// Fit of cells to their organ.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Filling {
-    /// Cells.
+    /// Number of cells.
     pub cells: usize,
-    /// Volume of all over the organ's.
+    /// Volume of all cells over the organ's volume.
     pub volume_share: f64,
     /// Share of the organ's volume that lies in some cell.
     pub covered: f64,
-    /// Worst cell: the smallest product of three edges at a corner over the product of their
-    /// lengths, 1 in a box, 0 where it is flat.
+    /// Shape of the worst cell: the smallest triple product of the three edges at a corner over the
+    /// product of their lengths; 1 in a box, 0 where it is flat.
     pub shape_min: f64,
 }
 
 impl Cells {
-    /// Fills `own` with cells around `around`. Empty where no ray meets tissue.
+    /// Fills `own` with cells around the organ `around`. There are none where no ray meets tissue.
     pub(crate) fn new(own: &Mesh, around: &Mesh, plan: &Layers) -> Self {
         let grid = Grid::around(own.bounds(), plan.cell_m / 4.0, 2);
         let field = Field::new(own, grid, Sign::Closed);
@@ -116,7 +118,7 @@ impl Cells {
         self.keep(|cell| sizes[group[cell]] >= GROUP_MIN);
     }
 
-    /// Keeps these cells, and the corners that they have.
+    /// Keeps the cells that `stays` names, and their corners.
     fn keep(&mut self, stays: impl Fn(usize) -> bool) {
         let kept: Vec<usize> = (0..self.cells.len()).filter(|&i| stays(i)).collect();
         let mut number = vec![None; self.cells.len()];
@@ -174,7 +176,7 @@ impl Cells {
     }
 }
 
-/// Puts the cells of organ `organ` into the scene, which has its spheres and its contact skin.
+/// Puts the cells of organ `organ` into the scene, which already has its spheres and contact skin.
 pub(crate) fn append(
     scene: &mut SceneData,
     organ: usize,
@@ -202,7 +204,7 @@ pub(crate) fn append(
     };
     let bound: Vec<VertexRecord> = bind::bind(&outside, &balls, first);
     scene.cell_corners.extend(bound);
-    // What does not fit is said by the scene's own check.
+    // The scene's own check reports numbers that do not fit.
     let number = |cell: Option<u32>| cell.map_or(NO_CELL, |i| (first_cell + i as usize) as u16);
     let records: Vec<CellRecord> = (0..cells.cells.len())
         .into_par_iter()
@@ -231,18 +233,18 @@ pub(crate) fn append(
     append_columns(scene, [first, count], cells, first_cell, layers.cell_m);
 }
 
-/// Share of the water in loose tissue that has boiled when it parts. Steam bursts tissue under an
-/// electrode (Honig 1975, 10.1109/tbme.1975.324541) long before all of its water has boiled: one
-/// hundredth of the water makes ten times the volume of connective tissue. The steam that escapes
-/// was not measured; a fifth is assumed. Walls and cords are dense and need more
-/// (`rt_core::procedure::cautery`).
+/// Share of the water in loose tissue that has boiled when the tissue parts. Steam bursts tissue
+/// under an electrode (Honig 1975, 10.1109/tbme.1975.324541) long before all of its water has
+/// boiled: the steam of one hundredth of the water fills ten times the volume of connective tissue.
+/// No source says how much steam escapes; a fifth of the water is assumed. Walls and cords are
+/// dense and need more (`rt_core::procedure::cautery`).
 const STEAM_BURSTS: f64 = 0.2;
 
-/// Energy that parts loose tissue, J/kg: it heats the tissue from 37 to 100 °C and boils
-/// [`STEAM_BURSTS`] of its water. Fat is one fifth water and connective tissue seven tenths (Duck,
-/// *Physical Properties of Tissue*, 1990). Fat is full lobules. The connective tissue around a hung
-/// organ is drawn out to strands and sheets with nothing between them: half of its space is taken
-/// to be tissue.
+/// Energy that parts loose tissue, J/kg: the energy that heats the tissue from 37 to 100 °C and
+/// boils [`STEAM_BURSTS`] of its water. Fat is one fifth water and connective tissue seven tenths
+/// (Duck, *Physical Properties of Tissue*, 1990). Fat fills its whole space. The connective tissue
+/// around a hung organ is drawn out to strands and sheets with gaps between them: half of its space
+/// is taken to be tissue.
 fn parts_j_kg(kind: OrganKind) -> f64 {
     const LATENT_J_KG: f64 = 2.26e6;
     const RISE_K: f64 = 63.0;
@@ -253,7 +255,7 @@ fn parts_j_kg(kind: OrganKind) -> f64 {
     solid * (STEAM_BURSTS * water * LATENT_J_KG + RISE_K * heat_j_kg_k)
 }
 
-/// Triangles of all faces that nothing lies on, their corners anticlockwise from outside.
+/// Triangles of all faces without a neighbour, their corners anticlockwise from outside.
 fn surface(cells: &Cells) -> Vec<[u32; 3]> {
     let mut triangles = Vec::new();
     for (cell, neighbours) in cells.cells.iter().zip(&cells.neighbours) {
@@ -265,7 +267,7 @@ fn surface(cells: &Cells) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// For every contact vertex of the scene so far the cells under it.
+/// Appends, for every contact vertex of the scene so far, the cells under it.
 fn append_columns(
     scene: &mut SceneData,
     [first, count]: [u32; 2],

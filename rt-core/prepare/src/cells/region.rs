@@ -1,4 +1,4 @@
-//! Region of the operation's field to which a cell belongs.
+//! The region of the operation's field to which a cell belongs.
 
 use shared_mem::scene::{CellRecord, OrganKind};
 
@@ -6,23 +6,23 @@ use crate::Vec3;
 use crate::mesh::Mesh;
 use crate::recipe::OrganPlan;
 
-/// Tissue within this distance of the triangle's sides still belongs to it, m.
+/// Tissue up to this far outside the triangle's sides still belongs to the triangle, m.
 const MARGIN_M: f64 = 0.003;
-/// Share of the bed that is its lower part, from the neck.
+/// Share of the bed's length, from the neck, that is its lower part.
 const LOWER: f64 = 1.0 / 3.0;
 
-/// Calot's triangle and the gallbladder's bed, as far as the scene has them.
+/// Calot's triangle and the gallbladder's bed; `None` for what the scene does not have.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Regions {
-    /// Junction of cystic duct and bile duct, the gallbladder's neck, and the bile duct's exit from
-    /// the liver.
+    /// Corners: where the cystic duct joins the bile duct, the gallbladder's neck, and where the
+    /// bile duct leaves the liver.
     triangle: Option<[Vec3; 3]>,
-    /// The bed's end at the neck, and its other end.
+    /// The bed's end at the neck and its other end.
     bed: Option<[Vec3; 2]>,
 }
 
 impl Regions {
-    /// Of these organs.
+    /// Finds the regions among these organs.
     pub(crate) fn new(organs: &[OrganPlan], skins: &[Mesh]) -> Self {
         let find = |kind: OrganKind| {
             let at = organs.iter().position(|o| o.kind == kind);
@@ -56,7 +56,7 @@ impl Regions {
         Self { triangle, bed }
     }
 
-    /// The region of a place in tissue of this kind.
+    /// The region of a place in tissue of this kind of organ.
     pub(crate) fn of(&self, kind: OrganKind, p: &Vec3) -> u8 {
         match kind {
             OrganKind::Fat => match self.triangle {
@@ -80,7 +80,7 @@ impl Regions {
     }
 }
 
-/// The point of `mesh` that is nearest to a vertex of `other`.
+/// The vertex of `mesh` that is nearest to a vertex of `other`.
 fn nearest_of(mesh: &Mesh, other: &Mesh) -> Vec3 {
     let off = |p: &Vec3| {
         let all = other.vertices.iter().map(|q| (p - q).norm_squared());
@@ -91,7 +91,7 @@ fn nearest_of(mesh: &Mesh, other: &Mesh) -> Vec3 {
     nearest.map_or_else(Vec3::zeros, |(_, p)| *p)
 }
 
-/// True if a place lies over or under a triangle, or at most [`MARGIN_M`] outside it.
+/// True if a place lies over or under a triangle, or at most [`MARGIN_M`] beside it.
 fn is_over(corners: &[Vec3; 3], p: &Vec3) -> bool {
     let [a, b, c] = *corners;
     let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-12) else {

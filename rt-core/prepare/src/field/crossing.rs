@@ -1,15 +1,15 @@
-//! Inside or outside of a closed surface, for all points of a grid at once: along each grid line
-//! parallel to x, count how often the surface is entered and left.
+//! Inside or outside of a closed surface, for all points of a grid at once: counts, along each grid
+//! line parallel to x, how often the line enters and leaves the surface.
 
 use super::Grid;
 use crate::Vec3;
 use crate::mesh::Mesh;
 
-/// Lines are shifted by this share of a cell, so that they miss vertices and edges of meshes
+/// Share of a cell by which lines are shifted, so that they miss the vertices and edges of meshes
 /// that lie on round coordinates.
 const SHIFT: [f64; 2] = [1.234_567e-4, -2.345_678e-4];
 
-/// A crossing: where along the line, in cells, and by how much the winding number changes.
+/// A crossing: its place along the line, in cells, and the change of the winding number.
 type Crossing = (f64, i32);
 
 /// Marks the grid points that lie inside (winding number above zero).
@@ -34,13 +34,13 @@ pub(super) fn inside(mesh: &Mesh, grid: &Grid) -> Vec<bool> {
 pub(crate) struct Overlap {
     /// Volume with a winding number above zero, m³.
     pub(crate) enclosed_m3: f64,
-    /// Volume that is counted again, or that lies inside a part turned inside out, m³.
+    /// Volume that is enclosed again, or that lies inside a part turned inside out, m³.
     pub(crate) doubled_m3: f64,
-    /// Middle of the longest such stretch.
+    /// Middle of the longest stretch of a line in such volume.
     pub(crate) at: Vec3,
 }
 
-/// Measures along the grid lines, exact along x.
+/// Measures the overlap along the grid lines. The lengths along x are exact.
 #[must_use]
 pub(crate) fn overlap(mesh: &Mesh, grid: &Grid) -> Overlap {
     let (mut enclosed, mut doubled, mut longest) = (0.0, 0.0, 0.0);
@@ -72,7 +72,7 @@ pub(crate) fn overlap(mesh: &Mesh, grid: &Grid) -> Overlap {
     }
 }
 
-/// Per grid line, in the line's order: where it crosses and whether it enters (+1) or leaves.
+/// For each grid line, its crossings in the line's order: +1 enters, −1 leaves.
 fn crossings(mesh: &Mesh, grid: &Grid) -> Vec<Vec<Crossing>> {
     let mut crossings: Vec<Vec<Crossing>> = vec![Vec::new(); grid.size[1] * grid.size[2]];
     let shift = [SHIFT[0] * grid.cell_m, SHIFT[1] * grid.cell_m];
@@ -101,7 +101,8 @@ fn crossings(mesh: &Mesh, grid: &Grid) -> Vec<Vec<Crossing>> {
                 if (all_in || all_out) && area != 0.0 {
                     let x = (p[0].x * u + p[1].x * v + p[2].x * w) / area;
                     let cells = (x - grid.origin.x) / grid.cell_m;
-                    // A positive area in the yz plane faces +x: the line leaves there.
+                    // A triangle whose area in the yz plane is positive faces +x, so the line
+                    // leaves there.
                     let step = if area > 0.0 { -1 } else { 1 };
                     crossings[y + grid.size[1] * z].push((cells, step));
                 }

@@ -31,7 +31,7 @@ impl Grid {
         self.size.iter().product()
     }
 
-    /// True if it has no points.
+    /// True if the grid has no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -56,7 +56,7 @@ impl Grid {
         self.origin + Vec3::new(x as f64, y as f64, z as f64) * self.cell_m
     }
 
-    /// The up to six neighbours of a point.
+    /// The neighbours of a point, up to six.
     pub(crate) fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
         let at = self.coordinates(index);
         let size = self.size;

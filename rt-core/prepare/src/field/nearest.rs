@@ -1,4 +1,4 @@
-//! Exact nearest point of a mesh, and rays: parry's bounding volume hierarchy.
+//! Exact nearest point of a mesh, and rays, with parry's bounding volume hierarchy.
 
 use parry3d::glamx;
 use parry3d::query::{PointQueryWithLocation, Ray, RayCast};
@@ -8,7 +8,7 @@ use super::closest_on_triangle;
 use crate::Vec3;
 use crate::mesh::Mesh;
 
-/// Answers where the nearest point of a mesh lies.
+/// Finds the nearest point of a mesh.
 pub struct Nearest<'a> {
     mesh: &'a Mesh,
     tree: TriMesh,
@@ -19,7 +19,7 @@ fn single(v: &Vec3) -> glamx::Vec3 {
 }
 
 impl<'a> Nearest<'a> {
-    /// Over this mesh; `None` if it has no triangles.
+    /// Prepares a search over this mesh; `None` if it has no triangles.
     #[must_use]
     pub fn new(mesh: &'a Mesh) -> Option<Self> {
         let vertices = mesh.vertices.iter().map(single).collect();
@@ -27,8 +27,8 @@ impl<'a> Nearest<'a> {
         Some(Self { mesh, tree })
     }
 
-    /// The nearest point of the surface. The triangle is found in single precision, the point
-    /// computed in double.
+    /// The nearest point of the surface. Its triangle is found in single precision, the point on it
+    /// is computed in double.
     #[must_use]
     pub fn point(&self, p: &Vec3) -> Vec3 {
         let (_, (triangle, _)) = self

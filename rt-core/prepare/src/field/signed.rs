@@ -1,19 +1,20 @@
-//! Signed distance on a grid: exact near the surface, carried inwards and outwards from there.
+//! Signed distance on a grid. It is computed exactly near the surface and carried inwards and
+//! outwards from there.
 
 use super::{Grid, closest_on_triangle, crossing};
 use crate::Vec3;
 use crate::mesh::Mesh;
 
 const NONE: u32 = u32::MAX;
-/// Points within this many cells of a triangle's box try that triangle.
+/// A triangle is tried for all points within this many cells of its box.
 const BAND: f64 = 1.5;
 
-/// Method by which inside is told from outside.
+/// Method that tells inside from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sign<'a> {
-    /// The mesh is closed: count crossings.
+    /// Count crossings of the mesh, which is closed.
     Closed,
-    /// As given for each grid point: true is inside.
+    /// Take a value for each grid point: true is inside.
     Given(&'a [bool]),
 }
 
@@ -22,13 +23,13 @@ pub enum Sign<'a> {
 pub struct Field {
     /// The points.
     pub grid: Grid,
-    /// Signed distance of each point, m. Outside of a closed mesh it is never above one and a
-    /// half cells.
+    /// Signed distance of each point, m. Outside of a closed mesh it is never above one and a half
+    /// cells, [`Field::new`]'s near band.
     pub distance_m: Vec<f32>,
 }
 
 impl Field {
-    /// Distance to a mesh with this spacing.
+    /// Computes the distance to a mesh on this grid.
     #[must_use]
     pub fn new(mesh: &Mesh, grid: Grid, sign: Sign<'_>) -> Self {
         let computed;
@@ -73,7 +74,7 @@ impl Field {
         self.distance_m[index] < 0.0
     }
 
-    /// Signed distance anywhere, interpolated; beyond the grid, that of its border.
+    /// Signed distance anywhere, interpolated. Beyond the grid it is that of the grid's border.
     #[must_use]
     pub fn at(&self, p: &Vec3) -> f64 {
         let (low, share) = self.cell_of(p);
@@ -97,7 +98,8 @@ impl Field {
         sum
     }
 
-    /// Direction in which the distance grows (outward near the surface); unit or zero.
+    /// Direction in which the distance grows fastest, outward near the surface; a unit vector or
+    /// zero.
     #[must_use]
     pub fn outward(&self, p: &Vec3) -> Vec3 {
         let step = self.grid.cell_m;
@@ -129,7 +131,7 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// Exact distances near the triangles.
+    /// Computes exact distances near the triangles.
     fn near_band(&mut self) {
         let band = BAND * self.grid.cell_m;
         for (number, &triangle) in self.mesh.triangles.iter().enumerate() {
@@ -158,7 +160,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// Each point tries the nearest triangles of its neighbours, in eight sweeping directions.
+    /// Lets each point try the nearest triangles of its neighbours, in eight sweeping directions.
     fn carry(&mut self) {
         let [nx, ny, nz] = self.grid.size;
         let far = (BAND * self.grid.cell_m).powi(2);

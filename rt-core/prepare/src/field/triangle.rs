@@ -1,8 +1,8 @@
-//! The point of a triangle that is nearest to a point.
+//! The nearest point of a triangle.
 
 use crate::Vec3;
 
-/// Nearest point of a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
+/// The point of a triangle that is nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
 pub(crate) fn closest_on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));

@@ -1,18 +1,18 @@
-//! Closing open loops with patches.
+//! Closes open loops with patches.
 
 use std::collections::HashMap;
 
 use super::{Mesh, sides};
 use crate::Vec3;
 
-/// Loops of open edges, as vertices in the order in which a patch must run along them.
+/// Loops of open edges: their vertices in the order in which a patch runs along them.
 pub(super) fn open_loops(mesh: &Mesh) -> Vec<Vec<u32>> {
     let mut edges: Vec<[u32; 2]> = mesh.triangles.iter().flat_map(|&t| sides(t)).collect();
     edges.sort_unstable();
     let open = edges
         .iter()
         .filter(|[a, b]| edges.binary_search(&[*b, *a]).is_err());
-    // A patch runs against the triangles it joins.
+    // A patch runs along an edge against the triangle that it joins.
     let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
     let mut starts = Vec::new();
     for &[a, b] in open {
@@ -23,7 +23,7 @@ pub(super) fn open_loops(mesh: &Mesh) -> Vec<Vec<u32>> {
     for start in starts {
         let mut walk: Vec<u32> = vec![start];
         while let Some(to) = next.get_mut(&walk[walk.len() - 1]).and_then(Vec::pop) {
-            // Where loops touch in a vertex, cut off the loop that is complete.
+            // Loops may touch in a vertex. Cut off the loop that is complete.
             match walk.iter().position(|&v| v == to) {
                 Some(at) => {
                     let ring = walk.split_off(at);
@@ -37,7 +37,8 @@ pub(super) fn open_loops(mesh: &Mesh) -> Vec<Vec<u32>> {
     loops
 }
 
-/// Closes every loop: a triangle, or rings of ever fewer vertices towards its middle, smoothed.
+/// Closes every loop: three edges with a triangle, others with ever smaller rings towards the
+/// middle, which are smoothed.
 pub(super) fn fill(mesh: &mut Mesh, loops: &[Vec<u32>]) {
     for ring in loops {
         match ring.as_slice() {
@@ -84,7 +85,7 @@ fn fill_with_rings(mesh: &mut Mesh, outer: &[u32]) {
     smooth(mesh, first_new, first_triangle);
 }
 
-/// Triangles between two rings that start at the same angle.
+/// Adds triangles between two rings that start at the same angle.
 fn zip_rings(triangles: &mut Vec<[u32; 3]>, outer: &[u32], inner: &[u32]) {
     let (n, m) = (outer.len(), inner.len());
     let (mut i, mut j) = (0, 0);

@@ -12,7 +12,7 @@ pub use repair::{Mended, mend};
 
 use crate::Vec3;
 
-/// A triangle surface. Corners run anticlockwise seen from outside once it is mended.
+/// A triangle surface. Corners run anticlockwise seen from outside once the mesh is mended.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
     /// Corners, m.
@@ -65,7 +65,8 @@ impl Mesh {
         all.fold([first; 2], |[min, max], p| [min.inf(p), max.sup(p)])
     }
 
-    /// Unit normals of the vertices, weighted by the angle that each triangle spans there.
+    /// Unit normals of the vertices: the mean over each vertex's triangles, weighted by their
+    /// angles there.
     #[must_use]
     pub fn vertex_normals(&self) -> Vec<Vec3> {
         let mut normals = vec![Vec3::zeros(); self.vertices.len()];
@@ -85,7 +86,7 @@ impl Mesh {
         normals
     }
 
-    /// Every edge joins exactly two triangles that run along it in opposite directions.
+    /// True if every edge joins exactly two triangles, which run along it in opposite directions.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         let mut edges: Vec<[u32; 2]> = self.triangles.iter().flat_map(|&t| sides(t)).collect();

@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use super::Mesh;
 use crate::field::Nearest;
 
-/// Piece to which each triangle belongs (joined through vertices), and the number of pieces.
+/// The piece to which each triangle belongs, and the number of pieces. Triangles that share a
+/// vertex belong to one piece.
 pub(super) fn pieces(mesh: &Mesh) -> (Vec<usize>, usize) {
     let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     fn root(parent: &mut [u32], mut i: u32) -> u32 {
@@ -41,7 +42,7 @@ pub(super) fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
     for (t, &piece) in mesh.triangles.iter().zip(&of_triangle) {
         triangles[piece].push(*t);
     }
-    // One table for all: a scanned organ may come with thousands of specks.
+    // All pieces share one table, because a scanned organ may come with thousands of specks.
     let mut new_index = vec![0u32; mesh.vertices.len()];
     let mut alone = |triangles: Vec<[u32; 3]>| {
         let mut used = triangles.as_flattened().to_vec();
@@ -59,8 +60,8 @@ pub(super) fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
     triangles.into_iter().map(&mut alone).collect()
 }
 
-/// Distance of each piece except the largest from the nearest larger one, m, measured from its
-/// vertices to the larger one's surface.
+/// Distance of each piece except the largest from the nearest larger one, m, measured from the
+/// piece's vertices to the larger one's surface.
 pub(super) fn gaps(mesh: &Mesh) -> Vec<f64> {
     let mut all = piece_meshes(mesh);
     all.sort_by(|a, b| b.volume().total_cmp(&a.volume()));

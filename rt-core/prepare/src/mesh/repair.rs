@@ -1,4 +1,4 @@
-//! From triangles as they come to a closed surface that is oriented outward.
+//! Makes a closed surface, oriented outward, from triangles as they come.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -10,34 +10,36 @@ use crate::error::MeshProblem;
 use crate::field::{Grid, overlap};
 use crate::recipe::Closing;
 
-/// Organs are between these sizes across, m.
+/// Smallest extent of an organ, m.
 const EXTENT_MIN_M: f64 = 0.002;
+/// Largest extent of an organ, m.
 const EXTENT_MAX_M: f64 = 2.0;
-/// Vertices nearer than this share of the mesh's extent are one vertex.
+/// Vertices nearer to each other than this share of the mesh's extent become one vertex.
 const WELD_SHARE: f64 = 1e-6;
-/// Least volume, as a share of area^1.5 (a ball has 0.094, a sheet of paper 1e-5).
+/// Least volume over area^1.5; a ball has 0.094, a sheet of paper 1e-5.
 const VOLUME_SHARE_MIN: f64 = 2e-5;
-/// Pieces smaller than this share of the largest are dust.
+/// Pieces with less than this share of the largest piece's volume are dust.
 const DUST_SHARE: f64 = 1e-3;
-/// Pieces beyond dust, at most: each is tested against all larger ones.
+/// Pieces larger than dust, at most, because each is tested against all larger ones.
 const PIECES_MAX: usize = 256;
 
-/// A mesh whose volume over half its area is below this share of its extent may be hollow.
+/// A mesh may be hollow if twice its volume over its area is below this share of its extent.
 const THIN_SHARE: f64 = 0.05;
-/// It is, when its outer surface alone holds this many times its volume.
+/// Such a mesh is hollow if its outer surface alone holds more than this many times its volume.
 const HOLLOW_GAIN: f64 = 1.6;
-/// A mesh that holds this many times the volume of its outer surface overlaps itself.
+/// Such a mesh counts walls twice if it holds more than this many times the volume of its outer
+/// surface.
 const TWICE_SHARE: f64 = 1.3;
 
-/// A surface may enclose this share of its volume twice before it is said to overlap itself.
+/// Share of its volume that a surface may enclose twice before it counts as overlapping itself.
 const OVERLAP_SHARE: f64 = 0.02;
-/// Lines across a mesh along which that is measured.
+/// Grid lines across the mesh's longest side, along which the overlap is measured.
 const OVERLAP_LINES: f64 = 120.0;
 
 /// A mended mesh and what was done to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mended {
-    /// Closed, outward.
+    /// The closed surface, oriented outward.
     pub mesh: Mesh,
     /// Its volume, m³.
     pub volume_m3: f64,
@@ -102,11 +104,11 @@ impl fmt::Display for Mended {
     }
 }
 
-/// Mends a mesh: welds seams, drops what is degenerate, orients every piece outward, closes or
-/// wraps what is open.
+/// Mends a mesh: welds seams, drops degenerate triangles, orients every piece outward, closes or
+/// wraps an open surface.
 ///
 /// # Errors
-/// Says what cannot be mended.
+/// When the mesh cannot be mended; the error names the fault.
 pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
     check_numbers(mesh)?;
     let [min, max] = mesh.bounds();
@@ -176,7 +178,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
     once_only(mended, closing)
 }
 
-/// Wraps a surface that encloses space twice, as its volume and its inside would be wrong.
+/// Wraps a surface that encloses space twice, because its volume and its inside would be wrong.
 fn once_only(mended: Mended, closing: Closing) -> Result<Mended, MeshProblem> {
     let [min, max] = mended.mesh.bounds();
     let cell_m = (max - min).max() / OVERLAP_LINES;
@@ -201,13 +203,13 @@ fn once_only(mended: Mended, closing: Closing) -> Result<Mended, MeshProblem> {
     finish(once, wrapped)
 }
 
-/// A wall, a sheet or a tube rather than a body.
+/// True if the mesh is a wall, a sheet or a tube rather than a body.
 fn is_thin(mended: &Mended) -> bool {
     let [min, max] = mended.mesh.bounds();
     2.0 * mended.volume_m3 / mended.mesh.area() < THIN_SHARE * (max - min).max()
 }
 
-/// Takes the outer surface of a hollow organ; anything else stays as it is.
+/// Takes the outer surface of a hollow organ. Any other mesh stays as it is.
 fn solid_if_hollow(mended: Mended) -> Mended {
     let sealed = wrap::seal(&mended.mesh);
     let solid = sealed.and_then(|sealed| {
@@ -219,7 +221,7 @@ fn solid_if_hollow(mended: Mended) -> Mended {
         finish(blank, sealed).ok()
     });
     match solid {
-        // Too large a volume is that of walls inside walls, counted twice.
+        // A volume above that of the outer surface comes from walls inside walls, counted twice.
         Some(solid)
             if solid.volume_m3 > HOLLOW_GAIN * mended.volume_m3
                 || mended.volume_m3 > TWICE_SHARE * solid.volume_m3 =>
@@ -308,8 +310,8 @@ fn edges_of_many_triangles(mesh: &Mesh) -> usize {
         .count()
 }
 
-/// Turns triangles until neighbours agree, piece by piece, starting with the piece's first.
-/// Edges with more than two triangles do not count as neighbourhood.
+/// Turns triangles until neighbours agree, starting from the first triangle of each piece.
+/// Triangles at an edge with more than two of them do not count as neighbours.
 fn orient_consistently(mesh: &mut Mesh) -> Result<(), MeshProblem> {
     let mut by_edge: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
     for (i, &t) in mesh.triangles.iter().enumerate() {
@@ -349,7 +351,7 @@ fn orient_consistently(mesh: &mut Mesh) -> Result<(), MeshProblem> {
     Ok(())
 }
 
-/// Turns every piece whose volume is negative; says whether one was.
+/// Turns every piece whose volume is negative. Returns true if there was one.
 fn orient_pieces_outward(mesh: &mut Mesh) -> bool {
     let (of_triangle, count) = pieces(mesh);
     let mut volume = vec![0.0; count];
@@ -367,11 +369,11 @@ fn orient_pieces_outward(mesh: &mut Mesh) -> bool {
     volume.iter().any(|&v| v < 0.0)
 }
 
-/// Drops pieces that lie inside a larger one (the inner side of a wall) and dust; returns how
-/// many.
+/// Drops dust, and pieces that lie inside a larger one, such as the inner side of a wall. Returns
+/// the number of dropped pieces.
 ///
 /// # Errors
-/// When too many are left to tell which is inside which.
+/// When too many pieces are left to find out which lies inside which.
 fn drop_pieces(mesh: &mut Mesh) -> Result<usize, MeshProblem> {
     let mut all = piece_meshes(mesh);
     if all.len() < 2 {

@@ -1,4 +1,4 @@
-//! Merging vertices that are split along seams, and dropping triangles that mean nothing.
+//! Merges vertices that are split along seams, and drops degenerate and repeated triangles.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,13 +13,13 @@ pub(super) struct Welded {
     pub(super) duplicate: usize,
 }
 
-/// Merges vertices nearer than `tolerance_m`, then drops triangles that lost a corner or that
-/// repeat another (in either direction), then unused vertices.
+/// Merges vertices nearer than `tolerance_m`. Then drops triangles that lost a corner or repeat
+/// another (in either direction), and vertices that no triangle uses.
 pub(super) fn weld(mesh: &Mesh, tolerance_m: f64) -> (Mesh, Welded) {
     let mut report = Welded::default();
     let mut kept: Vec<Vec3> = Vec::new();
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
-    // Cells much larger than the tolerance: nearly every lookup stays in one cell.
+    // Cells are much larger than the tolerance, so that nearly every lookup stays in one cell.
     let cell_m = 64.0 * tolerance_m;
     let cell = |x: f64| (x / cell_m).floor() as i64;
     let mut new_index = Vec::with_capacity(mesh.vertices.len());

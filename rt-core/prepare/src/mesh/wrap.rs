@@ -1,5 +1,6 @@
-//! A new closed surface around triangles that cannot be closed: where the generalised winding
-//! number (Jacobson et al. 2013) passes one half, drawn onto the triangles where they are near.
+//! A new closed surface around triangles that cannot be closed. It lies where the generalised
+//! winding number (Jacobson et al. 2013) passes one half, and is drawn onto the triangles where
+//! they are near.
 
 use rayon::prelude::*;
 
@@ -10,15 +11,15 @@ use crate::surface_nets;
 
 /// Cells along the longest side of the mesh.
 const CELLS: f64 = 90.0;
-/// Grid points, at most.
+/// Points of the grid, at most.
 const POINTS_MAX: f64 = 2.5e6;
-/// Triangles in a leaf.
+/// Triangles in a leaf of the tree, at most.
 const LEAF: usize = 12;
-/// A group of triangles this many radii away counts as one dipole (Barill et al. 2018).
+/// A group of triangles more than this many radii away counts as one dipole (Barill et al. 2018).
 const FAR: f64 = 2.3;
 
-/// Winding number of the surface around a point: 1 inside, 0 outside, between them where the
-/// surface is open.
+/// Winding number of the surface around a point: 1 inside, 0 outside, in between where the surface
+/// is open.
 pub(super) fn winding(mesh: &Mesh, p: &Vec3) -> f64 {
     let all = mesh.triangles.iter();
     all.map(|&t| solid_angle(mesh.corners(t), p)).sum::<f64>() / (4.0 * std::f64::consts::PI)
@@ -53,12 +54,12 @@ pub(super) fn wrap(mesh: &Mesh) -> Option<Mesh> {
     Some(wrapped)
 }
 
-/// The outermost surface, closed: what a ball as wide as a tenth of the mesh cannot reach from
+/// The outermost surface, closed. Whatever a ball as wide as a tenth of the mesh cannot reach from
 /// outside counts as inside. `None` if that is nothing.
 pub(super) fn seal(mesh: &Mesh) -> Option<Mesh> {
     let [min, max] = mesh.bounds();
     let extent = (max - min).max();
-    // A thin tube needs finer cells: its radius, if its wall has two sides, is area/(4π·length).
+    // A thin tube needs finer cells. Its radius is area/(4π·length) if its wall has two sides.
     let tube_radius = mesh.area() / (4.0 * std::f64::consts::PI * extent);
     let finest = libm::cbrt((max - min).add_scalar(0.1 * extent).product() / POINTS_MAX);
     let cell_m = (extent / CELLS).min(0.25 * tube_radius).max(finest);
@@ -78,7 +79,7 @@ pub(super) fn seal(mesh: &Mesh) -> Option<Mesh> {
     if sealed.triangles.is_empty() {
         return None;
     }
-    // Settle onto the outer triangles only, not onto the inner side of a thin wall.
+    // Settle onto the outer triangles only, because the inner side of a thin wall is as near.
     let is_outer = |&t: &[u32; 3]| {
         let corners = mesh.corners(t);
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
@@ -105,8 +106,8 @@ pub(super) fn seal(mesh: &Mesh) -> Option<Mesh> {
     Some(sealed)
 }
 
-/// Grid points that a ball of this radius covers somewhere on its way in from the border without
-/// touching the surface.
+/// Grid points that a ball of this radius covers on its way in from the border, as far as it gets
+/// without touching the surface.
 fn reached_from_outside(field: &Field, radius_m: f64) -> Vec<bool> {
     let grid = &field.grid;
     let free = |i: usize| f64::from(field.distance_m[i]) > radius_m;
@@ -122,7 +123,7 @@ fn reached_from_outside(field: &Field, radius_m: f64) -> Vec<bool> {
         }
     }
     let mut reached = core.clone();
-    // Half a cell more, as the ball's true path lies between the points.
+    // The ball reaches half a cell more, because its true path lies between the points.
     let reach_m = radius_m + 0.5 * grid.cell_m;
     for i in (0..grid.len()).filter(|&i| core[i] && grid.neighbours(i).any(|next| !core[next])) {
         let p = grid.position(grid.coordinates(i));
@@ -165,7 +166,7 @@ fn settle(wrapped: &mut Mesh, nearest: &Nearest<'_>, cell_m: f64) {
     }
 }
 
-/// Triangles in nested groups, each with its dipole.
+/// The triangles in nested groups, each with its dipole.
 struct Tree<'a> {
     mesh: &'a Mesh,
     order: Vec<u32>,
@@ -175,7 +176,7 @@ struct Tree<'a> {
 struct Node {
     first: usize,
     count: usize,
-    /// Second child; the first follows its parent. 0: a leaf.
+    /// Index of the second child; 0 for a leaf. The first child follows its parent.
     second: usize,
     middle: Vec3,
     radius: f64,

@@ -1,8 +1,9 @@
-//! Even packing: a centroidal Voronoi tessellation by Lloyd's iteration on the grid, its outer
-//! layer then set just under the skin.
+//! Even packing: a centroidal Voronoi tessellation by Lloyd's iteration on the grid. Then its outer
+//! layer is set just under the skin.
 //!
-//! Even spacing and an outer layer at one depth carry mechanics better than the medial axis, whose
-//! large spheres stay round under a small dent. The price is less coverage of the volume.
+//! Spheres at even spacing, with an outer layer at one depth, carry mechanics better than spheres
+//! on the medial axis, which are large and stay round under a small dent. The price is less
+//! coverage of the volume.
 
 use super::{Ball, Interior};
 use crate::Vec3;
@@ -11,22 +12,23 @@ use crate::Vec3;
 const ITERATIONS: usize = 12;
 /// Iterations that set the outer layer and let the rest follow.
 const SETTING: usize = 8;
-/// Centres move this many times the way to the middle, which halves the iterations.
+/// Centres move this many times the way to the middle of their points, which halves the iterations.
 const OVERSTEP: f64 = 1.4;
-/// Depth of the outer layer, in spacings. Deeper covers more and leaves smaller gaps (0.55: 88 %
-/// of the liver, 95 % gap 0.27; 0.65: 90 %, 0.24; 0.75: 92 %, 0.21), but takes mass and nodes away
-/// from the skin.
+/// Depth of the outer layer, in spacings. A deeper layer covers more and leaves smaller gaps (0.55:
+/// 88 % of the liver, 95 % gap 0.27; 0.65: 90 %, 0.24; 0.75: 92 %, 0.21), but takes mass and nodes
+/// away from the skin.
 const LAYER_DEPTH: f64 = 0.65;
 /// Centres nearer to the skin than this belong to the outer layer, in spacings.
 const LAYER_LIMIT: f64 = 0.95;
-/// Largest radius, in spacings: more would hide dents.
+/// Largest radius, in spacings. Larger spheres would hide dents.
 const RADIUS_MAX: f64 = 1.15;
-/// Centres own points up to this far in the first try, in spacings.
+/// Centres claim points up to this far, in spacings. The points that are left are searched one by
+/// one.
 const REACH: f64 = 1.45;
 
 const NONE: u32 = u32::MAX;
 
-/// Packs this many spheres (fewer only if the organ has fewer grid points).
+/// Packs this many spheres, or one in each grid point if there are fewer points.
 #[must_use]
 pub fn pack_evenly(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     let mut owners = Owners::new(interior);
@@ -46,8 +48,8 @@ pub fn pack_evenly(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     balls.collect()
 }
 
-/// Moves a centre of the outer layer along the surface's normal to the layer's depth; where the
-/// organ is thinner than that, as deep as it gets.
+/// Moves a centre of the outer layer along the surface's normal to the layer's depth or, where the
+/// organ is too thin, by a smaller step.
 fn set_to_layer(interior: &Interior<'_>, center: Vec3, h: f64) -> Vec3 {
     let depth = -interior.field.at(&center);
     if depth > LAYER_LIMIT * h {
@@ -67,7 +69,7 @@ fn set_to_layer(interior: &Interior<'_>, center: Vec3, h: f64) -> Vec3 {
     center
 }
 
-/// Starting points: grid points in Morton order, equally many between two of them.
+/// Starting points: grid points at equal intervals in Morton order.
 fn spread(interior: &Interior<'_>, count: usize) -> Vec<Vec3> {
     let grid = &interior.field.grid;
     let mut keyed: Vec<(u64, u32)> = interior
@@ -84,7 +86,7 @@ fn spread(interior: &Interior<'_>, count: usize) -> Vec<Vec3> {
     (0..count).map(|i| interior.position(pick(i))).collect()
 }
 
-/// Spreads the low 21 bits, two zeros between neighbours.
+/// Spreads the low 21 bits so that two zeros lie between neighbouring bits.
 fn interleave(x: u64) -> u64 {
     let mut x = x & 0x1f_ffff;
     for (shift, mask) in [
@@ -102,7 +104,7 @@ fn interleave(x: u64) -> u64 {
 /// Assigns each grid point inside to its nearest centre.
 pub(super) struct Owners<'a, 'm> {
     interior: &'a Interior<'m>,
-    /// Per grid point: squared distance in cells, negative infinity outside.
+    /// Squared distance of each grid point to its owner, in cells; negative infinity outside.
     best: Vec<f32>,
     owner: Vec<u32>,
     result: Vec<u32>,
@@ -119,7 +121,8 @@ impl<'a, 'm> Owners<'a, 'm> {
         }
     }
 
-    /// The nearest centre of each point of [`Interior::points`]; at equal distance the first.
+    /// The nearest centre of each point of [`Interior::points`], and of equally near ones the
+    /// first.
     pub(super) fn assign(&mut self, centers: &[Vec3]) -> &[u32] {
         for &i in &self.interior.points {
             self.best[i as usize] = f32::INFINITY;
@@ -166,8 +169,8 @@ impl<'a, 'm> Owners<'a, 'm> {
         }
     }
 
-    /// Lloyd: each centre moves to the middle of what it owns. Points at the skin count by the
-    /// share of their cell that is inside.
+    /// Lloyd's step: moves each centre to the middle of the points that it owns. Points at the skin
+    /// count by the share of their cell that is inside.
     fn move_to_middles(&mut self, centers: &mut [Vec3]) {
         self.assign(centers);
         let field = &self.interior.field;

@@ -1,4 +1,4 @@
-//! Packing of thin things: spheres along the centre line of a tube, of all its branches.
+//! Packing of thin organs: spheres along the centre line of a tube and of its branches.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
@@ -6,20 +6,20 @@ use std::collections::{BinaryHeap, HashMap};
 use super::{Ball, Interior};
 use crate::Vec3;
 
-/// A piece of a slice smaller than this share of the mean piece is a bump, not a branch.
+/// Pieces of a slice with less than this share of the mean piece's points are bumps, not branches.
 const BUMP_SHARE: f64 = 0.2;
 
-/// Spheres along a tube, from one of its ends on, and which follow each other.
+/// Spheres along a tube, numbered from one of its ends, and their order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Spheres as wide as the tube.
     pub balls: Vec<Ball>,
-    /// Neighbours along the line.
+    /// Pairs of spheres that follow each other.
     pub steps: Vec<[u32; 2]>,
 }
 
-/// Cuts the tube into slices by the length of the way from one of its ends, through the inside;
-/// each piece of a slice becomes a sphere. At most `count` spheres.
+/// Cuts the tube into slices by the length of the way from one of its ends through the inside. Each
+/// piece of a slice becomes a sphere. There are at most `count` spheres.
 #[must_use]
 pub fn pack_line(interior: &Interior<'_>, count: usize) -> Line {
     let way_m = way_from_end(interior);
@@ -34,7 +34,7 @@ pub fn pack_line(interior: &Interior<'_>, count: usize) -> Line {
     }
 }
 
-/// Length of the shortest way through the inside from one end of the tube to each grid point.
+/// Length of the shortest way from one end of the tube, through the inside, to each grid point.
 fn way_from_end(interior: &Interior<'_>) -> HashMap<u32, f64> {
     let from = |start: u32| {
         let way = ways(interior, start);
@@ -65,7 +65,7 @@ impl PartialOrd for Reached {
     }
 }
 
-/// Dijkstra over the grid points inside, steps to all 26 neighbours.
+/// Dijkstra's shortest ways over the grid points inside, with steps to all 26 neighbours.
 fn ways(interior: &Interior<'_>, start: u32) -> HashMap<u32, f64> {
     let mut way = HashMap::from([(start, 0.0)]);
     let mut heap = BinaryHeap::from([Reached(0.0, start)]);
@@ -109,7 +109,7 @@ fn slice(interior: &Interior<'_>, way_m: &HashMap<u32, f64>, longest: f64, slice
         let share = way_m.get(&i)? / longest.max(f64::MIN_POSITIVE);
         Some(((share * slices as f64) as usize).min(slices - 1))
     };
-    // Pieces: connected points of one slice.
+    // A piece is a connected set of points of one slice.
     let mut piece_of: HashMap<u32, u32> = HashMap::new();
     let mut pieces: Vec<Vec<u32>> = Vec::new();
     for &first in &interior.points {
@@ -134,7 +134,7 @@ fn slice(interior: &Interior<'_>, way_m: &HashMap<u32, f64>, longest: f64, slice
         }
         pieces.push(members);
     }
-    // Keep the order of the line: code that looks for a place along it counts spheres.
+    // Keep the order along the line, because users find a place along it by counting spheres.
     pieces.sort_by_key(|members| (slice_of(members[0]), members[0]));
     for (number, members) in pieces.iter().enumerate() {
         for &member in members {

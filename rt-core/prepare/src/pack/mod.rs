@@ -1,4 +1,4 @@
-//! Packing an organ with inner spheres.
+//! Packs an organ with inner spheres.
 
 mod even;
 mod line;
@@ -30,9 +30,9 @@ pub struct Ball {
 
 /// The inside of an organ, ready to be packed.
 pub struct Interior<'a> {
-    /// Signed distance on a grid.
+    /// Signed distance to the skin, on a grid.
     pub field: Field,
-    /// Exact distance.
+    /// Exact distance to the skin.
     pub nearest: Nearest<'a>,
     /// Numbers of the grid points inside.
     pub points: Vec<u32>,
@@ -61,7 +61,7 @@ impl<'a> Interior<'a> {
         })
     }
 
-    /// `D(c)` of paper Eq. 1, exact, negative outside, m.
+    /// `D(c)` of paper Eq. 1, m: the exact distance to the skin, negative outside.
     #[must_use]
     pub fn depth(&self, p: &Vec3) -> f64 {
         let distance = self.nearest.distance(p);
@@ -72,8 +72,8 @@ impl<'a> Interior<'a> {
         }
     }
 
-    /// A sphere that touches the surface from inside (paper Eq. 1), its radius not above
-    /// `radius_max_m` and never below a hundredth of the spacing.
+    /// A sphere that touches the surface from inside (paper Eq. 1). Its radius is at most
+    /// `radius_max_m` and at least a hundredth of the spacing.
     #[must_use]
     pub fn inscribed(&self, center: Vec3, radius_max_m: f64) -> Ball {
         let radius_m = self

@@ -1,19 +1,20 @@
-//! The paper's packing: an approximate medial axis, radii reduced to touch the surface from
-//! inside (Eq. 1), vacant space filled between neighbours (Eq. 2).
+//! The paper's packing: spheres on an approximate medial axis, their radii reduced to touch the
+//! surface from inside (Eq. 1), and further spheres in the gaps between neighbours (Eq. 2).
 
 use super::{Ball, Interior};
 use crate::Vec3;
 
-/// Share of the spheres that stand on the medial axis; filling adds the rest.
+/// Share of the spheres that stand on the medial axis. Filling adds the others.
 const AXIS_SHARE: f64 = 0.5;
-/// A centre on the medial axis keeps this share of its radius from those chosen before.
+/// A new centre on the medial axis keeps this share of each earlier sphere's radius from its
+/// centre.
 const AXIS_SPACING: f64 = 0.6;
 /// Neighbours that filling pairs each sphere with.
 const NEIGHBOURS: usize = 6;
 
 /// Paper Eq. 2: the sphere in the middle of the gap between two spheres, on the line of their
-/// centres: `c = c1 + (c2 − c1)·(d + r1 − r2)/(2d)`, its radius `depth(c)`. `None` when the
-/// centres coincide.
+/// centres. Its centre is `c = c1 + (c2 − c1)·(d + r1 − r2)/(2d)`, its radius `depth(c)`. `None`
+/// when the two centres coincide.
 pub fn filling_sphere(a: &Ball, b: &Ball, depth: impl Fn(&Vec3) -> f64) -> Option<Ball> {
     let between = b.center - a.center;
     let d = between.norm();
@@ -33,7 +34,7 @@ pub fn pack_as_paper(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     balls
 }
 
-/// Large inscribed spheres first, each centre outside of the cores of those before it.
+/// Takes large inscribed spheres first, each centre outside of the cores of those before it.
 fn medial_axis(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     let field = &interior.field;
     let mut deepest: Vec<u32> = interior.points.clone();
@@ -49,7 +50,7 @@ fn medial_axis(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
         let center = interior.position(point);
         let free = |b: &Ball| (b.center - center).norm() > AXIS_SPACING * b.radius_m;
         if balls.iter().all(free) {
-            // Radius reduction, Eq. 1: exact distance, not the grid's.
+            // Reduce the radius (Eq. 1) by the exact distance, not the grid's.
             balls.push(interior.inscribed(center, f64::INFINITY));
         }
     }
@@ -72,7 +73,7 @@ fn fill(interior: &Interior<'_>, balls: &mut Vec<Ball>, count: usize) {
             for &(_, j) in near.iter().take(NEIGHBOURS).filter(|(_, j)| *j > i) {
                 let offer = filling_sphere(a, &balls[j], |c| interior.depth(c));
                 if let Some(new) = offer.filter(|new| new.radius_m > smallest) {
-                    // How much of the new sphere is not inside an old one yet.
+                    // Depth to which the new sphere's centre lies in an old sphere.
                     let inside = |b: &Ball| b.radius_m - (b.center - new.center).norm();
                     let hidden = balls.iter().map(inside).fold(f64::NEG_INFINITY, f64::max);
                     offers.push((new.radius_m - hidden, new));
@@ -86,7 +87,7 @@ fn fill(interior: &Interior<'_>, balls: &mut Vec<Ball>, count: usize) {
             if balls.len() == before + room || gain <= 0.1 * interior.spacing_m {
                 break;
             }
-            // Two offers for the same gap: the first takes it.
+            // Of two offers for the same gap, take the first.
             let apart = |b: &Ball| (b.center - new.center).norm() > 0.3 * interior.spacing_m;
             if balls[before..].iter().all(apart) {
                 balls.push(new);
@@ -102,8 +103,8 @@ fn fill(interior: &Interior<'_>, balls: &mut Vec<Ball>, count: usize) {
 mod tests {
     use super::*;
 
-    /// Two balls of radius 1 and 2, centres 6 apart: the gap reaches from 1 to 4, its middle is
-    /// at 2.5.
+    /// Two balls of radius 1 and 2 have their centres 6 apart. The gap reaches from 1 to 4, its
+    /// middle is at 2.5.
     #[test]
     fn equation_2_puts_the_new_sphere_into_the_middle_of_the_gap() {
         let a = Ball {

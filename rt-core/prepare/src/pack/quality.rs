@@ -7,24 +7,24 @@ use super::{Ball, Interior};
 use crate::Vec3;
 use crate::mesh::Mesh;
 
-/// Fit of the spheres.
+/// Figures of the fit of spheres to their organ.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Quality {
     /// Share of the grid points inside that lie in at least one sphere.
     pub coverage: f64,
-    /// Mean distance from skin to the nearest sphere, m.
+    /// Mean distance from the skin to the nearest sphere, m.
     pub gap_mean_m: f64,
-    /// 95 % of the skin is nearer, m.
+    /// Distance than which 95 % of the skin is nearer to a sphere, m.
     pub gap_95_m: f64,
-    /// Largest distance, m.
+    /// Largest distance from the skin to the nearest sphere, m.
     pub gap_max_m: f64,
-    /// Farthest that a sphere sticks out, m.
+    /// Length by which the worst sphere sticks out of the skin, m.
     pub protrusion_max_m: f64,
 }
 
 impl Quality {
-    /// Measures spheres against the skin they fill. Gaps are weighted by area: each vertex and
-    /// each triangle's middle stands for its share of the skin.
+    /// Measures spheres against the skin that they fill. Gaps are measured at the triangles'
+    /// middles and weighted by area.
     #[must_use]
     pub fn measure(interior: &Interior<'_>, mesh: &Mesh, balls: &[Ball]) -> Self {
         let gap = |p: &Vec3| {
@@ -90,7 +90,8 @@ fn coverage(interior: &Interior<'_>, balls: &[Ball]) -> f64 {
     inside as f64 / interior.points.len() as f64
 }
 
-/// Mean over the spheres of λmin/λmax of Σddᵀ over the unit directions `d` of their links.
+/// Evenness of the links' directions: λmin/λmax of Σddᵀ over the unit directions `d` of a sphere's
+/// links, as a mean over the spheres.
 #[must_use]
 pub fn isotropy(balls: &[Ball], links: &[[u32; 2]]) -> f64 {
     let mut sums = vec![Matrix3::<f64>::zeros(); balls.len()];

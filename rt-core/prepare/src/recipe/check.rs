@@ -1,4 +1,4 @@
-//! From the recipe as written to the recipe as checked.
+//! Checks a recipe as it is written.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use crate::shape::{Anatomy, Shape};
 /// Organs of a scene, at most.
 const ORGANS_MAX: usize = rt_core::capacity::MAX_ORGANS;
 
-/// Time budget of a tick, µs: the period is 1000.
+/// Allowed time budget of a tick, µs. The period is 1000.
 const TICK_US: std::ops::RangeInclusive<f64> = 5.0..=1000.0;
 
 const KINDS: [(&str, OrganKind, usize); 11] = [
@@ -34,13 +34,15 @@ const KINDS: [(&str, OrganKind, usize); 11] = [
     ("vessel", OrganKind::Vessel, 32),
 ];
 
-/// Spheres of a kind when the recipe gives no count. The liver's is the paper's (Table 1).
+/// Spheres of this kind of organ when the recipe gives no count. The liver's is the paper's (Table
+/// 1).
 fn default_spheres(kind: OrganKind) -> usize {
     let row = KINDS.iter().find(|(_, k, _)| *k == kind);
     row.map_or(240, |(_, _, spheres)| *spheres)
 }
 
-/// Tubes are packed along their centre line.
+/// Packing of this kind of organ when the recipe names none. Tubes are packed along their centre
+/// line.
 fn default_packing(kind: OrganKind) -> Packing {
     use OrganKind::{BileDuct, CysticArtery, CysticDuct, Vessel};
     match kind {
@@ -49,7 +51,7 @@ fn default_packing(kind: OrganKind) -> Packing {
     }
 }
 
-/// Text and file to which an error refers.
+/// Text to which an error refers, and its file's name.
 struct Source<'a> {
     text: &'a str,
     file: &'a str,
@@ -85,11 +87,7 @@ impl Source<'_> {
         if range.contains(&value) {
             return Ok(value);
         }
-        let problem = format!(
-            "is {value}, allowed are {} to {}",
-            range.start(),
-            range.end()
-        );
+        let problem = format!("is {value}; allowed: {} to {}", range.start(), range.end());
         Err(self.error(path, problem))
     }
 
@@ -97,7 +95,7 @@ impl Source<'_> {
         if value.iter().all(|x| x.abs() <= 10.0) {
             return Ok(Vec3::from(value));
         }
-        let problem = format!("is {value:?}, each coordinate must lie within 10 m of the origin");
+        let problem = format!("is {value:?} m; allowed: coordinates of -10 to 10");
         Err(self.error(path, problem))
     }
 
@@ -106,7 +104,7 @@ impl Source<'_> {
         vector
             .try_normalize(1e-9)
             .filter(|v| v.iter().all(|x| x.is_finite()))
-            .ok_or_else(|| self.error(path, format!("is {value:?}, a direction needs a length")))
+            .ok_or_else(|| self.error(path, format!("is {value:?}; a direction needs a length")))
     }
 }
 
@@ -123,7 +121,7 @@ pub(super) fn check(text: &str, file: &str, meshes_dir: &Path) -> Result<Recipe,
     name_is_usable(&raw.name, 63).map_err(|problem| place.error(&[Step::Key("name")], problem))?;
     if raw.organ.is_empty() || raw.organ.len() > ORGANS_MAX {
         let problem = format!(
-            "has {} organs, allowed are 1 to {ORGANS_MAX}; write a table [[organ]] for each",
+            "has {} organs; allowed: 1 to {ORGANS_MAX}; write a table [[organ]] for each",
             raw.organ.len()
         );
         return Err(place.error(&[Step::Key("organ")], problem));
@@ -140,7 +138,8 @@ pub(super) fn check(text: &str, file: &str, meshes_dir: &Path) -> Result<Recipe,
         .map(|us| place.number(&[Step::Key("tick_us")], us, TICK_US));
     let total: usize = organs.iter().map(|organ| organ.spheres).sum();
     if total > SPHERES_MAX {
-        let problem = format!("organs have {total} spheres together, allowed are {SPHERES_MAX}");
+        let problem =
+            format!("organs have {total} spheres together; allowed: at most {SPHERES_MAX}");
         return Err(place.error(&[Step::Key("organ")], problem));
     }
     let mut ties = check_ties(&place, "suture", &raw.suture, &names)?;
@@ -166,7 +165,8 @@ fn check_ties(
         for (name, end) in [("from", &raw.from), ("to", &raw.to)] {
             match end {
                 Place::World { .. } if name == "from" => {
-                    let problem = "starts at a point of the world; write from = { organ, near_m }";
+                    let problem =
+                        "starts at a point of the world; write from = { organ = …, near_m = … }";
                     return Err(place.error(&at(name), problem));
                 }
                 Place::World { world_m } => place.point(&at(name), *world_m)?,
@@ -248,7 +248,7 @@ fn check_organ(
     };
     let spheres = raw.spheres.unwrap_or_else(|| default_spheres(kind));
     if !(SPHERES_MIN..=SPHERES_MAX).contains(&spheres) {
-        let problem = format!("is {spheres}, allowed are {SPHERES_MIN} to {SPHERES_MAX}");
+        let problem = format!("is {spheres}; allowed: {SPHERES_MIN} to {SPHERES_MAX}");
         return Err(place.error(&at("spheres"), problem));
     }
     let gap_95_m = raw
@@ -313,7 +313,7 @@ fn check_coarser(
         return Ok(counts);
     }
     let problem = format!(
-        "is {counts:?}, allowed are up to {most} counts of {SPHERES_MIN} to {SPHERES_MAX} \
+        "is {counts:?}; allowed: at most {most} counts of {SPHERES_MIN} to {SPHERES_MAX} \
          spheres, each below the one before"
     );
     Err(place.error(path, problem))
@@ -449,7 +449,7 @@ fn check_room(
         let position_m = place.point(&at(key), raw.position_m)?;
         let length = raw.orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
         if !(0.99..=1.01).contains(&length) {
-            let problem = format!("orientation has length {length}, a rotation needs length 1");
+            let problem = format!("orientation has length {length}; a rotation needs length 1");
             return Err(place.error(&at(key), problem));
         }
         Ok(Some(Frame {
@@ -517,7 +517,7 @@ pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, Recip
             file: path.display().to_string(),
             line: 0,
             key: "name".into(),
-            problem: "the mesh's file name names nothing; rename it".into(),
+            problem: "the mesh's file name has no usable characters; rename the file".into(),
         });
     }
     let kind = OrganKind::Liver;

@@ -2,28 +2,28 @@
 
 use shared_mem::scene::{MaterialRecord, OrganKind};
 
-/// A material: the tissue's SI values, and what tunes the paper's method.
+/// A material: the tissue's SI values, and the stiffnesses of the paper's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material {
-    /// kg/m³.
+    /// Density, kg/m³.
     pub density_kg_m3: f64,
     /// Young's modulus, Pa.
     pub young_pa: f64,
     /// Poisson's ratio.
     pub poisson: f64,
-    /// Share of a link's stretch corrected in an iteration (paper Eq. 4–5).
+    /// Share of a link's stretch that an iteration corrects (paper Eq. 4–5).
     pub stretch_stiffness: f64,
-    /// Share of the way to the Laplacian target (paper Eq. 8).
+    /// Share of the way to the Laplacian target that an iteration moves (paper Eq. 8).
     pub laplacian_stiffness: f64,
-    /// Fraction of velocity lost per second.
+    /// Share of the velocity that is lost per second.
     pub damping_per_s: f64,
-    /// Strain-rate damping: viscosity over modulus, s.
+    /// Viscosity over Young's modulus, s: damping of the strain rate.
     pub retardation_s: f64,
-    /// Hooke constant of the haptic force, N/m.
+    /// Stiffness of the paper's haptic force, N/m.
     pub contact_stiffness_n_m: f64,
     /// Coulomb friction on a moist steel tool: tangential over normal force.
     pub friction: f64,
-    /// Energy that it takes to tear or cut a unit of area, J/m²; 0: does not tear.
+    /// Energy that tears or cuts a unit of area, J/m²; 0 if the tissue does not tear.
     pub toughness_j_m2: f64,
 }
 
@@ -34,27 +34,27 @@ impl Material {
     /// Typical values of this kind of tissue.
     ///
     /// Young's moduli follow from measured shear moduli (E = 3 G for a nearly incompressible
-    /// tissue; collected in PMC6925591, Table 1): liver G 1.8 kPa, stomach 0.64 kPa, bile duct
-    /// 166 kPa, hepatic artery 210 kPa; fat 0.53 kPa (porcine; Sims 2010). A gallbladder is a stiff
-    /// wall (G 85 kPa, 2 mm) around bile; as a solid body of the same bending it is about 15 kPa.
-    /// Intestine, connective tissue and abdominal wall have no source: they are taken to be between
-    /// stomach and liver, or stiff. Poisson's ratio is 0.45 for all: the linear tetrahedra of the
-    /// solver lock beyond. The paper gives no stiffness; the dimensionless ones here keep its
-    /// method stable at 1 kHz.
+    /// tissue; collected in PMC6925591, Table 1): liver G 1.8 kPa, stomach 0.64 kPa, bile duct 166
+    /// kPa, hepatic artery 210 kPa; fat 0.53 kPa (porcine; Sims 2010). A gallbladder is a stiff
+    /// wall (G 85 kPa, 2 mm) around bile; a solid body of the same bending has about 15 kPa.
+    /// Intestine, connective tissue and abdominal wall have no source. The first two are taken to
+    /// lie between stomach and liver, the wall to be stiff. Poisson's ratio is 0.45 for all,
+    /// because the solver's linear tetrahedra lock beyond. The paper gives no stiffness; the
+    /// dimensionless ones here keep its method stable at 1 kHz.
     ///
     /// Toughness (measured values collected in 10.1186/s10033-022-00767-4, Table 2): liver 164 J/m²
     /// (needles in bovine liver, 10.1016/j.medengphy.2011.09.030), artery 1700 (aorta, trouser
-    /// tear). Ducts are taken to be as tough as an artery; gallbladder, stomach and intestine like
-    /// other thin walls (amnion, 960 and up). Loose connective tissue has 75: the layers of an
-    /// aorta when they are peeled apart have 51 to 76 (10.1115/1.2898733). Fat and abdominal wall
-    /// have no source that fits: loose fat parts under a probe, where subcutaneous fat with its
-    /// septa bears 4100 and muscle 550 to 8000. A sharp blade takes less than a tear (aorta: 290):
+    /// tear). Ducts are taken to be as tough as an artery; gallbladder, stomach and intestine as
+    /// tough as other thin walls (amnion, 960 and more). Loose connective tissue has 75, because it
+    /// takes 51 to 76 to peel the layers of an aorta apart (10.1115/1.2898733). No source fits fat
+    /// and abdominal wall: loose fat parts under a probe, while subcutaneous fat with its septa
+    /// bears 4100 and muscle 550 to 8000. A sharp blade takes less than a tear (aorta: 290), but
     /// one value serves for both.
     ///
-    /// Friction on steel: organs under their serous cover have 0.1 (caecum slips out of smooth jaws
-    /// that pinch it with 22 N at a pull of 5 N, 10.1007/s00464-003-9153-2; inside, small bowel has
-    /// 0.01 to 0.05, 10.1007/s11249-013-0167-1). What has no cover is taken to have 0.2 or 0.3
-    /// (bare muscle on bone: 0.3, 10.1115/1.4001893).
+    /// Friction on steel: organs under their serous cover have 0.1. (A caecum that smooth jaws
+    /// pinch with 22 N slips out at a pull of 5 N, 10.1007/s00464-003-9153-2; the inside of small
+    /// bowel has 0.01 to 0.05, 10.1007/s11249-013-0167-1.) Tissue without a cover is taken to have
+    /// 0.2 or 0.3 (bare muscle on bone: 0.3, 10.1115/1.4001893).
     #[must_use]
     pub fn typical(kind: OrganKind) -> Self {
         let (friction, toughness_j_m2) = match kind {
@@ -66,7 +66,8 @@ impl Material {
             OrganKind::ConnectiveTissue => (0.3, 75.0),
             OrganKind::AbdominalWall => (0.1, 2000.0),
         };
-        // Tubes lie in fat and fluid: a chain without bending would swing about.
+        // Tubes lie in fat and fluid. An undamped chain without bending stiffness would swing
+        // about.
         let damping_per_s = match kind {
             OrganKind::CysticDuct | OrganKind::BileDuct => 200.0,
             OrganKind::CysticArtery | OrganKind::Vessel => 200.0,
@@ -97,7 +98,7 @@ impl Material {
         }
     }
 
-    /// As the compiled scene holds it.
+    /// Converts the material to the compiled scene's record.
     #[must_use]
     pub fn to_record(self) -> MaterialRecord {
         MaterialRecord {

@@ -1,5 +1,5 @@
-//! The recipe: a TOML file that names organs, where their surfaces come from, what they are made
-//! of, where they are held, and the room around them.
+//! The recipe: a TOML file that names organs, the sources of their surfaces, their materials, their
+//! attachments, and the room around them.
 //!
 //! Everything except `name` and the organs' names, kinds and surfaces has a default. An unknown key
 //! is an error. Axes are the atlas': x to the patient's left, y to the head, z to the front.
@@ -21,7 +21,7 @@ use crate::shape::Shape;
 
 /// Spheres of one organ, at least.
 pub const SPHERES_MIN: usize = 8;
-/// Spheres of one organ, at most: the realtime process holds no more in a whole scene.
+/// Spheres of one organ, at most. The realtime process holds no more in a whole scene.
 pub const SPHERES_MAX: usize = rt_core::capacity::MAX_SPHERES;
 
 /// Bytes of a recipe's file, at most.
@@ -30,16 +30,17 @@ const BYTES_MAX: u64 = 1 << 20;
 /// A checked recipe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recipe {
-    /// Scene's name.
+    /// The scene's name.
     pub name: String,
-    /// Time budget of a tick, µs on one core ([`crate::cost`]): as many spheres as it allows are
-    /// taken, shared as the organs' counts are. Tubes and organs with an error budget keep theirs.
+    /// Time budget of a tick, µs on one core ([`crate::cost`]). The scene gets as many spheres as
+    /// the budget allows, shared as the organs' counts are. Tubes and organs with an error budget
+    /// keep theirs.
     pub tick_us: Option<f64>,
-    /// Room around the organs; a `None` is derived from the organs.
+    /// The room around the organs. A value that is `None` is derived from the organs.
     pub room: RoomPlan,
-    /// Organs, at least one, names unique.
+    /// The organs, at least one, with unique names.
     pub organs: Vec<OrganPlan>,
-    /// Sutures and bands between places of organs, or to the world.
+    /// Sutures and bands between places of organs, or from an organ to the world.
     pub ties: Vec<Tie>,
 }
 
@@ -50,25 +51,25 @@ pub struct RoomPlan {
     pub gravity_m_s2: Option<Vec3>,
     /// The instrument's trocar.
     pub instrument_port_m: Option<Vec3>,
-    /// Handle to tip.
+    /// Length from handle to tip, m.
     pub instrument_length_m: Option<f64>,
     /// The endoscope's port.
     pub endoscope_port_m: Option<Vec3>,
     /// Point in the middle of the picture.
     pub look_at_m: Option<Vec3>,
-    /// Camera to that point.
+    /// Distance from the camera to that point, m.
     pub camera_distance_m: Option<f64>,
-    /// Time of a breath, s. Default: nobody breathes.
+    /// Time of a breath, s. By default nobody breathes.
     pub breath_s: Option<f64>,
-    /// Up in the picture.
+    /// Direction that is up in the picture.
     pub up: Option<Vec3>,
-    /// Haptic device's base: position and quaternion x y z w.
+    /// Pose of the haptic device's base.
     pub device: Option<Frame>,
-    /// Tracker's transmitter.
+    /// Pose of the tracker's transmitter.
     pub tracker: Option<Frame>,
-    /// Organ that the scripted hand works on.
+    /// Index of the organ on which the scripted hand works.
     pub target_organ: Option<usize>,
-    /// Wanted place of the target; the best reachable point near it is taken.
+    /// Wanted place of the scripted hand's target. The best reachable point near it is taken.
     pub target_near_m: Option<Vec3>,
 }
 
@@ -94,84 +95,84 @@ pub struct OrganPlan {
     pub closing: Closing,
     /// Treatment of a surface in separate pieces.
     pub pieces: Pieces,
-    /// Number of spheres; the first guess if there is an error budget.
+    /// Number of spheres. With an error budget it is the first guess.
     pub spheres: usize,
-    /// Error budget: 95 % of the skin may be no farther than this from the spheres, m. The
-    /// smallest count that keeps it is taken.
+    /// Error budget: distance from the spheres within which 95 % of the skin must lie, m. The
+    /// smallest count that keeps the budget is taken.
     pub gap_95_m: Option<f64>,
-    /// Counts of the scene's coarser levels, finest first. A level beyond the last takes the last;
-    /// without any, every level has the finest count.
+    /// Counts of the scene's coarser levels, finest first. A level beyond the last count has the
+    /// last; without counts, every level has the finest level's.
     pub coarser: Vec<usize>,
     /// Packing of the spheres.
     pub packing: Packing,
-    /// Share of gravity that acts. Default 0: the surface is the shape in the body, where weight
-    /// is in balance. 1: it is the unloaded shape.
+    /// Share of gravity that acts. With the default 0 the surface is the shape in the body, where
+    /// weight is in balance; with 1 it is the unloaded shape.
     pub gravity_share: f64,
-    /// Displacement of its held spheres with a breath, m.
+    /// Displacement of the organ's held spheres with a breath, m.
     pub breath_m: Vec3,
     /// Material.
     pub material: Material,
-    /// Spheres whose centre is in one of these are attached to the surroundings.
+    /// Regions of space. Spheres whose centre lies in one are attached to the surroundings.
     pub held: Vec<Region>,
-    /// Organs that it is grown to.
+    /// Other organs to which this one is grown.
     pub attached: Vec<Attached>,
-    /// Tissue that is taken away bit by bit: its cells.
+    /// Layers of cells, for tissue that is taken away bit by bit.
     pub layers: Option<Layers>,
 }
 
-/// Layered tissue: hexahedra between what the organ lies around and its own surface.
+/// Layers of hexahedra between an inner organ and this organ's own surface.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layers {
-    /// Name of the organ that it lies around: the course along which the cross-sections stand.
+    /// Name of the inner organ. Cross-sections stand along its course.
     pub around: String,
     /// Number of layers.
     pub count: usize,
-    /// Edge of a cell along the course and around it, about, m.
+    /// Length of a cell's edges along the course and around it, about, m.
     pub cell_m: f64,
 }
 
-/// Another organ that this one is grown to.
+/// Another organ to which this one is grown.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Attached {
-    /// That organ's name.
+    /// The other organ's name.
     pub to: String,
-    /// Spheres whose surface is no farther than this from its skin are tied to it, m.
+    /// Spheres whose surface is no farther than this from the other organ's skin are tied to it, m.
     pub within_m: f64,
 }
 
-/// A thread or band: `[[suture]]` or `[[band]]`.
+/// A thread or band between two places: `[[suture]]` or `[[band]]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tie {
     /// One end, in an organ.
     pub from: Place,
-    /// The other.
+    /// The other end.
     pub to: Place,
-    /// Length when slack, m. Default: as far as the ends lie apart.
+    /// Length when slack, m. By default it is the distance of the ends.
     pub length_m: Option<f64>,
-    /// By how much shorter it is than that, m: a suture to the world is drawn in by it within two
-    /// seconds.
+    /// Length by which the tie is drawn in, m. Within two seconds a suture to the world gets
+    /// shorter by it.
     pub drawn_m: f64,
-    /// Force per stretch, N/m. Default: a 3-0 suture, or a band of the organ's tissue as thick as
-    /// the sphere that it ends at.
+    /// Force per stretch, N/m. By default a suture is a 3-0 thread, and a band is a bar of the
+    /// first organ's tissue, as thick as the sphere at which it starts.
     pub stiffness_n_m: Option<f64>,
-    /// Pulls and never pushes: a suture.
+    /// True for a suture, which pulls and never pushes.
     pub is_thread: bool,
 }
 
-/// End of a tie.
+/// An end of a tie.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
 pub enum Place {
-    /// At the sphere of an organ that is nearest to a point, world frame, m.
+    /// The sphere of an organ that is nearest to a point, world frame, m.
     Organ {
         /// The organ's name.
         organ: String,
         /// The point.
         near_m: [f64; 3],
     },
-    /// At a point of the world, m: it never moves.
+    /// A point of the world, m, which never moves.
     World {
         /// The point.
         world_m: [f64; 3],
@@ -185,12 +186,13 @@ pub enum Surface {
     Mesh {
         /// The file.
         path: PathBuf,
-        /// Names of the parts to take; empty: all.
+        /// Names of the parts to take; all if empty.
         parts: Vec<String>,
-        /// Metres a file unit; `None`: metres, or millimetres if it is more than 2 m across.
+        /// Metres per unit of the file. `None` takes its numbers for metres, or for millimetres if
+        /// the mesh would be more than 2 m across.
         unit_m: Option<f64>,
     },
-    /// A shape of our own.
+    /// A built-in shape.
     Shape(Box<Shape>),
 }
 
@@ -200,15 +202,15 @@ pub enum Surface {
 pub enum Closing {
     /// Refuse it.
     Refuse,
-    /// Close each loop with a patch; refuse what cannot be closed so.
+    /// Close each loop with a patch. Refuse a surface that is still open.
     Fill,
-    /// Close each loop with a patch; wrap what cannot be closed so; make solid what is a hollow
-    /// wall.
+    /// Close each loop with a patch. Wrap a surface that is still open, and make a hollow wall
+    /// solid.
     Auto,
-    /// Build a new closed surface around it.
+    /// Build a new closed surface around the mesh.
     Wrap,
-    /// Build a new closed surface from what is seen from outside: hollow organs become solid,
-    /// openings narrower than a tenth of the organ are closed.
+    /// Build a new closed surface from the side that is seen from outside. Hollow organs become
+    /// solid, and openings narrower than a tenth of the organ are closed.
     Solid,
 }
 
@@ -216,12 +218,12 @@ pub enum Closing {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pieces {
-    /// Link pieces that are no farther apart than the spheres, refuse others.
+    /// Link pieces that are no farther apart than the spheres. Refuse others.
     #[default]
     Near,
-    /// Link them however far apart they are.
+    /// Link all pieces, however far apart they are.
     Join,
-    /// Keep only the largest.
+    /// Keep only the largest piece.
     Largest,
 }
 
@@ -240,7 +242,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Metres a unit.
+    /// Metres per unit.
     #[must_use]
     pub fn metres(self) -> f64 {
         match self {
@@ -255,11 +257,11 @@ impl Unit {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Packing {
-    /// Even spacing (Lloyd), outer layer just under the skin: best for mechanics.
+    /// Even spacing (Lloyd) with the outer layer just under the skin: best for mechanics.
     Even,
-    /// Along the centre line: for ducts and vessels.
+    /// Along the centre line, for ducts and vessels.
     Line,
-    /// The paper's: medial axis, radius reduction (Eq. 1), filling (Eq. 2).
+    /// The paper's packing: medial axis, radius reduction (Eq. 1), filling (Eq. 2).
     Paper,
 }
 
@@ -267,52 +269,52 @@ pub enum Packing {
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum Region {
-    /// Between two corners.
+    /// The box between two corners.
     Box {
         /// Smallest coordinates.
         min_m: [f64; 3],
         /// Largest coordinates.
         max_m: [f64; 3],
     },
-    /// Beyond a plane.
+    /// The half space beyond a plane.
     Plane {
-        /// A point on it.
+        /// A point of the plane.
         point_m: [f64; 3],
-        /// To the held side.
+        /// Direction to the held side.
         normal: [f64; 3],
     },
-    /// Inside a ball.
+    /// The inside of a ball.
     Ball {
         /// Centre.
         center_m: [f64; 3],
         /// Radius.
         radius_m: f64,
     },
-    /// Near another organ's skin.
+    /// The space near another organ's skin.
     Near {
-        /// That organ's name.
+        /// The other organ's name.
         organ: String,
-        /// Distance of the sphere's surface from that skin.
+        /// Largest distance from that skin to a sphere's surface.
         within_m: f64,
     },
-    /// The lowest share of the organ's height, along gravity, 0..=1.
+    /// The lowest part of the organ along gravity, as a share of its height, 0..=1.
     Base(f64),
 }
 
 impl Recipe {
-    /// Reads a recipe from text. Relative mesh paths are looked up in `meshes_dir`.
+    /// Reads a recipe from text. Relative paths of meshes start at `meshes_dir`.
     ///
     /// # Errors
-    /// Names the line, the key, the value, what is allowed.
+    /// Names the line, the key, the value and the allowed range.
     pub fn parse(text: &str, file: &str, meshes_dir: &Path) -> Result<Self, RecipeError> {
         check::check(text, file, meshes_dir)
     }
 
-    /// Reads a recipe file. Relative mesh paths are looked up in `meshes_dir`, by default beside
-    /// the recipe.
+    /// Reads a recipe file. Relative paths of meshes start at `meshes_dir`, by default the recipe's
+    /// folder.
     ///
     /// # Errors
-    /// As [`Recipe::parse`], and when the file cannot be read.
+    /// As for [`Recipe::parse`], and when the file cannot be read.
     pub fn load(path: &Path, meshes_dir: Option<&Path>) -> Result<Self, RecipeError> {
         let file = path.display().to_string();
         let unreadable = |why: &dyn std::fmt::Display| RecipeError {
@@ -327,7 +329,7 @@ impl Recipe {
             return Err(unreadable(&"it is not a plain file"));
         }
         if found.len() > BYTES_MAX {
-            let why = format!("{} bytes, allowed are {BYTES_MAX}", found.len());
+            let why = format!("{} bytes; allowed: at most {BYTES_MAX}", found.len());
             return Err(unreadable(&why));
         }
         let text = std::fs::read_to_string(path).map_err(|error| unreadable(&error))?;
@@ -335,7 +337,7 @@ impl Recipe {
         Self::parse(&text, &file, meshes_dir.unwrap_or(beside))
     }
 
-    /// The built-in scene: a liver and a gallbladder of our own shapes.
+    /// The built-in scene: a liver and a gallbladder, both built-in shapes.
     ///
     /// # Errors
     /// Never in a build whose tests pass.
@@ -343,8 +345,8 @@ impl Recipe {
         Self::parse(BUILT_IN, "built-in recipe", Path::new("."))
     }
 
-    /// Calot's triangle: the built-in scene with ducts, arteries, stomach and intestine; with the
-    /// variant course of duct and artery, if asked for.
+    /// Calot's triangle: the built-in scene with ducts, arteries, stomach and intestine. With
+    /// `variant`, duct and artery take their variant course.
     ///
     /// # Errors
     /// Never in a build whose tests pass.
@@ -358,8 +360,8 @@ impl Recipe {
     }
 
     /// A scene of a single organ, of kind liver, from a mesh. Without a unit its numbers are taken
-    /// for metres or, if it would be more than 2 m across, for millimetres, and the report says
-    /// so.
+    /// for metres, or for millimetres if it would be more than 2 m across. The report names the
+    /// unit.
     ///
     /// # Errors
     /// When the path has no usable name.
@@ -374,7 +376,8 @@ impl Recipe {
         1 + coarser.unwrap_or(0)
     }
 
-    /// Level `level` of it, 0 the finest, as a recipe of one level. Budgets choose the finest only.
+    /// Level `level` of the recipe, 0 the finest, as a recipe of one level. Budgets choose the
+    /// finest level only.
     #[must_use]
     pub fn level(&self, level: usize) -> Self {
         let mut recipe = self.clone();
@@ -393,7 +396,7 @@ impl Recipe {
     }
 
     /// Returns the recipe with `levels` levels, each with half the spheres of the one before.
-    /// `finest` are the organs' counts. Tubes have few spheres and keep them.
+    /// `finest` are the organs' counts. Tubes have few spheres and keep them at every level.
     #[must_use]
     pub fn with_levels(mut self, levels: usize, finest: &[usize]) -> Self {
         for (organ, &count) in self.organs.iter_mut().zip(finest) {
@@ -406,8 +409,8 @@ impl Recipe {
         self
     }
 
-    /// Returns the recipe with this many spheres in all, shared among the organs as before. Budgets
-    /// no longer choose.
+    /// Returns the recipe with this many spheres in all, shared among the organs as before. It has
+    /// no budgets any more.
     ///
     /// # Errors
     /// When an organ would get too few, or the scene too many.
@@ -426,7 +429,7 @@ impl Recipe {
                 line: 0,
                 key: "spheres".into(),
                 problem: format!(
-                    "is {spheres}, which leaves {least} to the smallest of {} organs; allowed are at \
+                    "is {spheres}, which leaves {least} to the smallest of {} organs; allowed: at \
                      least {SPHERES_MIN} an organ and {SPHERES_MAX} together",
                     self.organs.len()
                 ),

@@ -1,4 +1,4 @@
-//! Sizes and places of the built-in organs, and the bodies that follow from them.
+//! Sizes and places of the built-in organs, and the bodies that follow from these.
 
 use serde::Deserialize;
 
@@ -10,10 +10,10 @@ use crate::Vec3;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Course {
-    /// As in most people: the duct joins halfway, the artery crosses behind the bile duct.
+    /// The usual course: the duct joins halfway, the artery crosses behind the bile duct.
     #[default]
     Usual,
-    /// The duct runs along the bile duct and joins low; the artery crosses in front.
+    /// A variant: the duct runs along the bile duct and joins low; the artery crosses in front.
     Variant,
 }
 
@@ -21,13 +21,13 @@ pub enum Course {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Build {
-    /// All lengths, about the organ's middle; 0.7..=1.4.
+    /// Factor of all lengths, about the organ's middle; 0.7..=1.4.
     pub size: f64,
-    /// Thickness alone, of what has a centre line; of fat and connective tissue, that of the
-    /// layer; 0.5..=2.
+    /// Factor of the thickness alone; 0.5..=2. It is that of organs with a centre line, and of the
+    /// layer of fat or connective tissue.
     pub width: f64,
-    /// Shift from its usual place, mm; each within 30. The ends of cystic duct and cystic artery
-    /// stay where they join, so only their middles move.
+    /// Shift from the usual place, mm; each within 30. The ends of cystic duct and cystic artery
+    /// stay where they join, so their shift moves only their middles.
     pub shift_mm: [f64; 3],
 }
 
@@ -46,12 +46,12 @@ impl Build {
         Vec3::from(self.shift_mm) * 1e-3
     }
 
-    /// Moves a point of an organ with this middle to its place in this build.
+    /// Moves a point of an organ with this middle to the point's place in this build.
     pub(super) fn place(&self, p: &Vec3, middle: &Vec3) -> Vec3 {
         middle + (p - middle) * self.size + self.shift_m()
     }
 
-    /// A centre line as this organ has it.
+    /// The organ's centre line in this build.
     pub(super) fn line(&self, usual: &[Through]) -> Vec<Through> {
         let middle = middle(usual);
         let place = |&(p, radius): &Through| {
@@ -61,8 +61,8 @@ impl Build {
         usual.iter().map(place).collect()
     }
 
-    /// A centre line whose ends follow what they join: they go as given, its middle by its own
-    /// shift beside.
+    /// A centre line whose ends follow what they join. `first` and `last` move the ends, the
+    /// organ's own shift moves the middle as well.
     fn line_between(&self, usual: &[Through], first: Vec3, last: Vec3) -> Vec<Through> {
         let steps = (usual.len() - 1) as f64;
         let place = |(i, &(p, radius)): (usize, &Through)| {
@@ -117,7 +117,7 @@ impl Anatomy {
     }
 }
 
-/// The organs' bodies: what distances are measured to.
+/// The organs' bodies, to which distances are measured.
 pub(super) struct Bodies {
     pub(super) anatomy: Anatomy,
     pub(super) gallbladder: Tube,
@@ -164,7 +164,7 @@ impl Bodies {
         }
     }
 
-    /// The liver without its fossa.
+    /// Distance to the liver without its fossa.
     pub(super) fn liver_body(&self, p: &Vec3) -> f64 {
         liver::body(p, &self.anatomy.liver)
     }

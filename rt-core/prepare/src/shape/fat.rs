@@ -1,21 +1,22 @@
 //! The fat in and over Calot's triangle: lumps around the bile duct and towards the gallbladder's
-//! neck, from which the ducts emerge.
+//! neck. The ducts emerge from it.
 
 use super::anatomy::Bodies;
 use super::primitive::{Through, carve};
 use super::{gallbladder, liver, stomach};
 use crate::Vec3;
 
-/// Length of a triangle's side.
+/// Length of a triangle's side, m.
 pub(super) const EDGE_M: f64 = 0.0012;
 
-/// Clearance around the organs that lie in it, m.
+/// Clearance around the organs that lie in the fat, m.
 const GAP_M: f64 = 0.0006;
-/// Height and width of a lump, m.
+/// Height of a lump, m.
 const LUMP_M: f64 = 0.0009;
+/// Width of a lump, m.
 const LUMP_WIDTH_M: f64 = 0.0060;
 
-/// Along the bile duct and back up to the gallbladder's neck.
+/// Centre line and radius: along the bile duct and back up to the gallbladder's neck.
 pub(super) const LINE: &[Through] = &[
     ([-0.0400, 0.3005, -0.0725], 0.0036),
     ([-0.0370, 0.2985, -0.0755], 0.0058),

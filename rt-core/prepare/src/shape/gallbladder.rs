@@ -1,18 +1,18 @@
-//! The gallbladder: a pear 8 cm long that hangs under the liver, fundus to the front; and the
-//! connective tissue between it and its bed.
+//! The gallbladder, a pear 8 cm long that hangs under the liver with its fundus to the front, and
+//! the connective tissue between it and its bed.
 
 use super::anatomy::Bodies;
 use super::primitive::{Through, ball, join, meet};
 use crate::Vec3;
 
-/// Length of a triangle's side.
+/// Length of a triangle's side, m.
 pub(super) const EDGE_M: f64 = 0.0021;
-/// Of the connective tissue, which is thin.
+/// Length of a triangle's side of the connective tissue, m. That tissue is thin.
 pub(super) const TISSUE_EDGE_M: f64 = 0.0012;
 
-/// The fossa is this much wider than the gallbladder that lies in it, m.
+/// Gap between the gallbladder and the wall of the fossa in which it lies, m.
 pub(super) const FOSSA_GAP_M: f64 = 0.0026;
-/// Between the connective tissue and either of them.
+/// Gap between the connective tissue and either of them, m.
 const TISSUE_GAP_M: f64 = 0.0002;
 
 /// Centre line and radius: fundus, body, infundibulum, neck.
@@ -40,14 +40,14 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     )
 }
 
-/// The layer in the fossa, out to the liver's surface.
+/// Distance to the layer of connective tissue in the fossa, out to the liver's surface.
 pub(super) fn tissue(bodies: &Bodies, p: &Vec3) -> f64 {
     let room = FOSSA_GAP_M - 2.0 * TISSUE_GAP_M;
     let thickness = room * bodies.anatomy.connective_tissue.width.min(1.0);
     let middle = TISSUE_GAP_M + room / 2.0;
     let from_gallbladder = distance(bodies, p);
     let layer = (from_gallbladder - middle).abs() - thickness / 2.0;
-    // Far off, the liver takes nothing from it.
+    // Far from the layer, the liver takes nothing away from it.
     if layer > 0.004 {
         layer
     } else {

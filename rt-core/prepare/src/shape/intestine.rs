@@ -1,21 +1,23 @@
-//! A length of small intestine below the liver: loops that lie side by side and wander.
+//! A length of small intestine below the liver: winding loops side by side.
 
 use super::primitive::Through;
 
-/// Length of a triangle's side.
+/// Length of a triangle's side, m.
 pub(super) const EDGE_M: f64 = 0.0042;
 
 const RADIUS_M: f64 = 0.0115;
-/// Height of the uppermost row, and from one row to the next, m.
+/// Height of the uppermost row, m.
 const TOP_M: f64 = 0.152;
+/// Distance from one row to the next, m.
 const ROW_M: f64 = 0.0320;
 const ROWS: usize = 4;
-/// Points of a row, and half its length.
+/// Points of a row.
 const POINTS: usize = 8;
+/// Half the length of a row, m.
 const HALF_M: f64 = 0.076;
 
-/// The centre line, from the upper left to the lower end: rows, each wave of one nested into the
-/// next, bulging to the front in the middle, ends round.
+/// The centre line, from the upper left to the lower end. The waves of neighbouring rows fit into
+/// each other. Rows bulge to the front in the middle, and round bends join them.
 pub(super) fn line() -> Vec<Through> {
     let mut line = Vec::new();
     for row in 0..ROWS {

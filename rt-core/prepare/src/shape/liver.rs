@@ -1,7 +1,7 @@
-//! The liver: a wedge under the diaphragm. Thick right lobe, left lobe tapering to the left,
-//! smooth dome above and in front, hollowed visceral surface below and behind, and between them
-//! the sharp inferior edge; the gallbladder's fossa, the porta hepatis, the notch of the round
-//! ligament.
+//! The liver: a wedge under the diaphragm. It has a thick right lobe, a left lobe that tapers to
+//! the left, a smooth dome above and in front, a hollowed visceral surface below and behind, and
+//! the sharp inferior edge between them. The gallbladder's fossa, the porta hepatis and the notch
+//! of the round ligament are carved out.
 
 use super::anatomy::{Bodies, Build};
 use super::gallbladder::{self, FOSSA_GAP_M};
@@ -9,14 +9,15 @@ use super::primitive::{Tube, ball, carve, ellipsoid, half_space, join, meet};
 use crate::Vec3;
 use std::sync::LazyLock;
 
-/// Length of a triangle's side.
+/// Length of a triangle's side, m.
 pub(super) const EDGE_M: f64 = 0.0037;
 
-/// The body is drawn, then scaled about this point to a healthy adult's volume.
+/// The body is drawn first, then scaled about this point.
 const MIDDLE: [f64; 3] = [-0.062, 0.290, -0.030];
+/// Scale that gives the drawn body a healthy adult's volume.
 const SIZE: f64 = 0.94;
 
-/// Spine and vena cava.
+/// Spine and vena cava, which lie behind the liver.
 static SPINE: LazyLock<Tube> = LazyLock::new(|| {
     Tube::new(
         &[([-0.005, 0.2, -0.14], 0.03), ([-0.005, 0.45, -0.14], 0.03)],
@@ -49,7 +50,7 @@ static PORTA: LazyLock<Tube> = LazyLock::new(|| {
     )
 });
 
-/// Bounds as drawn, m.
+/// Bounds of the body as drawn, m.
 const BOUNDS: [[f64; 3]; 2] = [[-0.165, 0.235, -0.165], [0.135, 0.455, 0.045]];
 
 /// Bounds in this build, m.
@@ -66,7 +67,7 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     )
 }
 
-/// The liver without its fossa.
+/// Distance to the liver without its fossa.
 pub(super) fn body(p: &Vec3, build: &Build) -> f64 {
     let middle = Vec3::from(MIDDLE);
     let size = SIZE * build.size;
@@ -78,8 +79,8 @@ fn drawn(p: &Vec3) -> f64 {
     let middle = ellipsoid(p, [-0.012, 0.338, -0.040], [0.070, 0.066, 0.048]);
     let left = ellipsoid(p, [0.060, 0.345, -0.028], [0.070, 0.037, 0.030]);
     let mut d = join(join(right, middle, 0.035), left, 0.035);
-    // The visceral side: a plane that rises to the left and to the back, hollowed by the organs
-    // below: stomach on the left, colon and kidney on the right.
+    // The visceral side is a plane that rises to the left and to the back. The organs below hollow
+    // it: stomach on the left, colon and kidney on the right.
     let visceral = half_space(p, [-0.060, 0.268, 0.000], [0.22, -0.82, -0.52]);
     d = meet(d, visceral, 0.006);
     d = carve(d, ball(p, [0.080, 0.255, -0.095], 0.090), 0.015);

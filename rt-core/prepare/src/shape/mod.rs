@@ -1,6 +1,6 @@
-//! Organs of our own making, from signed distance functions.
+//! Built-in organs, made from signed distance functions.
 //!
-//! Axes as in the atlas: x to the patient's left, y to the head, z to the front; metres.
+//! Axes are the atlas': x to the patient's left, y to the head, z to the front; metres.
 
 mod anatomy;
 mod fat;
@@ -21,7 +21,7 @@ use crate::Vec3;
 use crate::mesh::Mesh;
 use anatomy::Bodies;
 
-/// An organ that we can make.
+/// An organ that can be built in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {
@@ -31,30 +31,30 @@ pub enum Form {
     Gallbladder,
     /// A stomach under the liver's left lobe.
     Stomach,
-    /// From the pylorus, around to the right.
+    /// The duodenum, from the pylorus around to the right.
     Duodenum,
     /// Loops of small intestine below the liver.
     Intestine,
-    /// From the gallbladder's neck to the bile duct.
+    /// The cystic duct, from the gallbladder's neck to the bile duct.
     CysticDuct,
-    /// From the liver to the duodenum.
+    /// The bile duct, from the liver to the duodenum.
     BileDuct,
-    /// To the liver, beside the bile duct.
+    /// The hepatic artery, to the liver beside the bile duct.
     HepaticArtery,
-    /// From the hepatic artery to the gallbladder.
+    /// The cystic artery, from the hepatic artery to the gallbladder.
     CysticArtery,
     /// Fat in and over Calot's triangle.
     Fat,
-    /// Between the gallbladder and the liver.
+    /// Connective tissue between the gallbladder and the liver.
     ConnectiveTissue,
 }
 
-/// A procedural organ: the recipe's `shape` table, with its `[anatomy]`.
+/// A built-in organ: the recipe's `shape` table with its `[anatomy]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
-    /// Organ.
+    /// The organ.
     pub form: Form,
-    /// Sizes and places of all.
+    /// Sizes and places of all organs.
     pub anatomy: Anatomy,
 }
 
@@ -66,7 +66,7 @@ struct ShapeRaw {
 }
 
 impl From<Form> for Shape {
-    /// In the usual anatomy.
+    /// The organ in the usual anatomy.
     fn from(form: Form) -> Self {
         let anatomy = Anatomy::default();
         Self { form, anatomy }
@@ -89,7 +89,7 @@ impl Shape {
         skin(&|p: &Vec3| self.distance(&bodies, p), bounds, edge_m)
     }
 
-    /// Negative inside; near the surface about the distance, m.
+    /// Signed distance, m: negative inside, about right near the surface.
     fn distance(&self, bodies: &Bodies, p: &Vec3) -> f64 {
         match self.form {
             Form::Liver => liver::distance(bodies, p),
@@ -106,7 +106,7 @@ impl Shape {
         }
     }
 
-    /// A box around it, and the length of a triangle's side.
+    /// A box around the organ, and the length of a triangle's side, m.
     fn extent(&self, bodies: &Bodies) -> ([Vec3; 2], f64) {
         let around = |tube: &primitive::Tube, margin: f64| {
             let [low, high] = tube.bounds();

@@ -1,4 +1,4 @@
-//! Pieces that organs are put together from. Distances are negative inside.
+//! Pieces from which organs are put together. Distances are negative inside.
 
 use crate::Vec3;
 
@@ -13,12 +13,12 @@ pub(super) fn meet(a: f64, b: f64, k: f64) -> f64 {
     -join(-a, -b, k)
 }
 
-/// Takes `b` away from `a`.
+/// Smooth difference: takes `b` away from `a`; the edge is rounded over about `k` metres.
 pub(super) fn carve(a: f64, b: f64, k: f64) -> f64 {
     meet(a, -b, k)
 }
 
-/// About the distance to an ellipsoid (first order; exact on the surface).
+/// Distance to an ellipsoid, about: of first order, exact on the surface.
 pub(super) fn ellipsoid(p: &Vec3, center: [f64; 3], radii: [f64; 3]) -> f64 {
     let q = p - Vec3::from(center);
     let radii = Vec3::from(radii);
@@ -36,7 +36,7 @@ pub(super) fn ball(p: &Vec3, center: [f64; 3], radius: f64) -> f64 {
     (p - Vec3::from(center)).norm() - radius
 }
 
-/// Distance to the half space behind a plane.
+/// Distance to the half space on the inner side of a plane.
 pub(super) fn half_space(p: &Vec3, point: [f64; 3], outward: [f64; 3]) -> f64 {
     (p - Vec3::from(point)).dot(&Vec3::from(outward).normalize())
 }
@@ -50,14 +50,14 @@ pub(super) struct Tube {
     points: Vec<(Vec3, f64)>,
     /// A ball around all of it.
     around: Ball,
-    /// Balls around [`TOGETHER`] cones each: most of a tube is too far away to be looked at
-    /// closely.
+    /// Groups of up to [`TOGETHER`] cones with a ball around each. Most groups are too far away to
+    /// be looked at closely.
     parts: Vec<(Ball, Vec<Cone>)>,
 }
 
 type Ball = (Vec3, f64);
 
-/// Between two points of a tube.
+/// A round cone between two points of a tube.
 #[derive(Debug, Clone)]
 struct Cone {
     from: Vec3,
@@ -66,12 +66,12 @@ struct Cone {
     wider: f64,
 }
 
-/// Cones in a part of a tube.
+/// Most cones in a part of a tube.
 const TOGETHER: usize = 6;
 /// Largest error by which rounding makes a part's ball too small, m.
 const ROUNDING_M: f64 = 1e-9;
 
-/// A ball around points with radii, hence around what lies between them.
+/// A ball around points with radii, and hence around the cones between them.
 fn ball_around(points: &[(Vec3, f64)]) -> Ball {
     let middle = points.iter().map(|(p, _)| p).sum::<Vec3>() / points.len() as f64;
     let reach = points
@@ -85,7 +85,7 @@ fn ball_around(points: &[(Vec3, f64)]) -> Ball {
 const FAR_M: f64 = 0.03;
 
 impl Tube {
-    /// Through these points with these radii, `steps` cones between two of them.
+    /// A tube through these points with these radii, with `steps` cones from one to the next.
     pub(super) fn new(through: &[Through], steps: usize) -> Self {
         let knot = |i: isize| {
             let i = i.clamp(0, through.len() as isize - 1) as usize;
@@ -127,7 +127,7 @@ impl Tube {
         }
     }
 
-    /// The box around it.
+    /// The box around the tube.
     pub(super) fn bounds(&self) -> [Vec3; 2] {
         let low = self.points.iter().map(|(p, r)| p.add_scalar(-r));
         let high = self.points.iter().map(|(p, r)| p.add_scalar(*r));
@@ -142,7 +142,7 @@ impl Tube {
         self.points.iter().map(|(_, r)| *r).fold(0.0, f64::max)
     }
 
-    /// About the distance to the tube: to the nearest cone, its radius taken at the foot of the
+    /// Distance to the tube, about: to the nearest cone, with its radius at the foot of the
     /// perpendicular. Far away it is a lower bound.
     pub(super) fn distance(&self, p: &Vec3) -> f64 {
         let (middle, reach) = self.around;

@@ -1,4 +1,4 @@
-//! From a distance function to an even triangle surface.
+//! Makes an even triangle surface from a distance function.
 
 use rayon::prelude::*;
 
@@ -7,12 +7,12 @@ use crate::field::Grid;
 use crate::mesh::{Mesh, sides};
 use crate::surface_nets;
 
-/// Rounds of evening out and putting back onto the surface.
+/// Rounds in which vertices slide along the surface and are put back onto it.
 const ROUNDS: usize = 12;
 
-/// The surface of `distance` within the bounds, its triangles' sides about `edge_m` long: surface
-/// nets, then vertices slide along the surface until they lie evenly, and Newton steps put them
-/// onto it, so that the grid does not show.
+/// The surface of `distance` within the bounds, with triangles' sides about `edge_m` long. Surface
+/// nets come first. Then vertices slide along the surface until they lie evenly, and Newton steps
+/// put them back onto it, so that the grid does not show.
 #[must_use]
 pub fn skin(distance: &(dyn Fn(&Vec3) -> f64 + Sync), bounds: [Vec3; 2], edge_m: f64) -> Mesh {
     let grid = Grid::around(bounds, edge_m, 1);
@@ -43,7 +43,7 @@ pub fn skin(distance: &(dyn Fn(&Vec3) -> f64 + Sync), bounds: [Vec3; 2], edge_m:
     mesh
 }
 
-/// Newton steps onto the surface, none longer than half a triangle's side.
+/// Moves a point onto the surface by Newton steps, none longer than half a triangle's side.
 fn onto(distance: &(dyn Fn(&Vec3) -> f64 + Sync), mut p: Vec3, edge_m: f64) -> Vec3 {
     for _ in 0..2 {
         let gradient = slope(distance, &p, edge_m);

@@ -1,19 +1,19 @@
-//! The stomach: a J from the left diaphragm to the pylorus, under the left lobe of the liver; and
-//! the duodenum that begins there.
+//! The stomach, a J from the left diaphragm to the pylorus under the liver's left lobe, and the
+//! duodenum that begins at the pylorus.
 
 use super::anatomy::Bodies;
 use super::liver;
 use super::primitive::{Through, carve};
 use crate::Vec3;
 
-/// Length of a triangle's side.
+/// Length of a triangle's side, m.
 pub(super) const EDGE_M: f64 = 0.0045;
-/// Of the duodenum.
+/// Length of a triangle's side of the duodenum, m.
 pub(super) const DUODENUM_EDGE_M: f64 = 0.0036;
 
-/// The liver rests on it with this gap.
+/// Gap between the liver and the organs that it rests on, m.
 const GAP_M: f64 = 0.002;
-/// Between the pylorus and the duodenum.
+/// Gap between the pylorus and the duodenum, m.
 const PYLORUS_GAP_M: f64 = 0.0003;
 
 /// Centre line and radius: fundus, body, antrum, pylorus.
@@ -28,7 +28,7 @@ pub(super) const LINE: &[Through] = &[
     ([0.006, 0.250, -0.073], 0.015),
     ([-0.006, 0.254, -0.081], 0.010),
 ];
-/// Bulb, descending and horizontal part: a C to the right.
+/// The duodenum's bulb, descending and horizontal part: a C to the right.
 pub(super) const DUODENUM: &[Through] = &[
     ([-0.0190, 0.2545, -0.0850], 0.0090),
     ([-0.0290, 0.2530, -0.0860], 0.0118),
@@ -53,7 +53,7 @@ pub(super) fn duodenum(bodies: &Bodies, p: &Vec3) -> f64 {
 }
 
 fn under_the_liver(bodies: &Bodies, body: f64, p: &Vec3) -> f64 {
-    // Far off, the liver takes nothing from it.
+    // Far from the organ, the liver takes nothing away from it.
     if body > 0.01 {
         body
     } else {

@@ -1,12 +1,12 @@
-//! Ducts and arteries of Calot's triangle: between the gallbladder's neck, the common bile duct
-//! and the liver. Two courses of the cystic duct and the cystic artery.
+//! Ducts and arteries of Calot's triangle, between the gallbladder's neck, the common bile duct and
+//! the liver. Cystic duct and cystic artery each have two courses.
 
 use super::anatomy::Bodies;
 use super::liver;
 use super::primitive::{Through, Tube, carve};
 use crate::Vec3;
 
-/// Space to the liver.
+/// Gap between a vessel and the liver, m.
 const GAP_M: f64 = 0.0008;
 
 const CYSTIC_DUCT: &[Through] = &[
@@ -79,7 +79,7 @@ pub(super) fn cystic_artery(variant: bool) -> &'static [Through] {
 
 pub(super) fn distance(bodies: &Bodies, vessel: &Tube, p: &Vec3) -> f64 {
     let tube = vessel.distance(p);
-    // Far off, the liver takes nothing from it.
+    // Far from the vessel, the liver takes nothing away from it.
     if tube > 0.003 {
         tube
     } else {

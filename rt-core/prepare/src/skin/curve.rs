@@ -1,15 +1,15 @@
-//! Curvature of the skin where a tool meets it.
+//! Curvature of the skin, for tools that meet it.
 
 use rayon::prelude::*;
 
 use super::ContactSkin;
 use super::patch::Rest;
 
-/// Width of the Gaussian over which the curvature is the mean, m: a tip's contact is about so wide.
+/// Width of the Gaussian over which the curvature is averaged, m. A tip's contact is about as wide.
 const WIDTH_M: f64 = 0.005;
-/// Places beyond this distance do not count, widths.
+/// Places farther away than this do not count, widths.
 const REACH_WIDTHS: f64 = 2.5;
-/// Greatest curvature that a tool meets, 1/m.
+/// Largest curvature that is stored, either way, 1/m.
 const CURVATURE_MAX_PER_M: f64 = 500.0;
 
 /// Sets the mean curvature of every vertex.
@@ -23,8 +23,9 @@ pub(super) fn bake(skin: &mut ContactSkin, rest: &Rest) {
     }
 }
 
-/// Mean over the places around vertex `i` of the curvature of the circle through both that is
-/// tangent to the skin here: of a ball's skin it is exactly 1 / radius.
+/// Mean curvature at vertex `i` over the places around it. Each place counts with the circle
+/// through both that is tangent to the skin at `i`. On a ball's skin the mean is exactly 1 /
+/// radius.
 fn curvature_per_m(i: usize, rest: &Rest) -> f64 {
     let (at, normal) = (rest.places[i], rest.normals[i]);
     let (mut sum, mut shares) = (0.0, 0.0);
@@ -52,7 +53,7 @@ mod tests {
     use super::*;
     use crate::Vec3;
 
-    /// A golden spiral of places on a ball, each with the same area.
+    /// The places are a golden spiral on a ball, each with the same area.
     #[test]
     fn a_ball_is_as_curved_as_it_is_and_a_hollow_the_other_way() {
         let radius_m = 0.02;
@@ -79,7 +80,8 @@ mod tests {
         assert!((found * radius_m + 1.0).abs() < 1e-9, "{found}");
     }
 
-    /// A round bar is curved across it alone: the mean of both ways is half of that.
+    /// A round bar is curved only across its axis. The mean of both directions is half that
+    /// curvature.
     #[test]
     fn a_bar_is_curved_by_half() {
         let (radius_m, step_m) = (0.016, 0.001);

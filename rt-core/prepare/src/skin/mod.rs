@@ -1,5 +1,5 @@
-//! The contact skin: what tools meet. A coarser closed surface than the one that is drawn, its
-//! vertices following the spheres exactly under every affine motion.
+//! The contact skin, which tools meet. It is a closed surface, coarser than the one that is drawn.
+//! Its vertices follow the spheres exactly under every affine motion.
 
 mod curve;
 mod patch;
@@ -15,33 +15,33 @@ use crate::pack::{Ball, Interior};
 use crate::surface_nets;
 use crate::tetra::Tetra;
 
-/// Edge of the skin's triangles, spacings of the spheres.
+/// Edge of the skin's triangles, as a multiple of the spheres' spacing.
 const EDGE_SPACINGS: f64 = 0.4;
-/// Not finer than this, m: below the jaws' width there is nothing to tell apart.
+/// Shortest edge, m: nothing finer than the jaws' width can be told apart.
 const EDGE_MIN_M: f64 = 0.0025;
-/// Not coarser than this, m: the arc over an edge is 0.1 mm where an organ's radius is 3 cm.
+/// Longest edge, m: the arc over it is 0.1 mm high where an organ's radius is 3 cm.
 const EDGE_MAX_M: f64 = 0.005;
-/// Vertices of an organ's skin, about, at most.
+/// Vertices of an organ's skin, at most, about.
 const VERTICES_MAX: f64 = 6000.0;
-/// Width of the Gaussian by which near spheres carry a vertex, spacings.
+/// Width of the Gaussian that weights near spheres, as a multiple of their spacing.
 const CARRY_SPACINGS: f64 = 1.2;
-/// A larger weight would make the vertex swing.
+/// Largest weight of a sphere. A vertex with a larger one would swing.
 const WEIGHT_MAX: f64 = 2.0;
 
-/// A contact skin. Indices are the organ's own.
+/// A contact skin. Indices count within the organ.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactSkin {
     /// Vertices.
     pub vertices: Vec<SkinVertex>,
-    /// The two other corners of every triangle around each vertex.
+    /// For each vertex, the two other corners of every triangle around it.
     pub fans: Vec<[u16; 2]>,
     /// The vertex nearest to each sphere.
     pub nearest: Vec<u16>,
 }
 
 impl ContactSkin {
-    /// Around `mesh`, carried by `balls` with `tets` of a material of this Poisson's ratio between
-    /// them.
+    /// Makes the skin around `mesh`. The spheres `balls` carry it; between them lie the tetrahedra
+    /// `tets`, of a material of this Poisson's ratio.
     #[must_use]
     pub fn new(
         interior: &Interior<'_>,
@@ -130,8 +130,8 @@ impl ContactSkin {
     }
 }
 
-/// Around each vertex the two other corners of its triangles, one after the other. Triangles that
-/// projection onto the skin has left without area are kept: they only cost time.
+/// For each vertex, the two other corners of its triangles, in order around it. Projection onto the
+/// skin leaves some triangles without area. They are kept, because they only cost time.
 fn fans(mesh: &Mesh, places: &[Vec3]) -> Vec<Vec<[u32; 2]>> {
     let mut fans = vec![Vec::new(); places.len()];
     for &[a, b, c] in &mesh.triangles {
@@ -151,8 +151,8 @@ fn fans(mesh: &Mesh, places: &[Vec3]) -> Vec<Vec<[u32; 2]>> {
     fans
 }
 
-/// The spheres nearest to a place and their weights ω: the least `Σ ω²/φ`, φ a Gaussian of the
-/// distance, with `Σ ω = 1` and `Σ ω X` the place itself.
+/// The spheres nearest to a place and their weights ω, which minimise `Σ ω²/φ` with `Σ ω = 1` and
+/// `Σ ω X` the place itself. φ is a Gaussian of the distance.
 pub(crate) fn carriers(
     place: &Vec3,
     balls: &[Ball],
@@ -175,8 +175,8 @@ pub(crate) fn carriers(
         })
         .collect();
     let mut weights = [0.0; SKIN_BINDINGS];
-    // Where the near spheres lie in a plane nothing holds the place over it: a little of the
-    // plain mean, more until no weight is large.
+    // If the near spheres lie in a plane, nothing holds the place beside it. A little of the plain
+    // mean is added, and more until no weight is large.
     let mut stay = 1e-6;
     loop {
         let mut moment = Matrix4::from_diagonal(&Vector4::new(0.0, stay, stay, stay));

@@ -1,11 +1,11 @@
-//! Width over which the spheres themselves spread a force on the skin.
+//! Width of the patch over which the spheres themselves spread a force on the skin.
 //!
 //! The spheres yield to a force on one vertex by `c_patch`, and to the same force spread over a
-//! Gaussian of the skin by `c_wide`. They are fine enough for the latter, which on a half-space is
-//! locally `0.399 / (E* A)`. Their local compliance at the vertex is therefore `c = c_patch −
-//! c_wide + 0.399 / (E* A)`, and they act as if they spread the force over a patch of `0.399 / (E*
-//! c)`. Distant influences (the organ's shape, its attachments) are in both and cancel: a
-//! neighbourhood of a few spacings is enough.
+//! Gaussian of the skin, of width `A`, by `c_wide`. They are fine enough for the Gaussian, whose
+//! local compliance on a half-space is `0.399 / (E* A)`. Their local compliance at the vertex is
+//! therefore `c = c_patch − c_wide + 0.399 / (E* A)`, and they act as if they spread the force over
+//! a patch of width `0.399 / (E* c)`. Distant influences (the organ's shape, its attachments) are
+//! in both compliances and cancel, so a neighbourhood of a few spacings is enough.
 
 use std::collections::BTreeMap;
 
@@ -18,13 +18,14 @@ use crate::Vec3;
 use crate::pack::Ball;
 use crate::tetra::Tetra;
 
-/// A of the wide Gaussian, spacings.
+/// Width `A` of the Gaussian, spacings.
 const WIDE_SPACINGS: f64 = 1.5;
-/// The neighbourhood's radius, spacings.
+/// Radius of the neighbourhood, spacings.
 const NEIGHBOURHOOD_SPACINGS: f64 = 3.2;
-/// Mean of 1/(π r) over two points of a Gaussian `exp(−r²/A²)`, times A: `1 / √(2π)`.
+/// Mean of 1/(π r), r the distance of two random points of a Gaussian `exp(−r²/A²)`, times A: `1 /
+/// √(2π)`.
 const GAUSSIAN: f64 = 0.398_942_3;
-/// A patch is kept within these, spacings.
+/// Smallest and largest patch, spacings.
 const PATCH_SPACINGS: [f64; 2] = [0.25, 4.0];
 
 /// Inputs of the baking.
@@ -39,7 +40,7 @@ pub(super) struct Tissue<'a> {
 pub(super) struct Rest {
     pub(super) places: Vec<Vec3>,
     pub(super) normals: Vec<Vec3>,
-    /// A third of each vertex's triangles, m².
+    /// A third of the area of each vertex's triangles, m².
     pub(super) areas: Vec<f64>,
 }
 
@@ -64,7 +65,7 @@ pub(super) fn bake(skin: &mut ContactSkin, rest: &Rest, tissue: &Tissue<'_>) {
     }
 }
 
-/// Tetrahedra by sphere.
+/// Numbers of the tetrahedra at each sphere.
 fn elements(tissue: &Tissue<'_>) -> Vec<Vec<u32>> {
     let mut of_sphere = vec![Vec::new(); tissue.balls.len()];
     for (number, tet) in (0u32..).zip(tissue.tets) {
@@ -75,11 +76,11 @@ fn elements(tissue: &Tissue<'_>) -> Vec<Vec<u32>> {
     of_sphere
 }
 
-/// The tissue around a sphere, everything beyond it held.
+/// The tissue around a sphere. Everything beyond it is held.
 struct Neighbourhood {
-    /// Row of each sphere in it, in threes.
+    /// First row of each sphere of the neighbourhood; a sphere has three rows.
     rows: BTreeMap<u32, usize>,
-    /// Its stiffness for a Young's modulus of 1; `None` if nothing holds it.
+    /// Stiffness of the neighbourhood at a Young's modulus of 1; `None` if nothing holds it.
     stiffness: Option<Cholesky<f64, Dyn>>,
 }
 
@@ -100,7 +101,7 @@ impl Neighbourhood {
         for tet in tets {
             add(&mut stiffness, &tissue.tets[tet as usize], &rows, tissue);
         }
-        // A sphere that no tetrahedron holds carries nothing.
+        // A sphere in no tetrahedron carries nothing.
         for i in 0..stiffness.nrows() {
             if stiffness[(i, i)] <= 0.0 {
                 stiffness[(i, i)] = 1.0;
@@ -112,7 +113,7 @@ impl Neighbourhood {
         }
     }
 
-    /// The patch of vertex `i`, m.
+    /// Width of the patch of vertex `i`, m.
     fn patch_m(&self, i: usize, skin: &ContactSkin, rest: &Rest, tissue: &Tissue<'_>) -> f64 {
         let [least, most] = PATCH_SPACINGS.map(|spacings| spacings * tissue.spacing_m);
         let Some(stiffness) = &self.stiffness else {
@@ -142,7 +143,7 @@ impl Neighbourhood {
         }
     }
 
-    /// A unit force along `normal`, shared among vertices, as it reaches the spheres.
+    /// Load on the spheres from a unit force along `normal` that is shared among vertices.
     fn load(
         &self,
         shares: impl Iterator<Item = (usize, f64)>,
@@ -164,8 +165,8 @@ impl Neighbourhood {
     }
 }
 
-/// Adds a tetrahedron's stiffness, of the solver's own modulus and Poisson's ratio:
-/// `V (λ a bᵀ + μ b aᵀ + μ a·b)` between corners whose shape functions have the slopes a and b.
+/// Adds a tetrahedron's stiffness, with the solver's own modulus and Poisson's ratio: `V (λ a bᵀ +
+/// μ b aᵀ + μ a·b)` between corners whose shape functions have the slopes a and b.
 fn add(
     stiffness: &mut DMatrix<f64>,
     tet: &Tetra,

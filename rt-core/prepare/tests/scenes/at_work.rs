@@ -1,4 +1,4 @@
-//! An instrument at work in whole scenes: what the hand feels has no step, and tissue comes to
+//! An instrument at work in whole scenes: the force on the hand has no step, and tissue comes to
 //! rest.
 
 use crate::hand::{Felt, Leg, OPEN, Site, work_at};
@@ -8,7 +8,7 @@ use rt_core::port::Buttons;
 use rt_core::tool::Instrument;
 use scene_prepare::Prepared;
 
-/// A scene's target, with the instrument that it begins with.
+/// The target of a scene, with the instrument with which the scene begins.
 fn target(built: &Prepared) -> Site {
     let room = built.scene.room.expect("a room");
     let (target_m, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
@@ -25,13 +25,13 @@ fn work(built: &Prepared, legs: &[Leg]) -> Vec<Felt> {
     work_at(built, &target(built), legs)
 }
 
-/// Largest step of the force from a tick to the next where a hand works slowly, N.
+/// Largest step of the force from one tick to the next while a hand works slowly, N.
 const STEP_N: f32 = 0.005;
-/// Largest step where jaws close, N. Their ends go through tissue at 50 mm/s, and each tick's step
+/// Largest step while jaws close, N. Their ends go through tissue at 50 mm/s, and each tick's step
 /// is like the one before.
 const BITE_N: f32 = 0.008;
 
-/// Some leg presses at least so hard, N: a tool that feels nothing has no step either.
+/// Least force that some leg must reach, N: a tool that feels nothing has no step either.
 const FELT_N: f32 = 0.1;
 
 fn assert_smooth(built: &Prepared, legs: &[Leg]) {
@@ -59,7 +59,7 @@ fn deep_in_the_triangle_no_tick_has_a_step() {
     assert_smooth(prepared_triangle(false), &legs);
 }
 
-/// Off the liver's edge, and back.
+/// The tip slides off the liver's edge and back.
 #[test]
 fn sliding_and_biting_in_the_triangle_have_no_step() {
     let legs = [
@@ -87,7 +87,7 @@ fn on_the_built_in_organs_no_tick_has_a_step() {
     assert_smooth(prepared_built_in(), &legs);
 }
 
-/// A fast press is felt, and when the tool has gone nothing is.
+/// A fast press is felt. Nothing is felt when the tool has gone.
 #[test]
 fn after_a_fast_press_nothing_is_felt() {
     let legs = [
@@ -102,7 +102,7 @@ fn after_a_fast_press_nothing_is_felt() {
     assert!(felt[4].largest_n < 1.0e-6, "{felt:?}");
 }
 
-/// An untouched organ comes to rest, and costs nothing from then on.
+/// Untouched organs come to rest, and cost nothing from then on.
 #[test]
 fn scenes_that_are_left_alone_sleep() {
     let away = Leg(4000, [20.0, 0.0], OPEN);
@@ -116,8 +116,8 @@ fn scenes_that_are_left_alone_sleep() {
     }
 }
 
-/// A thin duct that a hand holds aside, and gently, comes to rest: a push that turned with it at
-/// once would make it flutter.
+/// A thin duct that a hand gently holds aside comes to rest. It would flutter if a push turned with
+/// it at once.
 #[test]
 fn a_duct_under_a_tool_does_not_flutter() {
     let built = prepared_triangle(false);
@@ -151,7 +151,7 @@ fn a_duct_under_a_tool_does_not_flutter() {
             for held in [3, 6] {
                 most_n = most_n.max(all[held].largest_n);
                 println!("{eighth} {instrument:?}: {:?}", all[held]);
-                // Of a push that turns at once all of it comes and goes.
+                // A push that turns at once would come and go as a whole.
                 assert!(
                     all[held].largest_knock_n < 0.4 * all[held].largest_n + 1.0e-4,
                     "{eighth} {instrument:?}: {:?}",

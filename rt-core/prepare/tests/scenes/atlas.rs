@@ -1,4 +1,4 @@
-//! Real organ meshes, where this machine has them.
+//! Real organ meshes, if this machine has them.
 
 use scene_prepare::mesh::mend;
 use scene_prepare::pack::{Interior, Quality, pack_as_paper, pack_evenly};
@@ -36,7 +36,7 @@ fn atlas_scene_is_sound() {
     );
 }
 
-/// Open-ended ducts, an artery with branches, the liver as 26 patches.
+/// Open-ended ducts, an artery with branches, and the liver as 26 patches are prepared.
 #[test]
 fn atlas_tubes_and_patches_prepare() {
     let Some(folder) = anatomy() else { return };
@@ -102,7 +102,7 @@ fn atlas_tubes_and_patches_prepare() {
             report.name
         );
     }
-    // The ducts are hollow walls in the atlas; what counts is what they enclose.
+    // The ducts are hollow walls in the atlas. The volume that they enclose counts.
     for (name, low_ml, high_ml) in [("cystic duct", 0.03, 0.06), ("bile duct", 0.12, 0.19)] {
         let report = prepared
             .report

@@ -1,4 +1,4 @@
-//! Counts of spheres that a budget of error or of time chooses; levels of detail.
+//! Counts of spheres that an error budget or a time budget chooses, and levels of detail.
 
 use std::path::Path;
 
@@ -28,7 +28,10 @@ fn error_budget_chooses_the_smallest_count_that_keeps_it() {
     assert!(coarse.spheres < fine.spheres);
     assert!(fine.organs[0].spheres_because.contains("budget of 4.00 mm"));
     let impossible = with("0.06").unwrap_err().to_string();
-    assert!(impossible.contains("allow a larger gap"), "{impossible}");
+    assert!(
+        impossible.contains("give the organ a larger gap_95_mm"),
+        "{impossible}"
+    );
 }
 
 fn liver(keys: &str) -> Result<Prepared, scene_prepare::PrepareError> {
@@ -59,7 +62,7 @@ fn time_budget_chooses_the_largest_count_that_keeps_it() {
     assert!(2 * coarse.spheres < fine.spheres);
     let because = &fine.organs[0].spheres_because;
     assert!(because.contains("of 90 µs allowed"), "{because}");
-    // An error budget goes first; what is left cannot keep the time.
+    // The error budget comes first, and its spheres cannot keep the time budget.
     let both = liver("tick_us = 25\n[[organ]]\ngap_95_mm = 4.5");
     let refused = both.unwrap_err().to_string();
     assert!(refused.contains("cannot keep tick_us = 25"), "{refused}");
@@ -99,7 +102,7 @@ fn a_count_for_the_whole_scene_is_shared_among_its_organs() {
     assert_eq!(counts, [1162, 480]);
     let refused = Recipe::built_in().unwrap().with_spheres(10).unwrap_err();
     assert!(
-        refused.to_string().contains("allowed are at least 8"),
+        refused.to_string().contains("allowed: at least 8"),
         "{refused}"
     );
 }

@@ -1,4 +1,4 @@
-//! The built-in organs: sound, as large as in an atlas, the same on any machine.
+//! The built-in organs: they are sound, as large as in an atlas, and the same on any machine.
 
 use std::path::Path;
 
@@ -35,7 +35,7 @@ fn built_in_scene_is_sound_and_anatomical() {
     assert_json_has_all_keys(&prepared.report);
 }
 
-/// As in an atlas: volumes, lengths and widths of what the procedure is about.
+/// Volumes, lengths and widths of the organs that the procedure is about are as in an atlas.
 #[test]
 fn organs_are_as_large_as_in_an_atlas() {
     let prepared = crate::prepared_triangle(false);
@@ -69,7 +69,7 @@ fn organs_are_as_large_as_in_an_atlas() {
             .collect();
         points
     };
-    // Longest, and widest across it.
+    // Find the greatest length, and the width across it.
     let gallbladder = vertices("gallbladder");
     let (mut length, mut axis) = (0.0, Vec3::x());
     for a in &gallbladder {
@@ -95,7 +95,7 @@ fn organs_are_as_large_as_in_an_atlas() {
         let (_, record) = organ(name);
         let [first, count] = record.spheres.map(|x| x as usize);
         let links = &scene.links[record.links[0] as usize..][..record.links[1] as usize];
-        // The row: links between spheres next to each other, the shortest at each.
+        // The shortest links are those between spheres that follow each other.
         let mut steps: Vec<f64> = links.iter().map(|l| f64::from(l.rest_length_m)).collect();
         steps.sort_by(f64::total_cmp);
         let length: f64 =
@@ -110,7 +110,7 @@ fn organs_are_as_large_as_in_an_atlas() {
     }
 }
 
-/// The recipe's parameters do what they say, and neighbours make room.
+/// The recipe's parameters change sizes and places, and neighbours make room.
 #[test]
 fn sizes_and_places_are_parameters() {
     let changed = scene_prepare::recipe::TRIANGLE.replace(
@@ -146,7 +146,7 @@ fn sizes_and_places_are_parameters() {
     assert!(overlap < 0.0012, "organs overlap by {overlap} m");
 }
 
-/// Greatest depth of a sphere of one organ in a sphere of another.
+/// Greatest depth of a sphere of one organ in a sphere of another, m.
 pub(crate) fn deepest_overlap(prepared: &Prepared) -> f64 {
     let scene = &prepared.scene;
     let organ_of = |i: usize| {

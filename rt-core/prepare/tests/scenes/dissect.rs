@@ -1,5 +1,5 @@
-//! The hook takes layered tissue away: fat goes cell by cell where its tip is, what is under it
-//! comes free, and the same hand does the same to the bit.
+//! The hook takes layered tissue away. Fat goes cell by cell at its tip, the organs under the fat
+//! come free, and the same hand gives the same bits.
 
 use crate::core;
 use crate::hand::TOUCH;
@@ -78,20 +78,20 @@ impl Ports for Hand {
     fn stamp(&mut self, _: Stage) {}
 }
 
-/// Findings of a hand that comes down on the fat, stays with or without current, goes on and
+/// Findings of a hand that comes down on the fat, stays there with or without current, waits and
 /// leaves.
 struct Found {
     removed: Vec<u16>,
     cells: Vec<u8>,
     digest: u64,
     largest_step_n: f32,
-    /// Before the current, and after it.
+    /// Force before the current and after it, N.
     pressed_n: [f32; 2],
-    /// After a reset.
+    /// The cells after a reset.
     reset: Vec<u8>,
 }
 
-/// The cell nearest to the instrument's port, and the way there.
+/// The place of the cell nearest to the instrument's port, and the direction to the port.
 fn nearest_to_the_port(scene: &SceneData) -> (Vec3, Vec3) {
     let port = Vec3::from(scene.room.expect("a room").instrument_port_m);
     let places = scene.cells.iter().map(|cell| Vec3::from(cell.center_m));
@@ -192,7 +192,7 @@ fn fat_goes_under_the_hook_and_only_there() {
     let mut scene = prepare(&recipe, &mut |_| {})
         .expect("it can be built")
         .scene;
-    // Fat lies behind the ducts: the instrument comes to it from behind.
+    // Fat lies behind the ducts, so the instrument comes from behind.
     if let Some(room) = &mut scene.room {
         room.instrument_port_m = [-0.03, 0.25, -0.24];
     }
@@ -218,14 +218,14 @@ fn fat_goes_under_the_hook_and_only_there() {
         cold.largest_step_n,
     );
     assert!(hot.removed.len() >= 8, "{} cells", hot.removed.len());
-    // Told once each, and gone.
+    // Each removed cell was reported once, and is gone.
     let gone = (0u16..)
         .zip(&hot.cells)
         .filter(|(_, cell)| **cell == REMOVED);
     let mut told = hot.removed.clone();
     told.sort_unstable();
     assert_eq!(told, gone.map(|(i, _)| i).collect::<Vec<u16>>());
-    // Not by more than the heat allows: 15 W for 2.5 s.
+    // Heat allows no more cells than this: 15 W for 2.5 s.
     let energy_j: f32 = told
         .iter()
         .map(|&i| scene.cells[usize::from(i)].energy_j)
@@ -236,7 +236,7 @@ fn fat_goes_under_the_hook_and_only_there() {
         let off_m = norm(&(at - target));
         assert!(off_m < 0.012, "cell {cell} {off_m} m off the tip");
     }
-    // What is gone does not push back, and goes without a step.
+    // Removed fat does not push back, and it goes without a step of the force.
     assert!(
         hot.pressed_n[1] < 0.7 * cold.pressed_n[1],
         "{:?}",

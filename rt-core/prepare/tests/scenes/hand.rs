@@ -1,4 +1,4 @@
-//! A hand that works slowly with an instrument in a whole scene, and what it feels.
+//! A hand that works slowly with an instrument in a whole scene, and the force that it feels.
 
 use crate::core;
 use rt_core::fault::Fault;
@@ -42,17 +42,17 @@ impl Ports for Hand {
     fn stamp(&mut self, _: Stage) {}
 }
 
-/// Place and tool of the work, world frame, m.
+/// Place and tool of the work, in the world frame.
 pub(crate) struct Site {
     pub(crate) target_m: Vec3,
     pub(crate) normal: Vec3,
-    /// Square to the normal: the second way of a [`Leg`].
+    /// Unit vector across the normal: the direction of a [`Leg`]'s second number.
     pub(crate) along: Vec3,
     pub(crate) instrument: Instrument,
 }
 
 impl Site {
-    /// Sphere number `sphere` of a scene where it faces the port, along a line from there.
+    /// The place where a line from the port meets sphere number `sphere` of a scene.
     pub(crate) fn facing_port(built: &Prepared, sphere: u32, instrument: Instrument) -> Self {
         let room = built.scene.room.expect("a room");
         let sphere = &built.scene.spheres[sphere as usize];
@@ -61,15 +61,16 @@ impl Site {
         Self {
             target_m: center_m + normal * sphere.radius_m,
             normal,
-            // The port is above: the normal is not flat.
+            // The port is above, so the normal is not parallel to x.
             along: normal.cross(&Vec3::x()).normalize(),
             instrument,
         }
     }
 }
 
-/// A part of the hand's way from 20 mm above the target, which begins and ends gently: ticks, where
-/// the tip is at its end (out of the tissue, along it), mm, and the handle's buttons.
+/// A part of the hand's way, which begins and ends gently: the number of ticks, the tip's place at
+/// the end (out of the tissue, along it), mm, and the handle's buttons. The way starts 20 mm above
+/// the target.
 #[derive(Clone, Copy)]
 pub(crate) struct Leg(pub(crate) u16, pub(crate) [f32; 2], pub(crate) Buttons);
 
@@ -77,18 +78,18 @@ pub(crate) struct Leg(pub(crate) u16, pub(crate) [f32; 2], pub(crate) Buttons);
 #[derive(Debug)]
 pub(crate) struct Felt {
     pub(crate) largest_step_n: f32,
-    /// Largest difference between a step and the one before.
+    /// Largest difference between a step and the step before, N per tick.
     pub(crate) largest_knock_n: f32,
     pub(crate) largest_n: f32,
-    /// The most in its first 30 ticks, N.
+    /// Largest force in the first ticks ([`FIRST`]) of the leg, N.
     pub(crate) first_n: f32,
-    /// Number of trips so far: the force was switched off because something was too fast.
+    /// Trips so far. A trip switches the force off because something was too fast.
     pub(crate) trips: u64,
-    /// Spheres awake at its end.
+    /// Number of spheres that are awake at the leg's end.
     pub(crate) awake: usize,
 }
 
-/// Ticks to which [`Felt::first_n`] looks.
+/// Number of ticks for [`Felt::first_n`].
 const FIRST: u16 = 30;
 
 pub(crate) fn work_at(built: &Prepared, site: &Site, legs: &[Leg]) -> Vec<Felt> {

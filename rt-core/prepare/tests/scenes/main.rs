@@ -1,4 +1,4 @@
-//! Whole scenes: the built-in ones, the atlas', and random blobs, prepared and at work.
+//! Whole scenes, prepared and at work: the built-in ones, the atlas', and random blobs.
 
 mod at_work;
 mod atlas;
@@ -20,7 +20,7 @@ use std::sync::OnceLock;
 
 use scene_prepare::{Prepared, Recipe, prepare};
 
-/// Calot's triangle, or its variant, prepared once for all tests: it takes a while.
+/// Calot's triangle or its variant, prepared once for all tests because it takes a while.
 fn prepared_triangle(variant: bool) -> &'static Prepared {
     static BOTH: [OnceLock<Prepared>; 2] = [OnceLock::new(), OnceLock::new()];
     BOTH[usize::from(variant)].get_or_init(|| {

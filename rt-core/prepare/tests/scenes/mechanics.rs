@@ -1,4 +1,4 @@
-//! Prepared scenes in the core's own solver: what is built stands, and organs hold each other.
+//! Prepared scenes in the core's own solver: they stay at rest, and organs hold each other.
 
 use crate::core;
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ fn middle_of(prepared: &core::Prepared, organ: usize) -> u32 {
 #[test]
 fn triangle_rests_and_its_organs_hold_each_other() {
     let mut recipe = Recipe::triangle(false).unwrap();
-    // What sutures draw in is for `sewing.rs`.
+    // The tests in `sewing.rs` look at sutures.
     recipe.ties.clear();
     let built = prepare(&recipe, &mut |_| {}).unwrap();
     let loaded = core::Prepared::new(&built.scene);
@@ -47,8 +47,8 @@ fn triangle_rests_and_its_organs_hold_each_other() {
     let moved_m = largest(&tissue, 0..spheres);
     assert!(moved_m < 5e-6, "at rest it moves by {moved_m} m");
 
-    // The cystic duct is drawn 6 mm towards the feet: gallbladder and bile duct come along, and
-    // go back when it is let go.
+    // The cystic duct is drawn 6 mm towards the feet. Gallbladder and bile duct come along, and go
+    // back when the duct is let go.
     let duct = organ("cystic duct");
     let led = middle_of(&loaded, duct);
     tissue.hold(led, true);
@@ -75,7 +75,7 @@ fn triangle_rests_and_its_organs_hold_each_other() {
     for _ in 0..3 * TICKS {
         tissue.step();
     }
-    // The duct itself may stay kinked: a row of spheres has no stiffness against it.
+    // The duct itself may stay kinked, because a row of spheres has no stiffness against a kink.
     for (name, limit_m) in [
         ("gallbladder", 0.002),
         ("bile duct", 0.002),
@@ -108,7 +108,7 @@ fn without(scene: &SceneData, organ: usize, is_cut: impl Fn(&LinkRecord) -> bool
     left
 }
 
-/// Distance along a tube of each of its spheres from the one at an end, by its links, m.
+/// Distance of each of a tube's spheres from an end of the tube, along its links, m.
 fn way_along(scene: &SceneData, organ: usize) -> BTreeMap<u32, f32> {
     let o = &scene.organs[organ];
     let own = o.spheres[0]..o.spheres[0] + o.spheres[1];
@@ -133,8 +133,8 @@ fn way_along(scene: &SceneData, organ: usize) -> BTreeMap<u32, f32> {
     from(end.map_or(own.start, |(i, _)| *i))
 }
 
-/// A tube may be cut between any two spheres that follow each other: each stump stays with its
-/// own end's organ, and does not follow the other.
+/// A tube may be cut between any two spheres that follow each other. Each stump stays with the
+/// organ at its own end, and does not follow the other stump.
 #[test]
 fn tubes_are_cut_at_any_place() {
     let built = crate::prepared_triangle(false);
@@ -158,7 +158,7 @@ fn tubes_are_cut_at_any_place() {
             }
             tissue.displacement_m(seen).norm()
         };
-        // Ends that are grown in cannot be cut off: every place between them can.
+        // Ends that are grown in cannot be cut off. Every place between them can be cut.
         let first_free = along.iter().position(|(i, _)| !tied(*i)).unwrap();
         let last_free = along.iter().rposition(|(i, _)| !tied(*i)).unwrap();
         for k in first_free..=last_free {

@@ -1,4 +1,4 @@
-//! Organs that lie on each other: where their skins meet, and that they lie still.
+//! Organs that lie on each other: their skins meet, and they lie still.
 
 use crate::core;
 use crate::hand::TOUCH;
@@ -11,20 +11,20 @@ use scene_prepare::mesh::Mesh;
 use scene_prepare::pack::Interior;
 use scene_prepare::{Prepared, Recipe, prepare, shape};
 
-/// Half of the bed's length, width and height, and of the cushion's, m.
+/// Half the length, width and height of the bed, and of the cushion, m.
 const HALF_M: [[f64; 3]; 2] = [[0.04, 0.04, 0.012], [0.022, 0.018, 0.012]];
-/// Edges are rounded by this, m.
+/// Radius of the rounded edges, m.
 const ROUND_M: f64 = 0.009;
-/// Clear between the two before the upper one falls, m.
+/// Gap between the two before the cushion falls, m.
 const FALL_M: f64 = 0.002;
-/// Skins this near to each other meet, m; what goes no faster lies, m/s: the two slide on each
-/// other.
+/// Skins nearer to each other than this meet, m.
 const NEAR_M: f64 = 0.0004;
+/// A cushion whose spheres are all slower than this lies, m/s: the two slide on each other.
 const STILL_M_S: f32 = 0.03;
-/// After so many ticks it lies.
+/// Number of ticks after which the cushion lies.
 const TICKS: u64 = 3000;
 
-/// A bed of a liver's tissue, held at its base, and a cushion of the same that is free above it.
+/// A bed of a liver's tissue, held at its base, and a free cushion of the same tissue above it.
 fn bed_and_cushion(spheres: usize) -> Prepared {
     let folder = tempfile::tempdir().expect("a folder");
     let mut text = String::from("name = \"a test\"\n[room]\ngravity_m_s2 = [0.0, 0.0, -9.81]\n");
@@ -69,7 +69,7 @@ fn as_obj(mesh: &Mesh) -> String {
     text
 }
 
-/// Keeps where the spheres are, m.
+/// Records the places of the spheres, m.
 #[derive(Default)]
 struct Nobody {
     now_ns: u64,
@@ -97,7 +97,7 @@ impl Ports for Nobody {
     fn stamp(&mut self, _: Stage) {}
 }
 
-/// The two skins as they lie, and how fast the spheres still go, m/s.
+/// The two skins at the end, and the speed of the fastest sphere, m/s.
 fn lie(built: &Prepared) -> ([Mesh; 2], f32) {
     let loaded = core::Prepared::new(&built.scene);
     let mut state = Box::new(State::new());
@@ -115,7 +115,7 @@ fn lie(built: &Prepared) -> ([Mesh; 2], f32) {
     (skins, fastest_m_s.fold(0.0, f32::max))
 }
 
-/// An organ's contact skin with its spheres there.
+/// An organ's contact skin while its spheres are at these places.
 fn skin_of(loaded: &core::Prepared, organ: &Organ, centers_m: &[Vec3]) -> Mesh {
     let own = organ.sphere_start..organ.sphere_start + organ.sphere_count;
     let all = &loaded.skin_vertices;
@@ -146,7 +146,7 @@ fn deepest(of: &Mesh, within: &Mesh) -> f64 {
     depths.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Their spheres alone would let the skins 0.7 to 1.1 mm into each other.
+/// The organs' spheres alone would let the skins go 0.7 to 1.1 mm into each other.
 #[test]
 fn organs_lie_on_each_other_at_their_skins() {
     for spheres in [250, 600, 1200] {

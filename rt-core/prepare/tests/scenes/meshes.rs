@@ -1,11 +1,11 @@
-//! Meshes as they come: a box, two pieces, a guessed unit.
+//! Meshes as they come: a box, a mesh in two pieces, a mesh whose unit is guessed.
 
 use scene_prepare::{Recipe, Vec3, prepare};
 use std::path::PathBuf;
 
 use crate::sound::{assert_json_has_all_keys, check};
 
-/// A mesh by itself, as coarse as can be: no vertex of it lies where the hand is to work.
+/// The coarsest closed mesh: none of its vertices lies where the hand is to work.
 #[test]
 fn a_box_of_twelve_triangles_becomes_a_scene() {
     let mut text = String::new();
@@ -33,7 +33,7 @@ fn a_box_of_twelve_triangles_becomes_a_scene() {
     assert!((prepared.report.volume_ml - 1000.0).abs() < 0.01);
 }
 
-/// Two balls of 2 cm, 6 cm from middle to middle, in millimetres.
+/// Two balls of 2 cm radius, 6 cm from middle to middle, in millimetres.
 fn two_balls() -> (tempfile::TempDir, PathBuf) {
     let ball = |x: f64| {
         let bounds = [

@@ -1,4 +1,4 @@
-//! Spheres into a body, by hand and into random blobs.
+//! Packing of spheres: a box with known depths, and random blobs.
 
 use proptest::prelude::*;
 use scene_prepare::mesh::mend;
@@ -7,7 +7,7 @@ use scene_prepare::recipe::Closing;
 use scene_prepare::{Vec3, bind, links};
 use shared_mem::scene::WEIGHT_SUM;
 
-/// Equation 1 by hand: in a box 2 × 4 × 6 cm the middle is 1 cm from the nearest side, and a
+/// Equation 1 by hand: in a box of 2 × 4 × 6 cm the middle is 1 cm from the nearest side, and a
 /// point 3 mm from a side has D = 3 mm.
 #[test]
 fn equation_1_by_hand() {
@@ -75,7 +75,8 @@ fn links_are_the_nearest_overlapping_ones() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
-    /// Random blobs: spheres inside, one piece, degree, weights; the same again on every run.
+    /// In random blobs, spheres lie inside, links join them in one piece with three links each, and
+    /// weights sum to one.
     #[test]
     fn blobs_are_packed_soundly(
         lumps in prop::collection::vec(
@@ -86,7 +87,7 @@ proptest! {
         let blob = |p: &Vec3| {
             let lump = |(x, y, z, r): &(f64, f64, f64, f64)| (p - Vec3::new(*x, *y, *z)).norm() - r;
             let nearest = lumps.iter().map(lump).fold(f64::INFINITY, f64::min);
-            // One blob in any case: a core joins the lumps.
+            // A core joins the lumps, so that there is one blob in any case.
             nearest.min(p.norm() - 0.02)
         };
         let bounds = [Vec3::repeat(-0.065), Vec3::repeat(0.065)];

@@ -1,5 +1,5 @@
-//! A round tip against the contact skin: what it feels depends on the tissue, not on how many
-//! spheres it is made of, and changes without steps.
+//! A round tip against the contact skin. Its force depends on the tissue and not on the number of
+//! spheres, and changes without steps.
 
 use crate::core;
 use rt_core::math::{Vec3, norm};
@@ -12,7 +12,7 @@ fn liver(spheres: usize) -> Prepared {
     organ("liver", spheres, 0.2)
 }
 
-/// An organ of this form, of liver's tissue, held up to this share of its height.
+/// An organ of this form and of a liver's stiffness, held up to this share of its height.
 fn organ(form: &str, spheres: usize, base: f64) -> Prepared {
     let text = format!(
         "name = \"one organ\"\n[[organ]]\nname = \"organ\"\nkind = \"{form}\"\nspheres = {spheres}\n\
@@ -32,8 +32,8 @@ fn ball(center_m: Vec3, radius_m: f32) -> Capsule {
     }
 }
 
-/// Forces along the way of a ball that is pressed to `depth_m` in `ticks` at the target, then held
-/// there for as many.
+/// Forces on a ball that is pressed to `depth_m` at the target within `ticks`, then held there for
+/// as many ticks.
 fn press(built: &Prepared, radius_m: f32, depth_m: f32, ticks: u16) -> Vec<f32> {
     let room = built.scene.room.expect("a room");
     let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
@@ -65,7 +65,7 @@ fn the_force_is_the_tissues_and_not_the_spheres() {
         let felt = press(&liver(spheres), radius_m, depth_m, 400);
         felt.last().copied().unwrap_or_default()
     });
-    // A half-space that is not linear, on a body that yields as a whole.
+    // The tissue is not linear, and the body yields as a whole.
     let share = felt_n[1] / hertz_n;
     assert!((0.5..0.9).contains(&share), "{share} of Hertz");
     for (i, spheres) in [(0, 250), (2, 1200)] {
@@ -77,8 +77,8 @@ fn the_force_is_the_tissues_and_not_the_spheres() {
     }
 }
 
-/// Spheres this close move much in a tick, and one pass over the constraints is not exact: the
-/// force is.
+/// The force is exact although spheres this close move much in a tick, so that one pass over the
+/// constraints is not.
 #[test]
 fn the_force_is_that_of_many_more_substeps() {
     let mut built = organ("gallbladder", 250, 0.6);
@@ -95,7 +95,7 @@ fn the_force_is_that_of_many_more_substeps() {
 
 #[test]
 fn deeper_is_more_and_no_tick_has_a_step() {
-    // 6 mm at 10 mm/s.
+    // A ball goes 6 mm deep at 10 mm/s.
     let felt = press(&liver(581), 0.005, 0.006, 700);
     for (tick, pair) in felt.windows(2).enumerate() {
         let step_n = pair[1] - pair[0];
@@ -108,7 +108,7 @@ fn deeper_is_more_and_no_tick_has_a_step() {
     assert!(felt[0] <= 0.0 && felt[1399] > 0.15, "{felt:?}");
 }
 
-/// Into the tissue at up to 3 m/s, 3 mm a tick, from every distance at which a tick may leave it.
+/// A tip goes into the tissue at up to 3 m/s, 3 mm a tick, from twelve starting heights.
 #[test]
 fn no_speed_passes_the_skin_unfelt() {
     let built = liver(581);
@@ -172,8 +172,8 @@ fn a_shaft_and_a_tip_behind_each_other_count_once() {
     );
 }
 
-/// Presses a ball of 3 mm `depth_m` deep and draws it 6 mm along the skin and back at 6 mm/s; what
-/// it feels (along the normal, along the way) at every tick of the way.
+/// Presses a ball of 3 mm radius `depth_m` deep, draws it 6 mm along the skin at 6 mm/s, and draws
+/// it back. Returns the force along the normal and along the way at every tick.
 fn slide(tissue: &mut Tissue<'_>, site: Vec3, normal: Vec3, depth_m: f32) -> Vec<[f32; 2]> {
     let radius_m = 0.003;
     let along = normal.cross(&Vec3::x()).normalize();
@@ -202,7 +202,8 @@ fn friction_holds_back_both_ways_and_has_no_step() {
         let step_n = libm::hypotf(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
         assert!(step_n < 0.005, "tick {tick}: {step_n} N");
     }
-    // At the same place, there and back: what the skin's slope does is the same, friction is not.
+    // At the same place there and back, the skin's slope gives the same force and friction the
+    // opposite one.
     let mut shares = Vec::new();
     for off in (100..600).step_by(50) {
         let (there, back) = (felt[1400 - off], felt[1400 + off]);

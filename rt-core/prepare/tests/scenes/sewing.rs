@@ -1,4 +1,4 @@
-//! Sutures and bands, from the recipe to stepped tissue.
+//! Sutures and bands, from the recipe to tissue that is stepped.
 
 use crate::core;
 use rt_core::math::Vec3;
@@ -39,14 +39,14 @@ fn pebble(name: &str, center_m: Vec3) {
             text += &format!("f {a} {c} {d}\nf {a} {d} {b}\n");
         }
     }
-    // The tests run side by side: each finds the file whole.
+    // The tests run side by side. A rename gives each of them a whole file.
     let path = std::path::Path::new(MESHES).join(format!("{name}.obj"));
     let own = path.with_extension(format!("{:?}", std::thread::current().id()));
     std::fs::write(&own, text).expect("writable");
     std::fs::rename(&own, &path).expect("writable");
 }
 
-/// Two pebbles, 2 cm apart, their far ends held, and what ties them.
+/// Two pebbles, 2 cm apart, with their far ends held, and the ties between them.
 fn sewn(ties: &str) -> String {
     let mut recipe = String::from(
         "name = \"sewn\"\n[room]\ninstrument_port_m = [-0.03, 0, 0.19]\n\
@@ -64,8 +64,8 @@ fn sewn(ties: &str) -> String {
     recipe + ties
 }
 
-/// Steps a recipe to rest; the attachments' lengths then and as prepared, m, and how far the
-/// sphere that is farthest from rest has gone, m.
+/// Steps a recipe to rest. Returns each attachment's length then and as prepared, m, and the
+/// displacement of the sphere that moved farthest, m.
 fn settled(recipe: &str) -> (Vec<[f32; 2]>, f32) {
     let recipe = Recipe::parse(recipe, "sewn.toml", std::path::Path::new(MESHES)).expect("sound");
     let built = prepare(&recipe, &mut |_| {}).expect("sound");
@@ -96,12 +96,12 @@ fn sutures_and_bands_of_a_recipe_hold_what_they_are_sewn_to() {
              to = {{ organ = \"right\", near_m = [0.01, 0, 0] }}\nlength_mm = {length_mm}\n{stiffness}"
         ))
     };
-    // Drawn together: a suture hardly gives, both come.
+    // A suture draws both pebbles together and hardly stretches.
     let (lengths, moved_m) = settled(&tie("suture", 12.0, ""));
     let [now_m, rest_m] = lengths[0];
     assert!((now_m - rest_m).abs() < 5e-4, "{now_m} {rest_m}");
     assert!(moved_m > 0.003, "{moved_m}");
-    // A slack one does nothing; a band of that length pushes.
+    // A slack suture does nothing. A band of that length pushes.
     let (_, moved_m) = settled(&tie("suture", 70.0, ""));
     assert!(moved_m < 5e-6, "slack: {moved_m}");
     let (lengths, moved_m) = settled(&tie("band", 70.0, "stiffness_n_m = 5.0"));
@@ -109,7 +109,7 @@ fn sutures_and_bands_of_a_recipe_hold_what_they_are_sewn_to() {
         moved_m > 0.001 && lengths[0][0] > 0.03,
         "{lengths:?} {moved_m}"
     );
-    // To the world: the end is pulled up.
+    // A suture to the world pulls its end up.
     let (lengths, moved_m) = settled(&sewn(
         "[[suture]]\nfrom = { organ = \"left\", near_m = [-0.01, 0, 0] }\n\
          to = { world_m = [-0.01, 0.06, 0] }\nlength_mm = 40",
@@ -135,8 +135,8 @@ fn a_place_far_from_its_organ_is_a_slip_that_is_named() {
     );
 }
 
-/// Both sutures draw the gallbladder by some millimetres, then it hangs still; what joins the
-/// organs is stretched by less than it bears.
+/// Both sutures draw the gallbladder by some millimetres, then it hangs still. Ties between organs
+/// are stretched by less than they bear.
 #[test]
 fn the_triangle_s_gallbladder_is_hung_and_nothing_tears() {
     let built = crate::prepared_triangle(false);

@@ -11,9 +11,9 @@ pub(crate) fn check(prepared: &Prepared) {
         assert_eq!(report.components, 1, "{}", report.name);
         assert!(report.min_degree >= 3, "{}", report.name);
         assert!(report.protrusion_max_mm < 0.1, "{}", report.name);
-        // A tube is packed along its line: no tetrahedra, all links one way.
+        // A tube is packed along its line: it has no tetrahedra, and all links point one way.
         let is_tube = report.tetrahedra == 0;
-        // A layer two millimetres thick is one sphere thick: spheres cannot fill it.
+        // A layer two millimetres thick is one sphere thick. Spheres cannot fill it.
         let is_layer = organ.kind == OrganKind::ConnectiveTissue as u32;
         let least = match (is_tube, is_layer) {
             (_, true) => 0.35,
@@ -105,7 +105,7 @@ pub(crate) fn check(prepared: &Prepared) {
     check_room(&file);
 }
 
-/// The instrument can work on the target: the handle stays within the device's reach.
+/// The instrument can work on the target, and the handle stays within the device's reach.
 fn check_room(file: &SceneFile) {
     let room = file.room();
     let port = Vec3::from(room.instrument_port_m.map(f64::from));
@@ -134,7 +134,7 @@ fn check_room(file: &SceneFile) {
     );
 }
 
-/// Every figure that the report promises, of the whole and of each organ.
+/// Asserts that the report has every figure, for the whole and for each organ.
 pub(crate) fn assert_json_has_all_keys(report: &scene_prepare::Report) {
     let json = serde_json::to_value(report).expect("JSON");
     let organs = json["organs"].as_array().expect("a list");

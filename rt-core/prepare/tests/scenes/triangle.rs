@@ -1,4 +1,4 @@
-//! Calot's triangle: tubes, and the ties between organs.
+//! Calot's triangle: its tubes, its cells, and the ties between organs.
 
 use scene_prepare::Vec3;
 use shared_mem::scene::{CellRecord, OrganKind, WORLD};
@@ -6,8 +6,8 @@ use shared_mem::scene::{CellRecord, OrganKind, WORLD};
 use crate::built_in::deepest_overlap;
 use crate::sound::check;
 
-/// Both courses of duct and artery: tubes of few spheres in a row, held at both ends, free
-/// between them, and nothing of one organ inside another.
+/// In both courses of duct and artery, tubes are few spheres in a row, held at both ends and free
+/// between them. No organ lies inside another.
 #[test]
 fn triangle_of_calot_is_sound_in_both_courses() {
     for variant in [false, true] {
@@ -43,7 +43,8 @@ fn triangle_of_calot_is_sound_in_both_courses() {
     }
 }
 
-/// Spheres of duct and artery stand in line: prepared tasks put clips at shares of their way.
+/// Spheres of duct and artery are numbered along them, because prepared tasks put clips at shares
+/// of the way.
 fn check_order(scene: &shared_mem::scene::SceneData) {
     for kind in [OrganKind::CysticDuct, OrganKind::CysticArtery] {
         let organ = scene.organs.iter().find(|organ| organ.kind == kind as u32);
@@ -59,7 +60,7 @@ fn check_order(scene: &shared_mem::scene::SceneData) {
     }
 }
 
-/// Fat and connective tissue are thousands of cells, which fill them; every region has its share.
+/// Thousands of cells fill fat and connective tissue. Every region has its share of them.
 fn check_cells(prepared: &scene_prepare::Prepared) {
     let scene = &prepared.scene;
     assert!(
@@ -89,16 +90,16 @@ fn check_cells(prepared: &scene_prepare::Prepared) {
             let center_m = scene.spheres[usize::from(sphere)].center_m;
             at += Vec3::from(center_m.map(f64::from)) * f64::from(weight);
         }
-        // Where spheres fill a solid its middle follows every affine motion; a sheet has none
-        // across.
+        // Spheres that fill a solid carry its middle exactly under every affine motion. Spheres in
+        // a sheet do not carry it across the sheet.
         let off = (at - Vec3::from(cell.center_m.map(f64::from))).norm();
         let fat = cell.region <= CellRecord::TRIANGLE;
         assert!(off < if fat { 0.000_1 } else { 0.002 }, "{off} {cell:?}");
     }
 }
 
-/// Ties join different organs, are as long as their ends are apart, and give as a bar of tissue
-/// that thick would: not nothing, and not more than the softest, fat, would.
+/// Ties join different organs and are as long as their ends are apart. Each gives as a bar of
+/// tissue would: more than nothing, and no more than the softest tissue, fat.
 fn check_ties(scene: &shared_mem::scene::SceneData) {
     assert!(!scene.attachments.is_empty());
     let organ_of = |i: u32| {

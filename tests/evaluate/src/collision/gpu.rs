@@ -1,4 +1,4 @@
-//! The paper's Algorithm 2 on a graphics card: one thread a sphere, looping over the cylinders.
+//! The paper's Algorithm 2 on a graphics card: one thread for each sphere loops over the cylinders.
 
 use rt_core::tool::Capsule;
 
@@ -6,7 +6,7 @@ use super::methods::{Found, V3};
 
 /// A graphics card with the kernel on it.
 pub(crate) struct Card {
-    /// Its name and its driver's.
+    /// Name of the card and of its driver.
     pub(crate) name: String,
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -24,7 +24,7 @@ pub(crate) struct Loaded {
 }
 
 const GROUP: u32 = 64;
-/// Parts that fit.
+/// Parts that fit into the buffer.
 const PARTS: usize = 16;
 
 const KERNEL: &str = "
@@ -60,10 +60,10 @@ fn meet(@builtin(global_invocation_id) id: vec3u) {
 ";
 
 impl Card {
-    /// The best there is.
+    /// Opens the best card of this machine.
     ///
     /// # Errors
-    /// Why there is none, in words.
+    /// When there is none; the reason in words.
     pub(crate) fn open() -> Result<Self, String> {
         let mut choice = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
         if std::env::var_os("WGPU_BACKEND").is_none() {
@@ -104,7 +104,7 @@ impl Card {
         })
     }
 
-    /// Takes an organ's spheres.
+    /// Makes buffers on the card for this many spheres.
     pub(crate) fn load(&self, spheres: &[(V3, f32)]) -> Loaded {
         let buffer = |label, size: u64, usage| {
             self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -144,10 +144,10 @@ impl Card {
         }
     }
 
-    /// One tick: spheres and parts go up, every sphere's depth comes back.
+    /// Runs one tick: sends spheres and parts, and reads every sphere's depth back.
     ///
     /// # Errors
-    /// The driver's words.
+    /// The driver's message.
     pub(crate) fn find(
         &self,
         to: &Loaded,

@@ -1,4 +1,4 @@
-//! The ways to find what the instruments touch, one answer a tick each.
+//! The ways to find what the instruments touch. Each gives one answer a tick.
 
 use nalgebra::Vector3;
 use parry3d::glamx;
@@ -10,7 +10,7 @@ use scene_prepare::mesh::Mesh;
 /// A point or direction in single precision.
 pub(crate) type V3 = Vector3<f32>;
 
-/// Depth of the deepest part in the organ, m; `None` if nothing touches.
+/// Depth of the deepest part in the organ, m; `None` without contact.
 pub(crate) type Found = Option<f32>;
 
 fn deeper(a: Found, depth_m: f32) -> Found {
@@ -19,7 +19,7 @@ fn deeper(a: Found, depth_m: f32) -> Found {
         .or(a)
 }
 
-/// The paper's kernel without its threads: Algorithm 1 for every sphere and part.
+/// The paper's kernel on one thread: Algorithm 1 for every sphere and part.
 pub(crate) fn spheres(spheres: &[(V3, f32)], parts: &[Capsule]) -> Found {
     let mut found = None;
     for (center_m, radius_m) in spheres {
@@ -39,7 +39,7 @@ fn from_axis_m(at_m: &V3, part: &Capsule) -> f32 {
     (at_m - part.a_m - axis * along.clamp(0.0, 1.0)).norm()
 }
 
-/// Every vertex of the mesh against every part, as in the paper's comparison.
+/// Tests every vertex of the mesh against every part, as in the paper's comparison.
 pub(crate) fn vertices(vertices: &[V3], parts: &[Capsule]) -> Found {
     let mut found = None;
     for at_m in vertices {
@@ -50,11 +50,11 @@ pub(crate) fn vertices(vertices: &[V3], parts: &[Capsule]) -> Found {
     found
 }
 
-/// Skinning: each vertex follows the four spheres that are nearest at rest.
+/// Skinning in which each vertex follows the four spheres that are nearest to it at rest.
 pub(crate) struct Skinning(Vec<[(u32, f32); 4]>);
 
 impl Skinning {
-    /// Of these vertices on these spheres; none where there are fewer than four.
+    /// Binds these vertices to these spheres; `None` if there are fewer than four spheres.
     pub(crate) fn new(vertices: &[V3], spheres: &[(V3, f32)]) -> Option<Self> {
         let near = |at_m: &V3| {
             let mut all: Vec<(u32, f32)> = (0..)
@@ -81,7 +81,8 @@ impl Skinning {
     }
 }
 
-/// An octree over the faces, each in every leaf that its box meets (the paper's "adaptive octree").
+/// An octree over the faces (the paper's "adaptive octree"). A face is in every leaf that its box
+/// meets.
 pub(crate) struct Octree {
     nodes: Vec<Node>,
     faces: Vec<[V3; 3]>,
@@ -90,17 +91,18 @@ pub(crate) struct Octree {
 struct Node {
     low: V3,
     high: V3,
-    /// First of eight; 0: a leaf.
+    /// Index of the first of eight children; 0 for a leaf.
     children: usize,
     inside: Vec<u32>,
 }
 
-/// A leaf with more faces is cut, up to so many times.
+/// A leaf with more faces than this is cut.
 const LEAF_FACES: usize = 12;
+/// Cuts from the root to a leaf, at most.
 const LEVELS: u32 = 9;
 
 impl Octree {
-    /// Over all faces of a mesh.
+    /// Builds the tree over these faces.
     pub(crate) fn new(faces: Vec<[V3; 3]>) -> Self {
         let corners = || faces.iter().flatten();
         let low = corners().fold(V3::repeat(f32::MAX), |m, p| m.inf(p));
@@ -151,7 +153,7 @@ impl Octree {
         }
     }
 
-    /// The faces near every part.
+    /// Finds the deepest contact among the faces near each part.
     pub(crate) fn find(&self, parts: &[Capsule]) -> Found {
         let mut found = None;
         let mut open = Vec::new();
@@ -167,7 +169,8 @@ impl Octree {
                 if (0..3).any(|k| node.low[k] > high[k] || node.high[k] < low[k]) {
                     continue;
                 }
-                // A thin slanted part fills little of its box.
+                // A thin slanted part fills little of its box, so a second test uses the node's
+                // ball.
                 let middle = (node.low + node.high) / 2.0;
                 let around = (node.high - node.low).norm() / 2.0;
                 if from_axis_m(&middle, part) > around + part.radius_m {
@@ -238,7 +241,7 @@ fn single(p: &V3) -> glamx::Vec3 {
 pub(crate) struct Hierarchy(TriMesh);
 
 impl Hierarchy {
-    /// Over all faces; none if there are none.
+    /// Builds the hierarchy over all faces; `None` without faces.
     pub(crate) fn new(vertices: &[V3], triangles: &[[u32; 3]]) -> Option<Self> {
         let vertices = vertices.iter().map(single).collect();
         let flags = TriMeshFlags::DEFORMABLE;
@@ -246,7 +249,7 @@ impl Hierarchy {
         mesh.ok().map(Self)
     }
 
-    /// Takes in where the vertices are now: boxes are refitted, the tree stays.
+    /// Moves the vertices to where they are now. Boxes are refitted, the tree stays as it is.
     pub(crate) fn follow(&mut self, vertices: &[V3]) {
         self.0.update_vertices(|own| {
             for (own, now) in own.iter_mut().zip(vertices) {
@@ -255,7 +258,8 @@ impl Hierarchy {
         });
     }
 
-    /// parry's distance between the mesh and a line, less the radius: what a part's surface does.
+    /// Finds the deepest contact by parry's distance between the mesh and a part's axis, less its
+    /// radius.
     pub(crate) fn find(&self, parts: &[Capsule]) -> Found {
         let mut found = None;
         let here = parry3d::math::Pose::identity();
@@ -275,7 +279,8 @@ impl Hierarchy {
     }
 }
 
-/// The truth: the distance of the mesh from places 0.25 mm apart on each axis, negative inside.
+/// The true contact: the distance of the mesh from places 0.25 mm apart on each part's axis,
+/// negative inside.
 pub(crate) struct Exact<'a> {
     nearest: Nearest<'a>,
     inside: Field,
@@ -284,7 +289,7 @@ pub(crate) struct Exact<'a> {
 const STEP_M: f32 = 0.000_25;
 
 impl<'a> Exact<'a> {
-    /// Of a closed mesh.
+    /// Prepares a closed mesh.
     pub(crate) fn new(mesh: &'a Mesh) -> Option<Self> {
         let bounds = mesh.bounds();
         let cell_m = (bounds[1] - bounds[0]).max() / 120.0;
@@ -304,7 +309,8 @@ impl<'a> Exact<'a> {
             while i <= places {
                 let at: Vector3<f64> = (part.a_m + (part.b_m - part.a_m) * (i / places)).cast();
                 let signed = self.inside.at(&at);
-                // The field errs by less than a cell.
+                // The field errs by less than a cell, so places farther away than this can be
+                // skipped.
                 let skip_m = signed as f32 - 2.0 * self.inside.grid.cell_m as f32 - part.radius_m;
                 if skip_m > 0.0 {
                     i += (skip_m / STEP_M).max(1.0).floor();
@@ -346,7 +352,7 @@ mod tests {
             let truth = parts.iter().map(every).fold(f32::MIN, f32::max);
             let truth = (truth > 0.0).then_some(truth);
             touched += usize::from(truth.is_some());
-            // parry calls what is a quarter of a millimetre off an intersection.
+            // parry reports an intersection where the gap is a quarter of a millimetre.
             agreed += usize::from(parry.find(parts).is_some() == truth.is_some());
             let found = tree.find(parts);
             let close = match (truth, found) {
@@ -360,8 +366,8 @@ mod tests {
         assert!((10..60).contains(&touched), "{touched}");
     }
 
-    /// A mesh that is moved with its spheres is where they have gone, and the tree over it finds
-    /// what a new one does.
+    /// A mesh that follows its spheres moves as they do, and the refitted tree over it finds the
+    /// same contacts as a new one.
     #[test]
     fn mesh_and_tree_follow_the_spheres() {
         let mesh = scene_prepare::shape::Shape::from(scene_prepare::shape::Form::Stomach).mesh();

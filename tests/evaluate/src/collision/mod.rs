@@ -1,4 +1,4 @@
-//! `evaluate collision`, the paper's experiment 2: what the instruments touch, found in six ways.
+//! `evaluate collision`, the paper's experiment 2: six ways to find what the instruments touch.
 
 mod gpu;
 mod methods;
@@ -22,11 +22,11 @@ pub(crate) use page::{chart, section};
 /// A way to find contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Way {
-    /// The product's: near spheres, then the contact skin.
+    /// The product's way: near spheres, then the contact skin.
     Ours,
-    /// The paper's kernel, one after the other on the CPU.
+    /// The paper's kernel on one thread of the CPU.
     Spheres,
-    /// The paper's kernel on a graphics card, spheres sent and depths read back.
+    /// The paper's kernel on a graphics card. Spheres are sent and depths are read back.
     Card,
     /// Mesh vertices against cylinders.
     Vertices,
@@ -46,7 +46,7 @@ impl Way {
         Self::Parry,
     ];
 
-    /// Its name in files.
+    /// Name of the way in files.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Ours => "Calot, CPU",
@@ -59,25 +59,26 @@ impl Way {
     }
 }
 
-/// A way on one organ of one size.
+/// Figures of one way on one organ of one size.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
-    /// Organ; "balls" for the sweep of the paper's kernel alone.
+    /// Name of the organ; "balls" for the sweep of the paper's kernel alone.
     pub(crate) organ: &'static str,
     /// Faces of its mesh.
     pub(crate) faces: usize,
-    /// Its spheres.
+    /// Number of spheres.
     pub(crate) spheres: usize,
-    /// Method.
+    /// The way.
     pub(crate) way: Way,
-    /// Time of a tick, half of them and all but one in a hundred, µs.
+    /// Time of a tick, median and 99th percentile, µs.
     pub(crate) us: [f64; 2],
-    /// Time to follow a moving organ, median, µs a tick: move its mesh with the spheres, and update
-    /// the structure that is built over it.
+    /// Median time to follow a moving organ, µs a tick: to move its mesh with the spheres, and to
+    /// update the structure that is built over the mesh.
     pub(crate) follow_us: f64,
-    /// Share of its touches that are ones, and of all touches that it finds.
+    /// Precision: share of the reported touches that are true. Recall: share of the true touches
+    /// that are reported.
     pub(crate) precision_recall: [f64; 2],
-    /// Root mean square error of the depth where both find one, mm.
+    /// Root mean square error of the depth, over ticks with a true touch that is reported, mm.
     pub(crate) depth_error_mm: f64,
 }
 
@@ -92,28 +93,28 @@ impl Row {
 pub(crate) struct Measured {
     /// Every way on every organ.
     pub(crate) rows: Vec<Row>,
-    /// The graphics card, or why there is none.
+    /// Name of the graphics card, or the reason why there is none.
     pub(crate) card: Result<String, String>,
 }
 
-/// The paper's organs and how many spheres it gives them (Table 1).
+/// The paper's organs with its numbers of spheres (Table 1).
 const ORGANS: [(&str, Form, usize); 4] = [
     ("liver", Form::Liver, 581),
     ("gallbladder", Form::Gallbladder, 475),
     ("intestine", Form::Intestine, 383),
     ("stomach", Form::Stomach, 452),
 ];
-/// Multiples of the number of spheres. Each step cuts every face in four.
+/// Multiples of the paper's number of spheres. From one to the next, every face is cut into four.
 const SIZES: [usize; 2] = [1, 4];
-/// Number of timed updates.
+/// Timed updates of a structure.
 const FOLLOWED: usize = 21;
 /// Numbers of balls with which the paper's kernel is timed alone.
 const BALLS: [usize; 5] = [500, 2000, 8000, 32_000, 128_000];
 
-/// Measures all organs whose name contains `only`.
+/// Measures all organs whose names contain `only`.
 ///
 /// # Errors
-/// In words.
+/// The reason in words.
 pub(crate) fn run(quick: bool, only: &str) -> Result<Measured, String> {
     let card = gpu::Card::open();
     let mut rows = Vec::new();
@@ -151,7 +152,7 @@ pub(crate) fn run(quick: bool, only: &str) -> Result<Measured, String> {
     })
 }
 
-/// Every face in four.
+/// Cuts every face into four.
 fn cut(mesh: &Mesh) -> Mesh {
     let mut vertices = mesh.vertices.clone();
     let mut middles = std::collections::HashMap::new();
@@ -207,7 +208,7 @@ fn organ(
     let truth: Vec<Found> = motion.iter().map(|parts| exact.find(parts)).collect();
     let mut rows = Vec::new();
     let skinning = Skinning::new(&vertices, &spheres).ok_or_else(none)?;
-    // What the spheres have gone does not matter to how long it takes to follow them.
+    // The displacement of the spheres does not matter to the time of following them.
     let moves = vec![V3::repeat(1e-4); spheres.len()];
     let mut moved = Vec::new();
     let skin_us = median_us(|| skinning.moved(&vertices, &moves, &mut moved));
@@ -227,7 +228,7 @@ fn organ(
             }
             Way::Octree => {
                 let tree = Octree::new(faces());
-                // Its cells stay where they are: faces that move are put in anew.
+                // The tree's cells stay where they are, so moved faces need a new tree.
                 follow_us = skin_us + median_us(|| drop(black_box(Octree::new(faces()))));
                 timed(&motion, |parts| Ok(tree.find(parts)))?
             }
@@ -255,7 +256,7 @@ fn organ(
     Ok(rows)
 }
 
-/// The paper's kernel alone, on so many balls in a cube, on the CPU and on the card.
+/// Times the paper's kernel alone, on `count` balls in a cube, on the CPU and on the card.
 fn sweep(count: usize, ticks: usize, card: Option<&gpu::Card>) -> Result<Vec<Row>, String> {
     let side = (count as f64).cbrt().ceil() as usize;
     let pitch = 0.2 / side as f32;
@@ -298,14 +299,14 @@ fn sweep(count: usize, ticks: usize, card: Option<&gpu::Card>) -> Result<Vec<Row
         let off_m = off.fold(0.0, f32::max);
         if off_m > 1e-5 {
             return Err(format!(
-                "the card is {off_m} m off the CPU at {count} balls"
+                "the card's depth differs from the CPU's by {off_m} m at {count} balls; allowed: 0.00001 m"
             ));
         }
     }
     Ok(rows)
 }
 
-/// Result of a method in every tick; median time and 99th percentile, µs.
+/// Result of a way in every tick, and its median time and 99th percentile, µs.
 fn timed(
     motion: &[Vec<Capsule>],
     mut find: impl FnMut(&[Capsule]) -> Result<Found, String>,
@@ -323,7 +324,7 @@ fn timed(
     Ok((found, [at(0.5), at(0.99)]))
 }
 
-/// Median time of some work that is the same each time, µs.
+/// Median time of work that is the same each time, µs.
 fn median_us(mut work: impl FnMut()) -> f64 {
     let mut times: Vec<f64> = (0..FOLLOWED)
         .map(|_| {
@@ -352,7 +353,7 @@ fn agreement(found: &[Found], truth: &[Found]) -> ([f64; 2], f64) {
     )
 }
 
-/// `collision.csv`.
+/// The rows as `collision.csv`.
 pub(crate) fn csv(measured: &Measured) -> String {
     let mut text = "organ,faces,spheres,way,p50_us,p99_us,follow_us,precision,recall,\
                     depth_error_mm\n"

@@ -1,4 +1,4 @@
-//! The instruments and how they move: two of three parts each, the same for every method.
+//! The instruments and their motion: two of three parts each, the same for every way.
 
 use nalgebra::Vector3;
 use rt_core::tool::{Capsule, Role};
@@ -13,11 +13,12 @@ const JAW_M: f64 = 0.018;
 const SHAFT_M: f64 = 0.15;
 /// Half the opening of the jaws, m.
 const OPEN_M: f64 = 0.004;
-/// The tips' height over the surface swings by this much about [`MIDDLE_M`], m.
+/// Half the swing of the tips' height over the surface, m.
 const SWING_M: f64 = 0.007;
+/// Middle of that swing, m.
 const MIDDLE_M: f64 = 0.003;
 
-/// The parts of both instruments at each of so many ticks: their tips go around the organ and in
+/// The parts of both instruments in each of `ticks` ticks. Their tips go around the organ and in
 /// and out of its surface.
 pub(crate) fn motion(mesh: &Mesh, ticks: usize) -> Option<Vec<Vec<Capsule>>> {
     let nearest = Nearest::new(mesh)?;
@@ -39,7 +40,7 @@ pub(crate) fn motion(mesh: &Mesh, ticks: usize) -> Option<Vec<Vec<Capsule>>> {
     Some((0..ticks).map(tick).collect())
 }
 
-/// Shaft and two blades, coming from `out`.
+/// Shaft and two open blades of an instrument that comes from `out`.
 fn instrument(tip: &Point, out: &Point) -> Vec<Capsule> {
     let side = out.cross(&Point::new(0.31, 0.87, 0.39)).normalize();
     let joint = tip + out * JAW_M;

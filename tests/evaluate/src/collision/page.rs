@@ -12,10 +12,10 @@ const PAPER_MS: [(&str, f64); 4] = [
     ("stomach", 1.24),
 ];
 
-/// Time over faces, a panel an organ; then the paper's kernel alone over its balls.
+/// Time over faces, one panel for each organ, and time over spheres for the paper's kernel alone.
 ///
 /// # Errors
-/// The drawing library's words.
+/// The drawing library's message.
 pub(crate) fn chart(measured: &Measured) -> Result<String, String> {
     let mut panels: Vec<Panel> = Vec::new();
     let mut organs: Vec<&str> = measured.rows.iter().map(|r| r.organ).collect();
@@ -23,7 +23,7 @@ pub(crate) fn chart(measured: &Measured) -> Result<String, String> {
     for organ in organs {
         let rows = || measured.rows.iter().filter(|r| r.organ == organ);
         let over = if organ == "balls" { "spheres" } else { "faces" };
-        // The product last: the first colours are the faint ones.
+        // The product comes last, because the first colours are the faint ones.
         let series = Way::ALL.into_iter().rev().map(|way| Series {
             name: way.name().to_owned(),
             points: rows()
@@ -52,24 +52,24 @@ pub(crate) fn chart(measured: &Measured) -> Result<String, String> {
     panels::panels(&panels, 3)
 }
 
-/// The section.
+/// The section of the page.
 pub(crate) fn section(measured: &Measured, svg: &str) -> Section {
     let card = match &measured.card {
         Ok(name) => format!("The graphics card here: <b>{name}</b>."),
-        Err(why) => format!("Without the paper’s GPU kernel: {why}."),
+        Err(why) => format!("The paper’s GPU kernel was not measured: {why}."),
     };
     Section {
-        title: "What the instruments touch (the paper’s experiment 2)".to_owned(),
+        title: "Collision: what the instruments touch (the paper’s experiment 2)".to_owned(),
         body: format!(
             "<p>Two instruments of three parts each go around an organ and in and out of its surface. Every way gets \
-the same organ at rest and the same motion, and says in every tick how deep the deepest part lies. The truth is the \
-signed distance of the mesh from places 0.25 mm apart on every part’s axis. Precision: how many of the touches that \
-a way finds are ones; recall: how many of all touches it finds. The finer mesh has the same faces cut in four, \
-with 4 times as many spheres.</p><p>{card} Its time has the sending of the spheres, the launch and the reading \
-back in it. An organ moves: ways that look at its mesh have to move that with its spheres (four to a vertex) and put \
-what they build over it in order, every tick. parry refits its boxes and keeps its tree; an octree’s cells stay where they \
-are, so its faces are put in anew. That is in the column “to follow”, and in the chart; the contact skin of Calot \
-is moved only where a tool is near, within its own time.</p><p>{}</p>{svg}{}<details><summary>All figures</summary>{}</details>",
+the same organ at rest and the same motion, and reports the depth of the deepest part in every tick. The truth is the \
+signed distance of the mesh from places 0.25 mm apart on every part’s axis. Precision is the share of the reported \
+touches that are true; recall is the share of the true touches that are reported. The finer mesh has the same faces cut \
+into four, with 4 times as many spheres.</p><p>{card} Its time includes sending the spheres, the launch and reading \
+back. When an organ moves, ways that use its mesh must move the mesh with the spheres (four to a vertex) in every tick, \
+and update the structure over it. parry refits its boxes and keeps its tree. An octree’s cells stay where they are, so \
+its tree is built again. The column “to follow” and the chart include that time. Calot moves its contact skin only \
+near a tool, within its own time.</p><p>{}</p>{svg}{}<details><summary>All figures</summary>{}</details>",
             pays(&measured.rows),
             table(&beside_the_paper(&measured.rows)),
             table(&all(&measured.rows)),
@@ -77,7 +77,7 @@ is moved only where a tool is near, within its own time.</p><p>{}</p>{svg}{}<det
     }
 }
 
-/// From how many spheres on the card is quicker.
+/// A sentence on the number of spheres from which the card is quicker.
 fn pays(rows: &[Row]) -> String {
     let of = |way| {
         rows.iter()

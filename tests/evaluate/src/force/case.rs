@@ -9,7 +9,7 @@ use crate::organ::Organ;
 
 type Point = Vector3<f64>;
 
-/// A body that is pressed, of the same tissue all.
+/// A body that is pressed. All bodies are of the same tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Subject {
     /// The smooth liver of `evaluate accuracy`.
@@ -21,7 +21,7 @@ pub(crate) enum Subject {
 }
 
 impl Subject {
-    /// Its name in files.
+    /// Name of the body in files.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Liver => "liver",
@@ -30,10 +30,10 @@ impl Subject {
         }
     }
 
-    /// Its surface, m.
+    /// Surface of the body, m.
     ///
     /// # Errors
-    /// In words.
+    /// The reason in words.
     pub(crate) fn mesh(self) -> Result<Mesh, String> {
         match self {
             Self::Liver => Organ::Liver.mesh(),
@@ -48,7 +48,7 @@ impl Subject {
     }
 }
 
-/// Turned, its middle at the origin.
+/// The mesh of a form, turned, with its middle at the origin.
 fn placed(form: Form, turn: &Rotation3<f64>) -> Mesh {
     let mut mesh = Shape::from(form).mesh();
     for p in &mut mesh.vertices {
@@ -61,25 +61,25 @@ fn placed(form: Form, turn: &Rotation3<f64>) -> Mesh {
     mesh
 }
 
-/// A place on a body, and what holds the body.
+/// A place on a body, with the hold of the body.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Site {
     /// The body.
     pub(crate) subject: Subject,
-    /// Its name in files.
+    /// Name of the site in files.
     pub(crate) name: &'static str,
-    /// The tool looks from here …
+    /// Direction from which the tool comes.
     from: [f64; 3],
-    /// … at this point, and meets the surface on the way, m.
+    /// Point inside the body, m. The tool meets the surface on its way to this point.
     at_m: [f64; 3],
-    /// Tissue is held below this place along this axis, m.
+    /// An axis and a height along it below which tissue is held, m.
     pub(crate) held_below: (usize, f64),
-    /// A constant of the contact law was once chosen here.
+    /// True if a constant of the contact law was once chosen at this site.
     pub(crate) seen: bool,
 }
 
 impl Site {
-    /// True if both are the same.
+    /// True if both are the same site.
     pub(crate) fn is(&self, other: &Self) -> bool {
         (self.subject, self.name) == (other.subject, other.name)
     }
@@ -128,7 +128,7 @@ const RIM: Site = site(
     [0.055, 0.0, 0.004],
     (1, 0.0),
 );
-/// The left lobe's end, nothing below it.
+/// The left lobe's end, with nothing under it.
 const LOBE_END: Site = site(
     Subject::Liver,
     "free lobe",
@@ -153,26 +153,27 @@ const NECK: Site = Site {
         (2, -0.006),
     )
 };
-/// Held by its middle: a plane 10 mm lower takes a few millimetres off the fundus, and there finite
-/// elements are held while spheres, whose centres lie half a spacing under the skin, are not.
+/// The stomach is held up to its middle. A plane 10 mm lower would cut a few millimetres off the
+/// fundus. There the finite elements would be held, but the spheres would not: their centres lie
+/// half a spacing under the skin.
 const WALL: Site = site(Subject::Stomach, "front", TOP, [0.0, 0.0, 0.0], (2, 0.0));
 
 /// A rigid tool. Sizes are radii.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shaped {
-    /// A round bar of this radius, mm, its round end first.
+    /// A round bar of this radius, mm, with a round end first.
     Tip(f64),
-    /// The instruments' shaft, on its side.
+    /// The instruments' shaft on its side.
     Shaft,
-    /// Closed jaws, flat.
+    /// Closed jaws that lie flat.
     Jaws,
-    /// Open jaws, their two ends first.
+    /// Open jaws with their two ends first.
     OpenJaws,
     /// Two round ends of 5 mm radius, 25 mm apart.
     TwoTips,
 }
 
-/// A bar is looked at in so many places and one more.
+/// A bar is tested at this many places along its axis, and at its end.
 const PLACES: u32 = 160;
 /// Length of a bar outside the body, m.
 const LENGTH_M: f64 = 0.08;
@@ -184,7 +185,7 @@ const OPEN_M: f64 = 0.006;
 const APART_M: f64 = 0.0125;
 
 impl Shaped {
-    /// Its name in files.
+    /// Name of the tool in files.
     pub(crate) fn name(self) -> String {
         match self {
             Self::Tip(mm) => format!("tip {mm:.0} mm"),
@@ -195,7 +196,7 @@ impl Shaped {
         }
     }
 
-    /// Radius of its parts, m.
+    /// Radius of the tool's parts, m.
     pub(crate) fn radius_m(self) -> f64 {
         match self {
             Self::Tip(mm) => mm * 1e-3,
@@ -205,13 +206,13 @@ impl Shaped {
         }
     }
 
-    /// True if it touches at two places.
+    /// True if the tool touches at two places.
     pub(crate) fn has_two_ends(self) -> bool {
         matches!(self, Self::OpenJaws | Self::TwoTips)
     }
 
-    /// Length that scales the region of small elements, m: the mean of a tip's radius and another
-    /// length. Around the line of jaws or a shaft it is the radius.
+    /// Length that scales the region of small elements, m. For tips it is the geometric mean of the
+    /// radius and another length, for jaws and a shaft it is the radius.
     pub(crate) fn mean_m(self, other_m: f64) -> f64 {
         match self {
             Self::Shaft | Self::Jaws | Self::OpenJaws => self.radius_m(),
@@ -223,29 +224,29 @@ impl Shaped {
 /// A tool at a site.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Case {
-    /// Site of the press.
+    /// Site that is pressed.
     pub(crate) site: Site,
-    /// With what.
+    /// Tool that presses.
     pub(crate) tool: Shaped,
 }
 
-/// First contact of a tool, and its orientation there.
+/// A tool at its first contact.
 #[derive(Debug, Clone)]
 pub(crate) struct Placed {
-    /// The site on the surface, m.
+    /// The site, a point of the surface, m.
     pub(crate) at_m: Point,
-    /// Out of the body.
+    /// Unit vector out of the body.
     pub(crate) outward: Point,
-    /// Along the surface.
+    /// Unit vector along the surface.
     pub(crate) along: Point,
-    /// Its parts where they touch, m; the free end of each first.
+    /// The tool's parts at first contact, m. Of each part's ends, the one that touches comes first.
     pub(crate) bars: Vec<Bar>,
-    /// Along the line on which it touches, of length 1.
+    /// Unit vector along the line on which the tool touches.
     pub(crate) line: Point,
 }
 
 impl Placed {
-    /// Half the length of the line on which it touches at a depth, m; 0 of one round end.
+    /// Half the length of the line on which the tool touches at a depth, m; 0 for one round end.
     /// `distance_m` is the signed distance to the body's surface.
     pub(crate) fn half_m(&self, depth_m: f64, distance_m: impl Fn(&Point) -> f64) -> f64 {
         let touches = |bar: &Bar| {
@@ -262,7 +263,7 @@ impl Placed {
 }
 
 impl Case {
-    /// All, those whose reference is dear last.
+    /// All cases. Those whose references take longest come last.
     pub(crate) fn all() -> Vec<Self> {
         let sites = [RIGHT_LOBE, LEFT_LOBE, RIM, LOBE_END, BODY, WALL];
         let with = |mm: f64| sites.map(|site| (site, Shaped::Tip(mm)));
@@ -282,7 +283,7 @@ impl Case {
         all.map(|(site, tool)| Self { site, tool }).collect()
     }
 
-    /// Its name in files.
+    /// Name of the case in files.
     pub(crate) fn name(&self) -> String {
         let site = &self.site;
         format!(
@@ -293,15 +294,15 @@ impl Case {
         )
     }
 
-    /// The tool where it touches the body.
+    /// Places the tool where it touches the body.
     ///
     /// # Errors
-    /// Where it meets nothing, in words.
+    /// When the tool meets nothing, in words.
     pub(crate) fn placed(&self, mesh: &Mesh) -> Result<Placed, String> {
         let from = Point::from(self.site.from);
         let (at_m, outward) = meet(mesh, &self.site.at_m.into(), &from)
-            .ok_or_else(|| format!("{}: nothing there", self.name()))?;
-        // The axis of the world that lies flattest: along it bars lie.
+            .ok_or_else(|| format!("{}: the tool meets no surface there", self.name()))?;
+        // Bars lie along the world's axis that is flattest on the surface.
         let along = [Point::x(), Point::y(), Point::z()]
             .map(|axis| axis - outward * axis.dot(&outward))
             .into_iter()
@@ -378,7 +379,7 @@ mod tests {
         for case in Case::all() {
             let placed = case.placed(&case.site.subject.mesh().expect("built in"));
             let placed = placed.expect("a place");
-            // On a cylinder that lies across the line.
+            // The surface is a cylinder that lies across the line.
             let round_m = 0.030;
             let axis = placed.outward.cross(&placed.line);
             let distance_m = |p: &Point| {
@@ -391,7 +392,7 @@ mod tests {
                 Shaped::Jaws => 0.010,
                 Shaped::OpenJaws => 0.006,
                 Shaped::TwoTips => 0.0125,
-                // Its axis stands 2.5 mm over the top and goes down 8 mm.
+                // The shaft's axis is 2.5 mm above the top and goes down by 8 mm.
                 Shaped::Shaft => (0.0325_f64.powi(2) - 0.0245_f64.powi(2)).sqrt(),
             };
             assert!(

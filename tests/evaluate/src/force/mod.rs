@@ -1,4 +1,4 @@
-//! `evaluate force`: what a tool feels, over depth, against finite elements.
+//! `evaluate force`: the force on a tool over its depth, against finite elements.
 
 mod case;
 mod ours;
@@ -15,14 +15,14 @@ use reference::{Curve, DEPTHS_MM, rms_pct};
 
 pub(crate) use page::{chart, section};
 
-/// Reference curves are solved by so many threads at once.
+/// Threads that solve reference curves at the same time.
 const THREADS: usize = 2;
 
-/// Finds the reference of every case whose name contains `only`; kept in `folder`. With `kept`
-/// those there are taken whichever mesher made their meshes.
+/// Finds the references of these cases, and keeps them in `folder`. With `kept`, a reference found
+/// there counts whichever mesher made its meshes.
 ///
 /// # Errors
-/// In words.
+/// When the folder cannot be made, in words.
 fn references(
     cases: &[Case],
     folder: &Path,
@@ -55,18 +55,18 @@ fn references(
     Ok(found.into_iter().map(take).collect())
 }
 
-/// A law at a case.
+/// Figures of one law at one case.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
-    /// Pressed case.
+    /// The case.
     pub(crate) case: Case,
-    /// Contact law.
+    /// The contact law.
     pub(crate) law: Law,
     /// Number of the organ's spheres.
     pub(crate) spheres: usize,
-    /// Force at the first of [`DEPTHS_MM`], N.
+    /// Force at the first depths of [`DEPTHS_MM`], N.
     pub(crate) force_n: Vec<f64>,
-    /// Force by finite elements.
+    /// The finite elements' forces.
     pub(crate) reference: Curve,
 }
 
@@ -79,47 +79,47 @@ impl Row {
         [rms, worst.fold(0.0, f64::max)]
     }
 
-    /// True if the result is independent: it was not used to choose a constant, and its reference
-    /// can be trusted.
+    /// True if the result is independent: its site was not used to choose a constant, and its
+    /// reference can be trusted.
     pub(crate) fn counts(&self) -> bool {
         !self.case.site.seen && self.reference.doubt_pct() <= DOUBT_MAX_PCT
     }
 }
 
-/// The just noticeable difference of force, %.
+/// Just noticeable difference of force, %.
 pub(crate) const GOAL_PCT: f64 = 7.0;
-/// Of a reference whose meshes differ by more than this nothing is concluded, %.
+/// Nothing is concluded from a reference whose meshes differ by more than this, %.
 pub(crate) const DOUBT_MAX_PCT: f64 = 3.5;
 
-/// The largest step of the force in a tick.
+/// The largest step of the force from one tick to the next, in one motion.
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
-    /// The body and the site.
+    /// Names of the body and the site.
     pub(crate) site: String,
     /// Number of the organ's spheres.
     pub(crate) spheres: usize,
-    /// Speed across; none: a press.
+    /// Speed along the surface, m/s; `None` for a press.
     pub(crate) slide_m_s: Option<f64>,
-    /// The step, N.
+    /// Largest step of the force, N.
     pub(crate) step_n: f64,
 }
 
 /// Measurements.
 pub(crate) struct Measured {
-    /// Every law at every case.
+    /// Rows of every law at every case.
     pub(crate) rows: Vec<Row>,
-    /// Smoothness of the product's force.
+    /// Steps of the product's force.
     pub(crate) steps: Vec<Step>,
-    /// The references, [`reference::csv`].
+    /// The references as [`reference::csv`] writes them.
     pub(crate) references: String,
 }
 
-/// Measures all cases whose name contains `only`. References that are kept in `out` or in the
-/// repository are not solved again; with `kept` none is solved, and those of older meshes are taken
-/// too.
+/// Measures all cases whose names contain `only`. References that are kept in `out` or in the
+/// repository are not solved again. With `kept` no reference is solved, and those of older meshes
+/// count too.
 ///
 /// # Errors
-/// In words.
+/// The reason in words.
 pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Measured, String> {
     let mut cases = Case::all();
     let folder = out.join("reference");
@@ -195,9 +195,9 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
     Ok(measured)
 }
 
-/// `force.csv`: one row a law, case and count. `tool_mm` is the radius of the tool's parts;
-/// `reference_doubt_pct` how much the reference's two meshes differ, `mesher` which made them;
-/// `to_mm` how deep it goes.
+/// The rows as `force.csv`, one for each law, case and count. `tool_mm` is the radius of the tool's
+/// parts, `reference_doubt_pct` the difference of the reference's two meshes, `mesher` the number
+/// of the mesher that made them, `to_mm` the largest depth.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = "organ,site,tool_mm,spheres,rms_error_pct,max_error_pct,law,tool,seen,\
                     reference_doubt_pct,mesher,to_mm\n"
@@ -221,7 +221,7 @@ pub(crate) fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// `force_depth.csv`: every depth by itself.
+/// The rows as `force_depth.csv`, one line for each depth.
 pub(crate) fn depth_csv(rows: &[Row]) -> String {
     let mut text =
         "organ,site,tool,law,spheres,depth_mm,force_n,reference_n,coarser_reference_n\n".to_owned();
@@ -244,7 +244,7 @@ pub(crate) fn depth_csv(rows: &[Row]) -> String {
     text
 }
 
-/// `force_steps.csv`: how smooth the product's force is.
+/// The steps as `force_steps.csv`.
 pub(crate) fn steps_csv(steps: &[Step]) -> String {
     let mut text = "site,spheres,motion,largest_step_mn_per_tick\n".to_owned();
     for step in steps {
@@ -273,7 +273,7 @@ mod tests {
     use case::Placed;
     use scene_prepare::mesh::Mesh;
 
-    /// The case of this name.
+    /// The case of this name, its surface and its tool.
     fn known(name: &str) -> (Case, Mesh, Placed) {
         let of = |case: &Case| case.name() == name;
         let case = Case::all().into_iter().find(of).expect("in the list");
@@ -282,7 +282,7 @@ mod tests {
         (case, surface, placed)
     }
 
-    /// Against what the full run found at 2, 4 and 6 mm.
+    /// The expected forces at 2, 4 and 6 mm come from the full run.
     #[test]
     fn ours_is_near_the_reference_and_a_rigid_skin_is_not() {
         let (case, surface, placed) = known("liver left lobe: tip 5 mm");
@@ -299,8 +299,8 @@ mod tests {
         assert!(ours < 0.3 && rigid > 2.0 * ours, "{ours} {rigid}");
     }
 
-    /// Against what the full run found at 3 mm: with a patch as narrow as the tip, 2500 spheres
-    /// were 19 % too stiff.
+    /// The expected force at 3 mm comes from the full run. With a patch as narrow as the tip, 2500
+    /// spheres were 19 % too stiff.
     #[test]
     fn a_thin_tip_meets_many_spheres_as_it_meets_few() {
         let (case, surface, placed) = known("gallbladder neck: tip 3 mm");

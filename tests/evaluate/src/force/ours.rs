@@ -1,5 +1,5 @@
-//! The presses on the product's tissue, with its own contact law and with two plainer ones for
-//! comparison. Those are written here and are not in the product.
+//! Presses on the product's tissue, with its own contact law and with two plainer ones for
+//! comparison, which stand here and not in the product.
 
 use nalgebra::Vector3;
 use rt_core::study::{Correction, Tissue};
@@ -16,22 +16,22 @@ use crate::methods::{Parts, Surroundings};
 
 type Point = Vector3<f64>;
 
-/// Law by which tissue meets the tool.
+/// Law of contact between tissue and tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Law {
-    /// The product's.
+    /// The product's contact law.
     Ours,
-    /// The inner spheres, each through a spring of 500 N/m: as the product had it before.
+    /// Each inner sphere pushes through a spring of 500 N/m, as in earlier versions of the product.
     Spheres,
-    /// The vertices of the contact skin, rigid: the force is the constraint's multiplier.
+    /// The vertices of the contact skin are rigid, and the force is the constraint's multiplier.
     RigidSkin,
 }
 
 impl Law {
-    /// All.
+    /// All laws.
     pub(crate) const ALL: [Self; 3] = [Self::Ours, Self::Spheres, Self::RigidSkin];
 
-    /// Its name in files.
+    /// Name of the law in files.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Ours => "Calot",
@@ -44,8 +44,9 @@ impl Law {
 /// Speed of a press, m/s.
 const SPEED_M_S: f64 = 0.010;
 const TICKS_PER_MM: usize = 100;
-/// Rest at a depth lasts at most so long, ticks, and ends when the force moves less than this.
+/// Longest rest at a depth, ticks.
 const REST_TICKS: usize = 600;
+/// A rest ends when the mean force changes by less than this, N.
 const STILL_N: f64 = 2e-5;
 /// Stiffness of [`Law::Spheres`], N/m.
 const SPHERE_N_M: f32 = 500.0;
@@ -59,10 +60,10 @@ pub(crate) struct Rig {
 }
 
 impl Rig {
-    /// Packs a surface with so many spheres, held as a site has it.
+    /// Packs a surface with this many spheres, held as the site says.
     ///
     /// # Errors
-    /// In words.
+    /// The reason in words.
     pub(crate) fn new(mesh: &Mesh, spheres: usize, site: &Site) -> Result<Self, String> {
         let tissue = body::Tissue::LIVER;
         let (axis, plane_m) = site.held_below;
@@ -91,11 +92,11 @@ impl Rig {
         self.body.rest_m.len()
     }
 
-    /// The organ at rest.
+    /// The organ at rest, with its holds.
     fn held(&mut self) -> Result<Run<'_>, String> {
         let mut tissue = self.parts.bare().map_err(|e| e.to_string())?;
         for (i, x) in (0_u32..).zip(&self.body.rest_m) {
-            // Places are rounded to single precision.
+            // The margin covers the rounding of places to single precision.
             if self.plane.depth_m(&x.cast()) > -1e-6 {
                 tissue.hold(i, true);
             }
@@ -107,10 +108,11 @@ impl Rig {
         })
     }
 
-    /// Force along the tool's way at the first of [`DEPTHS_MM`], N.
+    /// Presses the tool, and returns the force along its way at the first depths of [`DEPTHS_MM`],
+    /// N.
     ///
     /// # Errors
-    /// In words.
+    /// The reason in words.
     pub(crate) fn press(
         &mut self,
         placed: &Placed,
@@ -145,11 +147,11 @@ impl Rig {
         Ok(forces)
     }
 
-    /// The largest step of the force from one tick to the next, N: in a press of 5 mm at
-    /// 10 mm/s, and in a slide of 40 mm across the site, 4 mm deep, at a speed.
+    /// The largest step of the force from one tick to the next, N. Without a speed the motion is a
+    /// press of 5 mm at 10 mm/s, with a speed it is a slide of 40 mm across the site, 4 mm deep.
     ///
     /// # Errors
-    /// In words.
+    /// The reason in words.
     pub(crate) fn largest_step_n(
         &mut self,
         placed: &Placed,
@@ -174,7 +176,7 @@ impl Rig {
         let Some(speed) = slide_m_s else {
             return Ok(largest);
         };
-        // It sets off and stops smoothly: half a wave of the sine.
+        // The slide sets off and stops smoothly: its place is half a wave of a sine.
         let ticks = (0.040 / speed / tick_s * std::f64::consts::FRAC_PI_2) as usize;
         for i in 0..=ticks {
             let side = -(std::f64::consts::PI * i as f64 / ticks as f64).cos();
@@ -192,7 +194,7 @@ impl Placed {
         let capsule = |bar: &fem_reference::Bar| {
             let [a, b] = bar.ends_m.map(|p| (p + shift).cast());
             Capsule {
-                // The end that touches is a tip's second.
+                // The end that touches is the second end of a tip's capsule.
                 a_m: b,
                 b_m: a,
                 radius_m: bar.radius_m as f32,
@@ -210,7 +212,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// One tick; force of the tissue on the tool, N.
+    /// Runs one tick, and returns the force of the tissue on the tool, N.
     fn tick(&mut self, parts: &[Capsule], law: Law) -> Point {
         let (body, skin) = (self.body, self.skin);
         let mut force = V3::zeros();
@@ -231,7 +233,8 @@ impl Run<'_> {
     }
 }
 
-/// Depth of a ball in the nearest of the parts, m, and the way out.
+/// Depth of a ball in the part that it is deepest in, m, and the unit vector out of it; `None`
+/// outside of all.
 fn depth(parts: &[Capsule], center_m: &V3, radius_m: f32) -> Option<(f32, V3)> {
     let one = |part: &Capsule| {
         let axis = part.b_m - part.a_m;

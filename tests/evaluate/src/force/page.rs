@@ -5,10 +5,11 @@ use super::{DEPTHS_MM, DOUBT_MAX_PCT, GOAL_PCT, Measured, Row, Step, motion};
 use crate::page::{Section, number, strings, table};
 use figures::panels::{self, Panel, Scale, Series};
 
-/// Force over depth, a panel a case: the reference with the goal around it, and the product.
+/// Force over depth, one panel for each case: the reference with the goal around it, and the
+/// product.
 ///
 /// # Errors
-/// The drawing library's words.
+/// The drawing library's message.
 pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
     let mut panels: Vec<(String, Panel)> = Vec::new();
     for row in rows.iter().filter(|r| r.law == Law::Ours) {
@@ -55,7 +56,7 @@ fn points(force_n: impl Iterator<Item = f64>) -> Vec<[f64; 2]> {
     at.map(|(depth, force)| [*depth, force]).collect()
 }
 
-/// The count that was asked for.
+/// The asked number of spheres that is nearest to the packed one.
 fn rounded(spheres: usize) -> usize {
     let asked = [250, 581, 1200, 2500];
     let nearest = asked
@@ -64,7 +65,7 @@ fn rounded(spheres: usize) -> usize {
     nearest.unwrap_or(spheres)
 }
 
-/// The section.
+/// The section of the page.
 pub(crate) fn section(measured: &Measured, svg: &str) -> Section {
     let rows = &measured.rows;
     let ours = || rows.iter().filter(|r| r.law == Law::Ours);
@@ -76,12 +77,12 @@ pub(crate) fn section(measured: &Measured, svg: &str) -> Section {
             "<p>A rigid, frictionless tool is pressed into an organ 1 to 8 mm deep, along the normal where it first \
 touches; sizes are <b>radii</b>. The force along its way is compared with that of finite elements (quadratic \
 tetrahedra of the same neo-Hookean tissue, frictionless contact). A curve ends where the reference finds no \
-equilibrium any more. Every reference is solved on two meshes; where they differ by more than {DOUBT_MAX_PCT} % the \
-panel says by how much, and nothing is concluded. The goal is the just noticeable difference of force, {GOAL_PCT} % \
-rms.</p><p>On “right lobe” and “neck” constants of the contact law were chosen; all other sites are unseen. \
-<b>{kept} of {} rows at unseen sites with a reference to be trusted are within the goal.</b></p>{svg}{}\
-<p>Steps of the product’s force from one tick to the next, 5 mm radius: pressed to 5 mm, and slid over 40 mm at a depth \
-of 4 mm, at the largest of all sites and sphere counts.</p>{}<details><summary>All figures</summary>{}</details>",
+more equilibrium. Every reference is solved on two meshes. If they differ by more than {DOUBT_MAX_PCT} %, the panel has \
+their difference, and nothing is concluded. The goal is the just noticeable difference of force, {GOAL_PCT} % \
+rms.</p><p>The sites “right lobe” and “neck” were used to choose constants of the contact law; all other sites are \
+unseen. <b>{kept} of {} rows at unseen sites with a trusted reference are within the goal.</b></p>{svg}{}\
+<p>Steps of the product’s force from one tick to the next, for a tip of 5 mm radius: pressed to 5 mm, and slid over 40 mm \
+at a depth of 4 mm. Each is the largest of all sites and sphere counts.</p>{}<details><summary>All figures</summary>{}</details>",
             counting().count(),
             table(&laws(rows)),
             table(&smoothness(&measured.steps)),
@@ -90,7 +91,7 @@ of 4 mm, at the largest of all sites and sphere counts.</p>{}<details><summary>A
     }
 }
 
-/// Every law in short.
+/// A summary of every law.
 fn laws(rows: &[Row]) -> Vec<Vec<String>> {
     let mut lines = vec![strings([
         "law",

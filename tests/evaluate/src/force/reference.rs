@@ -16,27 +16,29 @@ type Point = Vector3<f64>;
 /// Depths, mm.
 pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 
-/// Size of the smallest elements over the tool's radius or, if that is less, [`MEAN_M`]: the
-/// coarser mesh and the finer.
+/// Sizes of the smallest elements of the coarser and the finer mesh, as multiples of the tool's
+/// radius or, if that is less, of [`MEAN_M`].
 const SIZES: [f64; 2] = [1.2, 0.9];
-/// Element sizes under tips on organs that are small enough for finer ones.
+/// Element sizes under tips on an organ that is small enough for finer elements.
 const FINE_SIZES: [f64; 2] = [0.9, 0.7];
-/// Element sizes under jaws on the liver. Jaws are twenty of their radii long, so finer elements
-/// would be too many to solve.
+/// Element sizes under jaws on the liver. Jaws are long for their radius, so finer elements would
+/// be too many to solve.
 const JAWS_SIZES: [f64; 2] = [1.6, 1.2];
 const MEAN_M: f64 = 0.005;
-/// Up to about this distance from the tool elements keep their size, over [`Shaped::mean_m`];
-/// farther off they grow with the distance. With less a free lobe bends up to 70 % too far.
+/// Distance from the tool up to which elements keep their size, as a multiple of
+/// [`Shaped::mean_m`]; farther off they grow. With a smaller region a free lobe bends up to 70 %
+/// too far.
 const NEAR_SIZES: f64 = 2.7;
-/// Along what lies on its side, elements are longer by this: there forces hardly change.
+/// Ratio of an element's length along a tool that lies on its side to its length across: forces
+/// hardly change along the tool.
 const STRETCH: f64 = 3.0;
-/// Steps of the load below this share of it end a curve.
+/// A curve ends where the load needs steps below this share of it.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 
 /// Number of the mesher that makes a case's meshes. The first cut off the edge of the held part.
 /// The second let elements grow along the line on which a tool touches, and made them too large
-/// under thin and thick tips. Under tips of 5 mm it makes the same meshes as the third, except the
-/// gallbladder's.
+/// under thin and thick tips. Under tips of 5 mm it makes the same meshes as the third, except for
+/// the gallbladder.
 fn mesher(case: &Case) -> usize {
     match (case.site.subject, case.tool) {
         (Subject::Liver | Subject::Stomach, Shaped::Tip(5.0)) => 2,
@@ -44,15 +46,15 @@ fn mesher(case: &Case) -> usize {
     }
 }
 
-/// Force over depth.
+/// Force over depth by finite elements.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Curve {
-    /// Force along the way of the tool at the first of [`DEPTHS_MM`], as far as equilibrium was
-    /// found, N.
+    /// Force along the tool's way at the first depths of [`DEPTHS_MM`], up to the last equilibrium,
+    /// N.
     pub(crate) force_n: Vec<f64>,
-    /// On the coarser mesh, N.
+    /// Forces on the coarser mesh, N.
     pub(crate) coarse_n: Vec<f64>,
-    /// Nodes of both meshes, the finer last.
+    /// Nodes of the coarser and the finer mesh.
     pub(crate) nodes: [usize; 2],
     /// Number of the mesher that made the meshes; the current one is [`mesher`].
     pub(crate) mesher: usize,
@@ -65,10 +67,10 @@ impl Curve {
     }
 }
 
-/// Below this the tool hardly touches, and a share of the force says nothing, N.
+/// Least force at which a relative error means anything, N. Below it the tool hardly touches.
 const TOUCHES_N: f64 = 0.005;
 
-/// Errors of values as shares, for as many values as both have, where the tool touches.
+/// Relative errors of values, for as many values as both have, where the tool touches.
 pub(crate) fn off(values: &[f64], truth: &[f64]) -> Vec<f64> {
     let pairs = values.iter().zip(truth);
     let felt = pairs.filter(|(_, t)| **t >= TOUCHES_N);
@@ -82,11 +84,12 @@ pub(crate) fn rms_pct(values: &[f64], truth: &[f64]) -> f64 {
     100.0 * (squares / off.len().max(1) as f64).sqrt()
 }
 
-/// The curve of a case: out of `folder` or of the repository ([`RECORDED`]) if it was found before,
-/// on today's meshes or with `any_mesher`, else solved and kept in `folder`.
+/// The curve of a case. It is taken from `folder` or from the repository ([`RECORDED`]) if it was
+/// found before with today's mesher, or with any mesher if `any_mesher`. Otherwise it is solved and
+/// kept in `folder`.
 ///
 /// # Errors
-/// In words.
+/// The reason in words.
 pub(crate) fn curve(
     case: &Case,
     folder: &Path,
@@ -125,18 +128,18 @@ pub(crate) fn curve(
     Ok(curve)
 }
 
-/// Every curve that the repository keeps, as [`csv`] writes them: solving them takes an hour.
+/// Every curve that the repository keeps, in the form of [`csv`]. Solving them takes an hour.
 const RECORDED: &str = include_str!("../../../results/force_reference.csv");
 
-/// The curve that was found before: in `folder`, else in the repository.
+/// The curve that was found before, from `folder` or else from the repository.
 pub(crate) fn found(case: &Case, folder: &Path, quick: bool) -> Option<Curve> {
     let text = std::fs::read_to_string(place(case, folder, quick));
     let kept = text.ok().and_then(|text| read(&text));
     kept.or_else(|| recorded(case, RECORDED).filter(|_| !quick))
 }
 
-/// `force_reference.csv`: the references themselves. Nodes are 0 where they were not kept, and a
-/// depth that the coarser mesh did not reach is empty.
+/// The references as `force_reference.csv`. Nodes are 0 if they were not kept, and a depth that the
+/// coarser mesh did not reach is empty.
 pub(crate) fn csv<'a>(curves: impl Iterator<Item = (&'a Case, &'a Curve)>) -> String {
     let mut text = "organ,site,tool,mesher,coarser_nodes,nodes,depth_mm,reference_n,\
                     coarser_reference_n\n"
@@ -156,13 +159,13 @@ pub(crate) fn csv<'a>(curves: impl Iterator<Item = (&'a Case, &'a Curve)>) -> St
     text
 }
 
-/// Columns that identify a case in a table.
+/// The columns that identify a case in a table.
 fn columns(case: &Case) -> String {
     let (subject, site) = (case.site.subject.name(), case.site.name);
     format!("{subject},{site},\"{}\"", case.tool.name())
 }
 
-/// The curve of a case in a table that [`csv`] wrote.
+/// The curve of a case, from a table that [`csv`] wrote.
 fn recorded(case: &Case, table: &str) -> Option<Curve> {
     let columns = columns(case) + ",";
     let own = table.lines().filter_map(|line| line.strip_prefix(&columns));
@@ -213,7 +216,7 @@ fn read(text: &str) -> Option<Curve> {
     let mut lines = text.lines().map(|l| l.split_whitespace());
     let head: Option<Vec<usize>> = lines.next()?.map(|w| w.parse().ok()).collect();
     let (mesher, nodes) = match head?[..] {
-        [before, nodes] => (1, [before, nodes]), // it had no number
+        [before, nodes] => (1, [before, nodes]), // files of the first mesher had no number
         [mesher, before, nodes] => (mesher, [before, nodes]),
         _ => return None,
     };
@@ -226,7 +229,7 @@ fn read(text: &str) -> Option<Curve> {
     })
 }
 
-/// Nodes, and force at each depth that was reached.
+/// Number of nodes, and the force at each depth that was reached.
 fn solve(
     case: &Case,
     surface: &Mesh,
@@ -320,7 +323,7 @@ mod tests {
         assert_eq!(recorded(&cases[0], "nothing"), None);
     }
 
-    /// The repository keeps references of existing cases only, and of all of them.
+    /// The repository keeps references of existing cases only.
     #[test]
     fn what_is_recorded_is_read() {
         let lines = RECORDED.lines().count() - 1;

@@ -1,13 +1,14 @@
-//! A haptic device and the hand on it, along one axis, in continuous time: 20 kHz in `f64`.
+//! A haptic device and the hand on it, along one axis. Their mechanics are stepped at 20 kHz in
+//! `f64`.
 
 use std::collections::VecDeque;
 
 /// Steps of the mechanics in a tick.
 const SUBSTEPS: u32 = 20;
-/// One of them, s.
+/// Length of a step, s.
 const STEP_S: f64 = 1e-3 / SUBSTEPS as f64;
 
-/// A device. Positive is away from the wall.
+/// A device. Its axis points away from the wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Device {
     /// Apparent mass at the tip, kg.
@@ -18,15 +19,15 @@ pub(super) struct Device {
     pub(super) friction_n: f64,
     /// Encoder step, m.
     pub(super) encoder_m: f64,
-    /// Peak of the motors, N.
+    /// Peak force of the motors, N.
     pub(super) peak_n: f64,
-    /// From a command to its force, s.
+    /// Time from a command to its force, s.
     pub(super) delay_s: f64,
-    /// A sample every so many ticks.
+    /// Ticks from one sample to the next.
     pub(super) every: u32,
     /// Share of samples that are lost.
     pub(super) lost: f64,
-    /// A sample comes up to so many ticks late.
+    /// Largest delay of a sample, ticks.
     pub(super) late: u32,
 }
 
@@ -51,7 +52,7 @@ impl Device {
     };
 }
 
-/// A hand: a spring and a damper to where it wants the handle.
+/// A hand: a spring and a damper that pull the handle to where the hand wants it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hand {
     pub(super) name: &'static str,
@@ -62,14 +63,14 @@ pub(super) struct Hand {
 }
 
 impl Hand {
-    /// Nobody: a weight lies on the handle.
+    /// No hand: a weight lies on the handle.
     pub(super) const NONE: Self = Self {
         name: "none",
         stiffness_n_m: 0.0,
         damping_n_s_m: 0.0,
         mass_kg: 0.0,
     };
-    /// Two fingers that hardly hold it.
+    /// Two fingers that hardly hold the handle.
     pub(super) const RELAXED: Self = Self {
         name: "relaxed",
         stiffness_n_m: 30.0,
@@ -92,7 +93,7 @@ pub(super) struct Loop {
     hand: Hand,
     pub(super) x_m: f64,
     pub(super) v_m_s: f64,
-    /// Commands on their way: steps until they act, and the force.
+    /// Commands on their way: steps until they act, and their force.
     coming: VecDeque<(u32, f64)>,
     acting_n: f64,
     tick: u32,
@@ -119,7 +120,7 @@ impl Loop {
         }
     }
 
-    /// The sample that this tick brings.
+    /// The sample that this tick brings, if any.
     pub(super) fn sample(&mut self) -> Option<f64> {
         if self.tick.is_multiple_of(self.device.every) && self.draw() >= self.device.lost {
             let late = (self.draw() * f64::from(self.device.late + 1)) as u32;
@@ -127,15 +128,16 @@ impl Loop {
             let x_m = (self.x_m / step).round() * step;
             self.samples.push((self.tick + late, x_m));
         }
-        // The newest of those that are there; older ones that come after it are thrown away.
+        // Take the newest of the samples that have arrived. Older ones that arrive later are thrown
+        // away.
         let newest = self.samples.iter().rposition(|s| s.0 <= self.tick)?;
         let x_m = self.samples[newest].1;
         self.samples.drain(..=newest);
         Some(x_m)
     }
 
-    /// One tick, with this force commanded at its start. The hand wants the handle at `target_m`
-    /// and pulls with `pull_n` besides.
+    /// Advances the mechanics by one tick, with this force commanded at its start. The hand wants
+    /// the handle at `target_m` and also pulls with `pull_n`.
     pub(super) fn tick(&mut self, force_n: f64, target_m: f64, pull_n: f64) {
         let delay = (self.device.delay_s / STEP_S).round() as u32;
         let peak = self.device.peak_n;
@@ -153,7 +155,7 @@ impl Loop {
             let damping = self.device.damping_n_s_m + self.hand.damping_n_s_m;
             let free_n = self.acting_n + held_n - damping * self.v_m_s;
             let v = self.v_m_s + free_n * STEP_S / mass_kg;
-            // Dry friction takes speed away but never turns it round.
+            // Dry friction slows the handle and never turns it round.
             let brake = self.device.friction_n * STEP_S / mass_kg;
             self.v_m_s = v.signum() * (v.abs() - brake).max(0.0);
             self.x_m += self.v_m_s * STEP_S;
@@ -162,7 +164,7 @@ impl Loop {
         self.tick += 1;
     }
 
-    /// Between 0 and 1, the same in every run (SplitMix64).
+    /// A pseudo-random number from 0 to 1, the same in every run (SplitMix64).
     fn draw(&mut self) -> f64 {
         self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.random;
@@ -183,7 +185,7 @@ mod tests {
             ..Hand::NONE
         };
         let mut handle = Loop::new(Device::BARE, hand, 0.01);
-        // √(45 / 0.045) = 31.6 rad/s: a whole swing is 198.7 ms.
+        // √(45 / 0.045) = 31.6 rad/s, so a whole swing takes 198.7 ms.
         let mut furthest = (0, 0.0);
         for tick in 100..250 {
             if tick == 100 {

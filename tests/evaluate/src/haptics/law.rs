@@ -1,5 +1,5 @@
-//! Laws by which force follows from the handle's position: ours, through the product's own tick,
-//! and those it is compared with.
+//! Laws by which force follows from the handle's position: the product's, through its own tick, and
+//! those with which it is compared.
 
 use nalgebra::Translation3;
 use rt_core::fault::{Fault, FaultCounters};
@@ -12,11 +12,12 @@ use rt_core::state::State;
 use super::device::Device;
 use super::trial::START_M;
 
-/// A law is asked once a tick.
+/// A law that is asked once a tick.
 pub(super) trait Law {
-    /// Force on the handle, N, away from the wall; `x_m` is the handle's sample if one came.
+    /// Force on the handle, N, positive away from the wall. `x_m` is the handle's sample if one
+    /// came.
     fn force_n(&mut self, x_m: Option<f64>) -> f64;
-    /// True if it gave up and switched the force off.
+    /// True if the law has switched its force off.
     fn gave_up(&self) -> bool {
         false
     }
@@ -45,7 +46,7 @@ pub(super) struct Coupling {
 }
 
 impl Coupling {
-    /// N/m, N s/m and kg: the middle of those that were tried.
+    /// Stiffness N/m, damping N s/m and mass kg: the middle of the settings that were tried.
     const SPRING: [f64; 3] = [600.0, 1.0, 0.005];
 
     pub(super) fn new(stiffness_n_m: f64, x_m: f64) -> Self {
@@ -65,7 +66,7 @@ impl Law for Coupling {
         let now_m = x_m.unwrap_or(self.x_m);
         let v_m_s = (now_m - self.x_m) / DT;
         self.x_m = now_m;
-        // Implicit Euler, twice: with the wall if it ends up in it.
+        // Implicit Euler without the wall, and again with the wall if the proxy ends up in it.
         let step = |wall: f64| {
             let pull_n = k * (now_m - self.proxy_m) + b * v_m_s - wall * self.proxy_m;
             (m * self.proxy_m_s + DT * pull_n) / (m + DT * b + DT * DT * (k + wall))
@@ -82,22 +83,22 @@ impl Law for Coupling {
     }
 }
 
-/// The product: handle sample → tick → command.
+/// The product: a handle's sample goes in, a tick is run, the command comes out.
 pub(super) struct Product<'a> {
     sim: Sim<'a>,
     world: World,
-    /// Height of the handle whose tip is at 0, m.
+    /// Height of the handle when its tip is at 0, m.
     handle_at_0_m: f64,
 }
 
-/// Record of the product's output gates.
+/// Record of the product's output limits.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Gates {
-    /// Ticks in which passivity damped.
+    /// Ticks in which the passivity observer damped.
     pub(super) damped: u64,
-    /// Ticks in which contact was too stiff.
+    /// Ticks in which the contact was too stiff for the device.
     pub(super) capped: u64,
-    /// Least energy that was observed, J.
+    /// Least energy that the passivity observer saw, J.
     pub(super) energy_j: f64,
 }
 
@@ -126,7 +127,8 @@ impl Ports for World {
 }
 
 impl<'a> Product<'a> {
-    /// The shaft stands upright over the scene; `top_m` is the height that the tip meets.
+    /// Makes a product whose shaft stands upright over the scene. `top_m` is the height that the
+    /// tip meets.
     pub(super) fn new(
         scene: Scene<'a>,
         state: &'a mut State,
@@ -155,7 +157,7 @@ impl<'a> Product<'a> {
             },
             handle_at_0_m,
         };
-        // The jaws close well above the tissue; then the handle comes down to where trials start.
+        // The jaws close well above the tissue. Then the handle comes down to where trials start.
         for tick in 0..600 {
             let share = (f64::from(tick) / 400.0 - 0.5).clamp(0.0, 1.0);
             law.force_n(Some(0.03 + (START_M - 0.03) * share));
@@ -163,7 +165,7 @@ impl<'a> Product<'a> {
         law
     }
 
-    /// Record of the output gates.
+    /// Record of the output limits so far.
     pub(super) fn gates(&self) -> Gates {
         Gates {
             damped: self.count(Fault::Damped),
@@ -203,7 +205,7 @@ impl Law for Product<'_> {
 
 /// Capabilities that a device built like `device` would state.
 pub(super) fn stated(device: &Device) -> DeviceCapabilities {
-    // What dry friction takes from a tremor of 0.2 m/s.
+    // Viscous damping that takes as much energy from a tremor of 0.2 m/s as the dry friction does.
     let friction_n_s_m = 4.0 * device.friction_n / (std::f64::consts::PI * 0.2);
     DeviceCapabilities {
         force_max_n: device.peak_n as f32,
@@ -218,7 +220,7 @@ pub(super) fn stated(device: &Device) -> DeviceCapabilities {
     }
 }
 
-/// One that could do anything: no gate acts but the clamp.
+/// Capabilities of a device that could do anything, so that no limit acts except the clamp.
 pub(super) fn boundless(device: &Device) -> DeviceCapabilities {
     DeviceCapabilities {
         stiffness_max_n_m: 1e9,

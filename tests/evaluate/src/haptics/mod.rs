@@ -1,5 +1,5 @@
-//! Does contact stay still under a hand? The device and the hand along one axis at 20 kHz, the
-//! force by the product's own tick and by the laws that it is compared with.
+//! Tests that contact stays still under a hand. The device and the hand move along one axis at 20
+//! kHz. The force comes from the product's own tick, or from a law with which it is compared.
 
 mod device;
 mod law;
@@ -20,13 +20,13 @@ use trial::{Outcome, START_M, press, respond, wave};
 /// Quantity of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Test {
-    /// The stiffest wall up to which every wall is stable.
+    /// The stiffest wall up to which all walls are stable.
     Wall,
-    /// A liver is pressed.
+    /// A press on a liver.
     Tissue,
-    /// The hand waves in free space.
+    /// A hand that waves in free space.
     Free,
-    /// The handle is led to and fro in a wall: gain and delay.
+    /// A handle that is led to and fro in a wall: gain and delay.
     Response,
 }
 
@@ -35,18 +35,18 @@ pub(crate) enum Test {
 pub(crate) enum How {
     /// The product.
     Ours,
-    /// Hooke's law on penetration.
+    /// Hooke's law on the penetration.
     Hooke,
     /// A virtual coupling.
     Coupling,
-    /// The product's contact without the gates of its output.
+    /// The product's contact without its output limits.
     Bare,
-    /// As `Bare`, without a skin: the tool meets the spheres rigidly.
+    /// As `Bare`, but the tool meets the spheres rigidly instead of a skin.
     Rigid,
 }
 
 impl How {
-    /// Its name in files and charts.
+    /// Name of the law in files and charts.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Ours => "Calot",
@@ -65,34 +65,37 @@ pub(crate) struct Row {
     pub(crate) how: How,
     hand: Hand,
     device: Device,
-    /// N/m of a wall, Pa of tissue, Hz of a response.
+    /// Parameter of the test: stiffness of a wall, N/m; modulus of tissue, Pa; frequency of a
+    /// response, Hz.
     pub(crate) of: f64,
-    /// Stiffest stable wall, N/m; of a response the gain.
+    /// Stiffness of the stiffest stable wall, or the gain of a response, N/m.
     stiffness_n_m: f64,
-    /// Force over depth where it came to rest; of the stiffest stable wall.
+    /// Force over depth at rest, for a wall test in the stiffest stable wall, N/m.
     rendered_n_m: f64,
     outcome: Outcome,
     gates: Gates,
-    /// Of a response, s.
+    /// Delay of a response, s.
     lag_s: f64,
 }
 
-/// The softest wall that is tried, N/m: in a softer one a weight of 1 N goes too deep.
+/// Stiffness of the softest wall that is tried, N/m. A weight of 1 N would go too deep into a
+/// softer one.
 const SOFTEST_N_M: f64 = 100.0;
-/// With what the hand presses into a wall and into tissue, N: in soft tissue 0.3 N are 8 mm.
+/// Force of the hand on a wall, N.
 const WALL_PRESS_N: f64 = 1.0;
+/// Force of the hand on tissue, N: it goes 8 mm deep in soft tissue.
 const TISSUE_PRESS_N: f64 = 0.3;
-/// Closed jaws lie side by side, and each meets a wall as a spring of its own.
+/// Number of jaws. Closed jaws lie side by side, and each meets a wall as a spring of its own.
 const JAWS: f64 = 2.0;
 /// Spheres of the liver.
 const SPHERES: usize = 581;
-/// The stiffest wall, N/m.
+/// Stiffness of the stiffest wall that is tried, N/m.
 const STIFFEST_N_M: f64 = 20e3;
 
-/// Everything.
+/// Runs all tests.
 ///
 /// # Errors
-/// What the scene's check refuses, in words.
+/// The message of the scene's check.
 pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
     let mut bench = Bench {
         state: Box::new(State::new()),
@@ -177,7 +180,7 @@ pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
 struct Bench {
     state: Box<State>,
     rows: Vec<Row>,
-    /// Between a wall and the next stiffer one.
+    /// Ratio of a wall's stiffness to that of the wall before.
     ratio: f64,
 }
 
@@ -215,7 +218,7 @@ impl Bench {
         })
     }
 
-    /// Ever stiffer walls, until one is not stable.
+    /// Tests ever stiffer walls until one is not stable.
     fn wall(&mut self, how: How, hand: Hand, device: Device) -> Result<(), String> {
         let mut stiffness_n_m = SOFTEST_N_M;
         let mut best: Option<(f64, Outcome, Gates)> = None;
@@ -249,7 +252,7 @@ impl Bench {
         Ok(())
     }
 
-    /// A liver, the height of its top and its modulus, under every hand.
+    /// Tests a liver under every hand. `top_m` is the height of its top, `young_pa` its modulus.
     fn tissue(
         &mut self,
         how: How,

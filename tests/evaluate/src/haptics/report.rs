@@ -45,7 +45,7 @@ stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_
     text
 }
 
-/// A column of the map: delay, samples.
+/// Name of a column of the map: the delay, and what is unusual about the samples.
 fn column(r: &Row) -> String {
     let d = &r.device;
     let mut name = format!("{} ms", d.delay_s * 1e3);
@@ -70,7 +70,7 @@ fn device(r: &Row) -> String {
     }
 }
 
-/// Names in the order in which they first come.
+/// Names in the order in which they first occur.
 fn in_order(names: impl Iterator<Item = String>) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for name in names {
@@ -81,10 +81,10 @@ fn in_order(names: impl Iterator<Item = String>) -> Vec<String> {
     all
 }
 
-/// The map: up to which stiffness a wall is stable.
+/// The map of the stiffness up to which walls are stable.
 ///
 /// # Errors
-/// The drawing library's words.
+/// The drawing library's message.
 pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
     let walls: Vec<&Row> = rows.iter().filter(|r| r.test == Test::Wall).collect();
     let columns = in_order(walls.iter().map(|r| column(r)));
@@ -113,7 +113,8 @@ pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
     heat_map(&columns, &names, &lines)
 }
 
-/// Ours says what is rendered of a wall and up to which wall; the others render what they are told.
+/// A cell of the map. For the product it also has the rendered stiffness; the other laws render the
+/// wall's own.
 fn wall_cell(r: &Row) -> Cell {
     let limit = if r.stiffness_n_m >= STIFFEST_N_M {
         "all".to_owned()
@@ -134,7 +135,7 @@ fn wall_cell(r: &Row) -> Cell {
     }
 }
 
-/// The section.
+/// The section of the page.
 pub(crate) fn section(rows: &[Row], svg: &str) -> Section {
     let ours = |test| {
         rows.iter()
@@ -145,10 +146,10 @@ pub(crate) fn section(rows: &[Row], svg: &str) -> Section {
     let mut body = format!(
         "<p>A handle of 45 g (emulated Touch: 0.055 mm encoder steps, 3.3 N, force held for a millisecond), mechanics \
 at 20 kHz. A hand presses (nobody: a weight lies on the handle; relaxed: 30 N/m and 0.2 N s/m; firm: 400 N/m, 4 N s/m \
-and 20 g), with 1 N into a wall or with 0.3 N into a liver of 581 spheres. Stable: after 1.2 s the handle swings within 0.275 mm, or ever \
-less. The map says up to which stiffness every wall is stable, 100 N/m to 20 kN/m; Calot is told the device's damping, \
-friction and delay, but neither the hand nor lost and late samples; in brackets the stiffness that it renders of the \
-stiffest stable wall. In {} of {walls} settings it is stable with every wall. “Touch” has 0.2 N s/m and 0.26 N of \
+and 20 g), with 1 N into a wall or with 0.3 N into a liver of 581 spheres. A contact is stable if the handle swings within 0.275 mm after 1.2 s, or its swing gets smaller. \
+The map has the stiffness up to which all walls are stable, from 100 N/m to 20 kN/m. Calot knows the device's damping, \
+friction and delay, but neither the hand nor lost and late samples. In brackets is the stiffness that Calot renders in the \
+stiffest stable wall. In {} of {walls} settings Calot is stable with every wall. “Touch” has 0.2 N s/m and 0.26 N of \
 dry friction; the others have no friction.</p>{svg}",
         all.count()
     );
@@ -166,14 +167,14 @@ dry friction; the others have no friction.</p>{svg}",
         .collect();
     if !left.is_empty() {
         body += &format!(
-            "<details><summary>Calot's exceptions</summary><p>0 N/m: what the device's damping bears at its delay \
-does not carry the weight.</p><ul><li>{}</ul></details>",
+            "<details><summary>Calot's exceptions</summary><p>At 0 N/m, the stiffness that the device's \
+damping allows at its delay does not carry the weight.</p><ul><li>{}</ul></details>",
             left.join("<li>")
         );
     }
-    body += "<h3>A liver</h3><p>5 and 20 kPa, met at its contact skin, but by the rigid multiplier at its spheres; devices of 0.1 and 0.5 N s/m and \
-the Touch, 0 to 4 ms.</p><table><tr><th>law<th>stable<th>largest change of force a tick, held, mN<th>most energy \
-given, mJ<th>ticks damped";
+    body += "<h3>A liver</h3><p>A liver of 5 and 20 kPa is met at its contact skin; only the rigid multiplier meets its spheres. The devices \
+have 0.1 and 0.5 N s/m, or are the Touch; their delays are 0 to 4 ms.</p><table><tr><th>law<th>stable<th>largest change of force a tick while held, mN<th>most \
+energy given, mJ<th>ticks damped";
     for how in [How::Ours, How::Bare, How::Rigid] {
         let of = || {
             rows.iter()
@@ -208,7 +209,7 @@ given, mJ<th>ticks damped";
         );
     }
     Section {
-        title: "Does contact stay still under a hand".to_owned(),
+        title: "Contact under a hand".to_owned(),
         body: body + "</table>",
     }
 }

@@ -8,7 +8,7 @@ use crate::body::{Body, Tissue};
 use crate::methods::{Parts, Surroundings};
 use crate::organ;
 
-/// A wall: one sphere of 50 mm that is held, its top at 0.
+/// A wall: the top of one held sphere of 50 mm radius, at height 0.
 pub(super) struct Wall {
     organs: [Organ; 1],
     spheres: [RestSphere; 1],
@@ -66,20 +66,20 @@ impl Wall {
     }
 }
 
-/// Below this the liver is held, m.
+/// Height below which the liver is held, m.
 const HELD_BELOW_M: f64 = -0.02;
 
 /// Part of a liver that the tip meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Meets {
-    /// Its contact skin, as it ships.
+    /// The contact skin, as in the product.
     Skin,
-    /// Its spheres, so wide that there are no gaps, rigidly.
+    /// The spheres, made so wide that there are no gaps, and rigid.
     Spheres,
 }
 
-/// A liver, its lower part held, of so many spheres and this modulus; and the height at which the
-/// tip meets it, m.
+/// A liver with this number of spheres and this modulus, its lower part held, and the height at
+/// which the tip meets it, m.
 pub(super) fn liver(spheres: usize, young_pa: f64, meets: Meets) -> Result<(Parts, f64), String> {
     let tissue = Tissue {
         young_pa,
@@ -97,7 +97,7 @@ pub(super) fn liver(spheres: usize, young_pa: f64, meets: Meets) -> Result<(Part
         damping_per_s: 5.0,
     };
     let mut parts = Parts::new(&body, &around, None).map_err(|e| e.to_string())?;
-    // Places are rounded to single precision.
+    // The margin covers the rounding of places to single precision.
     parts.settle(HELD_BELOW_M as f32 + 1e-6, 0.002);
     let highest = |tops: &mut dyn Iterator<Item = Vec3>, within_m: f32| {
         let under = tops.filter(|p| p.xy().norm() < within_m);

@@ -1,41 +1,41 @@
-//! One trial: a hand presses, and does it stay still?
+//! One trial: a hand presses, and the handle is watched for motion.
 
 use super::device::{Device, Hand, Loop};
 use super::law::Law;
 
-/// The hand moves in within this time, s.
+/// Time in which the hand moves in, s.
 const APPROACH_S: f64 = 0.3;
-/// It has this long to come to rest, s…
+/// Time in which the handle may come to rest, s.
 const SETTLE_S: f64 = 1.2;
-/// …and is watched for this long, s.
+/// Time in which it is then watched, s.
 const WATCH_S: f64 = 0.5;
-/// From so far away, m.
+/// Height from which the hand comes, m.
 pub(super) const START_M: f64 = 0.003;
-/// Swings larger than this are felt and seen, m: five encoder steps of a Touch.
+/// Largest swing that is neither felt nor seen, m: five encoder steps of a Touch.
 pub(super) const STILL_M: f64 = 0.275e-3;
 
 /// Outcome of a trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Outcome {
-    /// The handle swings within this, m, while it is held.
+    /// Swing of the handle while it is watched, m.
     pub(super) swing_m: f64,
-    /// Amplitude in the half second before, m.
+    /// Swing in the half second before, m.
     pub(super) before_m: f64,
-    /// Largest change of the command from tick to tick meanwhile, N.
+    /// Largest change of the command from one tick to the next while the handle is watched, N.
     pub(super) step_n: f64,
-    /// Command in the end, N.
+    /// Command at the end, N.
     pub(super) force_n: f64,
-    /// Place at which the handle came to rest, m.
+    /// Place of the handle at the end, m.
     pub(super) x_m: f64,
-    /// Most that the motors gave the hand over the whole trial, less what they took before, J: from
-    /// rest to rest nothing passive can give any.
+    /// Largest net work of the motors on the hand during the trial, J. Nothing passive can give any
+    /// from rest to rest.
     pub(super) given_j: f64,
-    /// The law switched itself off.
+    /// True if the law switched its force off.
     pub(super) gave_up: bool,
 }
 
 impl Outcome {
-    /// Nothing happened.
+    /// A handle that did not move.
     pub(super) const NONE: Self = Self {
         swing_m: 0.0,
         before_m: 0.0,
@@ -46,14 +46,14 @@ impl Outcome {
         gave_up: false,
     };
 
-    /// True if it is still, or comes to rest.
+    /// True if the handle is still or its swing gets smaller, and the law did not give up.
     pub(super) fn is_stable(&self) -> bool {
         let still = self.swing_m <= STILL_M || self.swing_m < 0.7 * self.before_m;
         still && !self.gave_up
     }
 }
 
-/// The hand presses with about `press_n` into what has `stiffness_n_m`, and holds.
+/// Presses with about `press_n` into something of stiffness `stiffness_n_m`, and holds.
 pub(super) fn press(
     law: &mut dyn Law,
     device: Device,
@@ -68,7 +68,7 @@ pub(super) fn press(
     };
     let ticks = ((APPROACH_S + SETTLE_S + WATCH_S) * 1e3) as u32;
     let watched = (WATCH_S * 1e3) as u32;
-    // Lowest and highest place in the half second before, and in the last.
+    // Lowest and highest place in the half second before the watch, and during it.
     let mut range_m = [[f64::MAX, f64::MIN]; 2];
     let (mut last_n, mut step_n, mut given_j) = (0.0_f64, 0.0_f64, 0.0_f64);
     for tick in 0..ticks {
@@ -104,7 +104,8 @@ pub(super) fn press(
     }
 }
 
-/// Most force in free space, N: the hand moves up and down above the wall at up to 0.25 m/s.
+/// Largest force in free space, N, while the hand moves up and down above the wall at up to 0.25
+/// m/s.
 pub(super) fn wave(law: &mut dyn Law, device: Device) -> f64 {
     let mut handle = Loop::new(device, Hand::FIRM, START_M);
     let mut most_n = 0.0_f64;
@@ -119,7 +120,7 @@ pub(super) fn wave(law: &mut dyn Law, device: Device) -> f64 {
 }
 
 /// Gain (N/m) of the force on a handle that is led sinusoidally by 0.5 mm at `hz` around `depth_m`,
-/// and how late it acts (s), the device's delay and the hold of half a tick included.
+/// and the delay of the force (s). The delay includes the device's and half a tick of hold.
 pub(super) fn respond(law: &mut dyn Law, device: Device, depth_m: f64, hz: f64) -> [f64; 2] {
     const AMPLITUDE_M: f64 = 0.5e-3;
     let turn = std::f64::consts::TAU * hz * 1e-3;

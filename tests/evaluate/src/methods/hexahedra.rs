@@ -1,5 +1,5 @@
-//! Corotational linear hexahedra, implicit Euler, conjugate gradients: the paper's comparator
-//! ("FEM, hexahedra").
+//! Corotational linear hexahedra with implicit Euler and conjugate gradients: the paper's
+//! comparator "FEM, hexahedra".
 
 use nalgebra::{Matrix3, Quaternion, SMatrix, UnitQuaternion};
 
@@ -8,26 +8,26 @@ use crate::body::{Body, V3};
 
 type Stiffness = SMatrix<f32, 24, 24>;
 
-/// Iterations of the linear solver a step, at most.
+/// Iterations of the linear solver in a step, at most.
 const ITERATIONS_MAX: usize = 30;
-/// It stops at this share of the right-hand side's norm.
+/// The solver stops when the residual is this share of the right-hand side's norm.
 const TOLERANCE: f32 = 1e-3;
 
-/// All cells are the same cube.
+/// The method's state. All cells are the same cube.
 pub(crate) struct Hexahedra {
     stiffness: Stiffness,
-    /// Derivatives of the shape functions in the middle, 1/m.
+    /// Derivatives of the shape functions in the middle of a cell, 1/m.
     slopes: [V3; 8],
     turned: Vec<UnitQuaternion<f32>>,
 }
 
-/// Corner `i` of the unit cube, ±1.
+/// Corner `i` of the cube, each coordinate ±1.
 fn corner(i: usize) -> V3 {
     let side = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
     V3::new(side(0), side(1), side(2))
 }
 
-/// Derivatives of the eight shape functions at a place in the cube (−1 to 1), by position.
+/// Derivatives by position of the eight shape functions, at a place in the cube (−1 to 1), 1/m.
 fn slopes(at: &V3, edge_m: f32) -> [V3; 8] {
     std::array::from_fn(|i| {
         let c = corner(i);
@@ -63,7 +63,7 @@ impl Hexahedra {
         }
     }
 
-    /// Product of the turned stiffness with a field, added up at the nodes.
+    /// Product of the turned stiffness with a field, summed at the nodes.
     fn apply(&self, body: &Body, field: &[V3], out: &mut [V3]) {
         out.fill(V3::zeros());
         for (cell, turn) in body.cells.iter().zip(&self.turned) {
@@ -99,14 +99,14 @@ impl Hexahedra {
         out
     }
 
-    /// Follows each cell's rotation, from where it was.
+    /// Updates each cell's rotation from its last one.
     fn turn(&mut self, body: &Body, u: &[V3]) {
         for (cell, turn) in body.cells.iter().zip(&mut self.turned) {
             let mut f = Matrix3::identity();
             for (slope, &n) in self.slopes.iter().zip(cell) {
                 f += u[n] * slope.transpose();
             }
-            // Müller et al. 2016: a few Newton steps from the last rotation.
+            // Müller et al. 2016: a few Newton steps from the last rotation are enough.
             for _ in 0..4 {
                 let r = turn.to_rotation_matrix();
                 let (mut axis, mut sum) = (V3::zeros(), 0.0);
@@ -131,7 +131,7 @@ fn dot(a: &[V3], b: &[V3]) -> f32 {
 }
 
 impl Method for Hexahedra {
-    /// `(M + dt² K) Δv = dt (f(u + dt v) + m g)`.
+    /// Solves `(M + dt² K) Δv = dt (f(u + dt v) + m g)`.
     fn step(&mut self, body: &Body, state: &mut State, env: &Env) {
         let (n, dt) = (body.rest_m.len(), env.dt_s);
         self.turn(body, &state.u_m);

@@ -3,10 +3,11 @@
 use super::{Env, Method, State, edge_stiffness};
 use crate::body::{Body, V3};
 
-/// Springs on every edge, stiff enough together for the tissue's shear.
+/// Springs on every edge. Together they are as stiff in shear as the tissue.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MassSpring {
-    /// Explicit Euler, as the paper's comparator; otherwise velocity first (semi-implicit).
+    /// True for explicit Euler, the paper's comparator. Otherwise the velocity comes first
+    /// (semi-implicit).
     pub(crate) explicit: bool,
 }
 

@@ -1,5 +1,5 @@
-//! The methods on the chart, one file each: the equations as published, in single precision, one
-//! thread, no vector instructions by hand.
+//! The methods on the chart, one file each. They follow the equations as published, in single
+//! precision, on one thread, without vector instructions by hand.
 
 mod hexahedra;
 mod mass_spring;
@@ -32,34 +32,34 @@ pub(crate) struct State {
     pub(crate) d_m: Vec<V3>,
     /// Inverse mass, 1/kg; 0 for spheres that are moved from outside.
     pub(crate) w_per_kg: Vec<f32>,
-    /// Targets of the held spheres at the end of the step (displacement from rest), m.
+    /// Displacement of the held spheres from rest at the end of the step, m.
     pub(crate) target_m: Vec<V3>,
-    /// Force of the method on each of those, N.
+    /// Force of the method on each held sphere, N.
     pub(crate) pull_n: Vec<V3>,
-    /// Positions or velocities were changed from outside since the last step.
+    /// True if positions or velocities were changed from outside since the last step.
     pub(crate) is_edited: bool,
-    /// Spheres that the method itself found not finite, or far away, and put back.
+    /// Number of spheres that the method found not finite or far away, and put back.
     pub(crate) put_back: u32,
-    /// Pressing ball, at the end of the step.
+    /// The ball that presses, at the end of the step.
     pub(crate) ball: Option<Ball>,
-    /// Force on it, mean of the last ticks, N.
+    /// Force on the ball, as a running mean over some ticks, N.
     pub(crate) ball_force_n: V3,
 }
 
 /// A rigid, frictionless ball.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ball {
-    /// Its centre, m.
+    /// The ball's centre, m.
     pub(crate) center_m: V3,
-    /// Its radius, m.
+    /// The ball's radius, m.
     pub(crate) radius_m: f32,
 }
 
-/// Share of a tick in [`State::ball_force_n`].
+/// Weight of one tick in [`State::ball_force_n`].
 const FORCE_SHARE: f32 = 0.02;
 
 impl Ball {
-    /// Displacement that clears a sphere of the ball, m.
+    /// Displacement that moves a sphere clear of the ball, m; `None` if they do not touch.
     pub(crate) fn pushes(&self, center_m: &V3, radius_m: f32) -> Option<V3> {
         let arm = center_m - self.center_m;
         let distance = arm.norm();
@@ -68,7 +68,7 @@ impl Ball {
     }
 }
 
-/// A step's surroundings.
+/// Length of a step, and the loads in it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Env {
     /// Length of the step, s.
@@ -88,14 +88,14 @@ pub(crate) struct Surroundings {
     pub(crate) damping_per_s: f32,
 }
 
-/// One way to move a body by one step.
+/// A method that moves a body step by step.
 pub(crate) trait Method {
     /// Moves the state by one step.
     fn step(&mut self, body: &Body, state: &mut State, env: &Env);
 }
 
 impl State {
-    /// At rest, with the marked spheres moved from outside.
+    /// A body at rest. Held spheres are moved from outside.
     pub(crate) fn at_rest(body: &Body, held: &[bool]) -> Self {
         let n = body.rest_m.len();
         let weight = |(m, held): (&f32, &bool)| if *held { 0.0 } else { 1.0 / m };
@@ -113,7 +113,7 @@ impl State {
         }
     }
 
-    /// Moves free spheres out of the ball, by position, as a tick's last constraint.
+    /// Moves free spheres out of the ball, by position, as the last constraint of a step.
     pub(crate) fn touch(&mut self, body: &Body, dt_s: f32) {
         let Some(ball) = self.ball else { return };
         let mut force = V3::zeros();
@@ -128,18 +128,19 @@ impl State {
         self.feel(&force);
     }
 
-    /// The ball feels the force of a step, N.
+    /// Adds the force of a step on the ball to its mean, N.
     pub(crate) fn feel(&mut self, force_n: &V3) {
         self.ball_force_n += (force_n - self.ball_force_n) * FORCE_SHARE;
     }
 
-    /// Displacement as predicted and corrected so far, m.
+    /// Displacement of a sphere as predicted and corrected so far, m.
     #[inline]
     fn now(&self, i: usize) -> V3 {
         self.u_m[i] + self.d_m[i]
     }
 
-    /// Moves a sphere by `impulse` (kg m) times its inverse mass; a held one feels it as a force.
+    /// Moves a sphere by `impulse` (kg m) times its inverse mass. A held sphere feels it as a
+    /// force.
     #[inline]
     fn push(&mut self, i: usize, impulse: V3, dt_s: f32) {
         self.d_m[i] += impulse * self.w_per_kg[i];
@@ -148,7 +149,7 @@ impl State {
         }
     }
 
-    /// Position-based dynamics' first half: fly freely.
+    /// First half of a step of position-based dynamics: the spheres fly freely.
     fn predict(&mut self, env: &Env) {
         let keep = 1.0 - env.damping_per_s * env.dt_s;
         for i in 0..self.u_m.len() {
@@ -161,7 +162,7 @@ impl State {
         }
     }
 
-    /// Its second half: the correction becomes the velocity.
+    /// Second half of such a step: the displacement becomes the velocity.
     fn advance(&mut self, env: &Env) {
         for i in 0..self.u_m.len() {
             self.v_m_s[i] = self.d_m[i] / env.dt_s;
@@ -170,34 +171,34 @@ impl State {
     }
 }
 
-/// Stiffness of an edge so that edges alone resist shear as the tissue does, N/m.
+/// Stiffness of an edge, chosen so that the edges alone resist shear as the tissue does, N/m.
 pub(crate) fn edge_stiffness(body: &Body, edge: &crate::body::Edge) -> f32 {
     15.0 * body.tissue.mu() as f32 * edge.volume_m3 / (edge.length_m * edge.length_m)
 }
 
-/// A method as the charts name it.
+/// A method with its settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Way {
     /// Springs on every edge, explicit Euler.
     ExplicitSprings,
     /// Springs on every edge, velocity before position.
     Springs,
-    /// The paper's inner spheres, stiffness and iterations, as the product has them.
+    /// The paper's inner spheres as the product computes them: stiffness and iterations.
     Paper(f32, u32),
-    /// Stretching of the edges by this share, volume of the tetrahedra.
+    /// Stretching of the edges by this share, and volume of the tetrahedra.
     StretchVolume(f32),
     /// Compliant springs and volumes.
     XpbdSprings,
-    /// The neo-Hookean solid as it ships.
+    /// The product's neo-Hookean solid.
     Ours,
-    /// The product's method, written again from its equations, lane by lane.
+    /// The product's method, written again from its equations, one tetrahedron at a time.
     Twin,
     /// Implicit corotational hexahedra, on a body of their own.
     Hexahedra,
 }
 
 impl Way {
-    /// Its name without its settings.
+    /// Name of the method without its settings.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::ExplicitSprings => "mass-spring, explicit Euler (paper's)",
@@ -213,7 +214,7 @@ impl Way {
         }
     }
 
-    /// Its setting, in words; empty where everything follows from the material.
+    /// Settings of the method in words; empty if everything follows from the material.
     pub(crate) fn setting(self) -> String {
         match self {
             Self::Paper(k, n) => format!("k = {k:.4}, {n} iterations"),
@@ -222,12 +223,12 @@ impl Way {
         }
     }
 
-    /// True if its own step moves spheres out of the ball.
+    /// True if the method's own step moves spheres out of the ball.
     pub(crate) fn touches(self) -> bool {
         matches!(self, Self::Ours | Self::Paper(..))
     }
 
-    /// Steps a tick.
+    /// Steps in a tick.
     pub(crate) fn substeps(self) -> usize {
         match self {
             Self::ExplicitSprings | Self::Springs => 4,
@@ -235,11 +236,10 @@ impl Way {
         }
     }
 
-    /// Parts that its method borrows. Only the product as it ships meets tools at a skin, if there
-    /// is one.
+    /// Parts that the method borrows. Only the product meets tools at a skin, if there is one.
     ///
     /// # Errors
-    /// What the product refuses to load.
+    /// The message with which the product refuses the scene.
     pub(crate) fn parts(
         self,
         body: &Body,
@@ -258,10 +258,10 @@ impl Way {
         }))
     }
 
-    /// The method, ready to step.
+    /// The method, ready for its first step.
     ///
     /// # Errors
-    /// What the product refuses to load.
+    /// The message with which the product refuses the scene.
     pub(crate) fn method<'a>(
         self,
         body: &Body,
@@ -403,7 +403,8 @@ mod tests {
         }
     }
 
-    /// A bar pulled by 30 % through both ends: force and waist against the closed form.
+    /// A bar is pulled by 30 % at both ends. Its force and its waist are compared with the closed
+    /// form.
     #[test]
     fn neo_hookean_pulls_with_the_closed_forms_force() {
         let body = bar();
@@ -439,7 +440,7 @@ mod tests {
         assert!((body.growth(&state.u_m) - growth).abs() < 0.01);
     }
 
-    /// The explicit Euler integration that the paper compares with gains energy and blows up.
+    /// Explicit Euler, with which the paper compares, gains energy and blows up.
     #[test]
     fn explicit_euler_blows_up_where_the_semi_implicit_one_does_not() {
         let body = bar();

@@ -1,12 +1,13 @@
-//! Stable neo-Hookean tetrahedra, volume and shear solved together (Macklin and Müller 2021), one
-//! pass a step from zero multipliers.
+//! Stable neo-Hookean tetrahedra whose volume and shear are solved together (Macklin and Müller
+//! 2021), in one pass a step from zero multipliers.
 
 use rt_core::tissue::neo_hookean::STIFFNESS_SHARE;
 
 use super::{Env, Method, State};
 use crate::body::{Body, V3, cofactor};
 
-/// No settings: everything follows from E, ν and the step, and the share of E that ships.
+/// The method has no settings: everything follows from E, ν, the step, and the product's share of
+/// E.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NeoHookean;
 
@@ -37,7 +38,8 @@ impl Method for NeoHookean {
             }
             let draw = 0.1_f32.min(-10.0 * f.determinant());
             if draw > 0.0 {
-                // Inside out: displacements are drawn together around the centre of mass.
+                // The tetrahedron is inside out, so its corners are drawn together around their
+                // centre.
                 let mean = tet.nodes.iter().map(|&n| state.now(n)).sum::<V3>() / 4.0;
                 let weights = tet.nodes.map(|n| state.w_per_kg[n]);
                 let lightest = weights.into_iter().fold(1e-6, f32::max);

@@ -3,16 +3,16 @@
 use super::{Env, Method, State};
 use crate::body::{Body, V3};
 
-/// Its two dimensionless settings.
+/// The method's two dimensionless settings.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PaperPbd {
-    /// Share of each error corrected in an iteration (1 in the paper).
+    /// Share of each error that an iteration corrects (1 in the paper).
     pub(crate) stiffness: f32,
-    /// Iterations a step.
+    /// Iterations in a step.
     pub(crate) iterations: usize,
 }
 
-/// Eq. 3–5 on every edge, over a share of the way.
+/// Corrects the stretch of every edge by a share (Eq. 3–5).
 pub(super) fn stretch(body: &Body, state: &mut State, stiffness: f32, dt_s: f32) {
     for edge in &body.edges {
         let [a, b] = edge.nodes;
@@ -33,7 +33,8 @@ impl Method for PaperPbd {
         let n = body.rest_m.len();
         for _ in 0..self.iterations {
             stretch(body, state, self.stiffness, env.dt_s);
-            // Eq. 6–8, all spheres from the same positions: c' = mean(c'_n) + L is u = mean(u_n).
+            // Eq. 6–8, for all spheres from the same positions: c' = mean(c'_n) + L means u =
+            // mean(u_n).
             let mut sum = vec![(V3::zeros(), 0.0_f32); n];
             for edge in &body.edges {
                 let [a, b] = edge.nodes;

@@ -1,4 +1,4 @@
-//! The product's own solvers, through the door that `rt-core` keeps for studies.
+//! The product's own solvers, through the interface that `rt-core` keeps for studies.
 
 use rt_core::math::Pose;
 use rt_core::scene::{
@@ -34,7 +34,7 @@ struct Plan {
 }
 
 impl Plan {
-    /// The instrument's port lies above the scene's origin.
+    /// Makes the scene. The instrument's port lies above its origin.
     fn scene(&self) -> Result<Scene<'_>, SceneError> {
         let room = Room {
             gravity_m_s2: self.gravity_m_s2,
@@ -56,15 +56,16 @@ impl Plan {
     }
 }
 
-/// Stiffness number of a substep up to which one pass is the material's stiffness within 3 %.
+/// Greatest stiffness number of a substep at which one pass is within 3 % of the material's
+/// stiffness.
 const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 
 impl Parts {
-    /// A scene of one organ. `paper`: by the paper's method, with this stiffness and so many
-    /// iterations; otherwise as the neo-Hookean solid that ships.
+    /// Makes a scene of one organ. With `paper` the paper's method moves it, with this stiffness
+    /// and number of iterations. Otherwise it is the product's neo-Hookean solid.
     ///
     /// # Errors
-    /// What the scene's check refuses.
+    /// The message with which the scene's check refuses it.
     pub(crate) fn new(
         body: &Body,
         around: &Surroundings,
@@ -152,16 +153,16 @@ impl Parts {
         })
     }
 
-    /// With what tools meet.
+    /// Adds the skin that tools meet.
     pub(crate) fn with_skin(mut self, skin: ContactSkin) -> Self {
         self.plan.skin = skin;
         self
     }
 
-    /// The tissue at rest.
+    /// The tissue at rest, as a [`Method`].
     ///
     /// # Errors
-    /// What the scene's check refuses.
+    /// The message with which the scene's check refuses it.
     pub(crate) fn tissue(&mut self) -> Result<Product<'_>, SceneError> {
         let held = vec![false; self.plan.spheres.len()];
         let has_skin = !self.plan.skin.vertices.is_empty();
@@ -173,7 +174,7 @@ impl Parts {
         })
     }
 
-    /// Holds what lies up to this height, m, and gives the tissue this retardation, s.
+    /// Holds the spheres up to this height, m, and gives the tissue this retardation, s.
     pub(crate) fn settle(&mut self, height_m: f32, retardation_s: f32) {
         for organ in &mut self.plan.organs {
             organ.material.retardation_s = retardation_s;
@@ -202,25 +203,25 @@ impl Parts {
         &self.plan.spheres
     }
 
-    /// The scene, the instrument's port above its origin.
+    /// The scene. The instrument's port lies above its origin.
     ///
     /// # Errors
-    /// What the scene's check refuses.
+    /// The message with which the scene's check refuses it.
     pub(crate) fn scene(&self) -> Result<Scene<'_>, SceneError> {
         self.plan.scene()
     }
 
-    /// Its tissue alone.
+    /// The tissue at rest, without the wrapping of a [`Method`].
     ///
     /// # Errors
-    /// What the scene's check refuses.
+    /// The message with which the scene's check refuses it.
     pub(crate) fn bare(&mut self) -> Result<Tissue<'_>, SceneError> {
         let scene = self.plan.scene()?;
         Ok(Tissue::new(scene, &mut self.bodies, self.solver))
     }
 }
 
-/// The product's tissue. Its tick is 1 ms, whatever the surroundings say.
+/// The product's tissue as a method. Its tick is always 1 ms.
 pub(crate) struct Product<'a> {
     tissue: Tissue<'a>,
     held: Vec<bool>,
@@ -260,7 +261,7 @@ impl Method for Product<'_> {
 }
 
 impl Product<'_> {
-    /// One tick in which a ball moves spheres out of itself; its force on the ball, N.
+    /// Runs one tick in which a ball moves spheres out of itself. Returns the force on the ball, N.
     fn step_against_spheres(&mut self, body: &Body, state: &mut State) -> V3 {
         let (ball, mut force) = (state.ball, V3::zeros());
         state.put_back += self.tissue.step_with(|tissue, step_s| {
@@ -279,7 +280,7 @@ impl Product<'_> {
 }
 
 impl Ball {
-    /// The end of a tool without a length.
+    /// The ball as the end of a tool without length.
     fn as_tip(self) -> Capsule {
         Capsule {
             a_m: self.center_m,

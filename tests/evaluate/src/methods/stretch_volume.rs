@@ -4,14 +4,15 @@ use super::paper_pbd::stretch;
 use super::{Env, Method, State};
 use crate::body::{Body, V3, cofactor};
 
-/// Its dimensionless stiffness; volumes are kept with the share 1, as usual.
+/// The method's dimensionless stiffness. Volumes are corrected in full, as usual.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct StretchVolume {
-    /// Share of each edge's error corrected in an iteration.
+    /// Share of each edge's error that an iteration corrects.
     pub(crate) stiffness: f32,
 }
 
-/// One pass of `det F = 1` over all tetrahedra with compliance `1 / (κ V)`; infinite κ is rigid.
+/// Runs one pass of `det F = 1` over all tetrahedra with compliance `1 / (κ V)`. Infinite κ is
+/// rigid.
 pub(super) fn volume(body: &Body, state: &mut State, kappa_pa: f32, dt_s: f32) {
     for tet in &body.tets {
         let f = Body::gradient(tet, |n| state.now(n));

@@ -1,10 +1,12 @@
-//! Compliant springs and tetrahedron volumes (XPBD, Macklin et al. 2016), stiffness from E and ν.
+//! Compliant springs and tetrahedron volumes (XPBD, Macklin et al. 2016). Stiffnesses follow from E
+//! and ν.
 
 use super::stretch_volume::volume;
 use super::{Env, Method, State, edge_stiffness};
 use crate::body::Body;
 
-/// Springs for the shear (a spring network has ν = 1/4), volumes for the rest. One pass.
+/// Springs resist shear (a network of springs has ν = 1/4), volumes resist the rest. There is one
+/// pass.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct XpbdSprings;
 

@@ -1,5 +1,5 @@
-//! Stability cases, one function each. Each says if a method survives at one value of the swept
-//! parameter.
+//! Stability cases, one function each. A function says if a method survives at one value of the
+//! swept quantity.
 
 use nalgebra::{Rotation3, Unit};
 
@@ -12,15 +12,15 @@ use crate::methods::Way;
 pub(crate) struct Case {
     /// Name of the case.
     pub(crate) name: &'static str,
-    /// Unit of what is swept.
+    /// Unit of the swept quantity.
     pub(crate) unit: &'static str,
-    /// From harmless to the value that has to be survived.
+    /// The sweep: from a harmless value to the one that has to be survived.
     pub(crate) sweep: [f64; 2],
     /// True if a method survives at a value.
     pub(crate) survives: fn(&Lab, Way, f64) -> bool,
 }
 
-/// Every case, in the chart's order.
+/// Every case in the chart's order.
 pub(crate) const ALL: [Case; 16] = [
     case("time step", "ms", [0.25, 16.0], time_step),
     case(
@@ -69,7 +69,7 @@ const fn case(
     }
 }
 
-/// Numbers that look random and are the same every time (xorshift).
+/// Pseudo-random numbers, the same in every run (xorshift).
 struct Dice(u64);
 
 impl Dice {
@@ -77,7 +77,7 @@ impl Dice {
         Self(0x9E37_79B9_7F4A_7C15)
     }
 
-    /// From −1 to 1.
+    /// A number from −1 to 1.
     fn next(&mut self) -> f32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -104,7 +104,7 @@ fn time_step(lab: &Lab, way: Way, ms: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// Bent like a lever, and let go.
+/// The organ is bent like a lever and let go.
 fn bent(lab: &Lab, rig: &mut Rig<'_>) -> bool {
     rig.place(|_, x| V3::new(0.0, 0.0, 0.3 * (x.x - lab.middle_m.x).max(0.0)));
     rig.comes_back()
@@ -132,10 +132,10 @@ fn stiffness(lab: &Lab, way: Way, kpa: f64) -> bool {
     pulled.unwrap_or(false)
 }
 
-/// Hangs from its thicker half, and neither blows up nor falls off.
+/// The organ hangs from its thicker half. It must neither blow up nor fall off.
 fn mass_ratio(lab: &Lab, way: Way, ratio: f64) -> bool {
     let mut body = lab.body(way).clone();
-    // The same mass altogether, in every second sphere so many times more.
+    // The total mass stays the same. Every second sphere has `ratio` times the mass of the others.
     for (i, mass) in body.mass_kg.iter_mut().enumerate() {
         *mass *= (2.0 / (1.0 + ratio) * if i % 2 == 0 { ratio } else { 1.0 }) as f32;
     }
@@ -145,12 +145,12 @@ fn mass_ratio(lab: &Lab, way: Way, ratio: f64) -> bool {
     hung.unwrap_or(false)
 }
 
-/// Turned as a whole, holds and all, it has nothing to resist.
+/// The organ is turned as a whole, with its holds, so nothing should resist.
 fn rotation(lab: &Lab, way: Way, degrees: f64) -> bool {
     let stand = lab.stand(way);
     let axis = Unit::new_normalize(V3::new(0.3, 1.0, 0.2));
     let stays = stand.run(way, |rig| {
-        // Step by step, so that a method that follows rotations can.
+        // Turn step by step, so that a method that follows rotations can follow.
         let steps = (degrees / 3.0).ceil().max(1.0) as usize;
         for step in 1..=steps + 300 {
             let share = step.min(steps) as f32 / steps as f32;
@@ -178,8 +178,8 @@ fn rotation(lab: &Lab, way: Way, degrees: f64) -> bool {
     stays.unwrap_or(false)
 }
 
-/// Two seconds of free spin: momentum within 1 % of what one spinning half has, angular momentum
-/// within 15 %, no energy from nothing.
+/// The organ spins freely for two seconds. Its momentum must stay within 1 % of the sum of the
+/// spheres' momenta, its angular momentum within 15 %, and it must gain no energy.
 fn spin(lab: &Lab, way: Way, rad_s: f64) -> bool {
     let mut stand = lab.stand(way);
     stand.held.fill(false);
@@ -205,7 +205,7 @@ fn spin(lab: &Lab, way: Way, rad_s: f64) -> bool {
 }
 
 /// Momentum, angular momentum about `centre`, kinetic energy, and the sum of the spheres' momenta
-/// without regard to direction.
+/// as lengths.
 fn motion(rig: &Rig<'_>, centre: &V3) -> [f64; 4] {
     let (mut p, mut l) = (
         nalgebra::Vector3::<f64>::zeros(),
@@ -260,7 +260,7 @@ fn tool(lab: &Lab, way: Way, speed: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// Every free sphere put to a place, and let go.
+/// Puts every free sphere to a place and lets it go.
 fn released(lab: &Lab, way: Way, to: impl Fn(usize, &V3) -> V3) -> bool {
     let back = lab.stand(way).run(way, |rig| {
         rig.place(&to);
@@ -278,7 +278,7 @@ fn point(lab: &Lab, way: Way, share: f64) -> bool {
     released(lab, way, |_, x| (lab.middle_m - x) * share as f32)
 }
 
-/// Every sphere on its way to another's place, by three shuffles.
+/// Every sphere is on its way to another's place, in three shuffles.
 fn scrambled(lab: &Lab, way: Way, share: f64) -> bool {
     let mut dice = Dice::new();
     let rest = &lab.body(way).rest_m;
@@ -300,7 +300,8 @@ fn slivers(lab: &Lab, way: Way, times: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// A hook appears in a duct, so far to its middle, stays for 50 ticks and is gone.
+/// A hook appears in a duct, by this share of the way to its middle, stays for 50 ticks and is
+/// gone.
 fn duct(lab: &Lab, way: Way, share: f64) -> bool {
     let body = &lab.duct;
     let ends = |x: &V3| x.x < -0.017 || x.x > 0.017;
@@ -313,8 +314,9 @@ fn duct(lab: &Lab, way: Way, share: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// Four neighbours led through each other, held for a second, let go. (Led by 100 mm, five times
-/// their distance, tissue ties a knot that no tetrahedron knows of, and stays in it.)
+/// Four neighbours are led through each other, held for a second and let go. (Led by 100 mm, five
+/// times their distance, the tissue ties a knot in which no tetrahedron is inverted, and stays in
+/// it.)
 fn conflict(lab: &Lab, way: Way, mm: f64) -> bool {
     let stand = lab.stand(way);
     let back = stand.run(way, |rig| {
@@ -339,8 +341,8 @@ fn conflict(lab: &Lab, way: Way, mm: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// While it is stretched, a share of its tetrahedra and edges goes. What is left may hang loose,
-/// but must not fly away.
+/// While the organ is stretched, a share of its tetrahedra and edges is removed. What is left may
+/// hang loose, but it must not fly away.
 fn cut(lab: &Lab, way: Way, share: f64) -> bool {
     let stand = lab.stand(way);
     let before = stand.run(way, |rig| {
@@ -364,7 +366,7 @@ fn cut(lab: &Lab, way: Way, share: f64) -> bool {
     sound.unwrap_or(false)
 }
 
-/// Grasps that jump about, a tool that beats, sudden letting go.
+/// Grasps jump about, a tool beats, and the organ is let go suddenly.
 fn violence(lab: &Lab, way: Way, minutes: f64) -> bool {
     let stand = lab.stand(way);
     let back = stand.run(way, |rig| {
@@ -380,7 +382,7 @@ fn violence(lab: &Lab, way: Way, minutes: f64) -> bool {
                     at = grasp.first().map_or(at, |&n| rig.state.u_m[n]);
                 }
             }
-            // As fast as 3 m/s.
+            // The grasp moves at up to 3 m/s.
             let way_to = goal - at;
             at += way_to * (3e-3 / way_to.norm().max(3e-3));
             if is_held {

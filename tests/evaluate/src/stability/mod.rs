@@ -1,4 +1,4 @@
-//! `evaluate stability`: every method in every case, survived or not, and up to where.
+//! `evaluate stability`: every method in every case, with its limit.
 
 mod cases;
 mod rig;
@@ -18,21 +18,21 @@ pub(crate) use cases::Case;
 /// One line of `stability.csv`.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
-    /// Case.
+    /// Name of the case.
     pub(crate) case: &'static str,
-    /// Method.
+    /// Name of the method.
     pub(crate) method: String,
     /// True if it survives the whole sweep.
     pub(crate) survived: bool,
-    /// The largest value that it survives; none if it does not survive the least.
+    /// Largest value that the method survives; `None` if it does not survive the smallest.
     pub(crate) limit: Option<f64>,
     /// Unit of the limit.
     pub(crate) unit: &'static str,
-    /// Share of the sweep that it survives, in decades.
+    /// Share of the sweep that the method survives, on a logarithmic scale.
     pub(crate) share: f64,
 }
 
-/// The bodies on which cases are tried.
+/// The bodies on which the cases are tried.
 pub(crate) struct Lab {
     spheres: Body,
     cubes: Body,
@@ -45,13 +45,14 @@ pub(crate) struct Lab {
 
 /// Steps of the search for a limit.
 const STEPS: usize = 6;
-/// Young's modulus of a duct's wall, Pa, and its radius and half length, m.
+/// Young's modulus of a duct's wall, Pa.
 const DUCT_PA: f64 = 50e3;
+/// Radius and half length of a duct, m.
 const DUCT_M: [f64; 2] = [1e-3, 20e-3];
 
 impl Lab {
     /// # Errors
-    /// What went wrong, in words.
+    /// When a body cannot be packed, in words.
     pub(crate) fn new(spheres: usize) -> Result<Self, String> {
         let surface = Organ::Liver.mesh()?;
         let packed = Body::packed(&surface, spheres, Tissue::LIVER);
@@ -97,17 +98,17 @@ impl Lab {
             .collect()
     }
 
-    /// The fixed end.
+    /// Marks the spheres of the fixed end.
     fn fixed(&self, way: Way) -> Vec<bool> {
         self.along(way, |x| x < 0.25)
     }
 
-    /// The fixed end, of what hangs from half of its length.
+    /// Marks the fixed spheres of an organ that hangs from its thicker half.
     fn half(&self, way: Way) -> Vec<bool> {
         self.along(way, |x| x < 0.58)
     }
 
-    /// The end that is grasped.
+    /// Marks the spheres of the end that is grasped.
     fn moved(&self, way: Way) -> Vec<bool> {
         self.along(way, |x| x > 0.85)
     }
@@ -116,12 +117,13 @@ impl Lab {
         Stand::new(self.body(way), self.fixed(way))
     }
 
-    /// Copy of the graph with slivers: in every eighth tetrahedron, a sphere so near to the middle
-    /// of a face that a tetrahedron there is `times` as flat as the one that it divides.
+    /// Copy of the body with slivers. In every eighth tetrahedron a new sphere lies so near to the
+    /// middle of a face that a tetrahedron there is `times` as flat as the one that the sphere
+    /// divides.
     fn with_slivers(&self, way: Way, times: f64) -> Body {
         let body = self.body(way);
         if way == Way::Hexahedra {
-            return body.clone(); // its cubes are cubes
+            return body.clone(); // cubes have no slivers
         }
         let mut centers: Vec<Vector3<f64>> = body.rest_m.iter().map(|x| x.cast()).collect();
         let density = body.tissue.density_kg_m3;
@@ -137,7 +139,7 @@ impl Lab {
                 tets.push((t.nodes, volume));
                 continue;
             }
-            // Barycentric place of the new sphere: near the face opposite the last corner.
+            // Barycentric place of the new sphere, near the face opposite the last corner.
             let flat = 1.0 / times;
             let place = [
                 (1.0 - flat) / 3.0,
@@ -163,10 +165,10 @@ impl Lab {
     }
 }
 
-/// Runs every case whose name contains `only` with every method.
+/// Runs every case whose name contains `only`, with every method.
 ///
 /// # Errors
-/// What went wrong, in words.
+/// The reason in words.
 pub(crate) fn run(quick: bool, only: &str) -> Result<Vec<Row>, String> {
     let lab = Lab::new(if quick { 80 } else { 250 })?;
     let [paper, volume] = accuracy::fits(&lab.surface, &lab.spheres, 6)?;
@@ -194,7 +196,7 @@ pub(crate) fn run(quick: bool, only: &str) -> Result<Vec<Row>, String> {
     Ok(rows)
 }
 
-/// Searches the largest value that a method survives, in steps of equal ratio.
+/// Searches for the largest value that a method survives, in steps of equal ratio.
 fn limit(lab: &Lab, case: &Case, way: Way, quick: bool) -> Row {
     let [low, mut high] = case.sweep;
     if quick && case.unit == "min" {
@@ -227,7 +229,7 @@ fn limit(lab: &Lab, case: &Case, way: Way, quick: bool) -> Row {
     }
 }
 
-/// Sentence for a row.
+/// A row's limit in words.
 pub(crate) fn words(row: &Row) -> String {
     match row.limit {
         None => "fails".to_owned(),
@@ -239,7 +241,7 @@ pub(crate) fn words(row: &Row) -> String {
     }
 }
 
-/// `stability.csv`.
+/// The rows as `stability.csv`.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = String::from("case,method,survived,limit,unit\n");
     for r in rows {
@@ -256,9 +258,9 @@ pub(crate) fn csv(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// The reduced run. Ours survives every case but one; others do not. Of 80 exchanged spheres
-    /// some tie a knot in which no tetrahedron is inverted (250 do not): it stays, as in any
-    /// elastic solid.
+    /// In the quick run, ours survives every case except one, and others do not. Of 80 scrambled
+    /// spheres some tie a knot in which no tetrahedron is inverted (of 250 none do). It stays, as
+    /// in any elastic solid.
     #[test]
     fn ours_survives_where_others_fail() {
         let rows = run(true, "").expect("a run");

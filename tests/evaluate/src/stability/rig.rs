@@ -1,16 +1,17 @@
-//! A body on the test stand: held, led, hit, and let go.
+//! A body on the test stand. Tests hold it, lead it, hit it and let it go.
 
 use crate::body::{Body, V3};
 use crate::methods::{Env, Method, State, Surroundings, Way};
 
-/// A tick, s.
+/// Length of a tick, s.
 pub(super) const TICK_S: f32 = 1e-3;
-/// Share of velocity lost per second where a test says nothing else.
+/// Share of velocity lost per second, unless a test sets another.
 pub(super) const DAMPING_PER_S: f32 = 20.0;
-/// A body has come back if no sphere is farther from rest than this, m, within so
-/// many ticks and so long.
+/// A body has come back when no sphere is farther from rest than this, m.
 const BACK_M: f32 = 5e-4;
+/// A body gets at least this many ticks to come back.
 const BACK_TICKS: usize = 6000;
+/// A body gets at least this long to come back, s.
 const BACK_S: f32 = 6.0;
 
 /// A body with its supports and loads.
@@ -24,7 +25,7 @@ pub(super) struct Stand<'a> {
 }
 
 impl<'a> Stand<'a> {
-    /// Held at one end, weightless.
+    /// A weightless body with these spheres held.
     pub(super) fn new(body: &'a Body, held: Vec<bool>) -> Self {
         Self {
             body,
@@ -35,7 +36,7 @@ impl<'a> Stand<'a> {
         }
     }
 
-    /// Runs a test on a fresh body. None: the method refuses the body.
+    /// Runs a test on a fresh body; `None` if the method refuses the body.
     pub(super) fn run<T>(&self, way: Way, test: impl FnOnce(&mut Rig<'_>) -> T) -> Option<T> {
         let mut body = self.body.clone();
         let mut around = Surroundings {
@@ -45,9 +46,8 @@ impl<'a> Stand<'a> {
         let substeps = way.substeps();
         let mut dt_s = self.dt_s / substeps as f32;
         if matches!(way, Way::Ours | Way::Paper(..)) {
-            // The product's tick is 1 ms. A longer one is the same as 1 ms in stiffer tissue under
-            // more gravity: what counts is E dt², c dt
-            // and g dt², which the scene's check bounds.
+            // The product's tick is 1 ms. A longer tick is the same as 1 ms in stiffer tissue under
+            // more gravity: E dt², c dt and g dt² count, and the scene's check bounds them.
             let ratio = self.dt_s / TICK_S;
             body.tissue.young_pa *= f64::from(ratio * ratio);
             around.gravity_m_s2 *= ratio * ratio;
@@ -82,12 +82,12 @@ pub(super) struct Rig<'a> {
     substeps: usize,
     back_ticks: usize,
     env: Env,
-    /// A rigid ball: centre and radius, m. No sphere's centre may be in it.
+    /// A rigid ball that no sphere's centre may enter: centre and radius, m.
     pub(super) ball: Option<(V3, f32)>,
 }
 
 impl Rig<'_> {
-    /// One tick. False once the state is not finite or has left the room.
+    /// Runs one tick. False if the state is not finite or has left the room.
     pub(super) fn tick(&mut self) -> bool {
         for _ in 0..self.substeps {
             self.method.step(self.body, &mut self.state, &self.env);
@@ -98,7 +98,7 @@ impl Rig<'_> {
         self.is_sound()
     }
 
-    /// So many ticks.
+    /// Runs this many ticks. False if one of them fails.
     pub(super) fn ticks(&mut self, count: usize) -> bool {
         (0..count).all(|_| self.tick())
     }
@@ -121,7 +121,7 @@ impl Rig<'_> {
         }
     }
 
-    /// Finite and within 10 m.
+    /// True if every displacement is below 10 m and every speed below 10⁶ m/s.
     pub(super) fn is_sound(&self) -> bool {
         let within = |v: &V3, most: f32| v.iter().all(|c| c.abs() < most);
         let (u, v) = (&self.state.u_m, &self.state.v_m_s);
@@ -133,7 +133,7 @@ impl Rig<'_> {
         self.state.u_m.iter().map(|u| u.norm()).fold(0.0, f32::max)
     }
 
-    /// Puts every free sphere somewhere, at rest there.
+    /// Puts every free sphere to a place, at rest.
     pub(super) fn place(&mut self, displacement: impl Fn(usize, &V3) -> V3) {
         for i in 0..self.state.u_m.len() {
             if self.state.w_per_kg[i] > 0.0 {
@@ -144,7 +144,7 @@ impl Rig<'_> {
         self.state.is_edited = true;
     }
 
-    /// Lets spheres go, or holds them where they are.
+    /// Holds spheres where they are, or lets them go.
     pub(super) fn hold(&mut self, spheres: &[usize], held: bool) {
         for &i in spheres {
             self.state.w_per_kg[i] = if held {
@@ -156,7 +156,7 @@ impl Rig<'_> {
         }
     }
 
-    /// Leaves the body alone: does it come back to rest?
+    /// Leaves the body alone. True if it comes back to rest.
     pub(super) fn comes_back(&mut self) -> bool {
         self.ball = None;
         for i in 0..self.back_ticks {

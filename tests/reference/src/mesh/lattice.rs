@@ -1,16 +1,17 @@
-//! Any closed shape, filled with a body-centred cubic lattice that is cut at the surface
-//! (after Labelle and Shewchuk, "Isosurface stuffing", 2007). Same input, same mesh.
+//! Fills any closed shape with a body-centred cubic lattice that is cut at the surface (after
+//! Labelle and Shewchuk, "Isosurface stuffing", 2007). The same input gives the same mesh.
 
 use std::collections::{BTreeMap, HashMap};
 
 use super::Mesh;
 use crate::{FemError, Vec3};
 
-/// A lattice point nearer to a crossing than this share of the edge is moved onto the surface.
+/// A lattice point is moved onto the surface if a crossing of one of its edges is nearer than this
+/// share of the edge.
 const WARP: f64 = 0.25;
 
-/// Fills the shape where `distance` is negative (signed distance to its surface, m) between
-/// `min_m` and `max_m`. `size_m` is the lattice's cube edge; elements are about that long.
+/// Fills the shape where `distance` (the signed distance to its surface, m) is negative, between
+/// `min_m` and `max_m`. `size_m` is the edge of the lattice's cubes; elements are about as long.
 ///
 /// # Errors
 /// [`FemError::NoElements`] if nothing lies inside.
@@ -53,7 +54,7 @@ struct Grid {
 impl Grid {
     fn new(origin: Vec3, size_m: f64, cells: [usize; 3]) -> Self {
         let mut points = Vec::new();
-        // Cube corners first, then the cubes' centres.
+        // The cubes' corners come first, then their centres.
         for (extra, shift) in [(1, 0.0), (0, 0.5)] {
             for k in 0..cells[2] + extra {
                 for j in 0..cells[1] + extra {
@@ -76,8 +77,8 @@ impl Grid {
         corners + at[0] + self.cells[0] * (at[1] + self.cells[1] * at[2])
     }
 
-    /// Four tetrahedra around each segment that joins the centres of two neighbouring cubes,
-    /// if any of their corners may lie inside.
+    /// Four tetrahedra around each segment that joins the centres of two neighbouring cubes. Those
+    /// without a corner inside the shape are left out.
     fn tets(&self, value: &[f64]) -> Vec<[usize; 4]> {
         let mut tets = Vec::new();
         for axis in 0..3 {
@@ -111,13 +112,13 @@ impl Grid {
     }
 }
 
-/// Point at which the surface crosses the edge from `a` to `b` (opposite signs), as a share of it.
+/// Share of the edge from `a` to `b`, whose signs differ, at which the surface crosses it.
 fn crossing(a: &Vec3, b: &Vec3, va: f64, vb: f64, distance: &impl Fn(&Vec3) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     let (mut vl, mut vh) = (va, vb);
     let mut share = 0.5;
     for _ in 0..8 {
-        // Regula falsi, kept away from the ends.
+        // Regula falsi, with the new point kept away from both ends.
         share = (low + (high - low) * vl / (vl - vh))
             .clamp(low + 0.05 * (high - low), high - 0.05 * (high - low));
         let v = distance(&(a + (b - a) * share));
@@ -130,7 +131,7 @@ fn crossing(a: &Vec3, b: &Vec3, va: f64, vb: f64, distance: &impl Fn(&Vec3) -> f
     share
 }
 
-/// Moves lattice points that a crossing comes too near to onto that crossing (value 0).
+/// Moves each lattice point that is near a crossing onto that crossing, where its value is 0.
 fn warp(
     points: &[Vec3],
     mut value: Vec<f64>,
@@ -191,7 +192,7 @@ impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
         n
     }
 
-    /// Adds the inside of one lattice tetrahedron.
+    /// Adds the part of one lattice tetrahedron that lies inside.
     fn add(&mut self, tet: [usize; 4]) {
         let pick = |sign: fn(f64) -> bool| -> Vec<usize> {
             tet.into_iter().filter(|&n| sign(self.value[n])).collect()
@@ -212,7 +213,8 @@ impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
             }
             (&[a, b], &[p], &[z]) => {
                 let (ap, bp) = (self.between(a, p), self.between(b, p));
-                // A pyramid over the quadrangle a b bp ap, cut along the lowest number's diagonal.
+                // A pyramid over the quadrangle a b bp ap, which is cut along the diagonal of its
+                // lowest number.
                 if a.min(bp) < b.min(ap) {
                     self.tets.extend([[a, b, bp, z], [a, bp, ap, z]]);
                 } else {
@@ -232,8 +234,8 @@ impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
         }
     }
 
-    /// Three tetrahedra; every quadrangle is cut from its lowest number, so that neighbours agree
-    /// (Dompierre et al. 1999).
+    /// Cuts a wedge into three tetrahedra. Every quadrangle is cut from its lowest number, so that
+    /// neighbours agree (Dompierre et al. 1999).
     fn wedge(&mut self, bottom: [usize; 3], top: [usize; 3]) {
         let all = [bottom, top].concat();
         let lowest = (0..6).min_by_key(|&i| all[i]).unwrap_or(0);
@@ -254,7 +256,7 @@ impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
     }
 }
 
-/// Drops unused points and slivers of no volume; keeps the largest connected piece.
+/// Drops unused points and tetrahedra without volume, and keeps only the largest connected piece.
 fn compact(points: &[Vec3], tets: &[[usize; 4]]) -> Option<Mesh> {
     let volume = |t: &[usize; 4]| {
         let at = |i: usize| points[t[i]];
@@ -329,7 +331,8 @@ mod tests {
         assert!(fine.1 < fine.0 / 5.0, "curved: {coarse:?} {fine:?}");
     }
 
-    /// Chords cut a sharp edge off; corners moved out to it bring most of the volume back.
+    /// Straight chords cut a sharp edge off. Corners that are moved out to the edge bring most of
+    /// the volume back.
     #[test]
     fn a_sharp_edge_is_reached() {
         let exact = 2.0 / 3.0 * std::f64::consts::PI;

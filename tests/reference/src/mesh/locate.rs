@@ -1,4 +1,4 @@
-//! Location of a point in the mesh, and interpolation of a nodal field there.
+//! Finds the place of a point in the mesh, and interpolates a nodal field there.
 
 use super::Mesh;
 use crate::Vec3;
@@ -9,11 +9,11 @@ use crate::element::{jacobian, shape, shape_slopes};
 pub struct Place {
     /// Index of the tetrahedron.
     pub tet: u32,
-    /// Its last three barycentric coordinates.
+    /// The last three barycentric coordinates of the point.
     pub xi: Vec3,
 }
 
-/// Finds the element of any point; a point outside gets the nearest one, extrapolated.
+/// Finds the element of any point. A point outside gets a near element, extrapolated.
 pub struct Locator<'a> {
     mesh: &'a Mesh,
     origin: Vec3,
@@ -63,7 +63,7 @@ impl<'a> Locator<'a> {
         i + self.size[0] * (j + self.size[1] * k)
     }
 
-    /// The element that holds a rest position; `None` only for a mesh without elements.
+    /// Place of a rest position in its element; `None` only for a mesh without elements.
     #[must_use]
     pub fn find(&self, p: &Vec3) -> Option<Place> {
         let home = self.cell(p);
@@ -94,7 +94,7 @@ impl<'a> Locator<'a> {
     fn invert(&self, tet: u32, p: &Vec3) -> Vec3 {
         let x = self.mesh.tets[tet as usize].map(|n| self.mesh.nodes[n as usize]);
         let mut xi = Vec3::repeat(0.25);
-        // Straight elements need one step; curved ones converge in a few.
+        // Straight elements need one step, curved ones a few.
         for _ in 0..8 {
             let at: Vec3 = x.iter().zip(shape(&xi)).map(|(x, n)| x * n).sum();
             let Some(inverse) = jacobian(&x, &shape_slopes(&xi)).try_inverse() else {
@@ -109,7 +109,7 @@ impl<'a> Locator<'a> {
         xi
     }
 
-    /// A nodal field at a place.
+    /// Value of a nodal field at a place.
     #[must_use]
     pub fn value(&self, place: &Place, field: &[Vec3]) -> Vec3 {
         let nodes = self.mesh.tets[place.tet as usize];

@@ -13,10 +13,10 @@ pub use structured::{block, shell_octant};
 use crate::element;
 use crate::{FemError, Vec3};
 
-/// The two corners of each edge; edge `k`'s middle is node `4 + k` of the tetrahedron.
+/// The two corners of each edge. The middle of edge `k` is node `4 + k` of the tetrahedron.
 pub const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
-/// Corners of each side, counter-clockwise seen from outside.
+/// Corners of each side, counter-clockwise as seen from outside.
 const SIDES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 
 /// A solid body at rest.
@@ -24,15 +24,15 @@ const SIDES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 pub struct Mesh {
     /// Positions at rest, m.
     pub nodes: Vec<Vec3>,
-    /// Four corners, then the middles of [`EDGES`]; positively oriented.
+    /// Nodes of each element: four corners, then the middles of [`EDGES`]; positively oriented.
     pub tets: Vec<[u32; 10]>,
-    /// Boundary triangles: three corners counter-clockwise from outside, then the middles of the
-    /// sides 01, 12, 20.
+    /// Boundary triangles: three corners, counter-clockwise as seen from outside, then the middles
+    /// of the sides 01, 12, 20.
     pub faces: Vec<[u32; 6]>,
 }
 
 impl Mesh {
-    /// Makes quadratic elements of straight-edged ones; turns those that are inside out.
+    /// Makes quadratic elements of straight-edged ones, and turns those that are inside out.
     #[must_use]
     pub fn from_linear(corners: Vec<Vec3>, tets: &[[u32; 4]]) -> Self {
         let mut mesh = Self {
@@ -93,7 +93,7 @@ impl Mesh {
         }
     }
 
-    /// Moves every node, middles included: straight edges become curved ones.
+    /// Moves every node, middles included, so that straight edges may become curved.
     #[must_use]
     pub fn mapped(mut self, place: impl Fn(&Vec3) -> Vec3) -> Self {
         for node in &mut self.nodes {
@@ -115,7 +115,7 @@ impl Mesh {
         self
     }
 
-    /// Joins meshes whose touching nodes lie within `tolerance_m` of each other.
+    /// Joins meshes. Nodes within `tolerance_m` of each other become one.
     #[must_use]
     pub fn joined(parts: &[Self], tolerance_m: f64) -> Self {
         let mut mesh = Self::default();
@@ -146,8 +146,8 @@ impl Mesh {
     }
 
     /// Moves corners on the boundary, and the middles of their edges half as far, where the
-    /// elements around stay sound. `place` gets a corner and the other corners of its boundary
-    /// faces.
+    /// elements around them stay sound. `place` gets a corner and the other corners of its boundary
+    /// faces, and returns the corner's new place.
     pub fn stretch_corners(&mut self, place: impl Fn(&Vec3, &[Vec3]) -> Vec3) {
         let mut beside: BTreeMap<u32, Vec<Vec3>> = BTreeMap::new();
         for face in &self.faces {
@@ -178,7 +178,7 @@ impl Mesh {
                     }
                 }
             }
-            // Half the way if the whole is too far.
+            // Try the whole way first, then half of it, then a quarter.
             for share in [1.0, 0.5, 0.25] {
                 for (&m, by) in &moved {
                     self.nodes[m as usize] += by * share;
@@ -198,8 +198,8 @@ impl Mesh {
         }
     }
 
-    /// Moves the middles of boundary edges onto the true surface, where the element stays sound.
-    /// Returns how many had to stay on their straight edge.
+    /// Moves the middles of boundary edges onto the true surface, where the elements around them
+    /// stay sound. Returns the number of middles that stayed on their straight edge.
     pub fn curve_boundary(&mut self, onto_surface: impl Fn(&Vec3) -> Vec3) -> usize {
         let mut owners: HashMap<u32, Vec<usize>> = HashMap::new();
         for (e, t) in self.tets.iter().enumerate() {
@@ -229,7 +229,7 @@ impl Mesh {
         kept
     }
 
-    /// Volume with each node displaced (`None`: at rest), m³.
+    /// Volume with every node displaced, m³; at rest for `None`.
     ///
     /// # Errors
     /// [`FemError::Element`] if the mesh has an element that is inside out at rest.
@@ -245,14 +245,14 @@ impl Mesh {
         Ok(volume)
     }
 
-    /// Numbers of the nodes whose rest position passes.
+    /// Numbers of the nodes whose rest position `pick` accepts.
     #[must_use]
     pub fn nodes_where(&self, pick: impl Fn(&Vec3) -> bool) -> Vec<u32> {
         let chosen = |&n: &u32| pick(&self.nodes[n as usize]);
         (0..self.nodes.len() as u32).filter(chosen).collect()
     }
 
-    /// Numbers of the boundary faces whose corners all pass.
+    /// Numbers of the boundary faces whose corners `pick` all accepts.
     #[must_use]
     pub fn faces_where(&self, pick: impl Fn(&Vec3) -> bool) -> Vec<u32> {
         let inside = |f: &[u32; 6]| f[..3].iter().all(|&n| pick(&self.nodes[n as usize]));

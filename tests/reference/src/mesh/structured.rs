@@ -1,4 +1,4 @@
-//! Boxes, and what a box can be bent into.
+//! Boxes, and a spherical shell that is bent from boxes.
 
 use super::Mesh;
 use crate::Vec3;
@@ -26,7 +26,8 @@ pub fn block(min_m: Vec3, max_m: Vec3, cells: [usize; 3]) -> Mesh {
     for k in 0..cells[2] {
         for j in 0..cells[1] {
             for i in 0..cells[0] {
-                // Kuhn's six: from one end of the brick's diagonal to the other, an axis at a time.
+                // Kuhn's six tetrahedra go along the brick's diagonal, one axis at a time, in each
+                // order of axes.
                 for order in [
                     [0, 1, 2],
                     [1, 2, 0],
@@ -49,8 +50,9 @@ pub fn block(min_m: Vec3, max_m: Vec3, cells: [usize; 3]) -> Mesh {
     Mesh::from_linear(corners, &tets)
 }
 
-/// The octant `x, y, z ≥ 0` of a thick spherical shell, `around` cells along a quarter circle's
-/// half and `through` cells through the wall; its curved sides are exact at every node.
+/// The octant `x, y, z ≥ 0` of a thick spherical shell, with `around` cells along half a quarter
+/// circle and `through` cells through the wall. Every node of its curved sides lies exactly on its
+/// sphere.
 #[must_use]
 pub fn shell_octant(inner_m: f64, outer_m: f64, around: usize, through: usize) -> Mesh {
     let unit = block(Vec3::zeros(), Vec3::repeat(1.0), [around, around, through]);
@@ -58,7 +60,7 @@ pub fn shell_octant(inner_m: f64, outer_m: f64, around: usize, through: usize) -
         unit.clone().mapped(move |p| {
             let mut direction = Vec3::zeros();
             direction[axis] = 1.0;
-            // tan: equal angles instead of equal lengths on the cube's side.
+            // The tangent gives equal angles instead of equal lengths on the cube's side.
             direction[(axis + 1) % 3] = (p.x * std::f64::consts::FRAC_PI_4).tan();
             direction[(axis + 2) % 3] = (p.y * std::f64::consts::FRAC_PI_4).tan();
             direction.normalize() * (inner_m + (outer_m - inner_m) * p.z)
@@ -89,7 +91,8 @@ mod tests {
         };
         let mesh = shell_octant(1.0, 2.0, 2, 2);
         let open = mesh.faces.len();
-        // Per patch 4 cells of 2 triangles inside and outside, and 4 cells at each plane it has.
+        // Each patch has 4 cells of 2 triangles inside, as many outside, and 4 cells at each of its
+        // planes.
         assert_eq!(open, 3 * (2 * 8) + 3 * 2 * 8);
         assert!(error(2) < 2e-3 && error(4) < error(2) / 8.0);
     }

@@ -1,4 +1,4 @@
-//! glTF and GLB, through the gltf crate. Buffers come from the GLB itself or a file beside it.
+//! glTF and GLB, through the gltf crate. Buffers come from the GLB itself or from a file beside it.
 
 use std::path::Path;
 
@@ -17,7 +17,8 @@ struct Reading<'a> {
     buffers: Vec<Vec<u8>>,
     wanted: &'a [String],
     found: Vec<bool>,
-    /// Nodes that were met: each has one parent, or a short file would have endless paths.
+    /// Nodes that were met. A second visit is an error: nodes with two parents would let a short
+    /// file have endless paths.
     met: Vec<bool>,
     mesh: Mesh,
     bytes: u64,
@@ -57,7 +58,7 @@ fn read_buffers(
     let announced = file.buffers().map(|buffer| buffer.length() as u64);
     let announced = announced.fold(0, u64::saturating_add);
     if announced > BYTES_MAX {
-        let detail = format!("announces {announced} bytes of data, allowed are {BYTES_MAX}");
+        let detail = format!("announces {announced} bytes of data; allowed: at most {BYTES_MAX}");
         return Err(malformed("glTF", &detail));
     }
     let mut buffers = Vec::new();
@@ -73,12 +74,15 @@ fn read_buffers(
             gltf::buffer::Source::Uri(uri) => {
                 let plain = !uri.contains(['/', '\\']) && !uri.contains("..");
                 if !plain {
-                    let detail = format!("its data '{uri}' must be a file beside it");
+                    let detail = format!(
+                        "its data '{uri}' is not a plain file name; put the file beside it"
+                    );
                     return Err(malformed("glTF", &detail));
                 }
                 let mut content = super::content(&folder.join(uri))
                     .map_err(|problem| malformed("glTF", &format!("its data '{uri}' {problem}")))?;
-                // Data beyond the announced length is unused, and many buffers may name one file.
+                // Data beyond the announced length are unused. Cut them off: many buffers may name
+                // one large file.
                 content.truncate(buffer.length());
                 content.shrink_to_fit();
                 content
@@ -86,7 +90,7 @@ fn read_buffers(
         };
         if content.len() < buffer.length() {
             let detail = format!(
-                "truncated: buffer {} has {} bytes, announced are {}",
+                "truncated: buffer {} has {} bytes, but announces {}",
                 buffer.index(),
                 content.len(),
                 buffer.length()
@@ -109,7 +113,7 @@ impl Reading<'_> {
         if depth > DEPTH_MAX {
             return Err(malformed(
                 "glTF",
-                &format!("nodes are nested deeper than {DEPTH_MAX}"),
+                &format!("nodes are nested more than {DEPTH_MAX} deep"),
             ));
         }
         if std::mem::replace(&mut self.met[node.index()], true) {
@@ -152,7 +156,7 @@ impl Reading<'_> {
             .as_ref()
             .map_or(positions.count(), gltf::Accessor::count);
         check_size(self.bytes, (self.mesh.triangles.len() + count / 3) as u64)?;
-        // Many primitives may share one accessor.
+        // Many primitives may share one accessor, so their vertices are counted each time.
         let vertices = (self.mesh.vertices.len() as u64).saturating_add(positions.count() as u64);
         check_size(self.bytes, vertices / 3)?;
         check_accessor(&positions, Dimensions::Vec3, &[DataType::F32])?;
@@ -205,7 +209,8 @@ impl Reading<'_> {
     }
 }
 
-/// The crate's own validation looks positions up before it knows that they exist.
+/// Checks the numbers of the positions' accessors. The crate's own validation uses them before it
+/// knows that they exist.
 fn check_positions(root: &gltf::json::Root) -> Result<(), MeshProblem> {
     let wanted = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
@@ -215,7 +220,7 @@ fn check_positions(root: &gltf::json::Root) -> Result<(), MeshProblem> {
         Some(index) => Err(malformed(
             "glTF",
             &format!(
-                "a mesh's positions are accessor {}, there are {}",
+                "a mesh's positions are accessor {}, but there are only {} accessors",
                 index.value(),
                 root.accessors.len()
             ),
@@ -223,8 +228,8 @@ fn check_positions(root: &gltf::json::Root) -> Result<(), MeshProblem> {
     }
 }
 
-/// The crate's readers trust that an accessor's elements are of the kind that its use asks for and
-/// fit its view, and that sparse ones are well formed.
+/// Checks an accessor. The crate's readers trust that its elements are of the kind that its use
+/// asks for and fit its view, and that sparse accessors are well formed.
 fn check_accessor(
     accessor: &gltf::Accessor<'_>,
     shape: Dimensions,
@@ -233,7 +238,7 @@ fn check_accessor(
     let outside = || {
         malformed(
             "glTF",
-            &format!("accessor {} leaves its data", accessor.index()),
+            &format!("accessor {} reaches beyond its data", accessor.index()),
         )
     };
     if accessor.sparse().is_some() {
@@ -245,7 +250,7 @@ fn check_accessor(
     let (found, element) = (accessor.dimensions(), accessor.data_type());
     if found != shape || !types.contains(&element) {
         let detail = format!(
-            "accessor {} is {found:?} of {element:?}, it must be {shape:?} of one of {types:?}",
+            "accessor {} is {found:?} of {element:?}; it must be {shape:?} of one of {types:?}",
             accessor.index()
         );
         return Err(malformed("glTF", &detail));

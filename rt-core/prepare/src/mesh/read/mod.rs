@@ -1,5 +1,5 @@
-//! Readers of mesh files: OBJ, STL, PLY, glTF. File contents are not trusted: counts are checked
-//! before memory is taken, and indices and numbers before they are used.
+//! Readers of mesh files: OBJ, STL, PLY, glTF. They do not trust a file's contents: they check
+//! counts before they take memory, and indices and numbers before they use them.
 
 mod gltf;
 mod obj;
@@ -33,7 +33,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 4] = [Self::Obj, Self::Stl, Self::Ply, Self::Gltf];
 
     fn of_extension(extension: &str) -> Option<Self> {
@@ -47,8 +47,8 @@ impl Format {
     }
 }
 
-/// Reads the triangles of a file, in its own units. `parts` names the objects (OBJ) or nodes
-/// (glTF, with all below them) to take; empty: all.
+/// Reads the triangles of a file, in its own units. `parts` names the objects (OBJ) or nodes (glTF,
+/// with all below them) to take; if it is empty, all are taken.
 ///
 /// # Errors
 /// Says what is wrong with the file.
@@ -76,10 +76,10 @@ fn content(path: &Path) -> Result<Vec<u8>, MeshProblem> {
     std::fs::read(path).map_err(unreadable)
 }
 
-/// As [`read`], from a file's content; glTF looks for its data in `folder`.
+/// Parses a file's content as [`read`] does. glTF looks for its data in `folder`.
 ///
 /// # Errors
-/// As [`read`].
+/// As for [`read`].
 pub fn parse(
     format: Format,
     content: &[u8],
@@ -118,7 +118,7 @@ fn no_such_part<'a>(wanted: &str, available: impl Iterator<Item = &'a str>) -> M
     let mut names: Vec<&str> = available.filter(|name| !name.is_empty()).collect();
     names.truncate(40);
     let available = if names.is_empty() {
-        "without names".into()
+        "none has a name".into()
     } else {
         names.join(", ")
     };
@@ -149,7 +149,7 @@ fn malformed(format: &'static str, detail: &(impl ToString + ?Sized)) -> MeshPro
     MeshProblem::Malformed { format, detail }
 }
 
-/// Adds a polygon as a fan.
+/// Adds a polygon as a fan of triangles.
 fn push_polygon(triangles: &mut Vec<[u32; 3]>, polygon: &[u32]) {
     for pair in polygon.get(1..).unwrap_or_default().windows(2) {
         triangles.push([polygon[0], pair[0], pair[1]]);

@@ -42,14 +42,14 @@ pub(super) fn parse(content: &[u8]) -> Result<Parts, MeshProblem> {
 }
 
 /// Number, from 1, and beginning of the first line that cannot be right: a vertex without three
-/// numbers, or a face of vertices that do not exist. The library says only that there is one.
+/// numbers, or a face of vertices that do not exist. The library's error does not name the line.
 fn faulty_line(content: &[u8]) -> Option<(usize, String)> {
     let lines = || content.split(|&b| b == b'\n').map(String::from_utf8_lossy);
     let count = |key: &str| {
         let keys = lines().filter(|line| line.split_whitespace().next() == Some(key));
         keys.count() as u64
     };
-    // Of what a corner `v/vt/vn` names.
+    // Counts of the three kinds of lines that a corner `v/vt/vn` refers to.
     let counts = ["v", "vt", "vn"].map(count);
     let names_nothing = |(part, count): (&str, u64)| match part.parse::<i64>() {
         Ok(index) => !(1..=count).contains(&index.unsigned_abs()),

@@ -38,7 +38,8 @@ impl PropertyAccess for Vertex {
     }
 }
 
-/// Indices as they are written; what does not fit stays out of range.
+/// A face's indices as they are written. An index that no `u32` holds becomes `u32::MAX`, which is
+/// out of range.
 #[derive(Debug, Default)]
 struct Face(Vec<u32>);
 
@@ -82,7 +83,8 @@ pub(super) fn parse(content: &[u8]) -> Result<Mesh, MeshProblem> {
         if name == "vertex" || name == "face" {
             check_size(content.len() as u64, element.count as u64)?;
         } else if element.count > content.len() || element.properties.is_empty() {
-            // Elements without properties take no bytes: any count of them fits into any file.
+            // Elements without properties take no bytes, so any count of them would fit into any
+            // file.
             let detail = format!(
                 "announces {} of element '{name}' with {} properties in {} bytes",
                 element.count,
@@ -105,7 +107,7 @@ pub(super) fn parse(content: &[u8]) -> Result<Mesh, MeshProblem> {
                     push_polygon(&mut mesh.triangles, &face.0);
                 }
             }
-            // Elements we do not know are read over.
+            // Skip elements that are neither vertices nor faces.
             _ => {
                 let read = vertices.read_payload_for_element(&mut reader, element, &header);
                 read.map_err(bad)?;

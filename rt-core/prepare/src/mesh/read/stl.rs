@@ -5,8 +5,9 @@ use crate::Vec3;
 use crate::error::MeshProblem;
 use crate::mesh::Mesh;
 
-/// Header and count of a binary file.
+/// Bytes of a binary file's header and count.
 const BINARY_HEAD: usize = 84;
+/// Bytes of a triangle of a binary file.
 const BINARY_TRIANGLE: u64 = 50;
 
 pub(super) fn parse(content: &[u8]) -> Result<Mesh, MeshProblem> {
@@ -20,7 +21,7 @@ pub(super) fn parse(content: &[u8]) -> Result<Mesh, MeshProblem> {
         let needed = BINARY_HEAD as u64 + BINARY_TRIANGLE * announced;
         if (content.len() as u64) < needed {
             let detail = format!(
-                "truncated: {announced} triangles need {needed} bytes, it has {}",
+                "truncated: {announced} triangles need {needed} bytes, but it has {}",
                 content.len()
             );
             return Err(malformed("STL", &detail));
