@@ -67,11 +67,8 @@ impl Proxy {
 mod tests {
     extern crate std;
     use super::*;
+    use crate::testing::vector;
     use proptest::prelude::*;
-
-    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
-    }
 
     #[test]
     fn by_hand() {
