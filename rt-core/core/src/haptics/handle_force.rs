@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn no_contact_no_force() {
+    fn handle_without_contact_has_no_force() {
         let none = felt(&[], None);
         assert!(none.wrench == Wrench::ZERO && none.stiffness_n_m.to_bits() == 0);
     }

@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_move_and_nowhere_to_move() {
+    fn step_is_zero_without_mobility_or_direction() {
         assert!(near(
             step(&Vec3::new(1.0, 0.0, 0.0), 0.0, 0.5, 1.0),
             Vec3::zeros()
