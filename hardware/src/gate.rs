@@ -99,7 +99,7 @@ mod tests {
     proptest! {
         /// For any damage among true samples, every admitted value is near the truth.
         #[test]
-        fn one_damaged_in_three_never_comes_through(
+        fn damaged_samples_never_come_through(
             damage in prop::collection::vec((0u8..3, -1e4..1e4f32), 1..300),
         ) {
             let mut gate = Gate::new(10.0, 0.01);

@@ -62,7 +62,7 @@ fn a_host_that_comes_later_gets_the_newest_state_at_once() {
 }
 
 #[test]
-fn a_host_that_comes_later_gets_the_last_events_without_waiting_for_another() {
+fn late_host_gets_the_last_events_without_waiting_for_another() {
     let station = station("past");
     let controller = Controller::open(&station).unwrap();
     let event = |sequence| EventMsg {
@@ -234,7 +234,7 @@ fn malformed_frames_are_seen_as_such() {
 
 /// Nobody but the station's user can read or write what passes between the processes.
 #[test]
-fn what_a_station_shares_is_its_users_alone() {
+fn shared_memory_of_a_station_is_its_users_alone() {
     use std::os::unix::fs::MetadataExt;
     let station = station("private");
     let _controller = Controller::open(&station).unwrap();
@@ -290,7 +290,7 @@ fn a_recorder_that_listens_first_gets_every_batch() {
 }
 
 #[test]
-fn those_who_watch_a_task_get_its_newest_word_whenever_they_come() {
+fn watchers_of_a_task_get_its_newest_word_whenever_they_come() {
     let station = station("task");
     let early = TaskReceiver::open(&station).unwrap();
     let mut heard = zeroed::<TaskMsg>();

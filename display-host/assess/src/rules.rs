@@ -547,7 +547,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_its_line_and_what_is_allowed() {
+    fn mistakes_are_named_with_their_line_and_the_allowed_values() {
         let line = |text: &str| {
             let at = BUILT_IN.find(text).unwrap();
             BUILT_IN[..at].matches('\n').count() + 1

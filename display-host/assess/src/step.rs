@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn they_come_back_from_json_as_they_were() {
+    fn steps_come_back_from_json_as_they_were() {
         let limits = |metric| Reason::TooLittle {
             metric,
             value: 0.25,

@@ -298,7 +298,7 @@ fn clips_on_one_side_of_the_cut_are_no_clamp() {
 }
 
 #[test]
-fn a_cut_that_divides_nothing_is_none_and_an_end_that_is_dry_hides_no_leak() {
+fn cut_that_divides_nothing_is_none_and_a_dry_end_hides_no_leak() {
     let mut assessment = begin(Task::Cut);
     rest(&mut assessment, 0.0, 0.1);
     clip_both(&mut assessment);
@@ -497,7 +497,7 @@ fn a_pause_before_a_cut_does_not_hold_the_end_up() {
 }
 
 #[test]
-fn whoever_has_a_task_prepared_again_begins_again_with_its_clips() {
+fn task_prepared_again_begins_again_with_its_clips() {
     let mut assessment = begin(Task::Cut);
     let start = |at_ns| Entry {
         tick: 0,
@@ -520,7 +520,7 @@ fn whoever_has_a_task_prepared_again_begins_again_with_its_clips() {
 }
 
 #[test]
-fn whoever_is_to_place_the_sutures_begins_with_that() {
+fn trainee_who_places_the_sutures_begins_with_them() {
     let mut hung = anatomy();
     hung.sutures = 2;
     for (task, hangs) in [
@@ -559,7 +559,7 @@ fn whoever_is_to_place_the_sutures_begins_with_that() {
 }
 
 #[test]
-fn what_an_angled_endoscope_sees_is_in_view_and_what_lies_ahead_of_its_shaft_is_not() {
+fn view_of_an_angled_endoscope_is_not_that_of_its_shaft() {
     let away_s = |looks_off: Option<f32>, tip_m: [f32; 3]| {
         let mut assessment = begin(Task::Free);
         if let Some(degrees) = looks_off {
@@ -587,7 +587,7 @@ fn what_an_angled_endoscope_sees_is_in_view_and_what_lies_ahead_of_its_shaft_is_
 }
 
 #[test]
-fn it_takes_too_long_at_last() {
+fn task_takes_too_long_at_last() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 601.0);
     let too_long = Reason::TooLong { seconds: 600.0 };

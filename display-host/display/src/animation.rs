@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_animated_is_refused() {
+    fn pictures_that_cannot_be_animated_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("all.gif");
         let two = [picture(folder.path(), 1, 24), picture(folder.path(), 2, 16)];

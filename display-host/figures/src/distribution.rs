@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_range_is_counted_at_the_edge() {
+    fn values_out_of_range_are_counted_at_the_edge() {
         let mut d = Distribution::new();
         d.record(0);
         d.record(u64::MAX);

@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_exceeded_falls_from_all_to_less_than_one() {
+    fn exceedance_falls_from_all_to_less_than_one() {
         let mut times = Distribution::new();
         for ns in [1000, 2000, 3000, 4000] {
             times.record(ns);

@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_a_miss_belongs_to_it_and_an_open_incident_is_told() {
+    fn ticks_after_a_miss_belong_to_it_and_an_open_incident_is_told() {
         let mut recorder = BlackBox::default();
         recorder.note(tick(0, 5_000_000), 0);
         recorder.note(tick(1, 9_000_000), 1);

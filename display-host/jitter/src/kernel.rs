@@ -169,7 +169,7 @@ ERR:          0
     }
 
     #[test]
-    fn only_what_was_added_is_told() {
+    fn counters_tell_only_what_was_added() {
         let counters = |pairs: &[(&str, u64)]| {
             Counters(pairs.iter().map(|&(k, v)| (k.to_owned(), v)).collect())
         };

@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn one_by_one_while_answers_are_late() {
+    fn questions_go_one_by_one_while_answers_are_late() {
         let mut pace = Pace::new(Duration::from_millis(16));
         assert_eq!(pace.answered(MS), None, "nothing was asked");
         let mut now_ns = MS;

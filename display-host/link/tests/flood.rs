@@ -71,7 +71,7 @@ fn knock(listen: &str, over: &AtomicBool, first: &[u8], stays: Duration) {
 }
 
 #[test]
-fn a_flood_of_questions_and_knocks_keeps_nobody_else_waiting_and_no_memory() {
+fn flood_of_questions_and_knocks_keeps_nobody_waiting_and_no_memory() {
     let folder = tempfile::tempdir().expect("a folder");
     let Proven {
         theatre,

@@ -15,7 +15,7 @@ use support::{beside_a_station, keys, make_keys, now_ns, port, scene, wait_until
 
 /// `beside_a_station` waits for `serve` to end.
 #[test]
-fn who_sends_byte_by_byte_does_not_hold_up_the_end() {
+fn peer_that_sends_byte_by_byte_does_not_hold_up_the_end() {
     let folder = tempfile::tempdir().expect("a folder");
     let listen = format!("127.0.0.1:{}", port());
     let (ended, sent) = (AtomicBool::new(false), AtomicU64::new(0));
@@ -85,7 +85,7 @@ fn a_display_sees_a_station_that_is_elsewhere() {
 }
 
 #[test]
-fn only_who_has_a_certificate_of_the_same_authority_sees_it() {
+fn station_shows_itself_only_to_certificates_of_its_authority() {
     let folder = tempfile::tempdir().expect("a folder");
     let other = tempfile::tempdir().expect("a folder");
     for folder in [folder.path(), other.path()] {

@@ -19,7 +19,7 @@ fn count(seen: &Mutex<Vec<String>>, what: &str) -> usize {
 }
 
 #[test]
-fn a_line_that_is_lost_again_and_again_is_told_each_time_and_found_each_time() {
+fn line_lost_again_and_again_is_told_and_found_each_time() {
     const LOSSES: usize = 4;
     let folder = tempfile::tempdir().expect("a folder");
     let listen = format!("127.0.0.1:{}", port());

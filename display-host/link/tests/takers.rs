@@ -28,7 +28,7 @@ fn ask_until_cut(mut line: impl Write) -> bool {
 }
 
 #[test]
-fn who_takes_nothing_is_cut_off_and_others_go_on() {
+fn peer_that_takes_nothing_is_cut_off_and_others_go_on() {
     let folder = tempfile::tempdir().expect("a folder");
     let Proven {
         theatre,
@@ -77,7 +77,7 @@ fn breaks_off(mut bytes: &[u8]) -> bool {
 
 /// The end of `serve` does not wait until slow watchers have their answers.
 #[test]
-fn at_the_end_nobody_is_sent_the_rest() {
+fn server_that_ends_sends_nobody_the_rest() {
     const TAKERS: usize = 4;
     let folder = tempfile::tempdir().expect("a folder");
     let listen = format!("127.0.0.1:{}", port());

@@ -356,7 +356,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_packed_comes_back(tick in any::<u64>(), at_ns in any::<u64>(), mut what in whats()) {
+        fn packed_course_comes_back(tick in any::<u64>(), at_ns in any::<u64>(), mut what in whats()) {
             if let What::Event(event) = &mut what {
                 (event.tick, event.at_ns) = (tick, at_ns);
             }

@@ -227,7 +227,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_packed_comes_back_bit_by_bit(
+        fn packed_record_comes_back_bit_by_bit(
             mut given in prop::collection::vec(records(), 0..20),
             first in any::<u64>(),
             gap in 0usize..30,

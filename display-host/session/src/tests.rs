@@ -417,7 +417,7 @@ fn ticks_and_events_of_any_number_are_taken() {
 }
 
 #[test]
-fn a_full_disk_leaves_a_readable_file_and_loses_nothing_if_room_comes_back() {
+fn full_disk_leaves_a_readable_file_and_loses_nothing_once_it_has_room() {
     let whole = Disk::with_room(usize::MAX);
     let length = {
         record(&whole, 3).finish().unwrap();
@@ -523,7 +523,7 @@ fn lengths_that_lie_are_damage_and_cost_no_memory() {
 }
 
 #[test]
-fn what_a_file_says_is_shown_without_its_control_characters() {
+fn texts_of_a_file_are_shown_without_control_characters() {
     let map = Info {
         build: "\u{1b}[31mred\u{7}".to_owned() + &"x".repeat(1000),
         ..info()

@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_kept_comes_back_and_another_recipe_has_its_own() {
+    fn kept_scene_comes_back_and_another_recipe_has_its_own() {
         let folder = tempfile::tempdir().unwrap();
         let recipe = Recipe::built_in().unwrap().with_spheres(60).unwrap();
         let scene = scene_prepare::prepare(&recipe, &mut |_| {}).unwrap().scene;

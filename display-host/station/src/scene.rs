@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_scene_is_said_to_be_none() {
+    fn file_that_is_no_scene_is_said_to_be_none() {
         for source in ["", "liver", "scene.yaml", "built_in"] {
             let error = recipe(source, None, None).unwrap_err().to_string();
             assert!(error.contains("is not a scene"), "{error}");

@@ -64,7 +64,7 @@ fn a_recorded_session_is_added_once_and_is_nobody_elses_after() {
 }
 
 #[test]
-fn what_is_kept_comes_back_in_order_and_only_its_user_can_read_it() {
+fn kept_sessions_come_back_in_order_and_only_their_user_reads_them() {
     let (_folder, path) = folder();
     let mut store = Store::open(&path).unwrap();
     let later = session(200, "cut", 60.0);
@@ -99,7 +99,7 @@ fn what_is_kept_comes_back_in_order_and_only_its_user_can_read_it() {
 }
 
 #[test]
-fn who_is_forgotten_leaves_no_trace_in_the_file() {
+fn forgotten_trainee_leaves_no_trace_in_the_file() {
     let (_folder, path) = folder();
     let mut store = Store::open(&path).unwrap();
     let name = "Zaphod Beeblebrox";
@@ -214,7 +214,7 @@ fn questionnaires_are_checked() {
 }
 
 #[test]
-fn another_programs_file_another_version_and_damage_are_refused_and_left_alone() {
+fn foreign_files_other_versions_and_damage_are_refused_and_left_alone() {
     let (_folder, path) = folder();
     drop(Store::open(&path).unwrap());
     let refused = |what: &str| {
@@ -296,7 +296,7 @@ fn a_store_that_another_program_writes_is_busy_and_not_damaged() {
 }
 
 #[test]
-fn who_is_forgotten_is_in_no_log_beside_the_store() {
+fn forgotten_trainee_is_in_no_log_beside_the_store() {
     let (_folder, path) = folder();
     drop(Store::open(&path).unwrap());
     let other = Connection::open(&path).unwrap();
@@ -438,7 +438,7 @@ fn a_session_that_differs_stays_as_it_is_here() {
 }
 
 #[test]
-fn what_cannot_be_merged_changes_nothing() {
+fn store_that_cannot_be_merged_changes_nothing() {
     let (folder, centre) = folder();
     let mut store = Store::open(&centre).unwrap();
     let path = folder.path().join("other.sqlite");

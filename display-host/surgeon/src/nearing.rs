@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_comes_nearer_is_nearer_soon_and_what_goes_is_where_it_is() {
+    fn approach_is_foreseen_and_retreat_is_not() {
         let mut nearing = Nearing::default();
         let mut soon_m = 0.0;
         for look in 0..20 {

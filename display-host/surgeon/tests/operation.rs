@@ -85,7 +85,7 @@ fn the_hurried_tears_where_the_careful_clamps() {
 }
 
 #[test]
-fn the_careful_hangs_the_gallbladder_where_nothing_does_and_the_dropper_does_not() {
+fn careful_surgeon_hangs_the_gallbladder_and_the_dropper_does_not() {
     let hang = |surgeon, seconds| {
         let mut sutures = Vec::new();
         let times_s = [seconds, 0.0];
@@ -134,7 +134,7 @@ fn the_careful_hangs_the_gallbladder_where_nothing_does_and_the_dropper_does_not
 /// Works the beginnings of the long tasks; [`the_careful_completes_the_long_tasks`] works them to
 /// the end.
 #[test]
-fn the_careful_takes_tissue_away_without_harm_and_it_comes_to_the_same_bits_again() {
+fn careful_surgeon_dissects_without_harm_and_repeats_bit_by_bit() {
     let begin = |task, seconds, metric, least| {
         let came = operate(Surgeon::Careful, task, seconds);
         let metrics = &came.assessed.metrics;
@@ -201,7 +201,7 @@ fn recorded_operations_come_out_the_same() {
 }
 
 #[test]
-fn what_is_kept_of_an_operation_comes_back() {
+fn recording_of_an_operation_comes_back() {
     let came = operate(Surgeon::Careful, Task::Clamp, 1);
     let (setup, records) = &came.recorded;
     assert_eq!(records.len() as u64, came.ticks);
@@ -217,7 +217,7 @@ fn what_is_kept_of_an_operation_comes_back() {
 
 /// At a task's start, assessment and controller agree on the cleared tissue.
 #[test]
-fn what_is_cleared_before_a_task_counts() {
+fn tissue_cleared_before_a_task_counts() {
     let scene = triangle();
     let triangle = Region::Triangle as u8;
     let volume = |is_counted: &dyn Fn(usize) -> bool| {

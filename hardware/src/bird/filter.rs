@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn at_rest_the_noise_is_less_than_half() {
+    fn noise_at_rest_is_less_than_half() {
         let (mut filter, mut random) = (Filter::new(REST_HZ), Random::new(1, 1));
         let (mut raw, mut shown) = (0.0, 0.0);
         let mut before = (0.0, 0.0);
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn it_comes_to_rest_where_the_sensor_does_and_begins_anew_after_a_gap() {
+    fn filter_rests_where_the_sensor_does_and_begins_anew_after_a_gap() {
         let mut filter = Filter::new(REST_HZ);
         let mut out = at(0.0, 0.0);
         for step in 0..300u64 {
@@ -166,7 +166,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_it_shows_lies_among_what_came(
+        fn filtered_place_lies_among_those_that_came(
             xs in prop::collection::vec((-0.9..0.9f32, -3.0..3.0f32, 0u64..40_000_000), 1..200),
         ) {
             let mut filter = Filter::new(REST_HZ);

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_time_is_judged_only_on_a_computer_that_kept_time() {
+    fn lateness_is_judged_only_on_a_computer_that_kept_time() {
         let mut report = Report::new("a device");
         let [idle, busy] = [host(&[1; 10]), host(&[9; 10])];
         report.judge_time("rate", false, "too slow".into(), idle);

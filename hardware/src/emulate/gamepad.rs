@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_gamepad_is_refused_by_name() {
+    fn device_that_is_no_gamepad_is_refused_by_name() {
         let error = Gamepad::open("/dev/null".as_ref()).unwrap_err();
         assert!(error.to_string().contains("/dev/null"), "{error}");
     }

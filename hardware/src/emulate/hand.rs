@@ -333,7 +333,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn it_moves_without_jumps_at_the_speed_of_a_hand() {
+    fn scripted_hand_moves_without_jumps_at_the_speed_of_a_hand() {
         let hand = hand();
         let mut last = hand.intent(0.0).device_from_handle.translation.vector;
         for ms in 1..20_000 {

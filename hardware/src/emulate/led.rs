@@ -80,7 +80,7 @@ mod tests {
     use crate::emulate::hand::tests::room;
 
     #[test]
-    fn it_goes_where_it_is_led_gives_way_to_force_and_does_the_same_again() {
+    fn led_hand_goes_where_it_is_led_gives_way_to_force_and_repeats() {
         let wish = Wish {
             moved_m: [0.004, 0.0, 0.0],
             ..Wish::default()

@@ -226,7 +226,7 @@ mod tests {
     proptest! {
         /// For any wish the handle stays in the device's reach and moves without jumps.
         #[test]
-        fn nothing_leaves_the_reach(
+        fn operated_hand_stays_within_reach(
             asked in prop::collection::vec(([-1.0f64..1.0, -1.0..1.0, -1.0..1.0], any::<f64>(), any::<f64>()), 1..20),
         ) {
             let (hand, mut operated) = start();

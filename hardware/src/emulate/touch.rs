@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_that_the_device_can_render_is_still_and_one_far_too_stiff_buzzes() {
+    fn wall_within_the_device_s_limit_is_still_and_one_far_beyond_buzzes() {
         let step_m = Body::TOUCH.encoder_step_m;
         let stiffness = 700.0;
         assert!(

@@ -236,7 +236,7 @@ mod tests {
     const ALL: [Pantograph; 3] = [Pantograph::GEN2, Pantograph::GEN3, Pantograph::GEN3_1];
 
     #[test]
-    fn at_home_the_handle_is_in_the_middle_and_near_the_motors() {
+    fn handle_at_home_is_in_the_middle_and_near_the_motors() {
         for generation in ALL {
             let home = generation.position_m(generation.home_deg).unwrap();
             assert!(home.x.abs() < 1e-3 && home.z < -0.03, "{home}");

@@ -260,7 +260,7 @@ mod tests {
 
         /// Torques that the board reads when bytes of a command are lost or doubled.
         #[test]
-        fn one_or_two_lost_bytes_are_no_torque(
+        fn command_without_one_or_two_bytes_gives_no_torque(
             sent in prop::array::uniform2(-0.123..0.123f32),
             next in prop::array::uniform2(-0.123..0.123f32),
             lost in 1usize..=2,

@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_or_no_number_is_no_sample() {
+    fn state_with_missing_values_or_without_numbers_is_no_sample() {
         for (right, wrong) in [
             ("cursor_position", "position"),
             ("\"x\":0.01", "\"x\":1e60"),

@@ -208,7 +208,7 @@ mod tests {
     proptest! {
         /// If it is polled often enough, every byte comes out once and in order.
         #[test]
-        fn what_is_put_in_comes_out(
+        fn bytes_put_in_come_out(
             chunks in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..300), 0..1200),
             room in 1usize..1024,
         ) {
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_backlog_the_newest_bytes_come_and_a_flood_is_no_danger() {
+    fn backlog_gives_its_newest_bytes_and_a_flood_is_no_danger() {
         let bytes = Bytes::new();
         let mut buffer = [0; 1024];
         for i in 0..40u64 {

@@ -61,7 +61,7 @@ mod tests {
     proptest! {
         /// For any chatter of the contact, the switch finally agrees with it.
         #[test]
-        fn it_ends_where_the_contact_ends(chatter in prop::collection::vec(any::<bool>(), 0..200),
+        fn debounced_contact_ends_where_the_contact_ends(chatter in prop::collection::vec(any::<bool>(), 0..200),
                                           end in any::<bool>()) {
             let mut switch = Debounced::default();
             let mut now_ns = 0;

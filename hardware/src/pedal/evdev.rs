@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn the_suite_passes_on_events_in_a_pipe_and_notices_a_foot_and_a_pulled_plug() {
+    fn suite_passes_on_piped_events_and_notices_a_foot_and_a_pulled_plug() {
         use crate::conformance::{Options, Outcome, pedal_by};
         use std::cell::RefCell;
         let plug = RefCell::new(None);
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_input_device_says_so() {
+    fn file_that_is_no_input_device_is_refused_as_such() {
         let missing = EvdevPedal::open("/dev/input/none".as_ref(), Roles::default());
         assert!(
             matches!(missing, Err(HardwareError::Missing { .. })),

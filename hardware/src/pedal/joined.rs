@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_either_presses_is_pressed_and_a_silent_one_presses_nothing() {
+    fn joined_pedals_press_what_either_presses_and_a_silent_one_nothing() {
         let one = [pressed(true, false, MS), Polled::Nothing, Polled::Nothing];
         let two = [
             Polled::Nothing,
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_is_lost_loses_both() {
+    fn lost_pedal_loses_both() {
         let mut pedals = joined(&[pressed(true, false, MS)], &[Polled::Lost]);
         assert_eq!(pedals.poll(MS), Polled::Lost);
     }

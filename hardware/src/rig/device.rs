@@ -399,7 +399,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_bytes_make_it_stronger_than_it_is_or_longer_than_its_watchdog(
+        fn rig_exceeds_neither_its_force_nor_its_watchdog_on_any_bytes(
             noise in prop::collection::vec(any::<u8>(), 0..256),
             force_n in prop::array::uniform3(-40.0..40.0f32),
         ) {

@@ -141,7 +141,7 @@ mod tests {
     proptest! {
         /// Any pose of the device is found, and the residual is the noise.
         #[test]
-        fn the_frame_is_found(
+        fn calibration_finds_the_frame(
             world_from_device in pose(), count in 3usize..6,
             noise in prop::collection::vec([-5e-4f32..5e-4, -5e-4..5e-4, -5e-4..5e-4], 5),
             noisy in any::<bool>(),
@@ -163,7 +163,7 @@ mod tests {
         }
 
         #[test]
-        fn nothing_panics(values in prop::collection::vec((any::<[f32; 3]>(), any::<[f32; 3]>()), 0..6)) {
+        fn calibration_never_panics(values in prop::collection::vec((any::<[f32; 3]>(), any::<[f32; 3]>()), 0..6)) {
             let pairs: Vec<_> =
                 values.into_iter().map(|(a, b)| (Vec3::from(a), Vec3::from(b))).collect();
             let _ = fit(&pairs);

@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn one_answer_per_command() {
+    fn device_gives_one_answer_per_command() {
         let mut firmware = Firmware::default();
         assert_eq!(say(&mut firmware, b"[0,0,", 0), "");
         assert_eq!(say(&mut firmware, b"0]\n", 0), "[3,1,2,3,0,0,0,0]\n");

@@ -197,7 +197,7 @@ mod tests {
     const WOODY: Mechanism = Mechanism::WOODY;
 
     #[test]
-    fn at_home_the_links_are_square() {
+    fn links_at_home_are_square() {
         // tB = 0 and tC = 90°: B stands upright, C points to the user.
         let position = WOODY.position_m(WOODY.angles_rad([0; 3]));
         let expected = Vec3::new(0.0, 0.080 + 0.205 - 0.080, 0.245 - 0.220);

@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_list_of_eight_numbers_is_refused() {
+    fn message_without_eight_numbers_is_refused() {
         for text in [
             &b"3,1,2,3,4,5,6"[..],
             b"3,1,2,3,4,5,6,0,0",

@@ -48,7 +48,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(96) })]
 
     #[test]
-    fn whatever_a_line_brings_the_station_keeps_to_its_clamp(
+    fn station_keeps_to_its_clamp_on_any_bytes(
         device in 0u8..3,
         pieces in prop::collection::vec((said(), any::<u8>(), 0usize..64, any::<bool>()), 0..24),
     ) {

@@ -207,7 +207,7 @@ fn the_force_is_rendered_and_gone_when_the_driver_goes() {
 }
 
 #[test]
-fn what_another_host_left_is_taken_away_before_anything_else() {
+fn leftovers_of_another_host_are_taken_away_first() {
     // Its own earlier set-up, another program's, and a broken command.
     let ours = set_up(&LINKAGE.ports(LINKAGE.home_deg));
     let strong = torques([0.1, -0.1]);
@@ -268,7 +268,7 @@ fn lose(device: &mut HapiHaptic) {
 }
 
 #[test]
-fn a_board_that_lost_its_place_ends_without_torque_and_is_refused_until_it_is_at_home() {
+fn board_that_lost_its_place_has_no_torque_until_it_is_at_home() {
     let played = Played::start();
     let mut device = None;
     assert!(played.push(&mut device));
@@ -334,7 +334,7 @@ fn a_board_that_was_only_slow_keeps_its_place() {
 }
 
 #[test]
-fn after_a_loss_a_board_without_a_place_is_not_given_one() {
+fn board_that_lost_its_place_is_not_given_one() {
     // It lost its power, and nobody holds the handle at home.
     let played = Played::start();
     let error = HapiHaptic::reopen(&played.path, LINKAGE).unwrap_err();
@@ -345,7 +345,7 @@ fn after_a_loss_a_board_without_a_place_is_not_given_one() {
 }
 
 #[test]
-fn what_is_no_number_is_rendered_as_nothing() {
+fn force_that_is_no_number_is_rendered_as_nothing() {
     let played = Played::start();
     let mut device = played.open();
     poll_for(Duration::from_millis(100), |now_ns| {

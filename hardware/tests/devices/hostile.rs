@@ -72,7 +72,7 @@ fn anything() -> impl Strategy<Value = Vec<u8>> {
 }
 
 #[test]
-fn whatever_comes_samples_are_sane_and_the_next_good_one_is_found() {
+fn samples_are_sane_on_any_bytes_and_the_next_good_one_is_found() {
     let line = RefCell::new(greeted());
     let mut runner = TestRunner::new(ProptestConfig {
         failure_persistence: None,
@@ -121,7 +121,7 @@ fn whatever_comes_samples_are_sane_and_the_next_good_one_is_found() {
 }
 
 #[test]
-fn after_a_flood_the_next_good_sample_is_found() {
+fn next_good_sample_after_a_flood_is_found() {
     let (mut driver, mut played) = greeted();
     let before = driver.counters();
     // More than the reading thread keeps, and more than one poll reads.

@@ -98,7 +98,7 @@ fn a_host_that_hangs_or_goes_leaves_no_force() {
 }
 
 #[test]
-fn whatever_the_service_does_samples_are_sane_and_it_comes_back() {
+fn samples_are_sane_whatever_the_service_does_and_it_comes_back() {
     for how in [
         Misbehaviour::Garbage,
         Misbehaviour::Boundless,
@@ -155,7 +155,7 @@ fn whatever_the_service_does_samples_are_sane_and_it_comes_back() {
 }
 
 #[test]
-fn of_a_service_that_says_too_much_the_newest_is_used() {
+fn newest_state_of_a_service_that_says_too_much_is_used() {
     let service = EmulatedInverse3::start().unwrap();
     let mut device = open(&service);
     service.misbehave(Misbehaviour::Flood);
@@ -182,7 +182,7 @@ fn of_a_service_that_says_too_much_the_newest_is_used() {
 }
 
 #[test]
-fn what_is_no_service_says_so() {
+fn address_without_a_service_is_refused_as_such() {
     let error = Inverse3Haptic::open(Path::new("127.0.0.1:1"), None).unwrap_err();
     assert!(
         error.to_string().contains("haply-inverse-service"),

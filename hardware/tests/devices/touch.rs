@@ -162,7 +162,7 @@ fn a_hung_host_loses_the_force_and_closing_takes_it_at_once() {
 }
 
 #[test]
-fn what_is_no_number_is_rendered_as_nothing() {
+fn force_that_is_no_number_is_rendered_as_nothing() {
     let fake = Fake::new();
     let mut device = fake.open().unwrap();
     poll_for(Duration::from_millis(100), |now_ns| {

@@ -72,7 +72,7 @@ fn records_are_asked_for_and_arrive() {
 }
 
 #[test]
-fn of_a_group_one_bird_is_on_the_endoscope() {
+fn endoscope_takes_one_bird_of_a_group() {
     let setup = BirdSetup {
         birds: 3,
         bird: 2,
@@ -159,7 +159,7 @@ fn options<'a>(pull: &'a mut dyn FnMut()) -> Options<'a> {
 }
 
 #[test]
-fn without_a_unit_it_says_so() {
+fn missing_unit_is_said() {
     let error = BirdTracker::open_usb(Path::new("no-such-unit"), BirdSetup::default()).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("trakSTAR") || text.contains("USB"), "{text}");

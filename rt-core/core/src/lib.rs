@@ -89,6 +89,8 @@ pub mod scene;
 pub mod sim;
 pub mod state;
 pub mod study;
+#[cfg(test)]
+mod testing;
 pub mod time;
 pub mod tissue;
 pub mod tool;

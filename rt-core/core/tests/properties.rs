@@ -2,6 +2,8 @@
 //! the device's peak.
 
 mod rig;
+#[path = "../src/testing.rs"]
+mod testing;
 
 use proptest::prelude::*;
 use rig::{Bench, TOUCH, at_tip, organ, room, tracker_at};
@@ -13,6 +15,7 @@ use rt_core::state::State;
 use rt_core::tissue::Method;
 use rt_core::tissue::pbd::PaperPbd;
 use rt_core::tool::Instrument;
+use testing::vector;
 
 #[derive(Debug, Clone)]
 struct Parts {
@@ -28,10 +31,6 @@ impl Parts {
             .and_then(|scene| scene.with_tetrahedra(&self.batches))
             .expect("a scene of values within their ranges")
     }
-}
-
-fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-    (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
 }
 
 fn sphere() -> impl Strategy<Value = RestSphere> {

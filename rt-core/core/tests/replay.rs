@@ -126,7 +126,7 @@ fn work(bench: &mut Bench, tick: u64) {
 }
 
 #[test]
-fn whoever_goes_back_computes_the_same_again() {
+fn run_from_a_checkpoint_computes_the_same_again() {
     const TICKS: u64 = 420;
     for anatomy in [
         Anatomy::liver_and_gallbladder(),

@@ -3,8 +3,8 @@
 //! organ_cost`. Every organ is awake. Each tick is run many times and its fastest time counts,
 //! which leaves out the machine's other work.
 
-#[path = "../tests/scenes/core/mod.rs"]
-mod core;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::time::Instant;
 
@@ -12,6 +12,7 @@ use rt_core::study::Tissue;
 use rt_core::tissue::{Bodies, Method};
 use scene_prepare::cost::{self, Work};
 use scene_prepare::{Prepared, Recipe, prepare};
+use support::LoadedScene;
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -21,7 +22,7 @@ const RUNS: usize = 40;
 
 /// The median over the ticks of each tick's fastest time, µs.
 fn measure(prepared: &Prepared) -> f64 {
-    let loaded = core::Prepared::new(&prepared.scene);
+    let loaded = LoadedScene::new(&prepared.scene);
     let mut bodies = Box::new(Bodies::new());
     let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
     let mut fastest_us = [f64::INFINITY; TICKS];

@@ -8,8 +8,8 @@
 //! pressing (the solve's extra time compared with both tools away and every organ awake) and the
 //! force.
 
-#[path = "../tests/scenes/core/mod.rs"]
-mod core;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::time::Instant;
 
@@ -23,6 +23,7 @@ use rt_core::tool::Kinematics;
 use rt_core::words::SphereBits;
 use scene_prepare::{Recipe, prepare};
 use shared_mem::scene::SceneData;
+use support::LoadedScene;
 
 const TICKS: u32 = 6000;
 /// Ticks in which the tip goes in. Their times do not count.
@@ -123,7 +124,7 @@ fn middle(times_us: &[f64]) -> f64 {
 
 fn work(scene: &SceneData, at: At) -> Seen {
     let room = scene.room.expect("every scene has a room");
-    let loaded = core::Prepared::new(scene);
+    let loaded = LoadedScene::new(scene);
     let mut state = Box::new(State::new());
     let parameters = Parameters {
         force_ramp_s: 0.01,

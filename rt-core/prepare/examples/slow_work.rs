@@ -3,17 +3,15 @@
 //! Calot's triangle and of its variant, an instrument goes 4 mm into the tissue at 10 mm/s, rests
 //! there, slides 5 mm to one side and 10 mm back, and leaves.
 
-#[path = "../tests/scenes/core/mod.rs"]
-mod core;
-#[path = "../tests/scenes/hand.rs"]
-mod hand;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use hand::{Felt, Leg, OPEN, Site, work_at};
 use rayon::prelude::*;
 use rt_core::tool::Instrument;
 use scene_prepare::{Prepared, Recipe, prepare};
+use support::hand::{Felt, Leg, OPEN, Site, work_at};
 
 /// Parts of the hand's way with their names.
 const LEGS: [(&str, Leg); 5] = [

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn without_roles_nothing_changes() {
+    fn handle_without_roles_changes_nothing() {
         let mut pedal = HandlePedal::default();
         let mut said = handle(0xff, 1);
         pedal.take(&mut said);

@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_such_line_is_named() {
+    fn device_without_such_a_line_is_named() {
         for tty in ["/dev/null", "/nowhere/ttyS0"] {
             for line in [ModemLine::Rts, ModemLine::Dtr] {
                 let scope = ScopeLine {

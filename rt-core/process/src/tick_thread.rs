@@ -325,7 +325,7 @@ mod tests {
 
     /// The recorded inputs repeat the run; a handle moved in a single tick changes it.
     #[test]
-    fn what_was_recorded_is_replayed_bit_by_bit() {
+    fn recorded_run_is_replayed_bit_by_bit() {
         let mut outcome = simulate(800, |_| ());
         let setup = *outcome.shared.setup.get().unwrap();
         let records: Vec<_> = core::iter::from_fn(|| outcome.ends.inputs.dequeue()).collect();
@@ -482,7 +482,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_standstill_force_starts_again() {
+    fn force_starts_again_after_a_standstill() {
         let outcome = simulate(200, |poll| {
             advance_simulated(if poll == 100 { 60_000_000 } else { 0 });
         });
@@ -524,7 +524,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_publishing_thread_frames_and_records_are_counted_as_lost_not_waited_for() {
+    fn frames_without_a_publishing_thread_are_counted_as_lost() {
         let mut outcome = simulate(3000, |_| ());
         let shared = &outcome.shared;
         assert_eq!(shared.frames_skipped.load(Relaxed), 3000 / 4);

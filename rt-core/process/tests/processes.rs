@@ -124,7 +124,7 @@ fn an_ordinary_user_gets_a_run_that_says_what_is_missing() {
 }
 
 #[test]
-fn who_takes_the_core_from_the_tick_is_reported() {
+fn thread_that_takes_the_core_from_the_tick_is_reported() {
     let bench = Bench::new();
     let mut child = spawn_controller(&bench, 6000, |_| ());
     assert!(line_with(&mut child, "ready").is_some());

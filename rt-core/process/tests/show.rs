@@ -274,7 +274,7 @@ fn shown(name: &str, watch: impl FnOnce(&Station, &dyn Fn(u64) -> Open)) {
 }
 
 #[test]
-fn at_any_moment_leaks_what_leaks_then_and_nothing_later() {
+fn leaks_shown_at_any_moment_are_those_of_that_moment() {
     shown("seek", |station, open_at| {
         // One display forgets its leaks on a jump back, as windows do; the other only listens.
         let mut displays = [true, false].map(|forgets| Display::join(station, forgets));
@@ -302,7 +302,7 @@ fn at_any_moment_leaks_what_leaks_then_and_nothing_later() {
 }
 
 #[test]
-fn who_hears_of_leaks_before_it_sees_that_it_has_gone_back_hears_again() {
+fn display_that_hears_of_leaks_before_the_jump_back_hears_again() {
     shown("again", |station, open_at| {
         let mut display = Display::join(station, true);
         display.ask(CommandMsg::PAUSE, 1);
@@ -339,7 +339,7 @@ fn who_hears_of_leaks_before_it_sees_that_it_has_gone_back_hears_again() {
 }
 
 #[test]
-fn what_is_put_back_to_rest_while_it_is_shown_leaks_no_more() {
+fn organ_put_back_to_rest_while_shown_leaks_no_more() {
     shown("rest", |station, open_at| {
         let mut display = Display::join(station, true);
         display.ask(CommandMsg::SEEK, 4500);

@@ -45,7 +45,7 @@ fn watch(host: &Host, batches: &mut Vec<TimingBatch>) {
 }
 
 #[test]
-fn two_seconds_tick_publish_and_cost_no_allocation_and_no_page_fault() {
+fn two_seconds_of_ticks_cost_no_allocation_and_no_page_fault() {
     let bench = Bench::new();
     let host = host(&bench);
     let config = RtConfig {
@@ -178,7 +178,7 @@ fn commands_are_answered_and_stop_ends_it() {
 }
 
 #[test]
-fn without_realtime_it_runs_and_every_report_says_so() {
+fn controller_runs_without_realtime_and_every_report_says_so() {
     let bench = Bench::new();
     let host = host(&bench);
     let config = RtConfig {
@@ -220,7 +220,7 @@ fn deadline_scheduling_is_an_option() {
 }
 
 #[test]
-fn what_is_missing_is_named_and_leaves_the_station_free() {
+fn missing_scene_or_device_is_named_and_leaves_the_station_free() {
     let bench = Bench::new();
     let no_scene = RtConfig::new(&bench.station, bench.folder.path().join("none.calot"));
     let error = run(&no_scene).unwrap_err().to_string();

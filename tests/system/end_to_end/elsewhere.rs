@@ -472,7 +472,7 @@ fn watch(networks: &Networks, keys_in: &Path, address: &str, name: &str) -> Proc
 }
 
 #[test]
-fn without_certificates_nothing_is_served_and_the_next_step_is_said() {
+fn link_without_certificates_is_refused_with_the_next_step() {
     for words in [
         &["link", "serve", "--listen", "0.0.0.0:7447"][..],
         &["link", "watch", "--connect", "10.0.0.7:7447", "--as", "x"],

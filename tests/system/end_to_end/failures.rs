@@ -89,7 +89,7 @@ fn wait_for_ticks(name: &str) {
 }
 
 #[test]
-fn ctrl_c_ends_it_cleanly_with_the_report() {
+fn ctrl_c_ends_the_run_cleanly_with_its_report() {
     let running = Running::start("ctrl-c");
     // A terminal signals the whole process group. The station leads a group of its own.
     signal(running.run.id(), Signal::INT);
@@ -104,7 +104,7 @@ fn ctrl_c_ends_it_cleanly_with_the_report() {
 }
 
 #[test]
-fn a_killed_controller_ends_it_with_the_report_and_the_station_starts_again() {
+fn killed_controller_ends_the_run_with_its_report_and_it_starts_again() {
     let running = Running::start("kill-rt");
     let name = running.name.clone();
     signal(running.process("rt"), Signal::KILL);
@@ -121,7 +121,7 @@ fn a_killed_controller_ends_it_with_the_report_and_the_station_starts_again() {
 }
 
 #[test]
-fn killed_devices_end_it_with_the_report() {
+fn killed_devices_end_the_run_with_its_report() {
     let running = Running::start("kill-devices");
     signal(running.process("emulate"), Signal::KILL);
     let (ok, said, summary) = running.end();

@@ -39,7 +39,7 @@ fn assert_distribution(times: &Value, name: &str) {
 }
 
 #[test]
-fn a_run_names_its_figures_as_summary_json_does_and_runs_add_up_and_compare() {
+fn figures_are_named_as_in_summary_json_and_runs_add_up_and_compare() {
     let folder = tempfile::tempdir().expect("a folder");
     let [first, second, sum] = ["first", "second", "sum"].map(|name| folder.path().join(name));
     let printed = measure(&first, &["--compare", "sleep,burn", "--rounds", "1"]);
@@ -187,7 +187,7 @@ fn a_killed_run_leaves_what_it_had() {
 }
 
 #[test]
-fn what_cannot_be_measured_is_refused_by_name() {
+fn options_that_cannot_be_measured_are_refused_by_name() {
     let refused = |args: &[&str], code: i32, words: &[&str]| {
         let output = finish(calot().args(args));
         let said = said(&output);

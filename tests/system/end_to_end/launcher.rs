@@ -65,7 +65,7 @@ fn text(path: &Path) -> &str {
 }
 
 #[test]
-fn from_the_start_to_the_debrief_by_keyboard() {
+fn keyboard_leads_from_the_start_to_the_debrief() {
     let _turn = turn();
     let folder = tempfile::tempdir().expect("a folder");
     let Some(screen) = screen(folder.path()) else {

@@ -234,7 +234,7 @@ fn two_stations_run_side_by_side() {
 }
 
 #[test]
-fn without_a_graphics_driver_it_says_so_and_still_measures() {
+fn station_without_a_graphics_driver_says_so_and_still_measures() {
     let folder = tempfile::tempdir().unwrap();
     let output = finish(
         calot()
@@ -266,7 +266,7 @@ fn without_a_graphics_driver_it_says_so_and_still_measures() {
 }
 
 #[test]
-fn without_privileges_it_runs_and_says_not_realtime() {
+fn station_without_privileges_runs_and_says_not_realtime() {
     let folder = tempfile::tempdir().unwrap();
     let output = finish(
         calot()

@@ -152,7 +152,7 @@ fn a_careful_surgeon_clamps_duct_and_artery() {
 }
 
 #[test]
-fn a_careful_surgeon_divides_both_between_clips_and_beside_them_it_fails_at_once() {
+fn careful_surgeon_divides_both_between_clips_and_a_cut_beside_fails() {
     operate_until("cut", "careful", LONG_S, is_passed);
     operate_until("cut", "unclamped", LONG_S, |summary| {
         summary["outcome"] == "failed" && has_alarm(summary, "unclamped")
@@ -161,7 +161,7 @@ fn a_careful_surgeon_divides_both_between_clips_and_beside_them_it_fails_at_once
 
 /// Each alarm has a picture, which a second run of the simulation draws from the recording.
 #[test]
-fn who_burns_the_bile_duct_is_alarmed_and_has_pictures_of_it() {
+fn surgeon_who_burns_the_bile_duct_is_alarmed_and_has_pictures_of_it() {
     let out = tempfile::tempdir().expect("a folder");
     let is_burnt = (0..TRIES).any(|_| {
         let summary = operate_into(out.path(), "identify", "burner", &["--seconds", "25"]);
@@ -239,7 +239,7 @@ fn the_hurried_are_alarmed_where_the_careful_clamp() {
 /// The store breaks during a task. The run reports this and loses nothing else. Without `--out` the
 /// session has a folder of its own.
 #[test]
-fn what_the_store_does_not_take_is_said_and_is_in_the_debrief() {
+fn session_that_the_store_refuses_is_said_and_is_in_the_debrief() {
     let folder = tempfile::tempdir().expect("a folder");
     let store = folder.path().join("store.sqlite");
     let sessions = folder.path().join("out");
@@ -356,7 +356,7 @@ fn a_session_that_was_killed_is_added_afterwards_from_its_recording() {
 }
 
 #[test]
-fn what_cannot_be_done_is_refused_before_anything_starts() {
+fn impossible_options_are_refused_before_anything_starts() {
     let folder = tempfile::tempdir().expect("a folder");
     let rules = folder.path().join("rules.toml");
     std::fs::write(&rules, "version = 7\n").expect("written");

@@ -227,7 +227,7 @@ fn a_killed_recorder_loses_no_more_than_its_last_seconds() {
 }
 
 #[test]
-fn what_is_no_session_is_refused_with_the_next_step() {
+fn file_that_is_no_session_is_refused_with_the_next_step() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("not.mcap");
     std::fs::write(&path, b"no session at all").expect("written");

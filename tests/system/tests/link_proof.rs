@@ -105,7 +105,7 @@ fn an_allocation_in_the_tick_does_not_link() {
 
 /// The proof is about the versions that the workspace uses, and needs no network for others.
 #[test]
-fn it_is_about_the_same_versions() {
+fn link_proof_is_about_the_same_versions() {
     let versions = |path: PathBuf| {
         let lock = std::fs::read_to_string(&path).expect("a lock file");
         let package = |block: &str| {

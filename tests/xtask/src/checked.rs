@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_made_is_left_out() {
+    fn options_of_output_are_left_out() {
         let unit = unit(
             "--crate-name calot --json=diagnostic-rendered-ansi,artifacts src/main.rs --emit=link --out-dir target -L x",
         );

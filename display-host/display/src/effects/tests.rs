@@ -95,7 +95,7 @@ fn smoke_rises_and_blood_falls_and_both_end() {
 }
 
 #[test]
-fn the_frame_rate_does_not_matter() {
+fn effects_do_not_depend_on_the_frame_rate() {
     let [slow, fast] = [0.05, 0.008_333_334].map(|frame| run(Kind::Smoke, frame, 1.0));
     assert!(slow.particles().len().abs_diff(fast.particles().len()) <= 1);
     let (a, b) = (slow.particles()[2], fast.particles()[2]);
@@ -211,7 +211,7 @@ fn events_and_currents_show_what_they_do() {
 }
 
 #[test]
-fn on_skin_char_is_of_the_current_s_time_and_blood_leaves_it_at_right_angles() {
+fn char_grows_with_time_and_blood_leaves_skin_at_right_angles() {
     use bytemuck::Zeroable;
     use shared_mem::message::SphereState;
     use shared_mem::scene::SphereRecord;
@@ -287,7 +287,7 @@ fn work_leaves_char_and_blood_on_the_instrument_until_it_is_exchanged() {
 
 proptest! {
     #[test]
-    fn nothing_breaks_it(
+    fn effects_survive_any_input(
         at in any::<[f32; 3]>(), along in any::<[f32; 3]>(), strength in any::<f32>(),
         lasts_s in any::<f32>(), seconds in any::<f32>(), times in 0u32..80,
     ) {

@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn it_does_not_swing_between_two_tiers() {
+    fn governor_does_not_swing_between_two_tiers() {
         let mut governor = Governor::new(Quality::GPU_TIERS.to_vec(), 14.0);
         // The best tier costs too much, the next one seems to have plenty of room.
         let cost = |tier: usize| if tier == 0 { 20.0 } else { 5.0 };
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_become_quick_gets_more_again() {
+    fn device_that_has_become_quick_gets_more_again() {
         let mut governor = Governor::new(Quality::GPU_TIERS.to_vec(), 14.0);
         run(&mut governor, 400, |_| 40.0);
         let [at, tiers] = governor.tier();
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_not_counted() {
+    fn nonsensical_times_are_not_counted() {
         let mut governor = Governor::new(Quality::GPU_TIERS.to_vec(), 14.0);
         assert_eq!(run(&mut governor, 500, |_| f32::NAN), 0);
         let mut none = Governor::new(Vec::new(), 14.0);

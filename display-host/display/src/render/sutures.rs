@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_is_led_ends_at_the_tip_and_one_that_is_away_is_out_of_sight() {
+    fn led_suture_ends_at_the_tip_and_absent_one_is_out_of_sight() {
         let leaves = [Vec3::X * 0.003, Vec3::X * -0.003];
         let led = course(&suture(SutureMsg::AT_HAND), Vec3::ZERO, leaves, Vec3::Z);
         for half in &led[2..] {

@@ -275,7 +275,7 @@ mod tests {
         }
 
         #[test]
-        fn whatever_happens_motions_stay_finite(
+        fn motions_stay_finite_on_any_input(
             seed in 0u32..1000, size in 0.0f32..0.2, collapsed: bool,
         ) {
             let (rest, links) = block(3);

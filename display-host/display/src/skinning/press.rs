@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_pushed_without_contact_in_a_grasp_from_behind_or_far_behind() {
+    fn skin_is_pushed_only_from_outside_by_a_near_tool_that_touches_it() {
         let pushes = |tools: &ToolFrame, normal: Vec3, bits: u32| {
             let (mesh, rest, mut now) = organ();
             now[40].bits = bits;

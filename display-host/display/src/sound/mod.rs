@@ -228,7 +228,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_heard_passes_in_one_word() {
+    fn sounds_pass_in_one_word() {
         for current in [Current::Off, Current::Cut, Current::Coagulate] {
             for (alarm, heart, clips) in [(false, true, 0), (true, false, 255), (true, true, 7)] {
                 let heard = Heard {
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_player_or_a_card_there_is_one_reason() {
+    fn missing_player_or_card_gives_one_reason() {
         const NONE: [(&str, &[&str]); 1] = [("no-such-player", &[])];
         // A player that finds no card ends at once.
         const MUTE: [(&str, &[&str]); 1] = [("false", &[])];

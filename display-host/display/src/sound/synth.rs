@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_silent_and_an_alarm_pauses() {
+    fn silence_is_silent_and_an_alarm_pauses() {
         assert!(play(Heard::default(), 1.0).iter().all(|x| x.abs() < 1e-9));
         let alarm = play(
             Heard {
@@ -303,7 +303,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn nothing_clips_or_crackles(
+        fn sounds_neither_clip_nor_crackle(
             changes in proptest::collection::vec((0u8..3, any::<bool>(), any::<bool>(), any::<u8>(), 10usize..4000), 1..12),
             rate_hz in prop_oneof![Just(44_100.0f32), Just(48_000.0), Just(96_000.0)],
         ) {

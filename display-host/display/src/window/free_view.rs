@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn it_begins_where_the_endoscope_is_and_goes_around_what_that_looks_at() {
+    fn free_view_begins_at_the_endoscope_and_goes_around_its_target() {
         let mut camera = FreeCamera::at(&tools());
         let start = looked_at(&camera);
         let seen = camera.seen(&tools()).world_from_camera;

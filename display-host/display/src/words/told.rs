@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_that_it_says_is_said_in_every_language() {
+    fn every_message_is_said_in_every_language() {
         let said = |language| {
             let words = Words::new(language);
             let (steps, hints, reasons) = all();

@@ -150,7 +150,7 @@ fn form(harness: &Harness<'_, Seen>) -> StartForm {
 }
 
 #[test]
-fn everything_at_the_start_is_chosen_by_pointer() {
+fn choices_of_the_start_are_made_by_pointer() {
     let mut desk = harness(Screen::Start(start()));
     desk.run();
     for name in [

@@ -10,7 +10,7 @@ use shared_mem::message::SphereState;
 use crate::support;
 
 #[test]
-fn what_straight_ahead_is_in_the_middle_and_the_edge_is_the_circle() {
+fn point_straight_ahead_is_in_the_middle_and_the_edge_is_the_circle() {
     let scope = Scope::default();
     assert_eq!(scope.project(Vec3::new(0.0, 0.0, -0.1)), Some(Vec2::ZERO));
     let edge = Vec3::new(
@@ -123,7 +123,7 @@ fn the_engineering_view_goes_from_off_to_marks_to_inside_and_off() {
 }
 
 #[test]
-fn inside_the_marks_leave_to_the_picture_what_it_shows() {
+fn inside_marks_leave_to_the_picture_what_it_shows() {
     let scene = support::scene(16);
     let mut state = support::state(&scene, 0.0);
     state.spheres[0].bits = SphereState::CONTACT;

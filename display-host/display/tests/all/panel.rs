@@ -163,7 +163,7 @@ fn a_missing_controller_and_an_alarm_are_no_dead_ends() {
 }
 
 #[test]
-fn whoever_has_the_instrument_in_hand_lets_go_before_the_station_ends() {
+fn operator_lets_the_instrument_go_before_the_station_ends() {
     let mut panel = harness(UiState {
         in_hand: true,
         ..live()
@@ -340,7 +340,7 @@ fn settings_are_chosen_and_left_by_pointer_and_key() {
 }
 
 #[test]
-fn everything_is_said_in_every_language() {
+fn panel_is_said_in_every_language() {
     for language in Language::ALL {
         let mut state = at_work(TaskView {
             alarm: Some(TaskNote {
@@ -463,7 +463,7 @@ fn an_old_task_is_not_shown_once_nobody_tells_of_it() {
 }
 
 #[test]
-fn without_a_task_an_instructor_is_told_so_and_sees_the_station() {
+fn instructor_without_a_task_is_told_so_and_sees_the_station() {
     let mut panel = harness(UiState {
         instructor: true,
         ..live()
@@ -544,7 +544,7 @@ fn the_slider_asks_once_it_is_let_go() {
 }
 
 #[test]
-fn without_a_session_nothing_of_one_is_shown_or_asked() {
+fn panel_without_a_session_shows_and_asks_nothing_of_one() {
     let mut panel = harness(live());
     for key in [egui::Key::ArrowLeft, egui::Key::Home, egui::Key::C] {
         panel.key_press(key);

@@ -340,7 +340,7 @@ fn harness(language: Language, shown: Shown, size: [u16; 3]) -> Harness<'static,
 }
 
 #[test]
-fn nothing_is_cut_off_and_no_words_cover_others() {
+fn words_are_not_cut_off_and_do_not_cover_each_other() {
     let out = std::env::var_os("SCREENS").map(PathBuf::from);
     let mut wrong = Vec::new();
     for language in Language::ALL {

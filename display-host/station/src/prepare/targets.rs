@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_read_is_not_replaced() {
+    fn outputs_never_replace_their_source() {
         let here = std::env::current_exe().unwrap();
         let folder = here.parent().unwrap();
         let detour = folder.join(".").join(here.file_name().unwrap());

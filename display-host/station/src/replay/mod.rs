@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_is_said() {
+    fn omissions_are_said() {
         let whole = LeftOut {
             controller_ended: Some(true),
             ..LeftOut::default()

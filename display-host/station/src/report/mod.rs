@@ -316,14 +316,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_session_is_refused_by_name() {
+    fn file_that_is_no_session_is_refused_by_name() {
         let folder = tempfile::tempdir().unwrap();
         let error = chapter(folder.path(), None, None).unwrap_err().to_string();
         assert!(error.contains("session.mcap"), "{error}");
     }
 
     #[test]
-    fn what_is_not_in_a_session_is_said() {
+    fn parts_missing_from_a_session_are_said() {
         let damaged = LeftOut {
             damaged: Some("at byte 7: x".to_owned()),
             ..LeftOut::default()

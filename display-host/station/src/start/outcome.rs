@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_summary_of_a_task_is_no_debrief() {
+    fn file_that_is_no_summary_of_a_task_is_no_debrief() {
         for text in ["", "{}", "[]", r#"{"task": 5}"#] {
             let found = read_it(folder(text).path(), "");
             assert!(found.is_none(), "{text}");

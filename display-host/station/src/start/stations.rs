@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_station_file_names_is_there_or_missing_and_the_rest_is_emulated() {
+    fn named_device_is_there_or_missing_and_an_unnamed_one_is_emulated() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("station.toml");
         let there = folder.path().join("ttyRIG");

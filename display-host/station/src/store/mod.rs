@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn a_debrief_compares_with_sessions_that_were_worked_to_their_end_as_this_one() {
+    fn debrief_compares_only_sessions_worked_to_their_end() {
         let folder = tempfile::tempdir().unwrap();
         let mut store = Store::open(&folder.path().join("store.sqlite")).unwrap();
         for it in sessions() {

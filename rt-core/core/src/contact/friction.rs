@@ -115,6 +115,7 @@ mod tests {
     extern crate std;
     use super::*;
     use crate::math::Quat;
+    use crate::testing::vector;
     use proptest::prelude::*;
 
     const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
@@ -167,10 +168,6 @@ mod tests {
         let pull_n = bristle.pull_n(&Vec3::new(1.0e-4, 0.0, 0.5), &UP, 0.01, 1.0);
         assert!(math::norm(&(pull_n - Vec3::new(-0.005, 0.0, 0.0))) < 1.0e-8);
         assert!((bristle.felt_n_m(0.01) - 50.0).abs() < 1.0e-4);
-    }
-
-    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
 
     proptest! {

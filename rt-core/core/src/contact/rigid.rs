@@ -187,6 +187,7 @@ fn middle(one: f32, other: f32) -> f32 {
 mod tests {
     extern crate std;
     use super::*;
+    use crate::testing::vector;
     use proptest::prelude::*;
 
     fn rod(a_m: Vec3, b_m: Vec3, role: Role) -> Capsule {
@@ -287,10 +288,6 @@ mod tests {
             rigid.find(&[shaft, scope], |contact| force_n += contact.force_n);
             assert!(force_n < 0.1, "{force_n} N at {z_m} m");
         }
-    }
-
-    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
 
     proptest! {

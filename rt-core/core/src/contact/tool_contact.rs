@@ -277,6 +277,7 @@ mod tests {
     extern crate std;
     use super::*;
     use crate::scene::tests::{organ, room, sphere};
+    use crate::testing::vector;
     use crate::tool::Role;
     use proptest::prelude::*;
     use std::boxed::Box;
@@ -352,10 +353,6 @@ mod tests {
         assert!(contacts.near_spheres(&bodies).count() > 0 && contacts.forces.is_empty());
         let (contacts, bodies) = meet(0.05, false);
         assert_eq!(contacts.near_spheres(&bodies).count(), 0);
-    }
-
-    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
 
     proptest! {

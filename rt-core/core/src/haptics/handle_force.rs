@@ -95,6 +95,7 @@ mod tests {
     extern crate std;
     use super::*;
     use crate::math::Quat;
+    use crate::testing::vector;
     use proptest::prelude::*;
 
     const LEVER: Kinematics = Kinematics {
@@ -143,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn no_contact_no_force() {
+    fn handle_without_contact_has_no_force() {
         let none = felt(&[], None);
         assert!(none.wrench == Wrench::ZERO && none.stiffness_n_m.to_bits() == 0);
     }
@@ -187,10 +188,6 @@ mod tests {
         let felt = felt(&[], Some(&pull));
         assert!(is_force(&felt, 0.0, 0.0, -1.5));
         assert!((felt.stiffness_n_m - 300.0).abs() < 1.0, "{felt:?}");
-    }
-
-    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
 
     fn contacts() -> impl Strategy<Value = std::vec::Vec<ContactForce>> {

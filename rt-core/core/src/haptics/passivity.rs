@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_within_the_device_s_damping_is_left_alone_and_one_beyond_is_damped() {
+    fn wall_is_damped_only_beyond_the_device_s_own_damping() {
         // K (T/2 + delay) = 400 · 2.5 ms = 1 N s/m.
         let device = |damping_n_s_m| DeviceCapabilities {
             delay_s: 0.002,

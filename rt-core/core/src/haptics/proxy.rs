@@ -67,14 +67,11 @@ impl Proxy {
 mod tests {
     extern crate std;
     use super::*;
+    use crate::testing::vector;
     use proptest::prelude::*;
 
-    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
-    }
-
     #[test]
-    fn by_hand() {
+    fn proxy_gives_way_and_comes_back_as_computed_by_hand() {
         let mut proxy = Proxy::AT_HAND;
         proxy.give_way(&Vec3::new(0.0, 0.0, 3.0), 200.0, 3.0);
         assert_eq!(proxy, Proxy::AT_HAND);
@@ -91,7 +88,7 @@ mod tests {
     proptest! {
         /// Displacement and step are bounded for any force; without a force it returns.
         #[test]
-        fn it_is_continuous_and_comes_back(
+        fn proxy_is_continuous_and_comes_back(
             all in prop::collection::vec((vector(1.0e4), 0.0f32..1.0e6, 0.0f32..5.0), 0..200),
         ) {
             let mut proxy = Proxy::AT_HAND;

@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn what_ends_by_decision_fades_and_what_tissue_does_is_felt_at_once() {
+    fn force_that_a_decision_ends_fades_and_tissue_is_felt_at_once() {
         let mut transition = Transition::NOTHING;
         assert_eq!(transition.felt(&pulls(1.0)), pulls(1.0));
         assert_eq!(transition.felt(&pulls(0.2)), pulls(0.2));
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_does_not_stay() {
+    fn value_that_is_no_number_does_not_stay() {
         let mut transition = Transition::NOTHING;
         let _ = transition.felt(&pulls(f32::NAN));
         transition.discontinuity();

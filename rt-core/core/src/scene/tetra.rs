@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn those_that_share_a_sphere_are_kept_apart() {
+    fn tetrahedra_that_share_a_sphere_are_kept_apart() {
         let made = pack(&[[0, 1, 3, 9], [4, 5, 7, 13], [1, 2, 4, 10]]).unwrap();
         let corners: Vec<Vec<[u32; 4]>> = made.iter().map(|b| b.corners().collect()).collect();
         assert_eq!(corners.len(), 2);

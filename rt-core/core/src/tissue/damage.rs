@@ -311,7 +311,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn by_hand() {
+    fn damage_grows_as_computed_by_hand() {
         assert!((intact(0.0) - 1.0).abs() < f32::EPSILON && intact(1.0) <= 0.0);
         // At one and a half times the stretch that it bears, half the force: a third of the
         // stiffness.

@@ -89,6 +89,7 @@ pub fn touch(center_m: &Vec3, radius_m: f32, part: &Capsule) -> Touch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::vector;
     use crate::tool::Role;
     use proptest::prelude::*;
 
@@ -155,10 +156,6 @@ mod tests {
         };
         let touch = touch(&Vec3::new(-2.0, 0.0, 0.5), 0.6, &disc);
         assert!((touch.depth_m - 0.1).abs() < 1.0e-6, "{touch:?}");
-    }
-
-    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
 
     proptest! {

@@ -162,6 +162,7 @@ fn tilt_of(y: &Vec3, z: &Vec3, up: &Vec3) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::vector;
     use proptest::prelude::*;
 
     const LEVER: Kinematics = Kinematics {
@@ -295,9 +296,5 @@ mod tests {
             prop_assert!(math::norm(&(seen.force_n - mirror(&here.force_n))) < 1.0e-5);
             prop_assert!(math::norm(&(seen.torque_n_m + mirror(&here.torque_n_m))) < 1.0e-6);
         }
-    }
-
-    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
 }

@@ -104,7 +104,7 @@ fn force_rises_over_the_ramp_after_each_enable() {
 }
 
 #[test]
-fn what_is_no_number_is_no_force() {
+fn value_that_is_no_number_is_no_force() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut limit = open();
         apply(&mut limit, &HALF);
@@ -422,7 +422,7 @@ proptest! {
     /// For any demand and any device: finite, never above its peak, never a faster rise than the
     /// slew limit, and zero while the device is not live.
     #[test]
-    fn nothing_hostile_gets_out(
+    fn output_is_bounded_on_any_input(
         demands in prop::collection::vec((demand(), any::<bool>()), 1..200),
         peak in hostile(), continuous in hostile(), stiffness in hostile(), ramp in hostile(),
     ) {

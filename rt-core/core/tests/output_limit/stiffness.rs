@@ -41,7 +41,7 @@ fn stiffness_that_comes_under_load_takes_force_away_slowly() {
 /// A second and a third part of the tool touch a wall on the way in, and leave it on the way out.
 /// The felt force never falls on the way in, and never rises on the way out.
 #[test]
-fn what_comes_to_touch_never_takes_force_from_a_hand_that_goes_deeper() {
+fn new_contact_takes_no_force_from_a_hand_that_goes_deeper() {
     let mut limit = open();
     let mut at = |depth_m: f32| {
         let parts = [0.0, 0.004, 0.0043].map(|from_m: f32| (depth_m - from_m).max(0.0));
@@ -124,7 +124,7 @@ fn stiffness_that_flickers_is_not_felt() {
 /// A cut resets the gate: neither a stiff contact that returns soft, nor a soft one that returns
 /// stiff, keeps its former share.
 #[test]
-fn after_a_cut_a_contact_begins_with_its_own_share() {
+fn contact_after_a_cut_begins_with_its_own_share() {
     let with = |stiffness_n_m: f32| Demand {
         stiffness_n_m,
         ..HALF

@@ -47,7 +47,7 @@ fn a_clip_before_the_cut_keeps_the_blood_in_and_scissors_do_not_cut_it() {
 }
 
 #[test]
-fn only_a_cut_between_clips_finds_both_sides_closed() {
+fn both_sides_are_closed_only_after_a_cut_between_clips() {
     // Places of cuts (m along the tube) and the open share of each; clips lie at -0.0105 and
     // 0.0105.
     for (at_m, open) in [

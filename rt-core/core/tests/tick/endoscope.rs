@@ -19,7 +19,7 @@ fn go(sim: &mut Sim<'_>, bench: &mut Bench, tip: [Vec3; 2], camera: [Vec3; 2], t
 }
 
 #[test]
-fn it_presses_on_tissue_and_the_hand_does_not_feel_it() {
+fn endoscope_presses_on_tissue_and_the_hand_does_not_feel_it() {
     let anatomy = Anatomy::liver();
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);

@@ -189,7 +189,7 @@ fn jaws_stay_open_by_what_they_hold_and_close_on_nothing() {
 }
 
 #[test]
-fn jaws_crush_a_thin_duct_once_a_grip_and_a_broad_bite_of_liver_not_at_all() {
+fn jaws_crush_a_thin_duct_once_a_grip_and_broad_liver_never() {
     let crushes = |anatomy: &Anatomy, at: &Vec3| {
         let mut state = store();
         let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);

@@ -47,7 +47,7 @@ fn behind(sim: &mut Sim<'_>, bench: &mut Bench, ends: (&Vec3, &Vec3), ticks: usi
 }
 
 #[test]
-fn the_instrument_stays_behind_where_the_device_cannot_push_and_comes_back() {
+fn instrument_stays_behind_where_the_device_is_too_weak_and_comes_back() {
     let anatomy = ball();
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, pushing(0.55), OPEN);
@@ -68,7 +68,7 @@ fn the_instrument_stays_behind_where_the_device_cannot_push_and_comes_back() {
 }
 
 #[test]
-fn what_feels_nothing_goes_where_the_hand_goes() {
+fn instrument_without_force_goes_where_the_hand_goes() {
     let anatomy = ball();
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, pushing(0.0), OPEN);

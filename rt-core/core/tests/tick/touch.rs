@@ -74,7 +74,7 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
 
 /// Pause, change of instrument and reset while the hand presses.
 #[test]
-fn what_a_command_ends_fades() {
+fn force_that_a_command_ends_fades() {
     let anatomy = Anatomy::liver();
     for command in [
         Command::Pause(true),

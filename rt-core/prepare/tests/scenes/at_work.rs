@@ -1,7 +1,7 @@
 //! An instrument at work in whole scenes: the force on the hand has no step, and tissue comes to
 //! rest.
 
-use crate::hand::{Felt, Leg, OPEN, Site, work_at};
+use crate::support::hand::{Felt, Leg, OPEN, Site, work_at};
 use crate::{prepared_built_in, prepared_triangle};
 use rt_core::math::Vec3;
 use rt_core::port::Buttons;

@@ -1,8 +1,8 @@
 //! The hook takes layered tissue away. Fat goes cell by cell at its tip, the organs under the fat
 //! come free, and the same hand gives the same bits.
 
-use crate::core;
-use crate::hand::TOUCH;
+use crate::support::LoadedScene;
+use crate::support::hand::TOUCH;
 use std::path::Path;
 
 use rt_core::math::{Vec3, norm};
@@ -103,7 +103,7 @@ fn nearest_to_the_port(scene: &SceneData) -> (Vec3, Vec3) {
 
 fn dissect(scene: &SceneData, current: bool, depth_m: f32) -> Found {
     let room = scene.room.expect("a room");
-    let loaded = core::Prepared::new(scene);
+    let loaded = LoadedScene::new(scene);
     let mut state = Box::new(State::new());
     let parameters = Parameters {
         force_ramp_s: 0.01,

@@ -4,9 +4,7 @@ mod at_work;
 mod atlas;
 mod budgets;
 mod built_in;
-mod core;
 mod dissect;
-mod hand;
 mod mechanics;
 mod meeting;
 mod meshes;
@@ -14,6 +12,8 @@ mod packing;
 mod press;
 mod sewing;
 mod sound;
+#[path = "../support/mod.rs"]
+mod support;
 mod triangle;
 
 use std::sync::OnceLock;

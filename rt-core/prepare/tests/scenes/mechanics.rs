@@ -1,6 +1,6 @@
 //! Prepared scenes in the core's own solver: they stay at rest, and organs hold each other.
 
-use crate::core;
+use crate::support::LoadedScene;
 use std::collections::BTreeMap;
 
 use rt_core::math::Vec3;
@@ -12,7 +12,7 @@ use shared_mem::scene::{LinkRecord, SceneData};
 const TICKS: usize = 400;
 
 /// The sphere in the middle of a tube.
-fn middle_of(prepared: &core::Prepared, organ: usize) -> u32 {
+fn middle_of(prepared: &LoadedScene, organ: usize) -> u32 {
     let o = &prepared.organs[organ];
     o.sphere_start + o.sphere_count / 2
 }
@@ -23,7 +23,7 @@ fn triangle_rests_and_its_organs_hold_each_other() {
     // The tests in `sewing.rs` look at sutures.
     recipe.ties.clear();
     let built = prepare(&recipe, &mut |_| {}).unwrap();
-    let loaded = core::Prepared::new(&built.scene);
+    let loaded = LoadedScene::new(&built.scene);
     let organ = |name: &str| {
         let all = &built.report.organs;
         all.iter().position(|o| o.name == name).unwrap()
@@ -147,7 +147,7 @@ fn tubes_are_cut_at_any_place() {
         along.sort_by(|a, b| a.1.total_cmp(&b.1));
         let tied = |i: u32| scene.attachments.iter().any(|t| t.a == i || t.b == i);
         let moved_m = |scene: &SceneData, led: u32, seen: u32| {
-            let loaded = core::Prepared::new(scene);
+            let loaded = LoadedScene::new(scene);
             let mut bodies = Box::new(Bodies::new());
             let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
             tissue.hold(led, true);

@@ -1,7 +1,7 @@
 //! Organs that lie on each other: their skins meet, and they lie still.
 
-use crate::core;
-use crate::hand::TOUCH;
+use crate::support::LoadedScene;
+use crate::support::hand::TOUCH;
 use rt_core::math::{self, Vec3};
 use rt_core::port::{ForceCommand, Polled};
 use rt_core::scene::{Organ, SkinVertex};
@@ -99,7 +99,7 @@ impl Ports for Nobody {
 
 /// The two skins at the end, and the speed of the fastest sphere, m/s.
 fn lie(built: &Prepared) -> ([Mesh; 2], f32) {
-    let loaded = core::Prepared::new(&built.scene);
+    let loaded = LoadedScene::new(&built.scene);
     let mut state = Box::new(State::new());
     let mut sim = Sim::new(loaded.scene(), &mut state, TOUCH, Parameters::default());
     let mut hand = Nobody::default();
@@ -116,7 +116,7 @@ fn lie(built: &Prepared) -> ([Mesh; 2], f32) {
 }
 
 /// An organ's contact skin while its spheres are at these places.
-fn skin_of(loaded: &core::Prepared, organ: &Organ, centers_m: &[Vec3]) -> Mesh {
+fn skin_of(loaded: &LoadedScene, organ: &Organ, centers_m: &[Vec3]) -> Mesh {
     let own = organ.sphere_start..organ.sphere_start + organ.sphere_count;
     let all = &loaded.skin_vertices;
     let is_own = |it: &SkinVertex| own.contains(&u32::from(it.spheres[0]));

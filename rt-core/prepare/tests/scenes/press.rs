@@ -1,7 +1,7 @@
 //! A round tip against the contact skin. Its force depends on the tissue and not on the number of
 //! spheres, and changes without steps.
 
-use crate::core;
+use crate::support::LoadedScene;
 use rt_core::math::{Vec3, norm};
 use rt_core::study::Tissue;
 use rt_core::tissue::{Bodies, Method};
@@ -37,7 +37,7 @@ fn ball(center_m: Vec3, radius_m: f32) -> Capsule {
 fn press(built: &Prepared, radius_m: f32, depth_m: f32, ticks: u16) -> Vec<f32> {
     let room = built.scene.room.expect("a room");
     let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
-    let loaded = core::Prepared::new(&built.scene);
+    let loaded = LoadedScene::new(&built.scene);
     let mut bodies = Box::new(Bodies::new());
     let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
     let mut felt = Vec::new();
@@ -114,7 +114,7 @@ fn no_speed_passes_the_skin_unfelt() {
     let built = liver(581);
     let room = built.scene.room.unwrap();
     let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
-    let loaded = core::Prepared::new(&built.scene);
+    let loaded = LoadedScene::new(&built.scene);
     let radius_m = 0.0008;
     for start in 0u8..12 {
         for step_m in [0.001f32, 0.002, 0.003] {
@@ -141,7 +141,7 @@ fn a_shaft_and_a_tip_behind_each_other_count_once() {
     let built = liver(581);
     let room = built.scene.room.unwrap();
     let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
-    let loaded = core::Prepared::new(&built.scene);
+    let loaded = LoadedScene::new(&built.scene);
     let felt = |parts: &[Capsule]| {
         let mut bodies = Box::new(Bodies::new());
         let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
@@ -193,7 +193,7 @@ fn slide(tissue: &mut Tissue<'_>, site: Vec3, normal: Vec3, depth_m: f32) -> Vec
 fn friction_holds_back_both_ways_and_has_no_step() {
     let built = liver(581);
     let room = built.scene.room.unwrap();
-    let loaded = core::Prepared::new(&built.scene);
+    let loaded = LoadedScene::new(&built.scene);
     let mut bodies = Box::new(Bodies::new());
     let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
     let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));

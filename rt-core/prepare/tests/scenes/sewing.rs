@@ -1,6 +1,6 @@
 //! Sutures and bands, from the recipe to tissue that is stepped.
 
-use crate::core;
+use crate::support::LoadedScene;
 use rt_core::math::Vec3;
 use rt_core::study::Tissue;
 use rt_core::tissue::{Bodies, Method};
@@ -69,7 +69,7 @@ fn sewn(ties: &str) -> String {
 fn settled(recipe: &str) -> (Vec<[f32; 2]>, f32) {
     let recipe = Recipe::parse(recipe, "sewn.toml", std::path::Path::new(MESHES)).expect("sound");
     let built = prepare(&recipe, &mut |_| {}).expect("sound");
-    let loaded = core::Prepared::new(&built.scene);
+    let loaded = LoadedScene::new(&built.scene);
     let mut bodies = Box::new(Bodies::new());
     let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
     for _ in 0..TICKS {
@@ -140,7 +140,7 @@ fn a_place_far_from_its_organ_is_a_slip_that_is_named() {
 #[test]
 fn the_triangle_s_gallbladder_is_hung_and_nothing_tears() {
     let built = crate::prepared_triangle(false);
-    let loaded = core::Prepared::new(&built.scene);
+    let loaded = LoadedScene::new(&built.scene);
     let mut bodies = Box::new(Bodies::new());
     let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
     let ties = &built.scene.attachments;

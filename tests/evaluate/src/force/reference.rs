@@ -325,7 +325,7 @@ mod tests {
 
     /// The repository keeps references of existing cases only.
     #[test]
-    fn what_is_recorded_is_read() {
+    fn recorded_reference_is_read() {
         let lines = RECORDED.lines().count() - 1;
         let cases = Case::all();
         let curves = cases.iter().filter_map(|case| recorded(case, RECORDED));

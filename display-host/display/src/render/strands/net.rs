@@ -489,7 +489,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_anchored_goes_on_to_its_anchor() {
+    fn anchored_strand_goes_on_to_its_anchor() {
         let anchors = Anchors {
             of_corners: [HashMap::from([(1, 18), (4, 19)]), HashMap::new()],
             ..Anchors::default()

@@ -300,11 +300,8 @@ fn share(part: f32, whole: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::vector;
     use proptest::prelude::*;
-
-    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
-    }
 
     proptest! {
         /// No point of the triangle is closer than the closest point.

@@ -11,6 +11,7 @@ use crate::math::{self, Vec3};
 use crate::scene::tests::{organ, room, sphere};
 use crate::scene::{Organ, RestSphere, SKIN_BINDINGS, Scene, Skin, SkinVertex};
 use crate::study::Tissue;
+use crate::testing::vector;
 use crate::tissue::{Bodies, Method};
 use crate::tool::{Capsule, Role};
 
@@ -108,10 +109,6 @@ fn follow(ways: &[Vec3]) -> List<(Vec3, Vec3)> {
         ticks.push((force_n, momentum));
     }
     ticks
-}
-
-fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-    (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
 }
 
 #[test]

@@ -225,6 +225,7 @@ impl Side {
 mod tests {
     extern crate std;
     use super::*;
+    use crate::testing::vector;
     use proptest::prelude::*;
 
     const REACH_M: f32 = 0.002;
@@ -271,10 +272,6 @@ mod tests {
                 .follow(&motion(over, rod(Vec3::z(), along)))
                 .is_none()
         );
-    }
-
-    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
-        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
 
     proptest! {

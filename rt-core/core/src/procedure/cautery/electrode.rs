@@ -257,7 +257,7 @@ mod tests {
         }
 
         #[test]
-        fn nothing_breaks_it(points in prop::array::uniform2(any::<[f32; 3]>()), m2 in any::<f32>()) {
+        fn electrode_survives_any_input(points in prop::array::uniform2(any::<[f32; 3]>()), m2 in any::<f32>()) {
             let electrode = Electrode::of(&hook(Instrument::Hook, true, false)).expect("current");
             let share = electrode.touches_bar(&points.map(Vec3::from), 0.001);
             prop_assert!((0.0..=1.0).contains(&share));

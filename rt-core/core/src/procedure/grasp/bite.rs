@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn by_hand() {
+    fn bite_holds_as_computed_by_hand() {
         // 4 mm thick, 14 mm long, 3 mm wide: 42 mm²; G = 1724 Pa.
         let free = bite(0.01);
         assert!(free.squeeze_n(0.004) <= 0.0 && free.squeeze_n(0.1) <= 0.0);

@@ -202,7 +202,7 @@ fn a_million_random_deletions_never_break_it() {
 }
 
 #[test]
-fn what_is_under_a_vertex_sinks_with_its_cells_and_is_open_when_all_are_removed() {
+fn skin_sinks_with_its_cells_and_is_open_when_all_are_removed() {
     let block = Block::new();
     let scene = block.scene();
     let mut bodies = loaded(&scene);
@@ -221,7 +221,7 @@ fn what_is_under_a_vertex_sinks_with_its_cells_and_is_open_when_all_are_removed(
 }
 
 #[test]
-fn what_hangs_on_nothing_goes_and_nothing_else_does() {
+fn cells_that_hang_on_nothing_go_and_no_others() {
     let block = Block::new();
     let scene = block.scene();
     let mut bodies = loaded(&scene);

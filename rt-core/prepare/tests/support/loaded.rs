@@ -7,7 +7,7 @@ use rt_core::scene::{
 };
 use shared_mem::scene::{SceneData, WORLD};
 
-pub(crate) struct Prepared {
+pub(crate) struct LoadedScene {
     pub(crate) organs: Vec<Organ>,
     spheres: Vec<RestSphere>,
     links: Vec<Link>,
@@ -21,7 +21,7 @@ pub(crate) struct Prepared {
     room: Room,
 }
 
-impl Prepared {
+impl LoadedScene {
     pub(crate) fn new(data: &SceneData) -> Self {
         let spheres: Vec<RestSphere> = data
             .spheres

@@ -1,6 +1,6 @@
 //! A hand that works slowly with an instrument in a whole scene, and the force that it feels.
 
-use crate::core;
+use super::LoadedScene;
 use rt_core::fault::Fault;
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled};
@@ -94,7 +94,7 @@ const FIRST: u16 = 30;
 
 pub(crate) fn work_at(built: &Prepared, site: &Site, legs: &[Leg]) -> Vec<Felt> {
     let room = built.scene.room.expect("a room");
-    let loaded = core::Prepared::new(&built.scene);
+    let loaded = LoadedScene::new(&built.scene);
     let mut state = Box::new(State::new());
     let parameters = Parameters {
         force_ramp_s: 0.01,
