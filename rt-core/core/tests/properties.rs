@@ -11,7 +11,7 @@ use rt_core::scene::{Link, Material, Organ, RestSphere, Scene, Tetra, TetraBatch
 use rt_core::sim::{Command, Parameters, Sim};
 use rt_core::state::State;
 use rt_core::tissue::Method;
-use rt_core::tissue::pbd::PaperPbd;
+use rt_core::tissue::paper::PaperPbd;
 use rt_core::tool::Instrument;
 
 #[derive(Debug, Clone)]

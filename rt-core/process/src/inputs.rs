@@ -8,7 +8,7 @@ use rt_core::port::{
 use rt_core::scene::Room;
 use rt_core::sim::{Command, Digest, Parameters, Samples, Task};
 use rt_core::tissue::Method;
-use rt_core::tissue::pbd::PaperPbd;
+use rt_core::tissue::paper::PaperPbd;
 use rt_core::tool::Instrument;
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, PoseMsg};

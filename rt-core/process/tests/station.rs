@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use bytemuck::Zeroable;
 use rt_core::tissue::Method;
-use rt_core::tissue::pbd::PaperPbd;
+use rt_core::tissue::paper::PaperPbd;
 use rt_process::{AdmissionPolicy, Ended, Realtime, RtConfig, RtError, RtSummary, Scheduler};
 use shared_mem::message::{
     CommandMsg, DeviceHealth, ReplyMsg, StateFrame, TickRecord, TimingBatch, ToolFrame,

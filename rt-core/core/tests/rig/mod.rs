@@ -15,7 +15,7 @@ use rt_core::scene::{
 };
 use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
 use rt_core::tissue::Method;
-use rt_core::tissue::pbd::PaperPbd;
+use rt_core::tissue::paper::PaperPbd;
 use rt_core::tissue::suture::Suture;
 use rt_core::tool::{Instrument, Kinematics};
 use rt_core::words::{Event, SphereBits};

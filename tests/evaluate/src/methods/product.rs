@@ -6,7 +6,7 @@ use rt_core::scene::{
     TetraBatch, batches,
 };
 use rt_core::study::Tissue;
-use rt_core::tissue::pbd::PaperPbd;
+use rt_core::tissue::paper::PaperPbd;
 use rt_core::tissue::{Bodies, Method as Solver};
 
 use rt_core::time::TICK_S;

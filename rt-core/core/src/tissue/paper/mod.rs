@@ -1,14 +1,17 @@
 //! The paper's solver: stretching and Laplacian coordinates in a fixed number of iterations.
 
+pub mod laplacian;
+pub mod stretch;
+
 use core::ops::Add;
 
 use crate::math;
 use crate::scene::{Organ, Scene};
 use crate::tissue::damage::Damage;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::laplacian::laplacian;
+use crate::tissue::paper::laplacian::laplacian;
+use crate::tissue::paper::stretch::stretch;
 use crate::tissue::per_sphere::PerSphere;
-use crate::tissue::stretch::stretch;
 use crate::tissue::{Bodies, Solver};
 
 /// Position-based dynamics as in the paper (Eq. 3–8).
