@@ -6,26 +6,33 @@
 mod rig;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use rig::{Anatomy, Bench, PAPER, TOUCH};
+use rig::{Anatomy, Bench, PAPER, TOUCH, method, paper};
 use rt_core::math::Vec3;
 use rt_core::port::Buttons;
 use rt_core::sim::{Parameters, Sim};
 use rt_core::state::State;
 use rt_core::study::Tissue;
-use rt_core::tissue::{Bodies, Method};
+use rt_core::tissue::Bodies;
 
 /// Places of the tip, m: far above the liver, and 8 mm below its top.
 const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.1);
 const PRESSED: Vec3 = Vec3::new(0.0, 0.0, 0.045);
 
-fn bench_tick(c: &mut Criterion, name: &str, anatomy: &Anatomy, tip_m: &Vec3, method: Method) {
-    let mut state = Box::new(State::new());
+/// `iterations` are those of the paper's method, here and below.
+fn bench_tick(
+    c: &mut Criterion,
+    name: &str,
+    anatomy: &Anatomy,
+    tip_m: &Vec3,
+    iterations: Option<u32>,
+) {
+    let (mut state, mut paper) = (Box::new(State::new()), paper(iterations));
     let parameters = Parameters {
-        method,
         force_ramp_s: 0.01,
         force_enabled: true,
     };
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
+    sim.solve_by(method(&mut paper));
     let mut bench = Bench::new();
     for step in 0..500 {
         let tip = AWAY + (tip_m - AWAY) * (step as f32 / 499.0);
@@ -41,9 +48,9 @@ fn bench_tick(c: &mut Criterion, name: &str, anatomy: &Anatomy, tip_m: &Vec3, me
 }
 
 /// Every organ, kept awake by a led sphere, without instrument, contacts and devices.
-fn bench_tissue(c: &mut Criterion, name: &str, anatomy: &Anatomy, method: Method) {
-    let mut bodies = Box::new(Bodies::new());
-    let mut tissue = Tissue::new(anatomy.scene(), &mut bodies, method);
+fn bench_tissue(c: &mut Criterion, name: &str, anatomy: &Anatomy, iterations: Option<u32>) {
+    let (mut bodies, mut paper) = (Box::new(Bodies::new()), paper(iterations));
+    let mut tissue = Tissue::new(anatomy.scene(), &mut bodies, method(&mut paper));
     let mut tick = 0.0;
     tissue.hold(0, true);
     c.bench_function(name, |b| {
@@ -57,19 +64,13 @@ fn bench_tissue(c: &mut Criterion, name: &str, anatomy: &Anatomy, method: Method
 
 fn tick(c: &mut Criterion) {
     let (liver, four) = (Anatomy::liver(), Anatomy::four_organs());
-    bench_tick(c, "tick/liver/away", &liver, &AWAY, Method::NeoHookean);
-    bench_tick(
-        c,
-        "tick/liver/pressed",
-        &liver,
-        &PRESSED,
-        Method::NeoHookean,
-    );
-    bench_tick(c, "tick/liver/pressed/paper", &liver, &PRESSED, PAPER);
-    bench_tissue(c, "tissue/liver", &liver, Method::NeoHookean);
-    bench_tissue(c, "tissue/liver/paper", &liver, PAPER);
-    bench_tissue(c, "tissue/four organs", &four, Method::NeoHookean);
-    bench_tissue(c, "tissue/four organs/paper", &four, PAPER);
+    bench_tick(c, "tick/liver/away", &liver, &AWAY, None);
+    bench_tick(c, "tick/liver/pressed", &liver, &PRESSED, None);
+    bench_tick(c, "tick/liver/pressed/paper", &liver, &PRESSED, Some(PAPER));
+    bench_tissue(c, "tissue/liver", &liver, None);
+    bench_tissue(c, "tissue/liver/paper", &liver, Some(PAPER));
+    bench_tissue(c, "tissue/four organs", &four, None);
+    bench_tissue(c, "tissue/four organs/paper", &four, Some(PAPER));
 }
 
 criterion_group!(benches, tick);

@@ -75,7 +75,6 @@ impl Touched {
     fn new(anatomy: &Anatomy) -> Self {
         let mut state = Box::new(State::new());
         let parameters = Parameters {
-            method: Method::NeoHookean,
             force_ramp_s: 0.01,
             force_enabled: true,
         };

@@ -7,12 +7,11 @@ mod rig;
 
 use std::time::Instant;
 
-use rig::{Anatomy, Bench, PAPER, TOUCH};
+use rig::{Anatomy, Bench, PAPER, TOUCH, method, paper};
 use rt_core::math::Vec3;
 use rt_core::port::{Buttons, ForceCommand};
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
-use rt_core::tissue::Method;
 
 const TICKS: u32 = 4000;
 
@@ -42,14 +41,15 @@ impl Ports for Timed {
     }
 }
 
-fn measure(name: &str, anatomy: &Anatomy, method: Method) {
-    let mut state = Box::new(State::new());
+/// `iterations` are those of the paper's method.
+fn measure(name: &str, anatomy: &Anatomy, iterations: Option<u32>) {
+    let (mut state, mut paper) = (Box::new(State::new()), paper(iterations));
     let parameters = Parameters {
-        method,
         force_ramp_s: 0.01,
         force_enabled: true,
     };
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
+    sim.solve_by(method(&mut paper));
     let stage_us = std::array::from_fn(|_| Vec::new());
     let mut timed = Timed {
         inner: Bench::new(),
@@ -64,7 +64,8 @@ fn measure(name: &str, anatomy: &Anatomy, method: Method) {
         sim.tick(&mut timed);
     }
     println!(
-        "{name}, {method:?}: {} spheres, {} links, {} tetrahedra",
+        "{name}, {}: {} spheres, {} links, {} tetrahedra",
+        iterations.map_or("neo-Hookean", |_| "the paper's method"),
         anatomy.spheres.len(),
         anatomy.links.len(),
         anatomy.tetrahedra.len()
@@ -83,9 +84,9 @@ fn measure(name: &str, anatomy: &Anatomy, method: Method) {
 }
 
 fn main() {
-    for method in [Method::NeoHookean, PAPER] {
-        measure("liver", &Anatomy::liver(), method);
+    for iterations in [None, Some(PAPER)] {
+        measure("liver", &Anatomy::liver(), iterations);
         let both = Anatomy::liver_and_gallbladder();
-        measure("liver and gallbladder", &both, method);
+        measure("liver and gallbladder", &both, iterations);
     }
 }

@@ -15,7 +15,7 @@ use crate::tool::Capsule;
 pub struct Tissue<'a> {
     scene: Scene<'a>,
     bodies: &'a mut Bodies,
-    method: Method,
+    method: Method<'a>,
     contacts: ToolContacts,
     tick: u64,
 }
@@ -37,7 +37,7 @@ pub struct Pressed {
 impl<'a> Tissue<'a> {
     /// Puts `scene` at rest into `bodies`.
     #[must_use]
-    pub fn new(scene: Scene<'a>, bodies: &'a mut Bodies, method: Method) -> Self {
+    pub fn new(scene: Scene<'a>, bodies: &'a mut Bodies, method: Method<'a>) -> Self {
         bodies.load(&scene);
         Self {
             scene,
@@ -94,7 +94,8 @@ impl<'a> Tissue<'a> {
         self.bodies.begin(&self.scene, true);
         self.breathe();
         let (scene, bodies) = (&self.scene, &mut *self.bodies);
-        let mut quarantined = substeps::run(scene, &self.method, &ALL, &mut corrected, bodies);
+        let method = &mut self.method;
+        let mut quarantined = substeps::run(scene, method, &ALL, &mut corrected, bodies);
         for (i, _) in (0u8..).zip(scene.organs) {
             corrected.post_solve(i, 1.0, scene.step_s_of(i), bodies);
         }
@@ -114,7 +115,7 @@ impl<'a> Tissue<'a> {
         }
         let mut faults = FaultSet::NONE; // what is left out is felt in its force
         contacts.find(parts, scene, &bounds, bodies, &mut faults);
-        let mut quarantined = substeps::run(scene, &self.method, &ALL, contacts, bodies);
+        let mut quarantined = substeps::run(scene, &mut self.method, &ALL, contacts, bodies);
         contacts.push_out(scene, bodies);
         quarantined += self.end();
         let forces = &self.contacts.forces;

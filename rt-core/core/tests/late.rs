@@ -2,7 +2,7 @@
 
 mod rig;
 
-use rig::{Anatomy, Bench, PAPER, TOUCH};
+use rig::{Anatomy, Bench, PAPER, TOUCH, method, paper};
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{Buttons, ForceCommand};
 use rt_core::sim::{Optional, Parameters, Ports, Samples, Sim, Stage, TickView};
@@ -10,7 +10,6 @@ use rt_core::state::State;
 use rt_core::words::SphereBits;
 
 const OPEN: Parameters = Parameters {
-    method: PAPER,
     force_ramp_s: 0.05,
     force_enabled: true,
 };
@@ -46,8 +45,9 @@ impl Ports for Late {
 /// Presses on the liver, far from the gallbladder, for 400 ticks with time and 100 without.
 fn press(has_time: fn(Optional) -> bool) -> (Late, Vec<Vec3>) {
     let anatomy = Anatomy::liver_and_gallbladder();
-    let mut state = Box::new(State::new());
+    let (mut state, mut paper) = (Box::new(State::new()), paper(Some(PAPER)));
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    sim.solve_by(method(&mut paper));
     let mut late = Late {
         bench: Bench::new(),
         has_time: |_| true,
@@ -106,8 +106,9 @@ fn an_organ_that_is_touched_is_never_far() {
 fn self_collision_left_out_is_made_up_for() {
     let mut anatomy = Anatomy::liver_and_gallbladder();
     anatomy.organs[1].gravity_share = 1.0;
-    let mut state = Box::new(State::new());
+    let (mut state, mut paper) = (Box::new(State::new()), paper(Some(PAPER)));
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    sim.solve_by(method(&mut paper));
     let mut late = Late {
         bench: Bench::new(),
         has_time: |work| work != Optional::SelfCollision,

@@ -14,8 +14,7 @@ use nalgebra::UnitQuaternion;
 use rt_core::math::{Pose, Vec3, norm};
 use rt_core::port::{Buttons, DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample};
 use rt_core::scene::Scene;
-use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
-use rt_core::state::State;
+use rt_core::sim::{Parameters, Ports, Samples, Stage, TickView};
 use rt_core::tool::Kinematics;
 use serde::Serialize;
 use shared_mem::message::{STAGES, StateFrame, ToolFrame};
@@ -25,6 +24,7 @@ use crate::devices::NO_DEVICE;
 use crate::error::RtError;
 use crate::frames;
 use crate::realtime;
+use crate::storage::Storage;
 use crate::time_driver::monotonic_ns;
 
 /// Share of the period that the worst tick must leave free.
@@ -96,6 +96,7 @@ pub(crate) fn measure(
 ) -> Result<Admission, RtError> {
     let asks = config.realtime == Realtime::Ask;
     let (priority, parameters) = (config.priority, config.parameters);
+    let paper_iterations = config.paper_iterations;
     let (tell, told) = mpsc::sync_channel(1);
     let thread = crate::run::spawn("admission", crate::run::TICK_STACK_BYTES, move || {
         if asks {
@@ -103,7 +104,7 @@ pub(crate) fn measure(
             let _ = realtime::pin_to(&[core]);
             let _ = realtime::take_fifo(priority);
         }
-        let _ = tell.send(run_course(scene, parameters));
+        let _ = tell.send(run_course(scene, parameters, paper_iterations));
     })?;
     let found = told.recv();
     crate::run::join("admission", thread)?;
@@ -127,15 +128,18 @@ pub(crate) fn measure(
 }
 
 /// Fastest measurement of every tick of the course, and the most contacts.
-fn run_course(scene: Scene<'static>, parameters: Parameters) -> (Vec<Cost>, u32) {
+fn run_course(
+    scene: Scene<'static>,
+    parameters: Parameters,
+    paper_iterations: u32,
+) -> (Vec<Cost>, u32) {
     let handles = course(&scene);
     let mut costs: Vec<Cost> = Vec::new();
     let mut contacts_max = 0;
     let mut cache = vec![1u8; CACHE_BYTES];
-    let mut state = Box::new(State::new());
     for run in 0..RUNS {
-        *state = State::new();
-        let mut sim = Sim::new(scene, &mut state, NO_DEVICE, parameters);
+        let mut storage = Storage::new(paper_iterations);
+        let mut sim = storage.sim(scene, NO_DEVICE, parameters);
         let mut world = Course::new(&scene);
         for (tick, handle) in ticks(&handles).enumerate() {
             world.device_from_handle = *handle;

@@ -78,8 +78,10 @@ pub struct RtConfig {
     pub publish_every: u32,
     /// Number of periods (run or missed) after which the run ends; `None`: until stopped.
     pub periods_max: Option<u64>,
-    /// Solver iterations, force ramp, and the permission for force from the start.
+    /// Force ramp, and the permission for force from the start.
     pub parameters: Parameters,
+    /// Iterations of the paper's method; 0: neo-Hookean tetrahedra.
+    pub paper_iterations: u32,
     /// A modem line that is high while a tick runs, for an oscilloscope.
     pub scope_line: Option<ScopeLine>,
     /// Consequence of an allocation or page fault in the tick's thread.
@@ -113,6 +115,7 @@ impl RtConfig {
                 force_enabled: true,
                 ..Parameters::default()
             },
+            paper_iterations: 0,
             scope_line: None,
             on_violation: OnViolation::BUILD_DEFAULT,
         }

@@ -7,8 +7,6 @@ use rt_core::port::{
 };
 use rt_core::scene::Room;
 use rt_core::sim::{Command, Digest, Parameters, Samples, Task};
-use rt_core::tissue::Method;
-use rt_core::tissue::pbd::PaperPbd;
 use rt_core::tool::Instrument;
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, PoseMsg};
@@ -151,6 +149,7 @@ pub(crate) fn setup(
     room: &Room,
     device: &DeviceCapabilities,
     parameters: &Parameters,
+    paper_iterations: u32,
 ) -> RunSetup {
     RunSetup {
         scene_id,
@@ -172,10 +171,7 @@ pub(crate) fn setup(
         ],
         force_ramp_s: parameters.force_ramp_s,
         force_enabled: parameters.force_enabled.into(),
-        paper_iterations: match parameters.method {
-            Method::NeoHookean => 0,
-            Method::Paper(PaperPbd { iterations }) => iterations.max(1),
-        },
+        paper_iterations,
     }
 }
 
@@ -208,10 +204,6 @@ pub(crate) fn capabilities(setup: &RunSetup) -> DeviceCapabilities {
 /// Parameters of a recorded run.
 pub(crate) fn parameters(setup: &RunSetup) -> Parameters {
     Parameters {
-        method: match setup.paper_iterations {
-            0 => Method::NeoHookean,
-            iterations => Method::Paper(PaperPbd { iterations }),
-        },
         force_ramp_s: setup.force_ramp_s,
         force_enabled: setup.force_enabled != 0,
     }
@@ -323,20 +315,15 @@ mod tests {
             world_from_camera: Pose::identity(),
             breath_s: 0.0,
         };
-        for method in [
-            Method::NeoHookean,
-            Method::Paper(PaperPbd { iterations: 7 }),
-        ] {
-            let given = Parameters {
-                method,
-                force_ramp_s: 0.25,
-                force_enabled: true,
-            };
-            let setup = setup([3; 16], 1_000_000, &room, &device, &given);
-            assert_eq!(capabilities(&setup), device);
-            assert_eq!(parameters(&setup), given);
-            assert_eq!(pose(&setup.world_from_device), room.world_from_device);
-            assert_eq!(pose(&setup.world_from_tracker), room.world_from_tracker);
-        }
+        let given = Parameters {
+            force_ramp_s: 0.25,
+            force_enabled: true,
+        };
+        let setup = setup([3; 16], 1_000_000, &room, &device, &given, 7);
+        assert_eq!(capabilities(&setup), device);
+        assert_eq!(parameters(&setup), given);
+        assert_eq!(setup.paper_iterations, 7);
+        assert_eq!(pose(&setup.world_from_device), room.world_from_device);
+        assert_eq!(pose(&setup.world_from_tracker), room.world_from_tracker);
     }
 }

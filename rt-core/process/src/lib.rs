@@ -46,6 +46,7 @@ mod scene;
 pub mod schedule;
 pub mod scope_line;
 mod shared;
+mod storage;
 mod summary;
 mod tick;
 mod tick_thread;

@@ -16,8 +16,7 @@ pub use show::{Pace, Shown, show};
 use hardware::station::StationFile;
 use rt_core::port::{ForceCommand, LineCounters};
 use rt_core::scene::Scene;
-use rt_core::sim::{Digest, Optional, Ports, Samples, Sim, Stage, TickView};
-use rt_core::state::State;
+use rt_core::sim::{Digest, Optional, Ports, Samples, Stage, TickView};
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{EventMsg, StateFrame, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
@@ -26,6 +25,7 @@ use crate::error::RtError;
 use crate::frames;
 use crate::inputs;
 use crate::scene::LoadedScene;
+use crate::storage::Storage;
 
 /// Start conditions of a run, ready to be repeated.
 #[derive(Debug)]
@@ -143,9 +143,9 @@ pub(crate) fn run_scene(
     records: impl IntoIterator<Item = InputRecord>,
     mut each: impl FnMut(&Replayed<'_>) -> bool,
 ) {
-    let mut state = Box::new(State::new());
+    let mut storage = Storage::new(setup.paper_iterations);
     let device = inputs::capabilities(setup);
-    let mut sim = Sim::new(scene, &mut state, device, inputs::parameters(setup));
+    let mut sim = storage.sim(scene, device, inputs::parameters(setup));
     for record in records {
         let mut goes_on = true;
         sim.tick(&mut Recorded {

@@ -10,8 +10,7 @@ use std::sync::mpsc::SyncSender;
 
 use embassy_sync::signal::Signal;
 use rt_core::scene::Scene;
-use rt_core::sim::{Parameters, Sim};
-use rt_core::state::State;
+use rt_core::sim::Parameters;
 use shared_mem::message::{STAGES, TIMING_BATCH, TimingBatch};
 
 use crate::account::{BatchDone, account};
@@ -27,6 +26,7 @@ use crate::realtime::{self, Standing};
 use crate::schedule::{Due, Schedule};
 use crate::scope_line::Switch;
 use crate::shared::Shared;
+use crate::storage::Storage;
 use crate::tick::{Ends, Tick, World};
 use crate::time_driver::now_ns;
 
@@ -60,6 +60,7 @@ pub(crate) struct Settings {
     pub(crate) needs_ns: [u64; STAGES],
     periods_max: Option<u64>,
     parameters: Parameters,
+    paper_iterations: u32,
     on_violation: OnViolation,
 }
 
@@ -76,6 +77,7 @@ impl Settings {
             publish_every: config.publish_every,
             periods_max: config.periods_max,
             parameters: config.parameters,
+            paper_iterations: config.paper_iterations,
             on_violation: config.on_violation,
         }
     }
@@ -95,7 +97,8 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
         .store(thread.as_raw_nonzero().get(), Relaxed);
 
     // Both live as long as the process, as embassy's tasks must.
-    let state: &'static mut State = Box::leak(Box::new(State::new()));
+    let storage: &'static mut Storage =
+        Box::leak(Box::new(Storage::new(settings.paper_iterations)));
     let capabilities = start.devices.capabilities();
     let _ = shared.setup.set(inputs::setup(
         start.scene_id,
@@ -103,8 +106,9 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
         start.scene.room(),
         &capabilities,
         &settings.parameters,
+        settings.paper_iterations,
     ));
-    let sim = Sim::new(start.scene, state, capabilities, settings.parameters);
+    let sim = storage.sim(start.scene, capabilities, settings.parameters);
     let world = World::new(
         start.devices,
         start.ends,

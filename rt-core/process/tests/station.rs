@@ -7,8 +7,6 @@ use std::thread;
 use std::time::Instant;
 
 use bytemuck::Zeroable;
-use rt_core::tissue::Method;
-use rt_core::tissue::pbd::PaperPbd;
 use rt_process::{AdmissionPolicy, Ended, Realtime, RtConfig, RtError, RtSummary, Scheduler};
 use shared_mem::message::{
     CommandMsg, DeviceHealth, ReplyMsg, StateFrame, TickRecord, TimingBatch, ToolFrame,
@@ -257,7 +255,7 @@ const HEAVY: u32 = 650;
 fn heavy(bench: &Bench, admission: AdmissionPolicy) -> RtConfig {
     let mut config = bench.config();
     config.admission = admission;
-    config.parameters.method = Method::Paper(PaperPbd { iterations: HEAVY });
+    config.paper_iterations = HEAVY;
     config.periods_max = Some(20);
     config
 }

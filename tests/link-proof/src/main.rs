@@ -18,6 +18,8 @@ use rt_core::scene::{
 };
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
+use rt_core::tissue::Method;
+use rt_core::tissue::paper::Paper;
 
 unsafe extern "C" {
     /// A function that is defined nowhere.
@@ -29,12 +31,12 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     the_tick_can_panic()
 }
 
-struct Storage(UnsafeCell<State>);
+struct Storage(UnsafeCell<(State, Paper)>);
 
 // SAFETY: the program has one thread.
 unsafe impl Sync for Storage {}
 
-static STORAGE: Storage = Storage(UnsafeCell::new(State::new()));
+static STORAGE: Storage = Storage(UnsafeCell::new((State::new(), Paper::new(10))));
 
 /// Hides a value from the optimiser, which must then expect any value from outside.
 fn anything<T: Copy>(example: T) -> T {
@@ -109,7 +111,7 @@ extern "C" fn _start() -> ! {
         rate_hz: 1000.0,
     });
     // SAFETY: this is the only reference to it, in the only thread.
-    let state = unsafe { &mut *STORAGE.0.get() };
+    let (state, paper) = unsafe { &mut *STORAGE.0.get() };
     if let Ok(scene) = Scene::new(organs, spheres, links, room)
         .and_then(|scene| scene.with_tetrahedra(tetrahedra))
         .and_then(|scene| scene.with_attachments(attachments))
@@ -117,6 +119,9 @@ extern "C" fn _start() -> ! {
         .and_then(|scene| scene.with_cells(layers))
     {
         let mut sim = Sim::new(scene, state, device, anything(Parameters::default()));
+        if anything(true) {
+            sim.solve_by(Method::Paper(paper));
+        }
         let mut world = World {
             samples: Samples {
                 now_ns: 0,

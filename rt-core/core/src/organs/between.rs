@@ -172,7 +172,7 @@ mod tests {
     use crate::scene::tests::{organ, room, sphere};
     use crate::scene::{Organ, RestSphere};
     use crate::time::TICK_S;
-    use crate::tissue::Method;
+    use crate::tissue::neo_hookean::NeoHookean;
     use crate::tissue::substeps::{self, Coupling};
     use std::boxed::Box;
 
@@ -243,7 +243,7 @@ mod tests {
             let mut only = Only(&self.between, &scene);
             let moves = [true; MAX_ORGANS];
             let bodies = &mut self.bodies;
-            let _ = substeps::run(&scene, &Method::NeoHookean, &moves, &mut only, bodies);
+            let _ = substeps::run(&scene, &mut NeoHookean, &moves, &mut only, bodies);
             for (organ, number) in self.organs.iter().zip(0..) {
                 let _ = bodies.advance(organ, scene.step_s_of(number));
             }

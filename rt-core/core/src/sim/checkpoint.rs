@@ -14,15 +14,14 @@ use crate::procedure::grasp::Grasp;
 use crate::procedure::journal::Journal;
 use crate::sim::sample::Inputs;
 use crate::state::State;
+use crate::tissue::Bounds;
 use crate::tissue::sleep::Sleep;
-use crate::tissue::{Bounds, Method};
 use crate::tool::{Kinematics, ToolState};
 
 /// Everything in a simulation that changes. As large as [`State`]: keep it on the heap.
 #[derive(Debug, Clone)]
 pub struct Checkpoint {
     state: State,
-    solver: Method,
     sleep: Sleep,
     kinematics: Kinematics,
     inputs: Inputs,
@@ -49,7 +48,7 @@ impl Sim<'_> {
         let Self {
             scene: _,
             state,
-            solver,
+            method: _,
             sleep,
             kinematics,
             inputs,
@@ -69,7 +68,6 @@ impl Sim<'_> {
         } = self;
         Checkpoint {
             state: (**state).clone(),
-            solver: *solver,
             sleep: sleep.clone(),
             kinematics: *kinematics,
             inputs: *inputs,
@@ -89,13 +87,12 @@ impl Sim<'_> {
         }
     }
 
-    /// Restores a checkpoint of a simulation of the same scene. Equal inputs then give equal
-    /// results, bit for bit. A checkpoint of another scene restores that scene's state, without a
-    /// panic.
+    /// Restores a checkpoint of a simulation of the same scene by the same method. Equal inputs
+    /// then give equal results, bit for bit. A checkpoint of another scene restores that scene's
+    /// state, without a panic.
     pub fn go_back(&mut self, checkpoint: &Checkpoint) {
         let Checkpoint {
             state,
-            solver,
             sleep,
             kinematics,
             inputs,
@@ -114,7 +111,6 @@ impl Sim<'_> {
             tick,
         } = checkpoint;
         self.state.clone_from(state);
-        self.solver = *solver;
         self.sleep = sleep.clone();
         self.kinematics = *kinematics;
         self.inputs = *inputs;

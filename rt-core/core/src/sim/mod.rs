@@ -80,8 +80,6 @@ const STIR_M: f32 = 0.002;
 /// Parameters of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
-    /// Method by which tissue is solved.
-    pub method: Method,
     /// Time in which the force rises after each enable, s.
     pub force_ramp_s: f32,
     /// True if force may leave from the start, without [`Command::EnableForce`].
@@ -91,7 +89,6 @@ pub struct Parameters {
 impl Default for Parameters {
     fn default() -> Self {
         Self {
-            method: Method::NeoHookean,
             force_ramp_s: 2.0,
             force_enabled: false,
         }
@@ -103,7 +100,7 @@ impl Default for Parameters {
 pub struct Sim<'a> {
     scene: Scene<'a>,
     state: &'a mut State,
-    solver: Method,
+    method: Method<'a>,
     sleep: Sleep,
     kinematics: Kinematics,
     inputs: Inputs,
@@ -123,7 +120,8 @@ pub struct Sim<'a> {
 }
 
 impl<'a> Sim<'a> {
-    /// A simulation of `scene` at rest, in the storage `state`.
+    /// A simulation of `scene` at rest, in the storage `state`. It solves tissue as a neo-Hookean
+    /// solid.
     #[must_use]
     pub fn new(
         scene: Scene<'a>,
@@ -138,7 +136,7 @@ impl<'a> Sim<'a> {
         limit.enable(parameters.force_enabled);
         let room = scene.room();
         let mut sim = Self {
-            solver: parameters.method,
+            method: Method::NeoHookean,
             sleep: Sleep::AWAKE,
             kinematics: Kinematics {
                 port_m: room.instrument_port_m,
@@ -163,6 +161,11 @@ impl<'a> Sim<'a> {
         };
         sim.measure_bounds();
         sim
+    }
+
+    /// Solves tissue by `method` from the next tick on.
+    pub fn solve_by(&mut self, method: Method<'a>) {
+        self.method = method;
     }
 
     /// Advances one control period, stage by stage. The scene's counts and [`crate::capacity`]
@@ -320,7 +323,7 @@ impl<'a> Sim<'a> {
             clips: &mut self.clips,
             grasp: &mut self.grasp,
         };
-        let quarantined = substeps::run(scene, &self.solver, &moves, &mut coupling, bodies);
+        let quarantined = substeps::run(scene, &mut self.method, &moves, &mut coupling, bodies);
         faults.raise_if(quarantined > 0, Fault::BadSphere);
         // All organs have reached the end of the tick.
         self.clips.carry(None, scene, bodies);

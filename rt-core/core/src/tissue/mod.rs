@@ -85,6 +85,10 @@
 //! fixed number of iterations. Its faults are kept because they are the method's. Stiffness depends
 //! on the number of iterations. The vector `L` does not turn with the tissue, so a rotated organ is
 //! pulled back. Only one sphere moves at a time, so momentum is not conserved.
+//!
+//! Its memory, [`paper::Paper`], is no part of [`Bodies`]. The caller gives it with the method, so
+//! the state of a product's run does not hold it. Nothing in it outlasts the projection of one
+//! organ: checkpoints leave it out.
 
 mod adjacency;
 pub(crate) mod attachment;
@@ -94,13 +98,11 @@ pub mod cells;
 pub(crate) mod damage;
 mod integrate;
 pub mod lanes;
-pub mod laplacian;
 pub(crate) mod multirate;
 pub mod neo_hookean;
-pub mod pbd;
+pub mod paper;
 pub(crate) mod per_sphere;
 pub(crate) mod sleep;
-pub mod stretch;
 pub(crate) mod substeps;
 pub mod suture;
 pub(crate) mod tubes;
@@ -117,7 +119,7 @@ use attachment::Ties;
 use damage::Damage;
 use lanes::Lanes;
 use neo_hookean::NeoHookean;
-use pbd::{PaperPbd, PaperSphere};
+use paper::Paper;
 use per_sphere::PerSphere;
 use suture::Sutures;
 
@@ -126,21 +128,21 @@ use suture::Sutures;
 pub trait Solver {
     /// Projects every constraint of `organ` in a substep of `step_s`. The organ's counts bound the
     /// cost.
-    fn project(&self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies);
+    fn project(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies);
 }
 
 /// Method by which tissue is solved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Method {
+#[derive(Debug, Default)]
+pub enum Method<'a> {
     /// Neo-Hookean tetrahedra with the material's own moduli.
     #[default]
     NeoHookean,
-    /// The paper's stretching and Laplacian coordinates, as the baseline.
-    Paper(PaperPbd),
+    /// The paper's stretching and Laplacian coordinates, as the baseline, with its storage.
+    Paper(&'a mut Paper),
 }
 
-impl Solver for Method {
-    fn project(&self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies) {
+impl Solver for Method<'_> {
+    fn project(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies) {
         match self {
             Self::NeoHookean => NeoHookean.project(scene, organ, step_s, bodies),
             Self::Paper(paper) => paper.project(scene, organ, step_s, bodies),
@@ -264,8 +266,6 @@ impl Node {
 pub struct Bodies {
     /// Displacement and velocity of each sphere.
     pub(crate) nodes: PerSphere<Node>,
-    /// Scratch memory of the paper's method.
-    paper: PerSphere<PaperSphere>,
     /// Radius, m.
     pub(crate) radius_m: PerSphere<f32>,
     /// Flags of each sphere, written by contact and procedure.
@@ -291,7 +291,6 @@ impl Bodies {
     pub const fn new() -> Self {
         Self {
             nodes: PerSphere::new(Node::ZERO),
-            paper: PerSphere::new(PaperSphere::ZERO),
             radius_m: PerSphere::new(0.0),
             bits: PerSphere::new(SphereBits(0)),
             organ: PerSphere::new(0),

@@ -2,7 +2,7 @@
 
 use crate::capacity::MAX_ORGANS;
 use crate::scene::{Organ, Scene};
-use crate::tissue::{Bodies, Method, Solver, attachment};
+use crate::tissue::{Bodies, Solver, attachment};
 
 /// External constraints on organs: tools, clips, and other organs.
 pub(crate) trait Coupling {
@@ -19,7 +19,7 @@ pub(crate) trait Coupling {
 /// constraints that act once a tick can follow. Returns the number of spheres that were reset.
 pub(crate) fn run(
     scene: &Scene<'_>,
-    method: &Method,
+    solver: &mut impl Solver,
     moves: &[bool; MAX_ORGANS],
     coupling: &mut impl Coupling,
     bodies: &mut Bodies,
@@ -32,7 +32,7 @@ pub(crate) fn run(
                 let step_s = scene.step_s_of(i);
                 bodies.predict(scene, organ, step_s);
                 coupling.pre_solve(i, step_s, bodies);
-                method.project(scene, organ, step_s, bodies);
+                solver.project(scene, organ, step_s, bodies);
             }
         }
         attachment::project_due(scene, now, bodies);

@@ -15,7 +15,7 @@ use rt_core::scene::{
 };
 use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
 use rt_core::tissue::Method;
-use rt_core::tissue::pbd::PaperPbd;
+use rt_core::tissue::paper::Paper;
 use rt_core::tissue::suture::Suture;
 use rt_core::tool::{Instrument, Kinematics};
 use rt_core::words::{Event, SphereBits};
@@ -23,8 +23,20 @@ use rt_core::words::{Event, SphereBits};
 /// A Touch-class device.
 pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities::TOUCH;
 
-/// The paper's method at its ten iterations.
-pub(crate) const PAPER: Method = Method::Paper(PaperPbd { iterations: 10 });
+/// Iterations of the paper's method.
+pub(crate) const PAPER: u32 = 10;
+
+/// Storage of the paper's method, for a run with so many iterations of it.
+pub(crate) fn paper(iterations: Option<u32>) -> Option<Box<Paper>> {
+    iterations.map(|iterations| Box::new(Paper::new(iterations)))
+}
+
+/// The paper's method in its storage, else the product's.
+pub(crate) fn method(paper: &mut Option<Box<Paper>>) -> Method<'_> {
+    paper
+        .as_mut()
+        .map_or(Method::NeoHookean, |it| Method::Paper(it))
+}
 
 /// Soft tissue.
 pub(crate) const SOFT: Material = Material {

@@ -23,7 +23,6 @@ use rt_core::port::Buttons;
 use rt_core::scene::{Material, Organ, RestSphere};
 use rt_core::sim::{Command, Parameters, Sim, Stage};
 use rt_core::state::State;
-use rt_core::tissue::Method;
 use rt_core::words::{Event, EventKind, SphereBits};
 
 const NONE: Buttons = Buttons(0);
@@ -32,7 +31,6 @@ const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.15);
 const PRESSED: Vec3 = Vec3::new(0.0, 0.0, 0.04);
 
 const OPEN: Parameters = Parameters {
-    method: Method::NeoHookean,
     force_ramp_s: 0.01,
     force_enabled: true,
 };

@@ -5,8 +5,6 @@ use core::time::Duration;
 
 use bytemuck::Zeroable as _;
 use rt_core::port::LineCounters;
-use rt_core::sim::Sim;
-use rt_core::state::State;
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::{CommandMsg, EventMsg, ReplyMsg, StateFrame, ToolFrame};
 use shared_mem::service::{Controller, Station};
@@ -17,6 +15,7 @@ use super::leaks::{Leaks, puts_back};
 use super::player::Player;
 use super::{Replay, Replayed};
 use crate::error::RtError;
+use crate::storage::Storage;
 use crate::time_driver::monotonic_ns;
 use crate::{frames, inputs};
 
@@ -97,12 +96,12 @@ pub fn show<I: Iterator<Item = InputRecord>>(
         shown_tick: 0,
         again_ns: None,
     };
-    let mut state = Box::new(State::new());
+    let mut storage = Storage::new(replay.setup.paper_iterations);
     let (device, parameters) = (
         inputs::capabilities(&replay.setup),
         inputs::parameters(&replay.setup),
     );
-    let sim = Sim::new(replay.scene.scene()?, &mut state, device, parameters);
+    let sim = storage.sim(replay.scene.scene()?, device, parameters);
     let mut player = Player::new(sim);
     let Some(mut ticks) = open() else {
         return Ok(());

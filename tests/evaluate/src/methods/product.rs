@@ -6,7 +6,7 @@ use rt_core::scene::{
     TetraBatch, batches,
 };
 use rt_core::study::Tissue;
-use rt_core::tissue::pbd::PaperPbd;
+use rt_core::tissue::paper::Paper;
 use rt_core::tissue::{Bodies, Method as Solver};
 
 use rt_core::time::TICK_S;
@@ -19,7 +19,8 @@ use crate::body::{Body, V3};
 /// Parts that the product's tissue borrows.
 pub(crate) struct Parts {
     bodies: Box<Bodies>,
-    solver: Solver,
+    /// Storage of the paper's method; `None`: the neo-Hookean solid.
+    paper: Option<Box<Paper>>,
     plan: Plan,
 }
 
@@ -137,11 +138,7 @@ impl Parts {
         };
         Ok(Self {
             bodies: Box::default(),
-            solver: if paper.is_some() {
-                Solver::Paper(PaperPbd { iterations })
-            } else {
-                Solver::NeoHookean
-            },
+            paper: paper.map(|_| Box::new(Paper::new(iterations))),
             plan: Plan {
                 organs: [organ],
                 spheres,
@@ -217,7 +214,11 @@ impl Parts {
     /// The message with which the scene's check refuses it.
     pub(crate) fn bare(&mut self) -> Result<Tissue<'_>, SceneError> {
         let scene = self.plan.scene()?;
-        Ok(Tissue::new(scene, &mut self.bodies, self.solver))
+        let solver = match &mut self.paper {
+            Some(paper) => Solver::Paper(paper),
+            None => Solver::NeoHookean,
+        };
+        Ok(Tissue::new(scene, &mut self.bodies, solver))
     }
 }
 

@@ -28,7 +28,7 @@ pub const STIFFNESS_SHARE: f32 = 0.965;
 pub struct NeoHookean;
 
 impl Solver for NeoHookean {
-    fn project(&self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies) {
+    fn project(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies) {
         let batches = scene.batches_of(organ);
         if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s)) {
             kernel::project(&mut bodies.nodes, batches, &moduli);

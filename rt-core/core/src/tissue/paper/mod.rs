@@ -1,32 +1,49 @@
 //! The paper's solver: stretching and Laplacian coordinates in a fixed number of iterations.
 
+pub mod laplacian;
+pub mod stretch;
+
 use core::ops::Add;
 
 use crate::math;
 use crate::scene::{Organ, Scene};
 use crate::tissue::damage::Damage;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::laplacian::laplacian;
+use crate::tissue::paper::laplacian::laplacian;
+use crate::tissue::paper::stretch::stretch;
 use crate::tissue::per_sphere::PerSphere;
-use crate::tissue::stretch::stretch;
-use crate::tissue::{Bodies, Solver};
+use crate::tissue::{Adjacency, Bodies, Solver};
 
-/// Position-based dynamics as in the paper (Eq. 3–8).
+/// Position-based dynamics as in the paper (Eq. 3–8), with its scratch memory of 128 kB. Only a
+/// simulation by this method needs it: build it in a `static` or on the heap.
 ///
 /// An iteration visits all links in the scene's order, then all spheres in theirs. Each correction
 /// sees the corrections before it (Gauss–Seidel). Preparation orders the links so that neighbours
 /// in the list share no sphere, so the processor can work on several at a time. O(iterations ·
 /// links).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PaperPbd {
+#[derive(Debug, Clone)]
+pub struct Paper {
     /// Iterations in a tick. Raising it stiffens the tissue: the known fault of the paper's method.
-    pub iterations: u32,
+    iterations: u32,
+    /// Copies of the spheres of the organ that is projected.
+    spheres: PerSphere<PaperSphere>,
+}
+
+impl Paper {
+    /// The method with this number of iterations in a tick.
+    #[must_use]
+    pub const fn new(iterations: u32) -> Self {
+        Self {
+            iterations,
+            spheres: PerSphere::new(PaperSphere::ZERO),
+        }
+    }
 }
 
 /// A sphere as this method stores it: half a cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(32))]
-pub(crate) struct PaperSphere {
+struct PaperSphere {
     /// Centre at rest, world frame, m. Spare lane: inverse mass, 1/kg.
     rest_m: Lanes,
     /// Displacement from rest, m. Spare lane: zero.
@@ -34,7 +51,7 @@ pub(crate) struct PaperSphere {
 }
 
 impl PaperSphere {
-    pub(crate) const ZERO: Self = Self {
+    const ZERO: Self = Self {
         rest_m: Lanes::ZERO,
         moved_m: Lanes::ZERO,
     };
@@ -45,10 +62,10 @@ impl PaperSphere {
     }
 }
 
-impl Solver for PaperPbd {
-    fn project(&self, scene: &Scene<'_>, organ: &Organ, _step_s: f32, bodies: &mut Bodies) {
+impl Solver for Paper {
+    fn project(&mut self, scene: &Scene<'_>, organ: &Organ, _step_s: f32, bodies: &mut Bodies) {
         let (start, count) = (organ.sphere_start, organ.sphere_count);
-        let spheres = bodies.paper.range_mut(start, count).iter_mut();
+        let spheres = self.spheres.range_mut(start, count).iter_mut();
         for (sphere, node) in spheres.zip(bodies.nodes.range(start, count)) {
             let moved_m = node.moved_m + node.step_m;
             *sphere = PaperSphere {
@@ -57,11 +74,11 @@ impl Solver for PaperPbd {
             };
         }
         for _ in 0..self.iterations {
-            project_stretch(scene, organ, &mut bodies.paper, &bodies.parted);
-            project_laplacian(organ, bodies);
+            project_stretch(scene, organ, &mut self.spheres, &bodies.parted);
+            project_laplacian(organ, &mut self.spheres, &bodies.adjacency);
         }
         let nodes = bodies.nodes.range_mut(start, count).iter_mut();
-        for (node, sphere) in nodes.zip(bodies.paper.range(start, count)) {
+        for (node, sphere) in nodes.zip(self.spheres.range(start, count)) {
             node.step_m = (sphere.moved_m - node.moved_m).with_spare(0.0);
         }
     }
@@ -88,18 +105,17 @@ fn project_stretch(
     }
 }
 
-fn project_laplacian(organ: &Organ, bodies: &mut Bodies) {
+fn project_laplacian(organ: &Organ, spheres: &mut PerSphere<PaperSphere>, adjacency: &Adjacency) {
     let stiffness = organ.material.laplacian_stiffness;
     if stiffness <= 0.0 {
         return;
     }
-    let spheres = &mut bodies.paper;
     for i in organ.sphere_start..organ.sphere_start.saturating_add(organ.sphere_count) {
         let own = *spheres.at(i);
         if own.weight() <= 0.0 {
             continue;
         }
-        let linked = bodies.adjacency.of(i);
+        let linked = adjacency.of(i);
         let moved = |&n: &u16| spheres.at(u32::from(n)).moved_m;
         let sum = linked.iter().map(moved).fold(Lanes::ZERO, Lanes::add);
         let step = laplacian(own.moved_m, sum, linked.len(), stiffness);
@@ -131,13 +147,14 @@ mod tests {
         organs[0].material.laplacian_stiffness = 0.0;
         let scene = Scene::new(&organs, &spheres, &links, room()).unwrap();
         let mut bodies = Box::new(Bodies::new());
+        let mut paper = Box::new(Paper::new(1));
         // 4 mm too long: the share of it that one projection removes.
         let mut taken_m = |parted: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);
             damage_all(&scene, &mut bodies, sparing_none, |_| (), |_, _| parted);
             bodies.nodes.at_mut(1).move_by(&(Vec3::x() * 0.004));
-            PaperPbd { iterations: 1 }.project(&scene, &organs[0], 0.001, &mut bodies);
+            paper.project(&scene, &organs[0], 0.001, &mut bodies);
             0.004 - bodies.nodes.at(1).from(bodies.nodes.at(0)).vec3().x + 0.02
         };
         assert!((taken_m(0.0) - 0.004).abs() < 1.0e-7);
