@@ -1,19 +1,14 @@
-//! The gallbladder: a pear 8 cm long that hangs under the liver, fundus to the front; and the
-//! connective tissue between it and its bed.
+//! The gallbladder: a pear 8 cm long that hangs under the liver, fundus to the front.
 
-use super::anatomy::Bodies;
-use super::primitive::{Through, ball, join, meet};
+use super::bodies::Bodies;
+use super::primitive::{Through, ball, join};
 use crate::Vec3;
 
 /// Length of a triangle's side.
 pub(super) const EDGE_M: f64 = 0.0021;
-/// Of the connective tissue, which is thin.
-pub(super) const TISSUE_EDGE_M: f64 = 0.0012;
 
 /// The fossa is this much wider than the gallbladder that lies in it, m.
 pub(super) const FOSSA_GAP_M: f64 = 0.0026;
-/// Between the connective tissue and either of them.
-const TISSUE_GAP_M: f64 = 0.0002;
 
 /// Centre line and radius: fundus, body, infundibulum, neck.
 pub(super) const LINE: &[Through] = &[
@@ -38,19 +33,4 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
         ball(p, pouch.into(), radius),
         0.007,
     )
-}
-
-/// The layer in the fossa, out to the liver's surface.
-pub(super) fn tissue(bodies: &Bodies, p: &Vec3) -> f64 {
-    let room = FOSSA_GAP_M - 2.0 * TISSUE_GAP_M;
-    let thickness = room * bodies.anatomy.connective_tissue.width.min(1.0);
-    let middle = TISSUE_GAP_M + room / 2.0;
-    let from_gallbladder = distance(bodies, p);
-    let layer = (from_gallbladder - middle).abs() - thickness / 2.0;
-    // Far off, the liver takes nothing from it.
-    if layer > 0.004 {
-        layer
-    } else {
-        meet(layer, bodies.liver_body(p) + 0.003, 0.001)
-    }
 }

@@ -1,7 +1,7 @@
 //! The stomach: a J from the left diaphragm to the pylorus, under the left lobe of the liver; and
 //! the duodenum that begins there.
 
-use super::anatomy::Bodies;
+use super::bodies::Bodies;
 use super::liver;
 use super::primitive::{Through, carve};
 use crate::Vec3;

@@ -1,7 +1,7 @@
 //! Ducts and arteries of Calot's triangle: between the gallbladder's neck, the common bile duct
 //! and the liver. Two courses of the cystic duct and the cystic artery.
 
-use super::anatomy::Bodies;
+use super::bodies::Bodies;
 use super::liver;
 use super::primitive::{Through, Tube, carve};
 use crate::Vec3;

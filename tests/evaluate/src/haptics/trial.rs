@@ -1,7 +1,7 @@
 //! One trial: a hand presses, and does it stay still?
 
 use super::device::{Device, Hand, Loop};
-use super::law::Law;
+use super::law::{Law, START_M};
 
 /// The hand moves in within this time, s.
 const APPROACH_S: f64 = 0.3;
@@ -9,8 +9,6 @@ const APPROACH_S: f64 = 0.3;
 const SETTLE_S: f64 = 1.2;
 /// …and is watched for this long, s.
 const WATCH_S: f64 = 0.5;
-/// From so far away, m.
-pub(super) const START_M: f64 = 0.003;
 /// Swings larger than this are felt and seen, m: five encoder steps of a Touch.
 pub(super) const STILL_M: f64 = 0.275e-3;
 
