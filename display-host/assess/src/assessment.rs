@@ -6,10 +6,11 @@ use shared_mem::words::EventKind;
 
 use crate::alarm::Alarm;
 use crate::anatomy::Anatomy;
-use crate::metrics::{Metric, Tally, Values};
+use crate::metrics::{Metric, Values};
 use crate::procedure::Procedure;
 use crate::rules::{Lost, Rules};
 use crate::step::{Hint, Reason, Step, plain_steps, plainly};
+use crate::tally::Tally;
 use crate::task::{Difficulty, Outcome, Task};
 use crate::vector::{Vec3, distance, looking_off, wide};
 
@@ -86,7 +87,7 @@ pub struct Assessed {
     pub alarms: Vec<Alarm>,
     /// All metrics; `null` where a metric has no value.
     pub metrics: Values,
-    /// Time at each force while the instrument touched, in bins of [`crate::metrics::BIN_N`], s.
+    /// Time at each force while the instrument touched, in bins of [`crate::BIN_N`], s.
     pub force_histogram_s: Vec<f64>,
     /// Events for the time line.
     pub moments: Vec<Moment>,

@@ -38,6 +38,7 @@ pub mod report;
 mod rules;
 mod scope_drill;
 mod step;
+mod tally;
 mod task;
 mod vector;
 mod vessel;
@@ -49,6 +50,7 @@ pub use metrics::{Metric, Values};
 pub use rules::{Rules, RulesError};
 pub use shared_mem::words::Instrument;
 pub use step::{Advice, Hint, Reason, Step};
+pub use tally::BIN_N;
 pub use task::{Difficulty, Outcome, Task};
 
 #[cfg(test)]

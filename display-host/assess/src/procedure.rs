@@ -6,10 +6,11 @@ use shared_mem::scene::OrganKind;
 
 use crate::alarm::{Alarm, AlarmKind};
 use crate::anatomy::{Anatomy, Region};
-use crate::metrics::{Metric, Tally, Values, is_target};
+use crate::metrics::{Metric, Values};
 use crate::rules::Rules;
 use crate::scope_drill::ScopeDrill;
 use crate::step::{Advice, Hint, Reason, Step};
+use crate::tally::{Tally, is_target};
 use crate::task::Task;
 use crate::vector::wide;
 use crate::vessel::Vessel;

@@ -4,8 +4,8 @@ use session::Movement;
 use shared_mem::scene::OrganKind;
 
 use crate::anatomy::Anatomy;
-use crate::metrics::VIEW_HALF_RAD;
 use crate::step::Step;
+use crate::tally::VIEW_HALF_RAD;
 use crate::vector::off_sight;
 
 /// Organs to show, in this order; those missing from a scene are left out.

@@ -29,7 +29,7 @@ pub(crate) struct Still {
 impl Still {
     /// Keeps a copy of a moment, to be drawn later.
     pub(crate) fn kept(state: &StateFrame, tools: &ToolFrame, path: PathBuf) -> Self {
-        let mut copy = crate::headless::zeroed_state();
+        let mut copy: Box<StateFrame> = bytemuck::allocation::zeroed_box();
         *copy = *state;
         Self {
             state: copy,

@@ -49,6 +49,7 @@
 
 mod course;
 mod describe;
+mod error;
 mod file;
 mod health;
 mod info;
@@ -61,12 +62,14 @@ mod records;
 mod storage;
 
 pub use course::{Entry, Movement, What};
+pub use error::ReadError;
 pub use file::{Error, FILE_VERSION};
 pub use health::{Health, Recorded, Standing};
 pub use info::{Assignment, Finish, Info, hex, printable};
 pub use operation::Operation;
-pub use read::{End, ReadError, Session};
+pub use read::Session;
 pub use record::{Config, Listening, Recording, Sight};
+pub use records::End;
 pub use storage::{Storage, create_private, is_being_recorded};
 
 #[cfg(test)]

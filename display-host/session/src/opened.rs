@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use shared_mem::inputs::RunSetup;
 
+use crate::error::ReadError;
 use crate::info::{Assignment, Finish, Info};
-use crate::read::{End, ReadError};
-use crate::records::{Part, Records};
+use crate::records::{End, Part, Records};
 
 /// A file whose head has been read.
 pub(crate) struct Opened {

@@ -6,10 +6,10 @@ use std::path::Path;
 use shared_mem::scene::SceneFile;
 
 use crate::course::Entry;
+use crate::error::ReadError;
 use crate::info::{Assignment, Finish, Info};
 use crate::opened::{self, Opened};
-use crate::read::{End, ReadError};
-use crate::records::Part;
+use crate::records::{End, Part};
 
 /// An operation being read.
 pub struct Operation {

@@ -1,57 +1,14 @@
 //! Reader of a session from the front, a chunk at a time: complete, cut off by a kill, or damaged.
 
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use shared_mem::inputs::{InputRecord, RunSetup};
 
-use crate::file::FILE_VERSION;
+use crate::error::ReadError;
 use crate::info::{Finish, Info};
 use crate::opened::{self, Opened};
-use crate::records::Part;
-
-/// Reason why a session cannot be replayed.
-#[derive(Debug, thiserror::Error)]
-pub enum ReadError {
-    /// The file cannot be opened or read.
-    #[error("{path}: {source}; `calot run --record FILE` records a session")]
-    Io {
-        /// Path of the file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: std::io::Error,
-    },
-    /// The file is not a session, or is damaged before its first tick or entry.
-    #[error("{path} is not a session of Calot: {problem}; `calot run --record FILE` records one")]
-    NotASession {
-        /// Path of the file.
-        path: PathBuf,
-        /// The missing or faulty part.
-        problem: String,
-    },
-    /// The file was written by another version of Calot.
-    #[error(
-        "{path}: the session has version '{found}', and this program reads {FILE_VERSION}; replay it with the program that recorded it"
-    )]
-    Version {
-        /// Path of the file.
-        path: PathBuf,
-        /// The file's version.
-        found: String,
-    },
-}
-
-/// End of a session.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum End {
-    /// It was ended properly.
-    Whole,
-    /// It breaks off at this place: the recorder was killed, or the disk was full. Everything
-    /// before it is as recorded. A damaged length of the last record outside a chunk looks alike.
-    BrokenOff(String),
-    /// It is damaged at this place, in this way. Nothing after it is read.
-    Damaged(String),
-}
+use crate::records::{End, Part};
 
 /// A session being read.
 pub struct Session {

@@ -14,7 +14,6 @@ use crate::describe::{COURSE, INPUTS, OWN, SETUP};
 use crate::file::SCENE;
 use crate::info::{self, Assignment, Finish, printable};
 use crate::pack::unpack;
-use crate::read::End;
 
 /// Longest record accepted, bytes: a scene of real anatomy is a few megabytes.
 const RECORD_MAX_BYTES: u64 = 64 << 20;
@@ -22,6 +21,18 @@ const RECORD_MAX_BYTES: u64 = 64 << 20;
 const HEAD_BYTES: usize = 9;
 /// Size of a chunk's head without the name of the compression.
 const CHUNK_HEAD_BYTES: u64 = 40;
+
+/// End of a session.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum End {
+    /// It was ended properly.
+    Whole,
+    /// It breaks off at this place: the recorder was killed, or the disk was full. Everything
+    /// before it is as recorded. A damaged length of the last record outside a chunk looks alike.
+    BrokenOff(String),
+    /// It is damaged at this place, in this way. Nothing after it is read.
+    Damaged(String),
+}
 
 /// A part of a file that replay and assessment need.
 pub(crate) enum Part {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::open::SCHEMA_VERSION;
+use crate::schema::SCHEMA_VERSION;
 
 /// Reasons for which the store refuses a request. A refused request changes nothing.
 #[derive(Debug, thiserror::Error)]

@@ -16,13 +16,15 @@ mod export;
 mod merge;
 mod open;
 mod questionnaire;
+mod schema;
 mod sessions;
 mod sheet;
 
 pub use error::StoreError;
 pub use merge::{EXAMPLE_SQL, Merged};
-pub use open::{SCHEMA_VERSION, Store, new_id};
+pub use open::{Store, new_id};
 pub use questionnaire::{Item, ItemSummary, Questionnaire};
+pub use schema::SCHEMA_VERSION;
 pub use sessions::{SessionRecord, Trainee, check_name};
 pub use sheet::GOALS;
 

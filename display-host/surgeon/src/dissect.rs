@@ -6,7 +6,8 @@ use crate::gentle::{CLOSER_M, ROOM_M, STUCK_S};
 use crate::hold::{BEND_M, ELECTRODE_M, Hook, WORKS, electrode_room_m, free_side, turns};
 use crate::nearing::Nearing;
 use crate::sight::{Bar, between, off_line};
-use crate::work::{BACK_M, COAGULATE, Vec3, Work};
+use crate::vector::Vec3;
+use crate::work::{BACK_M, COAGULATE, Work};
 
 /// Distance to a structure that must not be burnt, at which the current is switched off, m.
 const CLEAR_M: f64 = 0.001;

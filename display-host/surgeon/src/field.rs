@@ -3,8 +3,8 @@
 use shared_mem::message::StateFrame;
 use shared_mem::scene::{NO_CELL, SceneFile};
 
-use crate::sight::{Sight, wide};
-use crate::work::Vec3;
+use crate::sight::Sight;
+use crate::vector::{Vec3, wide};
 
 /// Cells within this distance of one that was given up count as tried too, m.
 const BESIDE_M: f64 = 0.002;

@@ -3,7 +3,8 @@
 
 use crate::hold::{Hook, WORKS};
 use crate::sight::Bar;
-use crate::work::{Vec3, Work};
+use crate::vector::Vec3;
+use crate::work::Work;
 
 /// Least distance between the hook and a structure that it must not touch, m. Within `SHY_M` it
 /// turns more slowly. In a quarter of a second it approaches by at most `SLOWS` times the room

@@ -3,8 +3,9 @@
 use shared_mem::message::SutureMsg;
 use shared_mem::words::Instrument;
 
-use crate::sight::{Place, wide};
-use crate::work::{COAGULATE, Vec3, Work};
+use crate::sight::Place;
+use crate::vector::{Vec3, wide};
+use crate::work::{COAGULATE, Work};
 
 /// Distance in front of the organ at which a stitch begins, m.
 const BEFORE_M: f64 = 0.03;

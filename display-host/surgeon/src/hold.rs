@@ -1,7 +1,7 @@
 //! Geometry of a held hook: the directions of its bent end, and the room that its parts have.
 
 use crate::sight::{Bar, between};
-use crate::work::Vec3;
+use crate::vector::Vec3;
 
 /// Lengths of the bent end and its parts from the heel, and their radii, m (`rt_core::tool`).
 pub(crate) const BEND_M: f64 = 0.004;

@@ -6,8 +6,9 @@ use shared_mem::scene::OrganKind;
 use shared_mem::words::{CapsuleRole, Instrument};
 
 use crate::plan::{Act, CUT, Surgeon};
-use crate::sight::{Bar, Place, between, wide};
-use crate::work::{BACK_M, BITE, JAW_M, Vec3, Work};
+use crate::sight::{Bar, Place, between};
+use crate::vector::{Vec3, wide};
+use crate::work::{BACK_M, BITE, JAW_M, Work};
 
 /// Radius of a jaw, m (`rt_core::tool`).
 const JAW_RADIUS_M: f64 = 0.0015;

@@ -16,6 +16,7 @@ mod jaws;
 mod nearing;
 mod plan;
 mod sight;
+mod vector;
 mod work;
 
 use shared_mem::message::{CommandMsg, EventMsg, HandMsg, StateFrame, ToolFrame};

@@ -3,7 +3,7 @@
 use shared_mem::message::{ClipMsg, SphereState, StateFrame};
 use shared_mem::scene::{AttachmentRecord, OrganKind, SceneFile, WORLD};
 
-use crate::work::Vec3;
+use crate::vector::{Vec3, wide};
 
 /// A position, m, and the direction of the tube there, if any.
 #[derive(Debug, Clone, Copy)]
@@ -264,10 +264,6 @@ pub(crate) fn between([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> Vec3 {
     let t = share(on_other + s * along, other2);
     let s = share(t * along - on_own, own2);
     apart + own * s - other * t
-}
-
-pub(crate) fn wide(v: [f32; 3]) -> Vec3 {
-    Vec3::from(v.map(f64::from))
 }
 
 #[cfg(test)]

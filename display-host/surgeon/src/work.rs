@@ -2,7 +2,7 @@
 
 use assess::Task;
 use bytemuck::Zeroable as _;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion};
 use shared_mem::message::{CommandMsg, Event, HandMsg, PoseMsg};
 use shared_mem::scene::{OrganKind, SceneFile};
 use shared_mem::words::{Buttons, CapsuleRole, Instrument, Switches};
@@ -11,9 +11,8 @@ use crate::field::Field;
 use crate::nearing::Nearing;
 use crate::plan::{Act, Surgeon};
 use crate::sight::{Place, Sight};
+use crate::vector::Vec3;
 use crate::{Seen, Theatre};
-
-pub(crate) type Vec3 = Vector3<f64>;
 
 /// Length of the jaws of scissors and clip applier, m (`rt_core::tool::Instrument`).
 pub(crate) const JAW_M: f64 = 0.015;

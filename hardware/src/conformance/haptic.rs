@@ -3,20 +3,15 @@
 use std::path::Path;
 use std::time::Duration;
 
-use rt_core::math::Vec3;
-use rt_core::port::{ForceCommand, HapticDevice, Polled};
+use rt_core::port::{HapticDevice, Polled};
 
-use super::samples::samples;
+use super::samples::{NO_FORCE, samples};
 use super::watch::{PATIENCE, open, quantiles, silent_after_close, unplugged, until};
 use super::{Options, Report};
 use crate::rig::device::WATCHDOG_LIMIT_MS;
 use crate::rig::wire::Status;
 use crate::rig::{BAUD, RigHaptic};
 
-pub(super) const NO_FORCE: ForceCommand = ForceCommand {
-    force_n: Vec3::new(0.0, 0.0, 0.0),
-    torque_n_m: Vec3::new(0.0, 0.0, 0.0),
-};
 /// Attempts at the watchdog check: a busy host may spoil one.
 const WATCHDOG_TRIES: u32 = 3;
 

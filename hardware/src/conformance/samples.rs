@@ -2,11 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use rt_core::port::{Freedom, HapticDevice, Polled};
+use rt_core::math::Vec3;
+use rt_core::port::{ForceCommand, Freedom, HapticDevice, Polled};
 
 use super::Report;
-use super::haptic::NO_FORCE;
 use super::watch::{Arrivals, watch};
+
+pub(super) const NO_FORCE: ForceCommand = ForceCommand {
+    force_n: Vec3::new(0.0, 0.0, 0.0),
+    torque_n_m: Vec3::new(0.0, 0.0, 0.0),
+};
 
 /// Watches the samples of an open device for `time` at zero force: rate, gaps, ranges.
 pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time: Duration) {

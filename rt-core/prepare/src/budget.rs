@@ -7,8 +7,9 @@ use crate::error::PrepareError;
 use crate::held::Plane;
 use crate::mesh::Mended;
 use crate::pack::Quality;
-use crate::prepare::{self, Prepared};
+use crate::prepared::Prepared;
 use crate::recipe::{OrganPlan, Packing, Recipe, SPHERES_MAX, SPHERES_MIN};
+use crate::skeleton::{interior, skeleton};
 
 /// An organ's spheres.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,8 +44,8 @@ pub(crate) fn by_error(
     let mut missed: Option<(usize, f64)> = None;
     let mut count = plan.spheres;
     for _ in 0..TRIES {
-        let interior = prepare::interior(plan, surface, count)?;
-        let balls = prepare::skeleton(plan, &interior, surface.volume_m3, count, planes).balls;
+        let interior = interior(plan, surface, count)?;
+        let balls = skeleton(plan, &interior, surface.volume_m3, count, planes).balls;
         let gap_m = Quality::measure(&interior, &surface.mesh, &balls).gap_95_m;
         let side = if gap_m <= budget_m {
             &mut kept

@@ -68,7 +68,9 @@ pub mod links;
 pub mod order;
 pub mod pack;
 mod prepare;
+mod prepared;
 pub mod room;
+mod skeleton;
 pub mod skin;
 mod steady;
 mod surface_nets;
@@ -76,7 +78,8 @@ pub mod tetra;
 
 pub use cells::Filling;
 pub use error::{MeshError, PrepareError, RecipeError};
-pub use prepare::{Prepared, Progress, prepare};
+pub use prepare::{Progress, prepare};
+pub use prepared::Prepared;
 pub use recipe::Recipe;
 pub use report::Report;
 

@@ -14,8 +14,10 @@ use crate::error::{MeshError, MeshProblem, PrepareError};
 use crate::held::Plane;
 use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
-use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, Surface};
+use crate::prepared::Prepared;
+use crate::recipe::{OrganPlan, Pieces, Recipe, Surface};
 use crate::report::{OrganReport, Report};
+use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
 use crate::{Vec3, attach, bind, cost, held, links, room, steady};
@@ -27,18 +29,6 @@ pub struct Progress {
     pub doing: String,
     /// Share of the whole, 0..=1.
     pub done: f64,
-}
-
-/// A compiled scene and its report.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Prepared {
-    /// The scene, ready to be written with [`SceneData::write`].
-    pub scene: SceneData,
-    /// Figures of its quality.
-    pub report: Report,
-    /// Tetrahedra of each organ between its own spheres, which are numbered from the organ's first.
-    /// Any eight consecutive ones share no sphere, as far as possible.
-    pub tetrahedra: Vec<Vec<Tetra>>,
 }
 
 /// One organ as built.
@@ -314,68 +304,6 @@ fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> (Mesh, String) {
         *p *= scale;
     }
     (mesh, note)
-}
-
-/// Spheres, links and tetrahedra of an organ.
-pub(crate) struct Skeleton {
-    pub(crate) balls: Vec<Ball>,
-    links: Vec<[u32; 2]>,
-    /// Pairs of spheres of a tube that follow each other.
-    steps: Vec<[u32; 2]>,
-    tets: Vec<Tetra>,
-}
-
-pub(crate) fn interior<'a>(
-    plan: &OrganPlan,
-    surface: &'a Mended,
-    spheres: usize,
-) -> Result<Interior<'a>, PrepareError> {
-    Interior::new(&surface.mesh, surface.volume_m3, spheres).ok_or_else(|| PrepareError::Organ {
-        organ: plan.name.clone(),
-        problem: "is too thin to be filled with spheres; use more spheres, or a thicker mesh"
-            .into(),
-    })
-}
-
-pub(crate) fn skeleton(
-    plan: &OrganPlan,
-    interior: &Interior<'_>,
-    volume_m3: f64,
-    spheres: usize,
-    planes: &[Plane],
-) -> Skeleton {
-    match plan.packing {
-        Packing::Even => {
-            let mut balls = pack::pack_evenly(interior, spheres);
-            held::onto_planes(planes, interior, &mut balls);
-            let tets = tetra::fill_between(interior, &balls, volume_m3, planes);
-            Skeleton {
-                links: links::link_edges(&balls, &tets),
-                steps: Vec::new(),
-                balls,
-                tets,
-            }
-        }
-        Packing::Paper => {
-            let balls = pack::pack_as_paper(interior, spheres);
-            let tets = tetra::fill(interior, &balls, volume_m3);
-            Skeleton {
-                links: links::link(&balls),
-                steps: Vec::new(),
-                balls,
-                tets,
-            }
-        }
-        Packing::Line => {
-            let line = pack::pack_line(interior, spheres);
-            Skeleton {
-                links: links::link_line(&line),
-                balls: line.balls,
-                steps: line.steps,
-                tets: Vec::new(),
-            }
-        }
-    }
 }
 
 fn build(

@@ -3,6 +3,8 @@
 use shared_mem::scene::SceneError;
 use shared_mem::service::ServiceError;
 
+use crate::admission::Admission;
+
 /// Reasons for which the realtime process did not start or broke off.
 #[derive(Debug, thiserror::Error)]
 pub enum RtError {
@@ -26,7 +28,7 @@ pub enum RtError {
     Core(rt_core::scene::SceneError),
     /// No level of the scene fits this machine, and the policy is strict.
     #[error("{}; take a coarser scene (`calot prepare --spheres`) or run without --strict", .0.in_words())]
-    DoesNotFit(Box<crate::admission::Admission>),
+    DoesNotFit(Box<Admission>),
     /// The station is taken, or its services do not open.
     #[error(transparent)]
     Service(#[from] ServiceError),

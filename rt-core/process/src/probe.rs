@@ -23,9 +23,9 @@ use crate::executor::Executor;
 use crate::realtime::{self, NoDeepIdle, Standing, ThreadUsage};
 use crate::run::queues;
 use crate::schedule::Schedule;
+use crate::settings::Settings;
 use crate::shared::Shared;
 use crate::tick::{Tick, World};
-use crate::tick_thread::Settings;
 use crate::time_driver::{monotonic_ns, now_ns, simulate_from, sleep_until};
 
 /// Loop under test.
@@ -282,7 +282,7 @@ pub fn empty_tick_cost_ns(ticks: u64) -> Result<f64, RtError> {
     };
     let thread = "probe";
     std::thread::Builder::new()
-        .stack_size(crate::run::TICK_STACK_BYTES)
+        .stack_size(crate::thread::TICK_STACK_BYTES)
         .spawn(measure)
         .map_err(|source| RtError::Thread { thread, source })?
         .join()

@@ -17,8 +17,8 @@ use crate::config::{Realtime, RtConfig};
 use crate::devices::{Device, Devices, Exchange, KINDS};
 use crate::error::RtError;
 use crate::realtime;
-use crate::run::spawn;
 use crate::shared::Shared;
+use crate::thread::{spawn, without_a_word};
 
 /// Interval between two checks for lost devices, and between two attempts to open one.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
@@ -42,7 +42,7 @@ impl Opener {
         match told.recv() {
             Ok(Ok(devices)) => Ok((devices, thread)),
             Ok(Err(error)) => Err(error),
-            Err(_) => Err(crate::run::without_a_word("devices", thread)),
+            Err(_) => Err(without_a_word("devices", thread)),
         }
     }
 

@@ -2,10 +2,9 @@
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed, Ordering::Release};
 use core::time::Duration;
-use std::any::Any;
 use std::sync::Arc;
 use std::sync::mpsc;
-use std::thread::{Builder, JoinHandle, sleep};
+use std::thread::{JoinHandle, sleep};
 
 use hardware::station::StationFile;
 use heapless::spsc::{Consumer, Producer, Queue};
@@ -15,9 +14,10 @@ use shared_mem::message::TimingBatch;
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Controller, ServiceError, Station};
 
-use crate::admission::{self, Admission};
+use crate::admission::Admission;
 use crate::config::{AdmissionPolicy, Realtime, RtConfig};
 use crate::error::RtError;
+use crate::fit;
 use crate::handover::Handover;
 use crate::publisher::{self, COMMAND_QUEUE, EVENT_QUEUE, RECORD_QUEUE};
 use crate::realtime::{self, NoDeepIdle, Standing};
@@ -25,16 +25,15 @@ use crate::reconnect::Opener;
 use crate::runaway::RunawayGuard;
 use crate::scene::LoadedScene;
 use crate::scope_line::ScopeLine;
+use crate::settings::Settings;
 use crate::shared::Shared;
 use crate::summary::{Ended, Ready, RtSummary};
+use crate::thread::{TICK_STACK_BYTES, join, spawn, without_a_word};
 use crate::tick;
-use crate::tick_thread::{self, Settings, Start};
+use crate::tick_thread::{self, Start};
 use crate::time_driver::monotonic_ns;
 use crate::watch::Watch;
 
-/// Stack of the tick's thread: room for building a simulation state, and far more than the tick
-/// needs.
-pub(crate) const TICK_STACK_BYTES: usize = 8 << 20;
 /// Longest wait for the tick to end when asked.
 const PATIENCE_TO_END_NS: u64 = 2_000_000_000;
 /// Interval of the main thread's checks.
@@ -171,7 +170,7 @@ impl Run<'_> {
         let mut coarser = finest.chain(files.flat_map(|file| SceneFile::levels(file)));
         loop {
             let scene = self.scene.scene()?;
-            let found = admission::measure(&self.scene.name, scene, self.config, self.core)?;
+            let found = fit::measure(&self.scene.name, scene, self.config, self.core)?;
             crate::say!("calot rt: {}", found.in_words());
             let fits = found.fits;
             self.admission = Some(found.clone());
@@ -390,38 +389,4 @@ pub(crate) fn queues() -> (tick::Ends, publisher::Ends) {
             accepted: accepted_out,
         },
     )
-}
-
-pub(crate) fn spawn(
-    thread: &'static str,
-    stack_bytes: usize,
-    body: impl FnOnce() + Send + 'static,
-) -> Result<JoinHandle<()>, RtError> {
-    Builder::new()
-        .name(format!("calot-{thread}"))
-        .stack_size(stack_bytes)
-        .spawn(body)
-        .map_err(|source| RtError::Thread { thread, source })
-}
-
-pub(crate) fn join(thread: &'static str, handle: JoinHandle<()>) -> Result<(), RtError> {
-    handle.join().map_err(|panic| RtError::Panicked {
-        thread,
-        message: last_words(&*panic),
-    })
-}
-
-/// Error for a thread that ended before it reported anything: it panicked.
-pub(crate) fn without_a_word(thread: &'static str, handle: JoinHandle<()>) -> RtError {
-    let silent = RtError::Panicked {
-        thread,
-        message: "ended without a word".to_owned(),
-    };
-    join(thread, handle).err().unwrap_or(silent)
-}
-
-fn last_words(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
-    text.or_else(|| panic.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "no message".to_owned())
 }

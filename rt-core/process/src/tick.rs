@@ -17,9 +17,9 @@ use crate::frames;
 use crate::handover::Filler;
 use crate::inputs;
 use crate::schedule::Due;
+use crate::settings::Settings;
 use crate::shared::Shared;
 use crate::summary::Ended;
-use crate::tick_thread::Settings;
 use crate::time_driver::now_ns;
 
 /// The tick's ends of all queues.

@@ -10,14 +10,11 @@ use std::sync::mpsc::SyncSender;
 
 use embassy_sync::signal::Signal;
 use rt_core::scene::Scene;
-use rt_core::sim::Parameters;
-use shared_mem::message::{STAGES, TIMING_BATCH, TimingBatch};
+use shared_mem::message::{TIMING_BATCH, TimingBatch};
 
 use crate::account::{BatchDone, account};
-use crate::admission::Admission;
-use crate::alloc_counter::{self, OnViolation};
-use crate::budget;
-use crate::config::{Realtime, RtConfig, Scheduler};
+use crate::alloc_counter;
+use crate::config::{Realtime, Scheduler};
 use crate::control::control;
 use crate::devices::Devices;
 use crate::executor::Executor;
@@ -25,6 +22,7 @@ use crate::inputs;
 use crate::realtime::{self, Standing};
 use crate::schedule::{Due, Schedule};
 use crate::scope_line::Switch;
+use crate::settings::Settings;
 use crate::shared::Shared;
 use crate::storage::Storage;
 use crate::tick::{Ends, Tick, World};
@@ -45,42 +43,6 @@ pub(crate) struct Start {
     pub(crate) standing: Standing,
     pub(crate) scope_line: Option<Switch>,
     pub(crate) settings: Settings,
-}
-
-/// The numbers of [`RtConfig`] that the thread needs.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Settings {
-    realtime: Realtime,
-    priority: u8,
-    scheduler: Scheduler,
-    pub(crate) period_ns: u64,
-    spin_ns: u64,
-    pub(crate) publish_every: u32,
-    /// Time that each stage may need: measured, or its budget.
-    pub(crate) needs_ns: [u64; STAGES],
-    periods_max: Option<u64>,
-    parameters: Parameters,
-    paper_iterations: u32,
-    on_violation: OnViolation,
-}
-
-impl Settings {
-    pub(crate) fn new(config: &RtConfig, admission: Option<&Admission>) -> Self {
-        let budgets = budget::all_ns(config.period_ns);
-        Self {
-            needs_ns: admission.map_or(budgets, |admission| admission.worst_stage_ns),
-            realtime: config.realtime,
-            priority: config.priority,
-            scheduler: config.scheduler,
-            period_ns: config.period_ns,
-            spin_ns: config.spin_ns,
-            publish_every: config.publish_every,
-            periods_max: config.periods_max,
-            parameters: config.parameters,
-            paper_iterations: config.paper_iterations,
-            on_violation: config.on_violation,
-        }
-    }
 }
 
 /// Body of the thread. Reports its realtime privileges just before the first tick. The force is
@@ -189,6 +151,8 @@ fn ticking(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alloc_counter::OnViolation;
+    use crate::config::RtConfig;
     use crate::devices::Device;
     use crate::replay::{self, Difference};
     use crate::run::queues;
@@ -309,7 +273,7 @@ mod tests {
         };
         let (tell, _told) = mpsc::sync_channel(1);
         let thread = std::thread::Builder::new()
-            .stack_size(crate::run::TICK_STACK_BYTES)
+            .stack_size(crate::thread::TICK_STACK_BYTES)
             .spawn(move || {
                 prepare();
                 run(start, &tell);

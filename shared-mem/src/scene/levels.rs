@@ -5,7 +5,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::MAGIC;
-use super::write::{ALIGN, HEADER_BYTES, Header};
+use super::header::{ALIGN, HEADER_BYTES, Header};
 
 /// Levels in a file, at most.
 pub const LEVELS_MAX: usize = 8;

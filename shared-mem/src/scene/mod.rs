@@ -12,12 +12,15 @@
 //! The file is hostile input: [`SceneFile::open`] checks sizes, alignment, identity, every index
 //! and every number before anything is used.
 
+mod error;
 mod file;
+mod header;
 mod levels;
 mod record;
 mod write;
 
-pub use file::{SceneError, SceneFile};
+pub use error::SceneError;
+pub use file::SceneFile;
 pub use levels::LEVELS_MAX;
 pub use record::{
     AttachmentRecord, BINDINGS, COLUMNS, CONTACT_BINDINGS, CellColumnRecord, CellRecord,

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use bytemuck::Pod;
 
-use super::file::SceneError;
+use super::error::SceneError;
+use super::file::SceneFile;
+use super::header::{ALIGN, HEADER_BYTES, Header, SECTIONS, Section, TABLE_ENTRY_BYTES};
 use super::{
     AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LAYOUT_VERSION,
     LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord, VertexRecord,
@@ -45,39 +47,11 @@ pub struct SceneData {
     pub cell_columns: Vec<CellColumnRecord>,
 }
 
-pub(super) const HEADER_BYTES: usize = 64;
-pub(super) const TABLE_ENTRY_BYTES: usize = 32;
-pub(super) const ALIGN: usize = 64;
-pub(super) const SECTIONS: usize = 14;
-
-/// Header of the file.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-pub(super) struct Header {
-    pub(super) magic: [u8; 8],
-    pub(super) version: u32,
-    pub(super) sections: u32,
-    pub(super) identity: SceneId,
-    pub(super) bytes: u64,
-    pub(super) reserved: u64,
-}
-
-/// One row of the table; sections stand in the order of [`SceneData`]'s fields.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-pub(super) struct Section {
-    pub(super) kind: u32,
-    pub(super) element_bytes: u32,
-    pub(super) offset: u64,
-    pub(super) count: u64,
-    pub(super) reserved: u64,
-}
-
 impl SceneData {
     /// The file's bytes: the same scene gives the same bytes.
     ///
     /// # Errors
-    /// When [`super::SceneFile::from_bytes`] would refuse the result; the scene's fault is named.
+    /// When [`SceneFile::from_bytes`] would refuse the result; the scene's fault is named.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SceneError> {
         let room = self.room.ok_or(SceneError::MissingRoom)?;
         let mut body = Body {
@@ -113,7 +87,7 @@ impl SceneData {
         let mut file = bytemuck::bytes_of(&header).to_vec();
         file.extend_from_slice(table);
         file.extend_from_slice(&body.bytes);
-        super::SceneFile::from_bytes(&file)?;
+        SceneFile::from_bytes(&file)?;
         Ok(file)
     }
 

@@ -6,10 +6,10 @@ use rustix::time::{ClockId, clock_gettime};
 use scene_prepare::mesh::Mesh;
 use scene_prepare::skin::ContactSkin;
 
-use crate::body::{Body, Held, V3};
+use crate::body::{Body, V3};
 use crate::case::Case;
 use crate::methods::{Ball, Env, Method, Parts, State, Surroundings, Way};
-use crate::scene::{Kind, Scene};
+use crate::scene::{Held, Kind, Scene};
 use crate::solved::{self, Answer, tell};
 
 /// Length of a tick, s.

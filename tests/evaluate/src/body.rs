@@ -10,7 +10,7 @@ use scene_prepare::pack::{Ball, Interior, owners, pack_evenly};
 use scene_prepare::skin::ContactSkin;
 use scene_prepare::tetra;
 
-use crate::scene::Scene;
+use crate::scene::{Held, Scene};
 
 /// A point or direction in single precision, in which the realtime methods compute.
 pub(crate) type V3 = nalgebra::Vector3<f32>;
@@ -43,17 +43,6 @@ impl Tissue {
     pub(crate) fn lame(&self) -> f64 {
         self.young_pa * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
     }
-}
-
-/// Hold on a sphere.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Held {
-    /// No hold.
-    Free,
-    /// Held by the scene's fixed end.
-    Fixed,
-    /// Held by the end that the scene moves.
-    Moved,
 }
 
 /// A tetrahedron at rest.

@@ -1,8 +1,8 @@
 //! `evaluate reference`: convergence of the reference itself, the same scene on ever finer meshes.
 
-use crate::body::{Body, Held, Tissue};
+use crate::body::{Body, Tissue};
 use crate::organ::Organ;
-use crate::scene::{Kind, Scene};
+use crate::scene::{Held, Kind, Scene};
 use crate::solved::{self, tell};
 
 /// Figures of a scene on one mesh.

@@ -3,9 +3,18 @@
 use nalgebra::{Rotation3, Unit, Vector3};
 use scene_prepare::mesh::Mesh;
 
-use crate::body::Held;
-
 type Point = Vector3<f64>;
+
+/// Hold on a sphere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Held {
+    /// No hold.
+    Free,
+    /// Held by the scene's fixed end.
+    Fixed,
+    /// Held by the end that the scene moves.
+    Moved,
+}
 
 /// Kind of experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,8 +2,10 @@
 
 use nalgebra::{Matrix3, SMatrix};
 
-use crate::mesh::{EDGES, Mesh};
 use crate::{FemError, Material, Vec3};
+
+/// The two corners of each edge. The middle of edge `k` is node `4 + k` of the tetrahedron.
+pub const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
 /// Stiffness of one element, ordered by node and then by axis.
 pub(crate) type Stiffness30 = SMatrix<f64, 30, 30>;
@@ -98,11 +100,11 @@ pub(crate) struct Element {
     pub(crate) points: [Point; 4],
 }
 
-/// Prepares every element of a mesh.
-pub(crate) fn prepare(mesh: &Mesh) -> Result<Vec<Element>, FemError> {
-    let mut elements = Vec::with_capacity(mesh.tets.len());
-    for (e, t) in mesh.tets.iter().enumerate() {
-        let x = t.map(|n| mesh.nodes[n as usize]);
+/// Prepares every element of a mesh with these nodes at rest, m.
+pub(crate) fn prepare(nodes: &[Vec3], tets: &[[u32; 10]]) -> Result<Vec<Element>, FemError> {
+    let mut elements = Vec::with_capacity(tets.len());
+    for (e, t) in tets.iter().enumerate() {
+        let x = t.map(|n| nodes[n as usize]);
         let mut smallest = f64::INFINITY;
         let points = POINTS.map(|xi| {
             let xi = Vec3::from(xi);
@@ -210,7 +212,7 @@ mod tests {
     fn force_and_stiffness_are_the_energys_derivatives() {
         let mesh = block(Vec3::zeros(), Vec3::repeat(0.01), [1, 1, 1]);
         let m = Material::new(5000.0, 0.45, 1060.0).expect("valid");
-        let elements = prepare(&mesh).expect("sound");
+        let elements = prepare(&mesh.nodes, &mesh.tets).expect("sound");
         let mut u: Vec<Vec3> = mesh.nodes.iter().map(|x| x.yzx() * 0.2 + x * 0.1).collect();
         u[3].x += 0.001;
         let (nodes, e) = (&mesh.tets[0], &elements[0]);

@@ -168,7 +168,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         if mesh.tets.is_empty() {
             return Err(FemError::NoElements { size_m: 0.0 });
         }
-        let elements = element::prepare(mesh)?;
+        let elements = element::prepare(&mesh.nodes, &mesh.tets)?;
         let mut mass_kg = vec![0.0; mesh.nodes.len()];
         for (e, t) in elements.iter().zip(&mesh.tets) {
             for p in &e.points {

@@ -2,9 +2,9 @@
 
 use core::fmt::Write as _;
 
-use super::page::escape;
+use super::escape::escape;
 use crate::assessment::{Assessed, Path};
-use crate::metrics::BIN_N;
+use crate::tally::BIN_N;
 
 const INK: &str = "#282c34";
 const BAD: &str = "#9e2a2b";

@@ -1,6 +1,7 @@
 //! The debrief: one page that needs neither network nor other files.
 
 mod drawing;
+mod escape;
 mod page;
 
 pub use drawing::learning_curve;

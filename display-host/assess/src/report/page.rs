@@ -4,6 +4,7 @@ use core::fmt::Write as _;
 
 use base64::Engine as _;
 
+use super::escape::escape;
 use super::{Chapter, drawing};
 use crate::metrics::{Metric, Values};
 use crate::task::Outcome;
@@ -17,23 +18,6 @@ padding:.5rem 1rem}.good{background:#e8f3ec;border-left:4px solid #2e7d4f;paddin
 background:#fdf4dc;border-left:4px solid #b7791f;padding:.5rem 1rem}figure{margin:1rem 0}figcaption{color:#555;\
 font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:repeat(auto-fill,\
 minmax(15rem,1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}.score{font-size:2.2rem;font-weight:600}";
-
-/// Escapes text for HTML.
-#[must_use]
-pub(super) fn escape(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            '\'' => safe.push_str("&#39;"),
-            _ => safe.push(letter),
-        }
-    }
-    safe
-}
 
 struct Page(String);
 

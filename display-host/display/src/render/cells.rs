@@ -11,21 +11,14 @@ use glam::Vec3;
 use shared_mem::message::StateFrame;
 use shared_mem::scene::{CellRecord, NO_CELL, OrganKind, SceneFile, VertexRecord};
 
+use super::carried::{Buffers, carried};
 use super::gpu::Gpu;
+use super::hexahedron::FACES;
 use super::look::COOKED;
 use super::strands::{Anchors, Strands, Weave};
-use crate::skinning::motion::{Motion, moved};
+use crate::skinning::motion::Motion;
 use crate::skinning::{RestVertex, SkinnedVertex, pairs};
 
-/// Corners of a cell's faces, counter-clockwise as seen from outside.
-pub(super) const FACES: [[usize; 4]; 6] = [
-    [0, 4, 6, 2],
-    [1, 3, 7, 5],
-    [0, 1, 5, 4],
-    [2, 6, 7, 3],
-    [0, 2, 3, 1],
-    [4, 5, 7, 6],
-];
 /// Heat from which a cell is drawn by itself, of 254.
 const WARM: u8 = 12;
 /// Rounds of smoothing, and the share by which each moves a corner towards its neighbours' mean.
@@ -54,35 +47,6 @@ pub(super) struct Cells {
     /// Weave of each cell.
     weaves: Vec<Weave>,
     pub(super) strands: Strands,
-}
-
-/// Drawn buffers of the cells.
-pub(super) struct Buffers {
-    pub(super) now: wgpu::Buffer,
-    pub(super) rest: wgpu::Buffer,
-    pub(super) indices: wgpu::Buffer,
-    pub(super) count: u32,
-}
-
-impl Buffers {
-    /// Buffers for this many corners and indices, none in use yet.
-    pub(super) fn new(gpu: &Gpu, label: &str, corners: usize, indices: usize) -> Self {
-        use wgpu::BufferUsages as Usage;
-        let buffer = |size: usize, usage| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: size as u64,
-                usage: usage | Usage::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
-        Self {
-            now: buffer(corners * size_of::<SkinnedVertex>(), Usage::VERTEX),
-            rest: buffer(corners * size_of::<RestVertex>(), Usage::VERTEX),
-            indices: buffer(indices * size_of::<u32>(), Usage::INDEX),
-            count: 0,
-        }
-    }
 }
 
 impl Cells {
@@ -305,21 +269,6 @@ impl Cells {
             }
         }
     }
-}
-
-/// Position of a corner as its spheres carry it.
-pub(super) fn carried(corner: &RestVertex, motions: &[Motion]) -> Vec3 {
-    let home = Vec3::from(corner.position);
-    let mut at = home;
-    for (pair, weights) in corner.spheres.iter().zip(&corner.weights) {
-        for shift in [0, 16] {
-            let weight = (weights >> shift & 0xffff) as f32 / 65_535.0;
-            if let Some(motion) = motions.get((pair >> shift & 0xffff) as usize) {
-                at += (moved(motion, home) - home) * weight;
-            }
-        }
-    }
-    at
 }
 
 /// Nearest surface cell for each triangle of the skins over cells.

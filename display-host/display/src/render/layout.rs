@@ -38,9 +38,19 @@ pub struct Look {
     pub veil: [f32; 4],
 }
 
-pub use super::particles::Disc;
 pub use super::trees::Tree;
 use crate::effects::STAINS;
+
+/// `Disc` in `effects.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)] // explained in effects.wgsl
+pub struct Disc {
+    pub at: [f32; 4],
+    pub colour: [f32; 4],
+    pub look: [f32; 4],
+    pub along: [f32; 4],
+}
 
 /// `Stains` in `light.wgsl`.
 #[repr(C)]
@@ -58,8 +68,6 @@ pub const SHADING_CAPSULES: usize = 4;
 pub const LOOKS: usize = 16;
 /// Number of rigid parts: those of an instrument, then the clips.
 pub const PARTS: usize = 32;
-
-const _: () = assert!(super::clips::FIRST_PART + shared_mem::message::MAX_CLIPPED == PARTS);
 
 /// Every shader module: name and complete source.
 pub const SHADERS: [(&str, &str); 8] = [

@@ -39,12 +39,14 @@
 
 mod ambient;
 pub mod camera;
+mod carried;
 mod cavity;
 mod cells;
 mod clips;
 mod fibre;
 pub mod governor;
 pub mod gpu;
+mod hexahedron;
 pub mod inside;
 mod instrument;
 mod joints;

@@ -1,25 +1,14 @@
 //! Drawing of particles: one disc each, far ones first.
 
-use bytemuck::{Pod, Zeroable, cast_slice};
+use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
 use wgpu::util::DeviceExt;
 
 use super::gpu::Gpu;
-use super::layout::Stains;
+use super::layout::{Disc, Stains};
 use super::pipeline::Layouts;
 use super::resource::bind;
 use crate::effects::{Effects, Kind, PARTICLES, Particle, STAINS};
-
-/// `Disc` in `effects.wgsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
-#[allow(missing_docs)] // explained in effects.wgsl
-pub struct Disc {
-    pub at: [f32; 4],
-    pub colour: [f32; 4],
-    pub look: [f32; 4],
-    pub along: [f32; 4],
-}
 
 /// Buffer of the discs, and the number that is drawn.
 pub(super) struct Discs {

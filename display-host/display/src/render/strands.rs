@@ -6,6 +6,7 @@
 mod anchors;
 mod course;
 mod net;
+mod weave;
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
@@ -13,9 +14,9 @@ use shared_mem::scene::{CellRecord, OrganKind};
 
 pub(super) use self::anchors::Anchors;
 use self::course::{ACROSS, Course, RINGS, SHEET, TUBE, draw_film};
-pub(super) use self::net::Weave;
 use self::net::{End, FILMS, Net, PIECES};
-use super::cells::{Buffers, carried};
+pub(super) use self::weave::Weave;
+use super::carried::{Buffers, carried};
 use super::fibre::{SIDES, triangles};
 use super::gpu::Gpu;
 use crate::skinning::motion::Motion;

@@ -6,7 +6,7 @@ use glam::Vec3;
 use shared_mem::message::{SphereState, SutureMsg};
 use shared_mem::scene::{AttachmentRecord, SceneFile, SphereRecord, VertexRecord, WORLD};
 
-use super::cells::{Buffers, carried};
+use super::carried::{Buffers, carried};
 use super::fibre::{SIDES, triangles, tube};
 use super::gpu::Gpu;
 use super::look::INSULATION;

@@ -2,8 +2,9 @@
 
 use egui::{RichText, Ui};
 
-use super::panel::{Mark, controller, devices, fine, line, passes, ticks};
+use super::station::{controller, devices, passes, ticks};
 use super::task::{self, alarm};
+use super::widgets::{Mark, fine, line};
 use super::{Asked, TaskNote, TaskView, UiState};
 
 /// Number of alarms in a [`Bulletin`], the newest ones.

@@ -9,7 +9,9 @@ mod panel;
 mod recording;
 mod replay;
 mod screens;
+mod station;
 mod task;
+mod widgets;
 
 pub use asked::{Asked, FreeView};
 pub use health::TickHealth;

@@ -1,36 +1,22 @@
-//! Widgets of the panel. Words and shapes show every state, never colour alone.
+//! The panel beside the picture.
 
-use egui::{Color32, FontId, RichText, Sense, Stroke, TextStyle, Ui, vec2};
-use egui_plot::{Bar, BarChart, Line, Plot, PlotPoints};
-use shared_mem::message::DeviceHealth;
+use egui::{Color32, RichText, Sense, Ui, vec2};
+use egui_plot::{Line, Plot, PlotPoints};
 use shared_mem::words::{Instrument, Switches};
 
 use super::screens;
+use super::station::{controller, devices, passes, ticks};
+use super::widgets::{CARE, Mark, fine, line, sized};
 use super::{Asked, Link, UiState, asked, instructor, instrument_id, recording, replay, task};
-use crate::words::Words;
 
 /// Share of the panel in the window's width, and its least and largest width, points.
 const PANEL_SHARE: f32 = 0.28;
 const PANEL: [f32; 2] = [240.0, 350.0];
-/// Text sizes for the trainee and for the operator of the station, points.
+/// Size of the text for the trainee, points.
 const TEXT: f32 = 17.0;
-const FINE: f32 = 13.5;
 
 /// Haze that obscures the view, 1/m: a third of the light from 5 cm is lost, there and back.
 const HAZY_PER_M: f32 = 4.0;
-
-const GOOD: Color32 = Color32::from_rgb(120, 205, 130);
-const CARE: Color32 = Color32::from_rgb(240, 190, 80);
-const BAD: Color32 = Color32::from_rgb(245, 115, 105);
-
-/// Degree of health; also the shape of its mark.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Mark {
-    Good,
-    Care,
-    Bad,
-    Off,
-}
 
 /// Shows the state. Returns the user's requests, and the pixels that the picture covers.
 pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
@@ -180,62 +166,6 @@ fn alarm(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         });
 }
 
-pub(super) fn controller(ui: &mut Ui, state: &UiState) {
-    let words = &state.words;
-    let (mark, text) = match state.link {
-        Link::Live if state.is_paused() => (Mark::Care, words.say("controller-paused")),
-        Link::Live => (Mark::Good, words.say("controller-live")),
-        Link::Waiting => (Mark::Off, words.say("controller-waiting")),
-        Link::Silent(seconds) => {
-            let seconds = words.number(seconds.into(), 1).into();
-            let text = words.say_with("controller-silent", &[("seconds", seconds)]);
-            (Mark::Bad, text)
-        }
-        Link::OtherScene => (Mark::Bad, words.say("controller-other-scene")),
-    };
-    line(ui, mark, &text);
-}
-
-pub(super) fn devices(ui: &mut Ui, state: &UiState) {
-    let words = &state.words;
-    for (name, health) in state.devices() {
-        let (mark, text) = device(words, &words.say(name), health);
-        line(ui, mark, &text);
-    }
-}
-
-/// State of a device, by words and by mark.
-fn device(words: &Words, name: &str, health: Option<DeviceHealth>) -> (Mark, String) {
-    let say = |id: &str, more: &[(&'static str, String)]| {
-        let name = [("device", name.into())];
-        let more = more
-            .iter()
-            .map(|(key, value)| (*key, value.as_str().into()));
-        words.say_with(id, &name.into_iter().chain(more).collect::<Vec<_>>())
-    };
-    let Some(health) = health else {
-        return (Mark::Off, say("device-unknown", &[]));
-    };
-    let age_ms = f64::from(health.age_us) * 1e-3;
-    let age = |digits: usize| [("age", words.number(age_ms, digits))];
-    let (mark, state) = match health.status {
-        DeviceHealth::ABSENT => (Mark::Off, say("device-absent", &[])),
-        DeviceHealth::LIVE => (Mark::Good, say("device-live", &age(1))),
-        DeviceHealth::STALE => (Mark::Care, say("device-stale", &age(0))),
-        DeviceHealth::LOST => (Mark::Bad, say("device-lost", &[])),
-        other => (
-            Mark::Bad,
-            say("device-odd", &[("status", other.to_string())]),
-        ),
-    };
-    let bad = health.bad_frames + health.lost_frames;
-    if bad > 0 {
-        let values = [("state", state.into()), ("count", bad.to_string().into())];
-        return (mark, words.say_with("device-bad", &values));
-    }
-    (mark, state)
-}
-
 fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let words = &state.words;
     let held = state.tools.as_ref().map(|tools| tools.instrument);
@@ -360,138 +290,4 @@ fn gates(ui: &mut Ui, state: &UiState) {
                 ui.label(words.say_with("gate", &values));
             }
         });
-}
-
-pub(super) fn ticks(ui: &mut Ui, state: &UiState) {
-    let (words, health) = (&state.words, &state.health);
-    let Some([wake, tick]) = health.quantiles_us() else {
-        line(ui, Mark::Off, &words.say("ticks-none"));
-        return;
-    };
-    let lacks: Vec<String> = health.lacks().iter().map(|id| words.say(id)).collect();
-    if lacks.is_empty() {
-        line(ui, Mark::Good, &words.say("ticks-realtime"));
-    } else {
-        let what = lacks.join(", ").into();
-        let text = words.say_with("ticks-lacks", &[("what", what)]);
-        line(ui, Mark::Care, &text);
-    }
-    let steady = health.missed == 0 && health.overruns == 0;
-    let mark = if steady { Mark::Good } else { Mark::Care };
-    let rate = format!("{:.0}", health.rate_hz).into();
-    line(ui, mark, &words.say_with("ticks-rate", &[("rate", rate)]));
-    let values = [
-        ("missed", health.missed.to_string().into()),
-        ("late", health.overruns.to_string().into()),
-        ("allocations", health.allocations.to_string().into()),
-        ("faults", health.page_faults.to_string().into()),
-    ];
-    ui.label(words.say_with("ticks-counts", &values));
-    for (id, [most, worst]) in [("ticks-wake", wake), ("ticks-tick", tick)] {
-        let [most, worst] = [most, worst].map(|us| format!("{us:.0}").into());
-        ui.label(words.say_with(id, &[("most", most), ("worst", worst)]));
-    }
-    histogram(ui, state, 0, &words.say("ticks-wake-name"));
-    histogram(ui, state, 1, &words.say("ticks-tick-name"));
-}
-
-/// A live histogram of the last four seconds.
-fn histogram(ui: &mut Ui, state: &UiState, which: usize, name: &str) {
-    let bars = state.health.bars(which);
-    let bars = bars
-        .iter()
-        .enumerate()
-        .map(|(i, share)| Bar::new(i as f64, *share));
-    Plot::new(name)
-        .height(48.0)
-        .show_x(false)
-        .show_axes([false, false])
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .show(ui, |plot| {
-            plot.bar_chart(BarChart::new(name, bars.collect()).color(GOOD));
-        });
-    let text = state.words.say_with("ticks-bars", &[("name", name.into())]);
-    ui.label(RichText::new(text).weak());
-}
-
-/// Costs of a picture by pass, and the quality chosen by them.
-pub(super) fn passes(ui: &mut Ui, state: &UiState) {
-    let [tier, tiers] = state.quality;
-    if tiers > 1 {
-        let values = [
-            ("tier", (tier + 1).to_string().into()),
-            ("tiers", tiers.to_string().into()),
-        ];
-        ui.label(state.words.say_with("quality", &values));
-    }
-    let Some(times) = state.pass_times else {
-        return;
-    };
-    let total: f32 = times.iter().sum();
-    let words = &state.words;
-    let total = words.number(total.into(), 1).into();
-    egui::CollapsingHeader::new(words.say_with("graphics", &[("ms", total)]))
-        .id_salt("passes")
-        .show(ui, |ui| {
-            for (name, ms) in crate::render::timing::PASSES.iter().zip(times) {
-                let name = words.say(&format!("pass-{name}"));
-                let ms = words.number(ms.into(), 2);
-                ui.label(words.say_with("pass-time", &[("name", name.into()), ("ms", ms.into())]));
-            }
-        });
-}
-
-/// Text of this size, with matching headings and buttons.
-pub(super) fn sized(ui: &mut Ui, points: f32) {
-    let styles = &mut ui.style_mut().text_styles;
-    for (name, share) in [
-        (TextStyle::Body, 1.0),
-        (TextStyle::Button, 0.95),
-        (TextStyle::Heading, 1.25),
-    ] {
-        styles.insert(name, FontId::proportional(share * points));
-    }
-    styles.insert(TextStyle::Monospace, FontId::monospace(points));
-}
-
-/// Small text for the operator of the station.
-pub(super) fn fine(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
-    ui.scope(|ui| {
-        sized(ui, FINE);
-        add(ui);
-    });
-}
-
-/// A mark of its own shape and colour, and words.
-pub(super) fn line(ui: &mut Ui, mark: Mark, text: &str) {
-    ui.horizontal_wrapped(|ui| {
-        sign(ui, mark);
-        ui.label(text);
-    });
-}
-
-/// The mark alone.
-pub(super) fn sign(ui: &mut Ui, mark: Mark) {
-    let (space, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
-    let (at, painter) = (space.center(), ui.painter());
-    match mark {
-        Mark::Good => {
-            painter.circle_filled(at, 5.0, GOOD);
-        }
-        Mark::Care => {
-            let corners = [vec2(0.0, -6.0), vec2(6.0, 5.0), vec2(-6.0, 5.0)];
-            let corners = corners.map(|corner| at + corner).to_vec();
-            painter.add(egui::Shape::convex_polygon(corners, CARE, Stroke::NONE));
-        }
-        Mark::Bad => {
-            for end in [vec2(5.0, 5.0), vec2(5.0, -5.0)] {
-                painter.line_segment([at - end, at + end], Stroke::new(3.0, BAD));
-            }
-        }
-        Mark::Off => {
-            painter.circle_stroke(at, 4.5, Stroke::new(1.5, Color32::GRAY));
-        }
-    }
 }

@@ -3,7 +3,7 @@
 use egui::Ui;
 
 use super::UiState;
-use super::panel::{Mark, line};
+use super::widgets::{Mark, line};
 use session::Standing;
 
 /// State of the recording.

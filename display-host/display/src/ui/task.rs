@@ -3,7 +3,7 @@
 use assess::{Hint, Reason, Step};
 use egui::{Color32, RichText, Ui};
 
-use super::panel::{Mark, line};
+use super::widgets::{Mark, line};
 use crate::words::Words;
 
 /// State of a task, as far as the trainee may see it.

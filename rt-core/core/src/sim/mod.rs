@@ -26,7 +26,7 @@
 //!
 //! # Checkpoints
 //!
-//! `Sim::checkpoint` keeps what a tick left, 1.5 MB. Any later moment is reached from it bit for
+//! `Sim::checkpoint` keeps what a tick left, 1.7 MB. Any later moment is reached from it bit for
 //! bit.
 //!
 //! # Prepared tasks

@@ -2,8 +2,7 @@
 
 use serde::Deserialize;
 
-use super::primitive::{Through, Tube};
-use super::{fat, gallbladder, intestine, liver, stomach, vessel};
+use super::primitive::Through;
 use crate::Vec3;
 
 /// Course of the cystic duct and the cystic artery.
@@ -63,7 +62,7 @@ impl Build {
 
     /// A centre line whose ends follow what they join. `first` and `last` move the ends, the
     /// organ's own shift moves the middle as well.
-    fn line_between(&self, usual: &[Through], first: Vec3, last: Vec3) -> Vec<Through> {
+    pub(super) fn line_between(&self, usual: &[Through], first: Vec3, last: Vec3) -> Vec<Through> {
         let steps = (usual.len() - 1) as f64;
         let place = |(i, &(p, radius)): (usize, &Through)| {
             let t = i as f64 / steps;
@@ -114,58 +113,5 @@ impl Anatomy {
             ("fat", &self.fat),
             ("connective-tissue", &self.connective_tissue),
         ]
-    }
-}
-
-/// The organs' bodies, to which distances are measured.
-pub(super) struct Bodies {
-    pub(super) anatomy: Anatomy,
-    pub(super) gallbladder: Tube,
-    pub(super) pouch: (Vec3, f64),
-    pub(super) stomach: Tube,
-    pub(super) duodenum: Tube,
-    pub(super) intestine: Tube,
-    pub(super) cystic_duct: Tube,
-    pub(super) bile_duct: Tube,
-    pub(super) hepatic_artery: Tube,
-    pub(super) cystic_artery: Tube,
-    pub(super) fat: Tube,
-}
-
-impl Bodies {
-    pub(super) fn new(anatomy: &Anatomy) -> Self {
-        let a = anatomy;
-        let variant = a.course == Course::Variant;
-        let usual = gallbladder::LINE;
-        let line = a.gallbladder.line(usual);
-        let end = |line: &[Through]| line.last().map_or(Vec3::zeros(), |(p, _)| Vec3::from(*p));
-        let neck = end(&line) - end(usual);
-        let pouch = a
-            .gallbladder
-            .place(&Vec3::from(gallbladder::POUCH.0), &middle(usual));
-        let duct = vessel::cystic_duct(variant);
-        let artery = vessel::cystic_artery(variant);
-        let (bile, hepatic) = (a.bile_duct.shift_m(), a.hepatic_artery.shift_m());
-        Self {
-            anatomy: *a,
-            gallbladder: Tube::new(&line, 8),
-            pouch: (
-                pouch,
-                gallbladder::POUCH.1 * a.gallbladder.size * a.gallbladder.width,
-            ),
-            stomach: Tube::new(&a.stomach.line(stomach::LINE), 6),
-            duodenum: Tube::new(&a.duodenum.line(stomach::DUODENUM), 6),
-            intestine: Tube::new(&a.intestine.line(&intestine::line()), 4),
-            cystic_duct: Tube::new(&a.cystic_duct.line_between(duct, neck, bile), 6),
-            bile_duct: Tube::new(&a.bile_duct.line(vessel::BILE_DUCT), 6),
-            hepatic_artery: Tube::new(&a.hepatic_artery.line(vessel::HEPATIC_ARTERY), 6),
-            cystic_artery: Tube::new(&a.cystic_artery.line_between(artery, hepatic, neck), 6),
-            fat: Tube::new(&a.fat.line(fat::LINE), 4),
-        }
-    }
-
-    /// Distance to the liver without its fossa.
-    pub(super) fn liver_body(&self, p: &Vec3) -> f64 {
-        liver::body(p, &self.anatomy.liver)
     }
 }

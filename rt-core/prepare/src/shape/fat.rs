@@ -1,7 +1,7 @@
 //! The fat in and over Calot's triangle: lumps around the bile duct and towards the gallbladder's
 //! neck. The ducts emerge from it.
 
-use super::anatomy::Bodies;
+use super::bodies::Bodies;
 use super::primitive::{Through, carve};
 use super::{gallbladder, liver, stomach};
 use crate::Vec3;

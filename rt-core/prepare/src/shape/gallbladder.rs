@@ -1,19 +1,15 @@
 //! The gallbladder, a pear 8 cm long that hangs under the liver with its fundus to the front, and
 //! the connective tissue between it and its bed.
 
-use super::anatomy::Bodies;
-use super::primitive::{Through, ball, join, meet};
+use super::bodies::Bodies;
+use super::primitive::{Through, ball, join};
 use crate::Vec3;
 
 /// Length of a triangle's side, m.
 pub(super) const EDGE_M: f64 = 0.0021;
-/// Length of a triangle's side of the connective tissue, m. That tissue is thin.
-pub(super) const TISSUE_EDGE_M: f64 = 0.0012;
 
 /// Gap between the gallbladder and the wall of the fossa in which it lies, m.
 pub(super) const FOSSA_GAP_M: f64 = 0.0026;
-/// Gap between the connective tissue and either of them, m.
-const TISSUE_GAP_M: f64 = 0.0002;
 
 /// Centre line and radius: fundus, body, infundibulum, neck.
 pub(super) const LINE: &[Through] = &[
@@ -38,19 +34,4 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
         ball(p, pouch.into(), radius),
         0.007,
     )
-}
-
-/// Distance to the layer of connective tissue in the fossa, out to the liver's surface.
-pub(super) fn tissue(bodies: &Bodies, p: &Vec3) -> f64 {
-    let room = FOSSA_GAP_M - 2.0 * TISSUE_GAP_M;
-    let thickness = room * bodies.anatomy.connective_tissue.width.min(1.0);
-    let middle = TISSUE_GAP_M + room / 2.0;
-    let from_gallbladder = distance(bodies, p);
-    let layer = (from_gallbladder - middle).abs() - thickness / 2.0;
-    // Far from the layer, the liver takes nothing away from it.
-    if layer > 0.004 {
-        layer
-    } else {
-        meet(layer, bodies.liver_body(p) + 0.003, 0.001)
-    }
 }

@@ -3,7 +3,8 @@
 //! the sharp inferior edge between them. The gallbladder's fossa, the porta hepatis and the notch
 //! of the round ligament are carved out.
 
-use super::anatomy::{Bodies, Build};
+use super::anatomy::Build;
+use super::bodies::Bodies;
 use super::gallbladder::{self, FOSSA_GAP_M};
 use super::primitive::{Tube, ball, carve, ellipsoid, half_space, join, meet};
 use crate::Vec3;
@@ -61,7 +62,7 @@ pub(super) fn bounds(build: &Build) -> [Vec3; 2] {
 
 pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     carve(
-        bodies.liver_body(p),
+        body(p, &bodies.anatomy.liver),
         gallbladder::distance(bodies, p) - FOSSA_GAP_M,
         0.006,
     )

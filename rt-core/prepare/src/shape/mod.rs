@@ -3,10 +3,13 @@
 //! Axes are the atlas': x to the patient's left, y to the head, z to the front; metres.
 
 mod anatomy;
+mod bodies;
+mod connective_tissue;
 mod fat;
 mod gallbladder;
 mod intestine;
 mod liver;
+mod place;
 mod primitive;
 mod skin;
 mod stomach;
@@ -19,7 +22,7 @@ use serde::Deserialize;
 
 use crate::Vec3;
 use crate::mesh::Mesh;
-use anatomy::Bodies;
+use bodies::Bodies;
 
 /// An organ that can be built in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -84,7 +87,7 @@ impl Shape {
     /// The surface as triangles.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
-        let bodies = Bodies::new(&self.anatomy);
+        let bodies = place::bodies(&self.anatomy);
         let (bounds, edge_m) = self.extent(&bodies);
         skin(&|p: &Vec3| self.distance(&bodies, p), bounds, edge_m)
     }
@@ -102,7 +105,7 @@ impl Shape {
             Form::HepaticArtery => vessel::distance(bodies, &bodies.hepatic_artery, p),
             Form::CysticArtery => vessel::distance(bodies, &bodies.cystic_artery, p),
             Form::Fat => fat::distance(bodies, p),
-            Form::ConnectiveTissue => gallbladder::tissue(bodies, p),
+            Form::ConnectiveTissue => connective_tissue::distance(bodies, p),
         }
     }
 
@@ -121,7 +124,7 @@ impl Shape {
             Form::Gallbladder => (around(&bodies.gallbladder, 0.006), gallbladder::EDGE_M),
             Form::ConnectiveTissue => (
                 around(&bodies.gallbladder, 0.008),
-                gallbladder::TISSUE_EDGE_M,
+                connective_tissue::EDGE_M,
             ),
             Form::Stomach => (around(&bodies.stomach, 0.006), stomach::EDGE_M),
             Form::Duodenum => (around(&bodies.duodenum, 0.006), stomach::DUODENUM_EDGE_M),

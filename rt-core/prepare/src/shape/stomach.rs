@@ -1,7 +1,7 @@
 //! The stomach, a J from the left diaphragm to the pylorus under the liver's left lobe, and the
 //! duodenum that begins at the pylorus.
 
-use super::anatomy::Bodies;
+use super::bodies::Bodies;
 use super::liver;
 use super::primitive::{Through, carve};
 use crate::Vec3;

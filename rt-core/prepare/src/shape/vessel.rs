@@ -1,7 +1,7 @@
 //! Ducts and arteries of Calot's triangle, between the gallbladder's neck, the common bile duct and
 //! the liver. Cystic duct and cystic artery each have two courses.
 
-use super::anatomy::Bodies;
+use super::bodies::Bodies;
 use super::liver;
 use super::primitive::{Through, Tube, carve};
 use crate::Vec3;

@@ -5,7 +5,7 @@ use shared_mem::inputs::InputRecord;
 
 use super::{Recorded, Replayed};
 
-/// Most checkpoints, of 1.5 MB each. In a session of one hour, every moment is at most half a
+/// Most checkpoints, of 1.7 MB each. In a session of one hour, every moment is at most half a
 /// minute of ticks from one of them.
 const KEPT_MAX: usize = 128;
 /// Ticks between two checkpoints at first; doubled whenever there are too many.

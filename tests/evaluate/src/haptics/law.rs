@@ -10,7 +10,9 @@ use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 
 use super::device::Device;
-use super::trial::START_M;
+
+/// Distance from the wall at which trials start, m.
+pub(super) const START_M: f64 = 0.003;
 
 /// A law that is asked once a tick.
 pub(super) trait Law {

@@ -13,9 +13,9 @@ pub(crate) use report::{chart, csv, section};
 
 use crate::methods::Parts;
 use device::{Device, Hand};
-use law::{Coupling, Gates, Hooke, Law, Product, boundless, stated};
+use law::{Coupling, Gates, Hooke, Law, Product, START_M, boundless, stated};
 use scene::Meets;
-use trial::{Outcome, START_M, press, respond, wave};
+use trial::{Outcome, press, respond, wave};
 
 /// Quantity of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

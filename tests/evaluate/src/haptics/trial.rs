@@ -1,7 +1,7 @@
 //! One trial: a hand presses, and the handle is watched for motion.
 
 use super::device::{Device, Hand, Loop};
-use super::law::Law;
+use super::law::{Law, START_M};
 
 /// Time in which the hand moves in, s.
 const APPROACH_S: f64 = 0.3;
@@ -9,8 +9,6 @@ const APPROACH_S: f64 = 0.3;
 const SETTLE_S: f64 = 1.2;
 /// Time in which it is then watched, s.
 const WATCH_S: f64 = 0.5;
-/// Height from which the hand comes, m.
-pub(super) const START_M: f64 = 0.003;
 /// Largest swing that is neither felt nor seen, m: five encoder steps of a Touch.
 pub(super) const STILL_M: f64 = 0.275e-3;
 

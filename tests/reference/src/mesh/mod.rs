@@ -6,15 +6,13 @@ mod structured;
 
 use std::collections::{BTreeMap, HashMap};
 
+pub use crate::element::EDGES;
 pub use lattice::lattice;
 pub use locate::Locator;
 pub use structured::{block, shell_octant};
 
 use crate::element;
 use crate::{FemError, Vec3};
-
-/// The two corners of each edge. The middle of edge `k` is node `4 + k` of the tetrahedron.
-pub const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
 /// Corners of each side, counter-clockwise as seen from outside.
 const SIDES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
@@ -234,7 +232,7 @@ impl Mesh {
     /// # Errors
     /// [`FemError::Element`] if the mesh has an element that is inside out at rest.
     pub fn volume_m3(&self, displacement: Option<&[Vec3]>) -> Result<f64, FemError> {
-        let elements = element::prepare(self)?;
+        let elements = element::prepare(&self.nodes, &self.tets)?;
         let mut volume = 0.0;
         for (element, t) in elements.iter().zip(&self.tets) {
             for q in &element.points {

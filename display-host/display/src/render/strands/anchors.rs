@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use glam::Vec3;
 use shared_mem::scene::{NO_CELL, OrganKind, SceneFile};
 
-use super::super::cells::FACES;
-use super::net::{INWARDS, OUTWARDS, Weave};
+use super::super::hexahedron::{FACES, INWARDS, OUTWARDS};
+use super::weave::Weave;
 use crate::skinning::{RestVertex, pairs};
 
 /// Largest distance between a fibre's cell and its anchor in skin, m.

@@ -3,8 +3,9 @@
 use glam::Vec3;
 use shared_mem::scene::{CellRecord, NO_CELL};
 
-use super::super::cells::FACES;
+use super::super::hexahedron::{FACES, INWARDS, OUTWARDS};
 use super::anchors::Anchors;
+use super::weave::Weave;
 use crate::effects::chance;
 
 /// Most pieces and films; further ones are not shown.
@@ -30,41 +31,6 @@ const FILM: [f32; 2] = [0.25, 0.65];
 const ARCH: f32 = 0.6;
 /// Longest gap that fibres span, cells.
 const SPAN: usize = 2;
-/// Index of the inward and of the outward neighbour of a cell.
-pub(super) const INWARDS: usize = 4;
-pub(super) const OUTWARDS: usize = 5;
-
-/// Fibre content of a tissue.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::render) enum Weave {
-    /// No fibres.
-    Plain,
-    /// Some: septa of fat.
-    Loose,
-    /// Many: connective tissue.
-    Dense,
-}
-
-impl Weave {
-    /// Most fibres along a cell's side, and the share that exists.
-    fn fibres(self) -> (u32, f32) {
-        match self {
-            Self::Plain => (0, 0.0),
-            Self::Loose => (2, 0.3),
-            Self::Dense => (5, 0.62),
-        }
-    }
-
-    /// Share of gaps that are spanned.
-    fn spans(self) -> f32 {
-        match self {
-            Self::Plain => 0.0,
-            Self::Loose => 0.5,
-            Self::Dense => 0.4,
-        }
-    }
-}
-
 /// A fibre along one cell, or across a gap.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {

@@ -6,9 +6,9 @@ use egui::{Grid, Key, Label, RichText, Ui};
 
 use super::{Asking, Wish, minutes, pressed, screen};
 use crate::ui::TaskNote;
-use crate::ui::panel::{Mark, line, sign};
 use crate::ui::screens::{BODY, part, title};
 use crate::ui::task::alarm;
+use crate::ui::widgets::{Mark, line, sign};
 use crate::words::Words;
 
 /// Most earlier sessions in the list.

@@ -3,8 +3,8 @@
 use egui::{Key, RichText, Ui};
 
 use super::{Wish, pressed, screen};
-use crate::ui::panel::{Mark, line};
 use crate::ui::screens::title;
+use crate::ui::widgets::{Mark, line};
 use crate::words::Words;
 
 /// An operation without a result.

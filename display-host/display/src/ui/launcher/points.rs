@@ -3,8 +3,8 @@
 use egui::{Key, RichText, Ui};
 
 use super::{Wish, pressed, screen, typed};
-use crate::ui::panel::{Mark, line};
 use crate::ui::screens::{BODY, title};
+use crate::ui::widgets::{Mark, line};
 use crate::words::Words;
 
 /// Kind of form.

@@ -3,8 +3,8 @@
 use egui::{Id, Key, RichText, TextEdit, Ui};
 
 use super::{Wish, pressed, screen, typed};
-use crate::ui::panel::{Mark, line};
 use crate::ui::screens::{part, title};
+use crate::ui::widgets::{Mark, line};
 use crate::words::{Language, Words};
 
 /// Keys of the tasks, in order.

@@ -3,8 +3,8 @@
 use egui::{Align2, Color32, Frame, Rect, RichText, Ui, vec2};
 use shared_mem::words::Switches;
 
-use super::super::panel::{Mark, line};
 use super::super::task::{self, TaskEnd, TaskNote, TaskView};
+use super::super::widgets::{Mark, line};
 use super::super::{Asked, Link, UiState, instrument_id};
 use super::legible;
 use crate::words::Words;

@@ -1,0 +1,332 @@
+//! Measurement of an operation: the running totals of which the metrics are made.
+
+mod force;
+mod hands;
+
+use session::Movement;
+use shared_mem::message::{Event, EventMsg};
+use shared_mem::scene::OrganKind;
+use shared_mem::words::{Current, Instrument, Switches};
+
+pub use self::force::BIN_N;
+use self::force::Force;
+use self::hands::Hands;
+use crate::anatomy::{Anatomy, Region};
+use crate::metrics::{Metric, Values};
+use crate::rules::Rules;
+use crate::vector::{Vec3, axis, distance, dot, norm, off_sight, wide};
+
+/// A longer time between two movements is a gap, s.
+const GAP_S: f64 = 0.25;
+/// Half of the field of view of a 0° endoscope, rad (`display-host`, `Scope`).
+pub(crate) const VIEW_HALF_RAD: f64 = 0.61;
+/// Shorter turns do not count, rad.
+const TURN_RULER_RAD: f64 = std::f64::consts::PI / 180.0;
+/// Leaks within this distance of each other are one, m: all events of a leak have one position.
+const SAME_LEAK_M: f64 = 0.000_1;
+/// Time after an event of burning during which the current counts as burning, s. Events come 20
+/// times a second.
+const BURNS_S: f64 = 0.1;
+
+/// A leaking place.
+#[derive(Debug, Clone, Copy)]
+struct Leak {
+    organ: u32,
+    at_m: Vec3,
+    /// Share of the whole vessel's flow.
+    flow: f64,
+}
+
+/// Running totals.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tally {
+    hands: Hands,
+    force: Force,
+    last: Option<(u64, Movement)>,
+    time_s: f64,
+    gaps_s: f64,
+    cautery_s: f64,
+    cautery_air_s: f64,
+    /// Time of the last event of burning, s.
+    burnt_s: Option<f64>,
+    out_of_view_s: f64,
+    tilt_rad_s: f64,
+    turn_rad: f64,
+    sight: Option<Vec3>,
+    exchanges: u32,
+    leaks: Vec<Leak>,
+    blood_ml: f64,
+    bile_ml: f64,
+    burns_j: [f64; 6],
+    clips: Vec<u32>,
+    clips_lost: u32,
+    clips_misplaced: u32,
+    perforations: u32,
+    crushes: u32,
+    tears: u32,
+    slips: u32,
+    removed: Vec<bool>,
+    /// Removed volume of each region, m³.
+    removed_in: [f64; Region::COUNT],
+}
+
+/// Most leaks that are kept: more are one vessel that flickers.
+const LEAKS_MAX: usize = 64;
+
+impl Tally {
+    /// Sets the greatest force of the haptic device, N.
+    pub(crate) fn device(&mut self, force_max_n: f64) {
+        self.force.device(force_max_n);
+    }
+
+    /// Starts over for a new attempt on the same device.
+    pub(crate) fn again(&self) -> Self {
+        Self {
+            force: self.force.again(),
+            ..Self::default()
+        }
+    }
+
+    /// Counted time, s.
+    pub(crate) fn time_s(&self) -> f64 {
+        self.time_s
+    }
+
+    /// Takes the positions of the hands. Returns the counted time since the last, s.
+    pub(crate) fn moved(
+        &mut self,
+        at_ns: u64,
+        moved: &Movement,
+        anatomy: &Anatomy,
+        rules: &Rules,
+    ) -> f64 {
+        let Some((before_ns, before)) = self.last.replace((at_ns, *moved)) else {
+            return 0.0;
+        };
+        // The clock stands or goes back: no time passed.
+        let seconds = at_ns.saturating_sub(before_ns) as f64 * 1e-9;
+        if seconds <= 0.0 {
+            return 0.0;
+        }
+        let paused = (moved.switches() | before.switches()).contains(Switches::PAUSED);
+        if paused || seconds > GAP_S {
+            if !paused {
+                self.gaps_s += seconds;
+            }
+            self.hands.gap();
+            self.sight = None;
+            return 0.0;
+        }
+        self.time_s += seconds;
+        let (tip, lens) = (wide(moved.tip_m), wide(moved.world_from_camera.position_m));
+        self.hands.step([tip, lens], seconds);
+        let touches = moved.contacts > 0;
+        self.force.step(norm(wide(moved.force_n)), touches, seconds);
+        if moved.instrument() == Some(Instrument::Hook)
+            && moved.switches().current() != Current::Off
+        {
+            self.cautery_s += seconds;
+            let burns = self
+                .burnt_s
+                .is_some_and(|at_s| self.time_s - at_s < BURNS_S);
+            self.cautery_air_s += if touches || burns { 0.0 } else { seconds };
+        }
+        if moved.instrument != before.instrument {
+            self.exchanges += 1;
+        }
+        self.look(moved, tip, anatomy.up, seconds);
+        for leak in &self.leaks {
+            let ml = leak.flow * rules.flow_ml_min(anatomy.kind(leak.organ)) / 60.0 * seconds;
+            match is_duct(anatomy.kind(leak.organ)) {
+                true => self.bile_ml += ml,
+                false => self.blood_ml += ml,
+            }
+        }
+        seconds
+    }
+
+    fn look(&mut self, moved: &Movement, tip: Vec3, up: Vec3, seconds: f64) {
+        let camera = &moved.world_from_camera;
+        if off_sight(camera, tip).0 > VIEW_HALF_RAD {
+            self.out_of_view_s += seconds;
+        }
+        let right = dot(axis(camera, 0), up).clamp(-1.0, 1.0);
+        self.tilt_rad_s += right.asin().abs() * seconds;
+        let sight = axis(camera, 2);
+        let from = *self.sight.get_or_insert(sight);
+        let turn = (0.5 * distance(from, sight)).min(1.0).asin() * 2.0;
+        if turn >= TURN_RULER_RAD {
+            self.turn_rad += turn;
+            self.sight = Some(sight);
+        }
+    }
+
+    /// Takes an event.
+    pub(crate) fn event(&mut self, event: &EventMsg, anatomy: &Anatomy) {
+        let kind = anatomy.kind(event.organ);
+        match event.decode() {
+            Ok(Event::Burn { energy_j }) => {
+                self.burnt_s = Some(self.time_s);
+                let joule = f64::from(energy_j).max(0.0);
+                if let Some(sum) = self.burns_j.get_mut(burn_class(kind)) {
+                    *sum += joule;
+                }
+            }
+            Ok(Event::Clip { number }) => self.clip(number, kind),
+            Ok(Event::Leak { flow }) => self.leak(event, flow),
+            Ok(Event::Removed { cell }) => self.remove(cell as usize, anatomy),
+            Ok(Event::Perforation { .. }) => self.perforations += 1,
+            Ok(Event::Crush { .. }) => self.crushes += 1,
+            Ok(Event::Tear { .. }) if !is_target(kind) => self.tears += 1,
+            Ok(Event::Slip { .. }) => self.slips += 1,
+            _ => {}
+        }
+    }
+
+    /// Removes the triangle's tissue, as the controller did before the task.
+    pub(crate) fn clear(&mut self, anatomy: &Anatomy) {
+        for index in &anatomy.cleared {
+            self.remove(*index, anatomy);
+        }
+    }
+
+    fn remove(&mut self, index: usize, anatomy: &Anatomy) {
+        self.removed.resize(anatomy.cells.len(), false);
+        if let Some(removed) = self.removed.get_mut(index)
+            && !core::mem::replace(removed, true)
+            && let Some((region, volume_m3)) = anatomy.cells.get(index)
+            && let Some(sum) = self.removed_in.get_mut(*region as usize)
+        {
+            *sum += volume_m3;
+        }
+    }
+
+    fn clip(&mut self, number: u32, kind: Option<OrganKind>) {
+        if !self.clips.contains(&number) {
+            self.clips.push(number);
+        }
+        match kind {
+            None => self.clips_lost += 1,
+            Some(OrganKind::CysticDuct | OrganKind::CysticArtery) => {}
+            // Tissue to be dissected lies between the jaws together with the vessel.
+            Some(OrganKind::Fat | OrganKind::ConnectiveTissue) => {}
+            Some(_) => self.clips_misplaced += 1,
+        }
+    }
+
+    fn leak(&mut self, event: &EventMsg, flow: f32) {
+        let (at_m, flow) = (wide(event.at_m), f64::from(flow).clamp(0.0, 10.0));
+        let far_m = |leak: &Leak| distance(leak.at_m, at_m);
+        let same = self
+            .leaks
+            .iter()
+            .enumerate()
+            .filter(|(_, leak)| leak.organ == event.organ && far_m(leak) < SAME_LEAK_M)
+            .min_by(|a, b| far_m(a.1).total_cmp(&far_m(b.1)))
+            .map(|(index, _)| index);
+        if let Some(leak) = same.and_then(|index| self.leaks.get_mut(index)) {
+            (leak.at_m, leak.flow) = (at_m, flow);
+        } else if self.leaks.len() < LEAKS_MAX {
+            let organ = event.organ;
+            self.leaks.push(Leak { organ, at_m, flow });
+        }
+        self.leaks.retain(|leak| leak.flow > 0.0);
+    }
+
+    /// Removed share of these regions' tissue, by volume; NaN if they have none.
+    pub(crate) fn removed(&self, anatomy: &Anatomy, regions: &[Region]) -> f64 {
+        let sum = |volumes: &[f64]| -> f64 {
+            let of = |region: &Region| volumes.get(*region as usize).copied();
+            regions.iter().filter_map(of).sum()
+        };
+        sum(&self.removed_in) / sum(&anatomy.volume_in)
+    }
+
+    /// Time at each force while the instrument touched, in bins of [`BIN_N`], s.
+    pub(crate) fn force_histogram(&self) -> Vec<f64> {
+        self.force.histogram()
+    }
+
+    /// The metrics counted here; the procedure sets the others.
+    pub(crate) fn values(&self, anatomy: &Anatomy) -> Values {
+        let mut values = Values::none();
+        let [tip, lens] = &self.hands.tracks;
+        let [liver, gallbladder, duct, vessel, target, _] = self.burns_j;
+        for (metric, value) in [
+            (Metric::Time, self.time_s),
+            (Metric::Gaps, self.gaps_s),
+            (Metric::Path, tip.path_m),
+            (Metric::ScopePath, lens.path_m),
+            (Metric::Movements, tip.movements.into()),
+            (Metric::ScopeMovements, lens.movements.into()),
+            (Metric::Economy, tip.economy()),
+            (Metric::Idle, self.hands.idle_s()),
+            (Metric::ForceMax, self.force.max_n),
+            (Metric::ForceMean, self.force.mean_n()),
+            (Metric::Force95, self.force.quantile_n(0.95)),
+            (Metric::ForceSaturated, self.force.saturated_s),
+            (Metric::CauteryOn, self.cautery_s),
+            (Metric::CauteryAir, self.cautery_air_s),
+            (Metric::BurnLiver, liver),
+            (Metric::BurnGallbladder, gallbladder),
+            (Metric::BurnDuct, duct),
+            (Metric::BurnVessel, vessel),
+            (Metric::BurnTarget, target),
+            (Metric::ClipsUsed, self.clips.len() as f64),
+            (Metric::ClipsLost, self.clips_lost.into()),
+            (Metric::ClipsMisplaced, self.clips_misplaced.into()),
+            (Metric::Blood, self.blood_ml),
+            (Metric::Bile, self.bile_ml),
+            (Metric::Perforations, self.perforations.into()),
+            (Metric::Crushes, self.crushes.into()),
+            (Metric::Tears, self.tears.into()),
+            (Metric::Slips, self.slips.into()),
+            (Metric::OutOfView, self.out_of_view_s),
+            (Metric::ScopeTurn, self.turn_rad.to_degrees()),
+            (
+                Metric::ScopeTilt,
+                (self.tilt_rad_s / self.time_s).to_degrees(),
+            ),
+            (Metric::Exchanges, self.exchanges.into()),
+            (
+                Metric::CvsTriangle,
+                self.removed(anatomy, &[Region::Triangle]),
+            ),
+            (Metric::CvsBed, self.removed(anatomy, &[Region::LowerBed])),
+            (
+                Metric::Bed,
+                self.removed(anatomy, &[Region::LowerBed, Region::UpperBed]),
+            ),
+        ] {
+            values.set(metric, value);
+        }
+        values
+    }
+}
+
+/// Class of burnt tissue: liver, gallbladder, ducts, arteries, tissue to dissect, all else.
+fn burn_class(kind: Option<OrganKind>) -> usize {
+    match kind {
+        Some(OrganKind::Liver) => 0,
+        Some(OrganKind::Gallbladder) => 1,
+        Some(OrganKind::CysticDuct | OrganKind::BileDuct) => 2,
+        Some(OrganKind::CysticArtery | OrganKind::Vessel) => 3,
+        kind if is_target(kind) => 4,
+        _ => 5,
+    }
+}
+
+/// True for tissue that is there to be removed.
+pub(crate) fn is_target(kind: Option<OrganKind>) -> bool {
+    matches!(kind, Some(OrganKind::Fat | OrganKind::ConnectiveTissue))
+}
+
+/// True for an organ that carries bile.
+fn is_duct(kind: Option<OrganKind>) -> bool {
+    let bile = [
+        OrganKind::CysticDuct,
+        OrganKind::BileDuct,
+        OrganKind::Gallbladder,
+    ];
+    kind.is_some_and(|kind| bile.contains(&kind))
+}

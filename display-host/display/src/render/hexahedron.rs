@@ -1,0 +1,14 @@
+//! Faces of a cell.
+
+/// Corners of a cell's faces, counter-clockwise as seen from outside.
+pub(super) const FACES: [[usize; 4]; 6] = [
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+];
+/// Index of the inward and of the outward face, and of the neighbour there.
+pub(super) const INWARDS: usize = 4;
+pub(super) const OUTWARDS: usize = 5;

@@ -1,0 +1,32 @@
+//! Fibre content of tissues.
+
+/// Fibre content of a tissue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::render) enum Weave {
+    /// No fibres.
+    Plain,
+    /// Some: septa of fat.
+    Loose,
+    /// Many: connective tissue.
+    Dense,
+}
+
+impl Weave {
+    /// Most fibres along a cell's side, and the share that exists.
+    pub(super) fn fibres(self) -> (u32, f32) {
+        match self {
+            Self::Plain => (0, 0.0),
+            Self::Loose => (2, 0.3),
+            Self::Dense => (5, 0.62),
+        }
+    }
+
+    /// Share of gaps that are spanned.
+    pub(super) fn spans(self) -> f32 {
+        match self {
+            Self::Plain => 0.0,
+            Self::Loose => 0.5,
+            Self::Dense => 0.4,
+        }
+    }
+}

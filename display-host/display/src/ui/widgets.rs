@@ -1,0 +1,73 @@
+//! Widgets that all parts of the interface share. Words and shapes show every state, never colour
+//! alone.
+
+use egui::{Color32, FontId, Sense, Stroke, TextStyle, Ui, vec2};
+
+/// Size of the text for the operator of the station, points.
+const FINE: f32 = 13.5;
+
+pub(super) const GOOD: Color32 = Color32::from_rgb(120, 205, 130);
+pub(super) const CARE: Color32 = Color32::from_rgb(240, 190, 80);
+const BAD: Color32 = Color32::from_rgb(245, 115, 105);
+
+/// Degree of health; also the shape of its mark.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Mark {
+    Good,
+    Care,
+    Bad,
+    Off,
+}
+
+/// Text of this size, with matching headings and buttons.
+pub(super) fn sized(ui: &mut Ui, points: f32) {
+    let styles = &mut ui.style_mut().text_styles;
+    for (name, share) in [
+        (TextStyle::Body, 1.0),
+        (TextStyle::Button, 0.95),
+        (TextStyle::Heading, 1.25),
+    ] {
+        styles.insert(name, FontId::proportional(share * points));
+    }
+    styles.insert(TextStyle::Monospace, FontId::monospace(points));
+}
+
+/// Small text for the operator of the station.
+pub(super) fn fine(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
+    ui.scope(|ui| {
+        sized(ui, FINE);
+        add(ui);
+    });
+}
+
+/// A mark of its own shape and colour, and words.
+pub(super) fn line(ui: &mut Ui, mark: Mark, text: &str) {
+    ui.horizontal_wrapped(|ui| {
+        sign(ui, mark);
+        ui.label(text);
+    });
+}
+
+/// The mark alone.
+pub(super) fn sign(ui: &mut Ui, mark: Mark) {
+    let (space, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
+    let (at, painter) = (space.center(), ui.painter());
+    match mark {
+        Mark::Good => {
+            painter.circle_filled(at, 5.0, GOOD);
+        }
+        Mark::Care => {
+            let corners = [vec2(0.0, -6.0), vec2(6.0, 5.0), vec2(-6.0, 5.0)];
+            let corners = corners.map(|corner| at + corner).to_vec();
+            painter.add(egui::Shape::convex_polygon(corners, CARE, Stroke::NONE));
+        }
+        Mark::Bad => {
+            for end in [vec2(5.0, 5.0), vec2(5.0, -5.0)] {
+                painter.line_segment([at - end, at + end], Stroke::new(3.0, BAD));
+            }
+        }
+        Mark::Off => {
+            painter.circle_stroke(at, 4.5, Stroke::new(1.5, Color32::GRAY));
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Errors of reading a session.
+
+use std::path::PathBuf;
+
+use crate::file::FILE_VERSION;
+
+/// Reason why a session cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file cannot be opened or read.
+    #[error("{path}: {source}; `calot run --record FILE` records a session")]
+    Io {
+        /// Path of the file.
+        path: PathBuf,
+        /// Error of the operating system.
+        source: std::io::Error,
+    },
+    /// The file is not a session, or is damaged before its first tick or entry.
+    #[error("{path} is not a session of Calot: {problem}; `calot run --record FILE` records one")]
+    NotASession {
+        /// Path of the file.
+        path: PathBuf,
+        /// The missing or faulty part.
+        problem: String,
+    },
+    /// The file was written by another version of Calot.
+    #[error(
+        "{path}: the session has version '{found}', and this program reads {FILE_VERSION}; replay it with the program that recorded it"
+    )]
+    Version {
+        /// Path of the file.
+        path: PathBuf,
+        /// The file's version.
+        found: String,
+    },
+}

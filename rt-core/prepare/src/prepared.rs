@@ -1,0 +1,18 @@
+//! Result of the preparation.
+
+use shared_mem::scene::SceneData;
+
+use crate::report::Report;
+use crate::tetra::Tetra;
+
+/// A compiled scene and its report.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared {
+    /// The scene, ready to be written with [`SceneData::write`].
+    pub scene: SceneData,
+    /// Figures of its quality.
+    pub report: Report,
+    /// Tetrahedra of each organ between its own spheres, which are numbered from the organ's first.
+    /// Any eight consecutive ones share no sphere, as far as possible.
+    pub tetrahedra: Vec<Vec<Tetra>>,
+}

@@ -1,0 +1,20 @@
+//! The organs' bodies.
+
+use super::anatomy::Anatomy;
+use super::primitive::Tube;
+use crate::Vec3;
+
+/// The organs' bodies, to which distances are measured.
+pub(super) struct Bodies {
+    pub(super) anatomy: Anatomy,
+    pub(super) gallbladder: Tube,
+    pub(super) pouch: (Vec3, f64),
+    pub(super) stomach: Tube,
+    pub(super) duodenum: Tube,
+    pub(super) intestine: Tube,
+    pub(super) cystic_duct: Tube,
+    pub(super) bile_duct: Tube,
+    pub(super) hepatic_artery: Tube,
+    pub(super) cystic_artery: Tube,
+    pub(super) fat: Tube,
+}

@@ -1,0 +1,27 @@
+//! The connective tissue between the gallbladder and its bed.
+
+use super::bodies::Bodies;
+use super::gallbladder::{self, FOSSA_GAP_M};
+use super::liver;
+use super::primitive::meet;
+use crate::Vec3;
+
+/// Length of a triangle's side, m. The tissue is thin.
+pub(super) const EDGE_M: f64 = 0.0012;
+/// Gap between the connective tissue and the gallbladder, and between it and the liver, m.
+const GAP_M: f64 = 0.0002;
+
+/// Distance to the layer of connective tissue in the fossa, out to the liver's surface.
+pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
+    let room = FOSSA_GAP_M - 2.0 * GAP_M;
+    let thickness = room * bodies.anatomy.connective_tissue.width.min(1.0);
+    let middle = GAP_M + room / 2.0;
+    let from_gallbladder = gallbladder::distance(bodies, p);
+    let layer = (from_gallbladder - middle).abs() - thickness / 2.0;
+    // Far from the layer, the liver takes nothing away from it.
+    if layer > 0.004 {
+        layer
+    } else {
+        meet(layer, liver::body(p, &bodies.anatomy.liver) + 0.003, 0.001)
+    }
+}

@@ -1,0 +1,44 @@
+//! Threads of the process: their start, and their end in words.
+
+use std::any::Any;
+use std::thread::{Builder, JoinHandle};
+
+use crate::error::RtError;
+
+/// Stack of the tick's thread: room for building a simulation state, and far more than the tick
+/// needs.
+pub(crate) const TICK_STACK_BYTES: usize = 8 << 20;
+
+pub(crate) fn spawn(
+    thread: &'static str,
+    stack_bytes: usize,
+    body: impl FnOnce() + Send + 'static,
+) -> Result<JoinHandle<()>, RtError> {
+    Builder::new()
+        .name(format!("calot-{thread}"))
+        .stack_size(stack_bytes)
+        .spawn(body)
+        .map_err(|source| RtError::Thread { thread, source })
+}
+
+pub(crate) fn join(thread: &'static str, handle: JoinHandle<()>) -> Result<(), RtError> {
+    handle.join().map_err(|panic| RtError::Panicked {
+        thread,
+        message: last_words(&*panic),
+    })
+}
+
+/// Error for a thread that ended before it reported anything: it panicked.
+pub(crate) fn without_a_word(thread: &'static str, handle: JoinHandle<()>) -> RtError {
+    let silent = RtError::Panicked {
+        thread,
+        message: "ended without a word".to_owned(),
+    };
+    join(thread, handle).err().unwrap_or(silent)
+}
+
+fn last_words(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
+    text.or_else(|| panic.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "no message".to_owned())
+}

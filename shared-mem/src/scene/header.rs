@@ -1,0 +1,31 @@
+//! Header and table of the file.
+
+use super::SceneId;
+
+pub(super) const HEADER_BYTES: usize = 64;
+pub(super) const TABLE_ENTRY_BYTES: usize = 32;
+pub(super) const ALIGN: usize = 64;
+pub(super) const SECTIONS: usize = 14;
+
+/// Header of the file.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct Header {
+    pub(super) magic: [u8; 8],
+    pub(super) version: u32,
+    pub(super) sections: u32,
+    pub(super) identity: SceneId,
+    pub(super) bytes: u64,
+    pub(super) reserved: u64,
+}
+
+/// One row of the table; sections stand in the order of [`super::SceneData`]'s fields.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct Section {
+    pub(super) kind: u32,
+    pub(super) element_bytes: u32,
+    pub(super) offset: u64,
+    pub(super) count: u64,
+    pub(super) reserved: u64,
+}
