@@ -19,7 +19,6 @@ use std::time::Instant;
 
 use assess::{Metric, Task};
 use clap::ValueEnum as _;
-use scene_prepare::{Recipe, prepare};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::EventKind;
 use surgeon::Surgeon;
@@ -37,10 +36,7 @@ fn main() {
     };
     let scene = Path::new(scene);
     if !scene.exists() {
-        let recipe = Recipe::triangle(false).expect("a built-in recipe");
-        let prepared = prepare(&recipe, &mut |_| {}).expect("it can be built");
-        let bytes = prepared.scene.to_bytes().expect("a sound scene");
-        std::fs::write(scene, bytes).expect("it can be written");
+        std::fs::write(scene, theatre::triangle_bytes()).expect("it can be written");
     }
     let scene = SceneFile::open(scene).expect("a compiled scene");
     let hand = Surgeon::from_str(hand, true).expect("a surgeon");

@@ -8,19 +8,14 @@ use std::sync::OnceLock;
 
 use assess::{AlarmKind, Assessment, Metric, Outcome, Region, Step, Task};
 use rt_process::replay::Replay;
-use scene_prepare::{Recipe, prepare};
 use shared_mem::message::{StateFrame, SutureMsg};
 use shared_mem::scene::SceneFile;
 use surgeon::{Seen, Surgeon};
-use theatre::{Came, start, work};
+use theatre::{Came, start, triangle_bytes, work};
 
 fn triangle() -> SceneFile {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
-    let bytes = BYTES.get_or_init(|| {
-        let recipe = Recipe::triangle(false).expect("a built-in recipe");
-        let prepared = prepare(&recipe, &mut |_| {}).expect("it can be built");
-        prepared.scene.to_bytes().expect("a sound scene")
-    });
+    let bytes = BYTES.get_or_init(triangle_bytes);
     SceneFile::from_bytes(bytes).expect("a sound scene")
 }
 

@@ -29,9 +29,6 @@ const TICKS: u32 = 6000;
 /// Ticks in which the tip goes in. Their times do not count.
 const APPROACH: u32 = 1500;
 
-/// A Touch-class device.
-const TOUCH: DeviceCapabilities = DeviceCapabilities::TOUCH;
-
 /// Depth of both tools in the tissue, m.
 const PRESSED_M: f32 = 0.006;
 
@@ -131,7 +128,12 @@ fn work(scene: &SceneData, at: At) -> Seen {
         force_enabled: true,
         ..Parameters::default()
     };
-    let mut sim = Sim::new(loaded.scene(), &mut state, TOUCH, parameters);
+    let mut sim = Sim::new(
+        loaded.scene(),
+        &mut state,
+        DeviceCapabilities::TOUCH,
+        parameters,
+    );
     let lever = Kinematics {
         port_m: Vec3::from(room.instrument_port_m),
         length_m: room.instrument_length_m,

@@ -11,16 +11,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use rt_core::tool::Instrument;
 use scene_prepare::{Prepared, Recipe, prepare};
-use support::hand::{Felt, Leg, OPEN, Site, work_at};
+use support::hand::{Felt, Hand, Site, Work, mm, s};
 
-/// Parts of the hand's way with their names.
-const LEGS: [(&str, Leg); 5] = [
-    ("press", Leg(3600, [-4.0, 0.0], OPEN)),
-    ("rest", Leg(500, [-4.0, 0.0], OPEN)),
-    ("slide", Leg(750, [-4.0, 5.0], OPEN)),
-    ("slide back", Leg(1500, [-4.0, -5.0], OPEN)),
-    ("out", Leg(3600, [20.0, -5.0], OPEN)),
-];
+/// The work at each place.
+fn hand() -> Hand {
+    Hand::new()
+        .press(mm(4.0), s(3.6))
+        .rest(s(0.5))
+        .slide(mm(5.0), s(0.75))
+        .slide(mm(-5.0), s(1.5))
+        .named("slide back")
+        .lift(mm(20.0), s(3.6))
+        .named("out")
+}
 
 const INSTRUMENTS: [Instrument; 4] = [
     Instrument::Grasper,
@@ -40,23 +43,23 @@ const BEGAN_INSIDE_N: f32 = 0.003;
 
 const STACK_BYTES: usize = 64 << 20;
 
-/// One press with all its legs.
-struct Work {
+/// The work at one place.
+struct Press {
     scene: &'static str,
     organ: String,
     eighth: u32,
     instrument: Instrument,
-    felt: Vec<Felt>,
+    work: Work,
 }
 
-impl Work {
+impl Press {
     fn began_inside(&self) -> bool {
-        self.felt[0].first_n > BEGAN_INSIDE_N
+        self.work.leg("press").first_n > BEGAN_INSIDE_N
     }
 }
 
-/// Presses at every place of a scene, on as many threads as there are cores.
-fn survey(scene: &'static str, built: &Prepared, with_all: bool) -> Vec<Work> {
+/// Presses all over a scene, by as many threads as there are cores.
+fn survey(scene: &'static str, built: &Prepared, with_all: bool) -> Vec<Press> {
     let mut asked = Vec::new();
     for (number, organ) in built.report.organs.iter().enumerate() {
         for (place, eighth) in EIGHTHS.into_iter().enumerate() {
@@ -67,19 +70,20 @@ fn survey(scene: &'static str, built: &Prepared, with_all: bool) -> Vec<Work> {
             }
         }
     }
+    let hand = hand();
     let done = AtomicUsize::new(0);
     let work = |(number, organ, eighth, instrument): &(usize, String, u32, Instrument)| {
         let [first, count] = built.scene.organs[*number].spheres;
         let site = Site::facing_port(built, first + count * eighth / 8, *instrument);
-        let felt = work_at(built, &site, &LEGS.map(|(_, leg)| leg));
+        let work = hand.work(built, &site);
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         eprint!("\r{scene}: {done} of {}  ", asked.len());
-        Work {
+        Press {
             scene,
             organ: organ.clone(),
             eighth: *eighth,
             instrument: *instrument,
-            felt,
+            work,
         }
     };
     let all = asked.par_iter().map(work).collect();
@@ -87,20 +91,21 @@ fn survey(scene: &'static str, built: &Prepared, with_all: bool) -> Vec<Work> {
     all
 }
 
-/// All presses as CSV, one row per leg.
-fn csv(all: &[Work]) -> String {
+/// One row a leg.
+fn csv(all: &[Press]) -> String {
     let mut text = "scene,organ,eighth,instrument,began_inside,leg,largest_step_mn_per_tick,\
                     largest_knock_mn_per_tick,largest_n,trips\n"
         .to_owned();
-    for work in all {
-        for ((leg, _), felt) in LEGS.iter().zip(&work.felt) {
+    for press in all {
+        for felt in &press.work.legs {
             text += &format!(
-                "{},{},{},{:?},{},{leg},{:.2},{:.2},{:.3},{}\n",
-                work.scene,
-                work.organ,
-                work.eighth,
-                work.instrument,
-                work.began_inside(),
+                "{},{},{},{:?},{},{},{:.2},{:.2},{:.3},{}\n",
+                press.scene,
+                press.organ,
+                press.eighth,
+                press.instrument,
+                press.began_inside(),
+                felt.leg.name,
                 felt.largest_step_n * 1.0e3,
                 felt.largest_knock_n * 1.0e3,
                 felt.largest_n,
@@ -129,31 +134,32 @@ fn main() {
     }
     std::fs::write(&file, csv(&all)).expect("written");
     let legs = || {
-        let outside = all.iter().filter(|work| !work.began_inside());
-        outside.flat_map(|work| LEGS.iter().zip(&work.felt).map(move |it| (work, it)))
+        let outside = all.iter().filter(|press| !press.began_inside());
+        outside.flat_map(|press| press.work.legs.iter().map(move |felt| (press, felt)))
     };
     let mut rough: Vec<_> = legs()
-        .filter(|(_, (_, felt))| felt.largest_knock_n > STEP_N)
+        .filter(|(_, felt)| felt.largest_knock_n > STEP_N)
         .collect();
-    rough.sort_by(|a, b| b.1.1.largest_knock_n.total_cmp(&a.1.1.largest_knock_n));
-    let even = |(_, (_, felt)): &(&Work, (_, &Felt))| felt.largest_step_n > STEP_N;
+    rough.sort_by(|a, b| b.1.largest_knock_n.total_cmp(&a.1.largest_knock_n));
+    let even = |(_, felt): &(&Press, &Felt)| felt.largest_step_n > STEP_N;
     println!(
         "{} presses, of which {} began inside tissue and are not counted; of the others' {} legs {} have a knock \
          above {} mN a tick, and {} a step",
         all.len(),
-        all.iter().filter(|work| work.began_inside()).count(),
+        all.iter().filter(|press| press.began_inside()).count(),
         legs().count(),
         rough.len(),
         STEP_N * 1.0e3,
         legs().filter(even).count(),
     );
-    for (work, ((leg, _), felt)) in rough {
+    for (press, felt) in rough {
         println!(
-            "{:>8} {:<22} {}/8 {:<11} {leg:<10} knock {:6.1} mN, step {:6.1} mN, at most {:.2} N",
-            work.scene,
-            work.organ,
-            work.eighth,
-            format!("{:?}", work.instrument),
+            "{:>8} {:<22} {}/8 {:<11} {:<10} knock {:6.1} mN, step {:6.1} mN, at most {:.2} N",
+            press.scene,
+            press.organ,
+            press.eighth,
+            format!("{:?}", press.instrument),
+            felt.leg.name,
             felt.largest_knock_n * 1.0e3,
             felt.largest_step_n * 1.0e3,
             felt.largest_n,

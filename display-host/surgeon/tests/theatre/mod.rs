@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 
 use assess::{Anatomy, Assessed, Assessment, Difficulty, Rules, Task};
 use rt_process::rehearsal::{Rehearsal, rehearse};
+use scene_prepare::{Recipe, prepare};
 use session::{Entry, Movement, What};
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, HandMsg};
@@ -89,6 +90,13 @@ impl Theatre for Alone<'_, '_> {
     fn tell(&mut self, what: &str) {
         self.said.push(what.to_owned());
     }
+}
+
+/// Bytes of Calot's triangle, prepared anew.
+pub(crate) fn triangle_bytes() -> Vec<u8> {
+    let recipe = Recipe::triangle(false).expect("a built-in recipe");
+    let prepared = prepare(&recipe, &mut |_| {}).expect("it can be built");
+    prepared.scene.to_bytes().expect("a sound scene")
 }
 
 /// Start of a task, numbered as in `CommandMsg::START`; `None`: organs at rest.

@@ -1,7 +1,7 @@
 //! An instrument at work in whole scenes: the force on the hand has no step, and tissue comes to
 //! rest.
 
-use crate::support::hand::{Felt, Leg, OPEN, Site, work_at};
+use crate::support::hand::{Hand, Site, mm, s};
 use crate::{prepared_built_in, prepared_triangle};
 use rt_core::math::Vec3;
 use rt_core::port::Buttons;
@@ -21,11 +21,7 @@ fn target(built: &Prepared) -> Site {
     }
 }
 
-fn work(built: &Prepared, legs: &[Leg]) -> Vec<Felt> {
-    work_at(built, &target(built), legs)
-}
-
-/// Largest step of the force from one tick to the next while a hand works slowly, N.
+/// Largest step of the force from a tick to the next where a hand works slowly, N.
 const STEP_N: f32 = 0.005;
 /// Largest step while jaws close, N. Their ends go through tissue at 50 mm/s, and each tick's step
 /// is like the one before.
@@ -34,13 +30,14 @@ const BITE_N: f32 = 0.008;
 /// Least force that some leg must reach, N: a tool that feels nothing has no step either.
 const FELT_N: f32 = 0.1;
 
-fn assert_smooth(built: &Prepared, legs: &[Leg]) {
-    let all = work(built, legs);
-    let most_n = all.iter().map(|felt| felt.largest_n).fold(0.0, f32::max);
-    assert!(most_n > FELT_N, "{all:?}");
-    for (number, (felt, leg)) in all.iter().zip(legs).enumerate() {
+fn assert_smooth(built: &Prepared, hand: &Hand) {
+    let work = hand.work(built, &target(built));
+    let most_n = work.legs.iter().map(|felt| felt.largest_n);
+    let most_n = most_n.fold(0.0, f32::max);
+    assert!(most_n > FELT_N, "{work:?}");
+    for (number, felt) in work.legs.iter().enumerate() {
         println!("leg {number}: {felt:?}");
-        let closes = leg.2.contains(Buttons::GRASP);
+        let closes = felt.leg.buttons.contains(Buttons::GRASP);
         let most_n = if closes { BITE_N } else { STEP_N };
         assert!(felt.largest_step_n < most_n, "leg {number}: {felt:?}");
         assert!(felt.largest_knock_n < STEP_N, "leg {number}: {felt:?}");
@@ -49,70 +46,70 @@ fn assert_smooth(built: &Prepared, legs: &[Leg]) {
 
 /// Deep in Calot's triangle the shaft lies on the liver's edge and on the layer beside it.
 #[test]
-fn deep_in_the_triangle_no_tick_has_a_step() {
-    let legs = [
-        Leg(3600, [-20.0, 0.0], OPEN),
-        Leg(2000, [-20.0, 0.0], OPEN),
-        Leg(1500, [-20.0, 8.0], OPEN),
-        Leg(3600, [20.0, 0.0], OPEN),
-    ];
-    assert_smooth(prepared_triangle(false), &legs);
+fn force_deep_in_the_triangle_has_no_step() {
+    let hand = Hand::new()
+        .press(mm(20.0), s(3.6))
+        .rest(s(2.0))
+        .slide(mm(8.0), s(1.5))
+        .leave(s(3.6));
+    assert_smooth(prepared_triangle(false), &hand);
 }
 
 /// The tip slides off the liver's edge and back.
 #[test]
 fn sliding_and_biting_in_the_triangle_have_no_step() {
-    let legs = [
-        Leg(2000, [-6.0, 0.0], OPEN),
-        Leg(750, [-6.0, 8.0], OPEN),
-        Leg(1500, [-6.0, -8.0], OPEN),
-        Leg(1500, [-6.0, 8.0], OPEN),
-        Leg(1500, [-6.0, -8.0], OPEN),
-        Leg(1500, [-6.0, 0.0], OPEN),
-        Leg(500, [-6.0, 0.0], Buttons::GRASP),
-        Leg(2000, [4.0, 0.0], Buttons::GRASP),
-    ];
-    assert_smooth(prepared_triangle(true), &legs);
+    let hand = Hand::new()
+        .press(mm(6.0), s(2.0))
+        .slide(mm(8.0), s(0.75))
+        .slide(mm(-8.0), s(1.5))
+        .slide(mm(8.0), s(1.5))
+        .slide(mm(-8.0), s(1.5))
+        .slide(mm(0.0), s(1.5))
+        .grasp(s(0.5))
+        .lift(mm(4.0), s(2.0));
+    assert_smooth(prepared_triangle(true), &hand);
 }
 
 #[test]
-fn on_the_built_in_organs_no_tick_has_a_step() {
-    let legs = [
-        Leg(3600, [-20.0, 0.0], OPEN),
-        Leg(1500, [-20.0, 8.0], OPEN),
-        Leg(3600, [-6.0, 0.0], OPEN),
-        Leg(500, [-6.0, 0.0], Buttons::GRASP),
-        Leg(2000, [0.0, 0.0], Buttons::GRASP),
-    ];
-    assert_smooth(prepared_built_in(), &legs);
+fn force_on_the_built_in_organs_has_no_step() {
+    let hand = Hand::new()
+        .press(mm(20.0), s(3.6))
+        .slide(mm(8.0), s(1.5))
+        .return_to_depth(mm(6.0), s(3.6))
+        .grasp(s(0.5))
+        .lift(mm(0.0), s(2.0));
+    assert_smooth(prepared_built_in(), &hand);
 }
 
 /// A fast press is felt. Nothing is felt when the tool has gone.
 #[test]
-fn after_a_fast_press_nothing_is_felt() {
-    let legs = [
-        Leg(100, [-20.0, 0.0], OPEN),
-        Leg(500, [-20.0, 0.0], OPEN),
-        Leg(100, [40.0, 0.0], OPEN),
-        Leg(500, [40.0, 0.0], OPEN),
-        Leg(500, [40.0, 0.0], OPEN),
-    ];
-    let felt = work(prepared_triangle(false), &legs);
-    assert!(felt[1].largest_n > 0.1 && felt[1].awake > 0, "{felt:?}");
-    assert!(felt[4].largest_n < 1.0e-6, "{felt:?}");
+fn fast_press_leaves_no_force_behind() {
+    let hand = Hand::new()
+        .press(mm(20.0), s(0.1))
+        .rest(s(0.5))
+        .named("held deep")
+        .lift(mm(40.0), s(0.1))
+        .rest(s(0.5))
+        .rest(s(0.5))
+        .named("long away");
+    let built = prepared_triangle(false);
+    let work = hand.work(built, &target(built));
+    let deep = work.leg("held deep");
+    assert!(deep.largest_n > 0.1 && deep.awake > 0, "{work:?}");
+    assert!(work.leg("long away").largest_n < 1.0e-6, "{work:?}");
 }
 
 /// Untouched organs come to rest, and cost nothing from then on.
 #[test]
 fn scenes_that_are_left_alone_sleep() {
-    let away = Leg(4000, [20.0, 0.0], OPEN);
+    let hand = Hand::new().rest(s(4.0)).named("away");
     for built in [
         prepared_triangle(false),
         prepared_triangle(true),
         prepared_built_in(),
     ] {
-        let all = work(built, std::slice::from_ref(&away));
-        assert_eq!(all[0].awake, 0);
+        let work = hand.work(built, &target(built));
+        assert_eq!(work.leg("away").awake, 0);
     }
 }
 
@@ -127,15 +124,16 @@ fn a_duct_under_a_tool_does_not_flutter() {
         .iter()
         .position(|it| it.name == "cystic duct");
     let [first, count] = built.scene.organs[duct.expect("it has one")].spheres;
-    let legs = [
-        Leg(2600, [-8.0, 0.0], OPEN),
-        Leg(700, [-8.0, 6.0], OPEN),
-        Leg(1000, [-8.0, 6.0], OPEN),
-        Leg(300, [-8.0, 6.0], OPEN),
-        Leg(900, [-8.0, -4.0], OPEN),
-        Leg(1000, [-8.0, -4.0], OPEN),
-        Leg(300, [-8.0, -4.0], OPEN),
-    ];
+    let hand = Hand::new()
+        .press(mm(8.0), s(2.6))
+        .slide(mm(6.0), s(0.7))
+        .rest(s(1.0))
+        .rest(s(0.3))
+        .named("held ahead")
+        .slide(mm(-4.0), s(0.9))
+        .rest(s(1.0))
+        .rest(s(0.3))
+        .named("held back");
     let mut most_n = 0.0f32;
     for eighth in [3, 4] {
         for instrument in [Instrument::Hook, Instrument::ClipApplier] {
@@ -147,15 +145,15 @@ fn a_duct_under_a_tool_does_not_flutter() {
                 along: duct_m.cross(&facing.normal).normalize(),
                 ..facing
             };
-            let all = work_at(built, &site, &legs);
-            for held in [3, 6] {
-                most_n = most_n.max(all[held].largest_n);
-                println!("{eighth} {instrument:?}: {:?}", all[held]);
-                // A push that turns at once would come and go as a whole.
+            let work = hand.work(built, &site);
+            for held in ["held ahead", "held back"] {
+                let felt = work.leg(held);
+                most_n = most_n.max(felt.largest_n);
+                println!("{eighth} {instrument:?}: {felt:?}");
+                // Of a push that turns at once all of it comes and goes.
                 assert!(
-                    all[held].largest_knock_n < 0.4 * all[held].largest_n + 1.0e-4,
-                    "{eighth} {instrument:?}: {:?}",
-                    all[held]
+                    felt.largest_knock_n < 0.4 * felt.largest_n + 1.0e-4,
+                    "{eighth} {instrument:?}: {felt:?}"
                 );
             }
         }

@@ -2,11 +2,10 @@
 //! come free, and the same hand gives the same bits.
 
 use crate::support::LoadedScene;
-use crate::support::hand::TOUCH;
 use std::path::Path;
 
 use rt_core::math::{Vec3, norm};
-use rt_core::port::{Buttons, DeviceSample, ForceCommand, PedalSample, Polled};
+use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, PedalSample, Polled};
 use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 use rt_core::tissue::cells::REMOVED;
@@ -85,13 +84,28 @@ struct Found {
     cells: Vec<u8>,
     digest: u64,
     largest_step_n: f32,
-    /// Force before the current and after it, N.
-    pressed_n: [f32; 2],
-    /// The cells after a reset.
+    /// Force on the hand before the current.
+    before_n: f32,
+    /// Force on the hand after the current, at the same place.
+    after_n: f32,
+    /// After a reset.
     reset: Vec<u8>,
 }
 
-/// The place of the cell nearest to the instrument's port, and the direction to the port.
+/// A part of the hand's way, which begins and ends gently.
+#[derive(Clone, Copy)]
+struct Leg {
+    ticks: u16,
+    /// Height of the tip at its end above the target.
+    height_m: f32,
+    /// The pedal's cut is down.
+    cuts: bool,
+}
+
+/// Height at which the hand begins.
+const START_M: f32 = 0.012;
+
+/// The cell nearest to the instrument's port, and the way there.
 fn nearest_to_the_port(scene: &SceneData) -> (Vec3, Vec3) {
     let port = Vec3::from(scene.room.expect("a room").instrument_port_m);
     let places = scene.cells.iter().map(|cell| Vec3::from(cell.center_m));
@@ -110,7 +124,12 @@ fn dissect(scene: &SceneData, current: bool, depth_m: f32) -> Found {
         force_enabled: true,
         ..Parameters::default()
     };
-    let mut sim = Sim::new(loaded.scene(), &mut state, TOUCH, parameters);
+    let mut sim = Sim::new(
+        loaded.scene(),
+        &mut state,
+        DeviceCapabilities::TOUCH,
+        parameters,
+    );
     let lever = Kinematics {
         port_m: Vec3::from(room.instrument_port_m),
         length_m: room.instrument_length_m,
@@ -135,22 +154,39 @@ fn dissect(scene: &SceneData, current: bool, depth_m: f32) -> Found {
         cells: Vec::new(),
         digest: 0,
         largest_step_n: 0.0,
-        pressed_n: [0.0; 2],
+        before_n: 0.0,
+        after_n: 0.0,
         reset: Vec::new(),
     };
-    let legs: [(u16, f32, bool); 4] = [
-        (1500, -depth_m, false),
-        (2500, -depth_m, current),
-        (500, -depth_m, false),
-        (1000, 0.012, false),
-    ];
-    let mut from = 0.012f32;
+    let come_down = Leg {
+        ticks: 1500,
+        height_m: -depth_m,
+        cuts: false,
+    };
+    let stay = Leg {
+        ticks: 2500,
+        cuts: current,
+        ..come_down
+    };
+    let stay_without_current = Leg {
+        ticks: 500,
+        ..come_down
+    };
+    let leave = Leg {
+        ticks: 1000,
+        height_m: START_M,
+        cuts: false,
+    };
+    let mut from = START_M;
     let mut sequence = 0u16;
-    for (leg, (ticks, to, cuts)) in legs.into_iter().enumerate() {
-        for tick in 1..=ticks {
-            let share = f32::from(tick) / f32::from(ticks);
+    for (number, leg) in [come_down, stay, stay_without_current, leave]
+        .iter()
+        .enumerate()
+    {
+        for tick in 1..=leg.ticks {
+            let share = f32::from(tick) / f32::from(leg.ticks);
             let share = share * share * (3.0 - 2.0 * share);
-            let tip_m = target + normal * (from + (to - from) * share);
+            let tip_m = target + normal * (from + (leg.height_m - from) * share);
             sequence = sequence.wrapping_add(1);
             hand.samples.now_ns += 1_000_000;
             let at_ns = hand.samples.now_ns;
@@ -162,7 +198,7 @@ fn dissect(scene: &SceneData, current: bool, depth_m: f32) -> Found {
                 at_ns,
             });
             hand.samples.pedal = Polled::Fresh(PedalSample {
-                cut: cuts,
+                cut: leg.cuts,
                 at_ns,
                 ..PedalSample::default()
             });
@@ -170,12 +206,12 @@ fn dissect(scene: &SceneData, current: bool, depth_m: f32) -> Found {
             hand.samples.command = None;
             found.largest_step_n = found.largest_step_n.max(hand.step_n);
         }
-        match leg {
-            0 => found.pressed_n[0] = norm(&hand.force_n),
-            2 => found.pressed_n[1] = norm(&hand.force_n),
+        match number {
+            0 => found.before_n = norm(&hand.force_n),
+            2 => found.after_n = norm(&hand.force_n),
             _ => {}
         }
-        from = to;
+        from = leg.height_m;
     }
     found.digest = hand.digest;
     found.removed = hand.removed.clone();
@@ -199,21 +235,18 @@ fn fat_goes_under_the_hook_and_only_there() {
     let (target, _) = nearest_to_the_port(&scene);
     let cold = dissect(&scene, false, 0.002);
     assert!(cold.removed.is_empty() && cold.cells.iter().all(|cell| *cell == 0));
-    assert!(
-        cold.pressed_n[0] > 0.02,
-        "fat pushes back: {:?}",
-        cold.pressed_n
-    );
+    assert!(cold.before_n > 0.02, "fat pushes back: {} N", cold.before_n);
     let hot = dissect(&scene, true, 0.002);
     println!(
-        "{} cells gone, {} warm; {:?} N, {:?} N without current; steps {} and {} N",
+        "{} cells gone, {} warm; {} N, then {} N, {} N without current; steps {} and {} N",
         hot.removed.len(),
         hot.cells
             .iter()
             .filter(|cell| (1..REMOVED).contains(cell))
             .count(),
-        hot.pressed_n,
-        cold.pressed_n,
+        hot.before_n,
+        hot.after_n,
+        cold.after_n,
         hot.largest_step_n,
         cold.largest_step_n,
     );
@@ -238,9 +271,10 @@ fn fat_goes_under_the_hook_and_only_there() {
     }
     // Removed fat does not push back, and it goes without a step of the force.
     assert!(
-        hot.pressed_n[1] < 0.7 * cold.pressed_n[1],
-        "{:?}",
-        hot.pressed_n
+        hot.after_n < 0.7 * cold.after_n,
+        "{} N, without current {} N",
+        hot.after_n,
+        cold.after_n
     );
     assert!(hot.largest_step_n < 0.005, "{} N", hot.largest_step_n);
     assert!(hot.reset.iter().all(|cell| *cell == 0));

@@ -1,9 +1,8 @@
 //! Organs that lie on each other: their skins meet, and they lie still.
 
 use crate::support::LoadedScene;
-use crate::support::hand::TOUCH;
 use rt_core::math::{self, Vec3};
-use rt_core::port::{ForceCommand, Polled};
+use rt_core::port::{DeviceCapabilities, ForceCommand, Polled};
 use rt_core::scene::{Organ, SkinVertex};
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
@@ -101,7 +100,12 @@ impl Ports for Nobody {
 fn lie(built: &Prepared) -> ([Mesh; 2], f32) {
     let loaded = LoadedScene::new(&built.scene);
     let mut state = Box::new(State::new());
-    let mut sim = Sim::new(loaded.scene(), &mut state, TOUCH, Parameters::default());
+    let mut sim = Sim::new(
+        loaded.scene(),
+        &mut state,
+        DeviceCapabilities::TOUCH,
+        Parameters::default(),
+    );
     let mut hand = Nobody::default();
     let mut before_m = Vec::new();
     for _ in 0..TICKS {

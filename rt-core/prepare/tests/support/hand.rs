@@ -1,4 +1,4 @@
-//! A hand that works slowly with an instrument in a whole scene, and the force that it feels.
+//! A scripted hand that works slowly with an instrument in a whole scene, and what it feels.
 
 use super::LoadedScene;
 use rt_core::fault::Fault;
@@ -10,12 +10,161 @@ use rt_core::tool::{Instrument, Kinematics};
 use rt_core::words::SphereBits;
 use scene_prepare::Prepared;
 
-/// A Touch-class device.
-pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities::TOUCH;
+const OPEN: Buttons = Buttons(0);
 
-pub(crate) const OPEN: Buttons = Buttons(0);
+/// A length of a script.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Length {
+    mm: f32,
+}
 
-struct Hand {
+pub(crate) const fn mm(mm: f32) -> Length {
+    Length { mm }
+}
+
+/// A time of a script, in ticks.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Time {
+    ticks: u16,
+}
+
+/// Seconds, rounded to ticks.
+pub(crate) fn s(seconds: f32) -> Time {
+    let ticks = (seconds * 1.0e3).round() as u16;
+    Time { ticks }
+}
+
+/// Place of the tip from the target, mm.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// Out of the tissue, along the normal.
+    height_mm: f32,
+    /// Along the tissue.
+    along_mm: f32,
+}
+
+/// Every script begins here, with open jaws.
+const START: Place = Place {
+    height_mm: 20.0,
+    along_mm: 0.0,
+};
+
+impl Place {
+    /// Place after a share of the ticks from here to another place; it begins and ends gently.
+    fn towards(&self, end: &Self, share: f32) -> Self {
+        let share = share * share * (3.0 - 2.0 * share);
+        let between = |from: f32, to: f32| from + (to - from) * share;
+        Self {
+            height_mm: between(self.height_mm, end.height_mm),
+            along_mm: between(self.along_mm, end.along_mm),
+        }
+    }
+}
+
+/// A part of a script.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Leg {
+    pub(crate) name: &'static str,
+    time: Time,
+    /// Place at its end.
+    end: Place,
+    pub(crate) buttons: Buttons,
+}
+
+/// A script: `Hand::new().press(mm(20.0), s(3.6)).rest(s(2.0))`. It begins 20 mm above the target.
+#[derive(Debug, Clone)]
+pub(crate) struct Hand {
+    legs: Vec<Leg>,
+}
+
+impl Hand {
+    pub(crate) const fn new() -> Self {
+        Self { legs: Vec::new() }
+    }
+
+    /// Goes straight to this depth below the target's height.
+    pub(crate) fn press(self, depth: Length, within: Time) -> Self {
+        let end = Place {
+            height_mm: -depth.mm,
+            ..self.end()
+        };
+        self.go("press", end, within)
+    }
+
+    /// Goes straight to this height above the target's.
+    pub(crate) fn lift(self, height: Length, within: Time) -> Self {
+        let end = Place {
+            height_mm: height.mm,
+            ..self.end()
+        };
+        self.go("lift", end, within)
+    }
+
+    /// Goes along the tissue to this distance from the target.
+    pub(crate) fn slide(self, along: Length, within: Time) -> Self {
+        let end = Place {
+            along_mm: along.mm,
+            ..self.end()
+        };
+        self.go("slide", end, within)
+    }
+
+    /// Goes to the target itself, this deep.
+    pub(crate) fn return_to_depth(self, depth: Length, within: Time) -> Self {
+        let end = Place {
+            height_mm: -depth.mm,
+            along_mm: 0.0,
+        };
+        self.go("return", end, within)
+    }
+
+    /// Goes to where it began.
+    pub(crate) fn leave(self, within: Time) -> Self {
+        self.go("leave", START, within)
+    }
+
+    /// Keeps its place.
+    pub(crate) fn rest(self, time: Time) -> Self {
+        let end = self.end();
+        self.go("rest", end, time)
+    }
+
+    /// Keeps its place and closes the jaws, which stay closed.
+    pub(crate) fn grasp(self, time: Time) -> Self {
+        let end = self.end();
+        let mut hand = self.go("grasp", end, time);
+        hand.last().buttons = Buttons::GRASP;
+        hand
+    }
+
+    /// Names the last leg, which otherwise has the name of its verb.
+    pub(crate) fn named(mut self, name: &'static str) -> Self {
+        self.last().name = name;
+        self
+    }
+
+    fn go(mut self, name: &'static str, end: Place, time: Time) -> Self {
+        let buttons = self.legs.last().map_or(OPEN, |leg| leg.buttons);
+        self.legs.push(Leg {
+            name,
+            time,
+            end,
+            buttons,
+        });
+        self
+    }
+
+    fn last(&mut self) -> &mut Leg {
+        self.legs.last_mut().expect("a leg")
+    }
+
+    fn end(&self) -> Place {
+        self.legs.last().map_or(START, |leg| leg.end)
+    }
+}
+
+/// The handle of a running simulation.
+struct Handle {
     samples: Samples,
     force_n: Vec3,
     step_n: Vec3,
@@ -23,7 +172,7 @@ struct Hand {
     awake: usize,
 }
 
-impl Ports for Hand {
+impl Ports for Handle {
     fn sample(&mut self) -> Samples {
         self.samples
     }
@@ -46,7 +195,7 @@ impl Ports for Hand {
 pub(crate) struct Site {
     pub(crate) target_m: Vec3,
     pub(crate) normal: Vec3,
-    /// Unit vector across the normal: the direction of a [`Leg`]'s second number.
+    /// Square to the normal: the way along the tissue.
     pub(crate) along: Vec3,
     pub(crate) instrument: Instrument,
 }
@@ -66,17 +215,17 @@ impl Site {
             instrument,
         }
     }
-}
 
-/// A part of the hand's way, which begins and ends gently: the number of ticks, the tip's place at
-/// the end (out of the tissue, along it), mm, and the handle's buttons. The way starts 20 mm above
-/// the target.
-#[derive(Clone, Copy)]
-pub(crate) struct Leg(pub(crate) u16, pub(crate) [f32; 2], pub(crate) Buttons);
+    fn tip_m(&self, place: Place) -> Vec3 {
+        let [height_m, along_m] = [place.height_mm, place.along_mm].map(|mm| mm * 1.0e-3);
+        self.target_m + self.normal * height_m + self.along * along_m
+    }
+}
 
 /// Measurements of one leg.
 #[derive(Debug)]
 pub(crate) struct Felt {
+    pub(crate) leg: Leg,
     pub(crate) largest_step_n: f32,
     /// Largest difference between a step and the step before, N per tick.
     pub(crate) largest_knock_n: f32,
@@ -92,72 +241,94 @@ pub(crate) struct Felt {
 /// Number of ticks for [`Felt::first_n`].
 const FIRST: u16 = 30;
 
-pub(crate) fn work_at(built: &Prepared, site: &Site, legs: &[Leg]) -> Vec<Felt> {
-    let room = built.scene.room.expect("a room");
-    let loaded = LoadedScene::new(&built.scene);
-    let mut state = Box::new(State::new());
-    let parameters = Parameters {
-        force_ramp_s: 0.01,
-        force_enabled: true,
-        ..Parameters::default()
-    };
-    let mut sim = Sim::new(loaded.scene(), &mut state, TOUCH, parameters);
-    let lever = Kinematics {
-        port_m: Vec3::from(room.instrument_port_m),
-        length_m: room.instrument_length_m,
-    };
-    let mut hand = Hand {
-        samples: Samples {
-            now_ns: 0,
-            device: Polled::Nothing,
-            tracker: Polled::Nothing,
-            pedal: Polled::Nothing,
-            command: Some(Command::Instrument(site.instrument)),
-        },
-        force_n: Vec3::zeros(),
-        step_n: Vec3::zeros(),
-        trips: 0,
-        awake: 0,
-    };
-    let (mut from, mut sequence) = ([20.0f32, 0.0], 0u16);
-    let mut all = Vec::new();
-    for Leg(ticks, to, buttons) in legs {
-        let mut felt = Felt {
-            largest_step_n: 0.0,
-            largest_knock_n: 0.0,
-            largest_n: 0.0,
-            first_n: 0.0,
+/// Measurements of a performed script, leg by leg.
+#[derive(Debug)]
+pub(crate) struct Work {
+    pub(crate) legs: Vec<Felt>,
+}
+
+impl Work {
+    /// Measurements of the first leg of this name.
+    pub(crate) fn leg(&self, name: &str) -> &Felt {
+        let found = self.legs.iter().find(|felt| felt.leg.name == name);
+        found.expect("a leg of this name")
+    }
+}
+
+impl Hand {
+    /// Performs the script in a scene.
+    pub(crate) fn work(&self, built: &Prepared, site: &Site) -> Work {
+        let room = built.scene.room.expect("a room");
+        let loaded = LoadedScene::new(&built.scene);
+        let mut state = Box::new(State::new());
+        let parameters = Parameters {
+            force_ramp_s: 0.01,
+            force_enabled: true,
+            ..Parameters::default()
+        };
+        let mut sim = Sim::new(
+            loaded.scene(),
+            &mut state,
+            DeviceCapabilities::TOUCH,
+            parameters,
+        );
+        let lever = Kinematics {
+            port_m: Vec3::from(room.instrument_port_m),
+            length_m: room.instrument_length_m,
+        };
+        let mut handle = Handle {
+            samples: Samples {
+                now_ns: 0,
+                device: Polled::Nothing,
+                tracker: Polled::Nothing,
+                pedal: Polled::Nothing,
+                command: Some(Command::Instrument(site.instrument)),
+            },
+            force_n: Vec3::zeros(),
+            step_n: Vec3::zeros(),
             trips: 0,
             awake: 0,
         };
-        for tick in 1..=*ticks {
-            let share = f32::from(tick) / f32::from(*ticks);
-            let share = share * share * (3.0 - 2.0 * share);
-            let at = [0, 1].map(|i| (from[i] + (to[i] - from[i]) * share) * 1.0e-3);
-            let tip_m = site.target_m + site.normal * at[0] + site.along * at[1];
-            sequence = sequence.wrapping_add(1);
-            hand.samples.now_ns += 1_000_000;
-            hand.samples.device = Polled::Fresh(DeviceSample {
-                device_from_handle: lever.handle_from_tip(&tip_m, &Vec3::y()),
-                velocity_m_s: None,
-                buttons: *buttons,
-                sequence,
-                at_ns: hand.samples.now_ns,
-            });
-            let before_n = hand.step_n;
-            sim.tick(&mut hand);
-            hand.samples.command = None;
-            felt.largest_step_n = felt.largest_step_n.max(norm(&hand.step_n));
-            felt.largest_knock_n = felt.largest_knock_n.max(norm(&(hand.step_n - before_n)));
-            felt.largest_n = felt.largest_n.max(norm(&hand.force_n));
-            if tick <= FIRST {
-                felt.first_n = felt.largest_n;
+        let (mut from, mut sequence) = (START, 0u16);
+        let mut legs = Vec::new();
+        for leg in &self.legs {
+            let ticks = leg.time.ticks;
+            let mut felt = Felt {
+                leg: *leg,
+                largest_step_n: 0.0,
+                largest_knock_n: 0.0,
+                largest_n: 0.0,
+                first_n: 0.0,
+                trips: 0,
+                awake: 0,
+            };
+            for tick in 1..=ticks {
+                let at = from.towards(&leg.end, f32::from(tick) / f32::from(ticks));
+                let tip_m = site.tip_m(at);
+                sequence = sequence.wrapping_add(1);
+                handle.samples.now_ns += 1_000_000;
+                handle.samples.device = Polled::Fresh(DeviceSample {
+                    device_from_handle: lever.handle_from_tip(&tip_m, &Vec3::y()),
+                    velocity_m_s: None,
+                    buttons: leg.buttons,
+                    sequence,
+                    at_ns: handle.samples.now_ns,
+                });
+                let before_n = handle.step_n;
+                sim.tick(&mut handle);
+                handle.samples.command = None;
+                felt.largest_step_n = felt.largest_step_n.max(norm(&handle.step_n));
+                felt.largest_knock_n = felt.largest_knock_n.max(norm(&(handle.step_n - before_n)));
+                felt.largest_n = felt.largest_n.max(norm(&handle.force_n));
+                if tick <= FIRST {
+                    felt.first_n = felt.largest_n;
+                }
             }
+            felt.trips = handle.trips;
+            felt.awake = handle.awake;
+            legs.push(felt);
+            from = leg.end;
         }
-        felt.trips = hand.trips;
-        felt.awake = hand.awake;
-        all.push(felt);
-        from = *to;
+        Work { legs }
     }
-    all
 }
