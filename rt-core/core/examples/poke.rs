@@ -33,7 +33,6 @@ fn main() {
     let parameters = Parameters {
         force_ramp_s: 0.1,
         force_enabled: true,
-        ..Default::default()
     };
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
     let mut bench = Bench::new();

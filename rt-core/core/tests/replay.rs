@@ -85,7 +85,6 @@ fn digests(anatomy: &Anatomy, nudged: Option<u64>) -> Vec<Digest> {
     let parameters = Parameters {
         force_ramp_s: 0.01,
         force_enabled: true,
-        ..Parameters::default()
     };
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
     let mut bench = Bench::new();

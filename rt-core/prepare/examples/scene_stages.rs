@@ -126,7 +126,6 @@ fn work(scene: &SceneData, at: At) -> Seen {
     let parameters = Parameters {
         force_ramp_s: 0.01,
         force_enabled: true,
-        ..Parameters::default()
     };
     let mut sim = Sim::new(
         loaded.scene(),

@@ -148,7 +148,7 @@ mod tests {
         }
         for metric in crate::Metric::ALL {
             assert!(
-                page.contains(&page::escape(metric.definition())),
+                page.contains(&escape::escape(metric.definition())),
                 "{}",
                 metric.name()
             );

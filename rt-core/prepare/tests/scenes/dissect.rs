@@ -122,7 +122,6 @@ fn dissect(scene: &SceneData, current: bool, depth_m: f32) -> Found {
     let parameters = Parameters {
         force_ramp_s: 0.01,
         force_enabled: true,
-        ..Parameters::default()
     };
     let mut sim = Sim::new(
         loaded.scene(),

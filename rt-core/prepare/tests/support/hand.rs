@@ -264,7 +264,6 @@ impl Hand {
         let parameters = Parameters {
             force_ramp_s: 0.01,
             force_enabled: true,
-            ..Parameters::default()
         };
         let mut sim = Sim::new(
             loaded.scene(),

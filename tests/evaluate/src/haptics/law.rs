@@ -140,7 +140,6 @@ impl<'a> Product<'a> {
         let parameters = Parameters {
             force_ramp_s: 0.0,
             force_enabled: true,
-            ..Parameters::default()
         };
         let handle_at_0_m = top_m + f64::from(scene.room().instrument_length_m);
         let mut law = Self {
