@@ -119,22 +119,6 @@ const ROOMS: &[Layer] = &[
     ),
 ];
 
-/// Packages whose files still import each other in cycles, with the number of files in cycles.
-/// The list only shrinks: lower a number when a cycle is gone, and delete the row at zero.
-const CYCLES: &[(&str, usize)] = &[
-    ("assess", 5),
-    ("display-host", 11),
-    ("evaluate", 4),
-    ("fem-reference", 2),
-    ("hardware", 2),
-    ("rt-process", 4),
-    ("scene-prepare", 8),
-    ("session", 3),
-    ("shared-mem", 3),
-    ("store", 2),
-    ("surgeon", 3),
-];
-
 #[test]
 fn layers_name_only_what_lies_above_them_in_the_table() {
     let mut findings = Vec::new();
@@ -236,35 +220,22 @@ fn rooms_of_the_core_import_only_rooms_below_them() {
 #[test]
 fn files_of_a_package_import_each_other_without_cycles() {
     let mut findings = Vec::new();
-    for (name, package) in packages() {
+    for package in packages().values() {
         let files = Files::of(&package.folder);
         let cycles = files.cycles();
-        let count: usize = cycles.iter().map(BTreeSet::len).sum();
-        let allowed = CYCLES.iter().find(|it| it.0 == name).map_or(0, |it| it.1);
-        if count < allowed {
-            findings.push(format!(
-                "{}: {count} files in cycles, CYCLES allows {allowed}; lower it to {count}",
-                package.folder
-            ));
-        }
-        if count > allowed {
-            for import in &files.imports {
-                let is_inside = |cycle: &&BTreeSet<String>| {
-                    cycle.contains(&import.from) && cycle.contains(&import.to)
-                };
-                if cycles.iter().find(is_inside).is_some() {
-                    findings.push(format!(
-                        "{}:{}: imports '{}' in a cycle ({count} files of '{name}', allowed \
-                         {allowed}); move the shared definition into a file below both",
-                        files.paths[&import.from], import.line, import.to
-                    ));
-                }
+        for import in &files.imports {
+            let closes = |cycle: &BTreeSet<String>| {
+                [&import.from, &import.to]
+                    .iter()
+                    .all(|it| cycle.contains(*it))
+            };
+            if cycles.iter().any(closes) {
+                findings.push(format!(
+                    "{}:{}: imports '{}' in a cycle of files; move the definition that both need \
+                     into a file below them",
+                    files.paths[&import.from], import.line, import.to
+                ));
             }
-        }
-    }
-    for (name, _) in CYCLES {
-        if !packages().contains_key(*name) {
-            findings.push(format!("CYCLES names '{name}', which is no package"));
         }
     }
     report(&findings);
