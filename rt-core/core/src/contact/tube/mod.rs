@@ -71,8 +71,25 @@ struct PersistentContact {
 
 impl PersistentContact {
     /// Weighted overlap, m: compares the loads on beads whose walls are equally stiff.
-    fn bears(&self) -> f32 {
+    fn load_m(&self) -> f32 {
         self.weight * (-self.separation.separation_m).max(0.0)
+    }
+}
+
+/// Contacts of the last tick, as one bead sees them.
+#[derive(Clone, Copy)]
+struct LastTick<'a> {
+    /// Sorted by bead.
+    contacts: &'a [PersistentContact],
+    /// Index of the first contact of this bead or a later one.
+    at: usize,
+}
+
+impl<'a> LastTick<'a> {
+    fn contact(&self, bead: u16, part: Role) -> Option<&'a PersistentContact> {
+        let own = self.contacts.get(self.at..)?.iter();
+        let mut own = own.take_while(|contact| contact.bead == bead);
+        own.find(|contact| contact.part == part)
     }
 }
 
@@ -112,7 +129,7 @@ impl TubeContacts {
         faults: &mut FaultSet,
     ) {
         let before = core::mem::take(&mut self.contacts);
-        let mut known = before.iter();
+        let mut cursor = before.iter();
         for ((organ, it), bounds) in (0u8..).zip(scene.organs).zip(bounds) {
             let mut near: Vec<&Capsule, MAX_CAPSULES> = Vec::new();
             for part in parts {
@@ -125,16 +142,19 @@ impl TubeContacts {
             }
             for (number, bead) in bodies.beads.of(organ) {
                 let ball = bead.now(bodies);
-                while known.as_slice().first().is_some_and(|t| t.bead < number) {
-                    let _ = known.next();
+                while cursor.as_slice().first().is_some_and(|t| t.bead < number) {
+                    let _ = cursor.next();
                 }
-                let known = (&before[..], before.len() - known.len());
-                for part in near.iter().filter(|part| is_near(part, &ball)) {
-                    let last = known_of(known, number, part.role);
-                    let along = last.map_or(ball.along, |last| turned(&last.along, &ball.along));
+                let last_tick = LastTick {
+                    contacts: &before,
+                    at: before.len() - cursor.len(),
+                };
+                for part in near.iter().filter(|part| may_touch(part, &ball)) {
+                    let last = last_tick.contact(number, part.role);
+                    let along = last.map_or(ball.along, |last| lagging(&last.along, &ball.along));
                     let ball = Ball { along, ..ball };
                     let (mut contact, travel_m) =
-                        self.meet(part, (number, bead), &ball, known, bodies);
+                        self.meet(part, (number, bead), &ball, last_tick, bodies);
                     let is_held = is_held(bead, bodies);
                     let loose = if is_held { 0.0 } else { 1.0 };
                     // A held bead that does not touch has no force to fade. It stops acting at
@@ -144,12 +164,12 @@ impl TubeContacts {
                         false => LOOSEN,
                     };
                     contact.loose += step * (loose - contact.loose);
-                    let left = bead
+                    let of_link = bead
                         .link
                         .map_or(1.0, |link| bodies.parted.left_of_link(link));
                     let [a, b] = [bead.a, bead.b].map(|i| bodies.cells.left_of(i.into()));
-                    let left = left * a.min(b);
-                    contact.weight = left
+                    let remains = of_link * a.min(b);
+                    contact.weight = remains
                         * contact.loose
                         * contact.side.weight(
                             &axis(part),
@@ -157,8 +177,7 @@ impl TubeContacts {
                             &ball.along,
                             ball.radius_m + part.radius_m,
                         );
-                    let is_near = contact.separation.separation_m < NEAR_M && contact.weight > 0.0;
-                    if is_near {
+                    if contact.separation.separation_m < NEAR_M && contact.weight > 0.0 {
                         let site = ContactSite::Tube {
                             bead: number,
                             part: part.role,
@@ -182,21 +201,19 @@ impl TubeContacts {
     }
 
     /// Tracks a part past a bead; returns the contact and the travel of the part's point, m.
-    /// `known` holds the last tick's contacts, sorted by bead, and the index of the first that is
-    /// of this bead or a later one.
     fn meet(
         &self,
         part: &Capsule,
         (number, bead): (u16, &Bead),
         ball: &Ball,
-        known: (&[PersistentContact], usize),
+        last_tick: LastTick<'_>,
         bodies: &Bodies,
     ) -> (PersistentContact, Vec3) {
         let reach_m = ball.radius_m + part.radius_m;
         let now = axis(part);
         let first = Side::first(&now, &ball.center_m, &ball.along);
         let separation_m = |side: &Side| side.separation_m(&now, &ball.center_m, reach_m);
-        let last = known_of(known, number, part.role);
+        let last = last_tick.contact(number, part.role);
         let before = self.parts.iter().find(|before| before.role == part.role);
         let motion = last.zip(before).map(|(last, before)| Motion {
             axis: [axis(before), now],
@@ -207,11 +224,11 @@ impl TubeContacts {
         });
         // A part deeper than `THROUGH` has passed the tube and loses its old side, unless it came
         // so deep by this tick's motion (`AHEAD`), or its depth decreases.
-        let fast_m = motion.as_ref().map_or(0.0, Side::travel_m);
-        let was_m = last.map_or(0.0, |last| last.separation.measured_m());
+        let moved_m = motion.as_ref().map_or(0.0, Motion::travel_m);
+        let last_separation_m = last.map_or(0.0, |last| last.separation.measured_m());
         let is_this_side = |side: &Side| {
             let separation_m = separation_m(side);
-            separation_m > -THROUGH * reach_m - AHEAD * fast_m || separation_m > was_m
+            separation_m > -THROUGH * reach_m - AHEAD * moved_m || separation_m > last_separation_m
         };
         let side = last
             .zip(motion)
@@ -223,15 +240,15 @@ impl TubeContacts {
         // All of a tube lies on one side of a tool. Of a bead's neighbours, the one that bears
         // more leads it: it gives the bead its side, if the bead bears less and has the opposite
         // side, or if the bead had no side or no weight.
-        let leader = leading(known, (number, bead), part.role, bodies);
+        let leader = leading(last_tick, (number, bead), part.role, bodies);
         let led = leader.map(|it| {
             it.side
                 .at_neighbour(&now, &ball.center_m, &ball.along, reach_m)
         });
         let led = led.filter(is_this_side);
-        let bore = last.filter(|last| last.weight > 0.0);
+        let acting = last.filter(|last| last.weight > 0.0);
         let differs = |side: &Side, leader: &PersistentContact| {
-            let is_stronger = bore.is_none_or(|own| own.bears() < leader.bears());
+            let is_stronger = acting.is_none_or(|own| own.load_m() < leader.load_m());
             is_stronger && side.normal.dot(&leader.side.normal) < 0.0
         };
         let new = PersistentContact {
@@ -245,7 +262,7 @@ impl TubeContacts {
             loose: last.map_or(1.0, |last| last.loose),
             weight: 0.0,
         };
-        let contact = match (side, bore, leader, led) {
+        let contact = match (side, acting, leader, led) {
             (Some(side), _, Some(leader), Some(led)) if differs(&side, leader) => {
                 PersistentContact {
                     side: led,
@@ -254,7 +271,7 @@ impl TubeContacts {
                 }
             }
             (Some(side), Some(last), _, _) => {
-                let travel_m = motion.as_ref().map_or(0.0, Side::travel_m);
+                let travel_m = motion.as_ref().map_or(0.0, Motion::travel_m);
                 PersistentContact {
                     side,
                     bead_m: ball.center_m,
@@ -318,29 +335,19 @@ impl TubeContacts {
     }
 }
 
-/// Contact of a part and a bead from the last tick.
-fn known_of(
-    (contacts, at): (&[PersistentContact], usize),
-    bead: u16,
-    part: Role,
-) -> Option<&PersistentContact> {
-    let own = contacts.get(at..)?.iter();
-    let mut own = own.take_while(|contact| contact.bead == bead);
-    own.find(|contact| contact.part == part)
-}
-
 /// Direction that lags behind a tube's, a tick later ([`TURNS`]).
-fn turned(last: &Vec3, now: &Vec3) -> Vec3 {
+fn lagging(last: &Vec3, now: &Vec3) -> Vec3 {
     math::unit(&(last + (now - last) * TURNS)).unwrap_or(*now)
 }
 
 /// Contact of the same part with a neighbour of a bead on its tube: the one that bears more.
 fn leading<'a>(
-    (contacts, at): (&'a [PersistentContact], usize),
+    last_tick: LastTick<'a>,
     (number, bead): (u16, &Bead),
     part: Role,
     bodies: &Bodies,
 ) -> Option<&'a PersistentContact> {
+    let LastTick { contacts, at } = last_tick;
     let (before, after) = contacts.split_at(at.min(contacts.len()));
     let beads = &bodies.beads;
     let last = number.checked_sub(1).filter(|last| {
@@ -351,13 +358,13 @@ fn leading<'a>(
         let next = beads.get(*next);
         next.is_some_and(|next| bead.leads_to(next))
     });
-    let bears = |it: &&PersistentContact| it.part == part && it.weight > 0.0;
+    let acts = |it: &&PersistentContact| it.part == part && it.weight > 0.0;
     let before = before.iter().rev();
-    let before = before.take_while(|it| Some(it.bead) == last).find(bears);
+    let before = before.take_while(|it| Some(it.bead) == last).find(acts);
     let after = after.iter().skip_while(|it| it.bead == number);
-    let after = after.take_while(|it| Some(it.bead) == next).find(bears);
+    let after = after.take_while(|it| Some(it.bead) == next).find(acts);
     match (before, after) {
-        (Some(before), Some(after)) if after.bears() > before.bears() => Some(after),
+        (Some(before), Some(after)) if after.load_m() > before.load_m() => Some(after),
         (before, after) => before.or(after),
     }
 }
@@ -419,7 +426,7 @@ fn embedded_n_m(material: &Material, radius_m: f32) -> f32 {
     24.0 * core::f32::consts::PI * shear_pa * (1.0 - poisson) * radius_m / (5.0 - 6.0 * poisson)
 }
 
-fn is_near(part: &Capsule, ball: &Ball) -> bool {
+fn may_touch(part: &Capsule, ball: &Ball) -> bool {
     let within_m = ball.radius_m + part.radius_m + FOLLOW_M;
     axis(part).distance_squared_m2(&ball.center_m) < within_m * within_m
 }

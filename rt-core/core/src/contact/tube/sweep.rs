@@ -32,16 +32,16 @@ impl Axis {
 
     /// Squared distance from a point, m².
     pub(crate) fn distance_squared_m2(&self, point_m: &Vec3) -> f32 {
-        (self.at(self.nearest(point_m)) - point_m).norm_squared()
+        (self.at(self.nearest_share(point_m)) - point_m).norm_squared()
     }
 
     /// Closest place on the axis to a point, 0 to 1.
-    fn nearest(&self, point_m: &Vec3) -> f32 {
-        self.abreast(point_m).clamp(0.0, 1.0)
+    fn nearest_share(&self, point_m: &Vec3) -> f32 {
+        self.line_share(point_m).clamp(0.0, 1.0)
     }
 
     /// Closest place on the infinite line through the axis: 0 at `a_m`, 1 at `b_m`.
-    fn abreast(&self, point_m: &Vec3) -> f32 {
+    fn line_share(&self, point_m: &Vec3) -> f32 {
         let along_m = self.b_m - self.a_m;
         let squared = along_m.norm_squared().max(1.0e-12);
         (point_m - self.a_m).dot(&along_m) / squared
@@ -77,10 +77,20 @@ pub(crate) struct Motion {
     pub(crate) slip_m: f32,
 }
 
+impl Motion {
+    /// Upper bound of the travel of tool and bead against each other, m.
+    pub(crate) fn travel_m(&self) -> f32 {
+        let [from, to] = &self.axis;
+        let tool_m = math::norm(&(to.a_m - from.a_m)).max(math::norm(&(to.b_m - from.b_m)));
+        let [was_m, is_m] = &self.bead_m;
+        tool_m + math::norm(&(is_m - was_m))
+    }
+}
+
 impl Side {
     /// Side of a tool that is seen for the first time.
     pub(crate) fn first(axis: &Axis, bead_m: &Vec3, along: &Vec3) -> Self {
-        let share = axis.nearest(bead_m);
+        let share = axis.nearest_share(bead_m);
         let away_m = across(&(axis.at(share) - bead_m), along);
         // A bead on the axis leaves sideways; any side serves if it is always the same.
         let any = || math::across(if *along == Vec3::zeros() { &UP } else { along });
@@ -101,7 +111,7 @@ impl Side {
         let normal = math::unit(&across(&self.normal, along)).unwrap_or(self.normal);
         let nearest = Self {
             normal,
-            share: axis.nearest(bead_m),
+            share: axis.nearest_share(bead_m),
         };
         if !nearest.is_engaged(axis, bead_m, along, reach_m) {
             return nearest;
@@ -111,7 +121,7 @@ impl Side {
         let axis_m = axis.b_m - axis.a_m;
         let tilt_m = normal.dot(&axis_m);
         let flat_m2 = (axis_m.norm_squared() - tilt_m * tilt_m).max(1.0e-12);
-        let share = axis.abreast(bead_m);
+        let share = axis.line_share(bead_m);
         let deep_m = -Self { normal, share }.separation_m(axis, bead_m, reach_m);
         Self {
             normal,
@@ -123,8 +133,8 @@ impl Side {
     fn is_engaged(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> bool {
         let away_m = axis.at(self.share) - bead_m;
         // With the margin, the beads beside those that the tool touches keep the same side.
-        let is_before = along.dot(&away_m).abs() < reach_m + ENGAGED_MARGIN_M;
-        self.normal.dot(&away_m) < reach_m && is_before
+        let is_abreast = along.dot(&away_m).abs() < reach_m + ENGAGED_MARGIN_M;
+        self.normal.dot(&away_m) < reach_m && is_abreast
     }
 
     /// The axis; if the tool overlaps the tube, lifted out to where it touches.
@@ -140,18 +150,10 @@ impl Side {
         }
     }
 
-    /// Upper bound of the travel of tool and bead against each other, m.
-    pub(crate) fn travel_m(motion: &Motion) -> f32 {
-        let [from, to] = &motion.axis;
-        let tool_m = math::norm(&(to.a_m - from.a_m)).max(math::norm(&(to.b_m - from.b_m)));
-        let [was_m, is_m] = &motion.bead_m;
-        tool_m + math::norm(&(is_m - was_m))
-    }
-
     /// Side after this motion; `None` after a jump. A tool that overlaps is lifted out along the
     /// last normal and followed there, as a god-object is, so it keeps its side.
     pub(crate) fn follow(&self, motion: &Motion) -> Option<Self> {
-        let travel_m = Self::travel_m(motion);
+        let travel_m = motion.travel_m();
         let steps = travel_m / (STEP_REACHES * motion.reach_m.max(1.0e-6));
         if steps.is_nan() || steps > STEPS_MAX {
             return None;
@@ -180,7 +182,7 @@ impl Side {
         };
         let is_engaged = from.is_engaged(axis, bead_m, along, motion.reach_m);
         let lifted = from.lifted(axis, bead_m, along, motion.reach_m);
-        let share = lifted.nearest(bead_m);
+        let share = lifted.nearest_share(bead_m);
         let away_m = across(&(lifted.at(share) - bead_m), along);
         let away = math::unit(&away_m).unwrap_or(normal);
         // In free air it may turn freely.
@@ -279,7 +281,7 @@ mod tests {
         #[test]
         fn passing_tool_makes_no_contact(from in vector(0.006), way in vector(0.003), half in vector(0.02)) {
             let (from, to) = (rod(from, half), rod(from + way, half));
-            let nearest_m = |axis: &Axis| math::norm(&axis.at(axis.nearest(&Vec3::zeros())));
+            let nearest_m = |axis: &Axis| math::norm(&axis.at(axis.nearest_share(&Vec3::zeros())));
             for step in 0u8..=20 {
                 let between = from.moved_to(&to, f32::from(step) / 20.0);
                 prop_assume!(nearest_m(&between) > 1.1 * REACH_M);
@@ -299,7 +301,7 @@ mod tests {
             let motion = Motion { slip_m: 0.0, ..motion(still, still) };
             let led = leader.at_neighbour(&still, &Vec3::zeros(), &motion.along, REACH_M);
             let engaged = |side: &Side| side.is_engaged(&still, &Vec3::zeros(), &motion.along, REACH_M);
-            prop_assume!(engaged(&led) && engaged(&Side { share: still.nearest(&Vec3::zeros()), ..led }));
+            prop_assume!(engaged(&led) && engaged(&Side { share: still.nearest_share(&Vec3::zeros()), ..led }));
             prop_assume!(half.z.abs() < 0.7 * math::norm(&half));
             let mut side = led;
             for _ in 0..100 {
