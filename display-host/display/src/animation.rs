@@ -5,7 +5,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use color_quant::NeuQuant;
-use gif::{DisposalMethod, Encoder, Frame, Repeat};
+use gif::{AnyExtension, DisposalMethod, Encoder, Frame, Repeat};
 
 use crate::DisplayError;
 
@@ -22,6 +22,8 @@ const SAMPLE: usize = 7;
 const MANY: usize = 64;
 /// Samples needed for good colours.
 const LEAST: usize = 100_000;
+/// Label of a GIF's block that holds a comment.
+const COMMENT: u8 = 0xfe;
 /// Bits of each channel in the colour table.
 const BITS: u32 = 5;
 
@@ -88,6 +90,7 @@ impl<'a> Animation<'a> {
     ) -> Result<Self, gif::EncodingError> {
         let mut encoder = Encoder::new(BufWriter::new(file), width, height, &colours.palette)?;
         encoder.set_repeat(Repeat::Infinite)?;
+        encoder.write_raw_extension(AnyExtension(COMMENT), &[b"Calot"])?;
         Ok(Self {
             encoder,
             size: [width, height],

@@ -20,6 +20,7 @@ pub mod gallery;
 pub mod headless;
 pub mod latency;
 mod painter;
+pub mod picture;
 pub mod priority;
 pub mod render;
 pub mod report;

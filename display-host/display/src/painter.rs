@@ -12,6 +12,7 @@ use shared_mem::scene::SceneFile;
 use crate::DisplayError;
 use crate::effects::Stretch;
 use crate::latency::{FrameRecord, now_ns};
+use crate::picture::write_png;
 use crate::render::gpu::Gpu;
 use crate::render::{Quality, Renderer};
 
@@ -222,11 +223,7 @@ fn paint_all(
         };
         // A trainee's performance is private, in pictures as in recordings.
         let file = session::create_private(&still.path).map_err(|it| failed(it.to_string()))?;
-        let mut file = std::io::BufWriter::new(file);
-        picture
-            .write_to(&mut file, image::ImageFormat::Png)
-            .map_err(|it| failed(it.to_string()))?;
-        std::io::Write::flush(&mut file).map_err(|it| failed(it.to_string()))?;
+        write_png(&picture, file).map_err(|it| failed(it.to_string()))?;
         let frame = FrameRecord {
             tick: still.state.tick,
             sample_ns: still.state.sample_ns,

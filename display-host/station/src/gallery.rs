@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use crate::args::{SceneArgs, parse_size};
+use crate::output::{self, Format, Overwrite};
 use crate::problem::Problem;
 use crate::say;
 use crate::scene;
@@ -25,6 +26,8 @@ pub(crate) struct GalleryArgs {
     /// Folder for the pictures and their page
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
     /// Size of a picture, pixels, e.g. 1280x720 [default: 1280x720 on a graphics card, 640x480 on a
     /// software driver]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -33,6 +36,7 @@ pub(crate) struct GalleryArgs {
 
 /// Draws every organ, instrument and view of a scene, and names the page.
 pub(crate) fn run(args: &GalleryArgs) -> Result<ExitCode, Problem> {
+    output::check_folder("--out", &args.out, Format::of_gallery, args.overwrite)?;
     let scene = scene::in_memory(&SceneArgs {
         scene: args.scene.clone(),
         meshes: args.meshes.clone(),

@@ -19,6 +19,7 @@ mod kept;
 mod link;
 mod load;
 mod observe;
+mod output;
 mod prepare;
 mod problem;
 mod replay;

@@ -16,7 +16,12 @@ fn operate(out: &Path, seconds: &str) -> serde_json::Value {
         let output = finish(
             calot()
                 .args(["run", "--headless", "--frames", "0", "--seconds", seconds])
-                .args(["--station", &station_name("session"), "--out"])
+                .args([
+                    "--station",
+                    &station_name("session"),
+                    "--overwrite",
+                    "--out",
+                ])
                 .arg(out),
         );
         assert!(output.status.success(), "{}", said(&output));
@@ -86,6 +91,7 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
             "1000",
             "--station",
             &name,
+            "--overwrite",
             "--out",
             &out,
         ],
@@ -224,6 +230,44 @@ fn a_killed_recorder_loses_no_more_than_its_last_seconds() {
         true
     });
     assert!(whole, "five runs, and each recording has a gap");
+}
+
+/// Nothing is lost by a command that is given twice, or that names a wrong file.
+#[test]
+fn a_recording_stays_unless_overwriting_is_asked_for_and_any_other_file_always() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [out, session, notes] =
+        ["out", "out/session.mcap", "notes.txt"].map(|name| folder.path().join(name));
+    let run = |words: &[&str]| {
+        let name = station_name("twice");
+        let brief = ["run", "--headless", "--frames", "0", "--seconds", "1"];
+        let mut calot = calot();
+        calot.args(brief).args(["--station", &name]).args(words);
+        let output = finish(calot.current_dir(folder.path()));
+        (output.status.success(), said(&output))
+    };
+    assert!(run(&[]).0);
+    let first = std::fs::read(&session).expect("recorded");
+    std::fs::write(&notes, "notes of a surgeon").expect("written");
+
+    let out = out.display().to_string();
+    let (done, why) = run(&["--out", &out]);
+    assert!(!done && why.contains("--overwrite"), "{why}");
+    for words in [
+        &["--record", "notes.txt", "--overwrite"][..],
+        &["--record", "notes.txt"],
+    ] {
+        let (done, why) = run(words);
+        assert!(!done && why.contains("never replaced"), "{why}");
+    }
+    assert!(run(&[]).0, "a name that nobody gave is numbered");
+    assert_eq!(std::fs::read(&session).expect("still there"), first);
+    assert!(folder.path().join("out-2/session.mcap").exists());
+    let kept = std::fs::read_to_string(&notes).expect("still there");
+    assert_eq!(kept, "notes of a surgeon");
+
+    assert!(run(&["--out", &out, "--overwrite"]).0);
+    assert_ne!(std::fs::read(&session).expect("recorded anew"), first);
 }
 
 #[test]

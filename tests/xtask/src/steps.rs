@@ -142,7 +142,14 @@ pub(crate) fn demo(args: &[String]) -> Result<(), String> {
     )?;
     let folder = "target/demo";
     let mut words = [&["run", "-q"], &profile[..], &["-p", "calot", "--", "run"]].concat();
-    words.extend(["--headless", "--seconds", "10", "--out", folder]);
+    words.extend([
+        "--headless",
+        "--seconds",
+        "10",
+        "--overwrite",
+        "--out",
+        folder,
+    ]);
     words.extend(args.iter().map(String::as_str));
     step("demo", &words)
 }
@@ -186,7 +193,7 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
         let seconds = args.get(1).map_or(seconds, String::as_str);
         let mut words = vec!["run", "--locked", "--release", "-q", "-p", "calot", "--"];
         words.extend(["jitter", "--scene", "triangle", "--seconds", seconds]);
-        words.extend(["--station", &station, "--out", &folder]);
+        words.extend(["--station", &station, "--overwrite", "--out", &folder]);
         if !rivals.is_empty() {
             words.extend(["--compare", rivals]);
         }
@@ -212,7 +219,7 @@ fn watched(seconds: &str) -> Result<(), String> {
         for (kind, load) in KINDS {
             let out = format!("{folder}/{kind}-{turn}");
             let words = ["--scene", "triangle", "--seconds", seconds, "--out", &out];
-            let station = ["--station", "jitter-watched"];
+            let station = ["--station", "jitter-watched", "--overwrite"];
             jitter(kind, &[&words[..], &station, &["--load", load]].concat())?;
         }
     }
@@ -220,7 +227,10 @@ fn watched(seconds: &str) -> Result<(), String> {
     for sum in &sums {
         let turns: Vec<String> = (0..TURNS).map(|turn| format!("{sum}-{turn}")).collect();
         let turns: Vec<&str> = turns.iter().map(String::as_str).collect();
-        jitter("sum", &[&["--merge"], &turns[..], &["--out", sum]].concat())?;
+        jitter(
+            "sum",
+            &[&["--merge"], &turns[..], &["--overwrite", "--out", sum]].concat(),
+        )?;
     }
     let [busy, watched] = &sums;
     jitter("watched against busy", &["--diff", busy, watched])

@@ -18,7 +18,7 @@ impl Svg {
     fn new(width: f64, height: f64, title: &str) -> Self {
         Self(format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
-             height=\"{height}\" role=\"img\" font-family=\"sans-serif\" font-size=\"12\"><title>{}</title>",
+             height=\"{height}\" role=\"img\" font-family=\"sans-serif\" font-size=\"12\"><!-- Calot --><title>{}</title>",
             escape(title)
         ))
     }

@@ -4,6 +4,7 @@
 mod page;
 mod shot;
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use shared_mem::scene::SceneFile;
@@ -11,6 +12,7 @@ use shared_mem::scene::SceneFile;
 pub use self::shot::Chapter;
 use self::shot::Shot;
 use crate::DisplayError;
+use crate::picture::write_png;
 use crate::render::gpu::Gpu;
 use crate::render::{Quality, Renderer};
 
@@ -57,9 +59,8 @@ pub fn make(
         let picture = renderer.read(&gpu)?;
         let file = shot.file(number);
         let path = out_dir.join(&file);
-        picture
-            .save(&path)
-            .map_err(|error| cannot_write(&path, &error))?;
+        let written = File::create(&path).and_then(|file| write_png(&picture, file));
+        written.map_err(|error| cannot_write(&path, &error))?;
         drawn.push(picture);
         let Shot { title, chapter, .. } = shot;
         pictures.push(Picture {
@@ -69,9 +70,8 @@ pub fn make(
         });
     }
     let path = out_dir.join("sheet.png");
-    page::sheet(&drawn)
-        .save(&path)
-        .map_err(|error| cannot_write(&path, &error))?;
+    let written = File::create(&path).and_then(|file| write_png(&page::sheet(&drawn), file));
+    written.map_err(|error| cannot_write(&path, &error))?;
     let path = out_dir.join("index.html");
     std::fs::write(&path, page::html(scene.name(), &gpu.describe(), &pictures))
         .map_err(|error| cannot_write(&path, &error))?;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use crate::args::parse_seconds;
+use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
 #[command(
@@ -77,7 +78,7 @@ scene's frame:
   position_m = [0.1, 0.0, 0.0]
 
 Example:
-  calot devices calibrate --station-file station.toml --out station.toml")]
+  calot devices calibrate --station-file station.toml --out station.toml --overwrite")]
 pub(crate) struct CalibrateArgs {
     /// File that names the devices and the landmarks
     #[arg(long, value_name = "FILE")]
@@ -85,6 +86,8 @@ pub(crate) struct CalibrateArgs {
     /// Write the station file with the fitted frames to this file [default: print the frames]
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
     /// Refuse a fit whose root mean square residual at the landmarks exceeds this, mm
     #[arg(long, value_name = "MM", default_value_t = 2.0)]
     pub(crate) residual_mm: f32,

@@ -17,6 +17,7 @@ use rt_process::time_driver::now_ns;
 use serde_json::json;
 
 use super::args::CalibrateArgs;
+use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
 use crate::stop;
@@ -72,6 +73,9 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     let text = std::fs::read_to_string(&args.station_file)
         .map_err(|error| format!("{}: {error}", args.station_file.display()))?;
     let file = StationFile::parse(&text, &args.station_file)?;
+    if let Some(out) = &args.out {
+        output::check("--out", out, Format::Station, args.overwrite)?;
+    }
     // Refuse landmarks that cannot determine a frame before anybody touches them.
     let known: Vec<_> = file
         .landmarks
@@ -267,7 +271,7 @@ fn report(
                 .iter()
                 .map(|(frame, fit)| (*frame, fit.world_from_device));
             let written = with_frames(out, text, &found.collect::<Vec<_>>())
-                .and_then(|whole| Ok(std::fs::write(out, whole)?));
+                .and_then(|whole| Ok(output::write(out, &whole)?));
             if let Err(problem) = written {
                 // Print the frames, so that nobody must touch the landmarks again.
                 say::answer(frames.trim_end());

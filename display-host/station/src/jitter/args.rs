@@ -7,6 +7,7 @@ use jitter::Rival;
 
 use crate::args::{ControllerArgs, SceneArgs, parse_seconds, parse_station};
 use crate::load::Load;
+use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -39,9 +40,12 @@ pub(crate) struct JitterArgs {
     /// Turns of each program in a comparison [default: one per 30 s, at least 3]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) rounds: Option<u32>,
-    /// Folder for jitter.json, .csv, .html and .trace.json; rewritten every 5 s
-    #[arg(long, value_name = "DIR", default_value = "jitter")]
-    pub(crate) out: PathBuf,
+    /// Folder for jitter.json, .csv, .html and .trace.json; rewritten every 5 s [default: jitter,
+    /// or jitter-2, jitter-3, … if it holds a report]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
     /// Add up these runs (folders or jitter.json files) into --out
     #[arg(long, value_name = "RUN", num_args = 2.., conflicts_with_all = ["diff", "load", "compare"])]
     pub(crate) merge: Vec<PathBuf>,

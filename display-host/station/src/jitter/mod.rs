@@ -34,6 +34,7 @@ use self::session::Bench;
 use crate::bare_loop;
 use crate::folder::Folder;
 use crate::load::{Load, Loads};
+use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::run::args::RunArgs;
 use crate::say;
@@ -55,10 +56,10 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
         }
         return Ok(ExitCode::SUCCESS);
     }
-    std::fs::create_dir_all(&args.out)
-        .map_err(|error| format!("{}: {error}", args.out.display()))?;
+    let named = args.out.as_deref();
+    let out = output::folder(named, "jitter", Format::of_result, args.overwrite)?;
     let (report, whole) = if args.merge.is_empty() {
-        measure(args)?
+        measure(args, &out)?
     } else {
         let runs: Result<Vec<Report>, Problem> =
             args.merge.iter().map(|path| Report::read(path)).collect();
@@ -66,12 +67,12 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
         sum.about.command = command();
         (sum, true)
     };
-    save(&report, &args.out)?;
+    save(&report, &out)?;
     match args.json {
         true => say::answer(serde_json::to_string_pretty(&report.to_json())?),
         false => say::answer(table::text(&report).trim_end()),
     }
-    let out = args.out.display();
+    let out = out.display();
     say::note(format_args!(
         "wrote {out}/jitter.json, .csv, .html and .trace.json"
     ));
@@ -83,7 +84,7 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
 }
 
 /// Measures. The flag is false if a process of the station died.
-fn measure(args: &JitterArgs) -> Result<(Report, bool), Problem> {
+fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     let stop = stop::flag()?;
     for &rival in &args.compare {
         rivals::check(rival)?;
@@ -92,8 +93,8 @@ fn measure(args: &JitterArgs) -> Result<(Report, bool), Problem> {
     let scene = scene::compile(&args.scene, &folder.scene())?;
     let loads = Load::each(&args.load);
     let mut report = begin(&scene, &loads)?;
-    let mut running = Loads::start(&loads, &args.out, &args.station)?;
-    let outcome = rounds(args, &folder, &scene, &loads, &stop, &mut report);
+    let mut running = Loads::start(&loads, out, &args.station)?;
+    let outcome = rounds(args, out, &folder, &scene, &loads, &stop, &mut report);
     if let Some(problem) = running.died() {
         report.about.notes.push(problem);
     }
@@ -103,7 +104,7 @@ fn measure(args: &JitterArgs) -> Result<(Report, bool), Problem> {
     }
     if let Err(problem) = outcome {
         // Keep what was measured until then, marked as incomplete.
-        save(&report, &args.out)?;
+        save(&report, out)?;
         return Err(problem);
     }
     let died = outcome?;
@@ -149,6 +150,7 @@ fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
 /// Runs all turns of all programs, each round in another order. Returns what died, if anything.
 fn rounds(
     args: &JitterArgs,
+    out: &Path,
     folder: &Folder,
     scene: &Path,
     loads: &[Load],
@@ -174,7 +176,7 @@ fn rounds(
         station: &station,
         scene,
         folder: folder.path(),
-        out: &args.out,
+        out,
         core,
         others: cores.into_iter().filter(|&c| c != core).collect(),
         draws: loads.contains(&Load::Display),
@@ -213,7 +215,7 @@ fn rounds(
                 work: &work,
             };
             rival_turn(rival, terms, turn_s, round, stop, report)?;
-            save(report, &args.out)?;
+            save(report, out)?;
         }
         // The station goes first in the first round, because `burn` needs its tick times.
         programs.rotate_left(1);

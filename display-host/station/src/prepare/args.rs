@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use scene_prepare::recipe::Unit;
 
+use crate::output::Overwrite;
+
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:
@@ -48,6 +50,8 @@ pub(crate) struct PrepareArgs {
     /// Write the report as JSON to this file; `-` is standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
 }
 
 fn parse_budget_mm(text: &str) -> Result<f64, String> {

@@ -10,6 +10,8 @@ use scene_prepare::Prepared;
 use shared_mem::scene::SceneFile;
 
 use self::args::PrepareArgs;
+use crate::build::build;
+use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
 use crate::scene;
@@ -22,10 +24,11 @@ pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
     targets::check(
         &args.source,
         &[
-            ("--out", args.out.as_deref()),
-            ("--picture", args.picture.as_deref()),
-            ("--json", args.json.as_deref()),
+            ("--out", Format::Scene, args.out.as_deref()),
+            ("--picture", Format::Picture, args.picture.as_deref()),
+            ("--json", Format::Json, args.json.as_deref()),
         ],
+        args.overwrite,
     )?;
     let mut recipe = scene::recipe(&args.source, args.meshes.as_deref(), args.unit)?;
     if let Some(spheres) = args.spheres {
@@ -53,13 +56,14 @@ pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
     let json = || {
         let mut figures = serde_json::to_value(&prepared[0].report)?;
         let levels: Vec<_> = prepared.iter().skip(1).map(|p| &p.report).collect();
+        figures["program"] = build().into();
         figures["coarser_levels"] = serde_json::to_value(levels)?;
         serde_json::to_string_pretty(&figures)
     };
     match args.json.as_deref() {
         Some(path) if path == Path::new("-") => say::answer(format_args!("{}", json()?)),
         Some(path) => {
-            std::fs::write(path, json()? + "\n")
+            output::write(path, &(json()? + "\n"))
                 .map_err(|error| format!("{}: {error}", path.display()))?;
             tell(&prepared);
         }
@@ -76,8 +80,7 @@ pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
     if let Some(path) = &args.picture {
         let scene = SceneFile::from_bytes(&prepared[0].scene.to_bytes()?)?;
         let picture = display_host::render::inside::picture(&scene, PICTURE)?;
-        picture
-            .save(path)
+        display_host::picture::write_png(&picture, std::fs::File::create(path)?)
             .map_err(|error| format!("{}: {error}", path.display()))?;
         say::note(format_args!("wrote {}", path.display()));
     }

@@ -1,12 +1,19 @@
 //! Checks, before any work, that `calot prepare` overwrites neither its source nor one of its other
-//! outputs.
+//! outputs, nor a file that is there.
 
 use std::path::{Path, PathBuf};
 
+use crate::output::{self, Format, Overwrite};
+use crate::problem::Problem;
+
 /// Checks output files against the source and each other. `-` is standard output.
-pub(crate) fn check(source: &str, targets: &[(&str, Option<&Path>)]) -> Result<(), String> {
+pub(crate) fn check(
+    source: &str,
+    targets: &[(&str, Format, Option<&Path>)],
+    overwrite: Overwrite,
+) -> Result<(), Problem> {
     let mut taken = vec![("the source", place(Path::new(source)))];
-    for (option, path) in targets {
+    for (option, format, path) in targets {
         let Some(path) = path.filter(|path| *path != Path::new("-")) else {
             continue;
         };
@@ -16,17 +23,16 @@ pub(crate) fn check(source: &str, targets: &[(&str, Option<&Path>)]) -> Result<(
             return Err(format!(
                 "{option} {shown}: there is no folder {}; make it, or name another",
                 folder.display()
-            ));
-        }
-        if path.is_dir() {
-            return Err(format!("{option} {shown}: is a folder; name a file in it"));
+            )
+            .into());
         }
         let place = place(path);
         if let Some((other, _)) = taken.iter().find(|(_, other)| *other == place) {
-            return Err(format!(
-                "{option} {shown}: would replace {other}; name another file"
-            ));
+            return Err(
+                format!("{option} {shown}: would replace {other}; name another file").into(),
+            );
         }
+        output::check(option, path, *format, overwrite)?;
         taken.push((option, place));
     }
     Ok(())
@@ -47,7 +53,13 @@ mod tests {
         let folder = here.parent().unwrap();
         let detour = folder.join(".").join(here.file_name().unwrap());
         let source = here.to_str().unwrap();
-        let json = |path: &Path| check(source, &[("--out", None), ("--json", Some(path))]);
+        let json = |path: &Path| {
+            let targets = [
+                ("--out", Format::Scene, None),
+                ("--json", Format::Json, Some(path)),
+            ];
+            check(source, &targets, Overwrite::default()).map_err(|it| it.to_string())
+        };
         for (path, problem) in [
             (here.clone(), "would replace the source"),
             (detour, "would replace the source"),
@@ -68,12 +80,19 @@ mod tests {
     #[test]
     fn two_options_do_not_share_a_file() {
         let same = Some(Path::new("x.calot"));
-        let error = check("built-in", &[("--out", same), ("--json", same)]).unwrap_err();
+        let both = |source: &str, json| {
+            let targets = [
+                ("--out", Format::Scene, same),
+                ("--json", Format::Json, json),
+            ];
+            check(source, &targets, Overwrite::default()).map_err(|it| it.to_string())
+        };
+        let error = both("built-in", same).unwrap_err();
         assert!(
             error.contains("--json x.calot: would replace --out"),
             "{error}"
         );
         let dash = Some(Path::new("-"));
-        assert_eq!(check("-", &[("--out", same), ("--json", dash)]), Ok(()));
+        assert_eq!(both("-", dash), Ok(()));
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::args::{parse_seconds, parse_station};
+use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -55,9 +56,12 @@ pub(crate) struct ReplayArgs {
     /// Name by which other displays join the show (`calot run --attach --station NAME`)
     #[arg(long, value_name = "NAME", default_value = "replay", value_parser = parse_station)]
     pub(crate) station: String,
-    /// Folder for pictures, what_if.html and what_if.csv
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    pub(crate) out: PathBuf,
+    /// Folder for pictures, what_if.html and what_if.csv [default: out, or out-2, out-3, … if it
+    /// holds results]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
     /// Print one JSON object on standard output
     #[arg(long)]
     pub(crate) json: bool,

@@ -18,6 +18,7 @@ use self::args::ReplayArgs;
 use self::judge::{Different, Judge};
 use self::recorded::{LeftOut, scene_of, without_gap};
 use crate::build::build;
+use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
 
@@ -57,11 +58,16 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
             session.info.build
         ));
     }
+    let named = args.out.as_deref();
+    let out = || output::folder(named, "out", Format::of_result, args.overwrite);
     if args.what_if.is_some() || args.what_if_iterations.is_some() {
-        return what_if::run(args, &session, &scene);
+        return what_if::run(args, &session, &scene, &out()?);
     }
-    if args.show || args.frames.is_some() {
-        return show::run(args, &session, &scene);
+    if args.show {
+        return show::run(args, &session, &scene, std::path::Path::new(""));
+    }
+    if args.frames.is_some() {
+        return show::run(args, &session, &scene, &out()?);
     }
     let replay = Replay::new(&scene, &session.setup)?;
     let outcome = compare(&replay, &mut session, running)?;

@@ -34,6 +34,7 @@ pub(super) fn run(
     args: &ReplayArgs,
     session: &Session,
     scene: &SceneFile,
+    out: &Path,
 ) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     let station = Station::new(&args.station)?;
@@ -84,7 +85,7 @@ pub(super) fn run(
         };
         let watched = match args.frames {
             Some(frames) => headless::run(
-                &headless_config(args, frames, &station, &path),
+                &headless_config(args, frames, out, &station, &path),
                 &stop,
                 &mut observe,
             ),
@@ -99,7 +100,7 @@ pub(super) fn run(
         say::note(format_args!(
             "{} pictures in {}",
             outcome.frames.len(),
-            args.out.display()
+            out.display()
         ));
     }
     Ok(ExitCode::SUCCESS)
@@ -109,6 +110,7 @@ pub(super) fn run(
 fn headless_config(
     args: &ReplayArgs,
     frames: u32,
+    out: &Path,
     station: &Station,
     path: &Path,
 ) -> HeadlessConfig {
@@ -116,7 +118,7 @@ fn headless_config(
         station: station.clone(),
         scene: path.to_owned(),
         seconds: args.seconds,
-        out_dir: args.out.clone(),
+        out_dir: out.to_owned(),
         size: None,
         frames,
         patience: PATIENCE,

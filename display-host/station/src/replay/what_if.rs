@@ -84,6 +84,7 @@ pub(super) fn run(
     args: &ReplayArgs,
     session: &Session,
     recorded: &SceneFile,
+    out: &Path,
 ) -> Result<ExitCode, Problem> {
     let temporary =
         shared_mem::service::user_folder()?.join(format!("what-if-{}.calot", std::process::id()));
@@ -118,7 +119,7 @@ pub(super) fn run(
     for warning in compared.warnings() {
         say::note(format_args!("warning: {warning}"));
     }
-    write(&args.out, &compared, &runs)?;
+    write(out, &compared, &runs)?;
     if args.json {
         say::answer(serde_json::to_string_pretty(&compared)?);
     }
@@ -128,8 +129,8 @@ pub(super) fn run(
         compared.force_difference_max_n,
         compared.force_difference_rms_n,
         compared.tip_apart_max_mm,
-        args.out.join("what_if.html").display(),
-        args.out.join("what_if.csv").display()
+        out.join("what_if.html").display(),
+        out.join("what_if.csv").display()
     ));
     Ok(ExitCode::SUCCESS)
 }

@@ -6,6 +6,7 @@ use assess::Task;
 use clap::Args;
 
 use crate::args::parse_task;
+use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -23,9 +24,12 @@ pub(crate) struct ReportArgs {
     /// Sessions, oldest first: files or folders
     #[arg(value_name = "SESSION", required_unless_present_any = ["metrics", "rules_file"])]
     pub(crate) sessions: Vec<PathBuf>,
-    /// File for the page
-    #[arg(long, value_name = "FILE", default_value = "debrief.html")]
-    pub(crate) out: PathBuf,
+    /// File for the page [default: debrief.html, or debrief-2.html, debrief-3.html, … if it is
+    /// there]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
     /// Draw each alarm as a straight endoscope at that place would have shown it, and the critical
     /// view of safety from both sides. This runs the simulation again, at about three times its
     /// speed

@@ -13,6 +13,7 @@ use session::{Assignment, End, Operation};
 
 use self::args::ReportArgs;
 pub(crate) use self::pictures::Wanted;
+use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
 
@@ -41,6 +42,18 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
         return Ok(ExitCode::SUCCESS);
     }
     let rules = args.rules.as_deref().map(Rules::read).transpose()?;
+    let out = match args.json {
+        true => None,
+        false => {
+            let named = args.out.as_deref();
+            Some(output::file(
+                named,
+                "debrief.html",
+                Format::Page,
+                args.overwrite,
+            )?)
+        }
+    };
     let mut chapters = Vec::new();
     let (mut found, mut whole) = (Vec::new(), true);
     for session in &args.sessions {
@@ -65,9 +78,9 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
         }
         chapters.push(chapter);
     }
-    match args.json {
-        true => say::answer(format_args!("{}", serde_json::to_string_pretty(&found)?)),
-        false => write(&chapters, &args.out)?,
+    match &out {
+        None => say::answer(format_args!("{}", serde_json::to_string_pretty(&found)?)),
+        Some(out) => write(&chapters, out)?,
     }
     Ok(if whole {
         ExitCode::SUCCESS

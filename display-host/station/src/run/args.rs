@@ -8,6 +8,7 @@ use crate::args::{
     ControllerArgs, GamepadArgs, LanguageName, SceneArgs, ScopeName, parse_seconds, parse_size,
     parse_station,
 };
+use crate::output::Overwrite;
 use crate::task::args::TaskArgs;
 
 #[derive(Debug, Clone, Args)]
@@ -31,9 +32,11 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
     /// Folder for summary.json, report.html and pictures [default with --task: a new folder in out;
-    /// with --headless: out]
+    /// with --headless: out, or out-2, out-3, … if it holds a run]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
     /// Number of pictures in a headless run, spread evenly over its time; 0 for none
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub(crate) frames: u32,

@@ -8,6 +8,7 @@ use shared_mem::service::Station;
 
 use super::args::RunArgs;
 use crate::folder::Folder;
+use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::scene;
 use crate::stop;
@@ -32,10 +33,12 @@ impl<'a> Planned<'a> {
         let stop = stop::flag()?;
         let station = Station::new(&args.station)?;
         let assigned = Assigned::read(&args.task)?;
-        let out = results(args, assigned.as_ref());
-        if let Some(out) = &out {
-            // Fail early: a run whose results cannot be written is lost.
-            std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
+        let out = results(args, assigned.as_ref())?;
+        if let Some(path) = &args.record {
+            output::check("--record", path, Format::Session, args.overwrite)?;
+        }
+        if let Some(path) = &args.gif {
+            output::check("--gif", path, Format::Animation, args.overwrite)?;
         }
         let folder = Folder::open(&args.station, args.attach)?;
         let scene = scene::compile(&args.scene, &folder.scene())?;
@@ -51,11 +54,13 @@ impl<'a> Planned<'a> {
     }
 }
 
-/// Folder of the results.
-fn results(args: &RunArgs, assigned: Option<&Assigned>) -> Option<PathBuf> {
-    args.out
-        .clone()
-        // Each session of a task has its own folder, because the next may be of another trainee.
-        .or_else(|| assigned.map(|it| Path::new("out").join(it.id())))
-        .or_else(|| args.headless.then(|| PathBuf::from("out")))
+/// Folder of the results, made now.
+fn results(args: &RunArgs, assigned: Option<&Assigned>) -> Result<Option<PathBuf>, Problem> {
+    // Each session of a task has its own folder, because the next may be of another trainee.
+    let of_task = assigned.map(|it| Path::new("out").join(it.id()));
+    let named = args.out.as_deref().or(of_task.as_deref());
+    if named.is_none() && !args.headless {
+        return Ok(None);
+    }
+    output::folder(named, "out", Format::of_result, args.overwrite).map(Some)
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use crate::args::{StoreFile, parse_difficulty, parse_task, parse_trainee};
+use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -112,9 +113,11 @@ pub(crate) enum What {
         /// `score`, or a metric that `calot report --metrics` names, e.g. time_s
         #[arg(long, value_name = "METRIC", default_value = "score", value_parser = parse_metric)]
         metric: String,
-        /// File for the curve
-        #[arg(long, value_name = "FILE", default_value = "curve.svg")]
-        out: PathBuf,
+        /// File for the curve [default: curve.svg, or curve-2.svg, curve-3.svg, … if it is there]
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+        #[command(flatten)]
+        overwrite: Overwrite,
     },
     /// Stores an instructor's five GOALS points for a session, 1 to 5 each: depth perception,
     /// bimanual dexterity, efficiency, tissue handling, autonomy

@@ -12,6 +12,7 @@ use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
 use store::{SessionRecord, Store, StoreError};
 
 use self::args::{StoreArgs, What};
+use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::report::{self, utc};
 use crate::say;
@@ -54,7 +55,12 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             difficulty,
             metric,
             out,
-        } => curve(&store, name, *task, *difficulty, metric, out)?,
+            overwrite,
+        } => {
+            let named = out.as_deref();
+            let out = output::file(named, "curve.svg", Format::Drawing, *overwrite)?;
+            curve(&store, name, *task, *difficulty, metric, &out)?;
+        }
         What::Sheet { session, points } => {
             let points: [u8; 5] = points[..].try_into()?;
             store.set_sheet(session, points)?;
@@ -228,7 +234,7 @@ fn curve(
             task.name()
         )
     })?;
-    std::fs::write(out, drawn).map_err(|error| format!("{}: {error}", out.display()))?;
+    output::write(out, &drawn).map_err(|error| format!("{}: {error}", out.display()))?;
     say::note(format_args!(
         "wrote {}: {} sessions",
         out.display(),
