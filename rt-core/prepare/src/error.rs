@@ -47,6 +47,15 @@ pub enum MeshProblem {
     },
     #[error("has no triangles; export a triangle surface, not points or lines")]
     NoTriangles,
+    #[error(
+        "has {points} points and no triangles; export the surface, or make one of a point cloud (MeshLab: Filters, Remeshing, Screened Poisson)"
+    )]
+    OnlyPoints { points: usize },
+    #[error("uses the glTF extension {extension}, which {because}")]
+    Extension {
+        extension: String,
+        because: &'static str,
+    },
     #[error("has no part named '{wanted}'; its parts are: {available}")]
     NoSuchPart { wanted: String, available: String },
     #[error("vertex {index} has a coordinate that is not finite; mend the mesh")]

@@ -416,11 +416,6 @@ fn a_billion_of_anything_is_refused_at_once() {
             "line 4, 'f 1 2 1000000000'",
         ),
         (
-            "texture.obj",
-            b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1000000000 2/1 3/1\n".to_vec(),
-            "line 5",
-        ),
-        (
             "overflow.obj",
             b"v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 99999999999999999999999\n".to_vec(),
             "line 5",

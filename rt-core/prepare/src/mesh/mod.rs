@@ -98,6 +98,33 @@ impl Mesh {
                 .all(|&[a, b]| edges.binary_search(&[b, a]).is_ok())
     }
 
+    /// The mesh without the vertices that no triangle uses. A mesh whose triangles use vertices that
+    /// do not exist stays as it is.
+    #[must_use]
+    pub(crate) fn without_unused(self) -> Self {
+        let mut used = vec![false; self.vertices.len()];
+        for &i in self.triangles.as_flattened() {
+            let Some(used) = used.get_mut(i as usize) else {
+                return self;
+            };
+            *used = true;
+        }
+        let mut new_index = vec![0u32; self.vertices.len()];
+        let mut vertices = Vec::new();
+        for (i, p) in self.vertices.iter().enumerate() {
+            if used[i] {
+                new_index[i] = vertices.len() as u32;
+                vertices.push(*p);
+            }
+        }
+        let renumbered = self.triangles.iter();
+        let renumbered = renumbered.map(|t| t.map(|i| new_index[i as usize]));
+        Self {
+            vertices,
+            triangles: renumbered.collect(),
+        }
+    }
+
     /// Appends another mesh.
     pub fn append(&mut self, other: &Self) {
         let first = self.vertices.len() as u32;

@@ -64,28 +64,9 @@ pub(super) fn weld(mesh: &Mesh, tolerance_m: f64) -> (Mesh, Welded) {
             report.duplicate += 1;
         }
     }
-    (without_unused(&kept, &triangles), report)
-}
-
-/// Drops the vertices that no triangle uses.
-fn without_unused(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Mesh {
-    let mut used = vec![false; vertices.len()];
-    for &i in triangles.as_flattened() {
-        used[i as usize] = true;
-    }
-    let mut new_index = vec![0u32; vertices.len()];
-    let mut kept = Vec::new();
-    for (i, p) in vertices.iter().enumerate() {
-        if used[i] {
-            new_index[i] = kept.len() as u32;
-            kept.push(*p);
-        }
-    }
-    Mesh {
+    let welded = Mesh {
         vertices: kept,
-        triangles: triangles
-            .iter()
-            .map(|t| t.map(|i| new_index[i as usize]))
-            .collect(),
-    }
+        triangles,
+    };
+    (welded.without_unused(), report)
 }

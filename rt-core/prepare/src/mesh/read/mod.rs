@@ -1,10 +1,12 @@
 //! Readers of mesh files: OBJ, STL, PLY, glTF. They do not trust a file's contents: they check
 //! counts before they take memory, and indices and numbers before they use them.
 
+mod ears;
 mod gltf;
 mod obj;
 mod ply;
 mod stl;
+mod text;
 
 use std::path::Path;
 
@@ -16,8 +18,60 @@ pub(super) const TRIANGLES_MAX: u64 = 4_000_000;
 /// Bytes of one file, at most.
 const BYTES_MAX: u64 = 1 << 30;
 
-/// Parts of a file by name.
-type Parts = Vec<(String, Mesh)>;
+/// Names of parts, at most, that an error lists.
+const NAMES_MAX: usize = 40;
+
+/// The parts that are wanted, and the parts that a file has.
+struct Parts<'a> {
+    wanted: &'a [String],
+    found: Vec<bool>,
+    names: Vec<String>,
+}
+
+impl<'a> Parts<'a> {
+    fn new(wanted: &'a [String]) -> Self {
+        Self {
+            wanted,
+            found: vec![false; wanted.len()],
+            names: Vec::new(),
+        }
+    }
+
+    /// True if a part with these names is to be taken.
+    fn take(&mut self, names: &[&str]) -> bool {
+        if self.wanted.is_empty() {
+            return true;
+        }
+        let mut taken = false;
+        for (found, wanted) in self.found.iter_mut().zip(self.wanted) {
+            let named = names.contains(&wanted.as_str());
+            *found |= named;
+            taken |= named;
+        }
+        for name in names.iter().filter(|name| !name.is_empty()) {
+            if self.names.len() < NAMES_MAX && !self.names.iter().any(|known| known == name) {
+                self.names.push((*name).into());
+            }
+        }
+        taken
+    }
+
+    /// Checks that every wanted part was there.
+    fn check(self) -> Result<(), MeshProblem> {
+        let Some(missing) = self.found.iter().position(|found| !found) else {
+            return Ok(());
+        };
+        let available = if self.names.is_empty() {
+            "none has a name".into()
+        } else {
+            self.names.join(", ")
+        };
+        Err(MeshProblem::NoSuchPart {
+            wanted: self.wanted[missing].clone(),
+            available,
+        })
+    }
+}
 
 /// A mesh file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,8 +101,8 @@ impl Format {
     }
 }
 
-/// Reads the triangles of a file, in its own units. `parts` names the objects (OBJ) or nodes (glTF,
-/// with all below them) to take; if it is empty, all are taken.
+/// Reads the triangles of a file, in its own units. `parts` names the solids (text STL), objects or
+/// groups (OBJ) or nodes (glTF, with all below them) to take; if it is empty, all are taken.
 ///
 /// # Errors
 /// Says what is wrong with the file.
@@ -86,45 +140,27 @@ pub fn parse(
     folder: &Path,
     parts: &[String],
 ) -> Result<Mesh, MeshProblem> {
-    let named: Parts = match format {
-        Format::Obj => obj::parse(content)?,
-        Format::Stl => vec![(String::new(), stl::parse(content)?)],
-        Format::Ply => vec![(String::new(), ply::parse(content)?)],
-        Format::Gltf => return gltf::parse(content, folder, parts),
+    let mut parts = Parts::new(parts);
+    let mesh = match format {
+        Format::Obj => obj::parse(content, &mut parts)?,
+        Format::Stl => stl::parse(content, &mut parts)?,
+        Format::Ply => ply::parse(content, &mut parts)?,
+        Format::Gltf => gltf::parse(content, folder, &mut parts)?,
     };
-    let mesh = take_parts(named, parts)?;
+    parts.check()?;
     check_size(content.len() as u64, mesh.triangles.len() as u64)?;
-    Ok(mesh)
+    if mesh.triangles.is_empty() && !mesh.vertices.is_empty() {
+        let points = mesh.vertices.len();
+        return Err(MeshProblem::OnlyPoints { points });
+    }
+    Ok(mesh.without_unused())
 }
 
-fn take_parts(named: Parts, wanted: &[String]) -> Result<Mesh, MeshProblem> {
-    if let Some(missing) = wanted
-        .iter()
-        .find(|w| !named.iter().any(|(name, _)| name == *w))
-    {
-        let available = named.iter().map(|(name, _)| name.as_str());
-        return Err(no_such_part(missing, available));
-    }
-    let mut mesh = Mesh::default();
-    for (name, part) in named {
-        if wanted.is_empty() || wanted.contains(&name) {
-            mesh.append(&part);
-        }
-    }
-    Ok(mesh)
-}
-
-fn no_such_part<'a>(wanted: &str, available: impl Iterator<Item = &'a str>) -> MeshProblem {
-    let mut names: Vec<&str> = available.filter(|name| !name.is_empty()).collect();
-    names.truncate(40);
-    let available = if names.is_empty() {
-        "none has a name".into()
-    } else {
-        names.join(", ")
-    };
-    MeshProblem::NoSuchPart {
-        wanted: wanted.into(),
-        available,
+/// Adds a strip of triangles: each corner after the second makes one with the two before it.
+fn push_strip(triangles: &mut Vec<[u32; 3]>, strip: &[u32]) {
+    for (i, &[a, b, c]) in strip.array_windows().enumerate() {
+        // Every second triangle runs the other way.
+        triangles.push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
     }
 }
 
@@ -147,11 +183,4 @@ fn malformed(format: &'static str, detail: &(impl ToString + ?Sized)) -> MeshPro
     let detail = detail.to_string();
     let detail = detail.split_whitespace().collect::<Vec<_>>().join(" ");
     MeshProblem::Malformed { format, detail }
-}
-
-/// Adds a polygon as a fan of triangles.
-fn push_polygon(triangles: &mut Vec<[u32; 3]>, polygon: &[u32]) {
-    for pair in polygon.get(1..).unwrap_or_default().windows(2) {
-        triangles.push([polygon[0], pair[0], pair[1]]);
-    }
 }

@@ -1,76 +1,100 @@
-//! Wavefront OBJ, through tobj.
+//! Wavefront OBJ: vertices, faces, and the names of objects and groups. Materials, textures,
+//! normals, points and lines are no part of a surface and are skipped.
 
-use super::{Parts, check_size, malformed};
+use super::ears::push_polygon;
+use super::text::{at_line, lines, name, point, shown, without_mark, words};
+use super::{Parts, check_size};
 use crate::Vec3;
 use crate::error::MeshProblem;
 use crate::mesh::Mesh;
 
-pub(super) fn parse(content: &[u8]) -> Result<Parts, MeshProblem> {
-    let lines = content.split(|&b| b == b'\n');
-    let faces = lines
-        .filter(|line| line.trim_ascii_start().starts_with(b"f "))
-        .count();
-    check_size(content.len() as u64, faces as u64)?;
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        single_index: true,
-        ..Default::default()
-    };
-    let no_materials = |_: &std::path::Path| Ok(Default::default());
-    let mut reader = std::io::Cursor::new(content);
-    let (models, _) =
-        tobj::load_obj_buf(&mut reader, &options, no_materials).map_err(
-            |error| match faulty_line(content) {
-                Some((number, line)) => {
-                    malformed("OBJ", &format!("line {number}, '{line}': {error}"))
-                }
-                None => malformed("OBJ", &error),
-            },
-        )?;
-    let part = |model: tobj::Model| {
-        let points = model.mesh.positions.as_chunks::<3>().0;
-        let mesh = Mesh {
-            vertices: points
-                .iter()
-                .map(|p| Vec3::from(p.map(f64::from)))
-                .collect(),
-            triangles: model.mesh.indices.as_chunks::<3>().0.to_vec(),
-        };
-        (model.name, mesh)
-    };
-    Ok(models.into_iter().map(part).collect())
+/// Faces as they are written. They are cut into triangles when all vertices are known, because a
+/// face may stand before its vertices.
+#[derive(Default)]
+struct Faces {
+    corners: Vec<u32>,
+    /// End in `corners` and line of each face.
+    ends: Vec<(usize, usize)>,
 }
 
-/// Number, from 1, and beginning of the first line that cannot be right: a vertex without three
-/// numbers, or a face of vertices that do not exist. The library's error does not name the line.
-fn faulty_line(content: &[u8]) -> Option<(usize, String)> {
-    let lines = || content.split(|&b| b == b'\n').map(String::from_utf8_lossy);
-    let count = |key: &str| {
-        let keys = lines().filter(|line| line.split_whitespace().next() == Some(key));
-        keys.count() as u64
-    };
-    // Counts of the three kinds of lines that a corner `v/vt/vn` refers to.
-    let counts = ["v", "vt", "vn"].map(count);
-    let names_nothing = |(part, count): (&str, u64)| match part.parse::<i64>() {
-        Ok(index) => !(1..=count).contains(&index.unsigned_abs()),
-        Err(_) => !part.is_empty(),
-    };
-    let is_faulty = |line: &str| {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("v") => {
-                let numbers = words.take(3).filter(|word| word.parse::<f32>().is_ok());
-                numbers.count() < 3
+pub(super) fn parse(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshProblem> {
+    let content = without_mark("OBJ", content)?;
+    let bytes = content.len() as u64;
+    let mut mesh = Mesh::default();
+    let mut faces = Faces::default();
+    let (mut object, mut group) = (String::new(), String::new());
+    let mut numbered = lines(content);
+    while let Some((number, first)) = numbered.next() {
+        let key = words(first).next().unwrap_or_default();
+        match key {
+            b"o" => (object, group) = (name(first), String::new()),
+            b"g" => group = name(first),
+            b"v" | b"f" | b"fo" => {
+                let line = continued(first, &mut numbered);
+                let words = words(&line).skip(1);
+                let bad = |problem: String| at_line("OBJ", (number, first), &problem);
+                if key == b"v" {
+                    mesh.vertices.push(Vec3::from(point(words).map_err(bad)?));
+                    check_size(bytes, mesh.vertices.len() as u64 / 3)?;
+                } else if parts.take(&[&object, &group]) {
+                    for word in words {
+                        let corner = corner(word, mesh.vertices.len());
+                        faces.corners.push(corner.map_err(bad)?);
+                    }
+                    faces.ends.push((faces.corners.len(), number));
+                    let triangles = faces.corners.len().saturating_sub(2 * faces.ends.len());
+                    check_size(bytes, triangles as u64)?;
+                }
             }
-            Some("f") => words.any(|corner| {
-                let parts = corner.split('/').zip(counts);
-                corner.starts_with('/') || parts.into_iter().any(names_nothing)
-            }),
-            _ => line.contains(char::REPLACEMENT_CHARACTER),
+            _ => {}
         }
+    }
+    let mut from = 0;
+    for (to, number) in faces.ends {
+        let corners = &faces.corners[from..to];
+        from = to;
+        let count = mesh.vertices.len();
+        if let Some(missing) = corners.iter().find(|i| **i as usize >= count) {
+            let line = lines(content).nth(number - 1).unwrap_or((number, b""));
+            let problem = format!(
+                "there is no vertex {}: the file has {count}",
+                u64::from(*missing) + 1
+            );
+            return Err(at_line("OBJ", line, &problem));
+        }
+        push_polygon(&mut mesh.triangles, corners, &mesh.vertices)?;
+    }
+    Ok(mesh)
+}
+
+/// A statement of numbers without its comment, and with the lines after it for as long as each ends
+/// with a backslash.
+fn continued<'a>(first: &[u8], lines: &mut impl Iterator<Item = (usize, &'a [u8])>) -> Vec<u8> {
+    let mut line = first.trim_ascii_end().to_vec();
+    while line.last() == Some(&b'\\') {
+        line.pop();
+        line.push(b' ');
+        let (_, next) = lines.next().unwrap_or_default();
+        line.extend(next.trim_ascii_end());
+    }
+    let comment = line.iter().position(|b| *b == b'#');
+    line.truncate(comment.unwrap_or(line.len()));
+    line
+}
+
+/// Index of a face's vertex, from 0, of `v`, `v/vt`, `v//vn` or `v/vt/vn`. A negative number counts
+/// back from the last vertex so far.
+fn corner(word: &[u8], vertices: usize) -> Result<u32, String> {
+    let vertex = word.split(|b| *b == b'/').next().unwrap_or_default();
+    let text = std::str::from_utf8(vertex).ok();
+    let Some(number) = text.and_then(|text| text.parse::<i64>().ok()) else {
+        return Err(format!("'{}' is not a vertex's number", shown(word)));
     };
-    let mut numbered = (1..).zip(lines());
-    let (number, line) = numbered.find(|(_, line)| is_faulty(line))?;
-    let shown = line.chars().filter(|c| !c.is_control()).take(40);
-    Some((number, shown.collect()))
+    let index = match number {
+        1.. => Some(number - 1),
+        0 => None,
+        _ => Some(number.saturating_add(vertices as i64)),
+    };
+    let index = index.and_then(|index| u32::try_from(index).ok());
+    index.ok_or_else(|| format!("there is no vertex {number}: the file has {vertices} before it"))
 }

@@ -1,6 +1,11 @@
-//! STL, text and binary, through stl_io.
+//! STL, text and binary.
+//!
+//! Binary files are told by their length, because the headers of many begin with the word "solid".
+//! Normals are ignored: the corners' order has them, and programs write zeros and NaN.
 
-use super::{check_size, malformed};
+use super::ears::push_polygon;
+use super::text::{at_line, lines, point, without_mark, words};
+use super::{Parts, check_size, malformed};
 use crate::Vec3;
 use crate::error::MeshProblem;
 use crate::mesh::Mesh;
@@ -8,35 +13,132 @@ use crate::mesh::Mesh;
 /// Bytes of a binary file's header and count.
 const BINARY_HEAD: usize = 84;
 /// Bytes of a triangle of a binary file.
-const BINARY_TRIANGLE: u64 = 50;
+const BINARY_TRIANGLE: usize = 50;
 
-pub(super) fn parse(content: &[u8]) -> Result<Mesh, MeshProblem> {
-    let text = content.trim_ascii_start().starts_with(b"solid") && content.is_ascii();
-    if !text {
-        let announced = content.get(80..BINARY_HEAD).and_then(|b| b.try_into().ok());
-        let Some(announced) = announced.map(u32::from_le_bytes).map(u64::from) else {
-            return Err(malformed("STL", "shorter than its header"));
-        };
-        check_size(content.len() as u64, announced)?;
-        let needed = BINARY_HEAD as u64 + BINARY_TRIANGLE * announced;
-        if (content.len() as u64) < needed {
-            let detail = format!(
-                "truncated: {announced} triangles need {needed} bytes, but it has {}",
-                content.len()
-            );
-            return Err(malformed("STL", &detail));
-        }
+pub(super) fn parse(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshProblem> {
+    let has = |word: &[u8]| {
+        let mut places = content.windows(word.len());
+        places.any(|place| place.eq_ignore_ascii_case(word))
+    };
+    let exact = announced(content).is_some_and(|count| {
+        content.len() as u64 == BINARY_HEAD as u64 + count * BINARY_TRIANGLE as u64
+    });
+    let text = without_mark("STL", content)?;
+    if !exact && !content.contains(&0) && (has(b"facet") || has(b"solid")) {
+        return parse_text(text, parts);
     }
-    let mut reader = std::io::Cursor::new(content);
-    let triangles =
-        stl_io::create_stl_reader(&mut reader).map_err(|error| malformed("STL", &error))?;
+    let triangles = binary(content)?;
+    if !parts.take(&[]) {
+        return Ok(Mesh::default());
+    }
+    check_size(
+        content.len() as u64,
+        (triangles.len() / BINARY_TRIANGLE) as u64,
+    )?;
     let mut mesh = Mesh::default();
-    for triangle in triangles {
-        let triangle = triangle.map_err(|error| malformed("STL", &error))?;
-        let first = mesh.vertices.len() as u32;
-        let corner = |p: &stl_io::Vertex| Vec3::from([p[0], p[1], p[2]].map(f64::from));
-        mesh.vertices.extend(triangle.vertices.iter().map(corner));
-        mesh.triangles.push([first, first + 1, first + 2]);
+    for triangle in triangles.as_chunks::<BINARY_TRIANGLE>().0 {
+        let numbers = triangle.as_chunks::<4>().0.iter().copied();
+        let numbers: Vec<f64> = numbers.map(|b| f64::from(f32::from_le_bytes(b))).collect();
+        // The first three numbers are the normal.
+        let corners = numbers[3..].as_chunks::<3>().0.iter().copied();
+        push_corners(&mut mesh, corners.map(Vec3::from))?;
     }
     Ok(mesh)
+}
+
+/// Number of triangles that a binary file announces.
+fn announced(content: &[u8]) -> Option<u64> {
+    let count = content.get(BINARY_HEAD - 4..BINARY_HEAD)?;
+    Some(u64::from(u32::from_le_bytes(count.try_into().ok()?)))
+}
+
+/// The triangles' bytes of a binary file.
+fn binary(content: &[u8]) -> Result<&[u8], MeshProblem> {
+    let (Some(announced), Some(data)) = (announced(content), content.get(BINARY_HEAD..)) else {
+        return Err(malformed("STL", "shorter than its header"));
+    };
+    let whole = data.len().is_multiple_of(BINARY_TRIANGLE);
+    // Exporters that write while they go on never come back to write the count.
+    if whole && (announced == 0 || announced == u64::from(u32::MAX)) {
+        return Ok(data);
+    }
+    check_size(content.len() as u64, announced)?;
+    let needed = announced as usize * BINARY_TRIANGLE;
+    let Some((triangles, rest)) = data.split_at_checked(needed) else {
+        let detail = format!(
+            "truncated: {announced} triangles need {} bytes, but it has {}",
+            needed + BINARY_HEAD,
+            content.len()
+        );
+        return Err(malformed("STL", &detail));
+    };
+    if rest.iter().all(|b| *b == 0 || b.is_ascii_whitespace()) {
+        return Ok(triangles);
+    }
+    let detail = format!(
+        "announces {announced} triangles, but {} bytes follow them: the count is wrong, or files \
+         were joined",
+        rest.len()
+    );
+    Err(malformed("STL", &detail))
+}
+
+fn push_corners(mesh: &mut Mesh, corners: impl Iterator<Item = Vec3>) -> Result<(), MeshProblem> {
+    let first = mesh.vertices.len() as u32;
+    mesh.vertices.extend(corners);
+    let polygon: Vec<u32> = (first..mesh.vertices.len() as u32).collect();
+    push_polygon(&mut mesh.triangles, &polygon, &mesh.vertices)
+}
+
+/// Reads the facets of all solids. Only loops have content: unknown words around them are skipped.
+fn parse_text(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshProblem> {
+    let mut mesh = Mesh::default();
+    let mut name = String::new();
+    let mut corners: Option<Vec<Vec3>> = None;
+    for (number, line) in lines(content) {
+        let bad = |problem: &str| at_line("STL", (number, line), problem);
+        let mut rest: &[&[u8]] = &words(line).collect::<Vec<_>>();
+        while let Some((word, after)) = rest.split_first() {
+            rest = after;
+            match (word.to_ascii_lowercase().as_slice(), &mut corners) {
+                (b"solid", None) => {
+                    let (words, facets) = rest.split_at(facet(rest));
+                    name = String::from_utf8_lossy(&words.join(&b' ')).into();
+                    rest = facets;
+                }
+                (b"endsolid", None) => rest = &rest[facet(rest)..],
+                (b"loop", None) => corners = Some(Vec::new()),
+                (b"vertex", Some(corners)) => {
+                    let corner = point(rest.iter().copied()).map_err(|problem| bad(&problem))?;
+                    corners.push(Vec3::from(corner));
+                    rest = &rest[3..];
+                }
+                (b"endloop", Some(loops)) => {
+                    if loops.len() < 3 {
+                        return Err(bad("its facet has fewer than three corners"));
+                    }
+                    if parts.take(&[&name]) {
+                        push_corners(&mut mesh, loops.drain(..))?;
+                    }
+                    check_size(content.len() as u64, mesh.triangles.len() as u64)?;
+                    corners = None;
+                }
+                (b"vertex", None) => return Err(bad("a vertex outside of a loop")),
+                (_, Some(_)) => return Err(bad("expected 'vertex' or 'endloop'")),
+                (_, None) => {}
+            }
+        }
+    }
+    match corners {
+        None => Ok(mesh),
+        Some(_) => Err(malformed("STL", "truncated: it ends within a facet")),
+    }
+}
+
+/// Number of words before the next facet of the line. Names may have any words.
+fn facet(words: &[&[u8]]) -> usize {
+    let is_facet = |pair: &[&[u8]]| {
+        pair[0].eq_ignore_ascii_case(b"facet") && pair[1].eq_ignore_ascii_case(b"normal")
+    };
+    words.windows(2).position(is_facet).unwrap_or(words.len())
 }
