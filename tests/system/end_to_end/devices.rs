@@ -127,7 +127,7 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
         finish(
             calot()
                 .args(["run", "--headless", "--seconds", "2", "--frames", "0"])
-                .args(["--station", &name, "--station-file"])
+                .args(["--overwrite", "--station", &name, "--station-file"])
                 .arg(&file)
                 .arg("--out")
                 .arg(&out)

@@ -98,8 +98,8 @@ impl Mesh {
                 .all(|&[a, b]| edges.binary_search(&[b, a]).is_ok())
     }
 
-    /// The mesh without the vertices that no triangle uses. A mesh whose triangles use vertices that
-    /// do not exist stays as it is.
+    /// The mesh without the vertices that no triangle uses. A mesh whose triangles use vertices
+    /// that do not exist stays as it is.
     #[must_use]
     pub(crate) fn without_unused(self) -> Self {
         let mut used = vec![false; self.vertices.len()];

@@ -1,5 +1,5 @@
-//! PLY, text and binary, through ply-rs. Its grammar takes plain names and UTF-8 only, so the header
-//! is rewritten for it.
+//! PLY, text and binary, through ply-rs. Its grammar takes plain names and UTF-8 only, so the
+//! header is rewritten for it.
 
 use std::io::{Cursor, Read};
 
@@ -51,8 +51,8 @@ const INDICES: [&str; 4] = [
     "indices",
 ];
 
-/// A face's or strip's indices as they are written. An index that no `u32` holds becomes `u32::MAX`, which is
-/// out of range.
+/// A face's or strip's indices as they are written. An index that no `u32` holds becomes
+/// `u32::MAX`, which is out of range.
 #[derive(Debug, Default)]
 struct Face(Vec<u32>);
 
