@@ -1,8 +1,7 @@
 //! The steps of the commands.
 
-use std::io;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Instant;
 
 use crate::checked;
@@ -14,12 +13,9 @@ struct Step {
     args: &'static [&'static str],
     /// True if clippy and rustdoc look at what cargo compiles.
     is_checked: bool,
-    /// [`LANES`] cargos share the test programs, whose times go into the table at the end.
-    is_shared: bool,
+    /// True if each test program's time goes into the table at the end.
+    is_timed: bool,
 }
-
-/// Test programs that run at a time. Two would save time, once that is proven on a busy machine.
-const LANES: usize = 1;
 
 /// Everything that must hold before a change lands, quickest first.
 const TESTS: [Step; 5] = [
@@ -27,7 +23,7 @@ const TESTS: [Step; 5] = [
         name: "format",
         args: &["fmt", "--all", "--check"],
         is_checked: false,
-        is_shared: false,
+        is_timed: false,
     },
     Step {
         name: "build, lints, documentation",
@@ -39,7 +35,7 @@ const TESTS: [Step; 5] = [
             "--no-run",
         ],
         is_checked: true,
-        is_shared: false,
+        is_timed: false,
     },
     // Benches run too, once each. A failure does not stop the others, so that all failures are
     // known at once.
@@ -53,13 +49,13 @@ const TESTS: [Step; 5] = [
             "--no-fail-fast",
         ],
         is_checked: true,
-        is_shared: true,
+        is_timed: true,
     },
     Step {
         name: "the documentation's examples",
         args: &["test", "--locked", "--workspace", "--doc"],
         is_checked: true,
-        is_shared: false,
+        is_timed: false,
     },
     // Optimisation must not change a bit, so the golden replays run again in release.
     Step {
@@ -74,7 +70,7 @@ const TESTS: [Step; 5] = [
             "replay",
         ],
         is_checked: false,
-        is_shared: false,
+        is_timed: false,
     },
 ];
 
@@ -96,14 +92,11 @@ pub(crate) fn test() -> Result<(), String> {
 fn test_in(checked: &[(&str, PathBuf)], timings: &mut Timings) -> Result<(), String> {
     for it in TESTS {
         let environment = if it.is_checked { checked } else { &[] };
+        let runner = timings.runner();
+        let timed = ["--config", &runner];
+        let timed = if it.is_timed { &timed[..] } else { &[] };
         let start = Instant::now();
-        let outcome = if it.is_shared {
-            let runner = timings.runner();
-            let args = [&["--config", &runner], it.args].concat();
-            lanes(it.name, &args, environment)
-        } else {
-            step_in(it.name, it.args, environment)
-        };
+        let outcome = step_in(it.name, &[timed, it.args].concat(), environment);
         timings.add(it.name, start.elapsed().as_secs_f64());
         outcome?;
     }
@@ -243,48 +236,17 @@ fn step(name: &str, args: &[&str]) -> Result<(), String> {
 fn step_in(name: &str, args: &[&str], environment: &[(&str, PathBuf)]) -> Result<(), String> {
     println!("\n== {name}: cargo {}", args.join(" "));
     let start = Instant::now();
-    let status = cargo(args, environment).status();
-    let status = status.map_err(|error| format!("cannot run cargo: {error}"))?;
+    // Use the cargo that runs this program, so that a pinned toolchain stays pinned.
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = Command::new(cargo)
+        .args(args)
+        .env("RUSTDOCFLAGS", "-D warnings")
+        .envs(environment.iter().map(|(name, value)| (name, value)))
+        .status()
+        .map_err(|error| format!("cannot run cargo: {error}"))?;
     if !status.success() {
         return Err(format!("{name} failed ({status})"));
     }
     println!("== {name}: {:.0} s", start.elapsed().as_secs_f64());
     Ok(())
-}
-
-/// Runs a step in several cargos at a time. A cargo that fails says why at its end.
-fn lanes(name: &str, args: &[&str], environment: &[(&str, PathBuf)]) -> Result<(), String> {
-    println!("\n== {name}: {LANES} times cargo {}", args.join(" "));
-    let start = Instant::now();
-    let lane = || {
-        // Cargo names on stderr every program that it starts, also those of the other lanes.
-        let mut cargo = cargo(args, environment);
-        cargo.stderr(Stdio::piped()).spawn()?.wait_with_output()
-    };
-    let ended = std::thread::scope(|scope| {
-        let lanes = [(); LANES].map(|()| scope.spawn(lane));
-        lanes.map(|lane| {
-            lane.join()
-                .unwrap_or_else(|_| Err(io::ErrorKind::Other.into()))
-        })
-    });
-    let mut outcome = Ok(());
-    for lane in ended {
-        let lane = lane.map_err(|error| format!("cannot run cargo: {error}"))?;
-        if !lane.status.success() {
-            eprint!("{}", String::from_utf8_lossy(&lane.stderr));
-            outcome = Err(format!("{name} failed ({})", lane.status));
-        }
-    }
-    println!("== {name}: {:.0} s", start.elapsed().as_secs_f64());
-    outcome
-}
-
-fn cargo(args: &[&str], environment: &[(&str, PathBuf)]) -> Command {
-    // Use the cargo that runs this program, so that a pinned toolchain stays pinned.
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut command = Command::new(cargo);
-    command.args(args).env("RUSTDOCFLAGS", "-D warnings");
-    command.envs(environment.iter().map(|(name, value)| (name, value)));
-    command
 }
