@@ -6,6 +6,7 @@ use crate::accuracy;
 use crate::methods::Way;
 use crate::reference;
 use crate::stability;
+use figures::html::escape;
 use figures::panels::{self, Cell, Panel, Scale, Series};
 
 /// A section of the page.
@@ -14,13 +15,6 @@ pub(crate) struct Section {
     pub(crate) title: String,
     /// The section's content, as HTML.
     pub(crate) body: String,
-}
-
-/// Escapes a text for HTML.
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }
 
 /// A table as HTML. The first row is its head; cells are text.

@@ -42,7 +42,7 @@ const PACKAGES: &[Layer] = &[
     layer("hardware", &["rt-core"]),
     layer("link", &["shared-mem"]),
     layer("session", &["shared-mem"]),
-    layer("assess", &["session", "shared-mem"]),
+    layer("assess", &["figures", "session", "shared-mem"]),
     layer("jitter", &["figures", "shared-mem"]),
     layer(
         "display-host",

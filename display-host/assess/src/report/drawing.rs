@@ -2,7 +2,8 @@
 
 use core::fmt::Write as _;
 
-use super::escape::escape;
+use figures::html::escape;
+
 use crate::assessment::{Assessed, Path};
 use crate::tally::BIN_N;
 

@@ -1,7 +1,6 @@
 //! The debrief: one page that needs neither network nor other files.
 
 mod drawing;
-mod escape;
 mod page;
 
 pub use drawing::learning_curve;
@@ -148,7 +147,7 @@ mod tests {
         }
         for metric in crate::Metric::ALL {
             assert!(
-                page.contains(&escape::escape(metric.definition())),
+                page.contains(&figures::html::escape(metric.definition())),
                 "{}",
                 metric.name()
             );

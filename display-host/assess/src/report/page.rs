@@ -3,8 +3,8 @@
 use core::fmt::Write as _;
 
 use base64::Engine as _;
+use figures::html::escape;
 
-use super::escape::escape;
 use super::{Chapter, drawing};
 use crate::metrics::{Metric, Values};
 use crate::task::Outcome;

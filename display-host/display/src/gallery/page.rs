@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use figures::html::escape;
 use image::RgbaImage;
 use image::imageops::{FilterType, replace, resize};
 
@@ -65,19 +66,4 @@ pub(super) fn sheet(pictures: &[RgbaImage]) -> RgbaImage {
         replace(&mut sheet, &small, i64::from(x), i64::from(y));
     }
     sheet
-}
-
-/// Escapes names, which come from a scene file of any origin.
-fn escape(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '&' => safe.push_str("&amp;"),
-            '"' => safe.push_str("&quot;"),
-            _ => safe.push(letter),
-        }
-    }
-    safe
 }
