@@ -30,8 +30,8 @@ const SAY_EVERY_S: f64 = 10.0;
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [scene, hand, task, seconds, others @ ..] = words.as_slice() else {
-        println!("rehearse SCENE.calot HAND TASK SECONDS [LATE_MS [KEPT.inputs]]");
+    let [scene, surgeon, task, seconds, others @ ..] = words.as_slice() else {
+        println!("rehearse SCENE.calot SURGEON TASK SECONDS [LATE_MS [KEPT.inputs]]");
         return;
     };
     let scene = Path::new(scene);
@@ -39,10 +39,10 @@ fn main() {
         std::fs::write(scene, theatre::triangle_bytes()).expect("it can be written");
     }
     let scene = SceneFile::open(scene).expect("a compiled scene");
-    let hand = Surgeon::from_str(hand, true).expect("a surgeon");
-    let hung = task.strip_prefix(HANGS);
-    let task = Task::from_name(hung.unwrap_or(task)).expect("a task");
-    let start = match hung {
+    let surgeon = Surgeon::from_str(surgeon, true).expect("a surgeon");
+    let to_hang = task.strip_prefix(HANGS);
+    let task = Task::from_name(to_hang.unwrap_or(task)).expect("a task");
+    let start = match to_hang {
         Some(_) => Some(0),
         None => theatre::start(task),
     };
@@ -51,9 +51,9 @@ fn main() {
     let times_s = [seconds, late_ms * 1e-3];
     let began = Instant::now();
     let mut said_s = 0.0;
-    let came = theatre::work(
+    let result = theatre::work(
         start,
-        hand,
+        surgeon,
         task,
         &scene,
         times_s,
@@ -101,10 +101,10 @@ fn main() {
             }
         },
     );
-    for line in &came.said {
+    for line in &result.said {
         println!("said: {line}");
     }
-    let assessed = &came.assessed;
+    let assessed = &result.assessed;
     println!(
         "{:?} {:.1} {:?}\n{:?}",
         assessed.outcome, assessed.score, assessed.reasons, assessed.steps
@@ -116,15 +116,15 @@ fn main() {
         println!("{:8.2} {} {:?}", alarm.at_s, alarm.kind.name(), alarm.organ);
     }
     if let Some(kept) = others.get(1) {
-        let (setup, records) = &came.recorded;
+        let (setup, records) = &result.recorded;
         recorded::write(Path::new(kept), setup, records).expect("it can be written");
         let (_, again) = recorded::read(Path::new(kept)).expect("it can be read again");
         println!("{} ticks kept in {kept}", again.len());
     }
     println!(
         "{:.1} s simulated in {:.1} s, hash {:016x}",
-        came.ticks as f64 * 1e-3,
+        result.ticks as f64 * 1e-3,
         began.elapsed().as_secs_f64(),
-        came.hash
+        result.hash
     );
 }

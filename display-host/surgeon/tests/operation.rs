@@ -11,7 +11,7 @@ use rt_process::replay::Replay;
 use shared_mem::message::{StateFrame, SutureMsg};
 use shared_mem::scene::SceneFile;
 use surgeon::{Seen, Surgeon};
-use theatre::{Came, start, triangle_bytes, work};
+use theatre::{Performance, start, triangle_bytes, work};
 
 fn triangle() -> SceneFile {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
@@ -19,8 +19,8 @@ fn triangle() -> SceneFile {
     SceneFile::from_bytes(bytes).expect("a sound scene")
 }
 
-fn operate(surgeon: Surgeon, task: Task, seconds: u64) -> Came {
-    let came = work(
+fn operate(surgeon: Surgeon, task: Task, seconds: u64) -> Performance {
+    let result = work(
         start(task),
         surgeon,
         task,
@@ -28,17 +28,17 @@ fn operate(surgeon: Surgeon, task: Task, seconds: u64) -> Came {
         [seconds as f64, 0.0],
         &mut |_, _| {},
     );
-    let it = &came.assessed;
+    let it = &result.assessed;
     println!(
         "{task:?} by {surgeon:?}: {:?} {:.1} {:?} after {:.1} s; lost {:?}; it said {:?}",
         it.outcome,
         it.score,
         it.reasons,
-        came.ticks as f64 * 1e-3,
+        result.ticks as f64 * 1e-3,
         it.lost,
-        came.said
+        result.said
     );
-    came
+    result
 }
 
 /// Tasks of the hook, and their time limits, s.
@@ -49,14 +49,14 @@ const LONG: [(Task, u64); 3] = [
 ];
 
 fn assert_passed(task: Task, seconds: u64) {
-    let came = operate(Surgeon::Careful, task, seconds);
-    let it = &came.assessed;
+    let result = operate(Surgeon::Careful, task, seconds);
+    let it = &result.assessed;
     assert_eq!(
         it.outcome,
         Outcome::Passed,
         "{task:?}: {:?} {:?}",
         it.reasons,
-        came.said
+        result.said
     );
     assert!(it.score >= 70.0, "{}", it.score);
 }
@@ -72,10 +72,10 @@ fn the_careful_divides_between_clips_and_beside_them_it_fails() {
 
 #[test]
 fn the_hurried_tears_where_the_careful_clamps() {
-    let came = operate(Surgeon::Hurried, Task::Clamp, 30);
-    let mut alarms = came.assessed.alarms.iter();
+    let result = operate(Surgeon::Hurried, Task::Clamp, 30);
+    let mut alarms = result.assessed.alarms.iter();
     assert!(alarms.any(|it| it.kind == AlarmKind::Torn));
-    assert_ne!(came.assessed.outcome, Outcome::Passed);
+    assert_ne!(result.assessed.outcome, Outcome::Passed);
     assert_passed(Task::Clamp, 60);
 }
 
@@ -84,7 +84,7 @@ fn careful_surgeon_hangs_the_gallbladder_and_the_dropper_does_not() {
     let hang = |surgeon, seconds| {
         let mut sutures = Vec::new();
         let times_s = [seconds, 0.0];
-        let came = work(
+        let result = work(
             Some(0),
             surgeon,
             Task::Full,
@@ -94,13 +94,13 @@ fn careful_surgeon_hangs_the_gallbladder_and_the_dropper_does_not() {
                 sutures = seen.state.sutures().expect("sound").to_vec();
             },
         );
-        let (step, is_done) = came.assessed.steps[0].clone();
+        let (step, is_done) = result.assessed.steps[0].clone();
         assert_eq!(step, Step::Hang { count: 2 });
         println!(
             "{surgeon:?}: {:?}, it said {:?}",
-            came.assessed.lost, came.said
+            result.assessed.lost, result.said
         );
-        (sutures, is_done, came.assessed)
+        (sutures, is_done, result.assessed)
     };
     let (sutures, is_done, assessed) = hang(Surgeon::Careful, 20.0);
     assert!(is_done, "{sutures:?}");
@@ -131,14 +131,14 @@ fn careful_surgeon_hangs_the_gallbladder_and_the_dropper_does_not() {
 #[test]
 fn careful_surgeon_dissects_without_harm_and_repeats_bit_by_bit() {
     let begin = |task, seconds, metric, least| {
-        let came = operate(Surgeon::Careful, task, seconds);
-        let metrics = &came.assessed.metrics;
+        let result = operate(Surgeon::Careful, task, seconds);
+        let metrics = &result.assessed.metrics;
         let gone = metrics.get(metric);
         println!("{gone:.3} of it is gone");
         assert!(gone >= least, "{task:?}: {gone}");
         assert!(metrics.get(Metric::BurnsWrong) < 0.5, "{task:?}");
         assert!(metrics.get(Metric::Perforations) < 0.5, "{task:?}");
-        (came.ticks, came.hash)
+        (result.ticks, result.hash)
     };
     begin(Task::Identify, 30, Metric::CvsTriangle, 0.05);
     let bed = || begin(Task::Disconnect, 12, Metric::Bed, 0.04);
@@ -155,10 +155,10 @@ fn the_careful_completes_the_long_tasks() {
 
 #[test]
 fn the_burner_of_the_bile_duct_is_alarmed_and_does_not_pass() {
-    let came = operate(Surgeon::Burner, Task::Identify, 25);
-    let mut alarms = came.assessed.alarms.iter();
+    let result = operate(Surgeon::Burner, Task::Identify, 25);
+    let mut alarms = result.assessed.alarms.iter();
     assert!(alarms.any(|it| it.kind == AlarmKind::Burnt));
-    assert_ne!(came.assessed.outcome, Outcome::Passed);
+    assert_ne!(result.assessed.outcome, Outcome::Passed);
 }
 
 /// Replays operations recorded by a release build: clips and scissors at duct and artery, the hook
@@ -197,9 +197,9 @@ fn recorded_operations_come_out_the_same() {
 
 #[test]
 fn recording_of_an_operation_comes_back() {
-    let came = operate(Surgeon::Careful, Task::Clamp, 1);
-    let (setup, records) = &came.recorded;
-    assert_eq!(records.len() as u64, came.ticks);
+    let result = operate(Surgeon::Careful, Task::Clamp, 1);
+    let (setup, records) = &result.recorded;
+    assert_eq!(records.len() as u64, result.ticks);
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("kept.inputs");
     recorded::write(&path, setup, records).expect("written");

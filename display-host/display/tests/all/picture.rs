@@ -142,7 +142,7 @@ fn the_whole_view_looks_as_it_did() {
 }
 
 #[test]
-fn every_instrument_is_another() {
+fn instruments_look_different() {
     let mut studio = Studio::small();
     let pictures: Vec<RgbaImage> = (0..4)
         .map(|instrument| {

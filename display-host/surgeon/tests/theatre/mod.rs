@@ -15,8 +15,8 @@ use surgeon::{Seen, Surgeon, Theatre, operate};
 /// Ticks between two looks.
 const LOOK_EVERY: u64 = 8;
 
-/// Result of a run.
-pub(crate) struct Came {
+/// A run of a scripted surgeon, and its assessment.
+pub(crate) struct Performance {
     pub(crate) assessed: Assessed,
     /// Ticks that it took.
     pub(crate) ticks: u64,
@@ -115,12 +115,12 @@ pub(crate) fn work(
     scene: &SceneFile,
     [seconds, late_s]: [f64; 2],
     watch: &mut dyn FnMut(&Seen, &Assessment),
-) -> Came {
+) -> Performance {
     let bytes = scene.bytes().to_vec();
     let own = SceneFile::from_bytes(&bytes).expect("a sound scene");
     let rules = Rules::default();
     let assessment = Assessment::new(task, Difficulty::Exam, rules, Anatomy::of(scene));
-    let came = rehearse(scene, |rehearsal| {
+    let result = rehearse(scene, |rehearsal| {
         let mut alone = Alone {
             rehearsal,
             assessment,
@@ -139,7 +139,7 @@ pub(crate) fn work(
             alone.note(What::Start { task });
         }
         operate(surgeon, task, own, &mut alone).expect("a controller");
-        Came {
+        Performance {
             assessed: alone.assessment.end(),
             ticks: alone.rehearsal.ticks(),
             hash: alone.rehearsal.hash(),
@@ -147,5 +147,5 @@ pub(crate) fn work(
             said: alone.said,
         }
     });
-    came.expect("the core takes it")
+    result.expect("the core takes it")
 }

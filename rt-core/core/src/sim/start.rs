@@ -58,15 +58,21 @@ impl Sim<'_> {
         state.vessels.note_prepared(&self.scene, &state.bodies);
     }
 
-    /// Removes the cells around duct and artery.
+    /// Removes the cells around the cystic duct and artery.
     fn clear_triangle(&mut self) {
-        let is_bare = |organ| {
+        let is_cystic = |organ| {
             let it = self.scene.organs.get(usize::from(organ));
             it.is_some_and(|it| self.leaves_bag(organ, it).is_some())
         };
-        let bare = core::array::from_fn::<bool, MAX_ORGANS, _>(|organ| is_bare(organ as u8));
+        let cystic = core::array::from_fn::<bool, MAX_ORGANS, _>(|organ| is_cystic(organ as u8));
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
-        let tubes = || scene.organs.iter().zip(bare).filter(|(_, bare)| *bare);
+        let tubes = || {
+            scene
+                .organs
+                .iter()
+                .zip(cystic)
+                .filter(|(_, cystic)| *cystic)
+        };
         bodies.clear_cells(scene, |bodies, at_m| {
             tubes().any(|(tube, _)| {
                 let spheres = bodies.nodes.range(tube.sphere_start, tube.sphere_count);
