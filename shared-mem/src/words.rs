@@ -144,6 +144,10 @@ words! {
         Stitch = 18, "stitch";
         /// A suture hangs an organ on the abdominal wall.
         Hung = 19, "hung";
+        /// An organ that nobody freed left its place for good.
+        Fall = 20, "fall";
+        /// An organ that no tool moves does not come to rest.
+        Shake = 21, "shake";
     }
 }
 

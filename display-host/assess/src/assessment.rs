@@ -238,6 +238,8 @@ impl Assessment {
             EventKind::Leak,
             EventKind::Crush,
             EventKind::Perforation,
+            EventKind::Fall,
+            EventKind::Shake,
         ];
         if shown.iter().any(|kind| event.is(*kind)) && self.moments.len() < KEPT_MAX {
             let organ = self.anatomy.organ(event.organ);

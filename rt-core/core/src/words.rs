@@ -106,6 +106,11 @@ pub enum EventKind {
     Hung,
     /// Everything is back to the start, or to the start of a task; earlier events are void.
     Reset,
+    /// An organ that nobody freed left its place for good; value: distance of its middle from its
+    /// place, m.
+    Fall,
+    /// An organ that no tool moves does not come to rest; value: speed of its fastest sphere, m/s.
+    Shake,
 }
 
 /// An event of one tick. [`crate::sim::TickView`] has the tick's number and time.

@@ -37,7 +37,7 @@ pub(crate) fn attach(
             Packing::Even | Packing::Paper => TIES,
         };
         let mut is_tied = vec![false; scene.organs[own].spheres[1] as usize];
-        for attached in &plan.attached {
+        for (number, attached) in plan.attached.iter().enumerate() {
             let Some(other) = organs.iter().position(|o| o.name == attached.to) else {
                 continue;
             };
@@ -45,7 +45,7 @@ pub(crate) fn attach(
             let toughness_j_m2 =
                 (plan.material.toughness_j_m2).min(organs[other].material.toughness_j_m2);
             let nearest = Nearest::new(&skins[other]);
-            let mut some = false;
+            let (mut caught, mut off) = (0, (f64::INFINITY, Vec3::zeros()));
             for (i, flag) in is_tied.iter_mut().enumerate() {
                 let a = scene.organs[own].spheres[0] + i as u32;
                 let (center, radius_m) = ball(scene, a);
@@ -53,9 +53,13 @@ pub(crate) fn attach(
                     .as_ref()
                     .map_or(f64::INFINITY, |n| n.distance(&center));
                 if gap_m - radius_m > attached.within_m {
+                    if gap_m - radius_m < off.0 {
+                        off = (gap_m - radius_m, center);
+                    }
                     continue;
                 }
-                (*flag, some) = (true, true);
+                *flag = true;
+                caught += 1;
                 for (b, length_m) in nearest_spheres(scene, other, &center, ties) {
                     let area_m2 = PI * radius_m * radius_m / ties as f64;
                     scene.attachments.push(AttachmentRecord {
@@ -69,21 +73,48 @@ pub(crate) fn attach(
                     });
                 }
             }
-            if !some {
-                return Err(PrepareError::Organ {
-                    organ: plan.name.clone(),
-                    problem: format!(
-                        "none of its spheres comes within {:.1} mm of '{}'; give a larger \
-                         attached.within_m, or more spheres",
-                        1e3 * attached.within_m,
-                        attached.to
+            if caught == 0 {
+                return Err(catches(
+                    plan,
+                    number,
+                    &format!(
+                        "none of its {} spheres; the nearest is {:.1} mm from it, at [{:.3}, {:.3}, {:.3}] m; give \
+                     a larger attached.within_m, or more spheres",
+                        is_tied.len(),
+                        1e3 * off.0,
+                        off.1.x,
+                        off.1.y,
+                        off.1.z
                     ),
-                });
+                ));
+            }
+            // A layer between two organs is grown to them with all of its spheres.
+            if caught == is_tied.len() && plan.layers.is_none() {
+                return Err(catches(
+                    plan,
+                    number,
+                    &format!(
+                        "all of its {caught} spheres, so it can move with it only; give a smaller attached.within_m"
+                    ),
+                ));
             }
         }
         tied.push(is_tied.iter().filter(|tied| **tied).count());
     }
     Ok(tied)
+}
+
+/// The error of an entry that catches too little or too much.
+fn catches(plan: &OrganPlan, number: usize, what: &str) -> PrepareError {
+    let entry = &plan.attached[number];
+    PrepareError::Organ {
+        organ: plan.name.clone(),
+        problem: format!(
+            "attached[{number}], within {:.1} mm of '{}', catches {what}",
+            1e3 * entry.within_m,
+            entry.to
+        ),
+    }
 }
 
 /// A suture's place that lies farther than this outside its organ is an error: mostly, millimetres

@@ -119,4 +119,6 @@ pub enum PrepareError {
     Room(String),
     #[error("compiled scene: {0}")]
     Scene(#[from] shared_mem::scene::SceneError),
+    #[error("the realtime process would refuse the scene: {0}")]
+    Refused(rt_core::scene::SceneError),
 }

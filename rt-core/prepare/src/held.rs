@@ -1,6 +1,7 @@
 //! Spheres that are attached to the surroundings, and the planes that bound them.
 
 use crate::Vec3;
+use crate::error::PrepareError;
 use crate::field::Nearest;
 use crate::mesh::Mesh;
 use crate::pack::{Ball, Interior};
@@ -96,7 +97,10 @@ pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]
 
 /// Says for each sphere of the organ whether the plan holds it. `skin` is the organ's own skin,
 /// `skins` are those of all `organs`.
-#[must_use]
+///
+/// # Errors
+/// Names an entry that holds no sphere, its place and the distance to the nearest; or an organ of
+/// which nothing can move.
 pub(crate) fn held(
     plan: &OrganPlan,
     skin: &Mesh,
@@ -104,41 +108,145 @@ pub(crate) fn held(
     organs: &[OrganPlan],
     skins: &[Mesh],
     gravity: &Vec3,
-) -> Vec<bool> {
+) -> Result<Vec<bool>, PrepareError> {
+    let error = |problem: String| PrepareError::Organ {
+        organ: plan.name.clone(),
+        problem,
+    };
     let mut held = vec![false; balls.len()];
-    for region in &plan.held {
-        let contains: Box<dyn Fn(&Ball) -> bool + '_> = match region {
-            Region::Box { min_m, max_m } => {
-                let (min, max) = (Vec3::from(*min_m), Vec3::from(*max_m));
-                Box::new(move |b| (0..3).all(|k| (min[k]..=max[k]).contains(&b.center[k])))
-            }
-            Region::Plane { .. } | Region::Base(_) => {
-                let plane = Plane::of(region, skin, gravity);
-                Box::new(move |b| plane.is_some_and(|plane| plane.holds(&b.center)))
-            }
-            Region::Ball { center_m, radius_m } => {
-                let center = Vec3::from(*center_m);
-                Box::new(move |b| (b.center - center).norm() <= *radius_m)
-            }
-            Region::Near { organ, within_m } => {
-                let skin = organs
-                    .iter()
-                    .position(|o| o.name == *organ)
-                    .map(|i| &skins[i]);
-                let nearest = skin.and_then(Nearest::new);
-                Box::new(move |b| {
-                    let distance = |near: &Nearest<'_>| near.distance(&b.center) - b.radius_m;
-                    nearest
-                        .as_ref()
-                        .is_some_and(|near| distance(near) <= *within_m)
-                })
-            }
-        };
+    for (number, region) in plan.held.iter().enumerate() {
+        let off_m = distance(region, skin, organs, skins, gravity);
+        let mut nearest = (f64::INFINITY, Vec3::zeros());
         for (flag, ball) in held.iter_mut().zip(balls) {
-            *flag |= contains(ball);
+            let off_m = off_m(ball);
+            *flag |= off_m <= 0.0;
+            if off_m < nearest.0 {
+                nearest = (off_m, ball.center);
+            }
+        }
+        if nearest.0 > 0.0 && !balls.is_empty() {
+            let count = balls.len();
+            return Err(error(says_nothing(number, region, nearest, count)));
         }
     }
-    held
+    if !held.is_empty() && held.iter().all(|held| *held) {
+        let entries: Vec<String> = plan.held.iter().map(described).collect();
+        let hint = plan
+            .held
+            .iter()
+            .find_map(in_millimetres)
+            .unwrap_or_default();
+        return Err(error(format!(
+            "held catches all of its {} spheres, so nothing of it can move ({}); hold a part of it, such \
+             as held = [{{ base = 0.15 }}]{hint}",
+            held.len(),
+            entries.join(", ")
+        )));
+    }
+    Ok(held)
+}
+
+/// Distance of a sphere from a region, m; 0 or less within it.
+fn distance<'a>(
+    region: &'a Region,
+    skin: &Mesh,
+    organs: &[OrganPlan],
+    skins: &'a [Mesh],
+    gravity: &Vec3,
+) -> Box<dyn Fn(&Ball) -> f64 + 'a> {
+    match region {
+        Region::Box { min_m, max_m } => {
+            let (min, max) = (Vec3::from(*min_m), Vec3::from(*max_m));
+            Box::new(move |b| {
+                let off = (min - b.center).sup(&(b.center - max));
+                off.sup(&Vec3::zeros()).norm()
+            })
+        }
+        Region::Plane { .. } | Region::Base(_) => {
+            let plane = Plane::of(region, skin, gravity);
+            let [low, high] = skin.bounds();
+            let height_m = (high - low).norm();
+            Box::new(move |b| match plane {
+                Some(plane) if plane.holds(&b.center) => 0.0,
+                Some(plane) => -plane.depth_m(&b.center),
+                None => height_m,
+            })
+        }
+        Region::Ball { center_m, radius_m } => {
+            let center = Vec3::from(*center_m);
+            Box::new(move |b| ((b.center - center).norm() - radius_m).max(0.0))
+        }
+        Region::Near { organ, within_m } => {
+            let index = organs.iter().position(|o| o.name == *organ);
+            let nearest = index.and_then(|i| Nearest::new(&skins[i]));
+            Box::new(move |b| {
+                nearest.as_ref().map_or(f64::INFINITY, |near| {
+                    (near.distance(&b.center) - b.radius_m - within_m).max(0.0)
+                })
+            })
+        }
+    }
+}
+
+/// Message of an entry that holds nothing; `nearest` is the least distance, and the sphere there.
+fn says_nothing(number: usize, region: &Region, nearest: (f64, Vec3), count: usize) -> String {
+    let (off_m, at) = nearest;
+    let remedy = match region {
+        Region::Near { .. } => "give a larger within_m",
+        Region::Base(_) => "give a larger share, such as held = [{ base = 0.3 }] in a recipe",
+        _ => "move it onto the organ, make it larger, or give the organ more spheres",
+    };
+    format!(
+        "held[{number}], a {}, catches none of its {count} spheres; the nearest is {:.1} mm off, at \
+         [{:.3}, {:.3}, {:.3}] m; {remedy}{}",
+        described(region),
+        1e3 * off_m,
+        at.x,
+        at.y,
+        at.z,
+        in_millimetres(region).unwrap_or_default()
+    )
+}
+
+/// A region in words, with its place.
+fn described(region: &Region) -> String {
+    match region {
+        Region::Box { min_m, max_m } => {
+            let middle: Vec<f64> = (0..3).map(|k| 0.5 * (min_m[k] + max_m[k])).collect();
+            let size: Vec<String> = (0..3)
+                .map(|k| format!("{:.0}", 1e3 * (max_m[k] - min_m[k])))
+                .collect();
+            format!("box of {} mm around {middle:.3?} m", size.join(" x "))
+        }
+        Region::Plane { point_m, normal } => {
+            format!("plane at {point_m:?} m that holds what lies towards {normal:?}")
+        }
+        Region::Ball { center_m, radius_m } => {
+            format!(
+                "ball of {:.1} mm radius around {center_m:?} m",
+                1e3 * radius_m
+            )
+        }
+        Region::Near { organ, within_m } => {
+            format!("region within {:.1} mm of '{organ}'", 1e3 * within_m)
+        }
+        Region::Base(share) => format!("base of {:.0} % of the height", 1e2 * share),
+    }
+}
+
+/// Coordinates beyond this are suspected to be millimetres, m.
+const SUSPECT_M: f64 = 2.0;
+
+/// Hint at a region whose numbers are too large for metres.
+fn in_millimetres(region: &Region) -> Option<&'static str> {
+    let numbers: Vec<f64> = match region {
+        Region::Box { min_m, max_m } => [*min_m, *max_m].concat(),
+        Region::Plane { point_m, .. } => point_m.to_vec(),
+        Region::Ball { center_m, radius_m } => [&center_m[..], &[*radius_m]].concat(),
+        Region::Near { .. } | Region::Base(_) => Vec::new(),
+    };
+    let is_large = numbers.iter().any(|x| x.abs() > SUSPECT_M);
+    is_large.then_some("; numbers above 2 m look like millimetres: write them in metres")
 }
 
 #[cfg(test)]

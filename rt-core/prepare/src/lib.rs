@@ -66,13 +66,16 @@ mod cells;
 pub mod held;
 pub mod links;
 pub mod order;
+mod overlap;
 pub mod pack;
 mod prepare;
 mod prepared;
 pub mod room;
+mod runs;
 mod skeleton;
 pub mod skin;
 mod steady;
+mod support;
 mod surface_nets;
 pub mod tetra;
 

@@ -20,7 +20,7 @@ use crate::report::{OrganReport, Report};
 use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
-use crate::{Vec3, attach, bind, cost, held, links, room, steady};
+use crate::{Vec3, attach, bind, cost, held, links, overlap, room, runs, steady, support};
 
 /// Progress of the preparation.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,6 +103,7 @@ pub fn prepare(
         None => assemble(&counts)?,
     };
     let report = &mut prepared.report;
+    report.overlaps = overlap::overlaps(&recipe.organs, &skins);
     for (organ, time) in report.organs.iter_mut().zip(times) {
         organ.build_s += time.as_secs_f64();
     }
@@ -140,6 +141,7 @@ fn assemble(
         let first_sphere = scene.spheres.len() as u32;
         let planes = held::planes(plan, &skins[i], &gravity);
         let mut organ = build(plan, &surfaces[i].mended, count, &planes, first_sphere)?;
+        check_balls(plan, &organ.balls)?;
         let held = held::held(
             plan,
             &skins[i],
@@ -147,7 +149,7 @@ fn assemble(
             &recipe.organs,
             skins,
             &gravity,
-        );
+        )?;
         append(&mut scene, plan, &surfaces[i].mended, &organ, &held);
         let substeps = steady::substeps(&scene, i);
         let finer = f64::from(substeps) / f64::from(organ.elastic.substeps);
@@ -176,12 +178,34 @@ fn assemble(
     scene.room = Some(room::place(recipe, skins)?);
     // Refuse the scene here if the processes would refuse it.
     scene.to_bytes()?;
+    runs::check(&scene, &recipe.organs, skins)?;
+    report.warnings = support::warnings(&scene, &recipe.organs);
     report.sum_up();
     report.tick_us = cost::work(&scene).tick_us();
     Ok(Prepared {
         scene,
         report,
         tetrahedra,
+    })
+}
+
+/// Refuses an organ with a sphere that has no place or no size.
+fn check_balls(plan: &OrganPlan, balls: &[Ball]) -> Result<(), PrepareError> {
+    let is_good = |ball: &Ball| {
+        ball.center.iter().all(|x| x.is_finite())
+            && ball.radius_m > 0.0
+            && ball.radius_m.is_finite()
+    };
+    let Some(number) = balls.iter().position(|ball| !is_good(ball)) else {
+        return Ok(());
+    };
+    Err(PrepareError::Organ {
+        organ: plan.name.clone(),
+        problem: format!(
+            "has no room for sphere {number} of {}: its surface has no inside there; set `closing = \
+             \"solid\"` or \"wrap\", or mend the mesh",
+            balls.len()
+        ),
     })
 }
 
@@ -486,7 +510,10 @@ fn append_skin(scene: &mut SceneData, skin: &ContactSkin, first_sphere: u32, sph
     scene.contact_fans.extend(fans);
     let mut nearest = vec![NO_CONTACT_VERTEX; spheres];
     for (to, from) in nearest.iter_mut().zip(&skin.nearest) {
-        *to = shifted(*from);
+        // No vertex stays no vertex: shifted, it would be one of another organ.
+        if *from != NO_CONTACT_VERTEX {
+            *to = shifted(*from);
+        }
     }
     scene.contact_nearest.extend(nearest);
 }

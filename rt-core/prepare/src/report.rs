@@ -47,6 +47,41 @@ pub struct Report {
     pub tick_us: f64,
     /// Figures of each organ.
     pub organs: Vec<OrganReport>,
+    /// Pairs of organs that overlap at rest.
+    pub overlaps: Vec<Overlap>,
+    /// Faults of the scene that do not keep it from running, each with its remedy.
+    pub warnings: Vec<String>,
+}
+
+/// Two organs that overlap at rest.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Overlap {
+    /// Their names.
+    pub organs: [String; 2],
+    /// Middle of the deepest place, world frame, m.
+    pub at_m: [f64; 3],
+    /// Distance by which one lies inside the other there, mm.
+    pub depth_mm: f64,
+    /// Volume that both have, mL.
+    pub volume_ml: f64,
+    /// True if the recipe attaches one to the other: organs that are grown together may overlap.
+    pub attached: bool,
+}
+
+impl fmt::Display for Overlap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [one, other] = &self.organs;
+        let [x, y, z] = self.at_m;
+        write!(
+            f,
+            "'{one}' and '{other}' overlap by up to {:.1} mm, at [{x:.3}, {y:.3}, {z:.3}] m ({:.2} mL)",
+            self.depth_mm, self.volume_ml
+        )?;
+        match self.attached {
+            true => write!(f, "; they are attached to each other"),
+            false => write!(f, "; part their meshes there, or attach one to the other"),
+        }
+    }
 }
 
 /// One organ's figures.
@@ -215,6 +250,13 @@ impl fmt::Display for Report {
             self.tick_us,
             crate::cost::MACHINE
         )?;
+        for overlap in &self.overlaps {
+            let note = if overlap.attached { "note" } else { "warning" };
+            writeln!(f, "{note}: {overlap}")?;
+        }
+        for warning in &self.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
         for o in &self.organs {
             writeln!(
                 f,

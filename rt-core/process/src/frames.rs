@@ -144,6 +144,8 @@ fn kind(kind: EventKind) -> Told {
         EventKind::Stitch => Told::Stitch,
         EventKind::Hung => Told::Hung,
         EventKind::Reset => Told::Reset,
+        EventKind::Fall => Told::Fall,
+        EventKind::Shake => Told::Shake,
     }
 }
 

@@ -113,6 +113,16 @@ pub enum Event {
         /// The suture's number in the scene, from 0.
         suture: u32,
     },
+    /// An organ that nobody freed left its place for good. Told once.
+    Fall {
+        /// Distance of its middle from its place, m.
+        distance_m: f32,
+    },
+    /// An organ that no tool moves does not come to rest. Told once, and again after a rest.
+    Shake {
+        /// Speed of its fastest sphere, m/s.
+        speed_m_s: f32,
+    },
 }
 
 /// An event that cannot be decoded.
@@ -171,6 +181,8 @@ impl EventMsg {
             EventKind::Reset => Event::Reset,
             EventKind::Stitch => Event::Stitch { suture: number()? },
             EventKind::Hung => Event::Hung { suture: number()? },
+            EventKind::Fall => Event::Fall { distance_m: value },
+            EventKind::Shake => Event::Shake { speed_m_s: value },
         })
     }
 

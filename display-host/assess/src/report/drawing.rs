@@ -67,6 +67,8 @@ pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
         "leak",
         "crush",
         "perforation",
+        "fall",
+        "shake",
     ];
     let happened = |lane: &&str| assessed.moments.iter().any(|moment| moment.what == **lane);
     let lanes: Vec<&str> = shown.into_iter().filter(|lane| happened(lane)).collect();

@@ -80,6 +80,7 @@ pub struct Past {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assessment::Moment;
     use crate::{Anatomy, Assessment, Difficulty, Task};
 
     const SPREAD: Spread = Spread {
@@ -152,6 +153,27 @@ mod tests {
                 metric.name()
             );
         }
+    }
+
+    #[test]
+    fn an_organ_that_fell_or_shook_is_told_in_a_sentence() {
+        let mut told = chapter("a");
+        for (what, value) in [("fall", 0.25), ("shake", 0.058), ("grasp", 3.0)] {
+            told.assessed.moments.push(Moment {
+                at_s: 7.0,
+                what: what.to_owned(),
+                organ: Some("liver".to_owned()),
+                value,
+            });
+        }
+        let page = html(&[told]);
+        for sentence in [
+            "At 7 s the liver fell 250 mm off its place, and nobody had freed it: the scene is at fault",
+            "At 7 s the liver shook at up to 58 mm/s without being moved: the scene is at fault",
+        ] {
+            assert!(page.contains(sentence), "{sentence}");
+        }
+        assert_eq!(page.matches("the scene is at fault").count(), 2);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use base64::Engine as _;
 use figures::html::escape;
 
 use super::{Chapter, drawing};
+use crate::assessment::Moment;
 use crate::metrics::{Metric, Values};
 use crate::task::Outcome;
 
@@ -175,6 +176,7 @@ fn verdict(page: &mut Page, chapter: &Chapter) {
         page.add(format_args!("<br>{}", escape(&reason.to_string())));
     }
     page.add(format_args!("</p>"));
+    unrest(page, &it.moments);
     if !it.steps.is_empty() {
         page.add(format_args!("<table><tr><th>step<th>done</tr>"));
         for (step, done) in &it.steps {
@@ -229,6 +231,30 @@ fn verdict(page: &mut Page, chapter: &Chapter) {
             ));
         }
         page.add(format_args!("</table>"));
+    }
+}
+
+/// Organs that fell or shook, which is no fault of the trainee.
+fn unrest(page: &mut Page, moments: &[Moment]) {
+    for moment in moments {
+        let what = match moment.what.as_str() {
+            "fall" => format!(
+                "fell {:.0} mm off its place, and nobody had freed it",
+                moment.value * 1e3
+            ),
+            "shake" => format!(
+                "shook at up to {:.0} mm/s without being moved",
+                moment.value * 1e3
+            ),
+            _ => continue,
+        };
+        let organ = moment.organ.as_deref().unwrap_or("an organ");
+        page.add(format_args!(
+            "<p class=\"bad\">At {:.0} s the {} {what}: the scene is at fault, and the result may \
+             be wrong.</p>",
+            moment.at_s,
+            escape(organ)
+        ));
     }
 }
 

@@ -5,8 +5,10 @@
 
 mod page;
 mod recorder;
+mod unrest;
 
 pub use recorder::{Course, Recorder};
+pub use unrest::UnrestFinding;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -78,6 +80,8 @@ pub struct Summary {
     pub adapter: Option<String>,
     /// Warnings to the user.
     pub warnings: Vec<String>,
+    /// Organs that fell or shook; the warnings name them too.
+    pub unrest: Vec<UnrestFinding>,
     /// The machine.
     pub machine: Machine,
 }

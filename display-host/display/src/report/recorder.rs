@@ -8,6 +8,7 @@ use shared_mem::message::{STAGES, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::Fault;
 
+use super::unrest::{Unrest, UnrestFinding};
 use super::{Range, Summary};
 use crate::feed::hex;
 use crate::headless::{Observed, Outcome};
@@ -71,6 +72,7 @@ pub struct Recorder {
     worst_wake: Course,
     force_min_max: Option<(f32, f32)>,
     events: BTreeMap<&'static str, u64>,
+    unrest: Unrest,
     records: u64,
     last_batch: Option<Counters>,
 }
@@ -102,6 +104,7 @@ impl Recorder {
             Observed::Tools(tools) => self.take_tools(tools),
             Observed::Event(event) => {
                 *self.events.entry(event.name()).or_default() += 1;
+                self.unrest.take(event);
             }
             Observed::Begun
             | Observed::State(_)
@@ -110,6 +113,12 @@ impl Recorder {
             | Observed::Warning(_)
             | Observed::Over => {}
         }
+    }
+
+    /// Organs that fell or shook.
+    #[must_use]
+    pub fn unrest(&self, scene: &SceneFile) -> Vec<UnrestFinding> {
+        self.unrest.findings(scene)
     }
 
     fn take_timing(&mut self, batch: &TimingBatch) {
@@ -229,7 +238,10 @@ impl Recorder {
             recording: None,
             task: None,
             adapter: outcome.adapter.clone(),
-            warnings: outcome.warnings.clone(),
+            warnings: (outcome.warnings.iter().cloned())
+                .chain(self.unrest(scene).into_iter().map(|it| it.warning))
+                .collect(),
+            unrest: self.unrest(scene),
             machine,
         }
     }

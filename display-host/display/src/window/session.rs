@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use shared_mem::message::{CommandMsg, Event, EventMsg, StateFrame, ToolFrame};
-use shared_mem::scene::SceneFile;
+use shared_mem::scene::{SceneFile, str_from_name};
 use shared_mem::service::{Host, ServiceError, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
 use shared_mem::words::{self, EventKind, Fault};
@@ -54,6 +54,8 @@ pub(super) struct Session {
     /// Effects of events since the last picture.
     pending: Pending,
     causes: Causes,
+    /// Names of the organs.
+    organs: Vec<String>,
     /// True if the organs were reset since the last picture.
     was_reset: bool,
     /// `None`: muted, or no sound card.
@@ -109,6 +111,9 @@ impl Session {
             warnings: Vec::new(),
             pending: Pending::default(),
             causes: Causes::of(scene),
+            organs: (scene.organs().iter())
+                .map(|it| str_from_name(&it.name).unwrap_or_default().to_owned())
+                .collect(),
             was_reset: false,
             sound,
             task,
@@ -227,6 +232,7 @@ impl Session {
         let (feed, ui, pending) = (&mut self.feed, &mut self.ui, &mut self.pending);
         let (causes, newest_clip) = (&self.causes, &mut self.newest_clip);
         let (heard, was_reset) = (&mut self.heard, &mut self.was_reset);
+        let organs = &self.organs;
         self.host.drain_events(|event| {
             feed.note_event(event);
             // Whoever asked for it: clear all bleeding and stains.
@@ -243,6 +249,10 @@ impl Session {
             }
             if let Some(alarm) = alarm(event) {
                 ui.alarm = Some(ui.words.say(alarm));
+            }
+            if let Some((id, organ)) = unrest(event).zip(organs.get(event.organ as usize)) {
+                let organ = ui.words.organ(organ).into();
+                ui.alarm = Some(ui.words.say_with(id, &[("organ", organ)]));
             }
             if let Some(effect) = causes.event(event).filter(|_| ui.link == Link::Live) {
                 pending.push(now, effect);
@@ -499,6 +509,15 @@ impl Session {
             ended,
             warnings: self.warnings,
         }
+    }
+}
+
+/// Message of an organ that falls or shakes: the scene is at fault, not the trainee.
+fn unrest(event: &EventMsg) -> Option<&'static str> {
+    match event.decode() {
+        Ok(Event::Fall { .. }) => Some("unrest-falls"),
+        Ok(Event::Shake { .. }) => Some("unrest-shakes"),
+        _ => None,
     }
 }
 

@@ -187,6 +187,8 @@ fault-late = das haptische Gerät ist verzögert: die Kraft wird abgesenkt
 fault-gone = das haptische Gerät ist getrennt: die Kraft ist aus
 fault-fast = der Griff bewegte sich zu schnell: die Kraft bleibt aus, bis sie eingeschaltet wird (F)
 fault-both = Schneiden und Koagulieren zugleich gedrückt: kein Strom
+unrest-falls = fällt: { $organ }; die Szene hält dieses Organ nicht
+unrest-shakes = zittert: { $organ }; das liegt an der Szene, nicht an Ihnen
 
 ## Abgelehnte Befehle
 command-not-done = Nicht möglich: { $what }. { $why }

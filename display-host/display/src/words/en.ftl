@@ -187,6 +187,8 @@ fault-late = the haptic device is delayed: the force fades out
 fault-gone = the haptic device is disconnected: the force is off
 fault-fast = the handle moved too fast: the force is off until enabled (F)
 fault-both = cut and coagulate pressed together: no current
+unrest-falls = the { $organ } falls: the scene does not hold it
+unrest-shakes = the { $organ } shakes: the scene is at fault, not you
 
 ## Refused requests
 command-not-done = Not possible: { $what }. { $why }

@@ -53,6 +53,8 @@ impl Shown<'_> {
         outcome.warnings.extend(self.dead.iter().cloned());
         let scene = SceneFile::open(&self.scene)?;
         let mut summary = self.recorder.summary(&scene, outcome, Machine::read());
+        let unrest = summary.unrest.iter().map(|it| it.warning.clone());
+        outcome.warnings.extend(unrest);
         if let Some(recorded) = &recorded {
             // A controller that died before the display saw a tick has still run these ticks.
             summary.ticks = summary.ticks.max(recorded.ticks);

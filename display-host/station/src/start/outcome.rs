@@ -84,7 +84,8 @@ pub(super) fn read(
         sheet: sum(&sheet),
         warnings: problem
             .into_iter()
-            .chain(texts(&summary["warnings"]))
+            .chain(unrest(&summary, words))
+            .chain(other_warnings(&summary))
             .take(WARNINGS_MAX)
             .collect(),
         task,
@@ -104,6 +105,33 @@ fn texts(value: &Value) -> Vec<String> {
     let all = value.as_array().into_iter().flatten();
     all.filter_map(|it| Some(session::printable(it.as_str()?)))
         .collect()
+}
+
+/// Organs that fell or shook, in the user's language.
+fn unrest(summary: &Value, words: &Words) -> Vec<String> {
+    let all = summary["unrest"].as_array().into_iter().flatten();
+    let sentence = |it: &Value| {
+        let id = match it["what"].as_str()? {
+            "fall" => "unrest-falls",
+            "shake" => "unrest-shakes",
+            _ => return None,
+        };
+        let organ = words.organ(&session::printable(it["organ"].as_str()?));
+        Some(words.say_with(id, &[("organ", organ.into())]))
+    };
+    all.filter_map(sentence).collect()
+}
+
+/// The run's warnings without those of organs that fell or shook.
+fn other_warnings(summary: &Value) -> Vec<String> {
+    let all = summary["unrest"].as_array().into_iter().flatten();
+    let known: Vec<_> = all
+        .filter_map(|it| it["warning"].as_str())
+        .map(session::printable)
+        .collect();
+    let mut warnings = texts(&summary["warnings"]);
+    warnings.retain(|it| !known.contains(it));
+    warnings
 }
 
 /// Reasons for the outcome that this program knows.

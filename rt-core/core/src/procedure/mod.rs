@@ -57,4 +57,5 @@ pub mod clip;
 pub(crate) mod cut;
 pub(crate) mod grasp;
 pub(crate) mod journal;
+pub(crate) mod unrest;
 pub(crate) mod vessel;

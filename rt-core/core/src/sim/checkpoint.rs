@@ -12,6 +12,7 @@ use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
 use crate::procedure::journal::Journal;
+use crate::procedure::unrest::Unrest;
 use crate::sim::sample::Inputs;
 use crate::state::State;
 use crate::tissue::Bounds;
@@ -23,6 +24,7 @@ use crate::tool::{Kinematics, ToolState};
 pub struct Checkpoint {
     state: State,
     sleep: Sleep,
+    unrest: Unrest,
     kinematics: Kinematics,
     inputs: Inputs,
     tool: ToolState,
@@ -50,6 +52,7 @@ impl Sim<'_> {
             state,
             method: _,
             sleep,
+            unrest,
             kinematics,
             inputs,
             tool,
@@ -69,6 +72,7 @@ impl Sim<'_> {
         Checkpoint {
             state: (**state).clone(),
             sleep: sleep.clone(),
+            unrest: unrest.clone(),
             kinematics: *kinematics,
             inputs: *inputs,
             tool: tool.clone(),
@@ -94,6 +98,7 @@ impl Sim<'_> {
         let Checkpoint {
             state,
             sleep,
+            unrest,
             kinematics,
             inputs,
             tool,
@@ -112,6 +117,7 @@ impl Sim<'_> {
         } = checkpoint;
         self.state.clone_from(state);
         self.sleep = sleep.clone();
+        self.unrest = unrest.clone();
         self.kinematics = *kinematics;
         self.inputs = *inputs;
         self.tool = tool.clone();

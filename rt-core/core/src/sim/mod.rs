@@ -41,6 +41,7 @@ mod procedure;
 mod sample;
 mod sew;
 mod start;
+mod unrest;
 mod view;
 
 pub use checkpoint::Checkpoint;
@@ -65,6 +66,7 @@ use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
 use crate::procedure::journal::Journal;
+use crate::procedure::unrest::Unrest;
 use crate::scene::{Anchor, Attachment, Scene};
 use crate::sim::sample::Inputs;
 use crate::state::State;
@@ -102,6 +104,7 @@ pub struct Sim<'a> {
     state: &'a mut State,
     method: Method<'a>,
     sleep: Sleep,
+    unrest: Unrest,
     kinematics: Kinematics,
     inputs: Inputs,
     tool: ToolState,
@@ -138,6 +141,7 @@ impl<'a> Sim<'a> {
         let mut sim = Self {
             method: Method::NeoHookean,
             sleep: Sleep::AWAKE,
+            unrest: Unrest::NONE,
             kinematics: Kinematics {
                 port_m: room.instrument_port_m,
                 length_m: room.instrument_length_m,
@@ -160,6 +164,7 @@ impl<'a> Sim<'a> {
             state,
         };
         sim.measure_bounds();
+        sim.load_unrest();
         sim
     }
 
@@ -205,6 +210,7 @@ impl<'a> Sim<'a> {
         self.burn();
         self.tear();
         self.leak();
+        self.note_unrest();
         let is_overrun = self.state.vessels.is_overrun();
         faults.raise_if(is_overrun || self.journal.is_full(), Fault::EventOverflow);
         ports.stamp(Stage::Procedure);
@@ -241,6 +247,7 @@ impl<'a> Sim<'a> {
         self.state.bodies.rest(&self.scene);
         self.state.pairs.load(&self.scene);
         self.measure_bounds();
+        self.unrest.start(&self.scene, &self.bounds);
         self.journal.raise(Event {
             kind: EventKind::Reset,
             organ: None,
@@ -337,6 +344,7 @@ impl<'a> Sim<'a> {
             bodies.stop_leading(organ);
             faults.raise_if(quarantined > 0, Fault::BadSphere);
             let pace_m_s = bodies.pace_m_s(organ);
+            self.unrest.note_speed(i.into(), pace_m_s);
             if self.sleep.note_speed(i.into(), pace_m_s) {
                 bodies.halt(organ);
             }

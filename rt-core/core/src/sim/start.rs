@@ -35,6 +35,7 @@ impl Sim<'_> {
             let Some(is_from_low) = self.leaves_bag(organ, it) else {
                 continue;
             };
+            self.unrest.free(organ.into());
             for share in CLIPS_AT {
                 if let Some(step) = self.step_at(organ, it, share, is_from_low) {
                     self.clips.put_on(&step, &mut self.state.bodies);

@@ -15,6 +15,7 @@ mod sew;
 mod start;
 mod tear;
 mod touch;
+mod unrest;
 mod vessel;
 
 use rig::{Anatomy, Bench, SOFT, TOUCH, organ};

@@ -72,6 +72,32 @@ pub(crate) fn overlap(mesh: &Mesh, grid: &Grid) -> Overlap {
     }
 }
 
+/// Stretches of the grid lines that lie inside both surfaces: the middle of each and its length, m.
+#[must_use]
+pub(crate) fn shared_stretches(one: &Mesh, other: &Mesh, grid: &Grid) -> Vec<(Vec3, f64)> {
+    let rows = crossings(one, grid).into_iter().zip(crossings(other, grid));
+    let mut found = Vec::new();
+    for (number, (one, other)) in rows.enumerate() {
+        if one.is_empty() || other.is_empty() {
+            continue;
+        }
+        let marked = |row: Vec<Crossing>, which: usize| row.into_iter().map(move |it| (it, which));
+        let mut both: Vec<(Crossing, usize)> = marked(one, 0).chain(marked(other, 1)).collect();
+        both.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
+        let mut winding = [0; 2];
+        for pair in both.windows(2) {
+            let [((from, step), which), ((to, _), _)] = [pair[0], pair[1]];
+            winding[which] += step;
+            if winding.iter().all(|it| *it > 0) && to > from {
+                let line = grid.position([0, number % grid.size[1], number / grid.size[1]]);
+                let middle = line + Vec3::x() * ((from + to) / 2.0 * grid.cell_m);
+                found.push((middle, (to - from) * grid.cell_m));
+            }
+        }
+    }
+    found
+}
+
 /// For each grid line, its crossings in the line's order: +1 enters, −1 leaves.
 fn crossings(mesh: &Mesh, grid: &Grid) -> Vec<Vec<Crossing>> {
     let mut crossings: Vec<Vec<Crossing>> = vec![Vec::new(); grid.size[1] * grid.size[2]];

@@ -6,7 +6,7 @@ mod nearest;
 mod signed;
 mod triangle;
 
-pub(crate) use crossing::overlap;
+pub(crate) use crossing::{overlap, shared_stretches};
 pub use grid::Grid;
 pub use nearest::Nearest;
 pub use signed::{Field, Sign};

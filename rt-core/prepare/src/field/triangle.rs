@@ -15,7 +15,8 @@ pub(crate) fn closest_on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
         return *b;
     }
     let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+    // Each edge must have a length: 0 / 0 is no place.
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3 {
         return a + ab * (d1 / (d1 - d3));
     }
     let cp = p - c;
@@ -24,12 +25,13 @@ pub(crate) fn closest_on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
         return *c;
     }
     let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 > d6 {
         return a + ac * (d2 / (d2 - d6));
     }
     let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    let whole = (d4 - d3) + (d5 - d6);
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 && whole > 0.0 {
+        return b + (c - b) * ((d4 - d3) / whole);
     }
     let sum = va + vb + vc;
     if sum <= 0.0 {
@@ -41,6 +43,21 @@ pub(crate) fn closest_on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// An edge without length gave 0 / 0, and spheres without a radius.
+    #[test]
+    fn a_triangle_without_area_has_a_nearest_point() {
+        let [a, b] = [Vec3::zeros(), Vec3::x()];
+        let p = Vec3::new(0.25, 1.0, 0.0);
+        for corners in [[a, a, b], [a, b, a], [b, a, a], [b, b, a], [a, b, b]] {
+            let found = closest_on_triangle(&p, &corners);
+            assert!(
+                (found - Vec3::x() * 0.25).norm() < 1e-12,
+                "{corners:?} → {found}"
+            );
+        }
+        assert_eq!(closest_on_triangle(&p, &[b, b, b]), b);
+    }
 
     #[test]
     fn nearest_point_lies_on_face_edge_or_corner() {

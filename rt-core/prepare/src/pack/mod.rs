@@ -19,6 +19,9 @@ const POINTS_PER_SPACING: f64 = 4.5;
 /// Grid points of one organ, at most.
 const POINTS_MAX: f64 = 8e6;
 
+/// Smallest radius of a sphere, m. The realtime process takes no smaller one.
+const RADIUS_MIN_M: f64 = 1e-5;
+
 /// A sphere at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ball {
@@ -73,12 +76,11 @@ impl<'a> Interior<'a> {
     }
 
     /// A sphere that touches the surface from inside (paper Eq. 1). Its radius is at most
-    /// `radius_max_m` and at least a hundredth of the spacing.
+    /// `radius_max_m` and at least a hundredth of the spacing, or 0.01 mm.
     #[must_use]
     pub fn inscribed(&self, center: Vec3, radius_max_m: f64) -> Ball {
-        let radius_m = self
-            .depth(&center)
-            .clamp(0.01 * self.spacing_m, radius_max_m);
+        let least_m = (0.01 * self.spacing_m).max(RADIUS_MIN_M).min(radius_max_m);
+        let radius_m = self.depth(&center).clamp(least_m, radius_max_m);
         Ball { center, radius_m }
     }
 

@@ -95,7 +95,9 @@ impl Source<'_> {
         if value.iter().all(|x| x.abs() <= 10.0) {
             return Ok(Vec3::from(value));
         }
-        let problem = format!("is {value:?} m; allowed: coordinates of -10 to 10");
+        let problem = format!(
+            "is {value:?} m; allowed: coordinates of -10 to 10; are these millimetres? Write metres"
+        );
         Err(self.error(path, problem))
     }
 

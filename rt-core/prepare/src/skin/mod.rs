@@ -28,6 +28,16 @@ const CARRY_SPACINGS: f64 = 1.2;
 /// Largest weight of a sphere. A vertex with a larger one would swing.
 const WEIGHT_MAX: f64 = 2.0;
 
+/// Vertices of a skin, at least: as many as surface nets have around 2 × 2 × 2 points inside.
+const VERTICES_MIN: usize = 26;
+/// Halvings of the edge for organs too small for it: 2.5 mm becomes 0.04 mm.
+const EDGES_TRIED: usize = 7;
+/// Triangles around a vertex that the realtime process takes.
+const FAN: std::ops::RangeInclusive<u32> = 3..=32;
+/// Smallest patch and largest curvature that it takes, m and 1/m.
+const PATCH_MIN_M: f32 = 1e-4;
+const CURVATURE_MAX_PER_M: f32 = 1e4;
+
 /// A contact skin. Indices count within the organ.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactSkin {
@@ -51,9 +61,33 @@ impl ContactSkin {
         poisson: f64,
     ) -> Self {
         let finest = (mesh.area() / VERTICES_MAX).sqrt();
-        let edge_m = (EDGE_SPACINGS * interior.spacing_m)
+        let mut edge_m = (EDGE_SPACINGS * interior.spacing_m)
             .clamp(EDGE_MIN_M, EDGE_MAX_M)
             .max(finest);
+        let tissue = patch::Tissue {
+            balls,
+            tets,
+            poisson,
+            spacing_m: interior.spacing_m,
+        };
+        // An organ of a few millimetres is too small for the shortest edge.
+        for _ in 0..EDGES_TRIED {
+            if let Some(skin) = Self::with_edge(interior, mesh, &tissue, edge_m) {
+                return skin;
+            }
+            edge_m /= 2.0;
+        }
+        Self::default()
+    }
+
+    /// The skin with triangles of this edge; `None` if they are too large for the organ.
+    fn with_edge(
+        interior: &Interior<'_>,
+        mesh: &Mesh,
+        tissue: &patch::Tissue<'_>,
+        edge_m: f64,
+    ) -> Option<Self> {
+        let balls = tissue.balls;
         let grid = Grid::around(mesh.bounds(), edge_m, 2);
         let field = Field::new(mesh, grid, Sign::Closed);
         let values: Vec<f64> = field.distance_m.iter().map(|d| f64::from(*d)).collect();
@@ -66,7 +100,10 @@ impl ContactSkin {
         let fans = fans(&coarse, &places);
         let kept: Vec<usize> = (0..places.len()).filter(|&i| fans[i].len() >= 3).collect();
         if kept.len() >= usize::from(NO_VERTEX) {
-            return Self::default();
+            return Some(Self::default());
+        }
+        if kept.len() < VERTICES_MIN {
+            return None;
         }
         let mut new_number = vec![NO_VERTEX; places.len()];
         for (new, old) in (0u16..).zip(&kept) {
@@ -91,6 +128,10 @@ impl ContactSkin {
                 curvature_per_m: 0.0,
             });
         }
+        let is_fan = |vertex: &SkinVertex| FAN.contains(&vertex.fan_count);
+        if !skin.vertices.iter().all(is_fan) {
+            return None;
+        }
         let nearest = |ball: &Ball| {
             let off = |i: &usize| (places[*i] - ball.center).norm_squared();
             let nearest = kept.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
@@ -98,15 +139,14 @@ impl ContactSkin {
         };
         skin.nearest = balls.par_iter().map(nearest).collect();
         let rest = skin.rest(kept.iter().map(|&i| places[i]).collect());
-        let tissue = patch::Tissue {
-            balls,
-            tets,
-            poisson,
-            spacing_m: interior.spacing_m,
-        };
-        patch::bake(&mut skin, &rest, &tissue);
+        patch::bake(&mut skin, &rest, tissue);
         curve::bake(&mut skin, &rest);
-        skin
+        for vertex in &mut skin.vertices {
+            vertex.patch_m = vertex.patch_m.max(PATCH_MIN_M);
+            let bulge_per_m = vertex.curvature_per_m;
+            vertex.curvature_per_m = bulge_per_m.clamp(-CURVATURE_MAX_PER_M, CURVATURE_MAX_PER_M);
+        }
+        Some(skin)
     }
 
     fn rest(&self, places: Vec<Vec3>) -> patch::Rest {

@@ -5,6 +5,7 @@ mod atlas;
 mod budgets;
 mod built_in;
 mod dissect;
+mod faults;
 mod mechanics;
 mod meeting;
 mod meshes;

@@ -1,0 +1,383 @@
+//! Organs that fall or shake: signs that a scene does not hold together.
+//!
+//! An organ falls when its middle stays farther from its place than the organ is long. It shakes
+//! when no tool moves it, and its speed neither falls below a bound nor dies away. Both are told
+//! once, and again after a reset; a shaking organ also after it came to rest.
+//!
+//! Tissue that the trainee works on moves for a good reason. So nothing is told of an organ that a
+//! tool moves or moved a moment ago, nor of those beside it. An organ may fall or dangle once it
+//! was grasped, or once something was cut, burnt away or torn at it while a tool worked. The same is
+//! true of all that hangs together with it by attachments, up to organs with held tissue.
+//!
+//! Nothing here feeds back into the simulation.
+
+use crate::capacity::MAX_ORGANS;
+use crate::math::{self, Vec3};
+use crate::scene::{Anchor, Scene};
+use crate::tissue::Bounds;
+
+/// Time for which an organ still counts as moved after a tool moved it, ticks. A liver that was
+/// pressed is back at its place within a second.
+const DISTURBED_TICKS: u16 = 2000;
+/// Time for which an organ must be off its place, ticks: a fall of 0.2 s is 0.2 m deep.
+const OFF_TICKS: u16 = 200;
+/// Speed above which an organ shakes, m/s. A sphere is then 0.1 mm ahead of its trail of 32 ticks,
+/// which is a pixel of a picture of 10 cm and 1000 pixels.
+const SHAKES_M_S: f32 = 0.003;
+/// Factor of that speed for an organ that touches a tool at rest: pressed tissue alternates between
+/// places.
+const TOUCHED_FACTOR: f32 = 10.0;
+/// Length of a window in which the largest speed is measured, ticks: several swings of any organ.
+const WINDOW_TICKS: u16 = 2000;
+/// Windows without rest after which an organ shakes.
+const WINDOWS: u8 = 3;
+/// Share of its speed that an organ must keep from window to window. An organ that keeps less
+/// swings out: its speed falls to a tenth within 9 s.
+const KEPT_SHARE: f32 = 0.6;
+
+/// A finding of [`Unrest::look`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Found {
+    /// Distance of the organ's middle from its place, m.
+    Falls(f32),
+    /// Speed of its fastest sphere, m/s.
+    Shakes(f32),
+}
+
+/// One organ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Watched {
+    place_m: Vec3,
+    /// Distance from its place at which it has fallen, m.
+    reach_m: f32,
+    /// Ticks for which it still counts as moved by a tool, and as touched by a tool at rest.
+    disturbed: u16,
+    touched: u16,
+    off_ticks: u16,
+    window_ticks: u16,
+    /// Largest speed of this window and of the last one, m/s.
+    peak_m_s: f32,
+    before_m_s: f32,
+    windows: u8,
+    is_freed: bool,
+    has_fallen: bool,
+    shakes: bool,
+}
+
+impl Watched {
+    const NONE: Self = Self {
+        place_m: Vec3::new(0.0, 0.0, 0.0),
+        reach_m: f32::MAX,
+        disturbed: 0,
+        touched: 0,
+        off_ticks: 0,
+        window_ticks: 0,
+        peak_m_s: 0.0,
+        before_m_s: 0.0,
+        windows: 0,
+        is_freed: false,
+        has_fallen: false,
+        shakes: false,
+    };
+
+    fn falls(&mut self, bounds: &Bounds) -> Option<Found> {
+        let off_m = math::norm(&(middle(bounds) - self.place_m));
+        let is_off = off_m > self.reach_m && self.disturbed == 0;
+        self.off_ticks = if is_off {
+            self.off_ticks.saturating_add(1)
+        } else {
+            0
+        };
+        // It counts no further than this, so it does not overflow.
+        if self.off_ticks < OFF_TICKS || self.has_fallen {
+            self.off_ticks = self.off_ticks.min(OFF_TICKS);
+            return None;
+        }
+        self.has_fallen = true;
+        Some(Found::Falls(off_m))
+    }
+
+    fn shakes(&mut self, slowest_m_s: f32) -> Option<Found> {
+        if self.disturbed > 0 || self.has_fallen {
+            (self.window_ticks, self.windows) = (0, 0);
+            (self.peak_m_s, self.before_m_s) = (0.0, 0.0);
+            return None;
+        }
+        self.window_ticks = self.window_ticks.saturating_add(1);
+        if self.window_ticks < WINDOW_TICKS {
+            return None;
+        }
+        let factor = if self.touched > 0 {
+            TOUCHED_FACTOR
+        } else {
+            1.0
+        };
+        let (peak_m_s, moves) = (self.peak_m_s, self.peak_m_s > slowest_m_s * factor);
+        let goes_on = peak_m_s >= KEPT_SHARE * self.before_m_s;
+        self.windows = match (moves, goes_on) {
+            (true, true) => self.windows.saturating_add(1),
+            (true, false) => 1,
+            (false, _) => 0,
+        };
+        (self.before_m_s, self.peak_m_s, self.window_ticks) = (peak_m_s, 0.0, 0);
+        let tells = self.windows >= WINDOWS && !self.shakes;
+        self.shakes = moves && (self.shakes || tells);
+        tells.then_some(Found::Shakes(peak_m_s))
+    }
+}
+
+/// Watches all organs.
+#[derive(Debug, Clone)]
+pub(crate) struct Unrest {
+    organs: [Watched; MAX_ORGANS],
+    /// Organs with the same number hang together without held tissue.
+    group: [u8; MAX_ORGANS],
+    /// Speed with which breathing may move an organ, m/s.
+    breath_m_s: f32,
+}
+
+impl Unrest {
+    /// Watches nothing.
+    pub(crate) const NONE: Self = Self {
+        organs: [Watched::NONE; MAX_ORGANS],
+        group: [0; MAX_ORGANS],
+        breath_m_s: 0.0,
+    };
+
+    /// Starts over with every organ at its place.
+    pub(crate) fn start(&mut self, scene: &Scene<'_>, bounds: &[Bounds; MAX_ORGANS]) {
+        let breaths = scene.organs.iter().map(|it| math::norm(&it.breath_m));
+        let breath_m = match scene.room.breath_s {
+            period_s if period_s > 0.0 => breaths.fold(0.0, f32::max),
+            _ => 0.0,
+        };
+        // A breath there and back is at most as fast as a sine, and a far end moves twice as far.
+        let per_s = 2.0 * core::f32::consts::PI / scene.room.breath_s.max(0.1);
+        self.breath_m_s = breath_m * per_s;
+        for (watched, bounds) in self.organs.iter_mut().zip(bounds) {
+            *watched = Watched {
+                place_m: middle(bounds),
+                reach_m: math::norm(&(bounds.high_m - bounds.low_m)) + breath_m,
+                ..Watched::NONE
+            };
+        }
+    }
+
+    /// Numbers the groups of organs that attachments join. Held tissue ends a group. `organ_of`
+    /// gives the organ of a sphere.
+    pub(crate) fn load(&mut self, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
+        for (number, group) in (0u8..).zip(&mut self.group) {
+            *group = number;
+        }
+        let mut is_held = [false; MAX_ORGANS];
+        for (organ, held) in scene.organs.iter().zip(&mut is_held) {
+            let spheres = scene.spheres.iter().skip(organ.sphere_start as usize);
+            *held = spheres.take(organ.sphere_count as usize).any(|it| it.held);
+        }
+        // A group's smallest number reaches all its organs in fewer rounds than there are organs.
+        for _ in 0..MAX_ORGANS {
+            for tie in scene.attachments {
+                let Anchor::Sphere(other) = tie.to else {
+                    continue;
+                };
+                let ends = [organ_of(tie.sphere), organ_of(other)].map(usize::from);
+                if ends.iter().any(|end| is_held.get(*end) != Some(&false)) {
+                    continue;
+                }
+                let numbers = ends.map(|end| self.group.get(end).copied().unwrap_or(0));
+                for end in ends {
+                    if let Some(group) = self.group.get_mut(end) {
+                        *group = numbers.into_iter().fold(u8::MAX, u8::min);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Records the speed of an organ in a tick in which it was simulated.
+    pub(crate) fn note_speed(&mut self, organ: usize, speed_m_s: f32) {
+        if let Some(watched) = self.organs.get_mut(organ) {
+            watched.peak_m_s = watched.peak_m_s.max(speed_m_s);
+        }
+    }
+
+    /// Records that a tool moves the organ.
+    pub(crate) fn disturb(&mut self, organ: usize) {
+        if let Some(watched) = self.organs.get_mut(organ) {
+            watched.disturbed = DISTURBED_TICKS;
+        }
+    }
+
+    /// Records that a tool at rest touches the organ.
+    pub(crate) fn touch(&mut self, organ: usize) {
+        if let Some(watched) = self.organs.get_mut(organ) {
+            watched.touched = DISTURBED_TICKS;
+        }
+    }
+
+    /// True while a tool moves an organ, or did a moment ago.
+    pub(crate) fn is_worked_on(&self) -> bool {
+        self.organs.iter().any(|it| it.disturbed > 0)
+    }
+
+    /// Passes on to organs within `margin_m` of each other that a tool moves them.
+    pub(crate) fn spread(&mut self, bounds: &[Bounds], margin_m: f32) {
+        let before = self.organs;
+        let moved = || before.iter().zip(bounds).filter(|(it, _)| it.disturbed > 0);
+        for (watched, own) in self.organs.iter_mut().zip(bounds) {
+            for (other, beside) in moved() {
+                if other.disturbed > watched.disturbed && own.is_near(beside, margin_m) {
+                    watched.disturbed = other.disturbed;
+                }
+            }
+        }
+    }
+
+    /// Records that the trainee freed the organ, and with it all that hangs together with it.
+    pub(crate) fn free(&mut self, organ: usize) {
+        let Some(own) = self.group.get(organ).copied() else {
+            return;
+        };
+        for (watched, group) in self.organs.iter_mut().zip(self.group) {
+            watched.is_freed |= group == own;
+        }
+    }
+
+    /// Ends a tick: hands the findings of organs to `tell`.
+    pub(crate) fn look(&mut self, bounds: &[Bounds], mut tell: impl FnMut(u32, Vec3, Found)) {
+        let slowest_m_s = SHAKES_M_S + self.breath_m_s;
+        for ((organ, watched), bounds) in (0u32..).zip(&mut self.organs).zip(bounds) {
+            let falls = watched.falls(bounds);
+            let shakes = watched.shakes(slowest_m_s);
+            watched.disturbed = watched.disturbed.saturating_sub(1);
+            watched.touched = watched.touched.saturating_sub(1);
+            let found = falls.or(shakes).filter(|_| !watched.is_freed);
+            if let Some(found) = found {
+                tell(organ, middle(bounds), found);
+            }
+        }
+    }
+}
+
+fn middle(bounds: &Bounds) -> Vec3 {
+    (bounds.low_m + bounds.high_m) * 0.5
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use heapless::Vec;
+
+    const BALL: Bounds = Bounds {
+        low_m: Vec3::new(-0.05, -0.05, -0.05),
+        high_m: Vec3::new(0.05, 0.05, 0.05),
+    };
+
+    fn moved(by_m: f32) -> Bounds {
+        let by_m = Vec3::new(0.0, 0.0, -by_m);
+        Bounds {
+            low_m: BALL.low_m + by_m,
+            high_m: BALL.high_m + by_m,
+        }
+    }
+
+    /// One organ at its place, 0.1 m wide.
+    fn at_rest() -> Unrest {
+        let mut unrest = Unrest::NONE;
+        unrest.organs[0] = Watched {
+            reach_m: 0.1733,
+            ..Watched::NONE
+        };
+        unrest
+    }
+
+    fn run(
+        unrest: &mut Unrest,
+        ticks: u32,
+        mut course: impl FnMut(&mut Unrest, u32) -> (Bounds, f32),
+    ) -> Vec<(u32, Found), 8> {
+        let mut told = Vec::new();
+        for tick in 0..ticks {
+            let (bounds, speed_m_s) = course(unrest, tick);
+            unrest.note_speed(0, speed_m_s);
+            unrest.look(&[bounds], |_, _, found| {
+                told.push((tick, found)).expect("few");
+            });
+        }
+        told
+    }
+
+    #[test]
+    fn an_organ_that_falls_is_told_once_and_one_that_comes_back_is_not() {
+        let fall = |_: &mut Unrest, tick: u32| {
+            let s = tick as f32 * 0.001;
+            (moved((4.9 * s * s).min(10.0)), 9.8 * s)
+        };
+        let told = run(&mut at_rest(), 10_000, fall);
+        assert!(
+            matches!(told[..], [(300..600, Found::Falls(m))] if m > 0.17),
+            "{told:?}"
+        );
+        let swings =
+            |_: &mut Unrest, tick: u32| (moved(if tick % 300 < 150 { 0.3 } else { 0.0 }), 0.0);
+        assert_eq!(run(&mut at_rest(), 10_000, swings), []);
+    }
+
+    #[test]
+    fn a_freed_organ_and_one_that_a_tool_moves_may_leave() {
+        let mut freed = at_rest();
+        freed.free(0);
+        assert_eq!(run(&mut freed, 9_000, |_, _| (moved(5.0), 0.5)), []);
+        let led = |unrest: &mut Unrest, _| {
+            unrest.disturb(0);
+            (moved(0.4), 0.2)
+        };
+        assert_eq!(run(&mut at_rest(), 9_000, led), []);
+    }
+
+    #[test]
+    fn what_shakes_on_is_told_once_and_again_after_a_rest() {
+        let shakes = |_: &mut Unrest, _| (BALL, 0.02);
+        let mut unrest = at_rest();
+        let told = run(&mut unrest, 60_000, shakes);
+        assert_eq!(told[..], [(5_999, Found::Shakes(0.02))]);
+        assert_eq!(run(&mut unrest, 4_000, |_, _| (BALL, 0.0)), []);
+        assert_eq!(run(&mut unrest, 20_000, shakes).len(), 1);
+    }
+
+    #[test]
+    fn what_swings_out_or_creeps_or_is_worked_on_does_not_shake() {
+        // A second-long swing that loses half of its speed in each second.
+        let swings = |_: &mut Unrest, tick: u32| {
+            let mut speed_m_s = 1.0;
+            for _ in 0..tick / 1000 {
+                speed_m_s *= 0.5;
+            }
+            (BALL, speed_m_s)
+        };
+        assert_eq!(run(&mut at_rest(), 60_000, swings), []);
+        assert_eq!(run(&mut at_rest(), 60_000, |_, _| (BALL, 0.002)), []);
+        let worked = |unrest: &mut Unrest, tick: u32| {
+            if tick % 5_000 == 0 {
+                unrest.disturb(0);
+            }
+            (BALL, 0.5)
+        };
+        assert_eq!(run(&mut at_rest(), 60_000, worked), []);
+        let pressed = |unrest: &mut Unrest, _| {
+            unrest.touch(0);
+            (BALL, 0.02)
+        };
+        assert_eq!(run(&mut at_rest(), 60_000, pressed), []);
+    }
+
+    #[test]
+    fn disturbance_spreads_to_organs_beside_and_no_farther() {
+        let mut unrest = at_rest();
+        unrest.disturb(0);
+        let bounds = [BALL, moved(0.1), moved(0.5)];
+        unrest.spread(&bounds, 0.002);
+        let disturbed = unrest.organs.map(|it| it.disturbed > 0);
+        assert_eq!(disturbed[..3], [true, true, false]);
+    }
+}

@@ -1,0 +1,84 @@
+//! Organs that fall or shake: which of them a tool moves, and the events.
+
+use crate::math;
+use crate::port::Buttons;
+use crate::procedure::unrest::Found;
+use crate::sim::{STIR_M, Sim};
+use crate::words::{Event, EventKind};
+
+/// Speed below which the handle is at rest, m/s: five times the tremor of a resting hand.
+const HANDLE_RESTS_M_S: f32 = 0.005;
+/// Ticks between two looks for organs beside those that a tool moves.
+const SPREAD_TICKS: u64 = 16;
+
+impl Sim<'_> {
+    /// Learns which organs hang together, and where they are.
+    pub(super) fn load_unrest(&mut self) {
+        let organs = &self.state.bodies.organ;
+        self.unrest.load(&self.scene, |sphere| *organs.at(sphere));
+        self.unrest.start(&self.scene, &self.bounds);
+    }
+
+    /// Raises the events of organs that fall or shake. What it remembers feeds back into nothing.
+    pub(super) fn note_unrest(&mut self) {
+        if self.tool.switches.paused {
+            return;
+        }
+        let speed_m_s = math::norm(&self.tool.handle_velocity_m_s);
+        let pedal = self.tool.switches.pedal;
+        let moves = speed_m_s > HANDLE_RESTS_M_S
+            || self.grasp.count() > 0
+            || self.tool.buttons != Buttons::default()
+            || pedal.cut
+            || pedal.coagulate;
+        let worked = self.worked_organs();
+        for (organ, _) in worked.iter().enumerate().filter(|(_, worked)| **worked) {
+            if moves {
+                self.unrest.disturb(organ);
+            } else {
+                self.unrest.touch(organ);
+            }
+        }
+        for sphere in self.grasp.spheres() {
+            self.unrest
+                .free((*self.state.bodies.organ.at(sphere)).into());
+        }
+        self.note_freed();
+        if self.tick.is_multiple_of(SPREAD_TICKS) {
+            self.unrest.spread(&self.bounds, STIR_M);
+        }
+        let count = self.scene.organs.len();
+        let (bounds, journal) = (&self.bounds, &mut self.journal);
+        self.unrest.look(bounds, |organ, at_m, found| {
+            let (kind, value) = match found {
+                Found::Falls(distance_m) => (EventKind::Fall, distance_m),
+                Found::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
+            };
+            // The room of a tick belongs to the events of the operation first.
+            if journal.has_room() && (organ as usize) < count {
+                journal.raise(Event {
+                    kind,
+                    organ: Some(organ),
+                    at_m,
+                    value,
+                });
+            }
+        });
+    }
+
+    /// Notes the organs at which this tick has cut, burnt away or torn something.
+    fn note_freed(&mut self) {
+        let is_worked_on = self.unrest.is_worked_on();
+        for event in self.journal.events() {
+            let is_freed = match event.kind {
+                EventKind::Cut | EventKind::Removed | EventKind::Divided => true,
+                // What tears without a tool is a fault of the scene.
+                EventKind::Tear | EventKind::Perforation => is_worked_on,
+                _ => false,
+            };
+            if let (true, Some(organ)) = (is_freed, event.organ) {
+                self.unrest.free(organ as usize);
+            }
+        }
+    }
+}

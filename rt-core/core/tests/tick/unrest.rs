@@ -1,0 +1,57 @@
+//! Organs that fall are told once; those that the trainee holds are not.
+
+use super::*;
+use crate::grip::count;
+
+/// A loose sphere of 1 cm, far from the tool, falls 0.3 m in a quarter of a second.
+#[test]
+fn a_loose_organ_that_falls_is_told_once_and_again_after_a_reset() {
+    let anatomy = loose(&[sphere(0.1, 0.0), sphere(-0.1, 0.0)], SOFT);
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    stay(&mut sim, &mut bench, &AWAY, 1500, NONE);
+    let falls: Vec<Event> = (bench.events.iter().copied())
+        .filter(|it| it.kind == EventKind::Fall)
+        .collect();
+    assert_eq!(falls.len(), 2, "one for each: {falls:?}");
+    assert!(
+        falls.iter().all(|it| it.value > 0.02 && it.at_m.z < -0.02),
+        "{falls:?}"
+    );
+    assert_eq!(count(&bench, EventKind::Shake), 0);
+    bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
+    sim.tick(&mut bench);
+    stay(&mut sim, &mut bench, &AWAY, 1500, NONE);
+    assert_eq!(count(&bench, EventKind::Fall), 4);
+}
+
+#[test]
+fn a_whole_liver_that_is_pressed_and_let_go_neither_falls_nor_shakes() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    stay(&mut sim, &mut bench, &PRESSED, 7000, NONE);
+    go(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
+    stay(&mut sim, &mut bench, &AWAY, 7000, NONE);
+    let told = [EventKind::Fall, EventKind::Shake].map(|kind| count(&bench, kind));
+    assert_eq!(told, [0, 0]);
+}
+
+/// What is remembered of falls changes no digest, and a checkpoint keeps it.
+#[test]
+fn a_fall_is_told_again_from_a_checkpoint_before_it() {
+    let anatomy = loose(&[sphere(0.1, 0.0)], SOFT);
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    stay(&mut sim, &mut bench, &AWAY, 50, NONE);
+    let before = sim.checkpoint();
+    stay(&mut sim, &mut bench, &AWAY, 1000, NONE);
+    assert_eq!(count(&bench, EventKind::Fall), 1);
+    sim.go_back(&before);
+    stay(&mut sim, &mut bench, &AWAY, 1000, NONE);
+    assert_eq!(count(&bench, EventKind::Fall), 2);
+}
