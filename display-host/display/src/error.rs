@@ -90,12 +90,15 @@ pub enum DisplayError {
         detail: String,
     },
     /// There is no window system.
-    #[error(
-        "cannot open a window ({detail}); is DISPLAY or WAYLAND_DISPLAY set? Without a screen use \
-         `calot run --headless`"
-    )]
+    #[error("cannot open a window: {detail}. Without a screen use `calot run --headless`")]
     NoWindow {
         /// Message of the window system.
+        detail: String,
+    },
+    /// The window, or the connection to its screen, was lost.
+    #[error("the window was lost before the end ({detail}); everything up to there is kept")]
+    WindowLost {
+        /// The reason.
         detail: String,
     },
 }

@@ -92,6 +92,8 @@ pub enum Ended {
     ControllerGone,
     /// A process of the station died, or did not end on request. Set by the owner of the processes.
     ProcessDied,
+    /// The display failed, or its window or screen was lost.
+    DisplayLost,
 }
 
 /// Result of a run, as raw numbers; reports are made elsewhere.
@@ -109,6 +111,21 @@ pub struct Outcome {
     pub ended: Ended,
     /// All warnings that the observer received.
     pub warnings: Vec<String>,
+}
+
+impl Outcome {
+    /// Outcome of a run whose display was lost for this reason.
+    #[must_use]
+    pub fn lost(reason: String) -> Self {
+        Self {
+            adapter: None,
+            software_adapter: false,
+            frames: Vec::new(),
+            counters: FeedCounters::default(),
+            ended: Ended::DisplayLost,
+            warnings: vec![reason],
+        }
+    }
 }
 
 /// Watches a station for some time and draws pictures of it. Waits for the controller's first state

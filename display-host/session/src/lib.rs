@@ -70,7 +70,7 @@ pub use operation::Operation;
 pub use read::Session;
 pub use record::{Config, Listening, Recording, Sight};
 pub use records::End;
-pub use storage::{Storage, create_private, is_being_recorded};
+pub use storage::{Storage, check_target, create_private, is_being_recorded};
 
 #[cfg(test)]
 mod tests;

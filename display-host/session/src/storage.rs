@@ -7,6 +7,8 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::file::Error;
+
 /// Most bytes that wait for a full or slow disk: more than a minute of a session.
 const WAITING_MAX_BYTES: usize = 16 << 20;
 
@@ -22,6 +24,13 @@ pub trait Storage: Send {
     /// # Errors
     /// The error of the operating system.
     fn cut(&mut self, length: u64) -> io::Result<()>;
+    /// Hands everything to the disk itself, so that a loss of power leaves it.
+    ///
+    /// # Errors
+    /// The error of the operating system: the disk fails.
+    fn sync(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 impl Storage for File {
@@ -31,6 +40,14 @@ impl Storage for File {
 
     fn cut(&mut self, length: u64) -> io::Result<()> {
         self.set_len(length)
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        match self.sync_data() {
+            // Pipes and devices have nothing to keep.
+            Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
+            outcome => outcome,
+        }
     }
 }
 
@@ -44,26 +61,57 @@ pub fn create_private(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
+/// Checks that a recording can be written to `path`, and changes nothing there.
+///
+/// # Errors
+/// See [`Error::Create`].
+pub fn check_target(path: &Path) -> Result<(), Error> {
+    let is_new = !path.exists();
+    let checked = refuse_pipe(path).and_then(|()| {
+        let file = open_private(path)?;
+        let free = lock_file(&file);
+        if is_new {
+            std::fs::remove_file(path)?;
+        }
+        free
+    });
+    checked.map_err(|source| Error::Create {
+        path: path.to_owned(),
+        source,
+    })
+}
+
 /// Creates or empties a recording: until it is dropped no other recorder can write to it.
 pub(crate) fn create_recording(path: &Path) -> io::Result<File> {
-    // A pipe has no offsets, and opening it waits for a reader.
+    refuse_pipe(path)?;
+    let file = open_private(path)?;
+    lock_file(&file)?;
+    make_own(&file)?;
+    Ok(file)
+}
+
+/// A pipe has no offsets, and opening it waits for a reader.
+fn refuse_pipe(path: &Path) -> io::Result<()> {
     if std::fs::metadata(path).is_ok_and(|it| it.file_type().is_fifo()) {
         let words = "a recording needs a file, and this is a pipe";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, words));
     }
-    let file = open_private(path)?;
-    if file.metadata()?.is_file() {
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => {
-                let words = "another recorder is writing to it";
-                return Err(io::Error::new(io::ErrorKind::ResourceBusy, words));
-            }
-            // A file system without locks takes recordings all the same.
-            Ok(()) | Err(TryLockError::Error(_)) => {}
-        }
+    Ok(())
+}
+
+/// Locks a recording until the file is closed.
+fn lock_file(file: &File) -> io::Result<()> {
+    if !file.metadata()?.is_file() {
+        return Ok(());
     }
-    make_own(&file)?;
-    Ok(file)
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            let words = "another recorder is writing to it";
+            Err(io::Error::new(io::ErrorKind::ResourceBusy, words))
+        }
+        // A file system without locks takes recordings all the same.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
 }
 
 /// True if a recorder is writing this file.
@@ -144,7 +192,8 @@ impl Outbox {
             return false;
         }
         let start = Instant::now();
-        let outcome = self.storage.put(self.written, &waiting);
+        let put = self.storage.put(self.written, &waiting);
+        let outcome = put.and_then(|()| self.storage.sync());
         self.slowest = self.slowest.max(start.elapsed());
         if let Err(error) = outcome {
             self.failures += 1;

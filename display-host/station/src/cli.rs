@@ -78,10 +78,7 @@ pub(crate) enum Command {
 impl Command {
     /// Command that `calot` runs when none is given.
     pub(crate) fn alone() -> Self {
-        match start::has_screen() {
-            true => Self::Start(StartArgs::default()),
-            false => Self::Run(Box::default()),
-        }
+        Self::Start(StartArgs::default())
     }
 }
 

@@ -47,6 +47,10 @@ fn main() -> ExitCode {
     environment::prepare();
     // Exits with 2 on bad usage, and with 0 on `--help`.
     let cli = cli::Cli::parse();
+    if let Err(problem) = stop::outlive_file_limit() {
+        say::note(format_args!("calot: signals: {problem}"));
+        return ExitCode::FAILURE;
+    }
     let command = cli.command.unwrap_or_else(cli::Command::alone);
     let outcome = match command {
         cli::Command::Start(args) => start::run(&args),

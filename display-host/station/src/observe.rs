@@ -58,6 +58,7 @@ pub(crate) struct ObserveArgs {
 }
 
 pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
+    window::answers()?;
     let stop = stop::flag()?;
     let station = Station::new(&args.station)?;
     let folder = Folder::open(&args.station, true)?;

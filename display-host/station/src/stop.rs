@@ -3,6 +3,15 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+/// Lets a write beyond the limit of `ulimit -f` fail like any other, instead of ending the process.
+///
+/// # Errors
+///
+/// The system's error.
+pub(crate) fn outlive_file_limit() -> std::io::Result<()> {
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default()).map(drop)
+}
+
 /// Installs the handlers. A second Ctrl-C ends the process at once.
 ///
 /// # Errors

@@ -10,6 +10,7 @@ use rt_core::port::{
 use rt_core::time::TimeNs;
 
 use super::host::Host;
+use super::pace::{Pace, Said};
 use super::wire::{Capabilities, DeviceKind, Force, State, Status};
 use crate::HardwareError;
 use crate::line::Line;
@@ -20,6 +21,7 @@ pub struct RigHaptic {
     host: Host,
     identity: Capabilities,
     status: RigStatus,
+    pace: Pace,
 }
 
 /// Status that the device last reported, without its pose.
@@ -35,7 +37,7 @@ pub struct RigStatus {
 
 impl RigHaptic {
     /// Opens the line, greets the device and checks its capabilities. Not for the tick: waits up to
-    /// 2 s for the answer.
+    /// 5 s for the answer.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         Ok(Self::of(Host::open(path, DeviceKind::Haptic)?))
     }
@@ -50,6 +52,7 @@ impl RigHaptic {
             host,
             identity,
             status: RigStatus::default(),
+            pace: Pace::new(),
         }
     }
 
@@ -113,16 +116,27 @@ impl HapticDevice for RigHaptic {
         let mut newest = None;
         let mut status = self.status;
         let mut rejected = 0;
+        let pace = &mut self.pace;
         let read = self
             .host
             .receive(|message, at_ns| match State::parse(message) {
                 Ok(state) if Vec3::from(state.position_m).norm() <= reach_m => {
+                    let velocity = measures_velocity.then(|| state.velocity_m_s.into());
+                    let said = Said {
+                        device_time_us: state.device_time_us,
+                        position_m: state.position_m.into(),
+                        velocity_m_s: velocity,
+                    };
+                    let Some(velocity_m_s) = pace.take(&said) else {
+                        rejected += 1;
+                        return;
+                    };
                     status = RigStatus {
                         status: state.status,
                         applied_force: state.applied_force,
                         device_time_us: state.device_time_us,
                     };
-                    newest = Some(sample(&state, message.sequence(), measures_velocity, at_ns));
+                    newest = Some(sample(&state, message.sequence(), velocity_m_s, at_ns));
                 }
                 _ => rejected += 1,
             });
@@ -170,12 +184,12 @@ fn within(wanted: Vec3, limit: f32) -> Vec3 {
 /// Farthest plausible sample, in workspace radii: beyond the mechanical stops.
 const REACH: f32 = 2.0;
 
-fn sample(state: &State, sequence: u16, velocity: bool, at_ns: TimeNs) -> DeviceSample {
+fn sample(state: &State, sequence: u16, velocity_m_s: Vec3, at_ns: TimeNs) -> DeviceSample {
     let [x, y, z, w] = state.rotation_xyzw;
     let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
     DeviceSample {
         device_from_handle: Pose::from_parts(Vec3::from(state.position_m).into(), rotation),
-        velocity_m_s: velocity.then(|| state.velocity_m_s.into()),
+        velocity_m_s: Some(velocity_m_s),
         buttons: Buttons(state.buttons),
         sequence,
         at_ns,

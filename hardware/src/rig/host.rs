@@ -1,5 +1,6 @@
 //! Common part of the host's drivers: a line with frames, and the greeting.
 
+use std::io::Write as _;
 use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -15,8 +16,11 @@ use super::wire::{Capabilities, DeviceKind, Hello, Message, VERSION, stop_frame}
 
 /// USB adapters ignore the rate. A UART at this rate carries 1 kHz of `STATE` in half its time.
 pub(crate) const BAUD: u32 = 1_000_000;
-/// Longest wait for the device's answer.
-const HANDSHAKE: Duration = Duration::from_secs(2);
+/// Longest wait for the device's answer. Opening the line resets many boards, and their loaders take
+/// up to 3 s before the firmware runs (serialport-rs issue 251).
+const HANDSHAKE: Duration = Duration::from_secs(5);
+/// Wait after which the user is told why.
+const SAY_AFTER: Duration = Duration::from_secs(1);
 /// Interval between two greetings.
 const GREETING_INTERVAL: Duration = Duration::from_millis(100);
 /// Interval between two reads of the line while waiting.
@@ -37,7 +41,7 @@ pub(super) struct Host {
 }
 
 impl Host {
-    /// Opens the line and greets the device. Not for the tick: waits up to 2 s for the answer.
+    /// Opens the line and greets the device. Not for the tick: waits up to 5 s for the answer.
     pub(super) fn open(
         path: &Path,
         kind: DeviceKind,
@@ -69,7 +73,12 @@ impl Host {
         let mut next_greeting = start;
         let mut heard = 0;
         let mut answer = None;
+        let mut is_said = false;
         while start.elapsed() < HANDSHAKE {
+            if !is_said && start.elapsed() >= SAY_AFTER {
+                is_said = true;
+                say_waiting(&path);
+            }
             if Instant::now() >= next_greeting {
                 let sequence = self.next_sequence();
                 self.send(&Hello { version: VERSION }.frame(sequence));
@@ -189,6 +198,16 @@ impl Host {
     pub(super) fn is_lost(&self) -> bool {
         self.line.is_lost()
     }
+}
+
+/// Tells the user what is waited for. Unlike `eprintln!` this does not panic when standard error is
+/// closed.
+fn say_waiting(path: &Path) {
+    let path = path.display();
+    let _ = writeln!(
+        std::io::stderr(),
+        "{path}: waiting; the device may be starting"
+    );
 }
 
 impl Drop for Host {

@@ -10,6 +10,8 @@ mod haptic;
 #[cfg(feature = "std")]
 mod host;
 #[cfg(feature = "std")]
+mod pace;
+#[cfg(feature = "std")]
 mod pedal;
 #[cfg(test)]
 mod vectors;

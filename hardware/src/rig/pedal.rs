@@ -23,7 +23,7 @@ pub struct RigPedal {
 
 impl RigPedal {
     /// Opens the line, greets the pedal and checks its capabilities. Not for the tick: waits up to
-    /// 2 s for the answer.
+    /// 5 s for the answer.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         let (host, identity) = Host::open(path, DeviceKind::Pedal)?;
         let silence_ns = MISSED_REPORTS * 1_000_000_000 / u64::from(identity.rate_hz);

@@ -175,11 +175,13 @@ fn assemble(
             report.organs[i].cells = Some(layered[i].filling(&skins[i], layers.cell_m));
         }
     }
-    scene.room = Some(room::place(recipe, skins)?);
+    let (room, warning) = room::place(recipe, skins)?;
+    scene.room = Some(room);
     // Refuse the scene here if the processes would refuse it.
     scene.to_bytes()?;
     runs::check(&scene, &recipe.organs, skins)?;
     report.warnings = support::warnings(&scene, &recipe.organs);
+    report.warnings.extend(warning);
     report.sum_up();
     report.tick_us = cost::work(&scene).tick_us();
     Ok(Prepared {

@@ -53,11 +53,17 @@ pub fn default_gravity() -> Vec3 {
     Vec3::new(0.0, -libm::sin(tilt), -libm::cos(tilt)) * 9.81
 }
 
-/// The room as the recipe gives it. Missing values are derived from the organs' skins.
+/// The room as the recipe gives it. Missing values are derived from the organs' skins. If the recipe
+/// names neither ports nor a target, and the default ones do not suit the target organ, a warning
+/// comes with the room.
 ///
 /// # Errors
-/// When the instrument reaches no suitable point of the target organ.
-pub fn place(recipe: &Recipe, skins: &[Mesh]) -> Result<RoomRecord, PrepareError> {
+/// When the instrument reaches no suitable point of the target organ from the ports that the recipe
+/// names, or near the target that it names.
+pub fn place(
+    recipe: &Recipe,
+    skins: &[Mesh],
+) -> Result<(RoomRecord, Option<String>), PrepareError> {
     let plan = &recipe.room;
     let organs: Vec<(&OrganPlan, &Mesh)> = recipe.organs.iter().zip(skins).collect();
     let gravity = plan.gravity_m_s2.unwrap_or_else(default_gravity);
@@ -86,18 +92,36 @@ pub fn place(recipe: &Recipe, skins: &[Mesh]) -> Result<RoomRecord, PrepareError
     let upright = -gravity.try_normalize(1e-6).unwrap_or(-Vec3::z());
     let up = plan.up.unwrap_or(upright);
 
-    let (target, normal) = find_target(
-        &Sight {
-            instrument_port,
-            length,
-            camera,
-            forward,
-        },
+    let sight = Sight {
+        instrument_port,
+        length,
+        camera,
+        forward,
+    };
+    let is_default = plan.instrument_port_m.is_none()
+        && plan.endoscope_port_m.is_none()
+        && plan.target_near_m.is_none();
+    let found = find_target(
+        &sight,
         &organs,
         target_organ,
         plan.target_near_m.unwrap_or(look_at),
         plan.target_near_m.is_some(),
-    )?;
+    );
+    let ((target, normal), warning) = match found {
+        Ok(target) => (target, None),
+        Err(reason) if is_default => {
+            let target = sight.fairest(organs[target_organ].1, look_at);
+            let target = target.ok_or_else(|| PrepareError::Room(reason.clone()))?;
+            (
+                target,
+                Some(format!(
+                    "{reason}; until then the scripted hand may miss it"
+                )),
+            )
+        }
+        Err(reason) => return Err(PrepareError::Room(reason)),
+    };
     let (camera, forward) = aim(
         plan.look_at_m,
         look_at,
@@ -119,7 +143,7 @@ pub fn place(recipe: &Recipe, skins: &[Mesh]) -> Result<RoomRecord, PrepareError
         None => pose(endoscope_port, facing(&forward, &upright)),
     };
     let point = |p: Vec3| p.map(|x| x as f32).into();
-    Ok(RoomRecord {
+    let room = RoomRecord {
         name: name_from_str(&recipe.name),
         gravity_m_s2: point(gravity),
         world_from_device: device,
@@ -132,7 +156,8 @@ pub fn place(recipe: &Recipe, skins: &[Mesh]) -> Result<RoomRecord, PrepareError
         target_normal: point(normal),
         target_organ: target_organ as u32,
         breath_s: plan.breath_s.unwrap_or(0.0) as f32,
-    })
+    };
+    Ok((room, warning))
 }
 
 /// Camera and direction of view with the `target` near the middle of the picture. The camera stays
@@ -209,6 +234,28 @@ struct Sight {
     forward: Vec3,
 }
 
+impl Sight {
+    /// For a skin point with its normal: how steeply the instrument comes in, and how squarely the
+    /// camera sees it, each from −1 to 1.
+    fn faces(&self, point: &Vec3, normal: &Vec3) -> [f64; 2] {
+        [self.instrument_port, self.camera].map(|from| -(point - from).normalize().dot(normal))
+    }
+
+    /// The vertex near the point looked at that instrument and camera face best, though they may
+    /// not reach or see it; with its normal.
+    fn fairest(&self, mesh: &Mesh, near: Vec3) -> Option<(Vec3, Vec3)> {
+        let points = mesh.vertices.iter().copied().zip(mesh.vertex_normals());
+        let rated = points.map(|(point, normal)| {
+            let [steep, seen] = self.faces(&point, &normal);
+            let off = (point - near).norm();
+            (steep + 0.5 * seen - 20.0 * off, point, normal)
+        });
+        let sound = rated.filter(|(rating, ..)| rating.is_finite());
+        let best = sound.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((best.1, best.2))
+    }
+}
+
 /// The best point of the organ's skin for the scripted hand, with its normal. The instrument
 /// reaches it and comes in steeply, the camera sees it, tissue lies behind it and free space before
 /// it.
@@ -218,7 +265,7 @@ fn find_target(
     target_organ: usize,
     near: Vec3,
     exactly: bool,
-) -> Result<(Vec3, Vec3), PrepareError> {
+) -> Result<(Vec3, Vec3), String> {
     let (plan, mesh) = organs[target_organ];
     let inside: Vec<Nearest<'_>> = organs.iter().filter_map(|(_, m)| Nearest::new(m)).collect();
     let own = Nearest::new(mesh);
@@ -228,8 +275,7 @@ fn find_target(
         for (i, (p, n)) in points.iter().enumerate() {
             let shaft = p - sight.instrument_port;
             let view = p - sight.camera;
-            let steep = -shaft.normalize().dot(n);
-            let seen = -view.normalize().dot(n);
+            let [steep, seen] = sight.faces(p, n);
             let centred = view.normalize().dot(&sight.forward);
             let reached = OUTSIDE_M.contains(&(sight.length - shaft.norm()));
             if reached && steep > 0.35 && seen > 0.2 && centred > PICTURE_EDGE {
@@ -264,7 +310,7 @@ fn find_target(
         best(&between)
     });
     found.ok_or_else(|| {
-        PrepareError::Room(format!(
+        format!(
             "room: no point of '{}' can be reached and seen: from instrument_port_m {:.3?} the \
              shaft must keep {:.2} to {:.2} m of its {:.2} m outside and the camera at {:.3?} must see \
              it; {} of {} skin points lie in reach and in the picture; move the ports, \
@@ -277,7 +323,7 @@ fn find_target(
             sight.camera.as_slice(),
             in_sight,
             tried,
-        ))
+        )
     })
 }
 

@@ -22,6 +22,9 @@ use crate::thread::{spawn, without_a_word};
 
 /// Interval between two checks for lost devices, and between two attempts to open one.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// Longest pause between two attempts to open one device, in looks: 5 s. Each attempt may reset the
+/// board.
+const PAUSE_MAX: u32 = 50;
 /// One more than the number of kinds: a queue of `N` holds `N − 1`.
 const PLACES: usize = KINDS + 1;
 
@@ -71,15 +74,26 @@ impl Opener {
         let _ = tell.send(Ok(devices.with_exchange(exchange)));
 
         let mut waiting = [false; KINDS];
+        // Looks until the next attempt, and the pause before the one after it.
+        let mut pauses = [(0u32, 1u32); KINDS];
         while !self.shared.tick_ended.load(Acquire) {
             sleep(LOOK_EVERY);
             for kind in 0..KINDS {
                 // Before each attempt, which may take seconds, because closing a device zeroes its
                 // force.
                 self.close(&mut lost, &mut waiting);
+                let Some(pause) = pauses.get_mut(kind) else {
+                    continue;
+                };
                 if waiting.get(kind) != Some(&true) {
+                    *pause = (0, 1);
                     continue;
                 }
+                if pause.0 > 0 {
+                    pause.0 -= 1;
+                    continue;
+                }
+                *pause = (pause.1, (pause.1 * 2).min(PAUSE_MAX));
                 if let Some(device) = self.try_open(kind, &capabilities) {
                     crate::say!("calot rt: back: {}", self.name(kind));
                     if let Some(waits) = waiting.get_mut(kind) {

@@ -8,6 +8,7 @@ mod elsewhere;
 mod failures;
 mod jitter;
 mod launcher;
+mod lost;
 mod main_job;
 mod operation;
 mod replay;

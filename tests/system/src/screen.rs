@@ -84,6 +84,17 @@ impl VirtualScreen {
         });
     }
 
+    /// Destroys a window as another program would, without asking its owner.
+    pub fn destroy(&self, window: &str) {
+        self.tool(&["windowclose", window]);
+    }
+
+    /// Kills the screen, with all connections to it.
+    pub fn kill(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+
     /// Presses a key, by its X name, in a window. A window that has just closed ignores it.
     pub fn press(&self, window: &str, key: &str) {
         self.tool(&["windowfocus", "--sync", window, "key", key]);

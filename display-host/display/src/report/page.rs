@@ -52,6 +52,7 @@ fn ended(how: Ended) -> &'static str {
         Ended::Stopped => "It was stopped by the user.",
         Ended::ControllerGone => "<b>The controller stopped responding before the end.</b>",
         Ended::ProcessDied => "<b>A process of the station died: see the warnings.</b>",
+        Ended::DisplayLost => "<b>The display was lost before the end: see the warnings.</b>",
     }
 }
 

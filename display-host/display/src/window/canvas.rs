@@ -84,6 +84,11 @@ impl Canvas {
         })
     }
 
+    /// Size of the window, pixels.
+    pub(super) fn size(&self) -> [u32; 2] {
+        [self.surface_config.width, self.surface_config.height]
+    }
+
     /// Makes the window visible.
     pub(super) fn show(&self) {
         self.window.set_visible(true);
@@ -138,9 +143,7 @@ impl Canvas {
         match self.surface.get_current_texture() {
             Current::Success(texture) | Current::Suboptimal(texture) => Ok(Some(texture)),
             Current::Outdated | Current::Lost => {
-                let size = self.window.inner_size();
-                self.surface_config.width = size.width.max(1);
-                self.surface_config.height = size.height.max(1);
+                // The size is that of the last `Resized`: asking a window that is gone panics.
                 self.surface
                     .configure(&self.gpu.device, &self.surface_config);
                 Ok(None)

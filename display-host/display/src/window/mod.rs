@@ -1,5 +1,6 @@
 //! Window of the station: picture and panel, frame after frame.
 
+mod apart;
 mod canvas;
 mod free_view;
 mod operate;
@@ -7,6 +8,7 @@ mod page;
 mod pending;
 mod refusal;
 mod screen;
+mod server;
 mod session;
 
 use std::path::PathBuf;
@@ -21,8 +23,10 @@ use winit::event::{DeviceEvent, DeviceId, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::WindowId;
 
+pub use self::apart::run_apart;
 pub use self::page::{Page, show_page};
 use self::screen::{Kept, Screen, Shown};
+pub use self::server::answers;
 use self::session::Session;
 use crate::DisplayError;
 use crate::headless::{Ended, Observed, Outcome};
@@ -129,9 +133,7 @@ pub fn run(
     };
     event_loop
         .run_app(&mut app)
-        .map_err(|error| DisplayError::NoWindow {
-            detail: error.to_string(),
-        })?;
+        .map_err(|error| no_window(&error))?;
     if let Some(error) = app.error {
         return Err(error);
     }
@@ -151,9 +153,18 @@ fn event_loop() -> Result<EventLoop<accesskit_winit::Event>, DisplayError> {
         wayland::EventLoopBuilderExtWayland::with_any_thread(&mut builder, true);
         x11::EventLoopBuilderExtX11::with_any_thread(&mut builder, true);
     }
-    builder.build().map_err(|error| DisplayError::NoWindow {
-        detail: error.to_string(),
-    })
+    builder.build().map_err(|error| no_window(&error))
+}
+
+/// The window system's error, without the place in winit's source where it arose.
+fn no_window(error: &winit::error::EventLoopError) -> DisplayError {
+    let said = error.to_string();
+    let words = said.split_once(".rs:").map_or(&*said, |(_, place)| {
+        place.trim_start_matches(|it: char| it.is_ascii_digit() || it == ':' || it == ' ')
+    });
+    DisplayError::NoWindow {
+        detail: words.to_owned(),
+    }
 }
 
 struct App<'a> {
@@ -272,6 +283,11 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             WindowEvent::CloseRequested => {
                 self.ended = Ended::Stopped;
                 events.exit();
+            }
+            WindowEvent::Destroyed => {
+                let detail = "another program closed it".to_owned();
+                self.screen = None;
+                self.fail(events, DisplayError::WindowLost { detail });
             }
             WindowEvent::RedrawRequested => self.frame(events),
             _ => {}

@@ -9,7 +9,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::WindowId;
 
 use super::canvas::Canvas;
-use super::event_loop;
+use super::{event_loop, no_window};
 use crate::DisplayError;
 
 /// Polling period of an idle page.
@@ -54,9 +54,7 @@ pub fn show_page(
     };
     event_loop
         .run_app(&mut app)
-        .map_err(|error| DisplayError::NoWindow {
-            detail: error.to_string(),
-        })?;
+        .map_err(|error| no_window(&error))?;
     app.error.map_or(Ok(()), Err)
 }
 

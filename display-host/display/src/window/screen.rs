@@ -106,7 +106,7 @@ impl Screen {
             lens: *self.renderer.lens(),
             effects: Some(self.renderer.effects().clone()),
             is_full: self.canvas.window.fullscreen().is_some(),
-            size: Some(self.canvas.window.inner_size().into()),
+            size: Some(self.canvas.size()),
             drawn_tick: self.drawn_tick,
         }
     }

@@ -23,7 +23,13 @@ pub(super) struct Finished {
 impl Shown<'_> {
     pub(super) fn finish(mut self) -> Result<Finished, Problem> {
         let mut summary = self.summary()?;
-        let mut whole = self.dead.is_empty() && self.outcome.ended != Ended::ControllerGone;
+        let is_lost = matches!(
+            self.outcome.ended,
+            Ended::ControllerGone | Ended::DisplayLost
+        );
+        let is_recorded = |it: &Recorded| it.problem.is_none();
+        let mut whole =
+            self.dead.is_empty() && !is_lost && summary.recording.as_ref().is_none_or(is_recorded);
         whole &= self.keep(&mut summary);
         whole &= self.write(&summary)?;
         if self.args.json {

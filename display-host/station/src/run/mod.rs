@@ -10,6 +10,7 @@ pub(crate) mod args;
 mod finish;
 mod plan;
 pub(crate) mod processes;
+mod room;
 mod show;
 mod start;
 mod watch;

@@ -6,7 +6,12 @@ use std::sync::atomic::AtomicBool;
 
 use shared_mem::service::Station;
 
+use display_host::window;
+
 use super::args::RunArgs;
+use super::room;
+use super::show::HEADLESS_SECONDS;
+use super::start::session_path;
 use crate::folder::Folder;
 use crate::output::{self, Format};
 use crate::problem::Problem;
@@ -30,6 +35,9 @@ pub(super) struct Planned<'a> {
 
 impl<'a> Planned<'a> {
     pub(super) fn new(args: &'a RunArgs) -> Result<Self, Problem> {
+        if !args.headless {
+            window::answers()?;
+        }
         let stop = stop::flag()?;
         let station = Station::new(&args.station)?;
         let assigned = Assigned::read(&args.task)?;
@@ -42,6 +50,11 @@ impl<'a> Planned<'a> {
         }
         let folder = Folder::open(&args.station, args.attach)?;
         let scene = scene::compile(&args.scene, &folder.scene())?;
+        if let Some(path) = session_path(args, out.as_deref()) {
+            session::check_target(&path)?;
+            let seconds = args.seconds.or(args.headless.then_some(HEADLESS_SECONDS));
+            room::check(&path, std::fs::metadata(&scene)?.len(), seconds)?;
+        }
         Ok(Self {
             args,
             stop,

@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use display_host::DisplayError;
 use display_host::headless::{self, HeadlessConfig, Observed, Outcome};
 use display_host::report::Recorder;
 use display_host::window::{self, WindowConfig};
@@ -19,11 +21,16 @@ use crate::surgeon::AtWork;
 use crate::task::{self, Live};
 
 /// Default length of a headless run, s.
-const HEADLESS_SECONDS: f64 = 10.0;
+pub(super) const HEADLESS_SECONDS: f64 = 10.0;
 /// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(1);
 /// Time that the display waits for a state.
 const PATIENCE_FOR_STATE: Duration = Duration::from_secs(30);
+
+/// The recorder, also after the window's thread has panicked.
+fn lock(recorder: &Mutex<Recorder>) -> MutexGuard<'_, Recorder> {
+    recorder.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// A run whose processes have ended.
 pub(super) struct Shown<'a> {
@@ -42,8 +49,8 @@ pub(super) struct Shown<'a> {
 
 impl<'a> Started<'a> {
     pub(super) fn show(mut self) -> Result<Shown<'a>, Problem> {
-        let mut recorder = Recorder::new();
-        let outcome = self.display(&mut recorder);
+        let recorder = Arc::new(Mutex::new(Recorder::new()));
+        let outcome = self.display(&recorder);
         let dead = self.watch.end();
         if let Some(why) = self.surgeon.take().and_then(AtWork::end) {
             say::note(format_args!("calot: the surgeon gave up: {why}"));
@@ -51,7 +58,8 @@ impl<'a> Started<'a> {
         let recorded = self.recording.map(Recording::end);
         // The end of the recording also ends the assessment.
         let assessed = self.live.map(Live::end);
-        let mut outcome = outcome?;
+        let mut outcome = outcome.unwrap_or_else(|lost| Outcome::lost(lost.to_string()));
+        let recorder = std::mem::take(&mut *lock(&recorder));
         if matches!(recorded, Some(None)) {
             let warning = "the recorder panicked; please report this";
             outcome.warnings.push(warning.to_owned());
@@ -69,26 +77,31 @@ impl<'a> Started<'a> {
         })
     }
 
-    fn display(&self, recorder: &mut Recorder) -> Result<Outcome, Problem> {
+    fn display(&self, recorder: &Arc<Mutex<Recorder>>) -> Result<Outcome, DisplayError> {
         let mut said = Instant::now();
-        let mut observe = |observed: Observed<'_>| {
+        let (recorder, sight, over) = (
+            recorder.clone(),
+            self.sight.clone(),
+            self.watch.over.clone(),
+        );
+        let mut observe = move |observed: Observed<'_>| {
             match &observed {
                 Observed::Progress(text) if said.elapsed() >= PROGRESS => {
                     say::note(format_args!("{text}"));
                     said = Instant::now();
                 }
                 Observed::Warning(text) => say::note(format_args!("warning: {text}")),
-                Observed::Scope(rad) => self.sight.tell(*rad),
+                Observed::Scope(rad) => sight.tell(*rad),
                 // The controller ends while the last pictures are drawn.
-                Observed::Over => self.watch.over.store(true, Ordering::Relaxed),
+                Observed::Over => over.store(true, Ordering::Relaxed),
                 _ => {}
             }
-            recorder.observe(&observed);
+            lock(&recorder).observe(&observed);
         };
-        Ok(match self.args.headless {
-            true => headless::run(&self.headless(), &self.stop, &mut observe)?,
-            false => window::run(&self.window(), &self.stop, &mut observe)?,
-        })
+        match self.args.headless {
+            true => headless::run(&self.headless(), &self.stop, &mut observe),
+            false => window::run_apart(self.window(), self.stop.clone(), observe),
+        }
     }
 
     fn headless(&self) -> HeadlessConfig {

@@ -108,7 +108,7 @@ impl<'a> Planned<'a> {
 
 /// File of the recording, if there is one. A joined session is not recorded: without its beginning
 /// it cannot be replayed.
-fn session_path(args: &RunArgs, out: Option<&Path>) -> Option<PathBuf> {
+pub(super) fn session_path(args: &RunArgs, out: Option<&Path>) -> Option<PathBuf> {
     let beside = out.filter(|_| !args.attach);
     args.record
         .clone()

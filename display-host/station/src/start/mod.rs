@@ -17,7 +17,7 @@ use assess::{Difficulty, Rules, Task};
 use display_host::ui::launcher::{
     Asking, Debrief, Failed, Launcher, Points, Running, Screen, Start, StartForm, Wish, launcher,
 };
-use display_host::window::{Page, show_page};
+use display_host::window::{self, Page, show_page};
 use display_host::words::Words;
 use store::{GOALS, Questionnaire, Store};
 
@@ -38,6 +38,7 @@ const PATIENCE_FOR_STORE: Duration = Duration::from_millis(300);
 
 /// Opens the launcher and runs it until it is closed.
 pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
+    window::answers()?;
     let stop = stop::flag()?;
     let rules = args.rules.as_deref().map(Rules::read).transpose()?;
     let questions = args.questionnaire.as_deref().map(Questionnaire::read);
@@ -54,13 +55,6 @@ pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
     }
     shown?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// True if there is a screen for a window.
-pub(crate) fn has_screen() -> bool {
-    ["DISPLAY", "WAYLAND_DISPLAY"]
-        .iter()
-        .any(|name| std::env::var_os(name).is_some_and(|it| !it.is_empty()))
 }
 
 /// State of the launcher.

@@ -181,6 +181,9 @@ impl<'a> Sim<'a> {
 
         let samples = ports.sample();
         self.inputs.take(&samples, &mut faults);
+        if self.inputs.is_settling() {
+            self.limit.restart();
+        }
         if self.inputs.has_leapt() {
             self.limit.restart();
             self.transition = Transition::NOTHING;

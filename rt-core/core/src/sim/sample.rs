@@ -13,6 +13,10 @@ const DEVICE_STALE_NS: u64 = 5_000_000;
 /// Time between two ticks after which the force starts from zero again, ns: as long as a stale
 /// sample takes to fade.
 const STANDSTILL_NS: u64 = 20_000_000;
+/// Time after a standstill, ns, for which no speed is computed from positions and the force stays
+/// zero. What a device sent meanwhile comes all at once: its way belongs to the time of the gap. A
+/// terminal hands on its 4 kB within a few milliseconds, on a busy machine within some ten.
+const SETTLE_NS: u64 = 50_000_000;
 /// Age at which a tracker sample is stale, ns: the camera stops.
 const TRACKER_STALE_NS: u64 = 100_000_000;
 /// Age at which the pedal's state is stale, ns.
@@ -102,6 +106,8 @@ pub(crate) struct Inputs {
     newly_pressed: Buttons,
     stood_still: bool,
     came_back: bool,
+    /// Time until which the lines hand on what they kept, ns.
+    settles_until_ns: TimeNs,
     now_ns: TimeNs,
 }
 
@@ -115,6 +121,9 @@ impl Inputs {
         self.stood_still =
             self.now_ns > 0 && samples.now_ns.saturating_sub(self.now_ns) > STANDSTILL_NS;
         faults.raise_if(self.stood_still, Fault::StaleDevice);
+        if self.stood_still {
+            self.settles_until_ns = samples.now_ns.saturating_add(SETTLE_NS);
+        }
         self.now_ns = self.now_ns.max(samples.now_ns);
 
         let before = self
@@ -127,9 +136,10 @@ impl Inputs {
         self.device.take(device, |sample| sample.at_ns);
         self.newly_pressed = Buttons::default();
         if let Polled::Fresh(sample) = device {
+            let before_gap = self.is_settling();
             self.velocity_m_s = sample
                 .velocity_m_s
-                .unwrap_or_else(|| velocity(before.as_ref(), &sample));
+                .unwrap_or_else(|| velocity(before.filter(|_| !before_gap).as_ref(), &sample));
             // A button that is pressed at the start acts only after it was released.
             let held = before.map_or(sample.buttons, |before| before.buttons);
             self.newly_pressed = Buttons(sample.buttons.0 & !held.0);
@@ -164,6 +174,11 @@ impl Inputs {
     /// machine), or the device was unplugged and has returned.
     pub(crate) const fn has_leapt(&self) -> bool {
         self.stood_still || self.came_back
+    }
+
+    /// True for a short time after a standstill: the force must not rise yet.
+    pub(crate) const fn is_settling(&self) -> bool {
+        self.now_ns < self.settles_until_ns
     }
 
     pub(crate) fn device_health(&self) -> Health {

@@ -16,8 +16,8 @@ const HALF_M: [[f64; 3]; 2] = [[0.04, 0.04, 0.012], [0.022, 0.018, 0.012]];
 const ROUND_M: f64 = 0.009;
 /// Gap between the two before the cushion falls, m.
 const FALL_M: f64 = 0.002;
-/// Skins nearer to each other than this meet, m.
-const NEAR_M: f64 = 0.0004;
+/// Skins nearer to each other than this meet, m: spheres alone would let them 0.7 mm in.
+const NEAR_M: f64 = 0.00055;
 /// A cushion whose spheres are all slower than this lies, m/s: the two slide on each other.
 const STILL_M_S: f32 = 0.03;
 /// Number of ticks after which the cushion lies.

@@ -1,0 +1,79 @@
+//! Room on the disk for a recording, before it begins.
+
+use std::path::Path;
+
+use crate::problem::Problem;
+use crate::say;
+
+/// Most bytes of an hour: tests of `session` hold its inputs below 330 MB and its course below
+/// 80 MB, with poses for viewers beside them.
+const HOUR_BYTES: f64 = 500e6;
+/// Room for the other results: pages, pictures, summary.
+const RESULTS_BYTES: u64 = 4 << 20;
+/// Time, s, for which room must be there.
+const LEAST_S: f64 = 60.0;
+/// Length of an operation, s, whose end nobody gave.
+const OPEN_S: f64 = 3600.0;
+
+/// Compares the room at `path` with the bytes of a session of `seconds` that holds a scene of this
+/// size. Warns if the session will not fit.
+///
+/// # Errors
+/// Not even a minute of it fits.
+pub(super) fn check(path: &Path, scene_bytes: u64, seconds: Option<f64>) -> Result<(), Problem> {
+    let Some(free) = free_bytes(path) else {
+        return Ok(()); // a file system that does not tell
+    };
+    let planned_s = seconds.unwrap_or(OPEN_S);
+    let need = |seconds: f64| scene_bytes + RESULTS_BYTES + (HOUR_BYTES * seconds / 3600.0) as u64;
+    let mb = |bytes: u64| bytes as f64 * 1e-6;
+    let place = path.display();
+    if free < need(planned_s.min(LEAST_S)) {
+        return Err(format!(
+            "{place}: {:.1} MB are free there, and {:.0} s of recording need {:.1} MB; make room, or record \
+             elsewhere with --out or --record",
+            mb(free),
+            planned_s.min(LEAST_S),
+            mb(need(planned_s.min(LEAST_S)))
+        )
+        .into());
+    }
+    if free < need(planned_s) {
+        let fits_s = (free - need(0.0)) as f64 / HOUR_BYTES * 3600.0;
+        say::note(format_args!(
+            "warning: {place}: {:.1} MB are free there, enough for about {:.0} minutes of recording; make room, or \
+             record elsewhere with --out or --record",
+            mb(free),
+            (fits_s / 60.0).floor()
+        ));
+    }
+    Ok(())
+}
+
+/// Bytes that this user may still write where the file is or will be.
+fn free_bytes(path: &Path) -> Option<u64> {
+    let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
+    let room = rustix::fs::statvfs(folder.unwrap_or(Path::new("."))).ok()?;
+    Some(room.f_bavail.saturating_mul(room.f_frsize))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_session_that_does_not_fit_is_refused_with_need_and_room() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("session.mcap");
+        check(&path, 0, Some(1.0)).unwrap();
+        let refused = check(&path, 1 << 60, Some(1.0)).unwrap_err().to_string();
+        for words in [
+            "session.mcap",
+            "are free",
+            "1 s of recording need",
+            "--record",
+        ] {
+            assert!(refused.contains(words), "{refused}");
+        }
+    }
+}
