@@ -18,6 +18,10 @@ use crate::home;
 /// Most scenes kept.
 const MOST: usize = 12;
 
+/// Most files, and folders, beside a glTF file that are looked at.
+const FILES_MAX: usize = 1000;
+const FOLDERS_MAX: usize = 16;
+
 /// Place of a recipe's scene in the cache.
 #[derive(Debug)]
 pub(crate) struct Kept {
@@ -38,6 +42,13 @@ impl Kept {
         for organ in &recipe.organs {
             if let Surface::Mesh { path, .. } = &organ.surface {
                 stamp(path)?.hash(&mut hash);
+                // The numbers of a glTF file may stand in others beside it.
+                if path
+                    .extension()
+                    .is_some_and(|it| it.eq_ignore_ascii_case("gltf"))
+                {
+                    buffers_beside(path)?.hash(&mut hash);
+                }
             }
         }
         let name = format!("{:016x}.calot", hash.finish());
@@ -70,6 +81,28 @@ impl Kept {
         let _ = fs::remove_file(&begun);
         forget_oldest(folder);
     }
+}
+
+/// Identities of all files in a mesh's folder, and in those below it, that may hold its numbers.
+fn buffers_beside(mesh: &Path) -> Option<Vec<(PathBuf, u64, u128)>> {
+    let folder = mesh.parent().filter(|it| !it.as_os_str().is_empty());
+    let mut folders = vec![folder.unwrap_or(Path::new(".")).to_owned()];
+    let mut found = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).ok()?.flatten().take(FILES_MAX) {
+            let path = entry.path();
+            match entry.file_type().ok()? {
+                kind if kind.is_dir() && folders.len() < FOLDERS_MAX => folders.push(path),
+                kind if kind.is_file() => found.extend(stamp(&path)),
+                _ => {}
+            }
+        }
+        if found.len() > FILES_MAX {
+            return None; // too many to look at each time: not kept
+        }
+    }
+    found.sort();
+    Some(found)
 }
 
 /// Identity of a file: path, size, and time of change in ns.
@@ -137,6 +170,7 @@ mod tests {
             path: "no-such-mesh.obj".into(),
             parts: Vec::new(),
             unit_m: None,
+            axes: scene_prepare::recipe::Axes::default(),
         };
         assert!(Kept::within(Path::new("x"), &recipe).is_none());
     }

@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use shared_mem::scene::{
-    ContactVertexRecord, LinkRecord, NO_CONTACT_VERTEX, OrganRecord, SceneData, SphereRecord,
-    TetraRecord, VertexRecord, name_from_str,
+    ContactVertexRecord, LinkRecord, NO_CONTACT_VERTEX, OrganKind, OrganRecord, SceneData,
+    SphereRecord, TetraRecord, VertexRecord, name_from_str,
 };
 
 use crate::budget::{self, Count};
@@ -182,6 +182,10 @@ fn assemble(
     runs::check(&scene, &recipe.organs, skins)?;
     report.warnings = support::warnings(&scene, &recipe.organs);
     report.warnings.extend(warning);
+    let sizes = recipe.organs.iter().zip(skins);
+    report
+        .warnings
+        .extend(sizes.filter_map(|(plan, skin)| unusual_size(plan, skin)));
     report.sum_up();
     report.tick_us = cost::work(&scene).tick_us();
     Ok(Prepared {
@@ -253,6 +257,7 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
             path,
             parts,
             unit_m,
+            axes,
         } => {
             let mut name = path.display().to_string();
             if !parts.is_empty() {
@@ -261,7 +266,10 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
             let read = mesh::read(path, parts);
             let mut from = name.clone();
             let scaled = read.map(|mesh| {
-                let (mesh, note) = in_metres(mesh, *unit_m);
+                let (mut mesh, note) = in_metres(mesh, *unit_m);
+                for p in &mut mesh.vertices {
+                    *p = axes.in_scene(*p);
+                }
                 from.push_str(&note);
                 mesh
             });
@@ -285,7 +293,8 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
     let gaps_m = mended.gaps_m();
     let gap_m = gaps_m.iter().copied().fold(0.0, f64::max);
     let spacing_m = libm::cbrt(mended.volume_m3 / plan.spheres as f64);
-    let mut story = format!("{from}; {mended}");
+    let [x, y, z] = extents_m(&mended.mesh).map(|it| 1e3 * it);
+    let mut story = format!("{from}; {x:.0} × {y:.0} × {z:.0} mm; {mended}");
     if !gaps_m.is_empty() {
         let (count, gap_mm) = (gaps_m.len() + 1, 1e3 * gap_m);
         if plan.pieces == Pieces::Near && gap_m > spacing_m {
@@ -296,6 +305,40 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
         ));
     }
     Ok(Skin { mended, story })
+}
+
+/// Lengths of a mesh along the axes, m.
+fn extents_m(mesh: &Mesh) -> [f64; 3] {
+    let [min, max] = mesh.bounds();
+    (max - min).into()
+}
+
+/// Usual longest extents of adults' organs, m, with the rare ones: livers of 15 to 25 cm, of
+/// children from 8, enlarged to 35; gallbladders of 7 to 10 cm, contracted from 2, distended to 18;
+/// stomachs of 20 to 30 cm (Gray's Anatomy, 42nd edition).
+const USUAL_M: [(OrganKind, f64, f64); 3] = [
+    (OrganKind::Liver, 0.08, 0.40),
+    (OrganKind::Gallbladder, 0.02, 0.18),
+    (OrganKind::Stomach, 0.10, 0.45),
+];
+
+/// Question about a mesh whose size is not that of its kind of organ.
+fn unusual_size(plan: &OrganPlan, mesh: &Mesh) -> Option<String> {
+    if !matches!(plan.surface, Surface::Mesh { .. }) {
+        return None;
+    }
+    let (_, least_m, most_m) = USUAL_M.iter().find(|(kind, ..)| *kind == plan.kind)?;
+    let longest_m = extents_m(mesh).into_iter().fold(0.0, f64::max);
+    (!(*least_m..=*most_m).contains(&longest_m)).then(|| {
+        format!(
+            "'{}' is {:.0} mm across, and organs of its kind are {:.0} to {:.0} mm: is the unit right? Give \
+             --unit or --scale (in a recipe: unit, scale), or another kind",
+            plan.name,
+            1e3 * longest_m,
+            1e3 * least_m,
+            1e3 * most_m
+        )
+    })
 }
 
 /// Replaces the hint of an extent error if the unit was guessed, because the extent then says

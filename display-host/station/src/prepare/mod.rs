@@ -1,6 +1,7 @@
 //! `calot prepare`.
 
 pub(crate) mod args;
+mod mesh;
 mod targets;
 
 use std::path::Path;
@@ -30,7 +31,7 @@ pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
         ],
         args.overwrite,
     )?;
-    let mut recipe = scene::recipe(&args.source, args.meshes.as_deref(), args.unit)?;
+    let mut recipe = scene::recipe(&args.source, args.meshes.as_deref(), &args.mesh.options())?;
     if let Some(spheres) = args.spheres {
         recipe = recipe.with_spheres(spheres)?;
     }

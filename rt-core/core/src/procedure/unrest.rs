@@ -358,7 +358,7 @@ mod tests {
         assert_eq!(run(&mut at_rest(), 60_000, swings), []);
         assert_eq!(run(&mut at_rest(), 60_000, |_, _| (BALL, 0.002)), []);
         let worked = |unrest: &mut Unrest, tick: u32| {
-            if tick % 5_000 == 0 {
+            if tick.is_multiple_of(5_000) {
                 unrest.disturb(0);
             }
             (BALL, 0.5)

@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         file if file.ends_with(".toml") => {
             Recipe::load(Path::new(file), rest.first().map(Path::new))?
         }
-        mesh => Recipe::from_mesh(Path::new(mesh), None)?,
+        mesh => Recipe::from_mesh(Path::new(mesh), &Default::default())?,
     };
     let prepared = prepare(&recipe, &mut |p| {
         eprintln!("{:3.0} % {}", 100.0 * p.done, p.doing);

@@ -7,7 +7,7 @@ use shared_mem::scene::OrganKind;
 use super::locate::{Step, line_of_offset, line_of_path};
 use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw, TieRaw};
 use super::{
-    Closing, Frame, Material, OrganPlan, Packing, Pieces, Place, Recipe, Region, RoomPlan,
+    Closing, Frame, Material, MeshOptions, OrganPlan, Packing, Place, Recipe, Region, RoomPlan,
     SPHERES_MAX, SPHERES_MIN, Surface, Tie, Unit,
 };
 use crate::Vec3;
@@ -33,6 +33,15 @@ const KINDS: [(&str, OrganKind, usize); 11] = [
     ("abdominal-wall", OrganKind::AbdominalWall, 240),
     ("vessel", OrganKind::Vessel, 32),
 ];
+
+/// The kind of this name.
+pub(super) fn organ_kind(name: &str) -> Result<OrganKind, String> {
+    let found = KINDS.iter().find(|(known, _, _)| *known == name);
+    let known = || KINDS.map(|(name, _, _)| name).join(", ");
+    found
+        .map(|(_, kind, _)| *kind)
+        .ok_or_else(|| format!("'{name}' is unknown; write one of {}", known()))
+}
 
 /// Spheres of this kind of organ when the recipe gives no count. The liver's is the paper's (Table
 /// 1).
@@ -221,15 +230,7 @@ fn check_organ(
         let problem = format!("'{}' is used twice; names must differ", raw.name);
         return Err(place.error(&at("name"), problem));
     }
-    let Some(&(_, kind, _)) = KINDS.iter().find(|(name, _, _)| *name == raw.kind) else {
-        let known: Vec<&str> = KINDS.iter().map(|(name, _, _)| *name).collect();
-        let problem = format!(
-            "'{}' is unknown; write one of {}",
-            raw.kind,
-            known.join(", ")
-        );
-        return Err(place.error(&at("kind"), problem));
-    };
+    let kind = organ_kind(&raw.kind).map_err(|problem| place.error(&at("kind"), problem))?;
     let unit_m = raw.unit.unwrap_or(Unit::Metre).metres();
     let scale = place.number(&at("scale"), raw.scale.unwrap_or(1.0), 1e-3..=1e3)?;
     let surface = match (raw.mesh, raw.shape) {
@@ -237,6 +238,7 @@ fn check_organ(
             path: meshes_dir.join(mesh),
             parts: raw.parts,
             unit_m: Some(unit_m * scale),
+            axes: raw.axes,
         },
         (None, Some(table)) => {
             let shape = Shape::from_table(table, anatomy);
@@ -505,7 +507,7 @@ fn name_is_usable(name: &str, bytes_max: usize) -> Result<(), String> {
     Ok(())
 }
 
-pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, RecipeError> {
+pub(super) fn from_mesh(path: &Path, options: &MeshOptions) -> Result<Recipe, RecipeError> {
     let stem = path
         .file_stem()
         .and_then(|stem| stem.to_str())
@@ -522,7 +524,10 @@ pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, Recip
             problem: "the mesh's file name has no usable characters; rename the file".into(),
         });
     }
-    let kind = OrganKind::Liver;
+    let kind = options.kind;
+    // Without a unit a factor applies to metres.
+    let is_scaled = options.scale.to_bits() != 1f64.to_bits();
+    let unit = options.unit.or(is_scaled.then_some(Unit::Metre));
     Ok(Recipe {
         name: name.clone(),
         tick_us: None,
@@ -532,11 +537,12 @@ pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, Recip
             kind,
             surface: Surface::Mesh {
                 path: path.into(),
-                parts: Vec::new(),
-                unit_m: unit.map(Unit::metres),
+                parts: options.parts.clone(),
+                unit_m: unit.map(|unit| unit.metres() * options.scale),
+                axes: options.axes,
             },
-            closing: Closing::Auto,
-            pieces: Pieces::Near,
+            closing: options.closing,
+            pieces: options.pieces,
             spheres: default_spheres(kind),
             gap_95_m: None,
             coarser: Vec::new(),

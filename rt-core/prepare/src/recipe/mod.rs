@@ -191,6 +191,8 @@ pub enum Surface {
         /// Metres per unit of the file. `None` takes its numbers for metres, or for millimetres if
         /// the mesh would be more than 2 m across.
         unit_m: Option<f64>,
+        /// Directions of the file's axes.
+        axes: Axes,
     },
     /// A built-in shape.
     Shape(Box<Shape>),
@@ -227,6 +229,75 @@ pub enum Pieces {
     Largest,
 }
 
+/// Directions of the three axes of a mesh file, named as radiology does by where they point.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
+pub enum Axes {
+    /// The scene's own axes: to the patient's left, to her head, to her front. So do figures stand
+    /// in glTF, with y up.
+    #[default]
+    #[serde(rename = "LSA")]
+    Lsa,
+    /// To the left, to the back, to the head: DICOM, ITK, VTK files of segmentations.
+    #[serde(rename = "LPS")]
+    Lps,
+    /// To the right, to the front, to the head: NIfTI, 3D Slicer, FreeSurfer.
+    #[serde(rename = "RAS")]
+    Ras,
+}
+
+impl Axes {
+    /// A point of the file in the scene's axes.
+    #[must_use]
+    pub fn in_scene(self, p: Vec3) -> Vec3 {
+        match self {
+            Self::Lsa => p,
+            Self::Lps => Vec3::new(p.x, p.z, -p.y),
+            Self::Ras => Vec3::new(-p.x, p.z, p.y),
+        }
+    }
+}
+
+/// What is said of a single mesh, as an organ of a recipe says it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshOptions {
+    /// Unit of its numbers; `None`: metres, or millimetres for a mesh more than 2 m across.
+    pub unit: Option<Unit>,
+    /// Factor on top of the unit, 0.001 to 1000.
+    pub scale: f64,
+    /// Directions of its axes.
+    pub axes: Axes,
+    /// Kind of organ: its material, its colour, its usual size.
+    pub kind: OrganKind,
+    /// Treatment of separate pieces.
+    pub pieces: Pieces,
+    /// Treatment of an open surface.
+    pub closing: Closing,
+    /// Names of the parts to take; all if empty.
+    pub parts: Vec<String>,
+}
+
+impl Default for MeshOptions {
+    fn default() -> Self {
+        Self {
+            unit: None,
+            scale: 1.0,
+            axes: Axes::default(),
+            kind: OrganKind::Liver,
+            pieces: Pieces::default(),
+            closing: Closing::Auto,
+            parts: Vec::new(),
+        }
+    }
+}
+
+/// The kind of organ that a recipe calls by this name.
+///
+/// # Errors
+/// A list of the names.
+pub fn organ_kind(name: &str) -> Result<OrganKind, String> {
+    check::organ_kind(name)
+}
+
 /// The unit of a mesh file's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
 pub enum Unit {
@@ -239,6 +310,9 @@ pub enum Unit {
     /// Millimetres.
     #[serde(rename = "mm")]
     Millimetre,
+    /// Inches.
+    #[serde(rename = "in")]
+    Inch,
 }
 
 impl Unit {
@@ -249,6 +323,7 @@ impl Unit {
             Self::Metre => 1.0,
             Self::Centimetre => 1e-2,
             Self::Millimetre => 1e-3,
+            Self::Inch => 0.0254,
         }
     }
 }
@@ -365,8 +440,8 @@ impl Recipe {
     ///
     /// # Errors
     /// When the path has no usable name.
-    pub fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Self, RecipeError> {
-        check::from_mesh(path, unit)
+    pub fn from_mesh(path: &Path, options: &MeshOptions) -> Result<Self, RecipeError> {
+        check::from_mesh(path, options)
     }
 
     /// Number of levels of detail, the finest included.

@@ -1,5 +1,6 @@
 //! Meshes as they come: a box, a mesh in two pieces, a mesh whose unit is guessed.
 
+use scene_prepare::recipe::{Axes, MeshOptions, Unit};
 use scene_prepare::{Recipe, Vec3, prepare};
 use std::path::PathBuf;
 
@@ -26,7 +27,7 @@ fn a_box_of_twelve_triangles_becomes_a_scene() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("box.obj");
     std::fs::write(&path, text).unwrap();
-    let recipe = Recipe::from_mesh(&path, None).unwrap();
+    let recipe = Recipe::from_mesh(&path, &MeshOptions::default()).unwrap();
     let prepared = prepare(&recipe.with_spheres(60).unwrap(), &mut |_| {}).unwrap();
     check(&prepared);
     assert_json_has_all_keys(&prepared.report);
@@ -95,7 +96,7 @@ fn far_pieces_are_refused_unless_the_recipe_says_what_to_do() {
 #[test]
 fn a_guessed_unit_is_said() {
     let (_folder, path) = two_balls();
-    let mut recipe = Recipe::from_mesh(&path, None).unwrap();
+    let mut recipe = Recipe::from_mesh(&path, &MeshOptions::default()).unwrap();
     recipe.organs[0].pieces = scene_prepare::recipe::Pieces::Join;
     recipe.room.look_at_m = Some(Vec3::zeros());
     let story = |recipe: &Recipe| {
@@ -108,9 +109,53 @@ fn a_guessed_unit_is_said() {
         guessed.contains("in millimetres as its size suggests: 100 mm across"),
         "{guessed}"
     );
-    let told = Recipe::from_mesh(&path, Some(scene_prepare::recipe::Unit::Centimetre)).unwrap();
+    let told = Recipe::from_mesh(
+        &path,
+        &MeshOptions {
+            unit: Some(Unit::Centimetre),
+            ..MeshOptions::default()
+        },
+    )
+    .unwrap();
     let scene_prepare::recipe::Surface::Mesh { unit_m, .. } = &told.organs[0].surface else {
         panic!("a mesh")
     };
     assert_eq!(*unit_m, Some(0.01));
+}
+
+/// A mesh in inches, or with the axes of a segmentation, becomes the same organ.
+#[test]
+fn units_and_axes_lead_to_the_same_organ() {
+    let (_folder, path) = two_balls();
+    let size_of = |options: MeshOptions| {
+        let recipe = Recipe::from_mesh(&path, &options).unwrap();
+        let built = prepare(&recipe.with_spheres(60).unwrap(), &mut |_| {}).unwrap();
+        let mesh = built.report.organs[0].mesh.clone();
+        (built.report.volume_ml, mesh, built.report.warnings)
+    };
+    let joined = || MeshOptions {
+        pieces: scene_prepare::recipe::Pieces::Join,
+        unit: Some(Unit::Millimetre),
+        ..MeshOptions::default()
+    };
+    let (volume_ml, story, _) = size_of(joined());
+    assert!(story.contains("100 × 40 × 40 mm"), "{story}");
+    let inches = MeshOptions {
+        unit: Some(Unit::Inch),
+        scale: 1.0 / 25.4,
+        ..joined()
+    };
+    assert!((size_of(inches).0 / volume_ml - 1.0).abs() < 1e-6);
+    for axes in [Axes::Lps, Axes::Ras] {
+        let (turned_ml, story, _) = size_of(MeshOptions { axes, ..joined() });
+        assert!((turned_ml / volume_ml - 1.0).abs() < 1e-6);
+        assert!(story.contains("100 × 40 × 40 mm"), "{story}");
+    }
+    let tenth = MeshOptions {
+        scale: 0.1,
+        ..joined()
+    };
+    let (_, story, warnings) = size_of(tenth);
+    let asked = warnings.iter().any(|it| it.contains("--unit or --scale"));
+    assert!(asked, "{story}: {warnings:?}");
 }
