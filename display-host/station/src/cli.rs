@@ -17,7 +17,7 @@ use crate::replay::args::ReplayArgs;
 use crate::report::args::ReportArgs;
 use crate::rt::RtArgs;
 use crate::run::args::RunArgs;
-use crate::start::{self, args::StartArgs};
+use crate::start::args::StartArgs;
 use crate::store::args::StoreArgs;
 
 /// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
