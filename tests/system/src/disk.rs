@@ -215,8 +215,10 @@ fn attributes_out(attributes: Vec<u8>) -> Vec<u8> {
 
 /// Version, and the most bytes of a write.
 fn greeting() -> Vec<u8> {
+    // Without this flag the kernel writes page by page, whatever the most is.
+    const BIG_WRITES: u32 = 1 << 5;
     let mut out = Vec::new();
-    for value in [7, 31, 0, 0, 0, WRITE_MAX as u32, 1] {
+    for value in [7, 31, 0, BIG_WRITES, 0, WRITE_MAX as u32, 1] {
         out.extend(u32::to_le_bytes(value));
     }
     out.resize(64, 0);
