@@ -35,6 +35,12 @@ impl Health {
         }
         self
     }
+
+    /// True if the disk no longer takes the recording, and did before.
+    #[must_use]
+    pub fn begins_to_fail(&self, before: Option<Standing>) -> bool {
+        self.standing != Standing::Recording && before == Some(Standing::Recording)
+    }
 }
 
 /// The disk's acceptance of a recording.
@@ -140,5 +146,9 @@ mod tests {
             Standing::Refused
         );
         assert_eq!(health(Standing::Ended).at(later).standing, Standing::Ended);
+        let failing = health(Standing::Refused);
+        assert!(failing.begins_to_fail(Some(Standing::Recording)));
+        assert!(!failing.begins_to_fail(Some(Standing::Refused)) && !failing.begins_to_fail(None));
+        assert!(!recording.begins_to_fail(Some(Standing::Recording)));
     }
 }

@@ -411,10 +411,11 @@ fn take_all(
             }
         }
         if flushed.elapsed() >= FLUSH_EVERY {
-            flushed = Instant::now();
             file.flush()?;
             tell(file.outbox.refused.as_deref(), &mut refused);
             *lock(health) = health_of(file);
+            // From the end of the write: after a slow one the queue is emptied first.
+            flushed = Instant::now();
         }
     }
 }

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod devices;
+mod disks;
 mod drill;
 mod elsewhere;
 mod failures;

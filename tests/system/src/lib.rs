@@ -1,5 +1,6 @@
 //! Fixtures shared by the system tests: the real program, its stations and its pictures.
 
+pub mod disk;
 mod program;
 pub mod screen;
 

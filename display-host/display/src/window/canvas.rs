@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
+use std::time::Instant;
 
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
@@ -19,6 +20,8 @@ pub(super) struct Canvas {
     surface_config: wgpu::SurfaceConfiguration,
     painter: egui_wgpu::Renderer,
     input: egui_winit::State,
+    /// Time from which egui counts.
+    start: Instant,
 }
 
 /// A frame of egui, laid out but not painted.
@@ -81,6 +84,7 @@ impl Canvas {
             surface_config,
             painter,
             input,
+            start: Instant::now(),
         })
     }
 
@@ -159,7 +163,7 @@ impl Canvas {
     /// Lays a frame out.
     pub(super) fn lay_out(&mut self, add: impl FnMut(&mut egui::Ui)) -> Laid {
         let context = self.input.egui_ctx().clone();
-        let input = self.input.take_egui_input(&self.window);
+        let input = self.take_input();
         let output = context.run_ui(input, add);
         self.input
             .handle_platform_output(&self.window, output.platform_output);
@@ -170,6 +174,22 @@ impl Canvas {
             textures: output.textures_delta,
             goes_on: root.is_some_and(|it| it.repaint_delay.is_zero()),
         }
+    }
+
+    /// Input for egui, as `egui_winit::State::take_egui_input` would take it if it did not ask the
+    /// window for its size: that panics once the window is gone.
+    fn take_input(&mut self) -> egui::RawInput {
+        let native = self.window.scale_factor() as f32;
+        let points = native * self.input.egui_ctx().zoom_factor();
+        let [width, height] = self.size().map(|pixels| pixels as f32 / points);
+        let input = self.input.egui_input_mut();
+        input.time = Some(self.start.elapsed().as_secs_f64());
+        let size = egui::vec2(width, height);
+        input.screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size));
+        input.viewport_id = egui::ViewportId::ROOT;
+        let viewport = input.viewports.entry(egui::ViewportId::ROOT).or_default();
+        viewport.native_pixels_per_point = Some(native);
+        input.take()
     }
 
     /// Paints it and presents it.

@@ -279,7 +279,12 @@ impl Session {
         self.ui.replay = self.replay.as_ref().map(newest);
         let newest = |it: &Arc<Mutex<_>>| *it.lock().unwrap_or_else(PoisonError::into_inner);
         let recording = self.recording.as_ref().map(newest);
+        let before = self.ui.recording.map(|it| it.standing);
         self.ui.recording = recording.map(|health| health.at(Instant::now()));
+        let failing = self.ui.recording.filter(|it| it.begins_to_fail(before));
+        if failing.is_some() {
+            self.ui.alarm = Some(self.ui.words.say("recording-alarm"));
+        }
         self.ui.is_view_free = self.free.is_some();
         self.sound(observer);
         self.ui.in_hand = self.operate.is_on();

@@ -65,6 +65,7 @@ recording-hangs = Aufzeichnung: der Datenträger reagiert seit einigen Sekunden 
 recording-gap = Aufzeichnung läuft, aber { $missing } Takte fehlen
 recording-events = Aufzeichnung läuft, aber { $missing } Ereignisse fehlen
 recording-ended = Aufzeichnung beendet: der Datenträger war zu lange voll
+recording-alarm = der Datenträger nimmt die Aufzeichnung nicht an; die Leiste sagt mehr
 
 ## Alarme
 alarm-touched = berührt: { $organ }

@@ -65,6 +65,7 @@ recording-hangs = Recording: the disk has not responded for some seconds; check 
 recording-gap = Recording, but { $missing } ticks are missing
 recording-events = Recording, but { $missing } events are missing
 recording-ended = Recording stopped: the disk was full for too long
+recording-alarm = the disk does not take the recording; the panel says more
 
 ## Alarms
 alarm-touched = touched: { $organ }

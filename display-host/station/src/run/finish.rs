@@ -27,9 +27,12 @@ impl Shown<'_> {
             self.outcome.ended,
             Ended::ControllerGone | Ended::DisplayLost
         );
+        // A session that is asked for and not there, or not whole, is a failure.
         let is_recorded = |it: &Recorded| it.problem.is_none();
-        let mut whole =
-            self.dead.is_empty() && !is_lost && summary.recording.as_ref().is_none_or(is_recorded);
+        let mut whole = self.dead.is_empty()
+            && !is_lost
+            && !self.recorder_panicked
+            && summary.recording.as_ref().is_none_or(is_recorded);
         whole &= self.keep(&mut summary);
         whole &= self.write(&summary)?;
         if self.args.json {

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use rustix::process::{Resource, getrlimit};
+
 use crate::problem::Problem;
 use crate::say;
 
@@ -21,8 +23,16 @@ const OPEN_S: f64 = 3600.0;
 /// # Errors
 /// Not even a minute of it fits.
 pub(super) fn check(path: &Path, scene_bytes: u64, seconds: Option<f64>) -> Result<(), Problem> {
-    let Some(free) = free_bytes(path) else {
-        return Ok(()); // a file system that does not tell
+    // A file system need not tell.
+    let free = free_bytes(path).unwrap_or(u64::MAX);
+    let limit = getrlimit(Resource::Fsize).current.unwrap_or(u64::MAX);
+    let (free, are_free, make_room) = match limit < free {
+        true => (
+            limit,
+            "are allowed by the limit of file sizes (`ulimit -f`)",
+            "raise the limit",
+        ),
+        false => (free, "are free there", "make room"),
     };
     let planned_s = seconds.unwrap_or(OPEN_S);
     let need = |seconds: f64| scene_bytes + RESULTS_BYTES + (HOUR_BYTES * seconds / 3600.0) as u64;
@@ -30,7 +40,7 @@ pub(super) fn check(path: &Path, scene_bytes: u64, seconds: Option<f64>) -> Resu
     let place = path.display();
     if free < need(planned_s.min(LEAST_S)) {
         return Err(format!(
-            "{place}: {:.1} MB are free there, and {:.0} s of recording need {:.1} MB; make room, or record \
+            "{place}: {:.1} MB {are_free}, and {:.0} s of recording need {:.1} MB; {make_room}, or record \
              elsewhere with --out or --record",
             mb(free),
             planned_s.min(LEAST_S),
@@ -41,7 +51,7 @@ pub(super) fn check(path: &Path, scene_bytes: u64, seconds: Option<f64>) -> Resu
     if free < need(planned_s) {
         let fits_s = (free - need(0.0)) as f64 / HOUR_BYTES * 3600.0;
         say::note(format_args!(
-            "warning: {place}: {:.1} MB are free there, enough for about {:.0} minutes of recording; make room, or \
+            "warning: {place}: {:.1} MB {are_free}, enough for about {:.0} minutes of recording; {make_room}, or \
              record elsewhere with --out or --record",
             mb(free),
             (fits_s / 60.0).floor()

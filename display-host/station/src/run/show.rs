@@ -43,6 +43,8 @@ pub(super) struct Shown<'a> {
     pub(super) outcome: Outcome,
     /// Messages about processes that died by themselves.
     pub(super) dead: Vec<String>,
+    /// True if the recording is lost by a defect of ours.
+    pub(super) recorder_panicked: bool,
     pub(super) recorded: Option<Recorded>,
     pub(super) assessed: Option<task::Ended>,
 }
@@ -60,7 +62,8 @@ impl<'a> Started<'a> {
         let assessed = self.live.map(Live::end);
         let mut outcome = outcome.unwrap_or_else(|lost| Outcome::lost(lost.to_string()));
         let recorder = std::mem::take(&mut *lock(&recorder));
-        if matches!(recorded, Some(None)) {
+        let recorder_panicked = matches!(recorded, Some(None));
+        if recorder_panicked {
             let warning = "the recorder panicked; please report this";
             outcome.warnings.push(warning.to_owned());
         }
@@ -72,6 +75,7 @@ impl<'a> Started<'a> {
             recorder,
             outcome,
             dead,
+            recorder_panicked,
             recorded: recorded.flatten(),
             assessed: assessed.flatten(),
         })
