@@ -52,9 +52,13 @@ fn a_window_that_another_program_destroys_loses_no_result() {
     };
     let (station, out) = (station_name("destroyed"), folder.path().join("out"));
     let run = operate(&screen, &station, &out);
-    let windows = screen.windows();
-    let (id, _) = windows.first().expect("the station's window");
-    screen.destroy(id);
+    let mut found = None;
+    wait_until("the station's window", || {
+        found = screen.windows().pop();
+        found.is_some()
+    });
+    let (id, _) = found.expect("it is there");
+    screen.destroy(&id);
     assert_nothing_is_lost(run, &out, "the window was lost");
 }
 
