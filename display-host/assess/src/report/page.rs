@@ -259,7 +259,9 @@ fn not_counted(page: &mut Page, values: &Values) {
     let noise_mm = values.get(Metric::Noise);
     if noise_mm > 0.0 {
         let consequence = match noise_mm <= NOISE_MAX_MM {
-            true => "Movements of the tip within 1 mm do not count, so it adds less than 5 mm of path a minute.",
+            true => {
+                "Movements of the tip within 1 mm do not count, so it adds less than 5 mm of path a minute."
+            }
             false => {
                 "That is more than is kept out: path and movements contain some of it, and rest \
                  counts as less. Mend the device, or filter it in the station file."

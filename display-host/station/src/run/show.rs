@@ -52,6 +52,7 @@ impl<'a> Started<'a> {
         // The end of the recording also ends the assessment.
         let assessed = self.live.map(Live::end);
         let mut outcome = outcome?;
+        outcome.warnings.extend(self.warnings);
         if matches!(recorded, Some(None)) {
             let warning = "the recorder panicked; please report this";
             outcome.warnings.push(warning.to_owned());
