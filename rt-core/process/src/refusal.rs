@@ -70,7 +70,7 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// What decides whether Linux grants realtime.
+/// State of the process that decides if Linux grants realtime.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Circumstances {
     /// Effective capability `CAP_SYS_NICE`.
@@ -262,7 +262,7 @@ impl Circumstances {
 
     fn mend(&self, call: &Call, cause: Cause) -> String {
         match cause {
-            Cause::Limit if self.container => DOCKER.to_owned(),
+            Cause::Limit if self.container => format!("{DOCKER}; outside of a container {LIMITS}"),
             Cause::Limit => LIMITS.to_owned(),
             Cause::UserNamespace => "no capability given inside helps: raise rtprio to 95 and \
                 memlock to unlimited for this user outside (`calot check --install` there), or use \

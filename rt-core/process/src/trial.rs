@@ -1,5 +1,5 @@
-//! Trial of what the controller will ask of Linux: each call is made, judged by its result, and taken
-//! back. `calot check` reports it.
+//! Trial of what the controller will ask of Linux: each call is made, judged by its result, and
+//! taken back. `calot check` reports it.
 
 use std::sync::mpsc;
 

@@ -233,8 +233,8 @@ fn verdict(page: &mut Page, chapter: &Chapter) {
     }
 }
 
-/// Noise up to which a resting hand walks less than 5 mm a minute, mm (`tally/hands.rs`): 0.41 of it
-/// passes the low-pass, and three times that is the play.
+/// Noise up to which a resting hand walks less than 5 mm a minute, mm (`tally/hands.rs`): 0.41 of
+/// it passes the low-pass, and three times that is the play.
 const NOISE_MAX_MM: f64 = 0.4;
 
 /// Times that are not the trainee's, and the noise of the handle.

@@ -2,9 +2,9 @@
 //!
 //! # Noise and sampling rates
 //!
-//! A hand at rest does not rest in the numbers: a device's noise is some tenths of a millimetre, and
-//! a path that sums it grows by metres a minute. Counts of movements by a threshold of speed differ
-//! with the tracker's noise and rate (ICSAD). So each track is measured in four steps:
+//! A hand at rest does not rest in the numbers: a device's noise is some tenths of a millimetre,
+//! and a path that sums it grows by metres a minute. Counts of movements by a threshold of speed
+//! differ with the tracker's noise and rate (ICSAD). So each track is measured in four steps:
 //!
 //! 1. The mean over each [`GRID_S`]: whatever the rate of the samples, the rest sees one rate.
 //! 2. Two low-pass stages of 10 Hz, above what a hand does on purpose. White noise of a standard

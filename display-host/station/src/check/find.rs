@@ -25,7 +25,7 @@ const LATENCY_TIMER_MAX_MS: u64 = 1;
 pub(crate) struct System {
     /// `/`, or a folder of the same layout.
     root: PathBuf,
-    /// What Linux granted when it was asked.
+    /// Outcomes of asking Linux.
     trial: Trial,
     /// Time for which a realtime thread may run without a sleep, until the kernel ends the process,
     /// µs; `None`: unlimited.
@@ -143,7 +143,7 @@ fn affinity(system: &System, core: usize) -> Finding {
     tried("core of the tick", &system.trial.pinned, granted, should)
 }
 
-/// Calot ends a runaway tick itself after 200 ms; a lower limit of the user's would end the process.
+/// Calot ends a runaway tick itself after 200 ms; a lower limit would end the process.
 fn runaway(system: &System) -> Finding {
     let should = "200 ms or more: calot itself stops a runaway tick by then";
     let name = "limit rttime";

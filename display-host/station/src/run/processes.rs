@@ -25,7 +25,7 @@ pub(crate) struct Running {
     pub(crate) children: Vec<Process>,
     /// Level of the scene that the controller took. The display must show it.
     pub(crate) scene: PathBuf,
-    /// What to tell about the controller: it is not realtime, and why.
+    /// A warning about a controller that is not realtime, with the cause.
     pub(crate) warnings: Vec<String>,
 }
 
