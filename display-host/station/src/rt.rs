@@ -13,7 +13,7 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Exit code for a scene that `--strict` refuses. The station then tries a coarser one.
+/// Exit code for a scene that `--must-fit` refuses. The station then tries a coarser one.
 pub(crate) const DOES_NOT_FIT: u8 = 3;
 
 #[derive(Debug, Clone, Args)]
@@ -59,7 +59,8 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
         SchedulerName::Deadline => Scheduler::Deadline,
     };
     config.coarser = args.controller.realtime.coarser.clone();
-    if args.controller.realtime.strict {
+    config.must_be_realtime = args.controller.realtime.strict;
+    if args.controller.realtime.strict || args.controller.realtime.must_fit {
         config.admission = AdmissionPolicy::Strict;
     }
     if let (Some(line), Some(tty)) = (

@@ -39,6 +39,7 @@ pub mod probe;
 mod publisher;
 pub mod realtime;
 mod reconnect;
+pub mod refusal;
 pub mod rehearsal;
 pub mod replay;
 mod run;
@@ -54,6 +55,7 @@ mod thread;
 mod tick;
 mod tick_thread;
 pub mod time_driver;
+pub mod trial;
 mod watch;
 
 pub use config::{AdmissionPolicy, Realtime, RtConfig, Scheduler};

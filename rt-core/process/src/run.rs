@@ -259,7 +259,11 @@ impl Run<'_> {
         if !tick.standing.is_realtime() {
             crate::say!("calot rt: NOT REALTIME; every report says so");
         }
-        let mut on_ready = Some(on_ready);
+        let refused = self.config.must_be_realtime && !tick.standing.is_realtime();
+        if refused {
+            self.shared.ask_to_end(Ended::Asked);
+        }
+        let mut on_ready = Some(on_ready).filter(|_| !refused);
         let runaway = RunawayGuard::arm();
         if let Err(error) = &runaway {
             crate::say!("calot rt: a runaway tick would not be stopped: RLIMIT_RTTIME: {error}");
@@ -294,6 +298,11 @@ impl Run<'_> {
         }
         join("tick", tick.thread)?;
         join("devices", tick.opener)?;
+        if refused {
+            return Err(RtError::NotRealtime {
+                refused: tick.standing.refused,
+            });
+        }
         Ok(Supervised {
             ended: self.shared.asked_to_end().unwrap_or(Ended::Asked),
             standing: tick.standing,

@@ -1,4 +1,5 @@
-//! `calot check`: tells whether this machine is fit for realtime. For each property it prints the
+//! `calot check`: tells whether this machine is fit for realtime. What the controller will ask of
+//! Linux, it asks as well and takes back; the rest it reads. For each property it prints the
 //! current state, the required state and the command that fixes it.
 
 mod files;
@@ -43,7 +44,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
         say::answer(files::script(&std::env::current_exe()?, core));
         return Ok(ExitCode::SUCCESS);
     }
-    let findings = find::all(&System::this(), core);
+    let findings = find::all(&System::this(core), core);
     let bad = findings.iter().any(|f| f.verdict == Verdict::Bad);
     if args.json {
         let json = serde_json::json!({"core": core, "fit": !bad, "findings": findings});

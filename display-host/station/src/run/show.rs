@@ -62,6 +62,7 @@ impl<'a> Started<'a> {
         let assessed = self.live.map(Live::end);
         let mut outcome = outcome.unwrap_or_else(|lost| Outcome::lost(lost.to_string()));
         let recorder = std::mem::take(&mut *lock(&recorder));
+        outcome.warnings.extend(self.warnings);
         let recorder_panicked = matches!(recorded, Some(None));
         if recorder_panicked {
             let warning = "the recorder panicked; please report this";

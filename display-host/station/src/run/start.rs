@@ -32,6 +32,8 @@ pub(super) struct Started<'a> {
     /// Passes the viewing angle of the endoscope to the recording.
     pub(super) sight: Sight,
     pub(super) watch: Watch,
+    /// Warnings about the controller, for the summary.
+    pub(super) warnings: Vec<String>,
     pub(super) surgeon: Option<AtWork>,
 }
 
@@ -51,10 +53,15 @@ impl<'a> Planned<'a> {
             Some(path) => Some((path, listen(args, &station)?)),
             None => None,
         };
-        let Running { children, scene } = match args.attach {
+        let Running {
+            children,
+            scene,
+            warnings,
+        } = match args.attach {
             true => Running {
                 children: Vec::new(),
                 scene, // its user tells it the scene
+                warnings: Vec::new(),
             },
             false => processes::start(args, &scene, folder.path(), &stop)?,
         };
@@ -101,6 +108,7 @@ impl<'a> Planned<'a> {
             recording,
             sight,
             watch,
+            warnings,
             surgeon,
         })
     }
