@@ -86,7 +86,7 @@ pub(crate) fn all(system: &System, core: usize) -> Vec<Finding> {
     ]
 }
 
-fn finding(
+pub(super) fn finding(
     name: &'static str,
     verdict: Verdict,
     is: impl Into<String>,

@@ -5,7 +5,9 @@
 mod files;
 mod find;
 mod finding;
+mod removal;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -44,7 +46,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
         say::answer(files::script(&std::env::current_exe()?, core));
         return Ok(ExitCode::SUCCESS);
     }
-    let findings = find::all(&System::this(core), core);
+    let mut findings = find::all(&System::this(core), core);
+    findings.push(removal::removal(Path::new("/")));
     let bad = findings.iter().any(|f| f.verdict == Verdict::Bad);
     if args.json {
         let json = serde_json::json!({"core": core, "fit": !bad, "findings": findings});
