@@ -19,6 +19,7 @@ use crate::config::{AdmissionPolicy, Realtime, RtConfig};
 use crate::error::RtError;
 use crate::fit;
 use crate::handover::Handover;
+use crate::notice::Notices;
 use crate::publisher::{self, COMMAND_QUEUE, EVENT_QUEUE, RECORD_QUEUE};
 use crate::realtime::{self, NoDeepIdle, Standing};
 use crate::reconnect::Opener;
@@ -269,6 +270,7 @@ impl Run<'_> {
             crate::say!("calot rt: a runaway tick would not be stopped: RLIMIT_RTTIME: {error}");
         }
         let mut watch = Watch::new();
+        let mut notices = Notices::new(self.config.haptic.clone());
         let mut asked_at_ns = None;
         while !tick.thread.is_finished() {
             sleep(LOOK_EVERY);
@@ -281,6 +283,7 @@ impl Run<'_> {
                 self.shared.ask_to_end(Ended::Asked);
             }
             watch.look(&self.shared);
+            notices.look(&self.shared);
             watch.look_at_standing(&self.shared, &mut tick.standing);
             if runaway.as_ref().is_ok_and(RunawayGuard::tripped) {
                 realtime::demote(self.shared.tick_thread.load(Relaxed));

@@ -68,6 +68,14 @@ impl Shown<'_> {
             // A controller that died before the display saw a tick has still run these ticks.
             summary.ticks = summary.ticks.max(recorded.ticks);
         }
+        let haptic = self.args.controller.devices.haptic.as_deref();
+        for (fault, ticks) in &summary.faults {
+            if let Some(text) = rt_process::notice::sentence(fault, haptic, 0) {
+                summary
+                    .warnings
+                    .push(format!("{text} ({fault}: {ticks} ticks)"));
+            }
+        }
         summary.recording = recorded;
         summary.task = self.assessed.as_ref().map(|it| it.summary.clone());
         Ok(summary)
