@@ -67,11 +67,14 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         format!("{sent_hz:.0} samples/s, declared {declared_hz:.0}, allowed 50 % off"),
         host,
     );
-    report.judge(
-        "intervals",
-        arrivals.count() > 1,
-        format!("between fresh samples {}", arrivals.intervals()),
-    );
+    if arrivals.count() > 1 {
+        let intervals = format!("between fresh samples {}", arrivals.intervals());
+        report.judge("intervals", true, intervals);
+    } else {
+        let count = arrivals.count();
+        let detail = format!("{count} valid samples in {seconds:.1} s, needed are 2");
+        report.judge_time("intervals", false, detail, host);
+    }
     let share = |part: u64| part as f32 / (frames + lost + bad).max(1) as f32;
     report.judge_time(
         "gaps",
@@ -85,7 +88,24 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         format!("{bad} bad frames, allowed is 1 %"),
         host,
     );
-    report.judge("finite", finite, "every pose and velocity is finite".into());
+    let dropped = after.dropped_writes - before.dropped_writes;
+    report.judge_time(
+        "writes",
+        dropped == 0,
+        format!("{dropped} forces refused by the line"),
+        host,
+    );
+    if arrivals.count() == 0 {
+        for name in ["finite", "workspace", "speed"] {
+            report.skip(name, "there was no valid sample");
+        }
+        return;
+    }
+    let words = match finite {
+        true => "every pose and velocity is finite",
+        false => "a pose or a velocity is not finite",
+    };
+    report.judge("finite", finite, words.into());
     let radius_m = capabilities.workspace_radius_m;
     report.judge(
         "workspace",
@@ -96,12 +116,5 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         "speed",
         fastest_m_s < 5.0,
         format!("fastest {fastest_m_s:.2} m/s, allowed is 5 m/s"),
-    );
-    let dropped = after.dropped_writes - before.dropped_writes;
-    report.judge_time(
-        "writes",
-        dropped == 0,
-        format!("{dropped} forces refused by the line"),
-        host,
     );
 }
