@@ -74,15 +74,14 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         format!("{sent_hz:.0} samples/s, declared {declared_hz:.0}, allowed 50 % off"),
         host,
     );
-    report.judge(
-        "intervals",
-        arrivals.count() > 1,
-        if arrivals.count() > 1 {
-            format!("between fresh samples {}", arrivals.intervals())
-        } else {
-            "no valid sample came".into()
-        },
-    );
+    if arrivals.count() > 1 {
+        let intervals = format!("between fresh samples {}", arrivals.intervals());
+        report.judge("intervals", true, intervals);
+    } else {
+        let count = arrivals.count();
+        let detail = format!("{count} valid samples in {seconds:.1} s, needed are 2");
+        report.judge_time("intervals", false, detail, host);
+    }
     let share = |part: u64| part as f32 / (frames + lost + bad).max(1) as f32;
     report.judge_time(
         "gaps",
@@ -103,15 +102,18 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         format!("{dropped} forces refused by the line"),
         host,
     );
-    let has_samples = arrivals.count() > 0;
     judge_findings(report, found, bundle_ms, host);
-    if !has_samples {
+    if arrivals.count() == 0 {
         for name in ["finite", "workspace", "speed"] {
             report.skip(name, "there was no valid sample");
         }
         return;
     }
-    report.judge("finite", finite, "every pose and velocity is finite".into());
+    let words = match finite {
+        true => "every pose and velocity is finite",
+        false => "a pose or a velocity is not finite",
+    };
+    report.judge("finite", finite, words.into());
     let radius_m = capabilities.workspace_radius_m;
     report.judge(
         "workspace",

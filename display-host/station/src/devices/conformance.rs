@@ -14,6 +14,7 @@ use crate::problem::Problem;
 use crate::say;
 
 pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
+    say::keep_answers_apart()?;
     let seconds = Duration::try_from_secs_f64(args.seconds)?;
     if !args.json {
         say::note(format_args!(
@@ -54,9 +55,11 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         say::answer(report.to_string().trim_end());
         match report.checks.first() {
             Some(first) if first.outcome == Outcome::Fail => {
-                say::note(
-                    "The device may speak another protocol: try `--driver woody`, `bird` or `hapi-gen3`",
-                );
+                if args.driver.is_serial() {
+                    say::note(
+                        "The device may speak another protocol: try `--driver woody`, `bird` or `hapi-gen3`",
+                    );
+                }
             }
             _ if report.passed() => say::note("The device meets the needs of the station."),
             _ => {}

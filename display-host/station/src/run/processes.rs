@@ -141,8 +141,10 @@ fn control(
             }
             Err(problem) => problem,
         };
-        let early = problem.downcast_ref::<EndedEarly>();
-        let code = early.and_then(|early| early.status.code());
+        let refused = problem
+            .downcast_ref::<EndedEarly>()
+            .filter(|early| early.has_refused);
+        let code = refused.and_then(|early| early.status.code());
         match next {
             Some(recipe) if code == Some(DOES_NOT_FIT.into()) => {
                 say::note("calot: taking the next coarser level of the scene");
