@@ -11,3 +11,4 @@ mod launcher;
 mod main_job;
 mod operation;
 mod replay;
+mod swept;

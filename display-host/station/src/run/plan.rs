@@ -41,6 +41,9 @@ impl<'a> Planned<'a> {
             output::check("--gif", path, Format::Animation, args.overwrite)?;
         }
         let folder = Folder::open(&args.station, args.attach)?;
+        if !args.attach {
+            station.check_room()?;
+        }
         let scene = scene::compile(&args.scene, &folder.scene())?;
         Ok(Self {
             args,
