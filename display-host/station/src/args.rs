@@ -235,8 +235,8 @@ pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn parse_station(text: &str) -> Result<String, String> {
-    match shared_mem::service::Station::new(text) {
-        Ok(_) => Ok(text.to_owned()),
+    match shared_mem::service::Station::check_name(text) {
+        Ok(()) => Ok(text.to_owned()),
         Err(error) => Err(error.to_string()),
     }
 }

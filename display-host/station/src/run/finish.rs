@@ -6,7 +6,6 @@ use display_host::headless::{Ended, Outcome};
 use display_host::report::{Summary, write};
 use figures::Machine;
 use session::Recorded;
-use shared_mem::scene::SceneFile;
 
 use super::show::Shown;
 use crate::problem::Problem;
@@ -60,8 +59,7 @@ impl Shown<'_> {
             outcome.ended = Ended::ProcessDied;
         }
         outcome.warnings.extend(self.dead.iter().cloned());
-        let scene = SceneFile::open(&self.scene)?;
-        let mut summary = self.recorder.summary(&scene, outcome, Machine::read());
+        let mut summary = self.recorder.summary(&self.scene, outcome, Machine::read());
         let unrest = summary.unrest.iter().map(|it| it.warning.clone());
         outcome.warnings.extend(unrest);
         if let Some(recorded) = &recorded {

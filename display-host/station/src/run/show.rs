@@ -10,6 +10,7 @@ use display_host::headless::{self, HeadlessConfig, Observed, Outcome};
 use display_host::report::Recorder;
 use display_host::window::{self, WindowConfig};
 use session::{Recorded, Recording};
+use shared_mem::scene::SceneFile;
 
 use super::args::RunArgs;
 use super::start::Started;
@@ -38,7 +39,7 @@ pub(super) struct Shown<'a> {
     pub(super) out: Option<PathBuf>,
     /// Holds the scene and the station's lock until the report is written.
     pub(super) _folder: Folder,
-    pub(super) scene: PathBuf,
+    pub(super) scene: SceneFile,
     pub(super) recorder: Recorder,
     pub(super) outcome: Outcome,
     /// Messages about processes that died by themselves.
@@ -72,7 +73,7 @@ impl<'a> Started<'a> {
             args: self.args,
             out: self.out,
             _folder: self.folder,
-            scene: self.scene,
+            scene: self.open_scene,
             recorder,
             outcome,
             dead,

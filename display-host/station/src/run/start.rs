@@ -27,6 +27,8 @@ pub(super) struct Started<'a> {
     pub(super) folder: Folder,
     /// Level of the scene that runs.
     pub(super) scene: PathBuf,
+    /// The same, open: the report needs it even if somebody removes the file meanwhile.
+    pub(super) open_scene: SceneFile,
     pub(super) live: Option<Live>,
     pub(super) recording: Option<Recording>,
     /// Passes the viewing angle of the endoscope to the recording.
@@ -66,6 +68,7 @@ impl<'a> Planned<'a> {
             false => processes::start(args, &scene, folder.path(), &stop)?,
         };
         folder.tell(&scene)?;
+        let open_scene = SceneFile::open(&scene)?;
         let assignment = assigned.as_ref().map(Assigned::assignment);
         let task = assigned.as_ref().map(Assigned::task);
         let begins = assigned.as_ref().and_then(Assigned::start);
@@ -104,6 +107,7 @@ impl<'a> Planned<'a> {
             out,
             folder,
             scene,
+            open_scene,
             live,
             recording,
             sight,
