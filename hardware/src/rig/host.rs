@@ -16,7 +16,7 @@ use super::wire::{Capabilities, DeviceKind, Hello, Message, VERSION, stop_frame}
 
 /// USB adapters ignore the rate. A UART at this rate carries 1 kHz of `STATE` in half its time.
 pub(crate) const BAUD: u32 = 1_000_000;
-/// Longest wait for the device's answer. Opening the line resets many boards, and their loaders take
+/// Longest wait for the device's answer. Opening the line resets many boards, whose loaders take
 /// up to 3 s before the firmware runs (serialport-rs issue 251).
 const HANDSHAKE: Duration = Duration::from_secs(5);
 /// Wait after which the user is told why.

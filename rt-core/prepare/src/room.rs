@@ -53,9 +53,9 @@ pub fn default_gravity() -> Vec3 {
     Vec3::new(0.0, -libm::sin(tilt), -libm::cos(tilt)) * 9.81
 }
 
-/// The room as the recipe gives it. Missing values are derived from the organs' skins. If the recipe
-/// names neither ports nor a target, and the default ones do not suit the target organ, a warning
-/// comes with the room.
+/// The room as the recipe gives it. Missing values are derived from the organs' skins. If it names
+/// neither ports nor a target, and the default ones do not suit the target organ, a warning comes
+/// with the room.
 ///
 /// # Errors
 /// When the instrument reaches no suitable point of the target organ from the ports that the recipe
