@@ -13,8 +13,8 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Exit code for a scene that `--must-fit` refuses. The station then tries a coarser one, if it also
-/// reads [`REFUSED`]: a device's library that ends the process may choose the same code.
+/// Exit code for a scene that `--must-fit` refuses. The station then tries a coarser one, if it
+/// also reads [`REFUSED`]: a device's library that ends the process may choose the same code.
 pub(crate) const DOES_NOT_FIT: u8 = 3;
 
 #[derive(Debug, Clone, Args)]

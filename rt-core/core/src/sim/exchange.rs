@@ -106,8 +106,8 @@ pub enum Optional {
 pub trait Ports {
     /// Returns time, newest samples and command.
     fn sample(&mut self) -> Samples;
-    /// Returns the faults that the device's driver found in the samples. Whether the handle leapt is
-    /// an input like a sample: a replay returns the recorded answer.
+    /// Returns the faults that the device's driver found in the samples. Whether the handle leapt
+    /// is an input like a sample: a replay returns the recorded answer.
     fn findings(&mut self) -> Findings {
         Findings::default()
     }
