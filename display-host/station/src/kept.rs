@@ -38,6 +38,9 @@ impl Kept {
         for organ in &recipe.organs {
             if let Surface::Mesh { path, .. } = &organ.surface {
                 stamp(path)?.hash(&mut hash);
+                for beside in scene_prepare::mesh::beside(path) {
+                    stamp(&beside)?.hash(&mut hash);
+                }
             }
         }
         let name = format!("{:016x}.calot", hash.finish());
@@ -131,12 +134,32 @@ mod tests {
     }
 
     #[test]
+    fn a_changed_buffer_beside_a_gltf_file_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let mesh = folder.path().join("a.gltf");
+        let text = r#"{"asset": {"version": "2.0"},
+            "buffers": [{"uri": "my%20data.bin", "byteLength": 4},
+                {"uri": "data:;base64,AAAA", "byteLength": 3}]}"#;
+        fs::write(&mesh, text).unwrap();
+        let data = folder.path().join("my data.bin");
+        let recipe = Recipe::from_mesh(&mesh, None).unwrap();
+        let place = || Kept::within(Path::new("x"), &recipe).map(|kept| kept.path);
+        assert_eq!(place(), None, "its buffer is missing");
+        fs::write(&data, "1234").unwrap();
+        let first = place().unwrap();
+        assert_eq!(place(), Some(first.clone()));
+        fs::write(&data, "12345").unwrap();
+        assert_ne!(place(), Some(first));
+    }
+
+    #[test]
     fn a_mesh_that_is_not_there_is_not_kept() {
         let mut recipe = Recipe::built_in().unwrap();
         recipe.organs[0].surface = Surface::Mesh {
             path: "no-such-mesh.obj".into(),
             parts: Vec::new(),
             unit_m: None,
+            axes: scene_prepare::recipe::Axes::default(),
         };
         assert!(Kept::within(Path::new("x"), &recipe).is_none());
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use scene_prepare::recipe::Unit;
+use scene_prepare::recipe::MeshOptions;
 use scene_prepare::{Prepared, Progress, Recipe};
 use shared_mem::scene::{SceneData, SceneFile};
 
@@ -26,7 +26,7 @@ pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Proble
         SceneFile::open(named)?;
         return Ok(named.to_owned());
     }
-    let recipe = recipe(&args.scene, args.meshes.as_deref(), None)?;
+    let recipe = recipe(&args.scene, args.meshes.as_deref(), &MeshOptions::default())?;
     bring(&recipe, target)?;
     Ok(target.to_owned())
 }
@@ -50,7 +50,7 @@ pub(crate) fn in_memory(args: &SceneArgs) -> Result<SceneFile, Problem> {
     if has_extension(Path::new(file), &["calot"]) {
         return Ok(SceneFile::open(Path::new(&args.scene))?);
     }
-    let recipe = recipe(&args.scene, args.meshes.as_deref(), None)?;
+    let recipe = recipe(&args.scene, args.meshes.as_deref(), &MeshOptions::default())?;
     let prepared = prepare(&recipe.level(0))?;
     Ok(SceneFile::from_bytes(&prepared.scene.to_bytes()?)?)
 }
@@ -61,7 +61,7 @@ pub(crate) fn coarser(args: &SceneArgs, level: u32) -> Option<Recipe> {
     if level > COARSER_LEVELS {
         return None;
     }
-    let recipe = recipe(&args.scene, args.meshes.as_deref(), None).ok()?;
+    let recipe = recipe(&args.scene, args.meshes.as_deref(), &MeshOptions::default()).ok()?;
     let spheres: usize = recipe.organs.iter().map(|organ| organ.spheres).sum();
     recipe.with_spheres(spheres >> level).ok()
 }
@@ -70,7 +70,7 @@ pub(crate) fn coarser(args: &SceneArgs, level: u32) -> Option<Recipe> {
 pub(crate) fn recipe(
     source: &str,
     meshes: Option<&Path>,
-    unit: Option<Unit>,
+    mesh: &MeshOptions,
 ) -> Result<Recipe, Problem> {
     let path = Path::new(source);
     if source == "built-in" {
@@ -82,14 +82,19 @@ pub(crate) fn recipe(
     if has_extension(path, &["toml"]) {
         return Ok(Recipe::load(path, meshes)?);
     }
-    if has_extension(path, &["obj", "stl", "ply", "gltf", "glb"]) {
-        return Ok(Recipe::from_mesh(path, unit)?);
+    if is_mesh(source) {
+        return Ok(Recipe::from_mesh_as(path, mesh)?);
     }
     Err(format!(
         "'{source}' is not a scene: name `built-in`, `triangle`, `triangle-variant`, a recipe (.toml), a mesh (.obj .stl .ply \
          .gltf .glb), or a compiled scene (.calot)"
     )
     .into())
+}
+
+/// True for the name of a mesh file.
+pub(crate) fn is_mesh(source: &str) -> bool {
+    has_extension(Path::new(source), &["obj", "stl", "ply", "gltf", "glb"])
 }
 
 /// Prepares every level of detail, finest first.
@@ -133,8 +138,8 @@ mod tests {
 
     #[test]
     fn both_courses_of_duct_and_artery_have_a_name() {
-        let usual = recipe("triangle", None, None).unwrap();
-        let variant = recipe("triangle-variant", None, None).unwrap();
+        let usual = recipe("triangle", None, &MeshOptions::default()).unwrap();
+        let variant = recipe("triangle-variant", None, &MeshOptions::default()).unwrap();
         assert_ne!(usual.organs, variant.organs);
     }
 
@@ -167,7 +172,9 @@ mod tests {
     #[test]
     fn file_that_is_no_scene_is_said_to_be_none() {
         for source in ["", "liver", "scene.yaml", "built_in"] {
-            let error = recipe(source, None, None).unwrap_err().to_string();
+            let error = recipe(source, None, &MeshOptions::default())
+                .unwrap_err()
+                .to_string();
             assert!(error.contains("is not a scene"), "{error}");
         }
     }

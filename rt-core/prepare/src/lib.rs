@@ -72,6 +72,7 @@ mod prepare;
 mod prepared;
 pub mod room;
 mod runs;
+mod size;
 mod skeleton;
 pub mod skin;
 mod steady;

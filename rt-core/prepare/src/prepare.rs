@@ -15,12 +15,12 @@ use crate::held::Plane;
 use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
 use crate::prepared::Prepared;
-use crate::recipe::{OrganPlan, Pieces, Recipe, Surface};
+use crate::recipe::{Axes, OrganPlan, Pieces, Recipe, Surface};
 use crate::report::{OrganReport, Report};
 use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
-use crate::{Vec3, attach, bind, cost, held, links, overlap, room, runs, steady, support};
+use crate::{Vec3, attach, bind, cost, held, links, overlap, room, runs, size, steady, support};
 
 /// Progress of the preparation.
 #[derive(Debug, Clone, PartialEq)]
@@ -182,6 +182,15 @@ fn assemble(
     runs::check(&scene, &recipe.organs, skins)?;
     report.warnings = support::warnings(&scene, &recipe.organs);
     report.warnings.extend(warning);
+    for (plan, (surface, skin)) in recipe.organs.iter().zip(surfaces.iter().zip(skins)) {
+        let size_mm = size::dimensions_mm(skin.bounds());
+        let doubt = surface
+            .unit_m
+            .and_then(|it| size::doubt(plan.kind, size_mm, it));
+        report
+            .warnings
+            .extend(doubt.map(|doubt| format!("'{}' {doubt}", plan.name)));
+    }
     report.sum_up();
     report.tick_us = cost::work(&scene).tick_us();
     Ok(Prepared {
@@ -240,9 +249,12 @@ struct Skin {
     mended: Mended,
     /// Origin of the mesh and the repairs made to it.
     story: String,
+    /// Metres for which a unit of the mesh file was taken; `None` for a built-in shape.
+    unit_m: Option<f64>,
 }
 
 fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
+    let mut taken_m = None;
     let (name, from, read) = match &plan.surface {
         Surface::Shape(shape) => (
             "built-in shape".to_owned(),
@@ -253,6 +265,7 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
             path,
             parts,
             unit_m,
+            axes,
         } => {
             let mut name = path.display().to_string();
             if !parts.is_empty() {
@@ -261,7 +274,8 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
             let read = mesh::read(path, parts);
             let mut from = name.clone();
             let scaled = read.map(|mesh| {
-                let (mesh, note) = in_metres(mesh, *unit_m);
+                let (mesh, metres, note) = in_metres(mesh, *unit_m, *axes);
+                taken_m = Some(metres);
                 from.push_str(&note);
                 mesh
             });
@@ -295,7 +309,11 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
             ", {count} separate pieces linked across up to {gap_mm:.1} mm"
         ));
     }
-    Ok(Skin { mended, story })
+    Ok(Skin {
+        mended,
+        story,
+        unit_m: taken_m,
+    })
 }
 
 /// Replaces the hint of an extent error if the unit was guessed, because the extent then says
@@ -309,12 +327,16 @@ fn with_guessed_unit(surface: &Surface, mut problem: MeshProblem) -> MeshProblem
 }
 
 /// Scales a mesh to metres. Without a unit it is taken for metres, or for millimetres if it would
-/// be more than 2 m across. The note names a guessed unit.
-fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> (Mesh, String) {
+/// be more than 2 m across. Returns the metres per unit too. The note names the unit and says why.
+fn in_metres(mut mesh: Mesh, unit_m: Option<f64>, axes: Axes) -> (Mesh, f64, String) {
     let [min, max] = mesh.bounds();
     let across = (max - min).max();
     let (scale, note) = match unit_m {
-        Some(scale) => (scale, String::new()),
+        Some(scale) => {
+            // Nanometres are exact enough, and 25.4 is written as 25.4.
+            let mm = (1e9 * scale).round() / 1e6;
+            (scale, format!(", a unit is {mm} mm as told"))
+        }
         None => {
             let (scale, unit) = if across > 2.0 {
                 (1e-3, "millimetres")
@@ -327,9 +349,14 @@ fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> (Mesh, String) {
         }
     };
     for p in &mut mesh.vertices {
-        *p *= scale;
+        *p = axes.to_world(p) * scale;
     }
-    (mesh, note)
+    let axes = match axes {
+        Axes::Lsa => "",
+        Axes::Ras => ", axes RAS",
+        Axes::Lps => ", axes LPS",
+    };
+    (mesh, scale, note + axes)
 }
 
 fn build(
@@ -407,6 +434,7 @@ fn figures(plan: &OrganPlan, skin: &Skin, organ: &Organ, held: &[bool]) -> Organ
     OrganReport {
         name: plan.name.clone(),
         mesh: skin.story.clone(),
+        size_mm: size::dimensions_mm(surface.mesh.bounds()),
         vertices: surface.mesh.vertices.len(),
         triangles: surface.mesh.triangles.len(),
         build_s: 0.0,

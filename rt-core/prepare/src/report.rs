@@ -91,6 +91,8 @@ pub struct OrganReport {
     pub name: String,
     /// Origin of its mesh and the repairs made to it.
     pub mesh: String,
+    /// Length, width and height of its box, mm, longest first.
+    pub size_mm: [f64; 3],
     /// Vertices of the skin.
     pub vertices: usize,
     /// Triangles of the skin.
@@ -260,8 +262,16 @@ impl fmt::Display for Report {
         for o in &self.organs {
             writeln!(
                 f,
-                "{}: {} vertices, {} triangles; {}; {} spheres: {}",
-                o.name, o.vertices, o.triangles, o.mesh, o.spheres, o.spheres_because
+                "{}: {:.0} × {:.0} × {:.0} mm; {} vertices, {} triangles; {}; {} spheres: {}",
+                o.name,
+                o.size_mm[0],
+                o.size_mm[1],
+                o.size_mm[2],
+                o.vertices,
+                o.triangles,
+                o.mesh,
+                o.spheres,
+                o.spheres_because
             )?;
             if let Some(cells) = &o.cells {
                 writeln!(

@@ -281,3 +281,37 @@ proptest::proptest! {
         }
     }
 }
+
+/// A point 1 towards the patient's left, 2 to the head and 3 to the front, as each program has it.
+#[test]
+fn axes_of_other_programs_become_those_of_the_world() {
+    use scene_prepare::Vec3;
+    use scene_prepare::recipe::Axes;
+    let world = Vec3::new(1.0, 2.0, 3.0);
+    for (axes, file) in [
+        (Axes::Lsa, [1.0, 2.0, 3.0]),
+        (Axes::Ras, [-1.0, 3.0, 2.0]),
+        (Axes::Lps, [1.0, -3.0, 2.0]),
+    ] {
+        assert_eq!(axes.to_world(&Vec3::from(file)), world, "{axes:?}");
+    }
+}
+
+#[test]
+fn units_and_axes_of_a_recipe_are_read_by_their_names() {
+    use scene_prepare::recipe::Axes;
+    for (lines, unit, expected) in [
+        ("unit = \"in\"\naxes = \"ras\"", 0.0254, Axes::Ras),
+        ("unit = \"mm\"\naxes = \"z-up\"", 0.001, Axes::Lps),
+        ("axes = \"y-up\"", 1.0, Axes::Lsa),
+    ] {
+        let text = format!(
+            "name = \"a\"\n[[organ]]\nname = \"a\"\nkind = \"liver\"\nmesh = \"a.obj\"\n{lines}\n"
+        );
+        let recipe = Recipe::parse(&text, "a", std::path::Path::new(".")).unwrap();
+        let Surface::Mesh { unit_m, axes, .. } = &recipe.organs[0].surface else {
+            panic!("a mesh")
+        };
+        assert_eq!((*unit_m, *axes), (Some(unit), expected));
+    }
+}

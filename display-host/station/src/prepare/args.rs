@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use scene_prepare::recipe::Unit;
 
+use super::mesh::MeshArgs;
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -13,6 +13,7 @@ Examples:
   calot prepare built-in --out built-in.calot
   calot prepare triangle --budget-us 300 --levels 3 --out triangle.calot
   calot prepare liver.obj --spheres 581 --json report.json --picture liver.png
+  calot prepare segmentation.stl --unit mm --axes ras --pieces largest
   calot prepare tests/assets/hra-female.toml --meshes DIR --out female.calot")]
 pub(crate) struct PrepareArgs {
     /// Scene: `built-in` (four organs), `triangle` (with Calot's triangle), `triangle-variant`
@@ -27,9 +28,6 @@ pub(crate) struct PrepareArgs {
     /// their recipe
     #[arg(long, value_name = "N")]
     pub(crate) spheres: Option<usize>,
-    /// Unit of a single mesh: m, cm or mm [default: m, or mm for a mesh more than 2 m across]
-    #[arg(long, value_name = "UNIT", value_parser = parse_unit)]
-    pub(crate) unit: Option<Unit>,
     /// Error budget, mm, 0.05 to 50: use the fewest spheres that keep 95 % of the skin of each
     /// organ within this distance
     #[arg(long, value_name = "MM", value_parser = parse_budget_mm, conflicts_with = "spheres")]
@@ -50,6 +48,8 @@ pub(crate) struct PrepareArgs {
     /// Write the report as JSON to this file; `-` is standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
 }
@@ -75,15 +75,6 @@ fn parse_levels(text: &str) -> Result<usize, String> {
             "a file holds 1 to {} levels",
             shared_mem::scene::LEVELS_MAX
         )),
-    }
-}
-
-fn parse_unit(text: &str) -> Result<Unit, String> {
-    match text {
-        "m" => Ok(Unit::Metre),
-        "cm" => Ok(Unit::Centimetre),
-        "mm" => Ok(Unit::Millimetre),
-        _ => Err("a unit is m, cm or mm".into()),
     }
 }
 

@@ -1,6 +1,7 @@
 //! `calot prepare`.
 
 pub(crate) mod args;
+mod mesh;
 mod targets;
 
 use std::path::Path;
@@ -30,7 +31,14 @@ pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
         ],
         args.overwrite,
     )?;
-    let mut recipe = scene::recipe(&args.source, args.meshes.as_deref(), args.unit)?;
+    let mut recipe = scene::recipe(&args.source, args.meshes.as_deref(), &args.mesh.options())?;
+    if let (false, Some([option, key])) = (scene::is_mesh(&args.source), args.mesh.given()) {
+        return Err(format!(
+            "{option} is for a single mesh; for '{}' write `{key}` at the organ in a recipe",
+            args.source
+        )
+        .into());
+    }
     if let Some(spheres) = args.spheres {
         recipe = recipe.with_spheres(spheres)?;
     }

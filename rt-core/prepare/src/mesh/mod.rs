@@ -4,10 +4,11 @@ mod close;
 mod pieces;
 mod read;
 mod repair;
+mod touch;
 mod weld;
 mod wrap;
 
-pub use read::{Format, parse, read};
+pub use read::{Format, beside, parse, read};
 pub use repair::{Mended, mend};
 
 use crate::Vec3;

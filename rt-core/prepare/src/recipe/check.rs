@@ -7,7 +7,7 @@ use shared_mem::scene::OrganKind;
 use super::locate::{Step, line_of_offset, line_of_path};
 use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw, TieRaw};
 use super::{
-    Closing, Frame, Material, OrganPlan, Packing, Pieces, Place, Recipe, Region, RoomPlan,
+    Closing, Frame, Material, MeshOptions, OrganPlan, Packing, Place, Recipe, Region, RoomPlan,
     SPHERES_MAX, SPHERES_MIN, Surface, Tie, Unit,
 };
 use crate::Vec3;
@@ -33,6 +33,18 @@ const KINDS: [(&str, OrganKind, usize); 11] = [
     ("abdominal-wall", OrganKind::AbdominalWall, 240),
     ("vessel", OrganKind::Vessel, 32),
 ];
+
+/// The kind of organ with this name.
+#[must_use]
+pub fn kind_named(name: &str) -> Option<OrganKind> {
+    let row = KINDS.iter().find(|(known, _, _)| *known == name);
+    row.map(|(_, kind, _)| *kind)
+}
+
+/// Names of all kinds of organs.
+pub fn kind_names() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().map(|(name, _, _)| *name)
+}
 
 /// Spheres of this kind of organ when the recipe gives no count. The liver's is the paper's (Table
 /// 1).
@@ -237,6 +249,7 @@ fn check_organ(
             path: meshes_dir.join(mesh),
             parts: raw.parts,
             unit_m: Some(unit_m * scale),
+            axes: raw.axes.unwrap_or_default(),
         },
         (None, Some(table)) => {
             let shape = Shape::from_table(table, anatomy);
@@ -505,7 +518,7 @@ fn name_is_usable(name: &str, bytes_max: usize) -> Result<(), String> {
     Ok(())
 }
 
-pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, RecipeError> {
+pub(super) fn from_mesh(path: &Path, options: &MeshOptions) -> Result<Recipe, RecipeError> {
     let stem = path
         .file_stem()
         .and_then(|stem| stem.to_str())
@@ -522,7 +535,12 @@ pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, Recip
             problem: "the mesh's file name has no usable characters; rename the file".into(),
         });
     }
-    let kind = OrganKind::Liver;
+    let kind = options.kind.unwrap_or(OrganKind::Liver);
+    let unit_m = options.unit.map(Unit::metres);
+    let unit_m = match options.scale {
+        Some(scale) => Some(unit_m.unwrap_or(1.0) * scale),
+        None => unit_m,
+    };
     Ok(Recipe {
         name: name.clone(),
         tick_us: None,
@@ -532,17 +550,18 @@ pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, Recip
             kind,
             surface: Surface::Mesh {
                 path: path.into(),
-                parts: Vec::new(),
-                unit_m: unit.map(Unit::metres),
+                parts: options.parts.clone(),
+                unit_m,
+                axes: options.axes,
             },
-            closing: Closing::Auto,
-            pieces: Pieces::Near,
+            closing: options.closing.unwrap_or(Closing::Auto),
+            pieces: options.pieces,
             spheres: default_spheres(kind),
             gap_95_m: None,
             coarser: Vec::new(),
             gravity_share: 0.0,
             breath_m: Vec3::zeros(),
-            packing: Packing::Even,
+            packing: default_packing(kind),
             material: Material::typical(kind),
             held: vec![Region::Base(0.15)],
             attached: Vec::new(),

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 
 use shared_mem::scene::OrganKind;
 
+pub use check::{kind_named, kind_names};
 pub use material::Material;
 
 use crate::Vec3;
@@ -191,6 +192,8 @@ pub enum Surface {
         /// Metres per unit of the file. `None` takes its numbers for metres, or for millimetres if
         /// the mesh would be more than 2 m across.
         unit_m: Option<f64>,
+        /// Directions of the file's axes.
+        axes: Axes,
     },
     /// A built-in shape.
     Shape(Box<Shape>),
@@ -239,6 +242,9 @@ pub enum Unit {
     /// Millimetres.
     #[serde(rename = "mm")]
     Millimetre,
+    /// Inches.
+    #[serde(rename = "in")]
+    Inch,
 }
 
 impl Unit {
@@ -249,8 +255,57 @@ impl Unit {
             Self::Metre => 1.0,
             Self::Centimetre => 1e-2,
             Self::Millimetre => 1e-3,
+            Self::Inch => 0.0254,
         }
     }
+}
+
+/// Directions of the three axes of a mesh file.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Axes {
+    /// Left, superior, anterior: x to the patient's left, y to the head, z to the front, as the
+    /// atlas and glTF (y up) have them.
+    #[default]
+    #[serde(alias = "y-up")]
+    Lsa,
+    /// Right, anterior, superior: x to the patient's right, y to the front, z to the head.
+    Ras,
+    /// Left, posterior, superior: x to the patient's left, y to the back, z to the head, as DICOM
+    /// and ITK have them.
+    #[serde(alias = "z-up")]
+    Lps,
+}
+
+impl Axes {
+    /// A point in the world's axes. None of these turns a mesh inside out.
+    #[must_use]
+    pub fn to_world(self, p: &Vec3) -> Vec3 {
+        match self {
+            Self::Lsa => *p,
+            Self::Ras => Vec3::new(-p.x, p.z, p.y),
+            Self::Lps => Vec3::new(p.x, p.z, -p.y),
+        }
+    }
+}
+
+/// What a mesh file does not say about itself, for [`Recipe::from_mesh_as`].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MeshOptions {
+    /// Unit of its numbers.
+    pub unit: Option<Unit>,
+    /// Factor on all lengths. Without a unit it is metres per unit of the file.
+    pub scale: Option<f64>,
+    /// Directions of its axes.
+    pub axes: Axes,
+    /// Kind of organ. Default: liver.
+    pub kind: Option<OrganKind>,
+    /// Names of the parts to take; all if empty.
+    pub parts: Vec<String>,
+    /// Treatment of an open surface. Default: [`Closing::Auto`].
+    pub closing: Option<Closing>,
+    /// Treatment of a surface in separate pieces.
+    pub pieces: Pieces,
 }
 
 /// Packing of spheres.
@@ -366,7 +421,19 @@ impl Recipe {
     /// # Errors
     /// When the path has no usable name.
     pub fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Self, RecipeError> {
-        check::from_mesh(path, unit)
+        let options = MeshOptions {
+            unit,
+            ..MeshOptions::default()
+        };
+        check::from_mesh(path, &options)
+    }
+
+    /// As [`Recipe::from_mesh`], with everything that a mesh file does not say about itself.
+    ///
+    /// # Errors
+    /// When the path has no usable name.
+    pub fn from_mesh_as(path: &Path, options: &MeshOptions) -> Result<Self, RecipeError> {
+        check::from_mesh(path, options)
     }
 
     /// Number of levels of detail, the finest included.

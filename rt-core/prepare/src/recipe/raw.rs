@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{Attached, Closing, Layers, Packing, Pieces, Place, Region, Unit};
+use super::{Attached, Axes, Closing, Layers, Packing, Pieces, Place, Region, Unit};
 use crate::shape::Anatomy;
 
 #[derive(Debug, Deserialize)]
@@ -72,6 +72,7 @@ pub(super) struct OrganRaw {
     pub(super) parts: Vec<String>,
     pub(super) unit: Option<Unit>,
     pub(super) scale: Option<f64>,
+    pub(super) axes: Option<Axes>,
     pub(super) shape: Option<toml::Table>,
     pub(super) closing: Option<Closing>,
     pub(super) pieces: Option<Pieces>,

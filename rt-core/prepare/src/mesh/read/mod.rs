@@ -101,6 +101,12 @@ impl Format {
     }
 }
 
+/// Files that a mesh file names as its own: the buffers of a glTF file.
+#[must_use]
+pub fn beside(path: &Path) -> Vec<std::path::PathBuf> {
+    gltf::buffers(path)
+}
+
 /// Reads the triangles of a file, in its own units. `parts` names the solids (text STL), objects or
 /// groups (OBJ) or nodes (glTF, with all below them) to take; if it is empty, all are taken.
 ///

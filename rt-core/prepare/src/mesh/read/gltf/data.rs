@@ -200,8 +200,9 @@ fn decoded(embedded: &str) -> Result<Vec<u8>, MeshProblem> {
         .map_err(|error| bad(&error.to_string()))
 }
 
-/// Data of a file beside the glTF file, or below its folder. Its name may be percent-encoded.
-fn beside(uri: &str, folder: &Path) -> Result<Vec<u8>, MeshProblem> {
+/// Path of a file beside the glTF file, or below its folder. Its name may be percent-encoded.
+/// `None` if it lies elsewhere.
+pub(super) fn place(uri: &str, folder: &Path) -> Option<PathBuf> {
     let name = percent_decode_str(uri).decode_utf8_lossy();
     let mut path = PathBuf::from(&*name);
     let is_below = |path: &Path| {
@@ -209,13 +210,21 @@ fn beside(uri: &str, folder: &Path) -> Result<Vec<u8>, MeshProblem> {
         steps.all(|step| matches!(step, Component::Normal(_) | Component::CurDir))
     };
     if name.contains(['\\', '\0']) || !is_below(&path) {
-        let detail = format!("its data '{uri}' are not below its folder; put the file beside it");
-        return Err(malformed("glTF", &detail));
+        return None;
     }
     // Some programs write the name as it is, with the percent signs that it has.
     if !folder.join(&path).exists() && is_below(Path::new(uri)) {
         path = uri.into();
     }
-    content(&folder.join(path))
-        .map_err(|problem| malformed("glTF", &format!("its data '{name}' {problem}")))
+    Some(folder.join(path))
+}
+
+/// Data of a file beside the glTF file, or below its folder.
+fn beside(uri: &str, folder: &Path) -> Result<Vec<u8>, MeshProblem> {
+    let path = place(uri, folder).ok_or_else(|| {
+        let detail = format!("its data '{uri}' are not below its folder; put the file beside it");
+        malformed("glTF", &detail)
+    })?;
+    let name = percent_decode_str(uri).decode_utf8_lossy();
+    content(&path).map_err(|problem| malformed("glTF", &format!("its data '{name}' {problem}")))
 }

@@ -30,6 +30,27 @@ struct Reading<'a, 'b> {
     bytes: u64,
 }
 
+/// Files beside a glTF file that hold its data; none for another or an unreadable file.
+pub(super) fn buffers(path: &Path) -> Vec<std::path::PathBuf> {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    if !extension.is_some_and(|it| ["gltf", "glb"].iter().any(|e| it.eq_ignore_ascii_case(e))) {
+        return Vec::new();
+    }
+    let Ok(bytes) = super::content(path) else {
+        return Vec::new();
+    };
+    let Ok(text) = without_mark("glTF", &bytes) else {
+        return Vec::new();
+    };
+    let Ok(file) = gltf::Gltf::from_slice_without_validation(text) else {
+        return Vec::new();
+    };
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let uris = file.document.into_json().buffers.into_iter();
+    let uris = uris.filter_map(|buffer| buffer.uri.filter(|uri| !uri.starts_with("data:")));
+    uris.filter_map(|uri| data::place(&uri, folder)).collect()
+}
+
 pub(super) fn parse(
     content: &[u8],
     folder: &Path,
