@@ -68,9 +68,9 @@ pub use health::{Health, Recorded, Standing};
 pub use info::{Assignment, Finish, Info, hex, printable};
 pub use operation::Operation;
 pub use read::Session;
-pub use record::{Config, Listening, Recording, Sight};
+pub use record::{Config, Listening, Recording, Sight, check_target};
 pub use records::End;
-pub use storage::{Storage, check_target, create_private, is_being_recorded};
+pub use storage::{Storage, create_private, is_being_recorded};
 
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 //! simulation, whose publisher overwrites anything that is not fetched.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -19,7 +19,7 @@ use crate::course::Entry;
 use crate::file::{Error, SessionFile};
 use crate::health::{Health, Recorded, Standing};
 use crate::info::{Assignment, Info, hex};
-use crate::storage::{Storage, create_recording};
+use crate::storage::{Storage, check_recording, create_recording};
 
 /// Capacity of the queue to the writing thread, messages: about 40 s of a session.
 const QUEUE: usize = 6144;
@@ -33,6 +33,17 @@ const TOOLS_EVERY: Duration = Duration::from_millis(50);
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
 /// Longest wait for a hanging disk at the end.
 const HANGING_MAX: Duration = Duration::from_secs(30);
+
+/// Checks that a recording can be written to `path`, and changes nothing there.
+///
+/// # Errors
+/// See [`Error::Create`].
+pub fn check_target(path: &Path) -> Result<(), Error> {
+    check_recording(path).map_err(|source| Error::Create {
+        path: path.to_owned(),
+        source,
+    })
+}
 
 enum Item {
     Inputs(Box<InputBatch>),

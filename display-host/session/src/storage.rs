@@ -7,8 +7,6 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::file::Error;
-
 /// Most bytes that wait for a full or slow disk: more than a minute of a session.
 const WAITING_MAX_BYTES: usize = 16 << 20;
 
@@ -62,23 +60,15 @@ pub fn create_private(path: &Path) -> io::Result<File> {
 }
 
 /// Checks that a recording can be written to `path`, and changes nothing there.
-///
-/// # Errors
-/// See [`Error::Create`].
-pub fn check_target(path: &Path) -> Result<(), Error> {
+pub(crate) fn check_recording(path: &Path) -> io::Result<()> {
     let is_new = !path.exists();
-    let checked = refuse_pipe(path).and_then(|()| {
-        let file = open_private(path)?;
-        let free = lock_file(&file);
-        if is_new {
-            std::fs::remove_file(path)?;
-        }
-        free
-    });
-    checked.map_err(|source| Error::Create {
-        path: path.to_owned(),
-        source,
-    })
+    refuse_pipe(path)?;
+    let file = open_private(path)?;
+    let free = lock_file(&file);
+    if is_new {
+        std::fs::remove_file(path)?;
+    }
+    free
 }
 
 /// Creates or empties a recording: until it is dropped no other recorder can write to it.

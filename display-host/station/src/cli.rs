@@ -23,8 +23,8 @@ use crate::store::args::StoreArgs;
 /// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
 ///
 /// Without a command, `calot` runs `calot start`, which needs a screen. `calot run --headless`
-/// needs none. Every device that is not named is emulated, with a scripted hand at the handle, so that
-/// Calot runs on any machine.
+/// needs none. Every device that is not named is emulated, with a scripted hand at the handle, so
+/// that Calot runs on any machine.
 #[derive(Debug, Parser)]
 #[command(name = "calot", version, max_term_width = 96)]
 pub(crate) struct Cli {

@@ -47,6 +47,8 @@ pub(super) struct Pace {
     count: usize,
     /// Since when the place is exactly the same, µs.
     same_since_us: u64,
+    /// True if the last sample was taken for a leap.
+    is_held_back: bool,
 }
 
 impl Pace {
@@ -59,6 +61,7 @@ impl Pace {
             kept: [(0, Vec3::zeros()); KEPT],
             count: 0,
             same_since_us: 0,
+            is_held_back: false,
         }
     }
 
@@ -74,7 +77,12 @@ impl Pace {
         }
         let is_true = self.gate.admit(place, self.now_us * 1000);
         if !is_true {
+            self.is_held_back = true;
             return None;
+        }
+        if std::mem::take(&mut self.is_held_back) {
+            // A leap that is believed at last is no speed.
+            self.count = 0;
         }
         let before = self.at(1);
         if before.is_none_or(|(_, place)| place != said.position_m) {
@@ -181,6 +189,19 @@ mod tests {
         assert_eq!(pace.take(&said(20, 50.0, None)), None);
         let after = pace.take(&said(21, 0.1, None)).unwrap();
         assert!(after.norm() < 0.05, "{after}");
+    }
+
+    #[test]
+    fn a_leap_that_lasts_is_believed_and_is_no_speed() {
+        let mut pace = Pace::new();
+        for ms in 0..20 {
+            pace.take(&said(ms, 0.0, None)).unwrap();
+        }
+        let after: Vec<_> = (20..60)
+            .filter_map(|ms| pace.take(&said(ms, 50.0, None)))
+            .collect();
+        assert!(after.len() > 30, "{} of 40", after.len());
+        assert!(after.iter().all(|it| it.norm() < 0.01), "{after:?}");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Options of `calot run`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser};
 
@@ -10,6 +10,9 @@ use crate::args::{
 };
 use crate::output::Overwrite;
 use crate::task::args::TaskArgs;
+
+/// Default length of a headless run, s.
+pub(super) const HEADLESS_SECONDS: f64 = 10.0;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -89,4 +92,13 @@ impl Default for RunArgs {
         }
         Alone::parse_from(["calot"]).run
     }
+}
+
+/// File of the recording, if there is one. A joined session is not recorded: without its beginning
+/// it cannot be replayed.
+pub(super) fn session_path(args: &RunArgs, out: Option<&Path>) -> Option<PathBuf> {
+    let beside = out.filter(|_| !args.attach);
+    args.record
+        .clone()
+        .or_else(|| beside.map(|out| out.join("session.mcap")))
 }

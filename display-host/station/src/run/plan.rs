@@ -8,10 +8,8 @@ use shared_mem::service::Station;
 
 use display_host::window;
 
-use super::args::RunArgs;
+use super::args::{HEADLESS_SECONDS, RunArgs, session_path};
 use super::room;
-use super::show::HEADLESS_SECONDS;
-use super::start::session_path;
 use crate::folder::Folder;
 use crate::output::{self, Format};
 use crate::problem::Problem;

@@ -11,7 +11,7 @@ use display_host::report::Recorder;
 use display_host::window::{self, WindowConfig};
 use session::{Recorded, Recording};
 
-use super::args::RunArgs;
+use super::args::{HEADLESS_SECONDS, RunArgs};
 use super::start::Started;
 use crate::args::LanguageName;
 use crate::folder::Folder;
@@ -20,8 +20,6 @@ use crate::say;
 use crate::surgeon::AtWork;
 use crate::task::{self, Live};
 
-/// Default length of a headless run, s.
-pub(super) const HEADLESS_SECONDS: f64 = 10.0;
 /// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(1);
 /// Time that the display waits for a state.

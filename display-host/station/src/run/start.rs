@@ -1,6 +1,6 @@
 //! Starts the recorder, the processes, the task and its scripted surgeon.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -8,7 +8,7 @@ use session::{Listening, Recording, Sight};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
-use super::args::RunArgs;
+use super::args::{RunArgs, session_path};
 use super::plan::Planned;
 use super::processes::{self, Running};
 use super::watch::Watch;
@@ -104,15 +104,6 @@ impl<'a> Planned<'a> {
             surgeon,
         })
     }
-}
-
-/// File of the recording, if there is one. A joined session is not recorded: without its beginning
-/// it cannot be replayed.
-pub(super) fn session_path(args: &RunArgs, out: Option<&Path>) -> Option<PathBuf> {
-    let beside = out.filter(|_| !args.attach);
-    args.record
-        .clone()
-        .or_else(|| beside.map(|out| out.join("session.mcap")))
 }
 
 fn listen(args: &RunArgs, station: &Station) -> Result<Listening, Problem> {

@@ -1,11 +1,11 @@
 //! Organs that fall or shake: signs that a scene does not hold together.
 //!
 //! An organ falls when its middle stays farther from its place than the organ is long. It shakes
-//! when no tool moves it, and its speed neither falls below a bound nor dies away. Both are told
+//! when no tool moves it, and its speed neither falls below a bound nor dies away. Both are reported
 //! once, and again after a reset; a shaking organ also after it came to rest.
 //!
-//! Tissue that the trainee works on moves for a good reason. So nothing is told of an organ that a
-//! tool moves or moved a moment ago, nor of those beside it. An organ may fall or dangle once it
+//! Tissue that the trainee works on moves for a good reason. So nothing is reported of an organ that a
+//! tool moves or moved a moment ago, nor of those next to it. An organ may fall or dangle once it
 //! was grasped, or once something was cut, burnt away or torn at it while a tool worked. So may
 //! all that hangs together with it by attachments, up to organs with held tissue.
 //!
@@ -225,8 +225,8 @@ impl Unrest {
         let before = self.organs;
         let moved = || before.iter().zip(bounds).filter(|(it, _)| it.disturbed > 0);
         for (watched, own) in self.organs.iter_mut().zip(bounds) {
-            for (other, beside) in moved() {
-                if other.disturbed > watched.disturbed && own.is_near(beside, margin_m) {
+            for (other, next_to) in moved() {
+                if other.disturbed > watched.disturbed && own.is_near(next_to, margin_m) {
                     watched.disturbed = other.disturbed;
                 }
             }
@@ -296,27 +296,27 @@ mod tests {
         ticks: u32,
         mut course: impl FnMut(&mut Unrest, u32) -> (Bounds, f32),
     ) -> Vec<(u32, Found), 8> {
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for tick in 0..ticks {
             let (bounds, speed_m_s) = course(unrest, tick);
             unrest.note_speed(0, speed_m_s);
             unrest.look(&[bounds], |_, _, found| {
-                told.push((tick, found)).expect("few");
+                reported.push((tick, found)).expect("few");
             });
         }
-        told
+        reported
     }
 
     #[test]
-    fn an_organ_that_falls_is_told_once_and_one_that_comes_back_is_not() {
+    fn an_organ_that_falls_is_reported_once_and_one_that_comes_back_is_not() {
         let fall = |_: &mut Unrest, tick: u32| {
             let s = tick as f32 * 0.001;
             (moved((4.9 * s * s).min(10.0)), 9.8 * s)
         };
-        let told = run(&mut at_rest(), 10_000, fall);
+        let reported = run(&mut at_rest(), 10_000, fall);
         assert!(
-            matches!(told[..], [(300..600, Found::Falls(m))] if m > 0.17),
-            "{told:?}"
+            matches!(reported[..], [(300..600, Found::Falls(m))] if m > 0.17),
+            "{reported:?}"
         );
         let swings =
             |_: &mut Unrest, tick: u32| (moved(if tick % 300 < 150 { 0.3 } else { 0.0 }), 0.0);
@@ -336,11 +336,11 @@ mod tests {
     }
 
     #[test]
-    fn what_shakes_on_is_told_once_and_again_after_a_rest() {
+    fn what_shakes_on_is_reported_once_and_again_after_a_rest() {
         let shakes = |_: &mut Unrest, _| (BALL, 0.02);
         let mut unrest = at_rest();
-        let told = run(&mut unrest, 60_000, shakes);
-        assert_eq!(told[..], [(5_999, Found::Shakes(0.02))]);
+        let reported = run(&mut unrest, 60_000, shakes);
+        assert_eq!(reported[..], [(5_999, Found::Shakes(0.02))]);
         assert_eq!(run(&mut unrest, 4_000, |_, _| (BALL, 0.0)), []);
         assert_eq!(run(&mut unrest, 20_000, shakes).len(), 1);
     }
@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn disturbance_spreads_to_organs_beside_and_no_farther() {
+    fn disturbance_spreads_to_near_organs_and_no_farther() {
         let mut unrest = at_rest();
         unrest.disturb(0);
         let bounds = [BALL, moved(0.1), moved(0.5)];

@@ -1,11 +1,11 @@
-//! Organs that fall are told once; those that the trainee holds are not.
+//! Organs that fall are reported once; those that the trainee holds are not.
 
 use super::*;
 use crate::grip::count;
 
 /// A loose sphere of 1 cm, far from the tool, falls 0.3 m in a quarter of a second.
 #[test]
-fn a_loose_organ_that_falls_is_told_once_and_again_after_a_reset() {
+fn a_loose_organ_that_falls_is_reported_once_and_again_after_a_reset() {
     let anatomy = loose(&[sphere(0.1, 0.0), sphere(-0.1, 0.0)], SOFT);
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
@@ -36,13 +36,13 @@ fn a_whole_liver_that_is_pressed_and_let_go_neither_falls_nor_shakes() {
     stay(&mut sim, &mut bench, &PRESSED, 7000, NONE);
     go(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
     stay(&mut sim, &mut bench, &AWAY, 7000, NONE);
-    let told = [EventKind::Fall, EventKind::Shake].map(|kind| count(&bench, kind));
-    assert_eq!(told, [0, 0]);
+    let reported = [EventKind::Fall, EventKind::Shake].map(|kind| count(&bench, kind));
+    assert_eq!(reported, [0, 0]);
 }
 
-/// What is remembered of falls changes no digest, and a checkpoint keeps it.
+/// The memory of falls changes no digest, and a checkpoint keeps it.
 #[test]
-fn a_fall_is_told_again_from_a_checkpoint_before_it() {
+fn a_fall_is_reported_again_from_a_checkpoint_before_it() {
     let anatomy = loose(&[sphere(0.1, 0.0)], SOFT);
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);

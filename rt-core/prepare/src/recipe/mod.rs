@@ -257,7 +257,7 @@ impl Axes {
     }
 }
 
-/// What is said of a single mesh, as an organ of a recipe says it.
+/// Options of a single mesh, by the names that a recipe gives them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshOptions {
     /// Unit of its numbers; `None`: metres, or millimetres for a mesh more than 2 m across.

@@ -76,7 +76,7 @@ fn far_pieces_are_refused_unless_the_recipe_says_what_to_do() {
     };
     let refused = with("").unwrap_err().to_string();
     assert!(
-        refused.contains("two.obj") && refused.contains("2 separate pieces, up to 20.0 mm"),
+        refused.contains("two.obj") && refused.contains("2 separate pieces, up to 20.1 mm"),
         "{refused}"
     );
     assert!(refused.contains("pieces = \"largest\""), "{refused}");
@@ -85,7 +85,7 @@ fn far_pieces_are_refused_unless_the_recipe_says_what_to_do() {
     assert!(
         joined.organs[0]
             .mesh
-            .contains("linked across up to 20.0 mm"),
+            .contains("linked across up to 20.1 mm"),
         "{}",
         joined.organs[0].mesh
     );
