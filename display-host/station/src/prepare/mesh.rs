@@ -13,8 +13,8 @@ pub(crate) struct MeshArgs {
     /// Factor on top of the unit, 0.001 to 1000
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_scale)]
     scale: f64,
-    /// Directions of the mesh's axes: LSA (left, head, front; glTF), LPS (left, back, head; DICOM) or
-    /// RAS (right, front, head; NIfTI, 3D Slicer)
+    /// Directions of the mesh's axes: LSA (left, head, front; glTF), LPS (left, back, head; DICOM)
+    /// or RAS (right, front, head; NIfTI, 3D Slicer)
     #[arg(long, value_name = "AXES", default_value = "LSA", value_parser = |text: &str| named("axes", &AXES, text))]
     axes: Axes,
     /// Kind of organ, which gives its material: liver, gallbladder, stomach, fat, …

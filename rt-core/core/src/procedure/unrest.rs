@@ -1,12 +1,12 @@
 //! Organs that fall or shake: signs that a scene does not hold together.
 //!
 //! An organ falls when its middle stays farther from its place than the organ is long. It shakes
-//! when no tool moves it, and its speed neither falls below a bound nor dies away. Both are reported
-//! once, and again after a reset; a shaking organ also after it came to rest.
+//! when no tool moves it, and its speed neither falls below a bound nor dies away. Both are
+//! reported once, and again after a reset; a shaking organ also after it came to rest.
 //!
-//! Tissue that the trainee works on moves for a good reason. So nothing is reported of an organ that a
-//! tool moves or moved a moment ago, nor of those next to it. An organ may fall or dangle once it
-//! was grasped, or once something was cut, burnt away or torn at it while a tool worked. So may
+//! Tissue that the trainee works on moves for a good reason. So nothing is reported of an organ
+//! that a tool moves or moved a moment ago, nor of those next to it. An organ may fall or dangle
+//! once it was grasped, or once something was cut, burnt away or torn at it while a tool worked. So may
 //! all that hangs together with it by attachments, up to organs with held tissue.
 //!
 //! Nothing here feeds back into the simulation.
