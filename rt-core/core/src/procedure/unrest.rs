@@ -6,8 +6,8 @@
 //!
 //! Tissue that the trainee works on moves for a good reason. So nothing is reported of an organ
 //! that a tool moves or moved a moment ago, nor of those next to it. An organ may fall or dangle
-//! once it was grasped, or once something was cut, burnt away or torn at it while a tool worked. So may
-//! all that hangs together with it by attachments, up to organs with held tissue.
+//! once it was grasped, or once something was cut, burnt away or torn at it while a tool worked. So
+//! may all that hangs together with it by attachments, up to organs with held tissue.
 //!
 //! Nothing here feeds back into the simulation.
 
