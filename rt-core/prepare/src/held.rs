@@ -129,7 +129,9 @@ pub(crate) fn held(
             return Err(error(says_nothing(number, region, nearest, count)));
         }
     }
-    if !held.is_empty() && held.iter().all(|held| *held) {
+    // A recipe that holds the whole height says that the organ is fixed.
+    let is_fixed = (plan.held.iter()).any(|it| matches!(it, Region::Base(share) if *share >= 1.0));
+    if !is_fixed && !held.is_empty() && held.iter().all(|held| *held) {
         let entries: Vec<String> = plan.held.iter().map(described).collect();
         let hint = plan
             .held

@@ -22,14 +22,14 @@ name = "gallbladder"
 kind = "gallbladder"
 shape = { form = "gallbladder" }
 spheres = 40
-held = [{ base = 0.9 }]
+held = [{ base = 1.0 }]
 
 [[organ]]
 name = "bile duct"
 kind = "bile-duct"
 shape = { form = "bile-duct" }
 spheres = 24
-held = [{ base = 0.9 }]
+held = [{ base = 1.0 }]
 
 [[organ]]
 name = "fat"
