@@ -155,7 +155,6 @@ fn a_support_that_holds_nothing_is_refused_with_entry_place_and_distance() {
 fn a_support_that_holds_everything_is_refused() {
     for held in [
         "{ box = { min_m = [-1.0, -1.0, -1.0], max_m = [1.0, 1.0, 1.0] } }",
-        "{ base = 1.0 }",
         "{ base = 0.6 }, { plane = { point_m = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] } }",
     ] {
         let lines = format!("spheres = 60\nheld = [{held}]");
