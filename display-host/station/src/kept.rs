@@ -89,15 +89,15 @@ fn buffers_beside(mesh: &Path) -> Option<Vec<(PathBuf, u64, u128)>> {
     let mut folders = vec![folder.unwrap_or(Path::new(".")).to_owned()];
     let mut found = Vec::new();
     while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).ok()?.flatten().take(FILES_MAX) {
+        for entry in fs::read_dir(folder).ok()?.flatten().take(FILES_MAX + 1) {
             let path = entry.path();
             match entry.file_type().ok()? {
-                kind if kind.is_dir() && folders.len() < FOLDERS_MAX => folders.push(path),
+                kind if kind.is_dir() => folders.push(path),
                 kind if kind.is_file() => found.extend(stamp(&path)),
                 _ => {}
             }
         }
-        if found.len() > FILES_MAX {
+        if found.len() > FILES_MAX || folders.len() > FOLDERS_MAX {
             return None; // too many to look at each time: not kept
         }
     }

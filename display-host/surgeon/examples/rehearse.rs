@@ -7,7 +7,7 @@
 //! cargo run --release -p surgeon --example rehearse -- \
 //!     SCENE.calot careful identify 600 [LATE_MS [KEPT.inputs]]
 //! ```
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout)] // what it prints is its result
 
 #[path = "../tests/recorded/mod.rs"]
 mod recorded;
