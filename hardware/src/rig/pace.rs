@@ -146,7 +146,8 @@ impl Pace {
     /// The sample that was kept `back` samples ago; 1 is the newest.
     fn at(&self, back: usize) -> Option<(u64, Vec3)> {
         let index = self.count.checked_sub(back)?;
-        (back <= KEPT)
+        (1..=KEPT)
+            .contains(&back)
             .then(|| self.kept.get(index % KEPT).copied())
             .flatten()
     }
