@@ -313,8 +313,8 @@ fn find_target(
         format!(
             "room: no point of '{}' can be reached and seen: from instrument_port_m {:.3?} the \
              shaft must keep {:.2} to {:.2} m of its {:.2} m outside and the camera at {:.3?} must see \
-             it; {} of {} skin points lie in reach and in the picture; move the ports, \
-             or give target.near_m",
+             it; {} of {} skin points lie in reach and in the picture; in a recipe's [room], \
+             move the ports or give target.near_m",
             plan.name,
             sight.instrument_port.as_slice(),
             OUTSIDE_M.start(),
