@@ -1,7 +1,7 @@
 //! Serves a circling tool over OpenIGTLink: `cargo run -p hardware --example igtlink`, then
 //! connect 3D Slicer (OpenIGTLinkIF, client) or any other client to the port that it prints.
 
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use hardware::igtlink::Server;
 use hardware::igtlink::wire::Transform;
@@ -13,10 +13,13 @@ fn main() -> std::io::Result<()> {
         "serving ToolToReference at {}; Ctrl-C ends it",
         server.address()?
     );
+    // The wall clock may be set meanwhile; stamps must not run backwards.
+    let began = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default();
+    let start = Instant::now();
     loop {
-        let now = SystemTime::now()
-            .duration_since(UNIX_EPOCH)
-            .unwrap_or_default();
+        let now = began + start.elapsed();
         let (sin, cos) = (now.as_secs_f64() % std::f64::consts::TAU).sin_cos();
         let pose: Isometry3<f32> =
             Translation3::new(0.05 * cos as f32, 0.05 * sin as f32, 0.01).into();

@@ -108,7 +108,7 @@ pub enum HardwareError {
     },
     /// The device reports a capability that is impossible or unsafe.
     #[error(
-        "{path}: the device reports {what} = {value}, allowed is {allowed}. Correct its firmware"
+        "{path}: the device reports {what} = {value}, allowed is {allowed}. Correct its firmware or driver"
     )]
     Capability {
         /// Device path as given.
@@ -141,12 +141,27 @@ pub enum HardwareError {
         what: String,
     },
     /// A vendor's library is missing or unusable.
-    #[error("{path}: {what}. Install the vendor's driver, or name its library in the station")]
+    #[error("{path}: {what}. {remedy}")]
     Library {
         /// Library as given.
         path: PathBuf,
-        /// Error of the loader.
+        /// Cause.
         what: String,
+        /// Remedy.
+        remedy: &'static str,
+    },
+    /// A vendor's library does not return.
+    #[error(
+        "{path}: the vendor's library {library} did not return within {waited_s} s. Unplug the device and \
+         plug it in, then start Calot again; if the vendor's own diagnosis hangs too, ask the vendor"
+    )]
+    Hangs {
+        /// Device as given.
+        path: PathBuf,
+        /// Library as given.
+        library: PathBuf,
+        /// Time waited, s.
+        waited_s: u64,
     },
     /// The vendor's library reports an error.
     #[error("{path}: {doing} failed with error {code:04X}: {remedy}")]

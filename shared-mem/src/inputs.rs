@@ -74,6 +74,8 @@ impl InputRecord {
     pub const NO_SELF_COLLISION: u32 = 1 << 10;
     /// There was no time for far organs.
     pub const NO_FAR_ORGANS: u32 = 1 << 11;
+    /// The haptic device's sample does not continue those before.
+    pub const LEAPT: u32 = 1 << 12;
 }
 
 /// Setup of a run. With the scene and the inputs it decides all results.

@@ -194,6 +194,20 @@ words! {
         NotEnabled = 18, "not_enabled";
         /// The force rises after it was enabled, or falls while the pose is stale.
         Ramped = 19, "ramped";
+        /// The haptic device is open but sends no valid sample.
+        SilentDevice = 20, "silent_device";
+        /// The haptic device repeats a position while its velocity or clock says otherwise.
+        FrozenDevice = 21, "frozen_device";
+        /// The haptic device's clock runs backwards, stands still or has another unit.
+        DeviceClock = 22, "device_clock";
+        /// The handle leapt farther than a hand moves.
+        DeviceLeap = 23, "device_leap";
+        /// The haptic device's samples come in bundles.
+        DeviceBundles = 24, "device_bundles";
+        /// The haptic device confirms no force.
+        DeafDevice = 25, "deaf_device";
+        /// The pedal's line is gone.
+        LostPedal = 26, "lost_pedal";
     }
 }
 

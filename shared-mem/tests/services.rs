@@ -243,11 +243,11 @@ fn shared_memory_of_a_station_is_its_users_alone() {
     let folder = shared_mem::service::user_folder().unwrap();
     let mode = |path: &std::path::Path| std::fs::metadata(path).map(|it| it.mode() & 0o777);
     assert_eq!(mode(&folder).unwrap() & 0o077, 0, "{}", folder.display());
-    let prefix = format!("calot_{}_", station.name());
+    let prefix = station.file_prefix();
     let mut seen = 0;
     for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
         // A file of it may go while it is looked at.
-        let is_ours = entry.file_name().to_string_lossy().starts_with(&prefix);
+        let is_ours = entry.file_name().to_string_lossy().starts_with(prefix);
         if is_ours && let Ok(mode) = mode(&entry.path()) {
             assert_eq!(mode & 0o077, 0, "{:?} has mode {mode:o}", entry.path());
             seen += 1;
@@ -264,7 +264,7 @@ fn a_planted_link_closes_nothing_else() {
     let victim = tempfile::NamedTempFile::new().unwrap();
     let open = std::fs::Permissions::from_mode(0o644);
     victim.as_file().set_permissions(open).unwrap();
-    let link = format!("/dev/shm/calot_{}_planted", station.name());
+    let link = format!("/dev/shm/{}planted", station.file_prefix());
     std::os::unix::fs::symlink(victim.path(), &link).unwrap();
     let opened = Controller::open(&station).map(|_| ());
     std::fs::remove_file(&link).unwrap();

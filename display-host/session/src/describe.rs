@@ -88,7 +88,7 @@ pub(crate) const EVENTS: Topic = json_topic(
 pub(crate) const TIMING: Topic = json_topic(
     "/timing",
     "calot.Timing",
-    r#"{"title":"calot.Timing","type":"object","properties":{"ticks":{"type":"integer"},"deadline_misses":{"type":"integer"},"overruns":{"type":"integer"},"tick_us_max":{"type":"number","description":"slowest of this second"},"wake_us_max":{"type":"number","description":"latest of this second"}}}"#,
+    r#"{"title":"calot.Timing","type":"object","properties":{"ticks":{"type":"integer"},"deadline_misses":{"type":"integer"},"overruns":{"type":"integer"},"realtime":{"type":"boolean"},"tick_us_max":{"type":"number","description":"slowest of this second"},"wake_us_max":{"type":"number","description":"latest of this second"}}}"#,
 );
 
 pub(crate) const GAPS: Topic = json_topic(
@@ -151,6 +151,7 @@ pub(crate) struct Second {
     ticks: u64,
     deadline_misses: u64,
     overruns: u64,
+    realtime: bool,
     tick_ns_max: u32,
     wake_ns_max: u32,
 }
@@ -160,6 +161,8 @@ impl Second {
         self.ticks = batch.ticks;
         self.deadline_misses = batch.deadline_misses;
         self.overruns = batch.overruns;
+        let all = TimingBatch::FIFO | TimingBatch::LOCKED | TimingBatch::PINNED;
+        self.realtime = batch.realtime & all == all;
         for record in batch.records().unwrap_or_default() {
             self.tick_ns_max = self.tick_ns_max.max(record.tick_ns);
             self.wake_ns_max = self.wake_ns_max.max(record.wake_latency_ns);
@@ -171,6 +174,7 @@ impl Second {
             "ticks": self.ticks,
             "deadline_misses": self.deadline_misses,
             "overruns": self.overruns,
+            "realtime": self.realtime,
             "tick_us_max": f64::from(self.tick_ns_max) / 1e3,
             "wake_us_max": f64::from(self.wake_ns_max) / 1e3,
         })

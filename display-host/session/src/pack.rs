@@ -21,7 +21,7 @@ const ORGANS: u16 = 1 << 13;
 const COMMAND: u16 = 1 << 14;
 const LONG: u16 = 1 << 15;
 /// Bits of `InputRecord` that are kept.
-const BITS: u32 = 0x0fff;
+const BITS: u32 = 0x1fff;
 
 /// Packs the records at the front that follow one another without a gap. Returns their number.
 pub fn pack(records: &[InputRecord], into: &mut Vec<u8>) -> usize {

@@ -61,10 +61,13 @@ pub(crate) struct RealtimeArgs {
     /// tick, on any core
     #[arg(long, value_enum, default_value_t = SchedulerName::Fifo)]
     pub(crate) scheduler: SchedulerName,
+    /// Refuse to run if Linux does not grant realtime, or if the scene does not fit (--must-fit)
+    #[arg(long, conflicts_with = "no_realtime")]
+    pub(crate) strict: bool,
     /// Refuse a scene if the worst tick measured on this machine exceeds the period and no coarser
     /// level fits
     #[arg(long)]
-    pub(crate) strict: bool,
+    pub(crate) must_fit: bool,
     /// Compiled scene to take if the finer one does not fit. Repeat the option for further levels,
     /// finest first
     #[arg(long, value_name = "FILE")]
@@ -185,6 +188,7 @@ impl RealtimeArgs {
         let flags = [
             (self.no_realtime, "--no-realtime"),
             (self.strict, "--strict"),
+            (self.must_fit, "--must-fit"),
         ];
         words.extend(flags.into_iter().filter(|f| f.0).map(|f| f.1.into()));
         words
@@ -231,8 +235,8 @@ pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn parse_station(text: &str) -> Result<String, String> {
-    match shared_mem::service::Station::new(text) {
-        Ok(_) => Ok(text.to_owned()),
+    match shared_mem::service::Station::check_name(text) {
+        Ok(()) => Ok(text.to_owned()),
         Err(error) => Err(error.to_string()),
     }
 }

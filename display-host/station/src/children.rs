@@ -26,11 +26,13 @@ pub(crate) struct Process {
 pub(crate) struct EndedEarly {
     name: &'static str,
     pub(crate) status: ExitStatus,
+    /// True if the child said [`REFUSED`].
+    pub(crate) has_refused: bool,
 }
 
 impl std::fmt::Display for EndedEarly {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { name, status } = self;
+        let Self { name, status, .. } = self;
         write!(f, "the {name} ended before it was ready ({status})")
     }
 }
@@ -39,6 +41,10 @@ impl std::error::Error for EndedEarly {}
 
 /// First word of the line that a child prints on standard output when it is ready.
 pub(crate) const READY: &str = "ready";
+/// Line of a child that refuses its task by its own decision.
+pub(crate) const REFUSED: &str = "refused";
+/// Time for the last lines of a child that has ended. Its pipe may stay open in another process.
+const LAST_WORDS: Duration = Duration::from_secs(1);
 
 impl Process {
     /// Starts `calot ARGS` and waits until it is ready. The child shares our standard error.
@@ -65,16 +71,24 @@ impl Process {
             child,
             said: String::new(),
         };
+        let mut has_refused = false;
         let start = Instant::now();
         loop {
-            if let Ok(line) = lines.recv_timeout(Duration::from_millis(20))
-                && let Some(said) = line.strip_prefix(READY)
-            {
-                process.said = said.trim().to_owned();
-                return Ok(process);
+            if let Ok(line) = lines.recv_timeout(Duration::from_millis(20)) {
+                if let Some(said) = line.strip_prefix(READY) {
+                    process.said = said.trim().to_owned();
+                    return Ok(process);
+                }
+                has_refused |= line == REFUSED;
             }
             if let Some(status) = process.ended()? {
-                return Err(EndedEarly { name, status }.into());
+                let rest = std::iter::from_fn(|| lines.recv_timeout(LAST_WORDS).ok());
+                let early = EndedEarly {
+                    name,
+                    status,
+                    has_refused: has_refused || rest.take(1000).any(|line| line == REFUSED),
+                };
+                return Err(early.into());
             }
             if stop.load(std::sync::atomic::Ordering::Relaxed) {
                 return Err("stopped while starting".into());
@@ -139,10 +153,20 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// After an error, a child that was not ended in order is asked to end. This does not wait.
+    /// After an error, a child that was not ended in order is asked to end, and killed if it does
+    /// not, as when it hangs in a device's library.
     fn drop(&mut self) {
         if let Ok(None) = self.child.try_wait() {
             self.ask();
+            let start = Instant::now();
+            while start.elapsed() < PATIENCE_TO_END {
+                if !matches!(self.child.try_wait(), Ok(None)) {
+                    return;
+                }
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            let _ = self.child.kill();
+            let _ = self.child.wait();
         }
     }
 }

@@ -112,21 +112,25 @@ mod tests {
 
     #[test]
     fn a_controller_is_asked_for_what_the_station_was_asked_for() {
-        let words = "calot run --core 1 --priority 70 --spin 100 --scheduler deadline --strict \
-                     --coarser a.calot --coarser b.calot --scope-line dtr --scope-tty /dev/ttyS0 \
-                     --no-realtime";
-        let asked = Cli::parse_from(words.split_whitespace());
-        let Some(Command::Run(run)) = asked.command else {
-            panic!("{asked:?}");
-        };
-        let mut rt: Vec<OsString> = ["calot", "rt", "--scene", "x"].map(Into::into).to_vec();
-        rt.extend(run.controller.realtime.words());
-        let Some(Command::Rt(rt)) = Cli::parse_from(rt).command else {
-            panic!("not rt");
-        };
-        assert_eq!(
-            format!("{:?}", rt.controller),
-            format!("{:?}", run.controller)
-        );
+        let words = "calot run --core 1 --priority 70 --spin 100 --scheduler deadline --must-fit \
+                     --coarser a.calot --coarser b.calot --scope-line dtr --scope-tty /dev/ttyS0";
+        // Who requires realtime cannot do without it.
+        for last in ["--strict", "--no-realtime"] {
+            let asked = Cli::parse_from(words.split_whitespace().chain([last]));
+            let Some(Command::Run(run)) = asked.command else {
+                panic!("{asked:?}");
+            };
+            let mut rt: Vec<OsString> = ["calot", "rt", "--scene", "x"].map(Into::into).to_vec();
+            rt.extend(run.controller.realtime.words());
+            let Some(Command::Rt(rt)) = Cli::parse_from(rt).command else {
+                panic!("not rt");
+            };
+            assert_eq!(
+                format!("{:?}", rt.controller),
+                format!("{:?}", run.controller)
+            );
+        }
+        let both = ["calot", "run", "--strict", "--no-realtime"];
+        assert!(Cli::try_parse_from(both).is_err());
     }
 }

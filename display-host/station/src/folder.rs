@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use shared_mem::service::{Claim, ServiceError, Station};
+
 use crate::problem::Problem;
 
 /// Attempts to take the lock of a station.
@@ -16,6 +18,8 @@ pub(crate) struct Folder {
     attached: bool,
     /// Held while the station runs. The kernel releases it however this process ends.
     _lock: Option<std::fs::File>,
+    /// Held beside the lock, which somebody may sweep away.
+    _claim: Option<Claim>,
 }
 
 impl Folder {
@@ -28,8 +32,10 @@ impl Folder {
                 path,
                 attached,
                 _lock: None,
+                _claim: None,
             });
         }
+        let claim = Station::new(station)?.claim()?;
         let lock = std::fs::OpenOptions::new()
             .write(true)
             .create(true)
@@ -54,13 +60,12 @@ impl Folder {
                     path,
                     attached,
                     _lock: Some(lock),
+                    _claim: Some(claim),
                 })
             }
-            Err(std::fs::TryLockError::WouldBlock) => Err(format!(
-                "station '{station}' runs already; show it with `calot run --attach`, or choose \
-                 another name with --station"
-            )
-            .into()),
+            Err(std::fs::TryLockError::WouldBlock) => {
+                Err(ServiceError::RunsAlready(station.to_owned()).into())
+            }
             Err(std::fs::TryLockError::Error(error)) => Err(failed(error).into()),
         }
     }
@@ -108,9 +113,36 @@ pub(crate) fn running(station: &str) -> Result<Option<PathBuf>, Problem> {
         // A killed station leaves its file behind, but not its lock.
         Ok(_) if !is_held(&folder.join("lock")) => Ok(None),
         Ok(path) => Ok(Some(std::ffi::OsString::from_vec(path).into())),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            match is_lost(station, &folder.join("lock"))? {
+                true => Err(lost(station, &folder).into()),
+                false => Ok(None),
+            }
+        }
         Err(error) => Err(format!("{}: {error}", file.display()).into()),
     }
+}
+
+/// True if the station runs, but not with the lock that this process sees.
+fn is_lost(station: &str, lock: &Path) -> Result<bool, Problem> {
+    let station = Station::new(station)?;
+    // A station that starts takes its name first, and its lock a moment later.
+    for _ in 0..LOCK_LOOKS {
+        if is_held(lock) || !station.is_claimed() {
+            return Ok(false);
+        }
+        std::thread::sleep(LOCK_PAUSE);
+    }
+    Ok(true)
+}
+
+fn lost(station: &str, folder: &Path) -> String {
+    format!(
+        "station '{station}' runs, but its files are not in {}: it was started with another TMPDIR \
+         (give this program the same), or a clean-up (systemd-tmpfiles) removed them: restart the \
+         station",
+        folder.display()
+    )
 }
 
 /// True if a station holds the lock.

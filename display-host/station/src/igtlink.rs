@@ -71,6 +71,7 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
             args.station
         ));
     }
+    let clock = WallClock::now();
     let mut tools = ToolFrame::zeroed();
     let (mut sent, mut clients, mut heard) = (0u64, 0, Instant::now());
     let start = Instant::now();
@@ -82,7 +83,7 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
         let is_new = host.newest_tools(&mut tools) && tools.capsules().is_some();
         if is_new {
             heard = Instant::now();
-            server.publish(&transforms(&tools));
+            server.publish(&transforms(&tools, clock));
             sent += 1;
         } else {
             server.publish(&[]); // new clients are let in all the same
@@ -108,11 +109,32 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The wall clock as it was at the start, carried on by the monotonic clock. Somebody who sets the
+/// wall clock meanwhile moves no stamp; receivers refuse stamps that run backwards.
+#[derive(Debug, Clone, Copy)]
+struct WallClock {
+    unix_from_monotonic_ns: i128,
+}
+
+impl WallClock {
+    fn now() -> Self {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        let unix_ns = now.unwrap_or_default().as_nanos() as i128;
+        Self {
+            unix_from_monotonic_ns: unix_ns - i128::from(monotonic_ns()),
+        }
+    }
+
+    /// Time since 1970 of a moment on the monotonic clock, ns.
+    fn unix_ns(self, at_ns: u64) -> u64 {
+        let unix_ns = i128::from(at_ns) + self.unix_from_monotonic_ns;
+        u64::try_from(unix_ns).unwrap_or_default()
+    }
+}
+
 /// Transforms to send for a frame.
-fn transforms(tools: &ToolFrame) -> [Transform<'static>; 4] {
-    let age_ns = monotonic_ns().saturating_sub(tools.sample_ns);
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    let unix_ns = (now.unwrap_or_default().as_nanos() as u64).saturating_sub(age_ns);
+fn transforms(tools: &ToolFrame, clock: WallClock) -> [Transform<'static>; 4] {
+    let unix_ns = clock.unix_ns(tools.sample_ns);
     let force = tools.force_n.map(|part| part * FORCE_M_N);
     [
         ("ToolToReference", pose(&tools.world_from_instrument)),
@@ -131,4 +153,36 @@ fn pose(message: &PoseMsg) -> Isometry3<f32> {
     let [x, y, z, w] = message.orientation;
     let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     Isometry3::from_parts(Translation3::from(message.position_m), rotation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stamps_follow_the_samples_and_not_the_wall_clock() {
+        // A wall clock that is read once cannot move a stamp; the samples alone do.
+        let clock = WallClock {
+            unix_from_monotonic_ns: 1_700_000_000_000_000_000,
+        };
+        let mut tools = ToolFrame::zeroed();
+        tools.world_from_instrument.orientation[3] = 1.0;
+        let mut before_ns = 0;
+        for sample_ns in [5, 1_000_005, 2_000_005] {
+            tools.sample_ns = sample_ns;
+            let [tool, .., force] = transforms(&tools, clock);
+            assert_eq!(tool.unix_ns, 1_700_000_000_000_000_000 + sample_ns);
+            assert_eq!(tool.unix_ns, force.unix_ns);
+            assert!(tool.unix_ns > before_ns);
+            before_ns = tool.unix_ns;
+        }
+    }
+
+    #[test]
+    fn stamps_begin_at_the_time_of_day() {
+        let clock = WallClock::now();
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+        let apart_ns = i128::from(clock.unix_ns(monotonic_ns())) - now.as_nanos() as i128;
+        assert!(apart_ns.abs() < 60_000_000_000, "{apart_ns} ns");
+    }
 }

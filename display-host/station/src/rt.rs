@@ -8,12 +8,13 @@ use rt_process::scope_line::{ModemLine, ScopeLine};
 use rt_process::{AdmissionPolicy, Realtime, RtConfig, RtError, Scheduler};
 
 use crate::args::{ControllerArgs, SchedulerName, ScopeLineName, parse_seconds, parse_station};
-use crate::children::READY;
+use crate::children::{READY, REFUSED};
 use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Exit code for a scene that `--strict` refuses. The station then tries a coarser one.
+/// Exit code for a scene that `--must-fit` refuses. The station then tries a coarser one, if it
+/// also reads [`REFUSED`]: a device's library that ends the process may choose the same code.
 pub(crate) const DOES_NOT_FIT: u8 = 3;
 
 #[derive(Debug, Clone, Args)]
@@ -40,6 +41,7 @@ pub(crate) struct RtArgs {
 /// Runs the realtime process until it is told to end.
 pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
+    say::keep_answers_apart()?;
     if let Some(parent) = args.with_parent {
         stop::end_with_parent(parent)?;
     }
@@ -59,7 +61,8 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
         SchedulerName::Deadline => Scheduler::Deadline,
     };
     config.coarser = args.controller.realtime.coarser.clone();
-    if args.controller.realtime.strict {
+    config.must_be_realtime = args.controller.realtime.strict;
+    if args.controller.realtime.strict || args.controller.realtime.must_fit {
         config.admission = AdmissionPolicy::Strict;
     }
     if let (Some(line), Some(tty)) = (
@@ -86,6 +89,9 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
     });
     if let Err(error @ RtError::DoesNotFit(_)) = &outcome {
         say::note(format_args!("calot: {error}"));
+        if args.with_parent.is_some() {
+            say::answer(REFUSED);
+        }
         return Ok(ExitCode::from(DOES_NOT_FIT));
     }
     let summary = outcome?;

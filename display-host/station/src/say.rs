@@ -2,7 +2,35 @@
 //! | head`), and the controller must not die of that.
 
 use std::fmt::Display;
-use std::io::Write as _;
+use std::fs::File;
+use std::io::{IsTerminal as _, Write as _};
+use std::os::fd::AsFd as _;
+use std::sync::OnceLock;
+
+/// Standard output once [`keep_answers_apart`] was called.
+static ANSWERS: OnceLock<File> = OnceLock::new();
+
+/// Keeps standard output for [`answer`]. What else writes there, such as the library of a device's
+/// vendor, appears on standard error, so that answers in JSON stay JSON.
+///
+/// # Errors
+///
+/// The system's error.
+pub(crate) fn keep_answers_apart() -> std::io::Result<()> {
+    if ANSWERS.get().is_none() {
+        let own = std::io::stdout().as_fd().try_clone_to_owned()?;
+        rustix::stdio::dup2_stdout(rustix::stdio::stderr())?;
+        let _ = ANSWERS.set(File::from(own));
+    }
+    Ok(())
+}
+
+/// True if answers go to a terminal.
+pub(crate) fn is_terminal() -> bool {
+    ANSWERS
+        .get()
+        .map_or_else(|| std::io::stdout().is_terminal(), File::is_terminal)
+}
 
 /// Prints a line on standard error: progress, warnings, written files.
 pub(crate) fn note(text: impl Display) {
@@ -11,6 +39,16 @@ pub(crate) fn note(text: impl Display) {
 
 /// Prints a line on standard output: the answer to the command.
 pub(crate) fn answer(text: impl Display) {
-    let mut stdout = std::io::stdout();
-    let _ = writeln!(stdout, "{text}").and_then(|()| stdout.flush());
+    print(format_args!("{text}\n"));
+}
+
+/// Prints on standard output, without a new line.
+pub(crate) fn print(text: std::fmt::Arguments<'_>) {
+    let _ = match ANSWERS.get() {
+        Some(mut own) => own.write_all(text.to_string().as_bytes()),
+        None => {
+            let mut stdout = std::io::stdout();
+            stdout.write_fmt(text).and_then(|()| stdout.flush())
+        }
+    };
 }

@@ -28,6 +28,8 @@ pub(crate) fn flag() -> std::io::Result<Arc<AtomicBool>> {
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         register(signal, stop.clone())?;
     }
+    // A file over the limit (`ulimit -f`) is an error of its writer, who names it.
+    register(rustix::process::Signal::XFSZ.as_raw(), Arc::default())?;
     Ok(stop)
 }
 

@@ -2,11 +2,12 @@
 
 use std::time::{Duration, Instant};
 
+use rt_core::fault::{Fault, FaultSet};
 use rt_core::math::Vec3;
 use rt_core::port::{ForceCommand, Freedom, HapticDevice, Polled};
 
 use super::Report;
-use super::watch::{Arrivals, watch};
+use super::watch::{Arrivals, Host, watch};
 
 pub(super) const NO_FORCE: ForceCommand = ForceCommand {
     force_n: Vec3::new(0.0, 0.0, 0.0),
@@ -31,6 +32,8 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     let mut fastest_m_s = 0.0f32;
     let mut finite = true;
     let mut due_ns = 0;
+    let mut found = FaultSet::NONE;
+    let mut bundle_ms = 0;
     let start = Instant::now();
     let host = watch(time, |now_ns| {
         if now_ns >= due_ns {
@@ -42,7 +45,11 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
                 now_ns
             } + period_ns;
         }
-        if let Polled::Fresh(sample) = device.poll(now_ns) {
+        let polled = device.poll(now_ns);
+        let findings = device.findings();
+        found = found.with(findings.faults);
+        bundle_ms = bundle_ms.max(findings.bundle_ms);
+        if let Polled::Fresh(sample) = polled {
             arrivals.add(now_ns);
             let pose = sample.device_from_handle;
             let velocity_m_s = sample.velocity_m_s.unwrap_or_default();
@@ -67,11 +74,14 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         format!("{sent_hz:.0} samples/s, declared {declared_hz:.0}, allowed 50 % off"),
         host,
     );
-    report.judge(
-        "intervals",
-        arrivals.count() > 1,
-        format!("between fresh samples {}", arrivals.intervals()),
-    );
+    if arrivals.count() > 1 {
+        let intervals = format!("between fresh samples {}", arrivals.intervals());
+        report.judge("intervals", true, intervals);
+    } else {
+        let count = arrivals.count();
+        let detail = format!("{count} valid samples in {seconds:.1} s, needed are 2");
+        report.judge_time("intervals", false, detail, host);
+    }
     let share = |part: u64| part as f32 / (frames + lost + bad).max(1) as f32;
     report.judge_time(
         "gaps",
@@ -85,7 +95,25 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         format!("{bad} bad frames, allowed is 1 %"),
         host,
     );
-    report.judge("finite", finite, "every pose and velocity is finite".into());
+    let dropped = after.dropped_writes - before.dropped_writes;
+    report.judge_time(
+        "writes",
+        dropped == 0,
+        format!("{dropped} forces refused by the line"),
+        host,
+    );
+    judge_findings(report, found, bundle_ms, host);
+    if arrivals.count() == 0 {
+        for name in ["finite", "workspace", "speed"] {
+            report.skip(name, "there was no valid sample");
+        }
+        return;
+    }
+    let words = match finite {
+        true => "every pose and velocity is finite",
+        false => "a pose or a velocity is not finite",
+    };
+    report.judge("finite", finite, words.into());
     let radius_m = capabilities.workspace_radius_m;
     report.judge(
         "workspace",
@@ -97,11 +125,38 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         fastest_m_s < 5.0,
         format!("fastest {fastest_m_s:.2} m/s, allowed is 5 m/s"),
     );
-    let dropped = after.dropped_writes - before.dropped_writes;
+}
+
+/// Faults that the driver found in the samples.
+fn judge_findings(report: &mut Report, found: FaultSet, bundle_ms: u32, host: Host) {
     report.judge_time(
-        "writes",
-        dropped == 0,
-        format!("{dropped} forces refused by the line"),
+        "bundles",
+        !found.contains(Fault::DeviceBundles),
+        if found.contains(Fault::DeviceBundles) {
+            format!(
+                "samples come in bundles of {bundle_ms} ms. An FTDI adapter's latency timer does \
+                 that; as root: echo 1 > /sys/bus/usb-serial/devices/ttyUSB0/latency_timer (with \
+                 the name of its tty)"
+            )
+        } else {
+            "samples come one by one".into()
+        },
         host,
     );
+    let names: Vec<&str> = [
+        Fault::FrozenDevice,
+        Fault::DeviceClock,
+        Fault::DeviceLeap,
+        Fault::DeafDevice,
+    ]
+    .into_iter()
+    .filter(|fault| found.contains(*fault))
+    .map(Fault::name)
+    .collect();
+    let detail = if names.is_empty() {
+        "positions, clock and confirmed forces agree".into()
+    } else {
+        format!("found: {}", names.join(", "))
+    };
+    report.judge("consistent", names.is_empty(), detail);
 }

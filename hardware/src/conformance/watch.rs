@@ -111,6 +111,9 @@ impl Arrivals {
 
 /// Median, 99th percentile and maximum of times, as text.
 pub(super) fn quantiles(times_ns: &mut [u64]) -> String {
+    if times_ns.is_empty() {
+        return "never measured".to_owned();
+    }
     times_ns.sort_unstable();
     let at = |share: f64| {
         let index = (times_ns.len().saturating_sub(1) as f64 * share) as usize;

@@ -5,12 +5,13 @@ use std::path::Path;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{
-    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
+    Buttons, DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, LineCounters,
+    Polled,
 };
 use rt_core::time::TimeNs;
 
 use super::host::Host;
-use super::pace::{Pace, Said};
+use super::judge::Judge;
 use super::wire::{Capabilities, DeviceKind, Force, State, Status};
 use crate::HardwareError;
 use crate::line::Line;
@@ -21,7 +22,7 @@ pub struct RigHaptic {
     host: Host,
     identity: Capabilities,
     status: RigStatus,
-    pace: Pace,
+    judge: Judge,
 }
 
 /// Status that the device last reported, without its pose.
@@ -52,7 +53,7 @@ impl RigHaptic {
             host,
             identity,
             status: RigStatus::default(),
-            pace: Pace::new(),
+            judge: Judge::default(),
         }
     }
 
@@ -110,39 +111,35 @@ impl HapticDevice for RigHaptic {
         (&self.identity).into()
     }
 
-    fn poll(&mut self, _now_ns: TimeNs) -> Polled<DeviceSample> {
+    fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
         let reach_m = self.identity.workspace_radius_m * REACH;
         let measures_velocity = self.identity.measures_velocity;
         let mut newest = None;
+        let judge = &mut self.judge;
+        judge.begin(now_ns);
         let mut status = self.status;
         let mut rejected = 0;
-        let pace = &mut self.pace;
         let read = self
             .host
             .receive(|message, at_ns| match State::parse(message) {
                 Ok(state) if Vec3::from(state.position_m).norm() <= reach_m => {
-                    let velocity = measures_velocity.then(|| state.velocity_m_s.into());
-                    let said = Said {
-                        device_time_us: state.device_time_us,
-                        position_m: state.position_m.into(),
-                        velocity_m_s: velocity,
-                    };
-                    let Some(velocity_m_s) = pace.take(&said) else {
-                        rejected += 1;
-                        return;
-                    };
                     status = RigStatus {
                         status: state.status,
                         applied_force: state.applied_force,
                         device_time_us: state.device_time_us,
                     };
-                    newest = Some(sample(&state, message.sequence(), velocity_m_s, at_ns));
+                    if let Some(velocity_m_s) = judge.take(&state, measures_velocity, at_ns) {
+                        newest = Some(sample(&state, message.sequence(), velocity_m_s, at_ns));
+                    } else if judge.dropped() {
+                        rejected += 1;
+                    }
                 }
                 _ => rejected += 1,
             });
         for _ in 0..rejected {
             self.host.reject();
         }
+        self.judge.end(read.unwrap_or(0));
         self.status = status;
         match (newest, read) {
             (Some(sample), _) => Polled::Fresh(sample),
@@ -151,7 +148,11 @@ impl HapticDevice for RigHaptic {
         }
     }
 
-    fn send(&mut self, command: ForceCommand, _now_ns: TimeNs) {
+    fn findings(&self) -> Findings {
+        self.judge.findings()
+    }
+
+    fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
         // The core has limited both already; this keeps the line within the device's peak in any
         // case.
         let force_n = within(command.force_n, self.identity.force_max_n);
@@ -161,7 +162,11 @@ impl HapticDevice for RigHaptic {
             force_n: force_n.into(),
             torque_n_m: torque_n_m.into(),
         };
+        let dropped = self.host.counters().dropped_writes;
         self.host.send(&force.frame(sequence));
+        if self.host.counters().dropped_writes == dropped {
+            self.judge.sent(now_ns);
+        }
     }
 
     fn counters(&self) -> LineCounters {

@@ -3,6 +3,8 @@
 //! [`frame`], [`wire`] and [`device`] are `no_std` and also serve firmware; the drivers are the
 //! host's side.
 
+#[cfg(feature = "std")]
+mod bundles;
 pub mod device;
 pub mod frame;
 #[cfg(feature = "std")]
@@ -10,9 +12,11 @@ mod haptic;
 #[cfg(feature = "std")]
 mod host;
 #[cfg(feature = "std")]
-mod pace;
+mod judge;
 #[cfg(feature = "std")]
 mod pedal;
+#[cfg(feature = "std")]
+mod trail;
 #[cfg(test)]
 mod vectors;
 pub mod wire;

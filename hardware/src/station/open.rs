@@ -1,8 +1,8 @@
 //! Opening the devices of a station file with their drivers.
 
 use rt_core::port::{
-    DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters, Pedal,
-    Polled,
+    DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice, LineCounters,
+    Pedal, Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -121,6 +121,10 @@ impl HapticDevice for Limited {
             command.force_n *= limit / norm;
         }
         self.device.send(command, now_ns);
+    }
+
+    fn findings(&self) -> Findings {
+        self.device.findings()
     }
 
     fn counters(&self) -> LineCounters {

@@ -1,7 +1,8 @@
 //! A haptic device whose movements are scaled in the simulation.
 
 use rt_core::port::{
-    DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters, Polled,
+    DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice, LineCounters,
+    Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -48,6 +49,10 @@ impl HapticDevice for Scaled {
         let force_n = command.force_n * self.by;
         self.device
             .send(ForceCommand { force_n, ..command }, now_ns);
+    }
+
+    fn findings(&self) -> Findings {
+        self.device.findings()
     }
 
     fn counters(&self) -> LineCounters {

@@ -14,6 +14,7 @@ use rt_core::port::{
 use rt_core::time::TimeNs;
 
 use super::hd::{Hd, Servo, name};
+use super::opening;
 use crate::HardwareError;
 use crate::slot::Slot;
 
@@ -28,11 +29,10 @@ const ALREADY_INITIATED: u16 = 0x0301;
 /// Harmless errors: warm motors, and force, impulse and speed above the limits. The library handles
 /// them itself.
 const HARMLESS: std::ops::RangeInclusive<u16> = 0x0200..=0x0204;
+/// Reach of the largest device of the vendor, with room; as for rigs.
+const WORKSPACE_MAX_M: f32 = 1.5;
 /// Rate of the library's scheduler.
 const RATE_HZ: f32 = 1000.0;
-
-/// The library has one scheduler, so only one driver may exist.
-static IN_USE: AtomicBool = AtomicBool::new(false);
 
 /// A Touch that the library's scheduler serves.
 #[derive(Debug)]
@@ -56,6 +56,8 @@ struct Shared {
     /// A fatal error of the library; 0: none.
     failed: AtomicU16,
     harmless_errors: AtomicU32,
+    /// Poses that are not finite or not rigid.
+    bad_samples: AtomicU32,
     force_max_n: f32,
     /// Position (3), quaternion x y z w (4), velocity (3) as bits of f32; buttons; count.
     sample: Slot<12>,
@@ -65,17 +67,15 @@ struct Shared {
 
 impl TouchHaptic {
     /// Opens the device with this name (as in the vendor's set-up; `None`: the default one) through
-    /// `library` (usually `libHD.so`). Not for the tick: takes about a second.
+    /// `library` (usually `libHD.so`). Not for the tick: takes about a second, and at most 10 s if
+    /// the library hangs.
     pub fn open(library: &Path, device: Option<&str>) -> Result<Self, HardwareError> {
         let path = PathBuf::from(device.unwrap_or("default Touch"));
-        if IN_USE.swap(true, Ordering::AcqRel) {
-            return Err(HardwareError::Busy { path });
-        }
-        let opened = Self::open_only(library, device, &path);
-        if opened.is_err() {
-            IN_USE.store(false, Ordering::Release);
-        }
-        opened
+        let (own_library, name) = (library.to_path_buf(), device.map(str::to_owned));
+        let own_path = path.clone();
+        opening::within(opening::LIMIT, &path, library, move || {
+            Self::open_only(&own_library, name.as_deref(), &own_path)
+        })
     }
 
     fn open_only(library: &Path, device: Option<&str>, path: &Path) -> Result<Self, HardwareError> {
@@ -83,12 +83,17 @@ impl TouchHaptic {
         let handle = init(hd, device, path)?;
         hd.make_current(handle);
         let capabilities = capabilities(hd);
+        if let Err(error) = usable(&capabilities, path) {
+            hd.disable_device(handle);
+            return Err(error);
+        }
         let shared: &'static Shared = Box::leak(Box::new(Shared {
             hd,
             device: handle,
             running: AtomicBool::new(true),
             failed: AtomicU16::new(0),
             harmless_errors: AtomicU32::new(0),
+            bad_samples: AtomicU32::new(0),
             force_max_n: capabilities.force_max_n,
             sample: Slot::new(),
             force: Slot::new(),
@@ -202,6 +207,39 @@ fn capabilities(hd: &Hd) -> DeviceCapabilities {
     }
 }
 
+/// Refuses limits that no Touch has: a device without force would pass for one that works.
+fn usable(found: &DeviceCapabilities, path: &Path) -> Result<(), HardwareError> {
+    let more = "more than 0";
+    let checks = [
+        ("force_max_n", found.force_max_n, f32::MAX, more),
+        (
+            "force_continuous_n",
+            found.force_continuous_n,
+            found.force_max_n,
+            "more than 0, at most force_max_n",
+        ),
+        ("stiffness_max_n_m", found.stiffness_max_n_m, f32::MAX, more),
+        (
+            "workspace_radius_m",
+            found.workspace_radius_m,
+            WORKSPACE_MAX_M,
+            "more than 0, at most 1.5",
+        ),
+    ];
+    for (what, value, most, allowed) in checks {
+        // Written so that a value that is no number is refused too.
+        if !(value > 0.0 && value <= most) {
+            return Err(HardwareError::Capability {
+                path: path.to_path_buf(),
+                what,
+                value: f64::from(value),
+                allowed,
+            });
+        }
+    }
+    Ok(())
+}
+
 fn calibrate(hd: &Hd, device: u32, path: &Path) -> Result<(), HardwareError> {
     let style = hd.integer(name::CALIBRATION_STYLE) as u32;
     let mut state = 0;
@@ -259,6 +297,8 @@ impl Servo for Shared {
             let count = self.sample.read().map_or(0, |(_, words)| words[11]);
             words[11] = count.wrapping_add(1);
             self.sample.write(words);
+        } else {
+            self.bad_samples.fetch_add(1, Ordering::Relaxed);
         }
         match hd.error() {
             0 => running,
@@ -365,8 +405,10 @@ impl HapticDevice for TouchHaptic {
     }
 
     fn counters(&self) -> LineCounters {
+        let [errors, samples] = [&self.shared.harmless_errors, &self.shared.bad_samples]
+            .map(|count| u64::from(count.load(Ordering::Relaxed)));
         LineCounters {
-            bad_frames: self.shared.harmless_errors.load(Ordering::Relaxed).into(),
+            bad_frames: errors + samples,
             ..self.counters
         }
     }
@@ -386,6 +428,6 @@ impl Drop for TouchHaptic {
         });
         hd.stop_scheduler();
         hd.disable_device(device);
-        IN_USE.store(false, Ordering::Release);
+        opening::release();
     }
 }

@@ -6,6 +6,8 @@
 
 mod driver;
 mod hd;
+mod opening;
+mod refused;
 
 pub use driver::TouchHaptic;
 

@@ -76,6 +76,9 @@ impl Fake {
 
 /// Builds the fake with the compiler in use.
 fn build() -> PathBuf {
+    if let Some(built) = std::env::var_os(DOOMED) {
+        return built.into();
+    }
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("libHD.so");
     let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fake_hd/libhd.rs");
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
@@ -246,6 +249,80 @@ fn one_driver_at_a_time_and_a_missing_library_is_named() {
         fake.open().is_ok(),
         "a failed opening leaves the device free"
     );
+}
+
+#[test]
+fn a_device_that_reports_no_force_is_refused() {
+    let fake = Fake::new();
+    fake.tell("fake_forceless", 1);
+    let error = fake.open().unwrap_err();
+    fake.tell("fake_forceless", 0);
+    let HardwareError::Capability { what, value, .. } = error else {
+        panic!("{error}");
+    };
+    assert_eq!((what, value), ("force_max_n", 0.0));
+    assert!(fake.open().is_ok(), "a refused device is free again");
+}
+
+#[test]
+fn a_library_that_hangs_is_named_and_used_again_once_it_returns() {
+    let fake = Fake::new();
+    fake.tell("fake_hang", 1);
+    for _ in 0..2 {
+        let error = fake.open().unwrap_err();
+        assert!(matches!(error, HardwareError::Hangs { .. }), "{error}");
+        assert!(error.to_string().contains("libHD.so"), "{error}");
+    }
+    fake.tell("fake_hang", 0);
+    let start = Instant::now();
+    while let Err(error) = fake.open() {
+        assert!(start.elapsed() < Duration::from_secs(60), "{error}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Path of the fake, set in the process that it ends.
+const DOOMED: &str = "CALOT_TEST_DOOMED";
+
+#[test]
+fn a_library_that_ends_the_program_is_named_and_leaves_no_code_of_its_own() {
+    if std::env::var_os(DOOMED).is_some() {
+        let fake = Fake::new();
+        fake.tell("fake_exit", 1);
+        let _ = fake.open();
+        unreachable!("the library ended the process");
+    }
+    let path = Fake::new().path.display().to_string();
+    let name = "touch::a_library_that_ends_the_program_is_named_and_leaves_no_code_of_its_own";
+    let ended = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", name, "--nocapture"])
+        .env(DOOMED, &path)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains(&path) && said.contains("ended the program"),
+        "{said}"
+    );
+}
+
+#[test]
+fn the_suite_judges_nothing_by_samples_that_never_came() {
+    let fake = Fake::new();
+    fake.tell("fake_break_pose", 1);
+    let mut options = Options {
+        watch: Duration::from_millis(300),
+        unplug: None,
+    };
+    let report = hardware::conformance::touch(&fake.path, Some("right"), &mut options);
+    fake.tell("fake_break_pose", 0);
+    assert!(!report.passed(), "{report}");
+    assert!(!report.to_string().contains("NaN"), "{report}");
+    for name in ["finite", "workspace", "speed"] {
+        let outcome = report.check(name).map(|check| check.outcome);
+        assert_eq!(outcome, Some(Outcome::Skipped), "{report}");
+    }
 }
 
 #[test]

@@ -27,6 +27,9 @@ struct Job {
 static ERROR: AtomicU32 = AtomicU32::new(0);
 static INIT_FAILURES: AtomicU32 = AtomicU32::new(0);
 static INIT_ERROR: AtomicU32 = AtomicU32::new(0);
+static HANGING: AtomicBool = AtomicBool::new(false);
+static EXITING: AtomicBool = AtomicBool::new(false);
+static FORCELESS: AtomicBool = AtomicBool::new(false);
 static CALIBRATION: AtomicU32 = AtomicU32::new(0x5000);
 static BROKEN_POSE: AtomicBool = AtomicBool::new(false);
 static FORCE: Mutex<[f64; 3]> = Mutex::new([0.0; 3]);
@@ -39,6 +42,12 @@ static FRAME: AtomicBool = AtomicBool::new(false);
 
 #[unsafe(no_mangle)]
 pub extern "C" fn hdInitDevice(_name: *const c_char) -> c_uint {
+    while HANGING.load(SeqCst) {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    if EXITING.load(SeqCst) {
+        std::process::exit(3);
+    }
     if INIT_FAILURES.load(SeqCst) > 0 {
         INIT_FAILURES.fetch_sub(1, SeqCst);
         ERROR.store(INIT_ERROR.load(SeqCst), SeqCst);
@@ -92,6 +101,7 @@ pub unsafe extern "C" fn hdGetDoublev(what: c_uint, out: *mut f64) {
         }
         0x2551 => vec![-80.0, -60.0, -35.0, 80.0, 60.0, 35.0],
         0x2602 => vec![0.7],
+        0x2603 | 0x2604 if FORCELESS.load(SeqCst) => vec![0.0],
         0x2603 => vec![3.3],
         0x2604 => vec![0.88],
         0x2608 => vec![0.005],
@@ -207,6 +217,18 @@ pub extern "C" fn fake_calibration(state: u32) {
 #[unsafe(no_mangle)]
 pub extern "C" fn fake_break_pose(broken: u32) {
     BROKEN_POSE.store(broken != 0, SeqCst);
+}
+#[unsafe(no_mangle)]
+pub extern "C" fn fake_hang(hanging: u32) {
+    HANGING.store(hanging != 0, SeqCst);
+}
+#[unsafe(no_mangle)]
+pub extern "C" fn fake_exit(exiting: u32) {
+    EXITING.store(exiting != 0, SeqCst);
+}
+#[unsafe(no_mangle)]
+pub extern "C" fn fake_forceless(forceless: u32) {
+    FORCELESS.store(forceless != 0, SeqCst);
 }
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fake_force(out: *mut f64) {

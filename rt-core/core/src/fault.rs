@@ -47,10 +47,27 @@ pub enum Fault {
     /// The force rises after it was enabled, or falls while the pose is stale or the simulation
     /// paused. Answer: a share of it is rendered.
     Ramped = 19,
+    /// The haptic device is open but sends no valid sample. Answer: force falls to zero.
+    SilentDevice = 20,
+    /// The haptic device repeats a position, while its velocity or its clock says otherwise.
+    /// Answer: the samples are dropped, so the force falls to zero.
+    FrozenDevice = 21,
+    /// The haptic device's clock runs backwards, stands still or has another unit. Answer: as for a
+    /// frozen device.
+    DeviceClock = 22,
+    /// The handle leapt farther than a hand moves. Answer: the sample is dropped. A leap that lasts
+    /// is believed, and the force starts from zero.
+    DeviceLeap = 23,
+    /// Samples come in bundles, each older than a sample may be. Answer: force falls to zero.
+    DeviceBundles = 24,
+    /// The haptic device confirms no force that it is sent. Answer: as for a frozen device.
+    DeafDevice = 25,
+    /// The pedal's line is gone. Answer: it reads as released.
+    LostPedal = 26,
 }
 
 /// Number of kinds.
-pub const FAULT_COUNT: usize = 20;
+pub const FAULT_COUNT: usize = 27;
 
 impl Fault {
     /// All kinds, in the order of their numbers.
@@ -75,6 +92,13 @@ impl Fault {
         Self::BothElectrodes,
         Self::NotEnabled,
         Self::Ramped,
+        Self::SilentDevice,
+        Self::FrozenDevice,
+        Self::DeviceClock,
+        Self::DeviceLeap,
+        Self::DeviceBundles,
+        Self::DeafDevice,
+        Self::LostPedal,
     ];
 
     /// Its number: index of its counter, code in events.
@@ -107,6 +131,13 @@ impl Fault {
             Self::BothElectrodes => "both_electrodes",
             Self::NotEnabled => "not_enabled",
             Self::Ramped => "ramped",
+            Self::SilentDevice => "silent_device",
+            Self::FrozenDevice => "frozen_device",
+            Self::DeviceClock => "device_clock",
+            Self::DeviceLeap => "device_leap",
+            Self::DeviceBundles => "device_bundles",
+            Self::DeafDevice => "deaf_device",
+            Self::LostPedal => "lost_pedal",
         }
     }
 
@@ -178,6 +209,12 @@ impl FaultSet {
     #[must_use]
     pub const fn contains(self, fault: Fault) -> bool {
         self.0 & (1 << (fault as u32)) != 0
+    }
+
+    /// Faults in either set.
+    #[must_use]
+    pub const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
     }
 
     /// Faults in `self` that are not in `earlier`.

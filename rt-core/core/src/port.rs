@@ -3,6 +3,7 @@
 //! `hardware` implements [`HapticDevice`], [`Tracker`] and [`Pedal`]. The realtime process joins
 //! them, the clock and the publisher into one [`crate::sim::Ports`].
 
+use crate::fault::FaultSet;
 use crate::math::{Pose, Vec3};
 use crate::time::TimeNs;
 
@@ -150,6 +151,17 @@ pub struct LineCounters {
     pub dropped_writes: u64,
 }
 
+/// Faults of a device that only its driver can see, because it sees every sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Findings {
+    /// Faults found by the last poll.
+    pub faults: FaultSet,
+    /// The last poll's sample does not continue those before: the handle may be anywhere.
+    pub leapt: bool,
+    /// Length of the bundles in which samples come, ms; 0: they come one by one.
+    pub bundle_ms: u32,
+}
+
 /// A haptic device. Neither call blocks or allocates.
 pub trait HapticDevice {
     /// Capabilities of the device.
@@ -167,6 +179,10 @@ pub trait HapticDevice {
     }
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample>;
+    /// Faults that the last poll found; by default none.
+    fn findings(&self) -> Findings {
+        Findings::default()
+    }
     /// Sends a force. If the line cannot take it now, the command is dropped and counted.
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs);
     /// Counters of the line.

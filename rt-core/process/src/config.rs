@@ -49,6 +49,8 @@ pub struct RtConfig {
     pub coarser: Vec<PathBuf>,
     /// Policy on scenes that may not fit.
     pub admission: AdmissionPolicy,
+    /// Refuse to run if Linux does not grant realtime.
+    pub must_be_realtime: bool,
     /// File with the station's devices and their poses ([`hardware::station`]).
     pub station_file: Option<PathBuf>,
     /// Serial device of the haptic device; overrides the station file. Without either the force
@@ -97,6 +99,7 @@ impl RtConfig {
             scene: scene.into(),
             coarser: Vec::new(),
             admission: AdmissionPolicy::Measure,
+            must_be_realtime: false,
             station_file: None,
             haptic: None,
             tracker: None,

@@ -10,8 +10,8 @@ use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::station::StationFile;
 use heapless::spsc::{Consumer, Producer};
 use rt_core::port::{
-    DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Pedal, PedalSample,
-    Polled, Tracker, TrackerSample,
+    DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, LineCounters, Pedal,
+    PedalSample, Polled, Tracker, TrackerSample,
 };
 use rt_core::time::TimeNs;
 use shared_mem::message::DeviceHealth;
@@ -19,6 +19,8 @@ use shared_mem::message::DeviceHealth;
 use crate::config::RtConfig;
 use crate::error::RtError;
 use crate::handle_pedal::HandlePedal;
+use crate::held_pedal::HeldPedal;
+use crate::silence::Silence;
 
 /// Capabilities for the core without a haptic device; nothing is rendered then.
 pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities::TOUCH;
@@ -169,6 +171,8 @@ struct Slot {
 pub(crate) struct Devices {
     slots: [Slot; KINDS],
     handle_pedal: HandlePedal,
+    held_pedal: HeldPedal,
+    silence: Silence,
     exchange: Option<Exchange>,
 }
 
@@ -215,8 +219,17 @@ impl Devices {
             Device::Haptic(device) => device.poll(now_ns),
             _ => Polled::Nothing,
         });
+        self.silence.note(&polled, now_ns);
         self.handle_pedal.take(&mut polled);
         polled
+    }
+
+    /// Faults of the haptic device that its last poll found.
+    pub(crate) fn findings(&self) -> Findings {
+        match self.slots.first().and_then(|slot| slot.device.as_ref()) {
+            Some(Device::Haptic(haptic)) => self.silence.complete(haptic.findings()),
+            _ => Findings::default(),
+        }
     }
 
     /// The newest sample of the tracker.
@@ -234,7 +247,8 @@ impl Devices {
             Device::Pedal(device) => device.poll(now_ns),
             _ => Polled::Nothing,
         });
-        self.handle_pedal.join(pedal, now_ns)
+        let joined = self.handle_pedal.join(pedal, now_ns);
+        self.held_pedal.released_once(joined)
     }
 
     fn poll<T>(&mut self, kind: usize, poll: impl FnOnce(&mut Device) -> Polled<T>) -> Polled<T> {

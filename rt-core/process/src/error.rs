@@ -27,8 +27,14 @@ pub enum RtError {
     #[error("scene does not fit the simulation: {0}")]
     Core(rt_core::scene::SceneError),
     /// No level of the scene fits this machine, and the policy is strict.
-    #[error("{}; take a coarser scene (`calot prepare --spheres`) or run without --strict", .0.in_words())]
+    #[error("{}; take a coarser scene (`calot prepare --spheres`) or run without --strict and --must-fit", .0.in_words())]
     DoesNotFit(Box<Admission>),
+    /// Linux does not grant realtime, and it was required.
+    #[error("realtime is required (--strict) and was refused: {}", refused.join("; "))]
+    NotRealtime {
+        /// Refusals of Linux, each with its remedy.
+        refused: Vec<String>,
+    },
     /// The station is taken, or its services do not open.
     #[error(transparent)]
     Service(#[from] ServiceError),

@@ -8,10 +8,13 @@
 use std::fs::File;
 use std::io::{self, Write};
 
-use rustix::mm::MlockAllFlags;
+use rustix::io::Errno;
+use rustix::mm::{MapFlags, MlockAllFlags, MlockFlags, ProtFlags};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::CpuSet;
 use shared_mem::message::TimingBatch;
+
+use crate::refusal::{Call, Circumstances, Refusal};
 
 /// Stack of the tick that is touched before it starts, bytes.
 const STACK_BYTES: usize = 512 * 1024;
@@ -36,10 +39,10 @@ impl Standing {
     }
 
     /// Adds the outcome of one step.
-    pub fn note(&mut self, bit: u32, outcome: Result<(), String>) {
+    pub fn note(&mut self, bit: u32, outcome: Result<(), Refusal>) {
         match outcome {
             Ok(()) => self.bits |= bit,
-            Err(why) => self.refused.push(why),
+            Err(refusal) => self.refused.push(refusal.to_string()),
         }
     }
 
@@ -98,31 +101,54 @@ fn is_pinned(thread: libc::pid_t) -> bool {
 /// Keeps freed memory in the process, then locks all memory, present and future.
 ///
 /// # Errors
-/// A sentence with the remedy.
-pub fn lock_memory() -> Result<(), String> {
+/// The rule that refused, and the remedy.
+pub fn lock_memory() -> Result<(), Refusal> {
     // SAFETY: two valid settings; glibc makes them under its own lock.
     unsafe {
         libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
         libc::mallopt(libc::M_MMAP_MAX, 0);
     }
-    const MEND: &str = "run `sudo setcap cap_ipc_lock,cap_sys_nice+ep $(command -v calot)`, or \
-                        set memlock to unlimited in /etc/security/limits.d and log in again";
-    let refused = |why: String| format!("memory is not locked: {why}; {MEND}");
-    rustix::mm::mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)
-        .map_err(|error| refused(error.to_string()))?;
-    // Under a finite limit, the lock can succeed now and make later mappings fail.
+    let refused = |error| Circumstances::read().judge(Call::Lock, error);
+    // Tried before all memory is locked: after that, a mapping's pages are touched at once.
     let limit = getrlimit(Resource::Memlock).current;
+    let limit = limit.filter(|limit| limit_holds(*limit));
+    rustix::mm::mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(refused)?;
+    // Under a finite limit, the lock can succeed now and make later mappings fail.
     if let Some(limit) = limit
-        && !may_lock_without_limit()
         && locked_bytes().saturating_add(LOCK_HEADROOM_BYTES) > limit
     {
-        let _ = rustix::mm::munlockall();
-        let limit_mib = limit >> 20;
-        return Err(refused(format!(
-            "the limit of {limit_mib} MiB is too tight"
-        )));
+        unlock_memory();
+        return Err(refused(Errno::NOMEM));
     }
     Ok(())
+}
+
+/// Takes [`lock_memory`] back.
+pub(crate) fn unlock_memory() {
+    let _ = rustix::mm::munlockall();
+}
+
+/// True if this process may not lock more than its limit, bytes. It tries: a capability does not
+/// count in a user namespace. Pages are locked once they are touched, and none is. What cannot be
+/// mapped is taken for refused.
+fn limit_holds(limit: u64) -> bool {
+    let Some(length) = usize::try_from(limit)
+        .ok()
+        .and_then(|it| it.checked_add(1 << 20))
+    else {
+        return true;
+    };
+    // SAFETY: the kernel chooses the place; the mapping is private, never touched, and unmapped.
+    unsafe {
+        let null = core::ptr::null_mut();
+        let (access, kind) = (ProtFlags::READ, MapFlags::PRIVATE | MapFlags::NORESERVE);
+        let Ok(place) = rustix::mm::mmap_anonymous(null, length, access, kind) else {
+            return true;
+        };
+        let locked = rustix::mm::mlock_with(place, length, MlockFlags::ONFAULT);
+        let _ = rustix::mm::munmap(place, length);
+        locked.is_err()
+    }
 }
 
 /// A number from `/proc/self/status`.
@@ -130,12 +156,7 @@ fn status_field(name: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(name))?;
     let word = line.trim_start_matches(':').split_whitespace().next()?;
-    u64::from_str_radix(word, if name.starts_with("Cap") { 16 } else { 10 }).ok()
-}
-
-fn may_lock_without_limit() -> bool {
-    const CAP_IPC_LOCK: u64 = 1 << 14;
-    status_field("CapEff").is_some_and(|caps| caps & CAP_IPC_LOCK != 0)
+    word.parse().ok()
 }
 
 fn locked_bytes() -> u64 {
@@ -165,25 +186,21 @@ pub fn allowed_cores() -> Vec<usize> {
 /// Pins the calling thread to these cores.
 ///
 /// # Errors
-/// A sentence with the remedy.
-pub fn pin_to(cores: &[usize]) -> Result<(), String> {
+/// The rule that refused, and the remedy.
+pub fn pin_to(cores: &[usize]) -> Result<(), Refusal> {
     let mut set = CpuSet::new();
     for &core in cores.iter().filter(|&&core| core < CpuSet::MAX_CPU) {
         set.set(core);
     }
-    rustix::thread::sched_setaffinity(None, &set).map_err(|error| {
-        format!(
-            "the thread is not pinned to core {cores:?}: {error}; `nproc --all` and \
-             `taskset -p $$` show what is allowed, choose with --core"
-        )
-    })
+    rustix::thread::sched_setaffinity(None, &set)
+        .map_err(|error| Circumstances::read().judge(Call::Pin(cores.to_vec()), error))
 }
 
 /// Gives the calling thread `SCHED_FIFO` at a priority of 1 to 99.
 ///
 /// # Errors
-/// A sentence with the remedy.
-pub fn take_fifo(priority: u8) -> Result<(), String> {
+/// The rule that refused, and the remedy.
+pub fn take_fifo(priority: u8) -> Result<(), Refusal> {
     let parameter = libc::sched_param {
         sched_priority: libc::c_int::from(priority),
     };
@@ -192,23 +209,19 @@ pub fn take_fifo(priority: u8) -> Result<(), String> {
     if rc == 0 {
         return Ok(());
     }
-    let error = io::Error::last_os_error();
-    let limit = getrlimit(Resource::Rtprio)
-        .current
-        .map_or("unlimited".to_owned(), |limit| limit.to_string());
-    Err(format!(
-        "SCHED_FIFO priority {priority} was refused: {error} (limit {limit}); run `sudo setcap \
-         cap_ipc_lock,cap_sys_nice+ep $(command -v calot)`, or set rtprio to 95 in \
-         /etc/security/limits.d and log in again"
-    ))
+    Err(Circumstances::read().judge(Call::Fifo(priority), last_errno()))
+}
+
+fn last_errno() -> Errno {
+    Errno::from_io_error(&io::Error::last_os_error()).unwrap_or(Errno::INVAL)
 }
 
 /// Prepares the calling thread for work next to the tick: cores other than the tick's, if there are
 /// any, and `SCHED_FIFO`.
 ///
 /// # Errors
-/// A sentence with the remedy.
-pub fn work_beside_tick(cores: &[usize], tick_core: usize, priority: u8) -> Result<(), String> {
+/// The rule that refused, and the remedy.
+pub fn work_beside_tick(cores: &[usize], tick_core: usize, priority: u8) -> Result<(), Refusal> {
     let cores = cores.iter().copied();
     let others: Vec<usize> = cores.filter(|&core| core != tick_core).collect();
     if !others.is_empty() {
@@ -220,8 +233,8 @@ pub fn work_beside_tick(cores: &[usize], tick_core: usize, priority: u8) -> Resu
 /// Gives the calling thread `SCHED_DEADLINE`: nine tenths of every period, due at its end.
 ///
 /// # Errors
-/// A sentence with the remedy.
-pub fn take_deadline(period_ns: u64) -> Result<(), String> {
+/// The rule that refused, and the remedy.
+pub fn take_deadline(period_ns: u64) -> Result<(), Refusal> {
     let attributes = libc::sched_attr {
         size: size_of::<libc::sched_attr>() as u32,
         sched_policy: libc::SCHED_DEADLINE.cast_unsigned(),
@@ -237,11 +250,7 @@ pub fn take_deadline(period_ns: u64) -> Result<(), String> {
     if rc == 0 {
         return Ok(());
     }
-    let error = io::Error::last_os_error();
-    Err(format!(
-        "SCHED_DEADLINE was refused: {error}; EPERM: run as root or with cap_sys_nice, and let the \
-         process use all cores (`taskset -p $$`); EBUSY: other deadline threads have the time"
-    ))
+    Err(Circumstances::read().judge(Call::Deadline, last_errno()))
 }
 
 /// Returns a thread of this process to the ordinary scheduler: the answer to a runaway tick.
@@ -345,9 +354,10 @@ mod tests {
         standing.note(TimingBatch::FIFO, Ok(()));
         standing.note(TimingBatch::LOCKED, Ok(()));
         assert!(!standing.is_realtime());
-        standing.note(TimingBatch::PINNED, Err("no core 7".into()));
+        let refusal = Circumstances::default().judge(Call::Pin(vec![7]), Errno::INVAL);
+        standing.note(TimingBatch::PINNED, Err(refusal.clone()));
         assert!(!standing.is_realtime());
-        assert_eq!(standing.refused, ["no core 7"]);
+        assert_eq!(standing.refused, [refusal.to_string()]);
         standing.note(TimingBatch::PINNED, Ok(()));
         assert!(standing.is_realtime());
     }
@@ -366,6 +376,6 @@ mod tests {
     #[test]
     fn a_core_that_does_not_exist_is_refused_in_words() {
         let why = std::thread::spawn(|| pin_to(&[1023])).join().unwrap();
-        assert!(why.unwrap_err().contains("--core"));
+        assert!(why.unwrap_err().to_string().contains("--core"));
     }
 }

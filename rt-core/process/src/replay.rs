@@ -14,7 +14,7 @@ pub use player::length_ns;
 pub use show::{Pace, Shown, show};
 
 use hardware::station::StationFile;
-use rt_core::port::{ForceCommand, LineCounters};
+use rt_core::port::{Findings, ForceCommand, LineCounters};
 use rt_core::scene::Scene;
 use rt_core::sim::{Digest, Optional, Ports, Samples, Stage, TickView};
 use shared_mem::inputs::{InputRecord, RunSetup};
@@ -167,6 +167,13 @@ struct Recorded<'a, F> {
 impl<F: FnMut(&Replayed<'_>)> Ports for Recorded<'_, F> {
     fn sample(&mut self) -> Samples {
         inputs::samples(self.record)
+    }
+
+    fn findings(&mut self) -> Findings {
+        Findings {
+            leapt: self.record.bits & InputRecord::LEAPT != 0,
+            ..Findings::default()
+        }
     }
 
     fn send_force(&mut self, _command: ForceCommand) {}

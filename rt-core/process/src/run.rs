@@ -19,6 +19,7 @@ use crate::config::{AdmissionPolicy, Realtime, RtConfig};
 use crate::error::RtError;
 use crate::fit;
 use crate::handover::Handover;
+use crate::notice::Notices;
 use crate::publisher::{self, COMMAND_QUEUE, EVENT_QUEUE, RECORD_QUEUE};
 use crate::realtime::{self, NoDeepIdle, Standing};
 use crate::reconnect::Opener;
@@ -259,12 +260,17 @@ impl Run<'_> {
         if !tick.standing.is_realtime() {
             crate::say!("calot rt: NOT REALTIME; every report says so");
         }
-        let mut on_ready = Some(on_ready);
+        let refused = self.config.must_be_realtime && !tick.standing.is_realtime();
+        if refused {
+            self.shared.ask_to_end(Ended::Asked);
+        }
+        let mut on_ready = Some(on_ready).filter(|_| !refused);
         let runaway = RunawayGuard::arm();
         if let Err(error) = &runaway {
             crate::say!("calot rt: a runaway tick would not be stopped: RLIMIT_RTTIME: {error}");
         }
         let mut watch = Watch::new();
+        let mut notices = Notices::new(self.config.haptic.clone());
         let mut asked_at_ns = None;
         while !tick.thread.is_finished() {
             sleep(LOOK_EVERY);
@@ -277,6 +283,7 @@ impl Run<'_> {
                 self.shared.ask_to_end(Ended::Asked);
             }
             watch.look(&self.shared);
+            notices.look(&self.shared);
             watch.look_at_standing(&self.shared, &mut tick.standing);
             if runaway.as_ref().is_ok_and(RunawayGuard::tripped) {
                 realtime::demote(self.shared.tick_thread.load(Relaxed));
@@ -294,6 +301,11 @@ impl Run<'_> {
         }
         join("tick", tick.thread)?;
         join("devices", tick.opener)?;
+        if refused {
+            return Err(RtError::NotRealtime {
+                refused: tick.standing.refused,
+            });
+        }
         Ok(Supervised {
             ended: self.shared.asked_to_end().unwrap_or(Ended::Asked),
             standing: tick.standing,

@@ -41,6 +41,8 @@ pub(crate) struct Shared {
     /// Ticks in which each stage took longer than its budget.
     pub(crate) stages_over: [AtomicU64; STAGES],
     pub(crate) faults: [AtomicU64; FAULTS],
+    /// Length of the bundles in which the haptic device's samples came, ms; 0: in none.
+    pub(crate) bundle_ms: AtomicU32,
     /// Largest force sent, N, as bits of f32.
     pub(crate) force_max_n: AtomicU32,
     pub(crate) frames_skipped: AtomicU64,

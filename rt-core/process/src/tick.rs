@@ -5,7 +5,7 @@ use core::sync::atomic::Ordering::Relaxed;
 use std::sync::Arc;
 
 use heapless::spsc::{Consumer, Producer};
-use rt_core::port::{ForceCommand, Polled};
+use rt_core::port::{Findings, ForceCommand, Polled};
 use rt_core::sim::{Command, Optional, Ports, Samples, Sim, Stage, TickView};
 use rt_core::words::Status;
 use shared_mem::inputs::InputRecord;
@@ -145,6 +145,17 @@ impl Ports for World {
         };
         self.input = inputs::record(&samples);
         samples
+    }
+
+    fn findings(&mut self) -> Findings {
+        let findings = self.devices.findings();
+        if findings.leapt {
+            self.input.bits |= InputRecord::LEAPT;
+        }
+        if findings.bundle_ms > 0 {
+            self.shared.bundle_ms.store(findings.bundle_ms, Relaxed);
+        }
+        findings
     }
 
     fn send_force(&mut self, command: ForceCommand) {

@@ -47,7 +47,7 @@ impl TickRecord {
 /// Service `timing`: batches of records, with the thread's counters since its start.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.TimingBatch.v4")]
+#[type_name("calot.TimingBatch.v5")]
 pub struct TimingBatch {
     /// Batch number; a gap is a loss.
     pub sequence: u64,
@@ -94,6 +94,6 @@ impl TimingBatch {
 
 // The layout is the contract: a change of size is a change of version.
 const _: () = {
-    assert!(size_of::<TimingBatch>() == 232 + 64 * TIMING_BATCH);
+    assert!(size_of::<TimingBatch>() == 288 + 64 * TIMING_BATCH);
     assert!(size_of::<TickRecord>() == 64);
 };

@@ -4,7 +4,6 @@ use core::time::Duration;
 use std::time::Instant;
 
 use iceoryx2::active_request::ActiveRequest;
-use iceoryx2::node::Node;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::server::Server;
@@ -12,10 +11,47 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{ZeroCopySend, ipc};
 
+use super::join::{Member, Need};
 use super::{EVENTS, INPUTS, NEWEST, ServiceError, Station, TIMING};
 use crate::inputs::InputBatch;
 use crate::message::{CommandMsg, EventMsg, HandMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
 use crate::task::TaskMsg;
+
+/// A controller's needs of shared memory.
+const CONTROLLER: [Need; 6] = [
+    Need::publisher::<StateFrame>(NEWEST),
+    Need::publisher::<ToolFrame>(NEWEST),
+    Need::publisher::<EventMsg>(EVENTS),
+    Need::publisher::<TimingBatch>(TIMING),
+    Need::publisher::<InputBatch>(INPUTS),
+    Need::COMMANDS,
+];
+/// A host's.
+const HOST: [Need; 5] = [
+    Need::subscriber(NEWEST),
+    Need::subscriber(NEWEST),
+    Need::subscriber(EVENTS),
+    Need::subscriber(TIMING),
+    Need::COMMANDS,
+];
+
+impl Station {
+    /// Checks that shared memory has room for a controller, a recorder and a display. Each of them
+    /// takes its part when it joins; this tells before any work is done.
+    ///
+    /// # Errors
+    /// [`ServiceError::NoRoom`] and its like.
+    pub fn check_room(&self) -> Result<(), ServiceError> {
+        self.room_for(&[&CONTROLLER[..], &HOST, &HOST].concat())
+    }
+
+    /// Shared memory for them, bytes.
+    #[must_use]
+    pub fn room_needed() -> u64 {
+        let all = CONTROLLER.iter().chain(&HOST).chain(&HOST);
+        all.map(|need| need.bytes()).sum()
+    }
+}
 
 /// The controller's end. Owned by the publishing thread: creating, loaning and sending allocate.
 #[derive(Debug)]
@@ -31,7 +67,7 @@ pub struct Controller {
     /// Inputs of the ticks.
     pub inputs: Publisher<ipc::Service, InputBatch, ()>,
     commands: Server<ipc::Service, CommandMsg, (), ReplyMsg, ()>,
-    node: Node<ipc::Service>,
+    member: Member,
 }
 
 /// A command that waits for its reply.
@@ -57,19 +93,20 @@ impl Controller {
     /// # Errors
     /// [`ServiceError::SecondController`] if another process has it, or what failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let node = station.node()?;
+        let joining = station.join(&CONTROLLER)?;
+        let node = joining.node();
         Ok(Self {
-            state: station.publisher(&node, "state", NEWEST)?,
-            tools: station.publisher(&node, "tools", NEWEST)?,
-            events: station.publisher(&node, "events", EVENTS)?,
-            timing: station.publisher(&node, "timing", TIMING)?,
-            inputs: station.publisher(&node, "inputs", INPUTS)?,
+            state: station.publisher(node, "state", NEWEST)?,
+            tools: station.publisher(node, "tools", NEWEST)?,
+            events: station.publisher(node, "events", EVENTS)?,
+            timing: station.publisher(node, "timing", TIMING)?,
+            inputs: station.publisher(node, "inputs", INPUTS)?,
             commands: station
-                .commands(&node)?
+                .commands(node)?
                 .server_builder()
                 .create()
                 .map_err(|error| station.transport("serving commands", &error))?,
-            node,
+            member: joining.finish()?,
         })
     }
 
@@ -87,7 +124,7 @@ impl Controller {
 
     /// Forgets hosts that died. Not needed often; takes up to milliseconds.
     pub fn forget_dead(&self) {
-        self.node.try_cleanup_dead_nodes();
+        self.member.forget_dead();
     }
 }
 
@@ -95,7 +132,7 @@ impl Controller {
 #[derive(Debug)]
 pub struct HandSender {
     hand: Publisher<ipc::Service, HandMsg, ()>,
-    node: Node<ipc::Service>,
+    member: Member,
 }
 
 impl HandSender {
@@ -104,13 +141,16 @@ impl HandSender {
     /// # Errors
     /// [`ServiceError::SecondHand`] if another display has it.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let node = station.node()?;
-        let hand = station.publisher(&node, "hand", NEWEST);
+        let joining = station.join(&[Need::publisher::<HandMsg>(NEWEST)])?;
+        let hand = station.publisher(joining.node(), "hand", NEWEST);
         let hand = hand.map_err(|error| match error {
             ServiceError::SecondController(name) => ServiceError::SecondHand(name),
             other => other,
         })?;
-        Ok(Self { hand, node })
+        Ok(Self {
+            hand,
+            member: joining.finish()?,
+        })
     }
 
     /// Sends; returns whether an emulated hand listens. A real device's hand cannot be led.
@@ -120,7 +160,7 @@ impl HandSender {
 
     /// Forgets emulators that died.
     pub fn forget_dead(&self) {
-        self.node.try_cleanup_dead_nodes();
+        self.member.forget_dead();
     }
 }
 
@@ -128,7 +168,7 @@ impl HandSender {
 #[derive(Debug)]
 pub struct HandReceiver {
     hand: Subscriber<ipc::Service, HandMsg, ()>,
-    _node: Node<ipc::Service>,
+    _member: Member,
 }
 
 impl HandReceiver {
@@ -137,9 +177,11 @@ impl HandReceiver {
     /// # Errors
     /// As they say.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let node = station.node()?;
-        let hand = station.subscriber(&node, "hand", NEWEST)?;
-        Ok(Self { hand, _node: node })
+        let joining = station.join(&[Need::subscriber(NEWEST)])?;
+        Ok(Self {
+            hand: station.subscriber(joining.node(), "hand", NEWEST)?,
+            _member: joining.finish()?,
+        })
     }
 
     /// The newest message, if a newer one came.
@@ -154,7 +196,7 @@ impl HandReceiver {
 #[derive(Debug)]
 pub struct TaskSender {
     task: Publisher<ipc::Service, TaskMsg, ()>,
-    _node: Node<ipc::Service>,
+    _member: Member,
 }
 
 impl TaskSender {
@@ -163,13 +205,16 @@ impl TaskSender {
     /// # Errors
     /// [`ServiceError::SecondTask`] if another host does; others as they say.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let node = station.node()?;
-        let task = station.publisher(&node, "task", NEWEST);
+        let joining = station.join(&[Need::publisher::<TaskMsg>(NEWEST)])?;
+        let task = station.publisher(joining.node(), "task", NEWEST);
         let task = task.map_err(|error| match error {
             ServiceError::SecondController(name) => ServiceError::SecondTask(name),
             other => other,
         })?;
-        Ok(Self { task, _node: node })
+        Ok(Self {
+            task,
+            _member: joining.finish()?,
+        })
     }
 
     /// Tells how it stands; returns whether that could be sent.
@@ -182,7 +227,7 @@ impl TaskSender {
 #[derive(Debug)]
 pub struct TaskReceiver {
     task: Subscriber<ipc::Service, TaskMsg, ()>,
-    _node: Node<ipc::Service>,
+    _member: Member,
 }
 
 impl TaskReceiver {
@@ -191,9 +236,11 @@ impl TaskReceiver {
     /// # Errors
     /// As they say.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let node = station.node()?;
-        let task = station.subscriber(&node, "task", NEWEST)?;
-        Ok(Self { task, _node: node })
+        let joining = station.join(&[Need::subscriber(NEWEST)])?;
+        Ok(Self {
+            task: station.subscriber(joining.node(), "task", NEWEST)?,
+            _member: joining.finish()?,
+        })
     }
 
     /// Copies the newest message into `into`, if a newer one came. [`TaskMsg::text`] checks it.
@@ -209,7 +256,7 @@ pub struct Tap {
     tools: Subscriber<ipc::Service, ToolFrame, ()>,
     events: Subscriber<ipc::Service, EventMsg, ()>,
     timing: Subscriber<ipc::Service, TimingBatch, ()>,
-    _node: Node<ipc::Service>,
+    _member: Member,
 }
 
 impl Tap {
@@ -218,13 +265,14 @@ impl Tap {
     /// # Errors
     /// As they say.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let node = station.node()?;
+        let joining = station.join(&[INPUTS, NEWEST, EVENTS, TIMING].map(Need::subscriber))?;
+        let node = joining.node();
         Ok(Self {
-            inputs: station.subscriber(&node, "inputs", INPUTS)?,
-            tools: station.subscriber(&node, "tools", NEWEST)?,
-            events: station.subscriber(&node, "events", EVENTS)?,
-            timing: station.subscriber(&node, "timing", TIMING)?,
-            _node: node,
+            inputs: station.subscriber(node, "inputs", INPUTS)?,
+            tools: station.subscriber(node, "tools", NEWEST)?,
+            events: station.subscriber(node, "events", EVENTS)?,
+            timing: station.subscriber(node, "timing", TIMING)?,
+            _member: joining.finish()?,
         })
     }
 
@@ -258,7 +306,7 @@ pub struct Host {
     events: Subscriber<ipc::Service, EventMsg, ()>,
     timing: Subscriber<ipc::Service, TimingBatch, ()>,
     commands: Client<ipc::Service, CommandMsg, (), ReplyMsg, ()>,
-    node: Node<ipc::Service>,
+    member: Member,
 }
 
 impl Host {
@@ -267,19 +315,20 @@ impl Host {
     /// # Errors
     /// As they say.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let node = station.node()?;
+        let joining = station.join(&HOST)?;
+        let node = joining.node();
         Ok(Self {
-            state: station.subscriber(&node, "state", NEWEST)?,
-            tools: station.subscriber(&node, "tools", NEWEST)?,
-            events: station.subscriber(&node, "events", EVENTS)?,
-            timing: station.subscriber(&node, "timing", TIMING)?,
+            state: station.subscriber(node, "state", NEWEST)?,
+            tools: station.subscriber(node, "tools", NEWEST)?,
+            events: station.subscriber(node, "events", EVENTS)?,
+            timing: station.subscriber(node, "timing", TIMING)?,
             commands: station
-                .commands(&node)?
+                .commands(node)?
                 .client_builder()
                 .create()
                 .map_err(|error| station.transport("creating a command client", &error))?,
             station: station.clone(),
-            node,
+            member: joining.finish()?,
         })
     }
 
@@ -342,7 +391,7 @@ impl Host {
 
     /// Forgets processes that died.
     pub fn forget_dead(&self) {
-        self.node.try_cleanup_dead_nodes();
+        self.member.forget_dead();
     }
 }
 

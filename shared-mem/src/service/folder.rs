@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::ServiceError;
+use super::error::ServiceError;
 
 /// Closes a file to everybody except its owner, if this user owns it. Symbolic links are not
 /// followed, because anybody can put one into /dev/shm. A file that another process just removed is
@@ -23,8 +23,27 @@ pub(super) fn close(path: &std::path::Path) {
 }
 
 /// Whom this process runs as.
-fn user() -> u32 {
+pub(super) fn user() -> u32 {
     rustix::process::geteuid().as_raw()
+}
+
+/// A user in words.
+fn owner(user: u32) -> String {
+    let users = std::fs::read_to_string("/etc/passwd").unwrap_or_default();
+    let number = user.to_string();
+    let name = users.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let name = fields.next()?;
+        (fields.nth(1)? == number).then_some(name)
+    });
+    name.map_or_else(|| format!("user {number}"), |name| format!("user {name}"))
+}
+
+/// A file and its owner, if that is somebody else.
+pub(super) fn foreign(path: &std::path::Path) -> Option<(PathBuf, String)> {
+    use std::os::unix::fs::MetadataExt as _;
+    let meta = std::fs::symlink_metadata(path).ok()?;
+    (meta.uid() != user()).then(|| (path.to_owned(), owner(meta.uid())))
 }
 
 /// The folder of this user's stations: made private, and refused if somebody else could have
@@ -42,12 +61,17 @@ pub fn user_folder() -> Result<PathBuf, ServiceError> {
     };
     match std::fs::DirBuilder::new().mode(0o700).create(&path) {
         Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
-            return Err(refused(error.to_string()));
+            return Err(refused(format!(
+                "the temporary folder cannot be used: {error}"
+            )));
         }
         _ => {}
     }
     let meta = std::fs::symlink_metadata(&path).map_err(|error| refused(error.to_string()))?;
-    if !meta.is_dir() || meta.uid() != user || meta.mode() & 0o022 != 0 {
+    if meta.uid() != user {
+        return Err(refused(format!("it belongs to {}", owner(meta.uid()))));
+    }
+    if !meta.is_dir() || meta.mode() & 0o022 != 0 {
         return Err(refused(
             "it is not a folder that only this user can write to".into(),
         ));

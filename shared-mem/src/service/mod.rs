@@ -5,18 +5,19 @@
 //! a [`Host`] end. Either may come first, die, and come back.
 
 mod ends;
+mod error;
 mod folder;
+mod join;
+mod presence;
+mod room;
 
-use std::path::PathBuf;
+use std::path::{Path as StdPath, PathBuf};
 
 use iceoryx2::config::Config;
-use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::node::Node;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{
-    BackpressureStrategy, FileName, LogLevel, Path, SemanticString, SignalHandlingMode,
-    ZeroCopySend, ipc, set_log_level,
-};
+use iceoryx2::prelude::{BackpressureStrategy, FileName, Path, SemanticString, ZeroCopySend, ipc};
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenOrCreateError;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
@@ -25,7 +26,9 @@ use crate::message::{CommandMsg, ReplyMsg};
 pub use ends::{
     Controller, HandReceiver, HandSender, Host, Request, Tap, TaskReceiver, TaskSender,
 };
+pub use error::ServiceError;
 pub use folder::user_folder;
+pub use join::Claim;
 
 /// Hosts (displays, reports) that can watch one station at once.
 pub const MAX_HOSTS: usize = 8;
@@ -38,92 +41,55 @@ const EVENT_BUFFER: usize = 1024;
 /// Timing batches that a host can fall behind: about 16 s at 1 kHz.
 const TIMING_BUFFER: usize = 256;
 
-/// An error between the processes.
-#[derive(Debug, thiserror::Error)]
-pub enum ServiceError {
-    /// The name cannot become a file name.
-    #[error(
-        "station name '{0}' is not usable: 1 to 40 characters of a-z, A-Z, 0-9, '-' and '_' are"
-    )]
-    StationName(String),
-    /// Somebody else controls this station.
-    #[error(
-        "station '{0}' already has a controller; stop it (its `calot run` or `calot rt`), or \
-         choose another name with --station"
-    )]
-    SecondController(String),
-    /// Somebody else leads the emulated hand.
-    #[error("station '{0}': another display has the instrument in hand; let go of it there (M)")]
-    SecondHand(String),
-    /// Another host tells how this station's task stands.
-    #[error("station '{0}': another `calot run` assesses its task; end it first")]
-    SecondTask(String),
-    /// Somebody speaks another version, or holds the service with another layout.
-    #[error("station '{station}', service '{service}': a process of another version runs; end it")]
-    OtherVersion {
-        /// Station.
-        station: String,
-        /// Service.
-        service: &'static str,
-    },
-    /// The folder of the user's stations cannot be trusted.
-    #[error("{path}: {problem}; remove it, or name another temporary folder with TMPDIR")]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// Its problem.
-        problem: String,
-    },
-    /// No permission, no shared memory, ….
-    #[error("station '{station}', {doing}: {detail}; is /dev/shm there, writable, and not full?")]
-    Transport {
-        /// Station.
-        station: String,
-        /// The step that failed.
-        doing: &'static str,
-        /// iceoryx2's own words.
-        detail: String,
-    },
-    /// No controller answered.
-    #[error("station '{station}': no controller answered within {waited_ms} ms")]
-    NoAnswer {
-        /// Station.
-        station: String,
-        /// Time that was waited, ms.
-        waited_ms: u128,
-    },
-}
-
 /// A station: the name that its processes meet under.
 #[derive(Debug, Clone)]
 pub struct Station {
     name: String,
     config: Config,
+    /// The beginning of its files' names. It holds the user, whose files others cannot open, and
+    /// ends in a character that no name has.
+    prefix: String,
+    root: PathBuf,
 }
 
 impl Station {
     /// A station by name.
     ///
     /// # Errors
-    /// When the name is not 1 to 40 plain characters.
+    /// When the name is not 1 to 40 plain characters, or the user's folder cannot be used.
     pub fn new(name: &str) -> Result<Self, ServiceError> {
-        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        if name.is_empty() || name.len() > 40 || !name.chars().all(plain) {
-            return Err(ServiceError::StationName(name.to_owned()));
-        }
+        Self::check_name(name)?;
         let unusable = || ServiceError::StationName(name.to_owned());
         let mut config = Config::default();
-        let prefix = format!("calot_{name}_");
+        let prefix = format!("calot_{}_{name}.", folder::user());
         config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|_| unusable())?;
         let root = user_folder()?;
-        let root = Path::new(root.as_os_str().as_encoded_bytes()).map_err(|_| unusable())?;
-        config.global.set_root_path(&root);
+        let path = Path::new(root.as_os_str().as_encoded_bytes());
+        let path = path.map_err(|_| ServiceError::Folder {
+            path: root.clone(),
+            problem: "its name is too long, or not plain".to_owned(),
+        })?;
+        config.global.set_root_path(&path);
         // A process that died is forgotten by whoever comes next.
         config.global.node.cleanup_dead_nodes_on_creation = true;
         Ok(Self {
             name: name.to_owned(),
             config,
+            prefix,
+            root,
         })
+    }
+
+    /// Checks a name without touching anything.
+    ///
+    /// # Errors
+    /// When it is not 1 to 40 plain characters.
+    pub fn check_name(name: &str) -> Result<(), ServiceError> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        match !name.is_empty() && name.len() <= 40 && name.chars().all(plain) {
+            true => Ok(()),
+            false => Err(ServiceError::StationName(name.to_owned())),
+        }
     }
 
     /// Its name.
@@ -132,38 +98,31 @@ impl Station {
         &self.name
     }
 
-    /// Takes access away from other users. iceoryx2 leaves the folder open to the user's group, and
-    /// some of its files in /dev/shm open to everybody.
-    fn close_to_others(&self) {
-        let prefix = format!("calot_{}_", self.name);
-        let files = std::fs::read_dir("/dev/shm")
-            .into_iter()
-            .flatten()
-            .flatten();
-        files
-            .filter(|file| file.file_name().to_string_lossy().starts_with(&prefix))
-            .map(|file| file.path())
-            .chain(user_folder().ok())
-            .for_each(|path| folder::close(&path));
-    }
-
-    fn node(&self) -> Result<Node<ipc::Service>, ServiceError> {
-        // A peer that died is everyday here; its warning is a page long.
-        set_log_level(LogLevel::Error);
-        NodeBuilder::new()
-            .config(&self.config)
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<ipc::Service>()
-            .map_err(|error| self.transport("joining", &error))
-            .inspect(|_| self.close_to_others())
+    /// The beginning of the names of its files in /dev/shm.
+    #[must_use]
+    pub fn file_prefix(&self) -> &str {
+        &self.prefix
     }
 
     fn transport(&self, doing: &'static str, error: &dyn core::fmt::Debug) -> ServiceError {
         let station = self.name.clone();
+        let services = self.root.join("services");
+        let folders = [StdPath::new(room::SHARED), services.as_path()];
+        let files = folders.map(|it| room::files(it, &self.prefix));
+        if let Some((file, owner)) = files.iter().flatten().find_map(|it| folder::foreign(it)) {
+            return ServiceError::Foreign {
+                station,
+                file,
+                owner,
+            };
+        }
         ServiceError::Transport {
             station,
             doing,
             detail: format!("{error:?}"),
+            files: folders
+                .map(|it| format!("{}/{}*", it.display(), self.prefix))
+                .join(" and "),
         }
     }
 

@@ -13,3 +13,4 @@ mod lost;
 mod main_job;
 mod operation;
 mod replay;
+mod swept;

@@ -81,6 +81,7 @@ pub struct Past {
 mod tests {
     use super::*;
     use crate::assessment::Moment;
+    use crate::metrics::Metric;
     use crate::{Anatomy, Assessment, Difficulty, Task};
 
     const SPREAD: Spread = Spread {
@@ -174,6 +175,27 @@ mod tests {
             assert!(page.contains(sentence), "{sentence}");
         }
         assert_eq!(page.matches("the scene is at fault").count(), 2);
+    }
+
+    #[test]
+    fn a_page_says_what_is_not_the_trainees_and_what_noise_adds() {
+        let with = |values: &[(Metric, f64)]| {
+            let mut chapter = chapter("a");
+            for (metric, value) in values {
+                chapter.assessed.metrics.set(*metric, *value);
+            }
+            html(&[chapter])
+        };
+        let page = with(&[
+            (Metric::Paused, 60.0),
+            (Metric::DeviceLost, 9.0),
+            (Metric::Gaps, 0.0),
+            (Metric::Noise, 0.3),
+        ]);
+        assert!(page.contains("60.00 s in pauses, 9.00 s without a device that was lost."));
+        assert!(page.contains("noise at rest is 0.30 mm. Movements of the tip within 1 mm"));
+        assert!(with(&[(Metric::Noise, 1.0)]).contains("more than is kept out"));
+        assert!(!with(&[]).contains("Not counted"));
     }
 
     #[test]

@@ -88,6 +88,7 @@ fn one(page: &mut Page, chapter: &Chapter) {
         ));
     }
     verdict(page, chapter);
+    not_counted(page, &it.metrics);
     page.add(format_args!("<h3>Time line</h3><figure>"));
     let seconds = it.moments.iter().map(|moment| moment.at_s);
     let alarms = it.alarms.iter().map(|alarm| alarm.at_s);
@@ -258,6 +259,46 @@ fn unrest(page: &mut Page, moments: &[Moment]) {
     }
 }
 
+/// Noise up to which a resting hand walks less than 5 mm a minute, mm (`tally/hands.rs`): 0.41 of
+/// it passes the low-pass, and three times that is the play.
+const NOISE_MAX_MM: f64 = 0.4;
+
+/// Times that are not the trainee's, and the noise of the handle.
+fn not_counted(page: &mut Page, values: &Values) {
+    let times = [
+        (Metric::Paused, "in pauses"),
+        (Metric::Gaps, "in gaps of the recording"),
+        (Metric::DeviceLost, "without a device that was lost"),
+    ];
+    let times: Vec<String> = times
+        .into_iter()
+        .map(|(metric, of_what)| (values.get(metric), of_what))
+        .filter(|(seconds, _)| *seconds > 0.0)
+        .map(|(seconds, of_what)| format!("{seconds:.2} s {of_what}"))
+        .collect();
+    if !times.is_empty() {
+        page.add(format_args!(
+            "<p class=\"open\">Not counted as time, path or rest of the trainee: {}.</p>",
+            times.join(", ")
+        ));
+    }
+    let noise_mm = values.get(Metric::Noise);
+    if noise_mm > 0.0 {
+        let consequence = match noise_mm <= NOISE_MAX_MM {
+            true => {
+                "Movements of the tip within 1 mm do not count, so it adds less than 5 mm of path a minute."
+            }
+            false => {
+                "That is more than is kept out: path and movements contain some of it, and rest \
+                 counts as less. Mend the device, or filter it in the station file."
+            }
+        };
+        page.add(format_args!(
+            "<p class=\"lead\">The handle's noise at rest is {noise_mm:.2} mm. {consequence}</p>"
+        ));
+    }
+}
+
 fn pictures(page: &mut Page, chapter: &Chapter) {
     if chapter.pictures.is_empty() {
         return;
@@ -312,9 +353,9 @@ fn past(page: &mut Page, chapter: &Chapter) {
         };
         let text =
             |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.2}"));
-        // Less is better for all metrics except economy.
+        // Less is better for all metrics except economy, which describes and does not judge.
         let best = match metric {
-            Metric::Economy => before().copied().max_by(f64::total_cmp),
+            Metric::Economy => None,
             _ => before().copied().min_by(f64::total_cmp),
         };
         page.add(format_args!(

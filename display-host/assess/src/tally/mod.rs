@@ -2,6 +2,7 @@
 
 mod force;
 mod hands;
+mod noise;
 
 use session::Movement;
 use shared_mem::message::{Event, EventMsg};
@@ -11,6 +12,7 @@ use shared_mem::words::{Current, Instrument, Switches};
 pub use self::force::BIN_N;
 use self::force::Force;
 use self::hands::Hands;
+use self::noise::Noise;
 use crate::anatomy::{Anatomy, Region};
 use crate::metrics::{Metric, Values};
 use crate::rules::Rules;
@@ -45,6 +47,12 @@ pub(crate) struct Tally {
     last: Option<(u64, Movement)>,
     time_s: f64,
     gaps_s: f64,
+    paused_s: f64,
+    /// Time in which a device that had been there was gone, s.
+    device_lost_s: f64,
+    /// Devices that were there in this attempt: bits as in `Movement::live`.
+    seen: u8,
+    noise: Noise,
     cautery_s: f64,
     cautery_air_s: f64,
     /// Time of the last event of burning, s.
@@ -108,18 +116,19 @@ impl Tally {
         if seconds <= 0.0 {
             return 0.0;
         }
-        let paused = (moved.switches() | before.switches()).contains(Switches::PAUSED);
-        if paused || seconds > GAP_S {
-            if !paused {
-                self.gaps_s += seconds;
-            }
+        if let Some(other_s) = self.not_the_trainees(moved, &before, seconds) {
+            *other_s += seconds;
             self.hands.gap();
+            self.noise.gap();
             self.sight = None;
             return 0.0;
         }
         self.time_s += seconds;
-        let (tip, lens) = (wide(moved.tip_m), wide(moved.world_from_camera.position_m));
-        self.hands.step([tip, lens], seconds);
+        let places = |it: &Movement| [it.tip_m, it.world_from_camera.position_m].map(wide);
+        let [tip, _] = places(moved);
+        self.hands.step(places(&before), places(moved), seconds);
+        let handle = wide(moved.world_from_handle.position_m);
+        self.noise.step(handle, seconds);
         let touches = moved.contacts > 0;
         self.force.step(norm(wide(moved.force_n)), touches, seconds);
         if moved.instrument() == Some(Instrument::Hook)
@@ -143,6 +152,25 @@ impl Tally {
             }
         }
         seconds
+    }
+
+    /// Sum to which this time belongs if it is not the trainee's: a pause, a gap, or a device that
+    /// is gone.
+    fn not_the_trainees(
+        &mut self,
+        moved: &Movement,
+        before: &Movement,
+        seconds: f64,
+    ) -> Option<&mut f64> {
+        self.seen |= before.live | moved.live;
+        let gone = self.seen & !(before.live & moved.live);
+        if (moved.switches() | before.switches()).contains(Switches::PAUSED) {
+            Some(&mut self.paused_s)
+        } else if seconds > GAP_S {
+            Some(&mut self.gaps_s)
+        } else {
+            (gone != 0).then_some(&mut self.device_lost_s)
+        }
     }
 
     fn look(&mut self, moved: &Movement, tip: Vec3, up: Vec3, seconds: f64) {
@@ -255,6 +283,9 @@ impl Tally {
         for (metric, value) in [
             (Metric::Time, self.time_s),
             (Metric::Gaps, self.gaps_s),
+            (Metric::Paused, self.paused_s),
+            (Metric::DeviceLost, self.device_lost_s),
+            (Metric::Noise, self.noise.mm()),
             (Metric::Path, tip.path_m),
             (Metric::ScopePath, lens.path_m),
             (Metric::Movements, tip.movements.into()),

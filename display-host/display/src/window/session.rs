@@ -538,6 +538,12 @@ fn alarm(event: &EventMsg) -> Option<&'static str> {
         Fault::LostDevice => Some("fault-gone"),
         Fault::SpeedTrip => Some("fault-fast"),
         Fault::BothElectrodes => Some("fault-both"),
+        Fault::SilentDevice => Some("fault-silent"),
+        Fault::FrozenDevice => Some("fault-frozen"),
+        Fault::DeviceClock => Some("fault-clock"),
+        Fault::DeviceBundles => Some("fault-bundles"),
+        Fault::DeafDevice => Some("fault-deaf"),
+        Fault::LostPedal => Some("fault-pedal"),
         _ => None,
     }
 }

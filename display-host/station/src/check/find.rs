@@ -3,10 +3,16 @@
 
 use std::path::{Path, PathBuf};
 
+use rt_process::refusal::Refusal;
+use rt_process::trial::Trial;
 use rustix::process::{Resource, getrlimit};
 
 use super::finding::{Finding, Verdict};
 
+/// Priority of the tick unless another is asked for.
+const TICK_PRIORITY: u8 = 80;
+/// Time after which calot stops a runaway tick, µs.
+const RTTIME_MIN_US: u64 = 200_000;
 /// Default runtime that the kernel grants realtime threads, µs per second.
 const RT_RUNTIME_US: i64 = 950_000;
 /// Longest exit latency of an idle state for a good wake-up, µs.
@@ -19,30 +25,20 @@ const LATENCY_TIMER_MAX_MS: u64 = 1;
 pub(crate) struct System {
     /// `/`, or a folder of the same layout.
     root: PathBuf,
-    /// Highest priority of this user; `None`: unlimited.
-    rtprio: Option<u64>,
-    /// Memory that this user may lock, bytes; `None`: unlimited.
-    memlock: Option<u64>,
-    /// Effective capabilities.
-    capabilities: u64,
+    /// Outcomes of asking Linux.
+    trial: Trial,
+    /// Time for which a realtime thread may run without a sleep, until the kernel ends the process,
+    /// µs; `None`: unlimited.
+    rttime_us: Option<u64>,
 }
 
-const CAP_IPC_LOCK: u64 = 1 << 14;
-const CAP_SYS_NICE: u64 = 1 << 23;
-
 impl System {
-    /// The machine that runs this program.
-    pub(crate) fn this() -> Self {
-        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-        let capabilities = status
-            .lines()
-            .find_map(|line| line.strip_prefix("CapEff:"))
-            .and_then(|word| u64::from_str_radix(word.trim(), 16).ok());
+    /// The machine that runs this program, after a trial on this core.
+    pub(crate) fn this(core: usize) -> Self {
         Self {
             root: "/".into(),
-            rtprio: getrlimit(Resource::Rtprio).current,
-            memlock: getrlimit(Resource::Memlock).current,
-            capabilities: capabilities.unwrap_or(0),
+            trial: Trial::run(core, TICK_PRIORITY),
+            rttime_us: getrlimit(Resource::Rttime).maximum,
         }
     }
 
@@ -73,6 +69,9 @@ pub(crate) fn all(system: &System, core: usize) -> Vec<Finding> {
     vec![
         priority(system),
         memory(system),
+        affinity(system, core),
+        runaway(system),
+        quota(system),
         compaction(system),
         group_scheduling(system),
         preemption(system),
@@ -87,7 +86,7 @@ pub(crate) fn all(system: &System, core: usize) -> Vec<Finding> {
     ]
 }
 
-fn finding(
+pub(super) fn finding(
     name: &'static str,
     verdict: Verdict,
     is: impl Into<String>,
@@ -101,37 +100,99 @@ fn finding(
         is: is.into(),
         should,
         mend,
+        cause: None,
     }
 }
 
-const LIMITS: &str = "calot check --install | sudo sh   # then log in again";
+/// Finding about a call that was tried: its own refusal, with the remedy.
+fn tried(
+    name: &'static str,
+    outcome: &Result<(), Refusal>,
+    granted: impl Into<String>,
+    should: &'static str,
+) -> Finding {
+    match outcome {
+        Ok(()) => finding(name, Verdict::Good, granted, should, ""),
+        Err(refusal) => Finding {
+            cause: Some(refusal.cause),
+            ..finding(
+                name,
+                Verdict::Bad,
+                format!("refused: {}", refusal.why),
+                should,
+                refusal.mend.clone(),
+            )
+        },
+    }
+}
 
 fn priority(system: &System) -> Finding {
-    let may = system.capabilities & CAP_SYS_NICE != 0;
-    let (verdict, is) = match system.rtprio {
-        _ if may => (Verdict::Good, "any (CAP_SYS_NICE)".to_owned()),
-        None => (Verdict::Good, "any".to_owned()),
-        Some(limit) if limit >= 80 => (Verdict::Good, format!("up to {limit}")),
-        Some(limit) => (Verdict::Bad, format!("up to {limit} (limit rtprio)")),
-    };
-    finding(
-        "realtime priority",
-        verdict,
-        is,
-        "80 or more, for the tick",
-        LIMITS,
-    )
+    let granted = format!("SCHED_FIFO {TICK_PRIORITY} granted");
+    let should = "SCHED_FIFO 80 for the tick: tried, and taken back";
+    tried("realtime priority", &system.trial.fifo, granted, should)
 }
 
 fn memory(system: &System) -> Finding {
-    let may = system.capabilities & CAP_IPC_LOCK != 0;
-    let (verdict, is) = match system.memlock {
-        _ if may => (Verdict::Good, "any amount (CAP_IPC_LOCK)".to_owned()),
-        None => (Verdict::Good, "any amount".to_owned()),
-        Some(limit) => (Verdict::Bad, format!("{} MiB (limit memlock)", limit >> 20)),
-    };
-    let should = "unlimited: the tick must not wait for a page";
-    finding("locked memory", verdict, is, should, LIMITS)
+    let should = "all of it: the tick must not wait for a page; tried, and taken back";
+    tried("locked memory", &system.trial.locked, "granted", should)
+}
+
+fn affinity(system: &System, core: usize) -> Finding {
+    let granted = format!("core {core} granted");
+    let should = "one core for the tick: tried, and taken back";
+    tried("core of the tick", &system.trial.pinned, granted, should)
+}
+
+/// Calot ends a runaway tick itself after 200 ms; a lower limit would end the process.
+fn runaway(system: &System) -> Finding {
+    let should = "200 ms or more: calot itself stops a runaway tick by then";
+    let name = "limit rttime";
+    let mend = "prlimit --pid $$ --rttime=unlimited";
+    match system.rttime_us {
+        Some(us) if us < RTTIME_MIN_US => finding(
+            name,
+            Verdict::Better,
+            format!("a realtime thread may run for {us} µs, then the kernel ends the program"),
+            should,
+            mend,
+        ),
+        Some(us) => finding(name, Verdict::Good, format!("{us} µs"), should, ""),
+        None => finding(name, Verdict::Good, "none", should, ""),
+    }
+}
+
+/// A quota stops the threads that are not realtime: the display, and without realtime the tick.
+fn quota(system: &System) -> Finding {
+    let name = "processor quota";
+    let should =
+        "none: when it is used up, the display stands still, and without realtime the tick";
+    let groups = system.read("proc/self/cgroup").unwrap_or_default();
+    for line in groups.lines() {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (Some(controllers), Some(path)) = (parts.next(), parts.next()) else {
+            continue;
+        };
+        let of_cpu = controllers.split(',').any(|it| it == "cpu");
+        let (quota, period) = match controllers.is_empty() {
+            true => {
+                let text = system.read(&format!("sys/fs/cgroup{path}/cpu.max"));
+                let text = text.unwrap_or_default();
+                let mut words = text.split_whitespace().map(|word| word.parse::<i64>().ok());
+                (words.next().flatten(), words.next().flatten())
+            }
+            false if of_cpu => {
+                let number = |file: &str| system.number(&format!("sys/fs/cgroup/cpu{path}/{file}"));
+                (number("cpu.cfs_quota_us"), number("cpu.cfs_period_us"))
+            }
+            false => (None, None),
+        };
+        if let (Some(quota @ 1..), Some(period @ 1..)) = (quota, period) {
+            let is = format!("{quota} µs of every {period} µs");
+            let mend = "start the container without --cpus, or systemd-run -p CPUQuota= …";
+            return finding(name, Verdict::Better, is, should, mend);
+        }
+    }
+    finding(name, Verdict::Good, "none", should, "")
 }
 
 /// With group scheduling, a control group without runtime refuses SCHED_FIFO.
@@ -493,6 +554,9 @@ fn in_list(list: &str, core: usize) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use rt_process::refusal::{Call, Cause, Circumstances};
+    use rustix::io::Errno;
+
     use super::*;
 
     /// A machine made of a few files.
@@ -505,27 +569,75 @@ mod tests {
         }
         let system = System {
             root: folder.path().to_owned(),
-            rtprio: Some(0),
-            memlock: Some(8 << 20),
-            capabilities: 0,
+            trial: refused(),
+            rttime_us: Some(100_000),
         };
         (folder, system)
     }
 
+    fn granted() -> Trial {
+        Trial {
+            fifo: Ok(()),
+            pinned: Ok(()),
+            locked: Ok(()),
+        }
+    }
+
+    /// Outcomes for an ordinary user who may not use the core.
+    fn refused() -> Trial {
+        let poor = Circumstances {
+            rtprio: Some(0),
+            memlock: Some(8 << 20),
+            cores: "0-1".to_owned(),
+            ..Circumstances::default()
+        };
+        Trial {
+            fifo: Err(poor.judge(Call::Fifo(80), Errno::PERM)),
+            pinned: Err(poor.judge(Call::Pin(vec![3]), Errno::INVAL)),
+            locked: Err(poor.judge(Call::Lock, Errno::NOMEM)),
+        }
+    }
+
     #[test]
-    fn an_ordinary_users_limits_are_bad_and_a_capability_mends_them() {
+    fn findings_are_what_the_calls_returned() {
         let (_folder, mut system) = machine(&[]);
-        assert_eq!(priority(&system).verdict, Verdict::Bad);
-        let memory_now = memory(&system);
-        assert_eq!(
-            (memory_now.verdict, memory_now.is.as_str()),
-            (Verdict::Bad, "8 MiB (limit memlock)")
-        );
-        assert!(memory_now.mend.unwrap().contains("--install"));
-        system.capabilities = CAP_SYS_NICE | CAP_IPC_LOCK;
-        assert_eq!(priority(&system).verdict, Verdict::Good);
-        assert_eq!(memory(&system).verdict, Verdict::Good);
-        assert_eq!(memory(&system).mend, None);
+        let found = |system: &System| [priority(system), memory(system), affinity(system, 3)];
+        for (finding, (cause, mend)) in found(&system).iter().zip([
+            (Cause::Limit, "--install"),
+            (Cause::Limit, "--install"),
+            (Cause::CpuSet, "--core"),
+        ]) {
+            assert_eq!(
+                (finding.verdict, finding.cause),
+                (Verdict::Bad, Some(cause))
+            );
+            assert!(finding.mend.as_ref().unwrap().contains(mend), "{finding:?}");
+        }
+        assert!(memory(&system).is.contains("the limit memlock is 8192 KiB"));
+        system.trial = granted();
+        for finding in found(&system) {
+            assert_eq!((finding.verdict, finding.mend), (Verdict::Good, None));
+        }
+    }
+
+    #[test]
+    fn a_processor_quota_is_found_in_either_hierarchy() {
+        let (_folder, new) = machine(&[
+            ("proc/self/cgroup", "0::/box"),
+            ("sys/fs/cgroup/box/cpu.max", "50000 100000"),
+        ]);
+        assert_eq!(quota(&new).is, "50000 µs of every 100000 µs");
+        let (_folder, old) = machine(&[
+            ("proc/self/cgroup", "4:cpu,cpuacct:/user\n0::/"),
+            ("sys/fs/cgroup/cpu/user/cpu.cfs_quota_us", "20000"),
+            ("sys/fs/cgroup/cpu/user/cpu.cfs_period_us", "100000"),
+        ]);
+        assert_eq!(quota(&old).verdict, Verdict::Better);
+        let (_folder, free) = machine(&[
+            ("proc/self/cgroup", "0::/box"),
+            ("sys/fs/cgroup/box/cpu.max", "max 100000"),
+        ]);
+        assert_eq!(quota(&free).verdict, Verdict::Good);
     }
 
     #[test]
@@ -548,8 +660,8 @@ mod tests {
             ),
             ("sys/bus/usb-serial/devices/ttyUSB0/latency_timer", "1"),
         ]);
-        system.rtprio = Some(95);
-        system.memlock = None;
+        system.trial = granted();
+        system.rttime_us = None;
         for finding in all(&system, 3) {
             assert_eq!(finding.verdict, Verdict::Good, "{finding:?}");
         }
@@ -564,6 +676,8 @@ mod tests {
             ("proc/sys/vm/compact_unevictable_allowed", "1"),
             ("proc/self/cgroup", "4:cpu,cpuacct:/user\n1:name=systemd:/"),
             ("sys/fs/cgroup/cpu/user/cpu.rt_runtime_us", "0"),
+            ("sys/fs/cgroup/cpu/user/cpu.cfs_quota_us", "20000"),
+            ("sys/fs/cgroup/cpu/user/cpu.cfs_period_us", "100000"),
             ("proc/cpuinfo", "flags\t\t: fpu hypervisor"),
             ("proc/irq/24/smp_affinity_list", "0-3"),
             ("proc/irq/25/smp_affinity_list", "1"),

@@ -1,5 +1,6 @@
 //! One property of the machine that `calot check` examined.
 
+use rt_process::refusal::Cause;
 use serde::Serialize;
 
 /// Verdict on a finding.
@@ -28,4 +29,6 @@ pub(crate) struct Finding {
     pub(crate) should: &'static str,
     /// Command that fixes it. `None` if it is good or no command can.
     pub(crate) mend: Option<String>,
+    /// Rule of Linux that refused a call, if one was tried and refused.
+    pub(crate) cause: Option<Cause>,
 }

@@ -1,10 +1,13 @@
-//! `calot check`: tells whether this machine is fit for realtime. For each property it prints the
+//! `calot check`: tells whether this machine is fit for realtime. What the controller will ask of
+//! Linux, it asks as well and takes back; the rest it reads. For each property it prints the
 //! current state, the required state and the command that fixes it.
 
 mod files;
 mod find;
 mod finding;
+mod removal;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -43,7 +46,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
         say::answer(files::script(&std::env::current_exe()?, core));
         return Ok(ExitCode::SUCCESS);
     }
-    let findings = find::all(&System::this(), core);
+    let mut findings = find::all(&System::this(core), core);
+    findings.push(removal::removal(Path::new("/")));
     let bad = findings.iter().any(|f| f.verdict == Verdict::Bad);
     if args.json {
         let json = serde_json::json!({"core": core, "fit": !bad, "findings": findings});

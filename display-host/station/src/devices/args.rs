@@ -131,6 +131,17 @@ pub(crate) enum LineDriver {
     Trakstar,
 }
 
+impl LineDriver {
+    /// True if PATH is a serial line, on which another device may speak another protocol.
+    pub(crate) fn is_serial(self) -> bool {
+        match self {
+            Self::Rig | Self::Woody | Self::HapiGen2 | Self::HapiGen3 | Self::HapiGen31 => true,
+            Self::Bird => true,
+            Self::Touch | Self::Evdev | Self::Modem | Self::Inverse3 | Self::Trakstar => false,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Args)]
 pub(crate) struct WatchArgs {
     /// Serial device, e.g. /dev/ttyACM0

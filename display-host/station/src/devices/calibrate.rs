@@ -70,6 +70,7 @@ impl Port {
 
 pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
+    say::keep_answers_apart()?;
     let text = std::fs::read_to_string(&args.station_file)
         .map_err(|error| format!("{}: {error}", args.station_file.display()))?;
     let file = StationFile::parse(&text, &args.station_file)?;

@@ -14,6 +14,7 @@ use crate::problem::Problem;
 use crate::say;
 
 pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
+    say::keep_answers_apart()?;
     let seconds = Duration::try_from_secs_f64(args.seconds)?;
     if !args.json {
         say::note(format_args!(
@@ -53,11 +54,12 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
     } else {
         say::answer(report.to_string().trim_end());
         match report.checks.first() {
-            Some(first) if first.outcome == Outcome::Fail => {
-                say::note(
+            Some(first) if first.outcome == Outcome::Fail => match args.driver.is_serial() {
+                true => say::note(
                     "The device may speak another protocol: try `--driver woody`, `bird` or `hapi-gen3`",
-                );
-            }
+                ),
+                false => {}
+            },
             _ if report.passed() => say::note("The device meets the needs of the station."),
             _ => {}
         }

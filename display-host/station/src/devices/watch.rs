@@ -1,6 +1,5 @@
 //! `calot devices watch`: shows the samples of devices live.
 
-use std::io::{IsTerminal as _, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering::Relaxed;
@@ -31,6 +30,7 @@ const TOLD_EVERY: Duration = Duration::from_secs(1);
 
 pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
+    say::keep_answers_apart()?;
     let mut watched = match (&args.path, &args.station_file) {
         (Some(path), _) => vec![Watched::open(path, args.driver)?],
         (None, Some(file)) => named_in(&StationFile::read(file)?)?,
@@ -39,7 +39,7 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
     if watched.is_empty() {
         return Err("the station file names no device".into());
     }
-    let live = !args.json && std::io::stdout().is_terminal();
+    let live = !args.json && say::is_terminal();
     let every = if live { SHOWN_EVERY } else { TOLD_EVERY };
     let start = Instant::now();
     let mut shown = start;
@@ -54,7 +54,7 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
             let since_s = shown.elapsed().as_secs_f64();
             shown = Instant::now();
             if live && lines > 0 {
-                let _ = write!(std::io::stdout(), "\x1b[{lines}A");
+                say::print(format_args!("\x1b[{lines}A"));
             }
             lines = watched.len();
             for device in &mut watched {

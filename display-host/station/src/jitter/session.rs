@@ -109,6 +109,7 @@ impl Bench<'_> {
                 Ok(Running {
                     mut children,
                     scene: level,
+                    ..
                 }) => {
                     ran.clone_from(&level);
                     if self.draws {

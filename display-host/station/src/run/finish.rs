@@ -6,7 +6,6 @@ use display_host::headless::{Ended, Outcome};
 use display_host::report::{Summary, write};
 use figures::Machine;
 use session::Recorded;
-use shared_mem::scene::SceneFile;
 
 use super::show::Shown;
 use crate::problem::Problem;
@@ -60,13 +59,20 @@ impl Shown<'_> {
             outcome.ended = Ended::ProcessDied;
         }
         outcome.warnings.extend(self.dead.iter().cloned());
-        let scene = SceneFile::open(&self.scene)?;
-        let mut summary = self.recorder.summary(&scene, outcome, Machine::read());
+        let mut summary = self.recorder.summary(&self.scene, outcome, Machine::read());
         let unrest = summary.unrest.iter().map(|it| it.warning.clone());
         outcome.warnings.extend(unrest);
         if let Some(recorded) = &recorded {
             // A controller that died before the display saw a tick has still run these ticks.
             summary.ticks = summary.ticks.max(recorded.ticks);
+        }
+        let haptic = self.args.controller.devices.haptic.as_deref();
+        for (fault, ticks) in &summary.faults {
+            if let Some(text) = rt_process::notice::sentence(fault, haptic, 0) {
+                summary
+                    .warnings
+                    .push(format!("{text} ({fault}: {ticks} ticks)"));
+            }
         }
         summary.recording = recorded;
         summary.task = self.assessed.as_ref().map(|it| it.summary.clone());

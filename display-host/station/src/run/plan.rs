@@ -47,6 +47,9 @@ impl<'a> Planned<'a> {
             output::check("--gif", path, Format::Animation, args.overwrite)?;
         }
         let folder = Folder::open(&args.station, args.attach)?;
+        if !args.attach {
+            station.check_room()?;
+        }
         let scene = scene::compile(&args.scene, &folder.scene())?;
         if let Some(path) = session_path(args, out.as_deref()) {
             session::check_target(&path)?;

@@ -25,6 +25,8 @@ pub(crate) struct Running {
     pub(crate) children: Vec<Process>,
     /// Level of the scene that the controller took. The display must show it.
     pub(crate) scene: PathBuf,
+    /// A warning about a controller that is not realtime, with the cause.
+    pub(crate) warnings: Vec<String>,
 }
 
 /// A running controller and the level of the scene that it took.
@@ -48,10 +50,12 @@ pub(crate) fn start(
         children.push(Process::start("emulate", &words, PATIENCE_TO_START, stop)?);
     }
     let controller = control(args, &emulated.with(named), scene, folder, stop)?;
+    let warnings = not_realtime(controller.process.said());
     children.push(controller.process);
     Ok(Running {
         children,
         scene: controller.scene,
+        warnings,
     })
 }
 
@@ -137,8 +141,10 @@ fn control(
             }
             Err(problem) => problem,
         };
-        let early = problem.downcast_ref::<EndedEarly>();
-        let code = early.and_then(|early| early.status.code());
+        let refused = problem
+            .downcast_ref::<EndedEarly>()
+            .filter(|early| early.has_refused);
+        let code = refused.and_then(|early| early.status.code());
         match next {
             Some(recipe) if code == Some(DOES_NOT_FIT.into()) => {
                 say::note("calot: taking the next coarser level of the scene");
@@ -152,9 +158,9 @@ fn control(
 }
 
 /// Arguments of a controller.
-fn rt_words(args: &RunArgs, devices: &DeviceArgs, scene: &Path, strict: bool) -> Vec<OsString> {
+fn rt_words(args: &RunArgs, devices: &DeviceArgs, scene: &Path, must_fit: bool) -> Vec<OsString> {
     let mut realtime = args.controller.realtime.clone();
-    realtime.strict |= strict;
+    realtime.must_fit |= must_fit;
     let mut rt = words([
         &"rt",
         &"--with-parent",
@@ -170,6 +176,18 @@ fn rt_words(args: &RunArgs, devices: &DeviceArgs, scene: &Path, strict: bool) ->
     option(&mut rt, "--pedal", devices.pedal.as_deref());
     option(&mut rt, "--station-file", devices.station_file.as_deref());
     rt
+}
+
+/// Warning about a controller that reported ready without realtime, with the refusals of Linux. The
+/// controller itself has said it on standard error.
+fn not_realtime(ready: &str) -> Vec<String> {
+    let ready: serde_json::Value = serde_json::from_str(ready).unwrap_or_default();
+    if ready["realtime"] != false {
+        return Vec::new();
+    }
+    let refused = ready["refused"].as_array().into_iter().flatten();
+    let refused: Vec<&str> = refused.filter_map(serde_json::Value::as_str).collect();
+    vec![format!("NOT REALTIME: {}", refused.join("; "))]
 }
 
 /// Level that the controller took, from the scene's own file or among those that the user named.
@@ -188,4 +206,19 @@ fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<P
         }
     }
     Ok(finest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_controller_without_realtime_is_a_warning_with_the_cause() {
+        let ready = r#"{"realtime": false, "refused": ["SCHED_FIFO was refused", "memory"]}"#;
+        assert_eq!(
+            not_realtime(ready),
+            ["NOT REALTIME: SCHED_FIFO was refused; memory"]
+        );
+        assert!(not_realtime(r#"{"realtime": true, "refused": ["deep idle"]}"#).is_empty());
+    }
 }

@@ -10,6 +10,7 @@ use display_host::headless::{self, HeadlessConfig, Observed, Outcome};
 use display_host::report::Recorder;
 use display_host::window::{self, WindowConfig};
 use session::{Recorded, Recording};
+use shared_mem::scene::SceneFile;
 
 use super::args::{HEADLESS_SECONDS, RunArgs};
 use super::start::Started;
@@ -36,7 +37,7 @@ pub(super) struct Shown<'a> {
     pub(super) out: Option<PathBuf>,
     /// Holds the scene and the station's lock until the report is written.
     pub(super) _folder: Folder,
-    pub(super) scene: PathBuf,
+    pub(super) scene: SceneFile,
     pub(super) recorder: Recorder,
     pub(super) outcome: Outcome,
     /// Messages about processes that died by themselves.
@@ -60,6 +61,7 @@ impl<'a> Started<'a> {
         let assessed = self.live.map(Live::end);
         let mut outcome = outcome.unwrap_or_else(|lost| Outcome::lost(lost.to_string()));
         let recorder = std::mem::take(&mut *lock(&recorder));
+        outcome.warnings.extend(self.warnings);
         let recorder_panicked = matches!(recorded, Some(None));
         if recorder_panicked {
             let warning = "the recorder panicked; please report this";
@@ -69,7 +71,7 @@ impl<'a> Started<'a> {
             args: self.args,
             out: self.out,
             _folder: self.folder,
-            scene: self.scene,
+            scene: self.open_scene,
             recorder,
             outcome,
             dead,

@@ -27,11 +27,15 @@ pub(super) struct Started<'a> {
     pub(super) folder: Folder,
     /// Level of the scene that runs.
     pub(super) scene: PathBuf,
+    /// The same, open: the report needs it even if somebody removes the file meanwhile.
+    pub(super) open_scene: SceneFile,
     pub(super) live: Option<Live>,
     pub(super) recording: Option<Recording>,
     /// Passes the viewing angle of the endoscope to the recording.
     pub(super) sight: Sight,
     pub(super) watch: Watch,
+    /// Warnings about the controller, for the summary.
+    pub(super) warnings: Vec<String>,
     pub(super) surgeon: Option<AtWork>,
 }
 
@@ -51,14 +55,20 @@ impl<'a> Planned<'a> {
             Some(path) => Some((path, listen(args, &station)?)),
             None => None,
         };
-        let Running { children, scene } = match args.attach {
+        let Running {
+            children,
+            scene,
+            warnings,
+        } = match args.attach {
             true => Running {
                 children: Vec::new(),
                 scene, // its user tells it the scene
+                warnings: Vec::new(),
             },
             false => processes::start(args, &scene, folder.path(), &stop)?,
         };
         folder.tell(&scene)?;
+        let open_scene = SceneFile::open(&scene)?;
         let assignment = assigned.as_ref().map(Assigned::assignment);
         let task = assigned.as_ref().map(Assigned::task);
         let begins = assigned.as_ref().and_then(Assigned::start);
@@ -97,10 +107,12 @@ impl<'a> Planned<'a> {
             out,
             folder,
             scene,
+            open_scene,
             live,
             recording,
             sight,
             watch,
+            warnings,
             surgeon,
         })
     }

@@ -25,6 +25,13 @@ const SHOWN: [Metric; 9] = [
     Metric::Bile,
     Metric::OutOfView,
 ];
+/// Shown where they are more than nothing: they are not the trainee's, or explain the others.
+const SHOWN_IF_ANY: [Metric; 4] = [
+    Metric::Paused,
+    Metric::Gaps,
+    Metric::DeviceLost,
+    Metric::Noise,
+];
 /// Most warnings shown.
 const WARNINGS_MAX: usize = 4;
 
@@ -157,6 +164,13 @@ fn rows(
     let pass = Task::from_name(task).map_or_else(Vec::new, |task| rules.pass(task));
     let ruled = pass.iter().map(|(name, ..)| *name);
     let usual = SHOWN.iter().map(|it| it.name());
+    let any = |name: &&str| {
+        summary["metrics"][*name]
+            .as_f64()
+            .is_some_and(|it| it > 0.0)
+    };
+    let extra = SHOWN_IF_ANY.iter().map(|it| it.name()).filter(any);
+    let usual = usual.chain(extra);
     let usual = usual.filter(|name| pass.iter().all(|(it, ..)| it != name));
     ruled
         .chain(usual)
@@ -173,19 +187,19 @@ fn rows(
                 "score" => Some(it.score),
                 name => it.metrics.get(name).copied(),
             });
-            let more_is_better = match passes {
-                Some([least, _]) => least.is_finite(),
-                None => name == Metric::Economy.name(),
+            let more_is_better = passes.is_some_and(|[least, _]| least.is_finite());
+            let best = match more_is_better {
+                true => earlier.reduce(f64::max),
+                false => earlier.reduce(f64::min),
             };
+            // It describes and does not judge: neither more nor less is better.
+            let judges = passes.is_some() || name != Metric::Economy.name();
             MetricRow {
                 name: name.to_owned(),
                 unit: Metric::from_name(name).map_or("n", Metric::unit).to_owned(),
                 value,
                 passes,
-                best: match more_is_better {
-                    true => earlier.reduce(f64::max),
-                    false => earlier.reduce(f64::min),
-                },
+                best: best.filter(|_| judges),
             }
         })
         .collect()

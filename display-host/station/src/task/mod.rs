@@ -13,7 +13,7 @@ use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 use assess::report::Chapter;
-use assess::{Anatomy, Assessed, Assessment, Difficulty, Metric, Reason, Rules, Task};
+use assess::{Anatomy, Assessed, Assessment, Difficulty, Reason, Rules, Task};
 use display_host::report::{TaskAlarm, TaskSummary};
 use display_host::ui::TaskView;
 use session::{Assignment, Entry};
@@ -169,6 +169,7 @@ impl Assigned {
             over,
             id: self.id,
             keep: self.keep,
+            began_unix_s: now_unix_s(),
         };
         Ok((live, sender))
     }
@@ -183,6 +184,7 @@ pub(crate) struct Live {
     pub(crate) over: Arc<AtomicBool>,
     id: String,
     keep: Option<(String, PathBuf)>,
+    began_unix_s: i64,
 }
 
 /// Result of a task.
@@ -190,6 +192,8 @@ pub(crate) struct Ended {
     pub(crate) assessed: Assessed,
     pub(crate) summary: TaskSummary,
     keep: Option<(String, PathBuf)>,
+    /// Read at the start: the time of day may be set while a session runs.
+    began_unix_s: i64,
 }
 
 impl Ended {
@@ -198,8 +202,7 @@ impl Ended {
         let Some((name, path)) = &self.keep else {
             return Ok(());
         };
-        let seconds = self.assessed.metrics.get(Metric::Time).max(0.0) as i64;
-        let began_unix_s = now_unix_s().saturating_sub(seconds);
+        let began_unix_s = self.began_unix_s;
         let id = &self.summary.session;
         let record = record(id, began_unix_s, &self.assessed, scene, &build(), recording);
         Store::open(path)?.add_session(name, &record)?;
@@ -232,6 +235,7 @@ impl Live {
             summary: summary(&assessed, &self.id),
             assessed,
             keep: self.keep,
+            began_unix_s: self.began_unix_s,
         })
     }
 }

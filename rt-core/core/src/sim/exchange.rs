@@ -1,6 +1,6 @@
 //! Interface of a tick to the world: samples, commands, stages, ports.
 
-use crate::port::{DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample};
+use crate::port::{DeviceSample, Findings, ForceCommand, PedalSample, Polled, TrackerSample};
 use crate::sim::TickView;
 use crate::time::TimeNs;
 use crate::tool::Instrument;
@@ -106,6 +106,11 @@ pub enum Optional {
 pub trait Ports {
     /// Returns time, newest samples and command.
     fn sample(&mut self) -> Samples;
+    /// Returns the faults that the device's driver found in the samples. Whether the handle leapt
+    /// is an input like a sample: a replay returns the recorded answer.
+    fn findings(&mut self) -> Findings {
+        Findings::default()
+    }
     /// Sends the force to the device; called once a tick, as soon as stage `force` has computed it.
     fn send_force(&mut self, command: ForceCommand);
     /// Publishes the results of the tick.

@@ -146,7 +146,7 @@ impl<'a> Sim<'a> {
                 port_m: room.instrument_port_m,
                 length_m: room.instrument_length_m,
             },
-            inputs: Inputs::default(),
+            inputs: Inputs::of(&device),
             tool: ToolState::new(room.instrument_port_m, room.world_from_camera),
             proxy: Proxy::AT_HAND,
             bounds: [Bounds::EMPTY; MAX_ORGANS],
@@ -181,10 +181,12 @@ impl<'a> Sim<'a> {
 
         let samples = ports.sample();
         self.inputs.take(&samples, &mut faults);
+        let findings = ports.findings();
+        faults = faults.with(findings.faults);
         if self.inputs.is_settling() {
             self.limit.restart();
         }
-        if self.inputs.has_leapt() {
+        if self.inputs.has_leapt() || findings.leapt {
             self.limit.restart();
             self.transition = Transition::NOTHING;
             self.contacts.clear();

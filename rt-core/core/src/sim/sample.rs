@@ -2,14 +2,19 @@
 
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Pose, Vec3};
-use crate::port::{Buttons, DeviceSample, PedalSample, Polled, TrackerSample};
+use crate::port::{Buttons, DeviceCapabilities, DeviceSample, PedalSample, Polled, TrackerSample};
 use crate::sim::Samples;
 use crate::time::TimeNs;
 use crate::words::{Health, Status};
 
-/// Age at which a device sample is stale, ns: the force begins to fall. Raising it tolerates longer
-/// gaps with an old force.
+/// Least age at which a device sample is stale, ns: the force begins to fall. Raising it tolerates
+/// longer gaps with an old force.
 const DEVICE_STALE_NS: u64 = 5_000_000;
+/// Periods of the device's own rate after which its sample is stale. With fewer, a slow device
+/// whose samples wait a period on the way would never be live.
+const STALE_PERIODS: f32 = 3.0;
+/// Largest such age, ns: as long as a device's own watchdog may hold a force.
+const DEVICE_STALE_MAX_NS: u64 = 100_000_000;
 /// Time between two ticks after which the force starts from zero again, ns: as long as a stale
 /// sample takes to fade.
 const STANDSTILL_NS: u64 = 20_000_000;
@@ -104,6 +109,8 @@ pub(crate) struct Inputs {
     /// Velocity of the handle in the device's frame, m/s: measured, else from the last two samples.
     pub(crate) velocity_m_s: Vec3,
     newly_pressed: Buttons,
+    /// Age at which a device sample is stale, ns.
+    stale_ns: u64,
     stood_still: bool,
     came_back: bool,
     /// Time until which the lines hand on what they kept, ns.
@@ -112,6 +119,16 @@ pub(crate) struct Inputs {
 }
 
 impl Inputs {
+    /// Inputs of a station with this haptic device.
+    pub(crate) fn of(device: &DeviceCapabilities) -> Self {
+        // A rate that is no number, or zero, gives the largest age.
+        let period_ns = (1.0e9 * STALE_PERIODS / device.rate_hz.max(1.0)) as u64;
+        Self {
+            stale_ns: period_ns.clamp(DEVICE_STALE_NS, DEVICE_STALE_MAX_NS),
+            ..Self::default()
+        }
+    }
+
     /// Takes the samples of the ports. An invalid pose is dropped; the line then becomes stale.
     pub(crate) fn take(&mut self, samples: &Samples, faults: &mut FaultSet) {
         faults.raise_if(
@@ -147,6 +164,7 @@ impl Inputs {
         let is_tracker_sample = |sample: &TrackerSample| is_pose(&sample.tracker_from_sensor);
         let tracker = checked(samples.tracker, is_tracker_sample, faults);
         self.tracker.take(tracker, |sample| sample.at_ns);
+        faults.raise_if(samples.pedal == Polled::Lost, Fault::LostPedal);
         self.pedal.take(samples.pedal, |sample| sample.at_ns);
     }
 
@@ -182,7 +200,7 @@ impl Inputs {
     }
 
     pub(crate) fn device_health(&self) -> Health {
-        self.device.health(self.now_ns, DEVICE_STALE_NS)
+        self.device.health(self.now_ns, self.stale_ns)
     }
 
     pub(crate) fn tracker_health(&self) -> Health {

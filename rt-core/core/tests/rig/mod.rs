@@ -6,7 +6,8 @@
 use rt_core::fault::FaultCounters;
 use rt_core::math::{Pose, Quat, Vec3, norm};
 use rt_core::port::{
-    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample,
+    Buttons, DeviceCapabilities, DeviceSample, Findings, ForceCommand, PedalSample, Polled,
+    TrackerSample,
 };
 use rt_core::procedure::clip::Clip;
 use rt_core::scene::{
@@ -384,6 +385,8 @@ pub(crate) fn at_tip(tip_m: &Vec3, buttons: Buttons, at_ns: u64) -> DeviceSample
 /// Ports that a test fills before each tick and reads after it.
 pub(crate) struct Bench {
     pub(crate) samples: Samples,
+    /// What the device's driver finds, in every tick.
+    pub(crate) findings: Findings,
     pub(crate) sent: Vec<ForceCommand>,
     pub(crate) stages: Vec<Stage>,
     pub(crate) events: Vec<Event>,
@@ -415,6 +418,7 @@ impl Bench {
                 pedal: Polled::Nothing,
                 command: None,
             },
+            findings: Findings::default(),
             sent: Vec::new(),
             stages: Vec::new(),
             events: Vec::new(),
@@ -461,6 +465,10 @@ impl Bench {
 impl Ports for Bench {
     fn sample(&mut self) -> Samples {
         self.samples
+    }
+
+    fn findings(&mut self) -> Findings {
+        self.findings
     }
 
     fn send_force(&mut self, command: ForceCommand) {

@@ -4,7 +4,7 @@ use crate::rig::{Anatomy, Bench, TOUCH, pedal, tracker_at};
 use crate::{AWAY, NONE, OPEN, PRESSED, go, stay, store};
 use rt_core::fault::Fault;
 use rt_core::math::{Vec3, norm};
-use rt_core::port::{PedalSample, Polled};
+use rt_core::port::{DeviceCapabilities, Findings, PedalSample, Polled};
 use rt_core::sim::{Command, Sim};
 use rt_core::words::{EventKind, Status};
 
@@ -111,8 +111,11 @@ fn pedal_and_camera() {
     assert_eq!(tick(&mut bench, 0.1, false, false), 1);
     assert_eq!(tick(&mut bench, 0.2, true, true), 1, "locked");
     assert_eq!(tick(&mut bench, 0.3, true, false), 3);
-    let electro =
-        |bench: &Bench| -> Vec<f32> { bench.events.iter().map(|event| event.value).collect() };
+    let electro = |bench: &Bench| -> Vec<f32> {
+        let events = bench.events.iter();
+        let electro = events.filter(|event| event.kind == EventKind::Electro);
+        electro.map(|event| event.value).collect()
+    };
     assert_eq!(electro(&bench), [1.0]);
     bench.next().pedal = Polled::Lost;
     sim.tick(&mut bench);
@@ -122,6 +125,57 @@ fn pedal_and_camera() {
         "a lost pedal is a released one"
     );
     assert_eq!(bench.status[2], Status::Lost);
+    assert_eq!(bench.counters.of(Fault::LostPedal), 1);
+    let told = bench.events.iter().filter(|it| it.kind == EventKind::Fault);
+    assert_eq!(told.count(), 1, "a person is told");
+}
+
+#[test]
+fn findings_of_a_driver_are_counted_and_told_and_a_leap_starts_the_force_from_nothing() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    stay(&mut sim, &mut bench, &PRESSED, 200, NONE);
+    let full = norm(&bench.force_n);
+    bench.findings.faults.raise(Fault::FrozenDevice);
+    stay(&mut sim, &mut bench, &PRESSED, 3, NONE);
+    assert_eq!(bench.counters.of(Fault::FrozenDevice), 3);
+    let told = bench.events.iter().filter(|it| it.kind == EventKind::Fault);
+    assert_eq!(told.count(), 1, "once a second");
+    assert!(
+        norm(&bench.force_n) > 0.9 * full,
+        "its driver drops samples"
+    );
+    bench.findings = Findings {
+        leapt: true,
+        ..Findings::default()
+    };
+    stay(&mut sim, &mut bench, &PRESSED, 1, NONE);
+    assert!(norm(&bench.force_n) < 0.2 * full, "{}", bench.force_n);
+}
+
+#[test]
+fn a_slow_device_is_stale_after_three_of_its_periods() {
+    for (rate_hz, live_ms) in [(1000.0, 5), (100.0, 30), (10.0, 100), (f32::NAN, 100)] {
+        let anatomy = Anatomy::liver();
+        let mut state = store();
+        let slow = DeviceCapabilities { rate_hz, ..TOUCH };
+        let mut sim = Sim::new(anatomy.scene(), &mut state, slow, OPEN);
+        let mut bench = Bench::new();
+        stay(&mut sim, &mut bench, &AWAY, 10, NONE);
+        let mut lived_ms = 0;
+        while lived_ms < 200 {
+            bench.next();
+            sim.tick(&mut bench);
+            if bench.status[0] == Status::Stale {
+                break;
+            }
+            lived_ms += 1;
+        }
+        assert_eq!(lived_ms, live_ms, "{rate_hz} Hz");
+    }
 }
 
 #[test]

@@ -68,13 +68,14 @@ impl Bench {
 impl Drop for Bench {
     /// iceoryx2 leaves a few bytes per station in shared memory; this station is never used again.
     fn drop(&mut self) {
-        let own = format!("calot_{}_", self.station);
+        let station = Station::new(&self.station).expect("the test's own set-up");
+        let own = station.file_prefix();
         for entry in std::fs::read_dir("/dev/shm")
             .into_iter()
             .flatten()
             .flatten()
         {
-            if entry.file_name().to_string_lossy().starts_with(&own) {
+            if entry.file_name().to_string_lossy().starts_with(own) {
                 let _ = std::fs::remove_file(entry.path());
             }
         }

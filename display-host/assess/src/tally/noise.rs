@@ -1,0 +1,103 @@
+//! Noise of the handle at rest.
+
+use crate::vector::Vec3;
+
+/// Time over which the handle's way is compared with a straight line, s. A hand that works is
+/// not on a line for longer, and noise and tremor are off it within less.
+const PART_S: f64 = 0.25;
+/// Fewest samples of such a part.
+const SAMPLES_MIN: f64 = 10.0;
+/// Width of a bin, mm.
+const BIN_MM: f64 = 0.01;
+/// Number of bins; the last one takes all above.
+const BINS: usize = 1000;
+/// Fewest parts that yield a figure.
+const PARTS_MIN: u32 = 8;
+/// Share of the parts that counts as rest: the calmest tenth.
+const CALM: f64 = 0.1;
+
+/// Sums of a linear fit of position against time, and how far past parts were from theirs.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Noise {
+    origin: Option<Vec3>,
+    count: f64,
+    at_s: f64,
+    t: f64,
+    tt: f64,
+    p: Vec3,
+    tp: Vec3,
+    pp: Vec3,
+    bins: Vec<u32>,
+}
+
+impl Noise {
+    /// Takes the handle's position, this long after the last.
+    pub(crate) fn step(&mut self, place: Vec3, seconds: f64) {
+        if !place.iter().all(|x| x.is_finite()) {
+            self.gap();
+            return;
+        }
+        if self.origin.is_some() {
+            self.at_s += seconds;
+        }
+        if self.at_s >= PART_S {
+            self.end_part();
+            self.gap();
+        }
+        let origin = *self.origin.get_or_insert(place);
+        let (t, mm) = (self.at_s, [0, 1, 2].map(|i| (place[i] - origin[i]) * 1e3));
+        self.count += 1.0;
+        self.t += t;
+        self.tt += t * t;
+        for ((x, p), (tp, pp)) in
+            (mm.into_iter().zip(&mut self.p)).zip(self.tp.iter_mut().zip(&mut self.pp))
+        {
+            *p += x;
+            *tp += t * x;
+            *pp += x * x;
+        }
+    }
+
+    fn end_part(&mut self) {
+        let n = self.count;
+        if n < SAMPLES_MIN {
+            return;
+        }
+        let tt = self.tt - self.t * self.t / n;
+        let off = |i: usize| {
+            let tp = self.tp[i] - self.t * self.p[i] / n;
+            self.pp[i] - self.p[i] * self.p[i] / n - tp * tp / tt
+        };
+        let squares: f64 = [0, 1, 2].map(off).iter().sum();
+        // A line has two parameters. Rounding may leave less than nothing.
+        let mm = (squares.max(0.0) / (3.0 * (n - 2.0))).sqrt();
+        self.bins.resize(BINS, 0);
+        if let Some(bin) = self.bins.get_mut(((mm / BIN_MM) as usize).min(BINS - 1)) {
+            *bin += 1;
+        }
+    }
+
+    /// Begins a new part.
+    pub(crate) fn gap(&mut self) {
+        let bins = core::mem::take(&mut self.bins);
+        *self = Self {
+            bins,
+            ..Self::default()
+        };
+    }
+
+    /// Standard deviation an axis in the calmest tenth of the time, mm; NaN if too short.
+    pub(crate) fn mm(&self) -> f64 {
+        let parts: u32 = self.bins.iter().sum();
+        if parts < PARTS_MIN {
+            return f64::NAN;
+        }
+        let wanted = (f64::from(parts) * CALM).ceil();
+        let mut sum = 0.0;
+        let bin = self.bins.iter().position(|count| {
+            sum += f64::from(*count);
+            sum >= wanted
+        });
+        bin.map_or(f64::NAN, |bin| bin as f64 * BIN_MM)
+    }
+}

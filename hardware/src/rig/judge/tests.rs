@@ -1,0 +1,178 @@
+//! Judgement of devices that work, stall or lie.
+
+use super::*;
+
+const MS: u64 = 1_000_000;
+
+/// A device and a host at 1 kHz.
+struct Bench {
+    judge: Judge,
+    now_ns: u64,
+    /// Samples admitted.
+    admitted: u32,
+    fastest_m_s: f32,
+    leaps: u32,
+    /// Every fault seen.
+    seen: FaultSet,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            judge: Judge::default(),
+            now_ns: 10_000 * MS,
+            admitted: 0,
+            fastest_m_s: 0.0,
+            leaps: 0,
+            seen: FaultSet::NONE,
+        }
+    }
+
+    /// One poll that brings these samples, each of a clock in µs, a place and a velocity along x.
+    fn poll(&mut self, samples: &[(u32, f32, f32)], measures: bool) {
+        self.judge.begin(self.now_ns);
+        for (us, x_m, x_m_s) in samples {
+            let state = State {
+                device_time_us: *us,
+                position_m: [*x_m, 0.0, 0.0],
+                velocity_m_s: [*x_m_s, 0.0, 0.0],
+                rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
+                ..SAMPLE
+            };
+            if let Some(velocity_m_s) = self.judge.take(&state, measures, self.now_ns) {
+                self.admitted += 1;
+                self.fastest_m_s = self.fastest_m_s.max(velocity_m_s.norm());
+            }
+        }
+        self.judge.end(samples.len() * 50);
+        let findings = self.judge.findings();
+        self.seen = self.seen.with(findings.faults);
+        self.leaps += u32::from(findings.leapt);
+        self.now_ns += MS;
+    }
+
+    /// As many milliseconds of `sample`, one a poll.
+    fn run(&mut self, ms: std::ops::Range<u32>, sample: impl Fn(u32) -> (u32, f32, f32)) {
+        ms.for_each(|at| self.poll(&[sample(at)], true));
+    }
+}
+
+const SAMPLE: State = State {
+    status: super::super::wire::Status(0),
+    buttons: 0,
+    applied_force: 0,
+    device_time_us: 0,
+    position_m: [0.0; 3],
+    velocity_m_s: [0.0; 3],
+    rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
+};
+
+/// A hand at a steady speed, m/s.
+fn moving(speed_m_s: f32) -> impl Fn(u32) -> (u32, f32, f32) {
+    move |ms| (ms * 1000, ms as f32 * 0.001 * speed_m_s, speed_m_s)
+}
+
+#[test]
+fn a_steady_hand_is_admitted_whole() {
+    let mut bench = Bench::new();
+    bench.run(0..3000, moving(0.1));
+    assert!(bench.seen.is_empty());
+    assert_eq!((bench.admitted, bench.leaps), (3000, 0));
+    assert!((bench.fastest_m_s - 0.1).abs() < 1e-3);
+}
+
+#[test]
+fn a_stop_of_the_host_is_no_fault_and_no_speed_of_the_device() {
+    for (stop_ms, speed_m_s) in [(30, 0.113), (50, 0.0126), (500, 0.113), (5000, 0.0126)] {
+        for measures in [false, true] {
+            let mut bench = Bench::new();
+            let sample = moving(speed_m_s);
+            (0..1000).for_each(|ms| bench.poll(&[sample(ms)], measures));
+            bench.now_ns += u64::from(stop_ms) * MS;
+            // The line kept the oldest; they come in portions.
+            let kept: Vec<_> = (1000..1000 + stop_ms.min(1600)).map(&sample).collect();
+            kept.chunks(80)
+                .for_each(|portion| bench.poll(portion, measures));
+            let on = 1000 + stop_ms;
+            (on..on + 2000).for_each(|ms| bench.poll(&[sample(ms)], measures));
+            assert!(bench.seen.is_empty(), "{stop_ms} ms: {:?}", bench.seen);
+            assert!(
+                bench.fastest_m_s < 0.2,
+                "{stop_ms} ms: {} m/s",
+                bench.fastest_m_s
+            );
+            assert!(bench.admitted >= 2900, "{stop_ms} ms: {}", bench.admitted);
+        }
+    }
+}
+
+#[test]
+fn a_leap_of_one_sample_is_dropped_and_one_that_lasts_is_believed() {
+    let mut bench = Bench::new();
+    bench.run(0..1000, |ms| {
+        let leap = if ms == 500 { 0.05 } else { 0.0 };
+        (ms * 1000, leap, 0.0)
+    });
+    assert!(bench.seen.contains(Fault::DeviceLeap));
+    assert_eq!((bench.admitted, bench.leaps), (999, 0));
+    bench.run(1000..1100, |ms| (ms * 1000, 0.05, 0.0));
+    assert_eq!((bench.admitted, bench.leaps), (999 + 93, 1));
+    assert!(bench.fastest_m_s < 0.1, "{}", bench.fastest_m_s);
+}
+
+#[test]
+fn a_frozen_position_is_found_and_a_resting_hand_is_not() {
+    let mut bench = Bench::new();
+    bench.run(0..500, |ms| (ms * 1000, 0.01, 0.0));
+    assert!(bench.seen.is_empty());
+    bench.run(500..600, |ms| (ms * 1000, 0.01, 0.0126));
+    assert!(bench.seen.contains(Fault::FrozenDevice));
+    let admitted = bench.admitted;
+    assert!(admitted < 550, "{admitted}");
+    bench.run(600..700, |ms| (ms * 1000, 0.01 + ms as f32 * 1e-5, 0.01));
+    assert_eq!((bench.admitted - admitted, bench.leaps), (100, 1));
+}
+
+#[test]
+fn clocks_that_run_back_stand_still_or_count_milliseconds_are_found() {
+    let clocks: [fn(u32) -> u32; 3] = [|ms| 10_000_000 - ms * 1000, |_| 7, |ms| ms];
+    for clock in clocks {
+        let mut bench = Bench::new();
+        bench.run(0..1000, |ms| (clock(ms), ms as f32 * 1e-5, 0.01));
+        assert!(bench.seen.contains(Fault::DeviceClock));
+        assert!(bench.judge.findings().faults.contains(Fault::DeviceClock));
+    }
+}
+
+#[test]
+fn a_device_that_starts_again_is_believed_after_a_moment() {
+    let mut bench = Bench::new();
+    bench.run(0..500, |ms| (1_000_000 + ms * 1000, 0.0, 0.0));
+    bench.run(0..100, |ms| (ms * 1000, 0.0, 0.0));
+    assert_eq!((bench.admitted, bench.leaps), (500 + 92, 1));
+}
+
+#[test]
+fn a_device_that_confirms_no_force_is_deaf_but_not_while_nobody_sends() {
+    for sends in [true, false] {
+        let mut bench = Bench::new();
+        for ms in 0..600 {
+            if sends {
+                bench.judge.sent(bench.now_ns);
+            }
+            bench.poll(&[moving(0.0)(ms)], true);
+        }
+        assert_eq!(bench.seen.contains(Fault::DeafDevice), sends);
+    }
+}
+
+#[test]
+fn a_velocity_that_is_left_zero_does_not_hide_a_throw() {
+    let mut bench = Bench::new();
+    bench.run(0..100, |ms| (ms * 1000, ms as f32 * 0.00255, 0.0));
+    assert!(
+        (bench.fastest_m_s - 2.55).abs() < 0.1,
+        "{}",
+        bench.fastest_m_s
+    );
+}

@@ -1,0 +1,156 @@
+//! The loader's words about a library, turned into the cause and its remedy.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use crate::HardwareError;
+
+/// Class byte of an ELF file for 32-bit programs.
+const ELF_CLASS_32: u8 = 1;
+
+/// Error of a library that the loader, or the look-up of its functions, refused with `words`.
+pub(super) fn refused(path: &Path, words: &str) -> HardwareError {
+    let (what, remedy) = cause(path, words);
+    HardwareError::Library {
+        path: path.to_path_buf(),
+        what,
+        remedy,
+    }
+}
+
+fn cause(path: &Path, words: &str) -> (String, &'static str) {
+    if let Some(found) = wrong_kind(path) {
+        return found;
+    }
+    if words.contains("ELFCLASS32") {
+        return on_32_bit();
+    }
+    let first = words.split(": ").next().unwrap_or_default();
+    if let Some(symbol) = after(words, "undefined symbol: ") {
+        return (
+            format!("the library lacks `{symbol}`"),
+            "Calot needs OpenHaptics 3.4: install that version (`ldd -r` on the library lists what it lacks)",
+        );
+    }
+    if words.contains("not found (required by") {
+        return (
+            words.to_owned(),
+            "The library was built for another release of the system: take the vendor's package for this one",
+        );
+    }
+    if words.contains("No such file") && Path::new(first) != path {
+        return (
+            format!("the library needs {first}, which is not installed"),
+            "Install the package that holds it (`ldd` on the library lists what is missing)",
+        );
+    }
+    if words.contains("ermission denied") {
+        return (
+            "permission denied".to_owned(),
+            "Let this user read it: `sudo chmod a+rx` on the library",
+        );
+    }
+    if words.contains("No such file") {
+        return (
+            "no such library".to_owned(),
+            "Install the vendor's driver, or name its library in the station file",
+        );
+    }
+    (
+        words.to_owned(),
+        "Install the vendor's driver again, or name its library in the station file",
+    )
+}
+
+fn on_32_bit() -> (String, &'static str) {
+    (
+        "a library for 32-bit programs".to_owned(),
+        "Calot is a 64-bit program: install the vendor's 64-bit driver, or name its library",
+    )
+}
+
+/// Says what a file is that cannot be a library for this program. The loader alone decides about
+/// names without a folder and about everything else.
+fn wrong_kind(path: &Path) -> Option<(String, &'static str)> {
+    let mut head = [0; 5];
+    File::open(path).ok()?.read_exact(&mut head).ok()?;
+    match head {
+        [0x7F, b'E', b'L', b'F', ELF_CLASS_32] => Some(on_32_bit()),
+        [0x7F, b'E', b'L', b'F', _] => None,
+        _ => Some((
+            "not a library but another file, perhaps a script for the linker".to_owned(),
+            "Name the library itself, e.g. libHD.so.3.4 beside it",
+        )),
+    }
+}
+
+/// The word after `mark`.
+fn after<'a>(words: &'a str, mark: &str) -> Option<&'a str> {
+    let (_, rest) = words.split_once(mark)?;
+    rest.split([' ', ',', '('])
+        .next()
+        .filter(|word| !word.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(words: &str) -> String {
+        refused(Path::new("/opt/libHD.so"), words).to_string()
+    }
+
+    #[test]
+    fn a_missing_dependency_is_not_a_missing_driver() {
+        let error =
+            said("libncurses.so.5: cannot open shared object file: No such file or directory");
+        assert!(error.contains("needs libncurses.so.5"), "{error}");
+        assert!(!error.contains("Install the vendor's driver"), "{error}");
+        let error =
+            said("/opt/libHD.so: cannot open shared object file: No such file or directory");
+        assert!(
+            error.contains("no such library. Install the vendor's driver"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn every_other_cause_has_its_own_remedy() {
+        for (words, cause) in [
+            (
+                "/opt/libHD.so: wrong ELF class: ELFCLASS32",
+                "64-bit driver",
+            ),
+            (
+                "/opt/libHD.so: undefined symbol: hdUnschedule",
+                "lacks `hdUnschedule`",
+            ),
+            (
+                "/opt/libHD.so: cannot open shared object file: Permission denied",
+                "chmod",
+            ),
+            (
+                "/lib/libc.so.6: version `GLIBC_2.99' not found (required by /opt/libHD.so)",
+                "another release of the system",
+            ),
+        ] {
+            let error = said(words);
+            assert!(error.contains(cause), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_file_of_another_kind_is_told_by_its_first_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        for (bytes, cause) in [
+            (b"\x7FELF\x01\x01\x01".as_slice(), "32-bit"),
+            (b"GROUP ( /usr/lib/libHD.so.3.4 )", "script for the linker"),
+        ] {
+            let path = folder.path().join("libHD.so");
+            std::fs::write(&path, bytes).unwrap();
+            let error = refused(&path, "file too short").to_string();
+            assert!(error.contains(cause), "{error}");
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! A pedal that is held down at the start, or when it returns, counts once it was released.
+
+use rt_core::port::{PedalSample, Polled};
+
+/// Switches of the electrosurgical unit that were seen released. The camera lock gives no current
+/// and may be a switch that stays.
+#[derive(Debug, Default)]
+pub(crate) struct HeldPedal {
+    cut: bool,
+    coagulate: bool,
+}
+
+impl HeldPedal {
+    /// `polled` without the switches that were never released.
+    pub(crate) fn released_once(&mut self, polled: Polled<PedalSample>) -> Polled<PedalSample> {
+        match polled {
+            Polled::Fresh(mut sample) => {
+                self.cut |= !sample.cut;
+                self.coagulate |= !sample.coagulate;
+                sample.cut &= self.cut;
+                sample.coagulate &= self.coagulate;
+                Polled::Fresh(sample)
+            }
+            Polled::Lost => {
+                *self = Self::default();
+                Polled::Lost
+            }
+            Polled::Nothing => Polled::Nothing,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn coagulates(pedal: &mut HeldPedal, coagulate: bool) -> bool {
+        let sample = PedalSample {
+            coagulate,
+            ..PedalSample::default()
+        };
+        match pedal.released_once(Polled::Fresh(sample)) {
+            Polled::Fresh(sample) => sample.coagulate,
+            _ => panic!("a sample stays one"),
+        }
+    }
+
+    #[test]
+    fn a_pedal_held_at_the_start_or_on_return_gives_no_current_until_released() {
+        let mut pedal = HeldPedal::default();
+        assert!(!coagulates(&mut pedal, true));
+        assert!(!coagulates(&mut pedal, true));
+        assert!(!coagulates(&mut pedal, false));
+        assert!(coagulates(&mut pedal, true));
+        assert_eq!(pedal.released_once(Polled::Lost), Polled::Lost);
+        assert!(!coagulates(&mut pedal, true), "held when it returns");
+        assert!(!coagulates(&mut pedal, false));
+        assert!(coagulates(&mut pedal, true));
+    }
+}

@@ -1,0 +1,452 @@
+//! Refusals of realtime: which rule of Linux refused a call, and the remedy.
+//!
+//! Nothing here foretells. A call was made and refused; its error number alone tells no cause:
+//! EPERM comes from a limit, a control group, a user namespace or a seccomp filter alike. So the
+//! circumstances are read, and the first rule that would refuse is named, in the kernel's order.
+//! `calot check` and the controller both judge here.
+
+use std::fmt;
+use std::path::Path;
+
+use rustix::io::Errno;
+use rustix::process::{Resource, getrlimit};
+use serde::Serialize;
+
+/// Rule that refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// The user's limit (`rtprio`, `memlock`), and no capability lifts it.
+    Limit,
+    /// A capability, given inside of a user namespace only.
+    UserNamespace,
+    /// The control group's realtime runtime is 0.
+    ControlGroup,
+    /// The core is not in the process's CPU set.
+    CpuSet,
+    /// A seccomp filter.
+    Seccomp,
+    /// Other deadline threads have the time.
+    Busy,
+    /// None of these.
+    Unknown,
+}
+
+/// Call that was refused.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub enum Call {
+    /// `sched_setscheduler` to `SCHED_FIFO` of this priority.
+    Fifo(u8),
+    /// `sched_setattr` to `SCHED_DEADLINE`.
+    Deadline,
+    /// `mlockall`.
+    Lock,
+    /// `sched_setaffinity` to these cores.
+    Pin(Vec<usize>),
+}
+
+/// A refused call, its cause and the remedy.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Refusal {
+    /// The call.
+    pub call: Call,
+    /// The rule that refused it.
+    pub cause: Cause,
+    /// The cause in words, with the values found.
+    pub why: String,
+    /// The remedy.
+    pub mend: String,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.call {
+            Call::Fifo(priority) => write!(f, "SCHED_FIFO priority {priority} was refused")?,
+            Call::Deadline => f.write_str("SCHED_DEADLINE was refused")?,
+            Call::Lock => f.write_str("memory is not locked")?,
+            Call::Pin(cores) => write!(f, "the thread is not pinned to core {cores:?}")?,
+        }
+        write!(f, ": {}; {}", self.why, self.mend)
+    }
+}
+
+/// State of the process that decides if Linux grants realtime.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Circumstances {
+    /// Effective capability `CAP_SYS_NICE`.
+    pub may_nice: bool,
+    /// Effective capability `CAP_IPC_LOCK`.
+    pub may_lock: bool,
+    /// Highest priority of this user; `None`: unlimited.
+    pub rtprio: Option<u64>,
+    /// Memory that this user may lock, bytes; `None`: unlimited.
+    pub memlock: Option<u64>,
+    /// The process is in a user namespace, where its capabilities do not count for this.
+    pub user_namespace: bool,
+    /// The process is in a container.
+    pub container: bool,
+    /// A seccomp filter judges its calls.
+    pub seccomp: bool,
+    /// Realtime runtime of its control group, and the file that holds it.
+    pub rt_runtime: Option<(i64, String)>,
+    /// Cores that it may use, as the kernel lists them.
+    pub cores: String,
+}
+
+const CAP_IPC_LOCK: u64 = 1 << 14;
+const CAP_SYS_NICE: u64 = 1 << 23;
+const DOCKER: &str = "start the container with `--cap-add SYS_NICE --cap-add IPC_LOCK --ulimit \
+                      rtprio=99 --ulimit memlock=-1`";
+const LIMITS: &str = "run `sudo setcap cap_ipc_lock,cap_sys_nice+ep $(command -v calot)`, or \
+                      `calot check --install | sudo sh` and log in again";
+
+impl Circumstances {
+    /// Those of this process.
+    #[must_use]
+    pub fn read() -> Self {
+        Self {
+            rtprio: getrlimit(Resource::Rtprio).current,
+            memlock: getrlimit(Resource::Memlock).current,
+            ..Self::of_files(Path::new("/"))
+        }
+    }
+
+    /// Those that files tell, below this root.
+    #[must_use]
+    pub fn of_files(root: &Path) -> Self {
+        let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap_or_default();
+        let status = read("proc/self/status");
+        let field = |name: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(name));
+            line.map_or("", |line| line.trim_start_matches(':').trim())
+        };
+        let capabilities = u64::from_str_radix(field("CapEff"), 16).unwrap_or(0);
+        let map = read("proc/self/uid_map");
+        let whole = ["0", "0", "4294967295"];
+        let cgroup = read("proc/self/cgroup");
+        let of_cpu = cgroup.lines().find_map(|line| {
+            let mut parts = line.splitn(3, ':').skip(1);
+            let controllers = parts.next()?;
+            let path = parts.next()?;
+            controllers.split(',').any(|it| it == "cpu").then_some(path)
+        });
+        let rt_runtime = of_cpu.and_then(|path| {
+            let file = format!("sys/fs/cgroup/cpu{path}/cpu.rt_runtime_us");
+            let us = read(&file).trim().parse().ok()?;
+            Some((us, format!("/{file}")))
+        });
+        let first = read("proc/1/cgroup");
+        let container = ["docker", "kubepods", "libpod", "lxc"];
+        Self {
+            may_nice: capabilities & CAP_SYS_NICE != 0,
+            may_lock: capabilities & CAP_IPC_LOCK != 0,
+            rtprio: None,
+            memlock: None,
+            user_namespace: !map.is_empty() && !map.split_whitespace().eq(whole),
+            container: root.join(".dockerenv").exists()
+                || root.join("run/.containerenv").exists()
+                || container.iter().any(|it| first.contains(it)),
+            seccomp: field("Seccomp") == "2",
+            rt_runtime,
+            cores: field("Cpus_allowed_list").to_owned(),
+        }
+    }
+
+    /// Judges a refused call.
+    #[must_use]
+    pub fn judge(&self, call: Call, error: Errno) -> Refusal {
+        let (cause, why) = match &call {
+            Call::Fifo(priority) => self.fifo(*priority, error),
+            Call::Deadline => self.deadline(error),
+            Call::Lock => self.lock(error),
+            Call::Pin(_) => (
+                match error {
+                    Errno::INVAL => Cause::CpuSet,
+                    _ => self.filter(),
+                },
+                format!("{error}; allowed are cores {}", self.cores),
+            ),
+        };
+        Refusal {
+            mend: self.mend(&call, cause),
+            call,
+            cause,
+            why,
+        }
+    }
+
+    fn fifo(&self, priority: u8, error: Errno) -> (Cause, String) {
+        let by_limit = self.rtprio.is_none_or(|limit| limit >= priority.into());
+        let by_right = self.may_nice && !self.user_namespace;
+        let limit = shown(self.rtprio);
+        match &self.rt_runtime {
+            // The kernel asks for this last, of whoever may.
+            Some((0, file)) if error == Errno::PERM && (by_limit || by_right) => {
+                (Cause::ControlGroup, format!("{error}: {file} is 0"))
+            }
+            _ if error != Errno::PERM || by_limit || by_right => self.other(error),
+            _ if self.may_nice => (
+                Cause::UserNamespace,
+                format!(
+                    "{error}: CAP_SYS_NICE counts inside this user namespace only, and the limit rtprio is {limit}"
+                ),
+            ),
+            _ => (
+                Cause::Limit,
+                format!("{error}: the limit rtprio is {limit}, without CAP_SYS_NICE"),
+            ),
+        }
+    }
+
+    fn deadline(&self, error: Errno) -> (Cause, String) {
+        match error {
+            Errno::BUSY => (
+                Cause::Busy,
+                format!("{error}: other deadline threads have the time"),
+            ),
+            Errno::PERM if !self.may_nice => {
+                (Cause::Limit, format!("{error}: it takes CAP_SYS_NICE"))
+            }
+            Errno::PERM if self.user_namespace => (
+                Cause::UserNamespace,
+                format!("{error}: CAP_SYS_NICE counts inside this user namespace only"),
+            ),
+            Errno::PERM => (
+                Cause::CpuSet,
+                format!(
+                    "{error}: it takes all cores, and allowed are {}",
+                    self.cores
+                ),
+            ),
+            _ => self.other(error),
+        }
+    }
+
+    fn lock(&self, error: Errno) -> (Cause, String) {
+        let by_right = self.may_lock && !self.user_namespace;
+        let limit = match self.memlock {
+            Some(bytes) => format!("{} KiB", bytes >> 10),
+            None => "unlimited".to_owned(),
+        };
+        let limited = [Errno::NOMEM, Errno::PERM, Errno::AGAIN].contains(&error);
+        match self.memlock {
+            Some(_) if limited && !by_right && self.may_lock => (
+                Cause::UserNamespace,
+                format!(
+                    "{error}: CAP_IPC_LOCK counts inside this user namespace only, and the limit memlock is {limit}"
+                ),
+            ),
+            Some(_) if limited && !by_right => (
+                Cause::Limit,
+                format!("{error}: the limit memlock is {limit}, without CAP_IPC_LOCK"),
+            ),
+            _ => self.other(error),
+        }
+    }
+
+    fn other(&self, error: Errno) -> (Cause, String) {
+        let cause = self.filter();
+        let by = match cause {
+            Cause::Seccomp => "limits and capabilities allow it, so the seccomp filter refused",
+            _ => "limits and capabilities allow it, so the kernel or a security module refused",
+        };
+        (cause, format!("{error}: {by}"))
+    }
+
+    fn filter(&self) -> Cause {
+        match self.seccomp {
+            true => Cause::Seccomp,
+            false => Cause::Unknown,
+        }
+    }
+
+    fn mend(&self, call: &Call, cause: Cause) -> String {
+        match cause {
+            Cause::Limit if self.container => format!("{DOCKER}; outside of a container {LIMITS}"),
+            Cause::Limit => LIMITS.to_owned(),
+            Cause::UserNamespace => "no capability given inside helps: raise rtprio to 95 and \
+                memlock to unlimited for this user outside (`calot check --install` there), or use \
+                a container that is not rootless"
+                .to_owned(),
+            Cause::ControlGroup => {
+                let file = self.rt_runtime.as_ref().map_or("", |(_, file)| file);
+                format!("echo 950000 | sudo tee {file}   # Docker: --cpu-rt-runtime=950000")
+            }
+            Cause::CpuSet if *call == Call::Deadline => {
+                "let the process use all cores (`taskset -p $$`), or take --scheduler fifo"
+                    .to_owned()
+            }
+            Cause::CpuSet => format!("choose one of {} with --core", self.cores),
+            Cause::Seccomp => "allow sched_setscheduler, sched_setaffinity and mlockall in the \
+                profile (Docker: --security-opt seccomp=PROFILE)"
+                .to_owned(),
+            Cause::Busy => "end them (`ps -eo cls,pid,comm | grep DLN`)".to_owned(),
+            Cause::Unknown => "ask the system's journal (`journalctl -k`)".to_owned(),
+        }
+    }
+}
+
+fn shown(limit: Option<u64>) -> String {
+    limit.map_or("unlimited".to_owned(), |limit| limit.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn poor() -> Circumstances {
+        Circumstances {
+            rtprio: Some(0),
+            memlock: Some(8 << 20),
+            cores: "0-1".to_owned(),
+            ..Circumstances::default()
+        }
+    }
+
+    #[track_caller]
+    fn is(of: &Circumstances, call: Call, error: Errno, cause: Cause, words: &[&str]) {
+        let refusal = of.judge(call, error);
+        assert_eq!(refusal.cause, cause, "{refusal}");
+        for word in words {
+            assert!(refusal.to_string().contains(word), "{word}: {refusal}");
+        }
+    }
+
+    #[test]
+    fn a_refusal_names_the_rule_that_refused() {
+        let fifo = || Call::Fifo(80);
+        is(
+            &poor(),
+            fifo(),
+            Errno::PERM,
+            Cause::Limit,
+            &["rtprio is 0", "setcap"],
+        );
+        is(
+            &poor(),
+            Call::Lock,
+            Errno::NOMEM,
+            Cause::Limit,
+            &["8192 KiB", "setcap"],
+        );
+        let mut docker = poor();
+        docker.container = true;
+        is(
+            &docker,
+            fifo(),
+            Errno::PERM,
+            Cause::Limit,
+            &["--cap-add SYS_NICE", "--ulimit rtprio=99"],
+        );
+        is(
+            &docker,
+            Call::Lock,
+            Errno::NOMEM,
+            Cause::Limit,
+            &["--cap-add IPC_LOCK", "memlock=-1"],
+        );
+        let mut rootless = poor();
+        (
+            rootless.may_nice,
+            rootless.may_lock,
+            rootless.user_namespace,
+        ) = (true, true, true);
+        is(
+            &rootless,
+            fifo(),
+            Errno::PERM,
+            Cause::UserNamespace,
+            &["inside this user namespace"],
+        );
+        is(
+            &rootless,
+            Call::Lock,
+            Errno::NOMEM,
+            Cause::UserNamespace,
+            &["CAP_IPC_LOCK"],
+        );
+        is(
+            &rootless,
+            Call::Deadline,
+            Errno::PERM,
+            Cause::UserNamespace,
+            &["user namespace"],
+        );
+        is(
+            &poor(),
+            Call::Pin(vec![7]),
+            Errno::INVAL,
+            Cause::CpuSet,
+            &["0-1", "--core"],
+        );
+        is(
+            &poor(),
+            Call::Deadline,
+            Errno::BUSY,
+            Cause::Busy,
+            &["deadline"],
+        );
+    }
+
+    #[test]
+    fn a_control_group_without_runtime_is_not_explained_by_capabilities() {
+        let mut root = poor();
+        (root.may_nice, root.may_lock) = (true, true);
+        root.rt_runtime = Some((0, "/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us".to_owned()));
+        let words = ["/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us is 0", "950000"];
+        is(
+            &root,
+            Call::Fifo(80),
+            Errno::PERM,
+            Cause::ControlGroup,
+            &words,
+        );
+        root.rt_runtime = None;
+        is(
+            &root,
+            Call::Fifo(80),
+            Errno::PERM,
+            Cause::Unknown,
+            &["security module"],
+        );
+        root.seccomp = true;
+        is(
+            &root,
+            Call::Fifo(80),
+            Errno::PERM,
+            Cause::Seccomp,
+            &["seccomp filter"],
+        );
+        let text = root.judge(Call::Lock, Errno::PERM).to_string();
+        assert!(
+            !text.contains("setcap") && text.contains("seccomp"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn circumstances_are_read_from_the_kernels_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |path: &str, text: &str| {
+            let path = folder.path().join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        };
+        write(
+            "proc/self/status",
+            "Name:\tcalot\nCapEff:\t0000000000804000\nSeccomp:\t2\nCpus_allowed_list:\t0,2-3\n",
+        );
+        write("proc/self/uid_map", "         0       1000          1\n");
+        write("proc/self/cgroup", "4:cpu,cpuacct:/box\n1:name=systemd:/\n");
+        write("proc/1/cgroup", "0::/docker/12\n");
+        write("sys/fs/cgroup/cpu/box/cpu.rt_runtime_us", "0\n");
+        let found = Circumstances::of_files(folder.path());
+        assert!(found.may_nice && found.may_lock && found.user_namespace);
+        assert!(found.container && found.seccomp);
+        assert_eq!(found.cores, "0,2-3");
+        let file = "/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us";
+        assert_eq!(found.rt_runtime, Some((0, file.to_owned())));
+        write("proc/self/uid_map", "         0          0 4294967295\n");
+        assert!(!Circumstances::of_files(folder.path()).user_namespace);
+    }
+}

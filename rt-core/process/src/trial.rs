@@ -1,0 +1,73 @@
+//! Trial of what the controller will ask of Linux: each call is made, judged by its result, and
+//! taken back. `calot check` reports it.
+
+use std::sync::mpsc;
+
+use rustix::io::Errno;
+
+use crate::realtime;
+use crate::refusal::{Call, Circumstances, Refusal};
+
+/// Outcomes of a trial.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Trial {
+    /// `SCHED_FIFO` of the tick's priority.
+    pub fifo: Result<(), Refusal>,
+    /// The tick's core.
+    pub pinned: Result<(), Refusal>,
+    /// All memory, and room to grow.
+    pub locked: Result<(), Refusal>,
+}
+
+impl Trial {
+    /// Makes the calls. Scheduler and core are those of a thread that ends with them; memory is
+    /// unlocked again.
+    #[must_use]
+    pub fn run(core: usize, priority: u8) -> Self {
+        let (tell, told) = mpsc::channel();
+        let thread = std::thread::Builder::new().spawn(move || {
+            let _ = tell.send((realtime::pin_to(&[core]), realtime::take_fifo(priority)));
+        });
+        let outcome = told.recv();
+        if let Ok(thread) = thread {
+            let _ = thread.join();
+        }
+        let locked = realtime::lock_memory();
+        realtime::unlock_memory();
+        let none = |call| Err(Circumstances::read().judge(call, Errno::AGAIN));
+        let (pinned, fifo) =
+            outcome.unwrap_or_else(|_| (none(Call::Pin(vec![core])), none(Call::Fifo(priority))));
+        Self {
+            fifo,
+            pinned,
+            locked,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whatever this machine grants: the trial says what the calls say, and leaves nothing behind.
+    #[test]
+    fn a_trial_foretells_the_calls_and_takes_them_back() {
+        let cores = realtime::allowed_cores();
+        let trial = Trial::run(cores[0], 80);
+        assert_eq!(realtime::allowed_cores(), cores);
+        let thread = std::thread::spawn(|| realtime::take_fifo(80).is_ok());
+        assert_eq!(trial.fifo.is_ok(), thread.join().unwrap());
+        assert_eq!(trial.pinned, Ok(()));
+        for refusal in [trial.fifo, trial.locked]
+            .into_iter()
+            .filter_map(Result::err)
+        {
+            assert!(
+                !refusal.why.is_empty() && !refusal.mend.is_empty(),
+                "{refusal}"
+            );
+        }
+        let absent = Trial::run(1023, 80);
+        assert!(absent.pinned.unwrap_err().mend.contains("--core"));
+    }
+}

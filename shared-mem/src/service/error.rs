@@ -1,0 +1,145 @@
+//! What can go wrong between the processes, in words.
+
+use std::path::PathBuf;
+
+/// An error between the processes.
+#[derive(Debug, thiserror::Error)]
+pub enum ServiceError {
+    /// The name cannot become a file name.
+    #[error(
+        "station name '{0}' is not usable: 1 to 40 characters of a-z, A-Z, 0-9, '-' and '_' are"
+    )]
+    StationName(String),
+    /// Somebody else controls this station.
+    #[error(
+        "station '{0}' already has a controller; stop it (its `calot run` or `calot rt`), or \
+         choose another name with --station"
+    )]
+    SecondController(String),
+    /// Somebody else leads the emulated hand.
+    #[error("station '{0}': another display has the instrument in hand; let go of it there (M)")]
+    SecondHand(String),
+    /// Another host tells how this station's task stands.
+    #[error("station '{0}': another `calot run` assesses its task; end it first")]
+    SecondTask(String),
+    /// Somebody speaks another version, or holds the service with another layout.
+    #[error("station '{station}', service '{service}': a process of another version runs; end it")]
+    OtherVersion {
+        /// Station.
+        station: String,
+        /// Service.
+        service: &'static str,
+    },
+    /// The folder of the user's stations cannot be trusted.
+    #[error("{path}: {problem}; remove it, or name another temporary folder with TMPDIR")]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Its problem.
+        problem: String,
+    },
+    /// Shared memory is too small, or nearly full.
+    #[error(
+        "station '{station}' needs {} of shared memory, but /dev/shm has {} free; free some, or make \
+         it larger: `mount -o remount,size=256m /dev/shm`, docker: `--shm-size=256m`",
+        words(.need), words(.free)
+    )]
+    NoRoom {
+        /// Station.
+        station: String,
+        /// Bytes that it needs.
+        need: u64,
+        /// Bytes that are free.
+        free: u64,
+    },
+    /// The process may not make files of that size.
+    #[error(
+        "station '{station}' needs shared memory in files of {}, but this process may write files \
+         of {} only; raise the limit (`ulimit -f`, RLIMIT_FSIZE, `prlimit --fsize`)",
+        words(.need), words(.limit)
+    )]
+    FileSize {
+        /// Station.
+        station: String,
+        /// Bytes of the largest file.
+        need: u64,
+        /// Limit, bytes.
+        limit: u64,
+    },
+    /// The folder of the shared memory cannot be used.
+    #[error("station '{station}': shared memory, /dev/shm: {problem}")]
+    SharedMemory {
+        /// Station.
+        station: String,
+        /// Its problem, and the remedy.
+        problem: String,
+    },
+    /// The station is in use, but its files are not there.
+    #[error(
+        "station '{station}' runs (process {processes}), but its files are gone from {place}: {why}"
+    )]
+    Gone {
+        /// Station.
+        station: String,
+        /// Processes that have it open.
+        processes: String,
+        /// The folder that this process looks into.
+        place: String,
+        /// Likely causes.
+        why: &'static str,
+    },
+    /// A file is somebody else's.
+    #[error(
+        "station '{station}': {file} belongs to {owner}; have it removed by {owner}, or choose \
+         another name with --station"
+    )]
+    Foreign {
+        /// Station.
+        station: String,
+        /// The file.
+        file: PathBuf,
+        /// Its owner.
+        owner: String,
+    },
+    /// Somebody runs the station.
+    #[error(
+        "station '{0}' runs already; show it with `calot run --attach`, or choose another name with \
+         --station"
+    )]
+    RunsAlready(String),
+    /// iceoryx2 refuses.
+    #[error(
+        "station '{station}', {doing}: {detail}; its files are {files}; end all programs of the \
+         station, and start it again"
+    )]
+    Transport {
+        /// Station.
+        station: String,
+        /// The step that failed.
+        doing: &'static str,
+        /// iceoryx2's own words.
+        detail: String,
+        /// The patterns of its files.
+        files: String,
+    },
+    /// No controller answered.
+    #[error("station '{station}': no controller answered within {waited_ms} ms")]
+    NoAnswer {
+        /// Station.
+        station: String,
+        /// Time that was waited, ms.
+        waited_ms: u128,
+    },
+}
+
+/// An amount of memory in words.
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the messages' fields come as references"
+)]
+fn words(&bytes: &u64) -> String {
+    match bytes {
+        ..100_000 => format!("{} kB", bytes / 1000),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}

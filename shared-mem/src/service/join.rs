@@ -1,0 +1,266 @@
+//! Joining a station and leaving it. Whoever comes first clears what crashes left behind, and
+//! whoever leaves last leaves nothing. The memory is taken before it is used.
+
+use std::path::Path;
+
+use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::prelude::{LogLevel, SignalHandlingMode, ipc, set_log_level};
+
+use super::presence::{self, Held, Presence};
+use super::room::{self, Lack, Reservation};
+use super::{MAX_LOANS, Quality, ServiceError, Station, folder};
+
+/// The files that iceoryx2 keeps for one service and one node, at most, bytes. Measured by the
+/// test `what_a_station_reserves_is_what_it_takes`.
+const SERVICE_BYTES: u64 = 64 << 10;
+/// The bytes of a connection beside its samples' numbers.
+const CONNECTION_BYTES: u64 = 8 << 10;
+/// A sample's header.
+const HEADER_BYTES: usize = 64;
+
+/// Shared memory that an end needs for one service, bytes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Need(u64);
+
+impl Need {
+    /// Requests and replies are small.
+    pub(super) const COMMANDS: Self = Self(512 << 10);
+
+    /// Its bytes.
+    pub(super) const fn bytes(self) -> u64 {
+        self.0
+    }
+
+    /// A publisher's: its samples, and the connections to all readers.
+    pub(super) const fn publisher<T>(quality: Quality) -> Self {
+        let samples = Self::samples(quality) * (size_of::<T>() + HEADER_BYTES);
+        let readers = quality.readers as u64;
+        Self(samples as u64 + SERVICE_BYTES + readers * Self::connection(quality))
+    }
+
+    /// A reader's: the service, if it comes first, and the connection.
+    pub(super) const fn subscriber(quality: Quality) -> Self {
+        Self(SERVICE_BYTES + Self::connection(quality))
+    }
+
+    /// As iceoryx2 counts them.
+    const fn samples(quality: Quality) -> usize {
+        quality.readers * (quality.buffer + 2) + quality.history + MAX_LOANS
+    }
+
+    /// Two queues of numbers, and a flag for every sample.
+    const fn connection(quality: Quality) -> u64 {
+        let queues = 2 * (quality.buffer + MAX_LOANS + 4) * 8;
+        CONNECTION_BYTES + (queues + Self::samples(quality)) as u64
+    }
+}
+
+/// The station's name, held while it runs. It needs no file, and ends with the process.
+#[derive(Debug)]
+pub struct Claim {
+    _held: Option<Held>,
+}
+
+/// An end that is joining: it has its turn, and everything that it opens gets its memory.
+pub(super) struct Joining<'a> {
+    station: &'a Station,
+    /// Given back first, because leaving takes a turn too.
+    turn: Option<Held>,
+    node: Node<ipc::Service>,
+    presence: Leaving,
+}
+
+/// A member of a station. The last field of an end, because it outlives the ports.
+#[derive(Debug)]
+pub(super) struct Member {
+    /// Ends before the node does: whoever sees it finds the node's files.
+    _open: Option<Held>,
+    node: Node<ipc::Service>,
+    _presence: Leaving,
+}
+
+/// Presence that sweeps when it is the last.
+#[derive(Debug)]
+struct Leaving {
+    presence: Presence,
+    station: Station,
+}
+
+impl Drop for Leaving {
+    fn drop(&mut self) {
+        let station = &self.station;
+        self.presence
+            .leave(|| room::sweep(&station.root, &station.prefix));
+    }
+}
+
+impl Station {
+    /// Stem of its abstract sockets.
+    fn base(&self) -> String {
+        format!("calot-{}-{}", folder::user(), self.name)
+    }
+
+    /// Takes the station's name, as whoever runs the station does.
+    ///
+    /// # Errors
+    /// [`ServiceError::RunsAlready`] if somebody has it.
+    pub fn claim(&self) -> Result<Claim, ServiceError> {
+        match Held::take(self.base()) {
+            Ok(None) => Err(ServiceError::RunsAlready(self.name.clone())),
+            // Without abstract sockets the lock in the folder alone tells.
+            Ok(Some(held)) => Ok(Claim { _held: Some(held) }),
+            Err(_) => Ok(Claim { _held: None }),
+        }
+    }
+
+    /// True if somebody runs the station, wherever its files are.
+    #[must_use]
+    pub fn is_claimed(&self) -> bool {
+        let base = self.base();
+        presence::held(&base).is_some_and(|names| names.contains(&base))
+    }
+
+    /// Joins. `needs` are those of everything that the end opens.
+    pub(super) fn join(&self, needs: &[Need]) -> Result<Joining<'_>, ServiceError> {
+        // A peer that died is everyday here; its warning is a page long.
+        set_log_level(LogLevel::Error);
+        let base = self.base();
+        let turn = presence::turn(&base);
+        let leaving = Leaving {
+            presence: Presence::enter(&base),
+            station: self.clone(),
+        };
+        if turn.is_some() && leaving.presence.is_alone() {
+            room::sweep(&self.root, &self.prefix);
+        }
+        let node = self
+            .check_files(&leaving.presence)
+            .and_then(|()| self.room_for(needs))
+            .and_then(|()| self.node());
+        match node {
+            Ok(node) => Ok(Joining {
+                station: self,
+                turn,
+                node,
+                presence: leaving,
+            }),
+            Err(error) => {
+                drop(turn);
+                Err(error)
+            }
+        }
+    }
+
+    /// Takes the room, and gives it back for the files themselves. Meanwhile nobody else of this
+    /// station takes any.
+    pub(super) fn room_for(&self, needs: &[Need]) -> Result<(), ServiceError> {
+        let sizes: Vec<u64> = needs.iter().map(|need| need.bytes()).collect();
+        let reserved: Result<Reservation, _> = room::reserve(&self.prefix, &sizes);
+        reserved.map(drop).map_err(|lack| self.lack(lack))
+    }
+
+    /// Refuses a station that is open elsewhere but whose files are not where they should be.
+    fn check_files(&self, presence: &Presence) -> Result<(), ServiceError> {
+        let are_in = |folder: &Path| !room::files(folder, &self.prefix).is_empty();
+        let shared = Path::new(room::SHARED);
+        let is_there = || are_in(shared) && are_in(&self.root.join("services"));
+        if presence.open().is_empty() || is_there() {
+            return Ok(());
+        }
+        // Somebody may have left between the two looks.
+        let processes = presence.open();
+        if processes.is_empty() || is_there() {
+            return Ok(());
+        }
+        let (place, why) = match are_in(shared) {
+            false => (
+                room::SHARED.to_owned(),
+                "logind's RemoveIPC (at a log-out) or a clean-up removed them, or this process sees \
+                 another /dev/shm; restart the station",
+            ),
+            true => (
+                self.root.display().to_string(),
+                "it was started with another TMPDIR (give this program the same), or a clean-up \
+                 (systemd-tmpfiles) removed them: restart the station",
+            ),
+        };
+        let processes: Vec<String> = processes.iter().map(u32::to_string).collect();
+        Err(ServiceError::Gone {
+            station: self.name.clone(),
+            processes: processes.join(", "),
+            place,
+            why,
+        })
+    }
+
+    fn node(&self) -> Result<Node<ipc::Service>, ServiceError> {
+        NodeBuilder::new()
+            .config(&self.config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(|error| self.transport("joining", &error))
+            .inspect(|_| self.close_to_others())
+    }
+
+    /// Takes access away from other users. iceoryx2 leaves the folder open to the user's group, and
+    /// some of its files in /dev/shm open to everybody.
+    fn close_to_others(&self) {
+        room::files(Path::new(room::SHARED), &self.prefix)
+            .iter()
+            .chain([&self.root])
+            .for_each(|path| folder::close(path));
+    }
+
+    fn lack(&self, lack: Lack) -> ServiceError {
+        let station = self.name.clone();
+        match lack {
+            Lack::Room { need, free } => ServiceError::NoRoom {
+                station,
+                need,
+                free,
+            },
+            Lack::FileSize { need, limit } => ServiceError::FileSize {
+                station,
+                need,
+                limit,
+            },
+            Lack::Folder(problem) => ServiceError::SharedMemory { station, problem },
+        }
+    }
+}
+
+impl Joining<'_> {
+    /// The node that the ports belong to.
+    pub(super) fn node(&self) -> &Node<ipc::Service> {
+        &self.node
+    }
+
+    /// Takes all pages of what is open now, and gives the turn to the next.
+    pub(super) fn finish(self) -> Result<Member, ServiceError> {
+        let Self {
+            station,
+            turn,
+            node,
+            presence,
+        } = self;
+        let filled = room::fill(&station.prefix).map_err(|lack| station.lack(lack));
+        let open = presence.presence.opened();
+        drop(turn);
+        if let Err(lack) = filled {
+            drop((open, node));
+            return Err(lack);
+        }
+        Ok(Member {
+            _open: open,
+            node,
+            _presence: presence,
+        })
+    }
+}
+
+impl Member {
+    /// Forgets processes that died.
+    pub(super) fn forget_dead(&self) {
+        self.node.try_cleanup_dead_nodes();
+    }
+}

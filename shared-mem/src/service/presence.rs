@@ -1,0 +1,116 @@
+//! Who takes part in a station, told by abstract Unix sockets. They need no file that could be
+//! swept away, and the kernel ends them with their process.
+
+use std::io::{Error, ErrorKind};
+use std::os::linux::net::SocketAddrExt as _;
+use std::os::unix::net::{SocketAddr, UnixListener};
+use std::time::{Duration, Instant};
+
+/// Longest wait for a process that joins or leaves. That takes milliseconds, unless it is stopped.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Names that one process tries; each of its ends has one.
+const ENDS_MAX: u32 = 1000;
+
+/// A name that this process holds until it ends or drops this.
+#[derive(Debug)]
+pub(super) struct Held {
+    name: String,
+    _socket: UnixListener,
+}
+
+impl Held {
+    /// Takes a name; `None` if somebody else has it.
+    pub(super) fn take(name: String) -> Result<Option<Self>, Error> {
+        let address = SocketAddr::from_abstract_name(&name)?;
+        match UnixListener::bind_addr(&address) {
+            Ok(socket) => Ok(Some(Self {
+                name,
+                _socket: socket,
+            })),
+            Err(error) if error.kind() == ErrorKind::AddrInUse => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn numbered(stem: &str) -> Option<Self> {
+        let process = std::process::id();
+        (0..ENDS_MAX).find_map(|n| Self::take(format!("{stem}.{process}.{n}")).ok().flatten())
+    }
+}
+
+/// Every name that begins so and is held; `None` if the kernel does not tell.
+pub(super) fn held(stem: &str) -> Option<Vec<String>> {
+    let table = std::fs::read("/proc/net/unix").ok()?;
+    let table = String::from_utf8_lossy(&table);
+    let names = table
+        .lines()
+        .filter_map(|line| Some(line.split_once(" @")?.1));
+    let of_stem = names.filter(|name| name.starts_with(stem));
+    Some(of_stem.map(str::to_owned).collect())
+}
+
+/// The turn to join or leave: one process of a station at a time.
+pub(super) fn turn(base: &str) -> Option<Held> {
+    let start = Instant::now();
+    while start.elapsed() < PATIENCE {
+        match Held::take(format!("{base}.turn")) {
+            Ok(Some(turn)) => return Some(turn),
+            Ok(None) => std::thread::sleep(Duration::from_millis(2)),
+            Err(_) => return None,
+        }
+    }
+    None
+}
+
+/// One end's presence.
+#[derive(Debug)]
+pub(super) struct Presence {
+    base: String,
+    here: Option<Held>,
+}
+
+impl Presence {
+    /// Is here from now on, but has nothing open yet.
+    pub(super) fn enter(base: &str) -> Self {
+        Self {
+            base: base.to_owned(),
+            here: Held::numbered(&format!("{base}.here")),
+        }
+    }
+
+    /// True if it is sure that nobody else is here.
+    pub(super) fn is_alone(&self) -> bool {
+        let own = self.here.as_ref().map(|it| &it.name);
+        own.is_some()
+            && held(&format!("{}.here.", self.base))
+                .is_some_and(|all| all.iter().all(|name| Some(name) == own))
+    }
+
+    /// Tells that the services are open.
+    pub(super) fn opened(&self) -> Option<Held> {
+        Held::numbered(&format!("{}.open", self.base))
+    }
+
+    /// Processes that have the services open.
+    pub(super) fn open(&self) -> Vec<u32> {
+        let stem = format!("{}.open.", self.base);
+        let names = held(&stem).unwrap_or_default();
+        let process = |name: &String| {
+            let rest = name.strip_prefix(&stem)?;
+            rest.split('.').next()?.parse::<u32>().ok()
+        };
+        let mut processes: Vec<u32> = names.iter().filter_map(process).collect();
+        processes.sort_unstable();
+        processes.dedup();
+        processes
+    }
+
+    /// Goes. Runs `last` if nobody else is here.
+    pub(super) fn leave(&mut self, last: impl FnOnce()) {
+        let turn = turn(&self.base);
+        if turn.is_some() && self.is_alone() {
+            last();
+        }
+        self.here = None;
+    }
+}

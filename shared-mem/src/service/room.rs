@@ -1,0 +1,131 @@
+//! Room in shared memory. A page of /dev/shm that is first written when there is none left ends the
+//! process (SIGBUS), so all pages are taken before they are used.
+
+use std::fs::File;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{FallocateFlags, Mode, OFlags};
+use rustix::io::Errno;
+use rustix::process::{Resource, getrlimit};
+
+use super::folder;
+
+/// The folder that Linux keeps POSIX shared memory in.
+pub(super) const SHARED: &str = "/dev/shm";
+
+/// A lack of room.
+#[derive(Debug)]
+pub(super) enum Lack {
+    /// Bytes that are needed, and are there.
+    Room { need: u64, free: u64 },
+    /// Bytes of the largest file, and the limit of this process.
+    FileSize { need: u64, limit: u64 },
+    /// The folder's own problem.
+    Folder(String),
+}
+
+/// Room that is taken, and given back when this is dropped.
+#[derive(Debug)]
+pub(super) struct Reservation {
+    _files: Vec<File>,
+}
+
+/// Bytes that are free now.
+fn free() -> u64 {
+    rustix::fs::statvfs(SHARED).map_or(0, |it| it.f_bavail.saturating_mul(it.f_frsize))
+}
+
+/// Takes room for files of these sizes.
+pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Lack> {
+    let largest = sizes.iter().copied().max().unwrap_or(0);
+    if let Some(limit) = getrlimit(Resource::Fsize).current
+        && limit < largest
+    {
+        return Err(Lack::FileSize {
+            need: largest,
+            limit,
+        });
+    }
+    let need: u64 = sizes.iter().sum();
+    let mut files = Vec::new();
+    // Asked before: a file system may take what it cannot keep.
+    let had = free();
+    for (n, &size) in sizes.iter().enumerate() {
+        let path = format!("{SHARED}/{prefix}room.{}.{n}", std::process::id());
+        let _ = std::fs::remove_file(&path); // a killed process of the same number
+        let flags = OFlags::RDWR | OFlags::CREATE | OFlags::EXCL | OFlags::CLOEXEC;
+        let file = rustix::fs::open(&path, flags, Mode::RUSR | Mode::WUSR)
+            .map_err(|error| match error {
+                Errno::NOSPC => Lack::Room { need, free: had },
+                _ => Lack::Folder(problem(error)),
+            })
+            .map(File::from)?;
+        // It needs no name. Its room is kept as long as it is open.
+        let _ = std::fs::remove_file(&path);
+        match rustix::fs::fallocate(&file, FallocateFlags::empty(), 0, size) {
+            Err(Errno::NOSPC | Errno::NOMEM | Errno::DQUOT) => {
+                return Err(Lack::Room { need, free: had });
+            }
+            Err(Errno::OPNOTSUPP) if had < need => return Err(Lack::Room { need, free: had }),
+            Ok(()) | Err(Errno::OPNOTSUPP) => files.push(file),
+            Err(error) => return Err(Lack::Folder(problem(error))),
+        }
+    }
+    Ok(Reservation { _files: files })
+}
+
+fn problem(error: Errno) -> String {
+    let remedy = match error {
+        Errno::NOENT | Errno::NOTDIR => {
+            "there is no such folder; mount it: `mount -t tmpfs -o mode=1777 shm /dev/shm`"
+        }
+        Errno::ROFS => "it is mounted read-only; `mount -o remount,rw /dev/shm`",
+        Errno::ACCESS | Errno::PERM => {
+            "this user may not write there; its mode is 1777 elsewhere: `chmod 1777 /dev/shm`"
+        }
+        _ => return error.to_string(),
+    };
+    remedy.to_owned()
+}
+
+/// Files of a prefix in a folder, whoever owns them.
+pub(super) fn files(folder: &Path, prefix: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let named = entries.filter(|it| it.file_name().to_string_lossy().starts_with(prefix));
+    named.map(|it| it.path()).collect()
+}
+
+/// Takes every page of the files of a prefix.
+pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
+    for path in files(Path::new(SHARED), prefix) {
+        let flags = OFlags::WRONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        // A file may go meanwhile, and a planted link is not followed.
+        let Ok(file) = rustix::fs::open(&path, flags, Mode::empty()).map(File::from) else {
+            continue;
+        };
+        let Ok(meta) = file.metadata() else { continue };
+        if !meta.is_file() || meta.uid() != folder::user() || meta.len() == 0 {
+            continue;
+        }
+        let taken = rustix::fs::fallocate(&file, FallocateFlags::KEEP_SIZE, 0, meta.len());
+        // Elsewhere than on tmpfs the pages are taken as they are used.
+        if let Err(Errno::NOSPC | Errno::NOMEM | Errno::DQUOT) = taken {
+            let need = meta.len();
+            return Err(Lack::Room { need, free: free() });
+        }
+    }
+    Ok(())
+}
+
+/// Removes everything of a prefix from shared memory, and from iceoryx2's folders below `root`.
+pub(super) fn sweep(root: &Path, prefix: &str) {
+    for path in files(Path::new(SHARED), prefix) {
+        let _ = std::fs::remove_file(path);
+    }
+    for folder in ["nodes", "services"].map(|name| root.join(name)) {
+        for path in files(&folder, prefix) {
+            let _ = std::fs::remove_file(&path).or_else(|_| std::fs::remove_dir_all(&path));
+        }
+    }
+}

@@ -1,0 +1,358 @@
+//! Shared memory that is small, somebody else's, swept away, or left over by a crash.
+//!
+//! The processes of a test are this test program, started again with the name of a role.
+#![allow(clippy::unwrap_used)]
+
+use std::io::{BufRead as _, BufReader};
+use std::os::unix::fs::MetadataExt as _;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use shared_mem::service::{Controller, HandReceiver, Host, ServiceError, Station, Tap};
+
+/// Environment variable with the role of a test's process.
+const ROLE: &str = "CALOT_TEST_ROLE";
+/// And with the name of its station.
+const STATION: &str = "CALOT_TEST_STATION";
+
+fn name(test: &str) -> String {
+    format!("r{}-{test}", std::process::id())
+}
+
+/// Not a test by itself: what a process of a test does. It says what came of it, and waits until
+/// its standard input is closed.
+#[test]
+fn role() {
+    let Ok(role) = std::env::var(ROLE) else {
+        return;
+    };
+    let hold = |ends: Result<Box<dyn std::any::Any>, ServiceError>| match ends {
+        Ok(ends) => {
+            println!("\nSAID open");
+            let _ = std::io::stdin().read_line(&mut String::new());
+            drop(ends);
+        }
+        Err(error) => println!("\nSAID {error}"),
+    };
+    let station = match Station::new(&std::env::var(STATION).unwrap()) {
+        Ok(station) => station,
+        Err(error) => return println!("\nSAID {error}"),
+    };
+    match role.as_str() {
+        "controller" => hold(Controller::open(&station).map(|it| Box::new(it) as _)),
+        "host" => hold(Host::open(&station).map(|it| Box::new(it) as _)),
+        "all" => hold((|| {
+            let tap = Tap::open(&station)?;
+            let hand = HandReceiver::open(&station)?;
+            let controller = Controller::open(&station)?;
+            let host = Host::open(&station)?;
+            Ok(Box::new((tap, hand, controller, host)) as _)
+        })()),
+        "claim" => hold(station.claim().map(|it| Box::new(it) as _)),
+        other => panic!("no role {other}"),
+    }
+}
+
+/// A process with a role, and what it said.
+struct Actor {
+    child: Child,
+    said: String,
+}
+
+impl Actor {
+    fn start(role: &str, station: &str, tmp: &Path) -> Self {
+        Self::start_in(&[], role, station, tmp)
+    }
+
+    /// Starts it by another program: `wrapper`, and then its words.
+    fn start_in(wrapper: &[&str], role: &str, station: &str, tmp: &Path) -> Self {
+        let own = std::env::current_exe().unwrap();
+        let own = own.to_str().unwrap();
+        let mut words = wrapper.to_vec();
+        words.extend([own, "role", "--exact", "--nocapture", "--test-threads=1"]);
+        let mut child = Command::new(words[0])
+            .args(&words[1..])
+            .env(ROLE, role)
+            .env(STATION, station)
+            .env("TMPDIR", tmp)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let said = lines.find_map(|line| line.unwrap().strip_prefix("SAID ").map(str::to_owned));
+        // The harness goes on to write there.
+        std::thread::spawn(move || lines.for_each(drop));
+        let said = said.unwrap_or_else(|| format!("died: {:?}", child.wait()));
+        Self { child, said }
+    }
+
+    fn end(mut self) {
+        drop(self.child.stdin.take());
+        assert!(self.child.wait().unwrap().success());
+    }
+
+    fn kill(mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+}
+
+/// Files in shared memory of this user's station.
+fn shared(station: &str) -> Vec<String> {
+    let prefix = format!("calot_{}_{station}.", rustix::process::geteuid().as_raw());
+    let all = std::fs::read_dir("/dev/shm").unwrap().flatten();
+    let names = all.map(|it| it.file_name().to_string_lossy().into_owned());
+    names.filter(|name| name.starts_with(&prefix)).collect()
+}
+
+/// True if a program can be started so. Prints why not.
+fn can(wrapper: &[&str]) -> bool {
+    let tried = Command::new(wrapper[0])
+        .args(&wrapper[1..])
+        .arg("true")
+        .output();
+    let can = tried.as_ref().is_ok_and(|it| it.status.success());
+    if !can {
+        println!("skipped: {wrapper:?} is not possible here: {tried:?}");
+    }
+    can
+}
+
+#[test]
+fn nothing_of_a_station_is_left_after_a_clean_end() {
+    let tmp = tempfile::tempdir().unwrap();
+    let station = name("clean");
+    let all = Actor::start("all", &station, tmp.path());
+    assert_eq!(all.said, "open");
+    assert!(shared(&station).len() > 6);
+    all.end();
+    assert_eq!(shared(&station), [""; 0]);
+}
+
+#[test]
+fn a_station_starts_on_whatever_a_crash_left() {
+    let tmp = tempfile::tempdir().unwrap();
+    let station = name("crash");
+    let user = rustix::process::geteuid().as_raw();
+    let of_root = |folder: &str| tmp.path().join(format!("calot-{user}/{folder}"));
+    for case in 0..6 {
+        let all = Actor::start("all", &station, tmp.path());
+        assert_eq!(all.said, "open", "after case {case}");
+        all.kill();
+        assert!(!shared(&station).is_empty());
+        match case {
+            0 => {}
+            1 => std::fs::remove_dir_all(of_root("nodes")).unwrap(),
+            2 => std::fs::remove_dir_all(of_root("services")).unwrap(),
+            3 => {
+                std::fs::remove_dir_all(of_root("nodes")).unwrap();
+                let dynamic = shared(&station);
+                let dynamic = dynamic.iter().find(|it| it.ends_with(".dynamic")).unwrap();
+                std::fs::remove_file(Path::new("/dev/shm").join(dynamic)).unwrap();
+            }
+            4 => std::fs::remove_dir_all(of_root("")).unwrap(),
+            _ => shared(&station).iter().for_each(|it| {
+                std::fs::remove_file(Path::new("/dev/shm").join(it)).unwrap();
+            }),
+        }
+    }
+    let last = Actor::start("all", &station, tmp.path());
+    assert_eq!(last.said, "open");
+    last.end();
+    assert_eq!(shared(&station), [""; 0]);
+}
+
+#[test]
+fn a_station_whose_name_begins_with_anothers_keeps_its_files() {
+    let tmp = tempfile::tempdir().unwrap();
+    let station = name("a");
+    let longer = Actor::start("controller", &format!("{station}_b"), tmp.path());
+    assert_eq!(longer.said, "open");
+    let before = shared(&format!("{station}_b"));
+    Actor::start("all", &station, tmp.path()).end();
+    assert_eq!(shared(&format!("{station}_b")), before);
+    longer.end();
+}
+
+#[test]
+fn newcomers_are_told_that_shared_memory_was_removed() {
+    let tmp = tempfile::tempdir().unwrap();
+    let station = name("ipc");
+    let controller = Actor::start("controller", &station, tmp.path());
+    for file in shared(&station) {
+        std::fs::remove_file(Path::new("/dev/shm").join(file)).unwrap();
+    }
+    let host = Actor::start("host", &station, tmp.path());
+    assert!(host.said.contains("RemoveIPC"), "{}", host.said);
+    assert!(host.said.contains("restart the station"), "{}", host.said);
+    host.end();
+    controller.end();
+    let again = Actor::start("all", &station, tmp.path());
+    assert_eq!(again.said, "open");
+    again.end();
+}
+
+#[test]
+fn newcomers_with_another_temporary_folder_are_told_the_place() {
+    let (tmp, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let station = name("tmp");
+    let controller = Actor::start("controller", &station, tmp.path());
+    let host = Actor::start("host", &station, other.path());
+    assert!(host.said.contains("TMPDIR"), "{}", host.said);
+    let place = other.path().to_str().unwrap();
+    assert!(host.said.contains(place), "{}", host.said);
+    host.end();
+    let nowhere = Actor::start("host", &station, Path::new("/none"));
+    assert!(nowhere.said.contains("/none"), "{}", nowhere.said);
+    assert!(nowhere.said.contains("TMPDIR"), "{}", nowhere.said);
+    nowhere.end();
+    controller.end();
+}
+
+#[test]
+fn a_name_is_held_once_wherever_the_folders_are() {
+    let (tmp, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let station = name("claim");
+    let first = Actor::start("claim", &station, tmp.path());
+    assert_eq!(first.said, "open");
+    let second = Actor::start("claim", &station, other.path());
+    assert!(second.said.contains("runs already"), "{}", second.said);
+    second.end();
+    first.kill();
+    let third = Actor::start("claim", &station, other.path());
+    assert_eq!(third.said, "open");
+    third.end();
+}
+
+#[test]
+fn two_accounts_have_stations_of_one_name() {
+    const OTHER: [&str; 4] = ["setpriv", "--reuid", "65534", "--clear-groups"];
+    if !can(&OTHER) {
+        return;
+    }
+    let tmp = tempfile::tempdir().unwrap();
+    let open: std::fs::Permissions = std::os::unix::fs::PermissionsExt::from_mode(0o1777);
+    std::fs::set_permissions(tmp.path(), open).unwrap();
+    // The other user must be able to read this program.
+    let copy = tmp.path().join("room");
+    std::fs::copy(std::env::current_exe().unwrap(), &copy).unwrap();
+    let copy = copy.to_str().unwrap();
+    let other = |station: &str| {
+        let words = ["sh", "-c", "exec \"$0\" role --exact --nocapture", copy];
+        Actor::start_in(&[&OTHER[..], &words].concat(), "all", station, tmp.path())
+    };
+    let own = |station: &str| Actor::start("all", station, tmp.path());
+    for kill in [false, true] {
+        let end = |actor: Actor| {
+            assert_eq!(actor.said, "open");
+            if kill { actor.kill() } else { actor.end() }
+        };
+        let station = name(if kill { "two-k" } else { "two-e" });
+        // One after the other, and beside each other.
+        end(own(&station));
+        end(other(&station));
+        end(own(&station));
+        let (left, right) = (own(&station), other(&station));
+        end(left);
+        end(right);
+    }
+    for station in ["two-k", "two-e"] {
+        own(&name(station)).end();
+        other(&name(station)).end();
+    }
+}
+
+/// Sizes of /dev/shm from too small for anything to large enough.
+#[test]
+fn shared_memory_that_is_too_small_is_named_before_it_is_used() {
+    if !can(&["unshare", "-m"]) {
+        return;
+    }
+    let tmp = tempfile::tempdir().unwrap();
+    let run = |prepare: &str, role: &str| {
+        let script = format!("{prepare}; exec \"$0\" \"$@\"");
+        let wrapper = ["unshare", "-m", "sh", "-c", &script];
+        Actor::start_in(&wrapper, role, &name("small"), tmp.path())
+    };
+    let sized = |size: &str| format!("mount -t tmpfs -o size={size} none /dev/shm");
+    for size in ["64k", "1m", "8m", "16m"] {
+        let all = run(&sized(size), "all");
+        assert!(all.said.contains("--shm-size"), "{size}: {}", all.said);
+        all.end();
+    }
+    let fits = run(&sized("64m"), "all");
+    assert_eq!(fits.said, "open");
+    fits.end();
+    let fill = format!(
+        "{}; dd if=/dev/zero of=/dev/shm/fill bs=1M 2>/dev/null",
+        sized("4m")
+    );
+    for role in ["host", "controller"] {
+        let full = run(&fill, role);
+        assert!(full.said.contains("0 kB free"), "{}", full.said);
+        full.end();
+    }
+    for (prepare, word) in [
+        ("mount -t tmpfs -o ro none /dev/shm", "read-only"),
+        (
+            "mount -t tmpfs none /dev && mkdir /dev/none",
+            "no such folder",
+        ),
+    ] {
+        let refused = run(prepare, "host");
+        assert!(refused.said.contains(word), "{}", refused.said);
+        refused.end();
+    }
+}
+
+/// With `prlimit`, as `ulimit -f` does. The signal is the command's to ignore.
+#[test]
+fn a_limit_of_file_sizes_is_named() {
+    if !can(&["prlimit", "--fsize=2000000"]) {
+        return;
+    }
+    let tmp = tempfile::tempdir().unwrap();
+    let limited = ["prlimit", "--fsize=2000000"];
+    let all = Actor::start_in(&limited, "controller", &name("limit"), tmp.path());
+    assert!(all.said.contains("ulimit -f"), "{}", all.said);
+    all.end();
+}
+
+/// The reservation is at least what the files take, and not much more.
+#[test]
+fn what_a_station_reserves_is_what_it_takes() {
+    let station = Station::new(&name("measure")).unwrap();
+    let need = Station::room_needed();
+    let ends = (
+        Controller::open(&station).unwrap(),
+        Tap::open(&station).unwrap(),
+        Host::open(&station).unwrap(),
+    );
+    let prefix = station.file_prefix();
+    let files = std::fs::read_dir("/dev/shm").unwrap().flatten();
+    let own = files.filter(|it| it.file_name().to_string_lossy().starts_with(prefix));
+    let mut taken = 0;
+    for file in own {
+        let meta = file.metadata().unwrap();
+        println!(
+            "{:9} {:9} {:?}",
+            meta.len(),
+            meta.blocks() * 512,
+            file.file_name()
+        );
+        assert!(
+            meta.blocks() * 512 >= meta.len(),
+            "a page of {:?} is not taken",
+            file.path()
+        );
+        taken += meta.blocks() * 512;
+    }
+    println!("needs {need}, takes {taken}");
+    assert!(need >= taken, "needs {need}, takes {taken}");
+    assert!(
+        need <= taken + taken / 4 + 2_000_000,
+        "needs {need}, takes {taken}"
+    );
+    drop(ends);
+}
