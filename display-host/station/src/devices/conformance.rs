@@ -53,15 +53,13 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         say::answer(as_json(&report));
     } else {
         say::answer(report.to_string().trim_end());
-        match report.checks.first() {
-            Some(first) if first.outcome == Outcome::Fail => match args.driver.is_serial() {
-                true => say::note(
-                    "The device may speak another protocol: try `--driver woody`, `bird` or `hapi-gen3`",
-                ),
-                false => {}
-            },
-            _ if report.passed() => say::note("The device meets the needs of the station."),
-            _ => {}
+        let first = report.checks.first().map(|it| it.outcome);
+        if first == Some(Outcome::Fail) && args.driver.is_serial() {
+            say::note(
+                "The device may speak another protocol: try `--driver woody`, `bird` or `hapi-gen3`",
+            );
+        } else if report.passed() {
+            say::note("The device meets the needs of the station.");
         }
     }
     Ok(if report.passed() {
