@@ -244,7 +244,7 @@ mod tests {
             (EventKind::Clip, -1.0),
             (EventKind::Clip, 0.5),
             (EventKind::Removed, 16_777_216.0),
-            (EventKind::Fault, 20.0),
+            (EventKind::Fault, Fault::ALL.len() as f32),
             (EventKind::Electro, 3.0),
             (EventKind::Burn, f32::NAN),
         ] {

@@ -1,4 +1,4 @@
-//! What can go wrong between the processes, in words.
+//! Errors between the processes, in words.
 
 use std::path::PathBuf;
 

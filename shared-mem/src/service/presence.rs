@@ -1,4 +1,4 @@
-//! Who takes part in a station, told by abstract Unix sockets. They need no file that could be
+//! Members of a station, known by abstract Unix sockets. They need no file that could be
 //! swept away, and the kernel ends them with their process.
 
 use std::io::{Error, ErrorKind};

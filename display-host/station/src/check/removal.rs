@@ -1,5 +1,5 @@
-//! Whether the log-in manager would take a running station's shared memory away: systemd-logind
-//! with `RemoveIPC=yes` removes every file of a user in /dev/shm when that user's last session ends
+//! The log-in manager may take a running station's shared memory away: systemd-logind with
+//! `RemoveIPC=yes` removes every file of a user in /dev/shm when that user's last session ends
 //! (logind.conf(5)). Root and system users are spared. A program inside a session keeps it open, so
 //! only one outside is hit: a service with `User=`, cron, `sudo -u` from somebody else's session.
 

@@ -27,7 +27,7 @@ pub(super) struct Started<'a> {
     pub(super) folder: Folder,
     /// Level of the scene that runs.
     pub(super) scene: PathBuf,
-    /// The same, open: the report needs it even if somebody removes the file meanwhile.
+    /// It, open: the report needs it even if somebody removes the file meanwhile.
     pub(super) open_scene: SceneFile,
     pub(super) live: Option<Live>,
     pub(super) recording: Option<Recording>,

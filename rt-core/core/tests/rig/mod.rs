@@ -385,7 +385,7 @@ pub(crate) fn at_tip(tip_m: &Vec3, buttons: Buttons, at_ns: u64) -> DeviceSample
 /// Ports that a test fills before each tick and reads after it.
 pub(crate) struct Bench {
     pub(crate) samples: Samples,
-    /// What the device's driver finds, in every tick.
+    /// Findings of the device's driver, in every tick.
     pub(crate) findings: Findings,
     pub(crate) sent: Vec<ForceCommand>,
     pub(crate) stages: Vec<Stage>,

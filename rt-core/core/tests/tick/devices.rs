@@ -126,12 +126,12 @@ fn pedal_and_camera() {
     );
     assert_eq!(bench.status[2], Status::Lost);
     assert_eq!(bench.counters.of(Fault::LostPedal), 1);
-    let told = bench.events.iter().filter(|it| it.kind == EventKind::Fault);
-    assert_eq!(told.count(), 1, "a person is told");
+    let announced = bench.events.iter().filter(|it| it.kind == EventKind::Fault);
+    assert_eq!(announced.count(), 1, "a person hears of it");
 }
 
 #[test]
-fn findings_of_a_driver_are_counted_and_told_and_a_leap_starts_the_force_from_nothing() {
+fn findings_of_a_driver_are_counted_and_announced_and_a_leap_starts_the_force_from_nothing() {
     let anatomy = Anatomy::liver();
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
@@ -142,8 +142,8 @@ fn findings_of_a_driver_are_counted_and_told_and_a_leap_starts_the_force_from_no
     bench.findings.faults.raise(Fault::FrozenDevice);
     stay(&mut sim, &mut bench, &PRESSED, 3, NONE);
     assert_eq!(bench.counters.of(Fault::FrozenDevice), 3);
-    let told = bench.events.iter().filter(|it| it.kind == EventKind::Fault);
-    assert_eq!(told.count(), 1, "once a second");
+    let announced = bench.events.iter().filter(|it| it.kind == EventKind::Fault);
+    assert_eq!(announced.count(), 1, "once a second");
     assert!(
         norm(&bench.force_n) > 0.9 * full,
         "its driver drops samples"
