@@ -49,6 +49,12 @@ impl Bird {
         Self::flock(&[pose])
     }
 
+    /// Reports this error until it is read, as a bird with a broken part does at its start.
+    #[cfg(test)]
+    pub(crate) const fn fail(&mut self, code: u8) {
+        self.error = code;
+    }
+
     /// Birds with these poses and the addresses 1, 2, ….
     #[must_use]
     pub fn flock(poses: &[Record]) -> Self {

@@ -484,6 +484,20 @@ mod tests {
     }
 
     #[test]
+    fn a_bird_that_reports_a_broken_part_is_refused_with_its_code() {
+        let mut bird = Bird::new(at(0.3));
+        bird.fail(FATAL[0]);
+        let broken = Late {
+            bird,
+            by: Duration::ZERO,
+            answers: VecDeque::new(),
+        };
+        let said = BirdTracker::start(Box::new(broken), BirdSetup::default());
+        let said = said.unwrap_err().to_string();
+        assert!(said.contains("the device reports error 1."), "{said}");
+    }
+
+    #[test]
     fn one_wild_record_is_held_back_and_a_real_move_is_followed() {
         let mut gate = Gate::default();
         let ms = |ms: u64| ms * 1_000_000;

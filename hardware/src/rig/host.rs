@@ -304,3 +304,25 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_version_names_what_to_update() {
+        let check = |version| {
+            let found = Capabilities {
+                version,
+                ..Capabilities::touch_class()
+            };
+            check(Path::new("/dev/rig"), DeviceKind::Haptic, &found)
+        };
+        check(VERSION).unwrap();
+        for (version, older) in [(VERSION + 1, "driver"), (VERSION - 1, "device's firmware")] {
+            let said = check(version).unwrap_err().to_string();
+            assert!(said.contains("speaks protocol version"), "{said}");
+            assert!(said.ends_with(&format!("Update the {older}")), "{said}");
+        }
+    }
+}

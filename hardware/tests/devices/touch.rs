@@ -222,7 +222,7 @@ fn a_device_that_the_last_program_left_in_use_is_waited_for() {
     fake.fail_init(1, 0x0600);
     let error = fake.open().unwrap_err().to_string();
     assert!(
-        error.contains("0600") && error.contains("licence"),
+        error.contains("failed with error 0600") && error.contains("licence"),
         "{error}"
     );
 }

@@ -69,7 +69,7 @@ pub enum MeshProblem {
         vertices: usize,
     },
     #[error(
-        "is {extent_m:.4} m across; allowed: {min_m} to {max_m} m{hint}; set `unit` (\"m\", \"cm\" or \"mm\") or `scale` in the recipe, or give --unit"
+        "is {extent_m:.4} m across; allowed: {min_m} to {max_m} m{hint}; set `unit` (\"m\", \"cm\", \"mm\" or \"in\") or `scale` in the recipe, or give --unit or --scale"
     )]
     Extent {
         extent_m: f64,
@@ -78,29 +78,31 @@ pub enum MeshProblem {
         hint: &'static str,
     },
     #[error(
-        "overlaps itself: {percent:.1} % of its volume is enclosed twice or inside out, most at {at_m:.3?} m; set `closing = \"auto\"` or \"wrap\", or mend the mesh there"
+        "overlaps itself: {percent:.1} % of its volume is enclosed twice or inside out, most at {at_m:.3?} m; set `closing = \"auto\"` (or --closing) or \"wrap\", or mend the mesh there"
     )]
     Overlaps { percent: f64, at_m: [f64; 3] },
     #[error(
-        "comes in {count} separate pieces, up to {gap_mm:.1} mm from each other; set `pieces = \"largest\"` to drop the others, or \"join\" to link them across the gap"
+        "comes in {count} separate pieces, up to {gap_mm:.1} mm from each other; set `pieces = \"largest\"` (--pieces largest) to drop the others, or \"join\" to link them across the gap"
     )]
     FarPieces { count: usize, gap_mm: f64 },
     #[error(
-        "comes in {count} separate pieces larger than dust; allowed: at most {max}; take fewer `parts`, set `closing = \"solid\"`, or join them in the mesh"
+        "comes in {count} separate pieces larger than dust; allowed: at most {max}; take fewer `parts` (--part), set `closing = \"solid\"` (or --closing), or join them in the mesh"
     )]
     ManyPieces { count: usize, max: usize },
-    #[error("is open: {loops} loops, {edges} open edges; set `closing = \"fill\"` or \"wrap\"")]
+    #[error(
+        "is open: {loops} loops, {edges} open edges; set `closing = \"fill\"` (or --closing) or \"wrap\""
+    )]
     Open { loops: usize, edges: usize },
     #[error(
-        "is not a surface: {edges} edges join more than two triangles; set `closing = \"wrap\"`"
+        "is not a surface: {edges} edges join more than two triangles; set `closing = \"wrap\"` (or --closing)"
     )]
     NonManifold { edges: usize },
     #[error(
-        "contradicts itself: it cannot be oriented (like a Moebius band); set `closing = \"solid\"`, or mend the mesh"
+        "contradicts itself: it cannot be oriented (like a Moebius band); set `closing = \"solid\"` (or --closing), or mend the mesh"
     )]
     NotOrientable,
     #[error(
-        "encloses no volume ({volume_ml:.4} mL), as a flat sheet, or because half of it is inside out; set `closing = \"solid\"`, or give a surface around a body"
+        "encloses no volume ({volume_ml:.4} mL), as a flat sheet, or because half of it is inside out; set `closing = \"solid\"` (or --closing), or give a surface around a body"
     )]
     NoVolume { volume_ml: f64 },
 }

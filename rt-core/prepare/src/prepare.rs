@@ -182,6 +182,12 @@ fn assemble(
     runs::check(&scene, &recipe.organs, skins)?;
     report.warnings = support::warnings(&scene, &recipe.organs);
     report.warnings.extend(warning);
+    for (plan, skin) in recipe.organs.iter().zip(surfaces) {
+        let filled = skin.mended.filled();
+        report
+            .warnings
+            .extend(filled.map(|it| format!("'{}': {it}", plan.name)));
+    }
     let sizes = recipe.organs.iter().zip(skins);
     report
         .warnings

@@ -121,6 +121,9 @@ fn hollow_wall_with_an_opening_becomes_solid() {
     assert!(mesh.volume() < 0.5 * full, "it is hollow");
     let auto = mend(&mesh, Closing::Auto).unwrap();
     assert!(auto.to_string().contains("hollow made solid"), "{auto}");
+    let said = auto.filled().unwrap();
+    assert!(said.contains("--closing"), "{said}");
+    assert_eq!(mend(&mesh, Closing::Fill).unwrap().filled(), None);
     let solid = mend(&mesh, Closing::Solid).unwrap();
     assert_eq!(solid.mesh, auto.mesh);
     assert!(solid.mesh.is_closed());
@@ -187,9 +190,62 @@ fn separate_pieces_are_measured_and_can_be_dropped() {
     assert!(largest.gaps_m().is_empty());
     assert!((largest.volume_m3 - 1e-3).abs() < 1e-9);
     assert!(
-        largest.to_string().contains("2 inner, tiny or unwanted"),
+        largest
+            .to_string()
+            .contains("2 unwanted pieces dropped, 189 mL in all, the largest 125 mL"),
         "{largest}"
     );
+}
+
+/// Rounding in a file decides nothing: of two equal pieces the first is kept.
+#[test]
+fn the_first_of_equally_large_pieces_is_the_largest() {
+    for more in [-1e-9, 0.0, 1e-9] {
+        let mut mesh = unit_box();
+        mesh.append(&cuboid([0.13, 0.0, 0.0], [0.1 + more; 3]));
+        let largest = mend(&mesh, Closing::Refuse).unwrap().largest_piece();
+        let [min, max] = largest.mesh.bounds();
+        assert!(min.x.abs() < 1e-9 && (max.x - 0.1).abs() < 1e-9, "{more}");
+    }
+}
+
+/// Two boxes share an edge, as two voxels of a label map do, either way round.
+#[test]
+fn bodies_that_touch_along_an_edge_are_parted_and_keep_their_shape() {
+    for turned in [false, true] {
+        let mut mesh = unit_box();
+        mesh.append(&cuboid([0.1, 0.1, 0.0], [0.1; 3]));
+        if turned {
+            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        let mended = mend(&mesh, Closing::Refuse).unwrap();
+        assert!(mended.mesh.is_closed(), "{mended}");
+        assert!((mended.volume_m3 - 2e-3).abs() < 1e-9, "{mended}");
+        assert_eq!(mended.mesh.triangles.len(), 24);
+        let story = mended.to_string();
+        assert!(
+            story.contains("1 edges split where bodies touched"),
+            "{story}"
+        );
+        assert_eq!(story.contains("turned"), turned, "{story}");
+        let gaps_m = mended.gaps_m();
+        assert!(gaps_m.len() == 1 && gaps_m[0] < 1e-9, "{gaps_m:?}");
+    }
+}
+
+/// The inner surface of a hollow body runs the other way, and is not inside out.
+#[test]
+fn a_cavity_is_not_called_inside_out() {
+    let mut mesh = unit_box();
+    let mut cavity = cuboid([0.02; 3], [0.06; 3]);
+    cavity.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    mesh.append(&cavity);
+    let mended = mend(&mesh, Closing::Refuse).unwrap();
+    let said = mended.filled().unwrap();
+    assert!(said.contains("216 mL within its inner surface"), "{said}");
+    let story = mended.to_string();
+    assert!(story.contains("1 inner piece of 216 mL dropped"), "{story}");
+    assert!(!story.contains("turned"), "{story}");
 }
 
 #[test]
@@ -199,12 +255,14 @@ fn inner_wall_and_dust_are_dropped() {
     mesh.append(&cuboid([0.2; 3], [0.003; 3]));
     let mended = mend(&mesh, Closing::Refuse).unwrap();
     assert_eq!(mended.mesh.triangles.len(), 12);
-    assert!(
-        mended
-            .to_string()
-            .contains("2 inner, tiny or unwanted pieces dropped"),
-        "{mended}"
-    );
+    let story = mended.to_string();
+    for part in [
+        "1 inner piece of 216 mL dropped",
+        "1 tiny piece of 0.027 mL dropped",
+    ] {
+        assert!(story.contains(part), "{story}");
+    }
+    assert!(!story.contains("turned"), "{story}");
 }
 
 #[test]

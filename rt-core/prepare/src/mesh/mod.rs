@@ -4,6 +4,7 @@ mod close;
 mod pieces;
 mod read;
 mod repair;
+mod touch;
 mod weld;
 mod wrap;
 

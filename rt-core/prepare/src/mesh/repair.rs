@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::pieces::{gaps, piece_meshes, pieces};
 use super::weld::{Welded, weld};
-use super::{Mesh, close, sides, wrap};
+use super::{Mesh, close, sides, touch, wrap};
 use crate::error::MeshProblem;
 use crate::field::{Grid, overlap};
 use crate::recipe::Closing;
@@ -20,6 +20,12 @@ const WELD_SHARE: f64 = 1e-6;
 const VOLUME_SHARE_MIN: f64 = 2e-5;
 /// Pieces with less than this share of the largest piece's volume are dust.
 const DUST_SHARE: f64 = 1e-3;
+/// Inner pieces with more than this share of the organ's volume are told as a filled cavity; smaller
+/// ones are specks of a segmentation.
+const CAVITY_SHARE: f64 = 0.05;
+/// Pieces whose volumes differ by less than this share are equally large: single precision of a
+/// file, and the order of a sum, change a volume by less.
+const EQUAL_SHARE: f64 = 1e-5;
 /// Pieces larger than dust, at most, because each is tested against all larger ones.
 const PIECES_MAX: usize = 256;
 
@@ -49,7 +55,57 @@ pub struct Mended {
     wrapped: bool,
     hollow: bool,
     merged: bool,
-    dropped_pieces: usize,
+    parted_edges: usize,
+    inner: Dropped,
+    tiny: Dropped,
+    unwanted: Dropped,
+}
+
+/// Pieces that were dropped for one reason.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Dropped {
+    count: usize,
+    volume_m3: f64,
+    largest_m3: f64,
+}
+
+impl Dropped {
+    fn add(&mut self, piece: &Mesh) {
+        let volume_m3 = piece.volume().abs();
+        self.count += 1;
+        self.volume_m3 += volume_m3;
+        self.largest_m3 = self.largest_m3.max(volume_m3);
+    }
+
+    fn and(mut self, other: Self) -> Self {
+        self.count += other.count;
+        self.volume_m3 += other.volume_m3;
+        self.largest_m3 = self.largest_m3.max(other.largest_m3);
+        self
+    }
+
+    /// Such as `70 tiny pieces dropped, 0.4 mL in all, the largest 0.02 mL`.
+    fn note(&self, what: &str) -> Option<String> {
+        let [all, largest] = [self.volume_m3, self.largest_m3].map(millilitres);
+        match self.count {
+            0 => None,
+            1 => Some(format!("1 {what}piece of {all} dropped")),
+            count => Some(format!(
+                "{count} {what}pieces dropped, {all} in all, the largest {largest}"
+            )),
+        }
+    }
+}
+
+/// A volume with two digits.
+fn millilitres(volume_m3: f64) -> String {
+    let ml = 1e6 * volume_m3;
+    match ml {
+        10.0.. => format!("{ml:.0} mL"),
+        0.1.. => format!("{ml:.1} mL"),
+        0.001.. => format!("{ml:.3} mL"),
+        _ => "less than 0.001 mL".into(),
+    }
 }
 
 impl Mended {
@@ -57,16 +113,40 @@ impl Mended {
     #[must_use]
     pub fn largest_piece(mut self) -> Self {
         let all = piece_meshes(&self.mesh);
-        let dropped = all.len().saturating_sub(1);
-        let largest = all
-            .into_iter()
-            .max_by(|a, b| a.volume().total_cmp(&b.volume()));
-        if let (Some(largest), 1..) = (largest, dropped) {
-            self.dropped_pieces += dropped;
-            self.volume_m3 = largest.volume();
-            self.mesh = largest;
+        if all.len() < 2 {
+            return self;
+        }
+        let mut largest = 0;
+        for (i, piece) in all.iter().enumerate() {
+            if piece.volume() > (1.0 + EQUAL_SHARE) * all[largest].volume() {
+                largest = i;
+            }
+        }
+        for (i, piece) in all.into_iter().enumerate() {
+            if i == largest {
+                self.volume_m3 = piece.volume();
+                self.mesh = piece;
+            } else {
+                self.unwanted.add(&piece);
+            }
         }
         self
+    }
+
+    /// A sentence about an inside that was filled, for a person who meant a wall.
+    #[must_use]
+    pub fn filled(&self) -> Option<String> {
+        let share = self.inner.volume_m3 / self.volume_m3;
+        if !self.hollow && share < CAVITY_SHARE {
+            return None;
+        }
+        let by_itself = "it behaves like an organ that is full, not like an empty bag";
+        Some(if self.hollow {
+            format!("its hollow inside is filled: {by_itself}; `closing = \"fill\"` (--closing) keeps the wall")
+        } else {
+            let inside = millilitres(self.inner.volume_m3);
+            format!("the {inside} within its inner surface are filled: {by_itself}")
+        })
     }
 
     /// Distance of each separate piece from the larger ones, m; empty for a surface in one piece.
@@ -78,29 +158,32 @@ impl Mended {
 
 impl fmt::Display for Mended {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let notes = [
+        let counted = [
             (self.welded.merged, "vertices merged"),
             (self.welded.degenerate, "degenerate triangles dropped"),
             (self.welded.duplicate, "duplicate triangles dropped"),
             (
-                self.dropped_pieces,
-                "inner, tiny or unwanted pieces dropped",
+                self.parted_edges,
+                "edges split where bodies touched along them",
             ),
+        ];
+        let mended = [
             (usize::from(self.turned), "inside-out surface turned"),
             (self.patched_loops, "open loops closed"),
             (usize::from(self.hollow), "hollow made solid"),
             (usize::from(self.merged), "surface that overlaps itself"),
             (usize::from(self.wrapped), "new surface wrapped around it"),
         ];
-        let mut notes = notes.iter().filter(|(count, _)| *count > 0).peekable();
-        if notes.peek().is_none() {
-            return write!(f, "closed as it came");
+        let note = |(count, what): &(usize, &str)| (*count > 0).then(|| format!("{count} {what}"));
+        let mut notes: Vec<String> = counted.iter().filter_map(note).collect();
+        notes.extend(self.inner.note("inner "));
+        notes.extend(self.tiny.note("tiny "));
+        notes.extend(self.unwanted.note("unwanted "));
+        notes.extend(mended.iter().filter_map(note));
+        if notes.is_empty() {
+            notes.push("closed as it came".into());
         }
-        for (i, (count, what)) in notes.enumerate() {
-            let comma = if i > 0 { ", " } else { "" };
-            write!(f, "{comma}{count} {what}")?;
-        }
-        Ok(())
+        write!(f, "{}", notes.join(", "))
     }
 }
 
@@ -126,14 +209,25 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
         wrapped: false,
         hollow: false,
         merged: false,
-        dropped_pieces: 0,
+        parted_edges: 0,
+        inner: Dropped::default(),
+        tiny: Dropped::default(),
+        unwanted: Dropped::default(),
     };
     if closing == Closing::Solid {
         let sealed = wrap::seal(&mesh).ok_or(MeshProblem::NoVolume { volume_ml: 0.0 })?;
         mended.wrapped = true;
         return finish(mended, sealed);
     }
-    let many = edges_of_many_triangles(&mesh);
+    let mut many = edges_of_many_triangles(&mesh);
+    if many > 0 {
+        let parted = touch::part(&mut mesh);
+        many = edges_of_many_triangles(&mesh);
+        // An edge whose bodies also hang together at both of its ends stays.
+        if many == 0 {
+            mended.parted_edges = parted;
+        }
+    }
     let mut wrapping = closing == Closing::Wrap;
     if many > 0 {
         if matches!(closing, Closing::Refuse | Closing::Fill) {
@@ -236,8 +330,13 @@ fn solid_if_hollow(mended: Mended) -> Mended {
 }
 
 fn finish(mut mended: Mended, mut mesh: Mesh) -> Result<Mended, MeshProblem> {
-    mended.turned |= orient_pieces_outward(&mut mesh);
-    mended.dropped_pieces += drop_pieces(&mut mesh)?;
+    let turned = orient_pieces_outward(&mut mesh);
+    let kept = drop_pieces(&mut mesh, &mut mended)?;
+    // A cavity runs the other way than its body does. That is no fault, and neither is one of a
+    // surface that was made here.
+    if !mended.wrapped {
+        mended.turned |= kept.iter().any(|piece| turned[*piece]);
+    }
     mended.volume_m3 = mesh.volume();
     if mended.volume_m3 < VOLUME_SHARE_MIN * mesh.area() * mesh.area().sqrt() {
         return Err(MeshProblem::NoVolume {
@@ -351,8 +450,8 @@ fn orient_consistently(mesh: &mut Mesh) -> Result<(), MeshProblem> {
     Ok(())
 }
 
-/// Turns every piece whose volume is negative. Returns true if there was one.
-fn orient_pieces_outward(mesh: &mut Mesh) -> bool {
+/// Turns every piece whose volume is negative. Returns for each piece whether it was turned.
+fn orient_pieces_outward(mesh: &mut Mesh) -> Vec<bool> {
     let (of_triangle, count) = pieces(mesh);
     let mut volume = vec![0.0; count];
     let [min, max] = mesh.bounds();
@@ -366,42 +465,49 @@ fn orient_pieces_outward(mesh: &mut Mesh) -> bool {
             t.swap(1, 2);
         }
     }
-    volume.iter().any(|&v| v < 0.0)
+    volume.iter().map(|v| *v < 0.0).collect()
 }
 
-/// Drops dust, and pieces that lie inside a larger one, such as the inner side of a wall. Returns
-/// the number of dropped pieces.
+/// Drops dust, and pieces that lie inside a larger one, such as the inner side of a wall, and notes
+/// them. Returns the numbers of the pieces that are left.
 ///
 /// # Errors
 /// When too many pieces are left to find out which lies inside which.
-fn drop_pieces(mesh: &mut Mesh) -> Result<usize, MeshProblem> {
-    let mut all = piece_meshes(mesh);
+fn drop_pieces(mesh: &mut Mesh, mended: &mut Mended) -> Result<Vec<usize>, MeshProblem> {
+    let mut all: Vec<(usize, Mesh)> = piece_meshes(mesh).into_iter().enumerate().collect();
     if all.len() < 2 {
-        return Ok(0);
+        return Ok((0..all.len()).collect());
     }
-    all.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
-    let dust = DUST_SHARE * all[0].volume();
+    all.sort_by(|(_, a), (_, b)| b.volume().total_cmp(&a.volume()));
+    let dust = DUST_SHARE * all[0].1.volume();
     let count = all.len();
-    all.retain(|piece| piece.volume() >= dust);
+    let (mut inner, mut tiny) = (Dropped::default(), Dropped::default());
+    let at = all.partition_point(|(_, piece)| piece.volume() >= dust);
+    for (_, piece) in all.drain(at..) {
+        tiny.add(&piece);
+    }
     if all.len() > PIECES_MAX {
         return Err(MeshProblem::ManyPieces {
             count: all.len(),
             max: PIECES_MAX,
         });
     }
-    let mut kept: Vec<Mesh> = Vec::new();
-    for piece in all {
-        let inside = |other: &Mesh| wrap::winding(other, &piece.vertices[0]) > 0.5;
-        if !kept.iter().any(inside) {
-            kept.push(piece);
+    let mut kept: Vec<(usize, Mesh)> = Vec::new();
+    for (number, piece) in all {
+        let inside = |(_, other): &(usize, Mesh)| wrap::winding(other, &piece.vertices[0]) > 0.5;
+        if kept.iter().any(inside) {
+            inner.add(&piece);
+        } else {
+            kept.push((number, piece));
         }
     }
-    let dropped = count - kept.len();
-    if dropped > 0 {
+    if kept.len() < count {
         *mesh = Mesh::default();
-        for piece in &kept {
+        for (_, piece) in &kept {
             mesh.append(piece);
         }
     }
-    Ok(dropped)
+    mended.inner = mended.inner.and(inner);
+    mended.tiny = mended.tiny.and(tiny);
+    Ok(kept.into_iter().map(|(number, _)| number).collect())
 }

@@ -34,18 +34,18 @@ fn a_box_of_twelve_triangles_becomes_a_scene() {
     assert!((prepared.report.volume_ml - 1000.0).abs() < 0.01);
 }
 
-/// Two balls of 2 cm radius, the first a little larger, 6 cm from middle to middle, in millimetres.
+/// Two equal balls of 2 cm radius, 6 cm from middle to middle, in millimetres.
 fn two_balls() -> (tempfile::TempDir, PathBuf) {
-    let ball = |x: f64, radius_m: f64| {
+    let ball = |x: f64| {
         let bounds = [
             Vec3::new(x - 0.022, -0.022, -0.022),
             Vec3::new(x + 0.022, 0.022, 0.022),
         ];
-        let distance = move |p: &Vec3| (p - Vec3::x() * x).norm() - radius_m;
+        let distance = move |p: &Vec3| (p - Vec3::x() * x).norm() - 0.02;
         scene_prepare::shape::skin(&distance, bounds, 0.004)
     };
-    let mut mesh = ball(0.0, 0.02);
-    mesh.append(&ball(0.06, 0.0199));
+    let mut mesh = ball(0.0);
+    mesh.append(&ball(0.06));
     let mut text = String::new();
     for p in &mesh.vertices {
         text.push_str(&format!("v {} {} {}\n", 1e3 * p.x, 1e3 * p.y, 1e3 * p.z));

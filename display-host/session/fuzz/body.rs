@@ -1,0 +1,22 @@
+//! Body of the fuzz target for sessions: no bytes may make a reader panic, hang or take memory out
+//! of proportion.
+
+use std::path::Path;
+
+use session::{Operation, Session};
+
+/// Reads the bytes as a replay and as a report would, and as one message of packed ticks, which a
+/// checksum keeps from the first two.
+pub(crate) fn read(bytes: &[u8]) {
+    let mut ticks = Vec::new();
+    let _ = session::pack::unpack(bytes, &mut ticks);
+    let path = Path::new("fuzz.mcap");
+    let length = bytes.len() as u64;
+    let source = || Box::new(std::io::Cursor::new(bytes.to_vec()));
+    if let Ok(session) = Session::read(path, length, source()) {
+        drop(session.count());
+    }
+    if let Ok(operation) = Operation::read(path, length, source()) {
+        drop(operation.count());
+    }
+}

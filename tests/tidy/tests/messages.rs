@@ -1,0 +1,183 @@
+//! Every message of an error is triggered by a test: a test names its variant, or looks for words
+//! of its text. What no test can bring about is listed with the reason.
+
+use std::collections::BTreeSet;
+
+use tidy::{Tracked, report, tracked};
+
+/// Messages that no test brings about, and the reason.
+const UNTRIGGERED: &[(&str, &str)] = &[
+    ("Error::Mcap", "a defect of this program, by definition"),
+    ("Error::Thread", "needs a system without a free thread"),
+    ("HardwareError::UsbPermission", "needs a unit on the USB"),
+    ("StoreError::Sqlite", "is for what SQLite may yet invent"),
+];
+
+/// Shortest text in a test that is taken for words of a message.
+const WORDS: usize = 8;
+
+/// A message with the variant that raises it.
+struct Message {
+    place: String,
+    variant: String,
+    /// Its text between the values.
+    fragments: Vec<String>,
+}
+
+#[test]
+fn every_message_is_triggered_by_a_test() {
+    let files = tracked(".rs");
+    let tests: Vec<&str> = files.iter().filter_map(test_code).collect();
+    let texts: BTreeSet<String> = tests.iter().flat_map(|code| literals(code)).collect();
+    let is_named = |variant: &str| tests.iter().any(|code| code.contains(variant));
+    let is_read = |message: &Message| {
+        let words = texts.iter().filter(|text| text.len() >= WORDS);
+        let mut words = words.filter(|text| !text.contains('\n'));
+        words.any(|text| message.fragments.iter().any(|it| shares(it, text)))
+    };
+    let mut findings = Vec::new();
+    let mut known = BTreeSet::new();
+    for message in files.iter().flat_map(messages) {
+        let Message { place, variant, .. } = &message;
+        let is_listed = UNTRIGGERED.iter().any(|(listed, _)| listed == variant);
+        known.insert(variant.clone());
+        match (is_named(variant) || is_read(&message), is_listed) {
+            (false, false) => findings.push(format!(
+                "{place}: no test triggers {variant}; write one that looks for its words"
+            )),
+            (true, true) => findings.push(format!(
+                "{place}: a test triggers {variant}; take it from the list"
+            )),
+            _ => {}
+        }
+    }
+    assert!(known.len() > 100, "{} messages found", known.len());
+    for (listed, _) in UNTRIGGERED {
+        if !known.contains(*listed) {
+            findings.push(format!("{listed} is listed, but there is no such message"));
+        }
+    }
+    report(&findings);
+}
+
+/// True if one contains the other. A fragment of a message must be long to be recognised.
+fn shares(fragment: &str, text: &str) -> bool {
+    let fragment = fragment.trim();
+    fragment.contains(text) || (fragment.len() > 9 && text.contains(fragment))
+}
+
+/// The part of a file that only tests run.
+fn test_code(file: &Tracked) -> Option<&str> {
+    let path = &file.path;
+    if path.starts_with("tests/tidy") {
+        return None;
+    }
+    let is_test =
+        path.contains("/tests/") || path.starts_with("tests/") || path.ends_with("tests.rs");
+    let from = match is_test {
+        true => 0,
+        false => file.text.find("#[cfg(test)]")?,
+    };
+    file.text.get(from..)
+}
+
+/// Messages that a file of the product declares.
+fn messages(file: &Tracked) -> Vec<Message> {
+    const OPENING: &str = "#[error(";
+    if file.path.starts_with("tests/") || file.path.contains("/tests/") {
+        return Vec::new();
+    }
+    let text = &file.text;
+    let mut found = Vec::new();
+    for (at, _) in text.match_indices(OPENING) {
+        let before = text.get(..at).unwrap_or_default();
+        let after = text.get(at + OPENING.len()..).unwrap_or_default();
+        let Some((message, rest)) = literal(after.trim_start()) else {
+            continue; // It is another error's own.
+        };
+        let row = 1 + before.matches('\n').count();
+        found.push(Message {
+            place: format!("{}:{row}", file.path),
+            variant: variant(before, rest),
+            fragments: fragments(&message),
+        });
+    }
+    found
+}
+
+/// The type that was opened last, and the variant after the attribute.
+fn variant(before: &str, after: &str) -> String {
+    let word = |text: &str| {
+        let is_letter = |c: &char| c.is_alphanumeric() || *c == '_';
+        text.chars().take_while(is_letter).collect::<String>()
+    };
+    let declared = |line: &str| {
+        ["pub enum ", "pub(crate) enum ", "enum "]
+            .iter()
+            .find_map(|opening| line.strip_prefix(opening))
+            .map(word)
+    };
+    let mut lines = after.lines().skip(1).map(str::trim_start);
+    let next = lines.find(|it| it.starts_with(|c: char| c.is_ascii_alphabetic()));
+    let next = next.unwrap_or_default();
+    // A struct is an error by itself.
+    match next.split_once("struct ") {
+        Some((_, name)) => word(name),
+        None => {
+            let of = before.lines().rev().find_map(declared).unwrap_or_default();
+            format!("{of}::{}", word(next))
+        }
+    }
+}
+
+/// The text of a string at the front, and the rest behind it.
+fn literal(text: &str) -> Option<(String, &str)> {
+    let mut content = String::new();
+    let mut chars = text.strip_prefix('"')?.char_indices();
+    while let Some((at, c)) = chars.next() {
+        match c {
+            '"' => return Some((content, text.get(at + 2..)?)),
+            '\\' => match chars.next()?.1 {
+                // The rest of the text is in the next line.
+                '\n' => {
+                    let rest = chars.as_str().trim_start();
+                    let from = text.len() - rest.len();
+                    chars = text.get(from..)?.char_indices();
+                    let (more, behind) = literal(&format!("\"{}", chars.as_str()))
+                        .map(|(more, rest)| (more, rest.len()))?;
+                    content.push_str(&more);
+                    return Some((content, text.get(text.len() - behind..)?));
+                }
+                'n' => content.push('\n'),
+                escaped => content.push(escaped),
+            },
+            c => content.push(c),
+        }
+    }
+    None
+}
+
+/// The text of every string in a piece of code.
+fn literals(code: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut rest = code;
+    while let Some(at) = rest.find('"') {
+        let from = rest.get(at..).unwrap_or_default();
+        let Some((text, behind)) = literal(from) else {
+            break;
+        };
+        found.push(text);
+        rest = behind;
+    }
+    found
+}
+
+/// A message's text between its values.
+fn fragments(message: &str) -> Vec<String> {
+    let parts = message.split('{').enumerate();
+    let text = parts.map(|(n, part)| match (n, part.split_once('}')) {
+        (0, _) | (_, None) => part,
+        (_, Some((_, text))) => text,
+    });
+    text.map(str::to_owned).collect()
+}
