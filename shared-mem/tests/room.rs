@@ -7,6 +7,7 @@ use std::io::{BufRead as _, BufReader};
 use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 use shared_mem::service::{Controller, HandReceiver, Host, ServiceError, Station, Tap};
 
@@ -66,11 +67,21 @@ impl Actor {
 
     /// Starts it by another program: `wrapper`, and then its words.
     fn start_in(wrapper: &[&str], role: &str, station: &str, tmp: &Path) -> Self {
+        let mut child = Self::spawn(wrapper, role, station, tmp);
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let said = lines.find_map(|line| line.unwrap().strip_prefix("SAID ").map(str::to_owned));
+        // The harness goes on to write there.
+        std::thread::spawn(move || lines.for_each(drop));
+        let said = said.unwrap_or_else(|| format!("died: {:?}", child.wait()));
+        Self { child, said }
+    }
+
+    fn spawn(wrapper: &[&str], role: &str, station: &str, tmp: &Path) -> Child {
         let own = std::env::current_exe().unwrap();
         let own = own.to_str().unwrap();
         let mut words = wrapper.to_vec();
         words.extend([own, "role", "--exact", "--nocapture", "--test-threads=1"]);
-        let mut child = Command::new(words[0])
+        Command::new(words[0])
             .args(&words[1..])
             .env(ROLE, role)
             .env(STATION, station)
@@ -78,13 +89,7 @@ impl Actor {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let said = lines.find_map(|line| line.unwrap().strip_prefix("SAID ").map(str::to_owned));
-        // The harness goes on to write there.
-        std::thread::spawn(move || lines.for_each(drop));
-        let said = said.unwrap_or_else(|| format!("died: {:?}", child.wait()));
-        Self { child, said }
+            .unwrap()
     }
 
     fn end(mut self) {
@@ -98,12 +103,23 @@ impl Actor {
     }
 }
 
-/// Files in shared memory of this user's station.
-fn shared(station: &str) -> Vec<String> {
-    let prefix = format!("calot_{}_{station}.", rustix::process::geteuid().as_raw());
+/// Files in shared memory whose names begin so.
+fn named(prefix: &str) -> Vec<String> {
     let all = std::fs::read_dir("/dev/shm").unwrap().flatten();
     let names = all.map(|it| it.file_name().to_string_lossy().into_owned());
-    names.filter(|name| name.starts_with(&prefix)).collect()
+    names.filter(|name| name.starts_with(prefix)).collect()
+}
+
+/// Those of this user's station.
+fn shared(station: &str) -> Vec<String> {
+    let user = rustix::process::geteuid().as_raw();
+    named(&format!("calot_{user}_{station}."))
+}
+
+/// Those of its members.
+fn members(station: &str) -> Vec<String> {
+    let user = rustix::process::geteuid().as_raw();
+    named(&format!("calot-{user}-{station}."))
 }
 
 /// True if a program can be started so. Prints why not.
@@ -126,8 +142,73 @@ fn nothing_of_a_station_is_left_after_a_clean_end() {
     let all = Actor::start("all", &station, tmp.path());
     assert_eq!(all.said, "open");
     assert!(shared(&station).len() > 6);
+    assert!(members(&station).len() >= 4);
     all.end();
     assert_eq!(shared(&station), [""; 0]);
+    assert_eq!(members(&station), [""; 0]);
+}
+
+/// A program in another network, as in a container that shares /dev/shm, sees no abstract socket.
+#[test]
+fn nobody_sweeps_a_station_of_another_network_away() {
+    const NETWORK: [&str; 2] = ["unshare", "--net"];
+    if !can(&NETWORK) {
+        return;
+    }
+    let tmp = tempfile::tempdir().unwrap();
+    let station = name("net");
+    let start = |role: &str| Actor::start_in(&NETWORK, role, &station, tmp.path());
+    let controller = start("controller");
+    assert_eq!(controller.said, "open");
+    let before = shared(&station);
+    for wrapped in [true, false] {
+        let host = match wrapped {
+            true => start("host"),
+            false => Actor::start("host", &station, tmp.path()),
+        };
+        assert_eq!(host.said, "open");
+        host.end();
+        let now = shared(&station);
+        assert!(
+            before.iter().all(|it| now.contains(it)),
+            "{before:?} {now:?}"
+        );
+    }
+    controller.end();
+    assert_eq!(shared(&station), [""; 0]);
+}
+
+#[test]
+fn a_hundred_kills_at_any_moment_leave_a_station_that_starts() {
+    let tmp = tempfile::tempdir().unwrap();
+    let station = name("kills");
+    let mut random = 7u64;
+    let mut kept: Vec<Child> = Vec::new();
+    for kill in 0..100 {
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        let role = ["controller", "host", "all"][(random >> 33) as usize % 3];
+        kept.push(Actor::spawn(&[], role, &station, tmp.path()));
+        std::thread::sleep(Duration::from_micros((random >> 40) % 60_000));
+        // Up to three live at once, so some die while others join.
+        if kept.len() == 3 || kill == 99 {
+            let mut victim = kept.swap_remove((random >> 20) as usize % kept.len());
+            victim.kill().unwrap();
+            victim.wait().unwrap();
+        }
+        if kill % 20 == 19 {
+            for mut left in kept.drain(..) {
+                left.kill().unwrap();
+                left.wait().unwrap();
+            }
+            let whole = Actor::start("all", &station, tmp.path());
+            assert_eq!(whole.said, "open", "after {kill} kills");
+            whole.end();
+            assert_eq!(shared(&station), [""; 0]);
+            assert_eq!(members(&station), [""; 0]);
+        }
+    }
 }
 
 #[test]

@@ -384,3 +384,14 @@ fn a_scene_replaces_only_a_scene() {
     let id = other.write(&at("empty")).unwrap();
     assert_eq!(SceneFile::open(&at("empty")).unwrap().id(), id);
 }
+
+/// Files that the fuzzer kept, because each reached something new.
+#[test]
+fn the_corpus_is_read_or_refused() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/scene_file");
+    let files = std::fs::read_dir(folder).unwrap();
+    let count = files
+        .map(|file| fuzz::scene_file(&std::fs::read(file.unwrap().path()).unwrap()))
+        .count();
+    assert!(count > 5, "{count} files");
+}

@@ -1,5 +1,7 @@
 //! Any bytes from the line are read without a panic, refused if invalid, and bounded in size.
 
+#[path = "../fuzz/body.rs"]
+mod body;
 mod support;
 
 use bytemuck::{Zeroable as _, bytes_of};
@@ -191,4 +193,15 @@ proptest! {
         prop_assert!(seen_batches.windows(2).all(|it| it[0] < it[1]));
         prop_assert_eq!(seen_batches.last().copied(), made.checked_sub(1));
     }
+}
+
+/// Files that the fuzzer kept, because each reached something new.
+#[test]
+fn the_corpus_is_read_or_refused() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/link");
+    let files = std::fs::read_dir(folder).unwrap();
+    let count = files
+        .map(|file| body::read(&std::fs::read(file.unwrap().path()).unwrap()))
+        .count();
+    assert!(count > 2, "{count} files");
 }

@@ -67,3 +67,14 @@ proptest! {
         body::run(&bytes);
     }
 }
+
+/// Files that the fuzzer kept, because each reached something new.
+#[test]
+fn the_corpus_is_read_or_refused() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/line");
+    let files = std::fs::read_dir(folder).unwrap();
+    let count = files
+        .map(|file| body::run(&std::fs::read(file.unwrap().path()).unwrap()))
+        .count();
+    assert!(count > 5, "{count} files");
+}

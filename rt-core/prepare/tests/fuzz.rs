@@ -71,3 +71,16 @@ proptest! {
         mesh::read(&[&[format as u8], damaged(text, &edits).as_slice()].concat());
     }
 }
+
+/// Files that the fuzzer kept, because each reached something new.
+#[test]
+fn the_corpus_is_read_or_refused() {
+    for (target, read) in [("mesh", mesh::read as fn(&[u8])), ("recipe", recipe::read)] {
+        let folder = format!("{}/fuzz/seeds/{target}", env!("CARGO_MANIFEST_DIR"));
+        let files = std::fs::read_dir(folder).unwrap();
+        let count = files
+            .map(|file| read(&std::fs::read(file.unwrap().path()).unwrap()))
+            .count();
+        assert!(count > 5, "{count} {target} files");
+    }
+}

@@ -131,6 +131,7 @@ impl Station {
             station: self.clone(),
         };
         if turn.is_some() && leaving.presence.is_alone() {
+            leaving.presence.bury();
             room::sweep(&self.root, &self.prefix);
         }
         let node = self

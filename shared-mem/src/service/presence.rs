@@ -1,10 +1,18 @@
 //! Members of a station, known by abstract Unix sockets. They need no file that could be
-//! swept away, and the kernel ends them with their process.
+//! swept away, and the kernel ends them with their process. Another network namespace does not see
+//! them. So each member also keeps a locked file beside what it shares, in /dev/shm.
 
+use std::fs::File;
 use std::io::{Error, ErrorKind};
 use std::os::linux::net::SocketAddrExt as _;
 use std::os::unix::net::{SocketAddr, UnixListener};
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+
+use rustix::fs::{AtFlags, CWD, FlockOperation, Mode, OFlags};
+use rustix::io::Errno;
+
+use super::room;
 
 /// Longest wait for a process that joins or leaves. That takes milliseconds, unless it is stopped.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -62,11 +70,59 @@ pub(super) fn turn(base: &str) -> Option<Held> {
     None
 }
 
+/// A file in /dev/shm that is locked as long as its process lives.
+#[derive(Debug)]
+struct Mark {
+    path: PathBuf,
+    _locked: File,
+}
+
+impl Mark {
+    /// Appears locked, so that nobody takes it for a dead process's.
+    fn set(stem: &str) -> Option<Self> {
+        let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
+        let file = rustix::fs::open(room::SHARED, flags, Mode::RUSR | Mode::WUSR).ok()?;
+        rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive).ok()?;
+        let file = File::from(file);
+        let from = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&file));
+        let process = std::process::id();
+        for n in 0..ENDS_MAX {
+            let path = Path::new(room::SHARED).join(format!("{stem}.{process}.{n}"));
+            match rustix::fs::linkat(CWD, &*from, CWD, &path, AtFlags::SYMLINK_FOLLOW) {
+                Ok(()) => {
+                    let _locked = file;
+                    return Some(Self { path, _locked });
+                }
+                Err(Errno::EXIST) => {}
+                Err(_) => return None,
+            }
+        }
+        None
+    }
+
+    /// True if a process that lives holds this file.
+    fn is_held(path: &Path) -> bool {
+        let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let Ok(file) = rustix::fs::open(path, flags, Mode::empty()) else {
+            return false;
+        };
+        let locked = rustix::fs::flock(&file, FlockOperation::NonBlockingLockShared);
+        locked == Err(Errno::WOULDBLOCK)
+    }
+}
+
+impl Drop for Mark {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
 /// One end's presence.
 #[derive(Debug)]
 pub(super) struct Presence {
     base: String,
     here: Option<Held>,
+    mark: Option<Mark>,
 }
 
 impl Presence {
@@ -75,6 +131,7 @@ impl Presence {
         Self {
             base: base.to_owned(),
             here: Held::numbered(&format!("{base}.here")),
+            mark: Mark::set(&format!("{base}.here")),
         }
     }
 
@@ -84,6 +141,21 @@ impl Presence {
         own.is_some()
             && held(&format!("{}.here.", self.base))
                 .is_some_and(|all| all.iter().all(|name| Some(name) == own))
+            && self.other_marks().iter().all(|path| !Mark::is_held(path))
+    }
+
+    fn other_marks(&self) -> Vec<PathBuf> {
+        let own = self.mark.as_ref().map(|it| &it.path);
+        let mut all = room::files(Path::new(room::SHARED), &format!("{}.here.", self.base));
+        all.retain(|path| Some(path) != own);
+        all
+    }
+
+    /// Removes the files of members that died. Only whoever is alone may.
+    pub(super) fn bury(&self) {
+        for path in self.other_marks() {
+            let _ = std::fs::remove_file(path);
+        }
     }
 
     /// Tells that the services are open.
@@ -109,8 +181,10 @@ impl Presence {
     pub(super) fn leave(&mut self, last: impl FnOnce()) {
         let turn = turn(&self.base);
         if turn.is_some() && self.is_alone() {
+            self.bury();
             last();
         }
         self.here = None;
+        self.mark = None;
     }
 }

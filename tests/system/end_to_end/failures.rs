@@ -254,3 +254,46 @@ fn ball() -> String {
     }
     text
 }
+
+/// `CALOT_KILLS` sets the number; a hundred take about five minutes.
+#[test]
+fn after_many_kills_of_any_process_at_any_moment_the_station_starts() {
+    let kills = std::env::var("CALOT_KILLS").map_or(8, |it| it.parse().expect("a number"));
+    let name = station_name("kills");
+    let mut random = 11u64;
+    for kill in 0..kills {
+        let out = tempfile::tempdir().expect("a folder");
+        let mut run = calot();
+        run.args(["run", "--headless", "--seconds", "3600", "--frames", "0"])
+            .args(["--station", &name])
+            .arg("--out")
+            .arg(out.path());
+        let run = Program::start(&mut run);
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        let moment = std::time::Duration::from_millis((random >> 40) % 2500);
+        std::thread::sleep(moment);
+        let children = processes(&["--with-parent"]);
+        let mine = children.into_iter();
+        let mine = mine.filter(|pid| parent_of(*pid) == Some(run.id()));
+        let all: Vec<u32> = mine.chain([run.id()]).collect();
+        let victim = all[(random >> 33) as usize % all.len()];
+        signal(victim, Signal::KILL);
+        let output = run.finish();
+        assert!(!output.status.success(), "kill {kill}: {}", said(&output));
+        // Its children follow it; the station's name is free when they are gone.
+        let gone = |pid: &u32| !Path::new(&format!("/proc/{pid}")).exists();
+        wait_until("the others end", || all.iter().all(gone));
+    }
+    let running = Running::named(name.clone());
+    signal(running.run.id(), Signal::INT);
+    let (ok, said, _) = running.end();
+    assert!(ok, "{said}");
+    let left = std::fs::read_dir("/dev/shm").expect("shared memory");
+    let left = left
+        .flatten()
+        .map(|it| it.file_name().to_string_lossy().into_owned());
+    let left: Vec<String> = left.filter(|it| it.contains(&format!("{name}."))).collect();
+    assert!(left.is_empty(), "{left:?}");
+}

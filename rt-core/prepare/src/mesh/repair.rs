@@ -142,7 +142,9 @@ impl Mended {
         }
         let by_itself = "it behaves like an organ that is full, not like an empty bag";
         Some(if self.hollow {
-            format!("its hollow inside is filled: {by_itself}; `closing = \"fill\"` (--closing) keeps the wall")
+            format!(
+                "its hollow inside is filled: {by_itself}; `closing = \"fill\"` (--closing) keeps the wall"
+            )
         } else {
             let inside = millilitres(self.inner.volume_m3);
             format!("the {inside} within its inner surface are filled: {by_itself}")
