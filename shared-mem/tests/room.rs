@@ -266,6 +266,8 @@ fn newcomers_are_told_that_shared_memory_was_removed() {
     }
     let host = Actor::start("host", &station, tmp.path());
     assert!(host.said.contains("RemoveIPC"), "{}", host.said);
+    let words = "), but its files are gone from /dev/shm: ";
+    assert!(host.said.contains(words), "{}", host.said);
     assert!(host.said.contains("restart the station"), "{}", host.said);
     host.end();
     controller.end();

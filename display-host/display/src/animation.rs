@@ -229,7 +229,7 @@ mod tests {
         let path = folder.path().join("all.gif");
         let two = [picture(folder.path(), 1, 24), picture(folder.path(), 2, 16)];
         for (pictures, why) in [
-            (&[][..], "--frames"),
+            (&[][..], "cannot write the animation: there is no picture"),
             (&two[..], "differ in size"),
             (&[folder.path().join("none.png")][..], "none.png"),
         ] {

@@ -11,7 +11,9 @@ pub(crate) fn read(bytes: &[u8]) {
             let _ = event.decode();
         }
         if let Some(state) = &answer.state {
-            assert!(state.spheres().is_some() && state.clips().is_some() && state.cells().is_some());
+            assert!(
+                state.spheres().is_some() && state.clips().is_some() && state.cells().is_some()
+            );
         }
         assert!(answer.task.is_none_or(|task| task.text().is_some()));
     }

@@ -359,3 +359,40 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), LinkError> {
     file.write_all(bytes).map_err(failed)?;
     std::fs::rename(&new, path).map_err(failed)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::SceneHead;
+
+    fn part(total: u64, offset: u64, bytes: &[u8]) -> Vec<u8> {
+        let head = SceneHead {
+            magic: MAGIC,
+            total,
+            offset,
+        };
+        [bytemuck::bytes_of(&head), bytes].concat()
+    }
+
+    #[test]
+    fn a_scene_that_comes_wrong_is_refused_in_words() {
+        let said = |messages: &[Vec<u8>]| {
+            let mut coming = Coming {
+                id: [7; 16],
+                bytes: Vec::new(),
+            };
+            let mut taken = messages.iter().map(|it| coming.take(it));
+            taken.find_map(Result::err).expect("a refusal").to_string()
+        };
+        let noise = said(&[part(200, 0, &[1; 100]), part(200, 100, &[1; 100])]);
+        assert!(
+            noise.starts_with("the received scene is unusable: "),
+            "{noise}"
+        );
+        let gap = said(&[part(200, 0, &[1; 50]), part(200, 100, &[1; 100])]);
+        assert!(
+            gap.contains("it is of another version, or not Calot"),
+            "{gap}"
+        );
+    }
+}

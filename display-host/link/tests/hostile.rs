@@ -29,6 +29,13 @@ fn first_ask() -> Ask {
 }
 
 #[test]
+fn an_answer_of_another_version_says_so() {
+    let said = Answer::read(&[0; 200]).expect_err("no magic").to_string();
+    let words = "the other side sent a message of another version";
+    assert!(said.starts_with(words), "{said}");
+}
+
+#[test]
 fn an_answer_brings_all_that_was_put_in() {
     let mut desk = desk(10, 3);
     let ask = Ask {

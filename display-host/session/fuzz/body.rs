@@ -13,10 +13,10 @@ pub(crate) fn read(bytes: &[u8]) {
     let path = Path::new("fuzz.mcap");
     let length = bytes.len() as u64;
     let source = || Box::new(std::io::Cursor::new(bytes.to_vec()));
-    if let Ok(session) = Session::read(path, length, source()) {
-        drop(session.count());
-    }
-    if let Ok(operation) = Operation::read(path, length, source()) {
-        drop(operation.count());
-    }
+    let ticks = Session::read(path, length, source()).map_or(0, Iterator::count);
+    let entries = Operation::read(path, length, source()).map_or(0, Iterator::count);
+    assert!(
+        ticks.max(entries) as u64 <= length,
+        "each takes a byte and more"
+    );
 }

@@ -494,7 +494,8 @@ mod tests {
         };
         let said = BirdTracker::start(Box::new(broken), BirdSetup::default());
         let said = said.unwrap_err().to_string();
-        assert!(said.contains("the device reports error 1."), "{said}");
+        let words = "the device reports error 1. Look it up in the manual";
+        assert!(said.contains(words), "{said}");
     }
 
     #[test]

@@ -202,6 +202,14 @@ mod tests {
     }
 
     #[test]
+    fn a_user_without_permission_is_told_the_group() {
+        let kind = ErrorKind::Io(io::ErrorKind::PermissionDenied);
+        let said = open_error(Path::new("/dev/tty"), &serialport::Error::new(kind, ""));
+        let words = "permission denied. Add yourself to the group";
+        assert!(said.to_string().contains(words), "{said}");
+    }
+
+    #[test]
     fn reads_no_more_than_the_buffer_and_loses_nothing() {
         let (mut far, mut line) = pair();
         far.write_all(b"0123456789").unwrap();

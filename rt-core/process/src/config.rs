@@ -202,6 +202,7 @@ mod tests {
         for (name, config) in bad {
             let error = config.check().unwrap_err().to_string();
             assert!(error.starts_with(name), "{error}");
+            assert!(error.contains(", allowed are "), "{error}");
         }
     }
 }

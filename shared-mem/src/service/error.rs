@@ -101,6 +101,14 @@ pub enum ServiceError {
         /// Its owner.
         owner: String,
     },
+    /// As many hosts as possible watch the station.
+    #[error("station '{station}' has {max} displays already; close one")]
+    ManyHosts {
+        /// Station.
+        station: String,
+        /// Most that can watch at once.
+        max: usize,
+    },
     /// Somebody runs the station.
     #[error(
         "station '{0}' runs already; show it with `calot run --attach`, or choose another name with \

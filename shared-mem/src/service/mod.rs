@@ -215,7 +215,13 @@ impl Station {
             .subscriber_builder()
             .history_request(quality.history)
             .create()
-            .map_err(|error| self.transport("subscribing (more than 8 hosts?)", &error))
+            .map_err(|error| match format!("{error:?}").as_str() {
+                "ExceedsMaxSupportedSubscribers" => ServiceError::ManyHosts {
+                    station: self.name.clone(),
+                    max: quality.readers,
+                },
+                _ => self.transport("subscribing", &error),
+            })
     }
 }
 
@@ -258,3 +264,36 @@ const INPUTS: Quality = Quality {
     history: 0,
     readers: 2,
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn station(test: &str) -> Station {
+        Station::new(&format!("u{}-{test}", std::process::id())).expect("a name")
+    }
+
+    #[test]
+    fn another_layout_of_a_message_is_another_version() {
+        let station = station("version");
+        let joining = station.join(&[]).expect("it joins");
+        let _other = station
+            .topic::<u64>(joining.node(), "state", NEWEST)
+            .expect("a topic");
+        let _member = joining.finish().expect("a member");
+        let said = Controller::open(&station)
+            .expect_err("it differs")
+            .to_string();
+        let words = "service 'state': a process of another version runs";
+        assert!(said.contains(words), "{said}");
+    }
+
+    #[test]
+    fn one_host_too_many_is_refused_with_the_number() {
+        let station = station("many");
+        let _controller = Controller::open(&station).expect("a controller");
+        let hosts: Result<Vec<Host>, _> = (0..=MAX_HOSTS).map(|_| Host::open(&station)).collect();
+        let said = hosts.expect_err("one is too many").to_string();
+        assert!(said.contains("has 8 displays already; close one"), "{said}");
+    }
+}

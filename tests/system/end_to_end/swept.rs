@@ -24,8 +24,25 @@ fn a_station_whose_folder_is_removed_reports_and_keeps_its_name() {
     let first = Program::start(&mut run(&name, tmp.path(), out.path()));
     let user = rustix::process::geteuid().as_raw();
     let folder = tmp.path().join(format!("calot-{user}"));
-    wait_until("the station tells its scene", || {
-        folder.join(&name).join("running").exists()
+    // A second display works only once the scene is chosen and open everywhere.
+    let attach = [
+        "run",
+        "--attach",
+        "--headless",
+        "--seconds",
+        "1",
+        "--frames",
+        "0",
+    ];
+    wait_until("the station runs", || {
+        let out = tempfile::tempdir().expect("a folder");
+        let mut display = calot();
+        display.args(attach).args(["--station", &name]);
+        display
+            .arg("--out")
+            .arg(out.path())
+            .env("TMPDIR", tmp.path());
+        finish(&mut display).status.success()
     });
     std::fs::remove_dir_all(&folder).expect("it is ours");
 

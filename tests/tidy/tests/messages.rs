@@ -10,7 +10,15 @@ const UNTRIGGERED: &[(&str, &str)] = &[
     ("Error::Mcap", "a defect of this program, by definition"),
     ("Error::Thread", "needs a system without a free thread"),
     ("HardwareError::UsbPermission", "needs a unit on the USB"),
-    ("StoreError::Sqlite", "is for what SQLite may yet invent"),
+    ("PrepareError::Scene", "joins a scene's own words"),
+    (
+        "RtError::Core",
+        "needs a forged scene: `prepare` checks the same",
+    ),
+    (
+        "ServiceError::Transport",
+        "is for what iceoryx2 may yet refuse",
+    ),
 ];
 
 /// Shortest text in a test that is taken for words of a message.
@@ -37,7 +45,9 @@ fn every_message_is_triggered_by_a_test() {
     };
     let mut findings = Vec::new();
     let mut known = BTreeSet::new();
-    for message in files.iter().flat_map(messages) {
+    // A message of a few signs only joins others.
+    let says = |it: &Message| it.fragments.iter().any(|text| text.trim().len() >= WORDS);
+    for message in files.iter().flat_map(messages).filter(says) {
         let Message { place, variant, .. } = &message;
         let is_listed = UNTRIGGERED.iter().any(|(listed, _)| listed == variant);
         known.insert(variant.clone());

@@ -42,19 +42,8 @@ impl GpuSkinning {
         let max = limits
             .max_storage_buffer_binding_size
             .min(u64::from(limits.max_compute_workgroups_per_dimension) * u64::from(GROUP) * 64);
-        for (what, bytes) in [
-            ("skin vertices", mesh.vertices.len() * 64),
-            ("skin triangles", mesh.triangles.len() * 12),
-        ] {
-            if bytes as u64 > max {
-                let each = if what == "skin vertices" { 64 } else { 12 };
-                return Err(DisplayError::TooLarge {
-                    what,
-                    found: bytes as u64 / each,
-                    max: max / each,
-                });
-            }
-        }
+        fits("skin vertices", mesh.vertices.len(), max / 64)?;
+        fits("skin triangles", mesh.triangles.len(), max / 12)?;
         use wgpu::BufferUsages as Usage;
         let buffer = |label, contents: &[u8], usage| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -199,5 +188,27 @@ impl GpuSkinning {
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(self.skinned.div_ceil(GROUP), 1, 1);
         }
+    }
+}
+
+/// Refuses more of something than the device can hold.
+fn fits(what: &'static str, found: usize, max: u64) -> Result<(), DisplayError> {
+    let found = found as u64;
+    if found > max {
+        return Err(DisplayError::TooLarge { what, found, max });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_skin_that_is_too_large_is_refused_with_its_limit() {
+        fits("skin vertices", 100, 100).unwrap();
+        let said = fits("skin vertices", 101, 100).unwrap_err().to_string();
+        let words = "101 skin vertices, this graphics device allows 100; prepare a coarser skin";
+        assert!(said.contains(words), "{said}");
     }
 }

@@ -7,6 +7,16 @@ use display_host::render::{Quality, Renderer};
 use crate::support;
 
 #[test]
+fn a_lost_device_says_what_it_was_doing() {
+    let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
+    gpu.check("drawing").expect("it works");
+    gpu.lose();
+    let said = gpu.check("drawing").expect_err("it is lost").to_string();
+    assert!(said.starts_with("graphics device, drawing: lost"), "{said}");
+    assert!(said.ends_with("start the display again"), "{said}");
+}
+
+#[test]
 fn every_tier_shows_the_same_scene_in_the_same_size_and_is_timed() {
     let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
     let scene = support::scene(32);

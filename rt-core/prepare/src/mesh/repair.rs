@@ -20,8 +20,8 @@ const WELD_SHARE: f64 = 1e-6;
 const VOLUME_SHARE_MIN: f64 = 2e-5;
 /// Pieces with less than this share of the largest piece's volume are dust.
 const DUST_SHARE: f64 = 1e-3;
-/// Inner pieces with more than this share of the organ's volume are told as a filled cavity; smaller
-/// ones are specks of a segmentation.
+/// Inner pieces with more than this share of the organ's volume are a cavity, and it is said that
+/// it was filled. Smaller ones are specks of a segmentation.
 const CAVITY_SHARE: f64 = 0.05;
 /// Pieces whose volumes differ by less than this share are equally large: single precision of a
 /// file, and the order of a sum, change a volume by less.

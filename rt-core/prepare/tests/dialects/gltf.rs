@@ -135,7 +135,11 @@ fn extensions_about_pictures_are_no_obstacle_and_others_are_named() {
         ("EXT_mesh_gpu_instancing", "gltfpack without -mi"),
         ("ACME_bent_triangles", "unknown here"),
     ] {
-        assert_refused("geometry.gltf", requiring(name).as_bytes(), &[name, option]);
+        assert_refused(
+            "geometry.gltf",
+            requiring(name).as_bytes(),
+            &["uses the glTF extension", name, option],
+        );
     }
     // Not required, and yet the data are not there without it.
     let used = requiring("EXT_meshopt_compression")
