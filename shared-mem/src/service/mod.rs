@@ -284,7 +284,7 @@ mod tests {
         let said = Controller::open(&station)
             .expect_err("it differs")
             .to_string();
-        let words = "service 'state': a process of another version runs";
+        let words = "': a process of another version runs; end it";
         assert!(said.contains(words), "{said}");
     }
 

@@ -118,7 +118,11 @@ fn damaged_files_are_refused_with_the_place() {
     let word = solid(" organ").replacen("vertex", "vortex", 1);
     assert_refused("word.stl", word.as_bytes(), &["line 4", "vortex"]);
     let nan = solid(" organ").replacen("0.0e0", "nan", 1);
-    assert_refused("nan.stl", nan.as_bytes(), &["line 4", "not finite"]);
+    assert_refused(
+        "nan.stl",
+        nan.as_bytes(),
+        &["is not a valid STL file (", "line 4", "not finite"],
+    );
     assert_refused(
         "more.stl",
         &binary(b"", 7),
