@@ -10,7 +10,6 @@ const UNTRIGGERED: &[(&str, &str)] = &[
     ("Error::Mcap", "a defect of this program, by definition"),
     ("Error::Thread", "needs a system without a free thread"),
     ("HardwareError::UsbPermission", "needs a unit on the USB"),
-    ("PrepareError::Scene", "joins a scene's own words"),
     (
         "RtError::Core",
         "needs a forged scene: `prepare` checks the same",
