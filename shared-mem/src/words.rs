@@ -206,7 +206,7 @@ words! {
         DeviceBundles = 24, "device_bundles";
         /// The haptic device confirms no force.
         DeafDevice = 25, "deaf_device";
-        /// The pedal's line is gone.
+        /// The pedal's line is gone, or silent.
         LostPedal = 26, "lost_pedal";
     }
 }

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use session::{Entry, Movement, What};
 use shared_mem::message::{EventMsg, PoseMsg};
 use shared_mem::scene::OrganKind;
-use shared_mem::words::EventKind;
+use shared_mem::words::{EventKind, Fault};
 
 use crate::*;
 
@@ -790,6 +790,8 @@ fn tremor_and_strokes_count_the_same_at_every_rate() {
         }
     }
     is(shaken[0].get(Metric::Movements), 1.0);
+    let noise_mm = shaken[0].get(Metric::Noise);
+    assert!(noise_mm.is_nan(), "{noise_mm} mm: it moves");
     for values in [&stroked[0], &noisy[0]] {
         is(values.get(Metric::Movements), 30.0);
         let path_m = values.get(Metric::Path);
@@ -827,6 +829,18 @@ fn time_without_a_lost_device_is_not_the_trainees() {
         without.take(&moved(f64::from(step) * 0.01, at(0.0, 6)));
     }
     is(without.end().metrics.get(Metric::DeviceLost), 0.0);
+    // One that is open and never sent anything is missing, too.
+    let mut silent = begin(Task::Free);
+    let fault = Fault::SilentDevice.number() as f32;
+    for step in 0..300 {
+        let at_s = f64::from(step) * 0.01;
+        if step == 100 {
+            silent.take(&event(at_s, EventKind::Fault.number(), DUCT, 0.0, fault));
+        }
+        silent.take(&moved(at_s, at(0.0, 6)));
+    }
+    let lost_s = silent.end().metrics.get(Metric::DeviceLost);
+    assert!((lost_s - 2.0).abs() < 0.05, "{lost_s}");
 }
 
 proptest! {

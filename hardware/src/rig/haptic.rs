@@ -166,6 +166,8 @@ impl HapticDevice for RigHaptic {
         self.host.send(&force.frame(sequence));
         if self.host.counters().dropped_writes == dropped {
             self.judge.sent(now_ns);
+        } else {
+            self.judge.refused();
         }
     }
 

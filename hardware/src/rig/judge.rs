@@ -34,13 +34,19 @@ const CALM_POLLS: u32 = 3;
 /// Most bytes of a poll without a backlog: ten frames.
 const CALM_BYTES: usize = 512;
 /// Time over which the device's clock is held against this computer's, ns.
-const UNIT_WINDOW_NS: u64 = 500_000_000;
+const UNIT_WINDOW_NS: u64 = 400_000_000;
+/// Such times in a row after which its unit is wrong. One may begin with a sample that waited while
+/// this computer stood still.
+const UNIT_WINDOWS: u32 = 2;
 /// Silence that ends such a window, ns.
 const UNIT_GAP_NS: u64 = 100_000_000;
 /// Device time without a confirmed force after which the device is deaf, µs.
 const DEAF_US: u32 = 250_000;
 /// Forces that it must have been sent in that time.
 const DEAF_SENDS: u32 = 100;
+/// Forces in a row that the line refused after which nobody listens at its other end: as long as a
+/// stale sample takes to fade.
+const REFUSALS: u32 = 20;
 /// Age of the last force sent at which the host no longer expects an answer, ns.
 const SENT_LATELY_NS: u64 = 20_000_000;
 
@@ -63,7 +69,8 @@ pub(super) struct Judge {
     forward: u32,
     stuck: u32,
     clock_is_bad: bool,
-    unit_is_bad: bool,
+    /// Times in a row in which the clock's unit was wrong.
+    bad_units: u32,
     unit_from: Option<(TimeNs, u32)>,
     arrived_ns: TimeNs,
     promised_m: Vec3,
@@ -72,6 +79,9 @@ pub(super) struct Judge {
     confirmed: Option<(u16, u32)>,
     sends: u32,
     sent_ns: TimeNs,
+    /// Forces that the line refused since it last took one.
+    refusals: u32,
+    is_deaf: bool,
     /// True if samples were dropped since the last one that was admitted, for more than a leap.
     broke_off: bool,
     /// True if the last sample was dropped for a fault.
@@ -117,7 +127,8 @@ impl Judge {
         let mut faults = FaultSet::NONE;
         let before = self.seen.replace(now);
         self.judge_clock(before, now, at_ns, &mut faults);
-        self.judge_rest(before, now, measured_m_s, &mut faults);
+        // What a device says counts here even if it denies measuring it.
+        self.judge_rest(before, now, &state.velocity_m_s.into(), &mut faults);
         self.judge_answer(state, &mut faults);
         let continues = self.judge_leap(before, now, &mut faults);
         let earlier = if self.quiet {
@@ -176,8 +187,14 @@ impl Judge {
 
     /// Notes that a force left.
     pub(super) fn sent(&mut self, now_ns: TimeNs) {
+        self.refusals = 0;
         self.sends = self.sends.saturating_add(1);
         self.sent_ns = now_ns;
+    }
+
+    /// Notes that the line refused a force.
+    pub(super) const fn refused(&mut self) {
+        self.refusals = self.refusals.saturating_add(1);
     }
 
     /// Faults of the last poll.
@@ -217,7 +234,8 @@ impl Judge {
         let is_still = self.stuck >= STUCK && now.at_m == before.at_m;
         faults.raise_if(is_still, Fault::FrozenDevice);
         self.judge_unit(now, at_ns);
-        let is_bad = self.clock_is_bad || self.unit_is_bad || self.stuck >= STUCK;
+        let unit_is_bad = self.bad_units >= UNIT_WINDOWS;
+        let is_bad = self.clock_is_bad || unit_is_bad || self.stuck >= STUCK;
         faults.raise_if(is_bad && !is_still, Fault::DeviceClock);
     }
 
@@ -231,7 +249,8 @@ impl Judge {
         let passed_ns = at_ns.saturating_sub(from_ns);
         if passed_ns >= UNIT_WINDOW_NS {
             let device_ns = u64::from(now.us.wrapping_sub(from_us)) * 1000;
-            self.unit_is_bad = !(passed_ns / 10..=passed_ns * 10).contains(&device_ns);
+            let is_good = (passed_ns / 10..=passed_ns * 10).contains(&device_ns);
+            self.bad_units = if is_good { 0 } else { self.bad_units + 1 };
             self.unit_from = Some((at_ns, now.us));
         }
     }
@@ -240,12 +259,10 @@ impl Judge {
         &mut self,
         before: Option<Seen>,
         now: Seen,
-        measured_m_s: Option<Vec3>,
+        said_m_s: &Vec3,
         faults: &mut FaultSet,
     ) {
-        let (Some(before), Some(said_m_s)) = (before, measured_m_s) else {
-            return;
-        };
+        let Some(before) = before else { return };
         if now.at_m != before.at_m || said_m_s.norm() < MOVING_M_S {
             self.promised_m = Vec3::zeros();
             return;
@@ -268,9 +285,12 @@ impl Judge {
                 us
             }
         };
-        let waits = self.polled_ns.saturating_sub(self.sent_ns) <= SENT_LATELY_NS;
-        let is_deaf = waits && self.sends >= DEAF_SENDS && us.wrapping_sub(since_us) >= DEAF_US;
-        faults.raise_if(is_deaf, Fault::DeafDevice);
+        // Once it is deaf it stays so until it confirms a force, or takes one again after its line
+        // refused them.
+        let waits = self.is_deaf || self.polled_ns.saturating_sub(self.sent_ns) <= SENT_LATELY_NS;
+        let confirms_none = self.sends >= DEAF_SENDS && us.wrapping_sub(since_us) >= DEAF_US;
+        self.is_deaf = (waits && confirms_none) || self.refusals >= REFUSALS;
+        faults.raise_if(self.is_deaf, Fault::DeafDevice);
     }
 
     /// Returns true if the sample continues the last good one. A leap is a fault until enough

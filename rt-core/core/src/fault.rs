@@ -62,7 +62,7 @@ pub enum Fault {
     DeviceBundles = 24,
     /// The haptic device confirms no force that it is sent. Answer: as for a frozen device.
     DeafDevice = 25,
-    /// The pedal's line is gone. Answer: it reads as released.
+    /// The pedal's line is gone, or nothing comes on it any more. Answer: it reads as released.
     LostPedal = 26,
 }
 

@@ -15,7 +15,7 @@ use crate::held::Plane;
 use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
 use crate::prepared::Prepared;
-use crate::recipe::{OrganPlan, Pieces, Recipe, Surface};
+use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, Surface};
 use crate::report::{OrganReport, Report};
 use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
@@ -142,6 +142,7 @@ fn assemble(
         let planes = held::planes(plan, &skins[i], &gravity);
         let mut organ = build(plan, &surfaces[i].mended, count, &planes, first_sphere)?;
         check_balls(plan, &organ.balls)?;
+        check_sheet(plan, &surfaces[i].mended, &organ)?;
         let held = held::held(
             plan,
             &skins[i],
@@ -217,6 +218,24 @@ fn check_balls(plan: &OrganPlan, balls: &[Ball]) -> Result<(), PrepareError> {
             "has no room for sphere {number} of {}: its surface has no inside there; set `closing = \
              \"solid\"` or \"wrap\", or mend the mesh",
             balls.len()
+        ),
+    })
+}
+
+/// Refuses an organ so thin that its spheres lie in one layer: without tetrahedra nothing keeps its
+/// shape.
+fn check_sheet(plan: &OrganPlan, mended: &Mended, organ: &Organ) -> Result<(), PrepareError> {
+    let is_solid = matches!(plan.packing, Packing::Even | Packing::Paper) && plan.layers.is_none();
+    if !is_solid || !organ.tets.is_empty() {
+        return Ok(());
+    }
+    Err(PrepareError::Organ {
+        organ: plan.name.clone(),
+        problem: format!(
+            "is a sheet of about {:.1} mm, so thin that its {} spheres make no tetrahedra; give it more spheres \
+             (`spheres`, --spheres), or a thicker mesh",
+            2e3 * mended.volume_m3 / mended.mesh.area(),
+            organ.balls.len()
         ),
     })
 }

@@ -233,6 +233,23 @@ fn bodies_that_touch_along_an_edge_are_parted_and_keep_their_shape() {
     }
 }
 
+/// Whichever vertex of a body comes first, and whether it lies in the other body.
+#[test]
+fn bodies_that_overlap_are_joined_and_none_is_dropped() {
+    for x in [0.08, -0.08, 0.0999] {
+        for (y, size) in [(0.0, 0.1), (0.01, 0.08)] {
+            let mut mesh = unit_box();
+            mesh.append(&cuboid([x, y, y], [0.1, size, size]));
+            let mended = mend(&mesh, Closing::Auto).unwrap();
+            let common = (0.1f64 - x.abs()) * size * size;
+            let union_m3 = 1e-3 + 0.1 * size * size - common;
+            let error = mended.volume_m3 / union_m3 - 1.0;
+            assert!(error.abs() < 0.02, "{x} {y}: {error}, {mended}");
+            assert_eq!(mended.filled(), None, "{mended}");
+        }
+    }
+}
+
 /// The inner surface of a hollow body runs the other way, and is not inside out.
 #[test]
 fn a_cavity_is_not_called_inside_out() {

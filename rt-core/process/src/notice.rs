@@ -41,7 +41,8 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
         "device_bundles" => bundles(&device, haptic, bundle_ms),
         "deaf_device" => format!("{device} confirms no force that it is sent: no force meanwhile"),
         "lost_pedal" => {
-            "the line to the foot pedal was lost for a while: it counted as released".to_owned()
+            "the foot pedal was lost, or sent nothing, for a while: it counted as released"
+                .to_owned()
         }
         _ => return None,
     })

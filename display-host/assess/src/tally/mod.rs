@@ -7,7 +7,7 @@ mod noise;
 use session::Movement;
 use shared_mem::message::{Event, EventMsg};
 use shared_mem::scene::OrganKind;
-use shared_mem::words::{Current, Instrument, Switches};
+use shared_mem::words::{Current, Fault, Instrument, Switches};
 
 pub use self::force::BIN_N;
 use self::force::Force;
@@ -78,6 +78,8 @@ pub(crate) struct Tally {
     removed_in: [f64; Region::COUNT],
 }
 
+/// Bit of the haptic device in `Movement::live`.
+const HAPTIC: u8 = 1;
 /// Most leaks that are kept: more are one vessel that flickers.
 const LEAKS_MAX: usize = 64;
 
@@ -207,6 +209,8 @@ impl Tally {
             Ok(Event::Crush { .. }) => self.crushes += 1,
             Ok(Event::Tear { .. }) if !is_target(kind) => self.tears += 1,
             Ok(Event::Slip { .. }) => self.slips += 1,
+            // It is missing like one that was there.
+            Ok(Event::Fault(Fault::SilentDevice)) => self.seen |= HAPTIC,
             _ => {}
         }
     }

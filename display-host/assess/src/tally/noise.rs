@@ -13,6 +13,9 @@ const BIN_MM: f64 = 0.01;
 const BINS: usize = 1000;
 /// Fewest parts that yield a figure.
 const PARTS_MIN: u32 = 8;
+/// Least ratio of the mean squared step to twice the variance (von Neumann) of noise. White noise
+/// has 1, or half of it if each sample comes twice. A hand that trembles at 8 Hz has 0.12.
+const RATIO_MIN: f64 = 0.3;
 /// Share of the parts that counts as rest: the calmest tenth.
 const CALM: f64 = 0.1;
 
@@ -27,6 +30,9 @@ pub(crate) struct Noise {
     p: Vec3,
     tp: Vec3,
     pp: Vec3,
+    last: Option<Vec3>,
+    /// Sum of squared steps, mm².
+    steps: f64,
     bins: Vec<u32>,
 }
 
@@ -46,6 +52,12 @@ impl Noise {
         }
         let origin = *self.origin.get_or_insert(place);
         let (t, mm) = (self.at_s, [0, 1, 2].map(|i| (place[i] - origin[i]) * 1e3));
+        if let Some(last) = self.last.replace(mm) {
+            self.steps += [0, 1, 2]
+                .map(|i| (mm[i] - last[i]).powi(2))
+                .iter()
+                .sum::<f64>();
+        }
         self.count += 1.0;
         self.t += t;
         self.tt += t * t;
@@ -71,6 +83,10 @@ impl Noise {
         let squares: f64 = [0, 1, 2].map(off).iter().sum();
         // A line has two parameters. Rounding may leave less than nothing.
         let mm = (squares.max(0.0) / (3.0 * (n - 2.0))).sqrt();
+        // A hand that moves is not noise. One that rests has no noise, or little.
+        if mm >= BIN_MM && self.steps < RATIO_MIN * 2.0 * squares {
+            return;
+        }
         self.bins.resize(BINS, 0);
         if let Some(bin) = self.bins.get_mut(((mm / BIN_MM) as usize).min(BINS - 1)) {
             *bin += 1;

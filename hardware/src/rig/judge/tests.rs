@@ -167,6 +167,59 @@ fn a_device_that_confirms_no_force_is_deaf_but_not_while_nobody_sends() {
 }
 
 #[test]
+fn a_line_that_refuses_forces_is_deaf_until_it_takes_one() {
+    let mut bench = Bench::new();
+    bench.run(0..100, moving(0.0));
+    for ms in 100..1100 {
+        bench.judge.refused();
+        bench.poll(&[moving(0.0)(ms)], true);
+        let is_deaf = bench.judge.findings().faults.contains(Fault::DeafDevice);
+        assert_eq!(is_deaf, ms - 100 + 1 >= REFUSALS, "{ms}");
+    }
+    let admitted = bench.admitted;
+    bench.judge.sent(bench.now_ns);
+    bench.poll(&[moving(0.0)(1100)], true);
+    assert!(!bench.judge.findings().faults.contains(Fault::DeafDevice));
+    assert_eq!(
+        (bench.admitted, bench.leaps),
+        (admitted + 1, 1),
+        "the force begins anew"
+    );
+}
+
+#[test]
+fn a_deaf_device_stays_deaf_while_its_line_refuses() {
+    let mut bench = Bench::new();
+    for ms in 0..2000 {
+        // The line takes forces until its buffer is full.
+        match ms {
+            ..400 => bench.judge.sent(bench.now_ns),
+            _ => bench.judge.refused(),
+        }
+        bench.poll(&[moving(0.0)(ms)], true);
+        let is_deaf = bench.judge.findings().faults.contains(Fault::DeafDevice);
+        assert!(ms < 300 || is_deaf, "{ms}");
+    }
+}
+
+#[test]
+fn a_frozen_position_is_found_though_the_device_denies_measuring() {
+    let mut bench = Bench::new();
+    (0..200).for_each(|ms| bench.poll(&[(ms * 1000, 0.01, 0.0126)], false));
+    assert!(bench.judge.findings().faults.contains(Fault::FrozenDevice));
+}
+
+#[test]
+fn an_old_sample_that_begins_a_comparison_of_clocks_blames_nobody() {
+    let mut bench = Bench::new();
+    bench.run(0..1000, moving(0.0));
+    // Five seconds of the device pass between two calm samples.
+    bench.now_ns += 10 * MS;
+    bench.run(6000..9000, moving(0.0));
+    assert!(!bench.seen.contains(Fault::DeviceClock));
+}
+
+#[test]
 fn a_velocity_that_is_left_zero_does_not_hide_a_throw() {
     let mut bench = Bench::new();
     bench.run(0..100, |ms| (ms * 1000, ms as f32 * 0.00255, 0.0));

@@ -164,8 +164,10 @@ impl Inputs {
         let is_tracker_sample = |sample: &TrackerSample| is_pose(&sample.tracker_from_sensor);
         let tracker = checked(samples.tracker, is_tracker_sample, faults);
         self.tracker.take(tracker, |sample| sample.at_ns);
-        faults.raise_if(samples.pedal == Polled::Lost, Fault::LostPedal);
         self.pedal.take(samples.pedal, |sample| sample.at_ns);
+        let is_silent = self.pedal_health().status == Status::Stale && !self.is_settling();
+        let is_lost = samples.pedal == Polled::Lost || is_silent;
+        faults.raise_if(is_lost, Fault::LostPedal);
     }
 
     /// State of the pedal; a lost pedal reads as released.

@@ -128,6 +128,16 @@ fn pedal_and_camera() {
     assert_eq!(bench.counters.of(Fault::LostPedal), 1);
     let announced = bench.events.iter().filter(|it| it.kind == EventKind::Fault);
     assert_eq!(announced.count(), 1, "a person hears of it");
+    // A line that is open and silent is a loss, too.
+    bench.next().pedal = Polled::Fresh(pedal(true, false, bench.samples.now_ns));
+    sim.tick(&mut bench);
+    for _ in 0..600 {
+        bench.next().pedal = Polled::Nothing;
+        sim.tick(&mut bench);
+    }
+    assert_eq!(bench.status[2], Status::Stale);
+    let silent = bench.counters.of(Fault::LostPedal);
+    assert!((95..=105).contains(&silent), "{silent} ticks");
 }
 
 #[test]

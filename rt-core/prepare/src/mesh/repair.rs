@@ -26,6 +26,8 @@ const CAVITY_SHARE: f64 = 0.05;
 /// Pieces whose volumes differ by less than this share are equally large: single precision of a
 /// file, and the order of a sum, change a volume by less.
 const EQUAL_SHARE: f64 = 1e-5;
+/// Vertices of a piece that decide whether it lies inside another, at most.
+const LOOKED_AT: usize = 64;
 /// Pieces larger than dust, at most, because each is tested against all larger ones.
 const PIECES_MAX: usize = 256;
 
@@ -470,6 +472,16 @@ fn orient_pieces_outward(mesh: &mut Mesh) -> Vec<bool> {
     volume.iter().map(|v| *v < 0.0).collect()
 }
 
+/// True if a piece lies whole inside another: all of its vertices do, or many spread over it. One
+/// vertex would not tell, because overlapping bodies have some in each other.
+fn lies_inside(piece: &Mesh, other: &Mesh) -> bool {
+    let [[low, high], [least, most]] = [piece, other].map(Mesh::bounds);
+    let is_around = (0..3).all(|k| least[k] <= low[k] && high[k] <= most[k]);
+    let step = piece.vertices.len().div_ceil(LOOKED_AT).max(1);
+    let mut looked_at = piece.vertices.iter().step_by(step);
+    is_around && looked_at.all(|p| wrap::winding(other, p) > 0.5)
+}
+
 /// Drops dust, and pieces that lie inside a larger one, such as the inner side of a wall, and notes
 /// them. Returns the numbers of the pieces that are left.
 ///
@@ -496,8 +508,7 @@ fn drop_pieces(mesh: &mut Mesh, mended: &mut Mended) -> Result<Vec<usize>, MeshP
     }
     let mut kept: Vec<(usize, Mesh)> = Vec::new();
     for (number, piece) in all {
-        let inside = |(_, other): &(usize, Mesh)| wrap::winding(other, &piece.vertices[0]) > 0.5;
-        if kept.iter().any(inside) {
+        if kept.iter().any(|(_, other)| lies_inside(&piece, other)) {
             inner.add(&piece);
         } else {
             kept.push((number, piece));

@@ -6,12 +6,12 @@ use std::path::PathBuf;
 
 use crate::sound::{assert_json_has_all_keys, check};
 
-/// The coarsest closed mesh: none of its vertices lies where the hand is to work.
-#[test]
-fn a_box_of_twelve_triangles_becomes_a_scene() {
+/// A box of a height, mm, on a square of 100 mm.
+#[allow(clippy::unwrap_used)]
+fn box_of(height_mm: u32) -> Recipe {
     let mut text = String::new();
     for i in 0..8 {
-        let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(|step| 100 * step);
+        let [x, y, z] = [100 * (i & 1), 100 * (i >> 1 & 1), height_mm * (i >> 2)];
         text.push_str(&format!("v {x} {y} {z}\n"));
     }
     for [a, b, c, d] in [
@@ -27,8 +27,30 @@ fn a_box_of_twelve_triangles_becomes_a_scene() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("box.obj");
     std::fs::write(&path, text).unwrap();
-    let recipe = Recipe::from_mesh(&path, &MeshOptions::default()).unwrap();
-    let prepared = prepare(&recipe.with_spheres(60).unwrap(), &mut |_| {}).unwrap();
+    let options = MeshOptions {
+        unit: Some(Unit::Millimetre),
+        ..MeshOptions::default()
+    };
+    let recipe = Recipe::from_mesh(&path, &options).unwrap();
+    recipe.with_spheres(60).unwrap()
+}
+
+#[test]
+fn a_sheet_whose_spheres_lie_in_one_layer_is_refused() {
+    let refused = prepare(&box_of(3), &mut |_| {}).unwrap_err().to_string();
+    for words in [
+        "is a sheet of about 2.8 mm",
+        "60 spheres make no tetrahedra",
+        "--spheres",
+    ] {
+        assert!(refused.contains(words), "{refused}");
+    }
+}
+
+/// The coarsest closed mesh: none of its vertices lies where the hand is to work.
+#[test]
+fn a_box_of_twelve_triangles_becomes_a_scene() {
+    let prepared = prepare(&box_of(100), &mut |_| {}).unwrap();
     check(&prepared);
     assert_json_has_all_keys(&prepared.report);
     assert!((prepared.report.volume_ml - 1000.0).abs() < 0.01);
