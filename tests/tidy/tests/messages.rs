@@ -14,10 +14,6 @@ const UNTRIGGERED: &[(&str, &str)] = &[
         "RtError::Core",
         "needs a forged scene: `prepare` checks the same",
     ),
-    (
-        "ServiceError::Transport",
-        "is for what iceoryx2 may yet refuse",
-    ),
 ];
 
 /// Shortest text in a test that is taken for words of a message.
