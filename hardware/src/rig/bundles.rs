@@ -1,8 +1,8 @@
 //! Finds samples that come in bundles, as a USB adapter's latency timer sends them.
 
-/// Shortest bundle that is one, in the device's time, µs: longer than a sample may be old.
+/// Device time that the shortest bundle spans, µs: more than the age that a sample may have.
 const BUNDLE_US: u32 = 6_000;
-/// Longest pause of the host before a poll that still shows how samples came, ns.
+/// Longest pause of the host before a poll that counts, ns. A longer pause makes bundles itself.
 const ON_TIME_NS: u64 = 4_000_000;
 /// Device time of the samples that are judged together, µs.
 const WINDOW_US: u32 = 300_000;
@@ -14,7 +14,7 @@ const SPREAD_US: u32 = 3_000;
 /// Windows in a row that must show bundles.
 const WINDOWS: u32 = 2;
 
-/// The samples of a poll, and what earlier ones showed.
+/// The samples of a poll, and the sums over the polls before it.
 #[derive(Debug, Default)]
 pub(super) struct Bundles {
     on_time: bool,
@@ -32,7 +32,7 @@ pub(super) struct Bundles {
 }
 
 impl Bundles {
-    /// Begins a poll after a pause of the host.
+    /// Begins a poll, this long after the one before.
     pub(super) const fn begin(&mut self, paused_ns: u64) {
         self.on_time = paused_ns <= ON_TIME_NS;
         self.poll = None;
@@ -76,7 +76,7 @@ impl Bundles {
             && self.longest_us - self.shortest_us <= SPREAD_US;
         self.windows = if shows { self.windows + 1 } else { 0 };
         if shows {
-            // From the first sample of a bundle to that of the next.
+            // The length runs from a bundle's first sample to the next one's.
             self.length_us = self.bundled_us / self.count.max(1);
         }
         self.judged_us = 0;
@@ -91,7 +91,7 @@ impl Bundles {
         self.windows >= WINDOWS
     }
 
-    /// Length of the bundles, ms.
+    /// Length of the bundles, ms, while they are found.
     pub(super) fn length_ms(&self) -> Option<u32> {
         self.are_found().then_some((self.length_us + 500) / 1000)
     }

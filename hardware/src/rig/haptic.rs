@@ -63,14 +63,14 @@ impl RigHaptic {
         &self.identity
     }
 
-    /// Status of the last sample.
+    /// Status of the last sample, even of a dropped one.
     #[must_use]
     pub const fn status(&self) -> RigStatus {
         self.status
     }
 
-    /// Sequence number of the last force sent. [`RigStatus::applied_force`] reports it once it is
-    /// in effect.
+    /// Sequence number of the last force, sent or refused. [`RigStatus::applied_force`] reports it
+    /// once that force is in effect.
     #[must_use]
     pub fn sent_sequence(&self) -> u16 {
         self.host.sent_sequence()
@@ -153,8 +153,7 @@ impl HapticDevice for RigHaptic {
     }
 
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
-        // The core has limited both already; this keeps the line within the device's peak in any
-        // case.
+        // The core has limited both already. This is the last guard of the device's peak.
         let force_n = within(command.force_n, self.identity.force_max_n);
         let torque_n_m = within(command.torque_n_m, self.identity.torque_max_n_m);
         let sequence = self.host.next_sequence();

@@ -1,5 +1,5 @@
-//! Judges the samples of a rig by the device's own clock: clock, frozen positions, leaps, bundles,
-//! and whether the device confirms forces. Arrival times depend on this computer, so a late host
+//! Judges the samples of a rig by the device's own clock: that clock, frozen positions, leaps,
+//! bundles, and the confirmation of forces. Arrival times depend on this computer, so a late host
 //! is never taken for a fault of the device.
 
 use rt_core::fault::{Fault, FaultSet};
@@ -12,16 +12,16 @@ use super::trail::Trail;
 use super::wire::State;
 
 /// Consecutive samples that must agree before a leap, or a clock that was wrong, is believed.
-/// Damage does not turn so many samples into the same place.
+/// Damage on the line does not move so many samples to one place.
 const AGREEING: u32 = 8;
-/// Consecutive samples with one clock reading after which the clock stands still. Two samples may
-/// fall into one microsecond; twenty never do.
+/// Samples in a row that repeat one clock reading before the clock counts as standing still. Two
+/// samples may fall into one microsecond; twenty never do.
 const STUCK: u32 = 20;
-/// Farthest that a sample may be from the one before, m, besides [`FASTEST_M_S`]: sensor noise.
+/// Distance that a sample may add to the way at [`FASTEST_M_S`] from the one before, m: noise.
 const NOISE_M: f32 = 0.003;
 /// Speed above which a hand leaps, m/s. Thrown handles reach 3 m/s.
 const FASTEST_M_S: f32 = 10.0;
-/// Way that a measured velocity must promise, m, before a position that stands is frozen. Encoders
+/// Way that a measured velocity must promise before a standing position is frozen, m. Encoders
 /// resolve a tenth of it.
 const PROMISED_M: f32 = 0.0005;
 /// Slowest measured velocity that promises a way, m/s: slower ones are noise of a resting hand.
@@ -33,19 +33,19 @@ const HOST_PAUSE_NS: u64 = 20_000_000;
 const CALM_POLLS: u32 = 3;
 /// Most bytes of a poll without a backlog: ten frames.
 const CALM_BYTES: usize = 512;
-/// Time over which the device's clock is held against this computer's, ns.
+/// Length of a window in which the device's clock is compared with this computer's, ns.
 const UNIT_WINDOW_NS: u64 = 400_000_000;
-/// Such times in a row after which its unit is wrong. One may begin with a sample that waited while
-/// this computer stood still.
+/// Bad windows in a row after which the clock's unit is wrong. One may begin with a sample that
+/// waited while this computer stood still.
 const UNIT_WINDOWS: u32 = 2;
 /// Silence that ends such a window, ns.
 const UNIT_GAP_NS: u64 = 100_000_000;
 /// Device time without a confirmed force after which the device is deaf, µs.
 const DEAF_US: u32 = 250_000;
-/// Forces that it must have been sent in that time.
+/// Forces that the device must have been sent in that time.
 const DEAF_SENDS: u32 = 100;
-/// Forces in a row that the line refused after which nobody listens at its other end: as long as a
-/// stale sample takes to fade.
+/// Refused forces in a row after which the device counts as deaf: as many as leave in the time that
+/// the force of a stale sample takes to fade.
 const REFUSALS: u32 = 20;
 /// Age of the last force sent at which the host no longer expects an answer, ns.
 const SENT_LATELY_NS: u64 = 20_000_000;
@@ -69,7 +69,7 @@ pub(super) struct Judge {
     forward: u32,
     stuck: u32,
     clock_is_bad: bool,
-    /// Times in a row in which the clock's unit was wrong.
+    /// Windows in a row in which the clock's unit was wrong.
     bad_units: u32,
     unit_from: Option<(TimeNs, u32)>,
     arrived_ns: TimeNs,
@@ -82,11 +82,11 @@ pub(super) struct Judge {
     /// Forces that the line refused since it last took one.
     refusals: u32,
     is_deaf: bool,
-    /// True if samples were dropped since the last one that was admitted, for more than a leap.
+    /// True if a fault other than a leap dropped a sample since the last admitted one.
     broke_off: bool,
     /// True if the last sample was dropped for a fault.
     dropped: bool,
-    /// True if this poll has brought no sample so far. The findings are then those of earlier ones.
+    /// True while this poll has brought no sample. The findings are then those of earlier polls.
     quiet: bool,
     findings: Findings,
 }
@@ -127,7 +127,7 @@ impl Judge {
         let mut faults = FaultSet::NONE;
         let before = self.seen.replace(now);
         self.judge_clock(before, now, at_ns, &mut faults);
-        // What a device says counts here even if it denies measuring it.
+        // The velocity counts here even if the device says that it does not measure one.
         self.judge_rest(before, now, &state.velocity_m_s.into(), &mut faults);
         self.judge_answer(state, &mut faults);
         let continues = self.judge_leap(before, now, &mut faults);
@@ -145,7 +145,7 @@ impl Judge {
             self.broke_off |= !faults.without(leap).is_empty();
             return None;
         }
-        // It belongs to the time in which nobody listened.
+        // The sample belongs to the time in which nobody listened.
         if self.unsettled > 0 {
             self.admitted = Some(now);
             self.trail.clear();
@@ -158,7 +158,7 @@ impl Judge {
         }
         self.admitted = Some(now);
         let moved_m_s = self.trail.add(now.us, &now.at_m);
-        // Whichever is faster: a field of the velocity may be left empty or have another unit.
+        // The faster one: the device may leave its velocity empty, or use another unit.
         Some(match measured_m_s {
             Some(said_m_s) if moved_m_s.norm() <= said_m_s.norm() => said_m_s,
             _ => moved_m_s,
@@ -197,7 +197,7 @@ impl Judge {
         self.refusals = self.refusals.saturating_add(1);
     }
 
-    /// Faults of the last poll.
+    /// Faults of the last poll that brought a sample. A leap lasts for its own poll only.
     pub(super) fn findings(&self) -> Findings {
         let mut findings = self.findings;
         findings
@@ -285,8 +285,8 @@ impl Judge {
                 us
             }
         };
-        // Once it is deaf it stays so until it confirms a force, or takes one again after its line
-        // refused them.
+        // A deaf device stays deaf until it confirms a force, or, if its line refused forces, until
+        // the line takes one.
         let waits = self.is_deaf || self.polled_ns.saturating_sub(self.sent_ns) <= SENT_LATELY_NS;
         let confirms_none = self.sends >= DEAF_SENDS && us.wrapping_sub(since_us) >= DEAF_US;
         self.is_deaf = (waits && confirms_none) || self.refusals >= REFUSALS;
@@ -302,7 +302,7 @@ impl Judge {
             (now.at_m - then.at_m).norm() <= reach_m
         };
         let step_us = before.map_or(0, passed_us);
-        // While the handle is away, time does not bring the place where it was nearer.
+        // During a leap, the reach around the last good place does not grow with time.
         let since = |then: Seen| {
             if self.agreeing > 0 {
                 step_us

@@ -4,8 +4,8 @@ use rt_core::math::Vec3;
 
 /// Positions kept: 5 ms at up to 8 kHz.
 const KEPT: usize = 48;
-/// Time over which a speed is measured, µs. A shorter one turns sensor noise of half a millimetre
-/// into a speed that trips; a longer one notices a thrown handle later.
+/// Shortest time over which a speed is measured, µs. Less would turn sensor noise of half a
+/// millimetre into a speed that trips. More would notice a thrown handle later.
 const BASE_US: u32 = 5_000;
 
 /// The newest positions with their times.
@@ -32,14 +32,14 @@ impl Trail {
         self.count = 0;
     }
 
-    /// Adds a position. Returns the velocity over the last 5 ms, or over the last period of a
-    /// slower device, m/s; zero before there is one.
+    /// Adds a position. Returns the velocity since the newest position that is at least 5 ms old,
+    /// m/s; zero before there is one.
     pub(super) fn add(&mut self, us: u32, at_m: &Vec3) -> Vec3 {
         let newest_first = (1..=self.count).map(|back| (self.next + KEPT - back) % KEPT);
         let mut places = newest_first.filter_map(|at| self.places.get(at).copied());
         let passed_us = |then_us: u32| us.wrapping_sub(then_us);
         let base = places.find(|(then_us, _)| passed_us(*then_us) >= BASE_US);
-        // A faster device fills the trail before 5 ms are over.
+        // A device above 9.6 kHz fills the trail before 5 ms are over.
         let oldest = (self.count == KEPT)
             .then(|| self.places.get(self.next).copied())
             .flatten();

@@ -18,11 +18,11 @@ use super::opening;
 use crate::HardwareError;
 use crate::slot::Slot;
 
-/// Age of a force at which it is dropped: the vendor's thread goes on when ours hangs.
+/// Age above which a force is dropped: the vendor's thread goes on when ours hangs.
 const WATCHDOG_NS: u64 = 50_000_000;
-/// Larger handles are a sign of failure.
+/// Largest device handle. A larger one is a sign of failure.
 const HANDLE_MAX: u32 = 1024;
-/// Attempts to open a device; one that the last program left in use comes free after a moment.
+/// Attempts to open a device. A device that the last program left in use comes free after a moment.
 const INIT_TRIES: u32 = 10;
 const INIT_INTERVAL: Duration = Duration::from_millis(100);
 const ALREADY_INITIATED: u16 = 0x0301;
@@ -161,7 +161,7 @@ fn init(hd: &Hd, device: Option<&str>, path: &Path) -> Result<u32, HardwareError
         if code == 0 && handle <= HANDLE_MAX {
             return Ok(handle);
         }
-        // A failed call can return a handle that looks good, so only the error counts.
+        // A failed call can return a handle that looks good, so the error is read as well.
         if code != ALREADY_INITIATED {
             return Err(vendor(path, "opening the device", code));
         }
@@ -383,7 +383,7 @@ impl HapticDevice for TouchHaptic {
         if turn == self.last_turn {
             return Polled::Nothing;
         }
-        // A sample replaced before the tick polled it is not lost on the line.
+        // Samples that were replaced between two polls do not count as lost on the line.
         self.last_turn = turn;
         self.counters.frames += 1;
         let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
@@ -415,11 +415,11 @@ impl HapticDevice for TouchHaptic {
 }
 
 impl Drop for TouchHaptic {
-    /// The last frame has zero force; the library stays loaded.
+    /// Ends the service with a frame of zero force. The library stays loaded.
     fn drop(&mut self) {
         self.shared.running.store(false, Ordering::Release);
         self.hd.unschedule(self.schedule);
-        // Repeat it, in case the callback was removed before it saw the end.
+        // Zero force again, in case the callback was removed before it saw the end.
         let (hd, device) = (self.hd, self.device);
         hd.in_servo(|| {
             hd.begin_frame(device);

@@ -9,13 +9,13 @@ use std::time::Duration;
 use super::hd;
 use crate::HardwareError;
 
-/// Longest time that the library may take. A Touch is ready in about a second; its calibration and
-/// ten attempts at a device in use take three.
+/// Longest time that the library may take. A Touch is ready in about 1 s. Calibration and ten
+/// attempts at a device in use take 3 s.
 pub(super) const LIMIT: Duration = Duration::from_secs(10);
 
 /// The library has one scheduler, so only one driver may exist.
 static IN_USE: AtomicBool = AtomicBool::new(false);
-/// True while an attempt that nobody waits for any more has not returned.
+/// True while an attempt runs that nobody waits for any more.
 static HANGS: AtomicBool = AtomicBool::new(false);
 
 /// Frees the library for the next driver.
@@ -25,8 +25,8 @@ pub(super) fn release() {
 }
 
 /// Calls `open` on a thread of its own and waits for at most `limit`. A library that takes longer
-/// keeps that thread, and nothing else: no second attempt is begun before it returns. What it then
-/// returns is dropped.
+/// keeps that thread, and nothing else. No second attempt begins before it returns, and its late
+/// result is dropped.
 pub(super) fn within<D: Send + 'static>(
     limit: Duration,
     path: &Path,
@@ -68,7 +68,7 @@ pub(super) fn within<D: Send + 'static>(
         Ok(opened) => opened,
         Err(RecvTimeoutError::Timeout) => {
             HANGS.store(true, Ordering::Release);
-            // It may have returned just now.
+            // The library may have returned just now.
             if let Ok(opened) = told.try_recv() {
                 HANGS.store(false, Ordering::Release);
                 return opened;

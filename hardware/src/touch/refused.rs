@@ -9,7 +9,7 @@ use crate::HardwareError;
 /// Class byte of an ELF file for 32-bit programs.
 const ELF_CLASS_32: u8 = 1;
 
-/// Error of a library that the loader, or the look-up of its functions, refused with `words`.
+/// Error of a library that was refused with `words` by the loader or the look-up of its functions.
 pub(super) fn refused(path: &Path, words: &str) -> HardwareError {
     let (what, remedy) = cause(path, words);
     HardwareError::Library {
@@ -70,8 +70,8 @@ fn on_32_bit() -> (String, &'static str) {
     )
 }
 
-/// Says what a file is that cannot be a library for this program. The loader alone decides about
-/// names without a folder and about everything else.
+/// Kind and remedy of a file that cannot be a library for this program. `None` leaves the verdict
+/// to the loader. A name without a folder is looked up in the current one.
 fn wrong_kind(path: &Path) -> Option<(String, &'static str)> {
     let mut head = [0; 5];
     File::open(path).ok()?.read_exact(&mut head).ok()?;

@@ -25,7 +25,7 @@ use crate::silence::Silence;
 /// Capabilities for the core without a haptic device; nothing is rendered then.
 pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities::TOUCH;
 
-/// Number of device kinds, in the order of [`DeviceHealth`]s.
+/// Number of device kinds. Their order is that of the [`DeviceHealth`]s.
 pub(crate) const KINDS: usize = 3;
 
 /// An open device of any kind.
@@ -36,7 +36,7 @@ pub(crate) enum Device {
 }
 
 impl Device {
-    /// Opens the configured device of this kind (0 to [`KINDS`]), from its path or the station
+    /// Opens the configured device of this kind (below [`KINDS`]), from its path or the station
     /// file. Waits for the device's answer.
     pub(crate) fn open(
         kind: usize,
@@ -50,7 +50,7 @@ impl Device {
         })
     }
 
-    /// Opens a device that was lost, when nobody holds its handle at home.
+    /// Opens a lost device anew, although nobody holds its handle at home now.
     pub(crate) fn reopen(
         kind: usize,
         config: &RtConfig,
@@ -149,8 +149,8 @@ fn pedal(config: &RtConfig, file: &StationFile) -> Result<Option<Box<dyn Pedal +
     })
 }
 
-/// The tick's ends of the queues to the thread that opens devices. Each has room for every kind
-/// once, which is enough: a lost device returns once.
+/// The tick's ends of the queues to the thread that opens devices. Each queue has room for one
+/// device of every kind. That is enough, because a lost device returns once.
 pub(crate) struct Exchange {
     pub(crate) lost: Producer<'static, Device>,
     pub(crate) reopened: Consumer<'static, Device>,
@@ -161,7 +161,7 @@ pub(crate) struct Exchange {
 struct Slot {
     device: Option<Device>,
     is_lost: bool,
-    /// Counters of the devices lost before.
+    /// Sum of the counters of earlier devices, which were lost.
     before: LineCounters,
     configured: bool,
 }
@@ -197,7 +197,7 @@ impl Devices {
         self
     }
 
-    /// Uses this device for its kind.
+    /// Puts this device into the slot of its kind.
     pub(crate) fn put(&mut self, device: Device) {
         if let Some(slot) = self.slots.get_mut(device.kind()) {
             slot.device = Some(device);
@@ -298,7 +298,7 @@ impl Devices {
         }
     }
 
-    /// Sends zero force, the safe state. Repeated, because a line may drop one.
+    /// Sends zero force, the safe state, three times, because a line may drop one.
     pub(crate) fn make_safe(&mut self, now_ns: TimeNs) {
         for _ in 0..3 {
             self.send(ForceCommand::default(), now_ns);
@@ -339,7 +339,7 @@ pub(crate) fn health(health: rt_core::words::Health, line: Option<LineCounters>)
     DeviceHealth {
         status: match (line, health.status) {
             (None, _) => DeviceHealth::ABSENT,
-            // Open, but no sample has come yet.
+            // Open, but no sample has come yet, or none of late.
             (Some(_), rt_core::words::Status::Absent | rt_core::words::Status::Stale) => {
                 DeviceHealth::STALE
             }

@@ -1,9 +1,9 @@
-//! A pedal that is held down at the start, or when it returns, counts once it was released.
+//! A pedal that is held down at the start, or when its line returns, counts only after a release.
 
 use rt_core::port::{PedalSample, Polled};
 
-/// Switches of the electrosurgical unit that were seen released. The camera lock gives no current
-/// and may be a switch that stays.
+/// Switches of the electrosurgical unit that were seen released. The camera lock is let through: it
+/// gives no current and may be a latching switch.
 #[derive(Debug, Default)]
 pub(crate) struct HeldPedal {
     cut: bool,

@@ -1,4 +1,4 @@
-//! Sentences about faults of the devices, for a person who can mend them.
+//! Sentences about faults of devices, for a person who can mend these.
 
 use core::sync::atomic::Ordering::Relaxed;
 use std::path::{Path, PathBuf};
@@ -7,8 +7,8 @@ use rt_core::fault::Fault;
 
 use crate::shared::Shared;
 
-/// Describes a fault of the haptic device at `haptic`, or of the pedal, with its remedy. `None` for
-/// a fault that is no device's. `bundle_ms` is the length of bundles, 0 if unknown.
+/// Describes a fault of the haptic device at `haptic`, or of the pedal, with the remedy if one is
+/// known. `None` for other faults. `bundle_ms` is the length of bundles, 0 if unknown.
 #[must_use]
 pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<String> {
     let device = haptic.map_or("the haptic device".to_owned(), |path| {
@@ -76,7 +76,7 @@ impl Notices {
         Self { haptic, told: 0 }
     }
 
-    /// Tells what is new.
+    /// Tells the faults that were not told before.
     pub(crate) fn look(&mut self, shared: &Shared) {
         for (fault, count) in Fault::ALL.into_iter().zip(&shared.faults) {
             let bit = 1 << fault.code();

@@ -1,8 +1,8 @@
 //! Refusals of realtime: which rule of Linux refused a call, and the remedy.
 //!
-//! Nothing here foretells. A call was made and refused; its error number alone tells no cause:
-//! EPERM comes from a limit, a control group, a user namespace or a seccomp filter alike. So the
-//! circumstances are read, and the first rule that would refuse is named, in the kernel's order.
+//! Nothing here predicts. A call was made and refused. Its error number alone tells no cause: EPERM
+//! comes from a limit, a control group, a user namespace or a seccomp filter alike. So the
+//! circumstances are read, and the first rule that refuses, in the kernel's order, is named.
 //! `calot check` and the controller both judge here.
 
 use std::fmt;
@@ -18,17 +18,17 @@ use serde::Serialize;
 pub enum Cause {
     /// The user's limit (`rtprio`, `memlock`), and no capability lifts it.
     Limit,
-    /// A capability, given inside of a user namespace only.
+    /// The capability is given inside a user namespace only.
     UserNamespace,
     /// The control group's realtime runtime is 0.
     ControlGroup,
-    /// The core is not in the process's CPU set.
+    /// The process's CPU set lacks the core; for `SCHED_DEADLINE`, any core.
     CpuSet,
     /// A seccomp filter.
     Seccomp,
     /// Other deadline threads have the time.
     Busy,
-    /// None of these.
+    /// No rule above explains the refusal.
     Unknown,
 }
 
@@ -101,7 +101,7 @@ const LIMITS: &str = "run `sudo setcap cap_ipc_lock,cap_sys_nice+ep $(command -v
                       `calot check --install | sudo sh` and log in again";
 
 impl Circumstances {
-    /// Those of this process.
+    /// Reads the circumstances of this process.
     #[must_use]
     pub fn read() -> Self {
         Self {
@@ -111,7 +111,7 @@ impl Circumstances {
         }
     }
 
-    /// Those that files tell, below this root.
+    /// Reads the circumstances that files below this root tell.
     #[must_use]
     pub fn of_files(root: &Path) -> Self {
         let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap_or_default();
@@ -180,7 +180,7 @@ impl Circumstances {
         let by_right = self.may_nice && !self.user_namespace;
         let limit = shown(self.rtprio);
         match &self.rt_runtime {
-            // The kernel asks for this last, of whoever may.
+            // The kernel checks the control group last, once limit or capability allow the call.
             Some((0, file)) if error == Errno::PERM && (by_limit || by_right) => {
                 (Cause::ControlGroup, format!("{error}: {file} is 0"))
             }

@@ -4,11 +4,11 @@ use rt_core::fault::Fault;
 use rt_core::port::{DeviceSample, Findings, Polled};
 use rt_core::time::TimeNs;
 
-/// Time without a sample after which a device is silent, ns. Longer than any pause that a busy
-/// computer causes in an emulated device; short enough to be told within a second.
+/// Time without a sample after which a device is silent, ns. A busy computer delays an emulated
+/// device for less, and a person is told within a second.
 const SILENT_NS: u64 = 400_000_000;
-/// Longest pause between two polls that counts, ns: while this process stood still, a device had
-/// nobody to send to.
+/// Most time between two polls that counts as silence, ns. A device has nobody to send to while
+/// this process stands still.
 const POLL_NS: u64 = 2_000_000;
 
 /// Time for which the tick has polled in vain.
@@ -29,7 +29,7 @@ impl Silence {
         };
     }
 
-    /// Adds the silence to the driver's findings, unless they explain it.
+    /// Adds the silence to the driver's findings, unless these hold a fault already.
     pub(crate) fn complete(&self, mut findings: Findings) -> Findings {
         let is_silent = self.silent_ns > SILENT_NS && findings.faults.is_empty();
         findings.faults.raise_if(is_silent, Fault::SilentDevice);

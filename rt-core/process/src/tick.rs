@@ -47,7 +47,7 @@ pub(crate) struct World {
     /// Deadline for the tick's end.
     deadline_ns: u64,
     next_event: u64,
-    /// Arrival time of this tick's device sample, if it is new.
+    /// Arrival time of the haptic device's sample, if this tick brought one.
     fresh_at_ns: Option<u64>,
     last_stamp_ns: u64,
     record: TickRecord,
@@ -106,7 +106,7 @@ impl World {
     }
 
     fn raise(&mut self, event: &rt_core::words::Event, tick: u64, at_ns: u64) {
-        // Numbered before it is queued, so that the reader sees a gap for a lost event.
+        // The event is numbered before it is queued, so that the reader sees a gap if it is lost.
         let message = frames::event(event, self.next_event, tick, at_ns);
         self.next_event += 1;
         if self.ends.events.enqueue(message).is_err() {

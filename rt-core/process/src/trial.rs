@@ -1,5 +1,5 @@
-//! Trial of what the controller will ask of Linux: each call is made, judged by its result, and
-//! taken back. `calot check` reports it.
+//! Trial of the calls that the controller will make to Linux. Each is made, judged by its result,
+//! and taken back. `calot check` reports the outcomes.
 
 use std::sync::mpsc;
 
@@ -20,8 +20,8 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Makes the calls. Scheduler and core are those of a thread that ends with them; memory is
-    /// unlocked again.
+    /// Makes the calls. A thread of its own takes the scheduler and the core, and then ends. Memory
+    /// is unlocked again, but the settings of malloc stay.
     #[must_use]
     pub fn run(core: usize, priority: u8) -> Self {
         let (tell, told) = mpsc::channel();
@@ -49,7 +49,8 @@ impl Trial {
 mod tests {
     use super::*;
 
-    /// Whatever this machine grants: the trial says what the calls say, and leaves nothing behind.
+    /// The trial agrees with the calls, whatever this machine grants, and keeps neither core nor
+    /// scheduler.
     #[test]
     fn a_trial_foretells_the_calls_and_takes_them_back() {
         let cores = realtime::allowed_cores();

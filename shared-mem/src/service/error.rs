@@ -5,7 +5,7 @@ use std::path::PathBuf;
 /// An error between the processes.
 #[derive(Debug, thiserror::Error)]
 pub enum ServiceError {
-    /// The name cannot become a file name.
+    /// The name cannot be part of a file name.
     #[error(
         "station name '{0}' is not usable: 1 to 40 characters of a-z, A-Z, 0-9, '-' and '_' are"
     )]
@@ -22,7 +22,7 @@ pub enum ServiceError {
     /// Another host tells how this station's task stands.
     #[error("station '{0}': another `calot run` assesses its task; end it first")]
     SecondTask(String),
-    /// Somebody speaks another version, or holds the service with another layout.
+    /// Somebody holds the service with another layout of its messages.
     #[error("station '{station}', service '{service}': a process of another version runs; end it")]
     OtherVersion {
         /// Station.
@@ -71,7 +71,7 @@ pub enum ServiceError {
     SharedMemory {
         /// Station.
         station: String,
-        /// Its problem, and the remedy.
+        /// The folder's problem, and the remedy.
         problem: String,
     },
     /// The station is in use, but its files are not there.
@@ -101,7 +101,7 @@ pub enum ServiceError {
         /// Its owner.
         owner: String,
     },
-    /// As many hosts as possible watch the station.
+    /// A service of the station has as many readers as it admits.
     #[error("station '{station}' has {max} displays already; close one")]
     ManyHosts {
         /// Station.
@@ -115,7 +115,7 @@ pub enum ServiceError {
          --station"
     )]
     RunsAlready(String),
-    /// iceoryx2 refuses.
+    /// iceoryx2 refused a step.
     #[error(
         "station '{station}', {doing}: {detail}; its files are {files}; end all programs of the \
          station, and start it again"

@@ -1,4 +1,4 @@
-//! The folder of a user's stations, and who may look into their files.
+//! The folder of a user's stations, and the access to their files.
 
 use std::path::PathBuf;
 
@@ -22,7 +22,7 @@ pub(super) fn close(path: &std::path::Path) {
     }
 }
 
-/// Whom this process runs as.
+/// The user that this process runs as.
 pub(super) fn user() -> u32 {
     rustix::process::geteuid().as_raw()
 }
@@ -39,15 +39,15 @@ fn owner(user: u32) -> String {
     name.map_or_else(|| format!("user {number}"), |name| format!("user {name}"))
 }
 
-/// A file and its owner, if that is somebody else.
+/// This file and its owner, if the owner is somebody else.
 pub(super) fn foreign(path: &std::path::Path) -> Option<(PathBuf, String)> {
     use std::os::unix::fs::MetadataExt as _;
     let meta = std::fs::symlink_metadata(path).ok()?;
     (meta.uid() != user()).then(|| (path.to_owned(), owner(meta.uid())))
 }
 
-/// The folder of this user's stations: made private, and refused if somebody else could have
-/// put things into it (a name in the temporary folder can be guessed).
+/// The folder of this user's stations. A new one is private. One that somebody else can write to is
+/// refused, because its name in the temporary folder can be guessed.
 ///
 /// # Errors
 /// [`ServiceError::Folder`] says what is wrong with it.

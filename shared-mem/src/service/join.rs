@@ -1,5 +1,5 @@
-//! Joining a station and leaving it. Whoever comes first clears what crashes left behind, and
-//! whoever leaves last leaves nothing. The memory is taken before it is used.
+//! Joining a station and leaving it. The first end clears the remains of crashes, and the last end
+//! leaves nothing. The memory is taken before it is used.
 
 use std::path::Path;
 
@@ -10,12 +10,12 @@ use super::presence::{self, Held, Presence};
 use super::room::{self, Lack, Reservation};
 use super::{MAX_LOANS, Quality, ServiceError, Station, folder};
 
-/// The files that iceoryx2 keeps for one service and one node, at most, bytes. Measured by the
-/// test `what_a_station_reserves_is_what_it_takes`.
+/// Most bytes of the files that iceoryx2 keeps for one service and one node. The test
+/// `what_a_station_reserves_is_what_it_takes` measures them.
 const SERVICE_BYTES: u64 = 64 << 10;
-/// The bytes of a connection beside its samples' numbers.
+/// The bytes of a connection without its queues and flags.
 const CONNECTION_BYTES: u64 = 8 << 10;
-/// A sample's header.
+/// The bytes of a sample's header.
 const HEADER_BYTES: usize = 64;
 
 /// Shared memory that an end needs for one service, bytes.
@@ -26,7 +26,6 @@ impl Need {
     /// Requests and replies are small.
     pub(super) const COMMANDS: Self = Self(512 << 10);
 
-    /// Its bytes.
     pub(super) const fn bytes(self) -> u64 {
         self.0
     }
@@ -43,37 +42,37 @@ impl Need {
         Self(SERVICE_BYTES + Self::connection(quality))
     }
 
-    /// As iceoryx2 counts them.
+    /// Number of a publisher's samples, as iceoryx2 counts them.
     const fn samples(quality: Quality) -> usize {
         quality.readers * (quality.buffer + 2) + quality.history + MAX_LOANS
     }
 
-    /// Two queues of numbers, and a flag for every sample.
+    /// Bytes of a connection: two queues of numbers, and a flag for every sample.
     const fn connection(quality: Quality) -> u64 {
         let queues = 2 * (quality.buffer + MAX_LOANS + 4) * 8;
         CONNECTION_BYTES + (queues + Self::samples(quality)) as u64
     }
 }
 
-/// The station's name, held while it runs. It needs no file, and ends with the process.
+/// Hold on the name of a running station. It needs no file, and ends with the process.
 #[derive(Debug)]
 pub struct Claim {
     _held: Option<Held>,
 }
 
-/// An end that is joining: it has its turn, and everything that it opens gets its memory.
+/// An end that is joining. It has the turn, and there is memory for everything that it opens.
 pub(super) struct Joining<'a> {
     station: &'a Station,
-    /// Given back first, because leaving takes a turn too.
+    /// Dropped before `presence`, because leaving takes a turn too.
     turn: Option<Held>,
     node: Node<ipc::Service>,
     presence: Leaving,
 }
 
-/// A member of a station. The last field of an end, because it outlives the ports.
+/// A member of a station. It is the last field of an end, because it must outlive the ports.
 #[derive(Debug)]
 pub(super) struct Member {
-    /// Ends before the node does: whoever sees it finds the node's files.
+    /// Ends before the node does, so that whoever sees it finds the node's files.
     _open: Option<Held>,
     node: Node<ipc::Service>,
     _presence: Leaving,
@@ -100,7 +99,7 @@ impl Station {
         format!("calot-{}-{}", folder::user(), self.name)
     }
 
-    /// Takes the station's name, as whoever runs the station does.
+    /// Takes the station's name for the process that runs the station.
     ///
     /// # Errors
     /// [`ServiceError::RunsAlready`] if somebody has it.
@@ -122,7 +121,7 @@ impl Station {
 
     /// Joins. `needs` are those of everything that the end opens.
     pub(super) fn join(&self, needs: &[Need]) -> Result<Joining<'_>, ServiceError> {
-        // A peer that died is everyday here; its warning is a page long.
+        // Peers die every day here, and iceoryx2 warns of each on a whole page.
         set_log_level(LogLevel::Error);
         let base = self.base();
         let turn = presence::turn(&base);
@@ -152,8 +151,8 @@ impl Station {
         }
     }
 
-    /// Takes the room, and gives it back for the files themselves. Meanwhile nobody else of this
-    /// station takes any.
+    /// Takes the room, and gives it back for the files themselves. The turn keeps other ends of the
+    /// station from taking it.
     pub(super) fn room_for(&self, needs: &[Need]) -> Result<(), ServiceError> {
         let sizes: Vec<u64> = needs.iter().map(|need| need.bytes()).collect();
         let reserved: Result<Reservation, _> = room::reserve(&self.prefix, &sizes);
@@ -168,7 +167,7 @@ impl Station {
         if presence.open().is_empty() || is_there() {
             return Ok(());
         }
-        // Somebody may have left between the two looks.
+        // The last member may have left between the two looks.
         let processes = presence.open();
         if processes.is_empty() || is_there() {
             return Ok(());
@@ -236,7 +235,7 @@ impl Joining<'_> {
         &self.node
     }
 
-    /// Takes all pages of what is open now, and gives the turn to the next.
+    /// Takes all pages of the files that are open now, and gives the turn to the next end.
     pub(super) fn finish(self) -> Result<Member, ServiceError> {
         let Self {
             station,

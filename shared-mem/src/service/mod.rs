@@ -1,4 +1,4 @@
-//! The iceoryx2 services: names and quality of service, which nothing else sets, and their ends.
+//! The iceoryx2 services and their ends. Only this module sets their names and quality of service.
 //!
 //! A [`Station`] is a name; stations that run side by side, tests among them, do not see each
 //! other. A controller holds the [`Controller`] end, any number of hosts up to [`MAX_HOSTS`] hold
@@ -32,7 +32,7 @@ pub use join::Claim;
 
 /// Hosts (displays, reports) that can watch one station at once.
 pub const MAX_HOSTS: usize = 8;
-/// Samples that the controller may hold loaned: the handover's slots, and one in hand.
+/// Loaned samples that the controller may hold: the handover's slots, and one in hand.
 pub const MAX_LOANS: usize = 6;
 /// Version of the messages; part of every service's name.
 const VERSION: &str = "v2";
@@ -46,8 +46,8 @@ const TIMING_BUFFER: usize = 256;
 pub struct Station {
     name: String,
     config: Config,
-    /// The beginning of its files' names. It holds the user, whose files others cannot open, and
-    /// ends in a character that no name has.
+    /// The beginning of the names of its iceoryx2 files. It holds the user, because others cannot
+    /// open that user's files. It ends in a character that no station's name has.
     prefix: String,
     root: PathBuf,
 }
@@ -70,7 +70,7 @@ impl Station {
             problem: "its name is too long, or not plain".to_owned(),
         })?;
         config.global.set_root_path(&path);
-        // A process that died is forgotten by whoever comes next.
+        // Each process that joins forgets those that died.
         config.global.node.cleanup_dead_nodes_on_creation = true;
         Ok(Self {
             name: name.to_owned(),
@@ -92,13 +92,13 @@ impl Station {
         }
     }
 
-    /// Its name.
+    /// The station's name.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The beginning of the names of its files in /dev/shm.
+    /// The beginning of the names of its iceoryx2 files in /dev/shm.
     #[must_use]
     pub fn file_prefix(&self) -> &str {
         &self.prefix

@@ -1,6 +1,6 @@
-//! Members of a station, known by abstract Unix sockets. They need no file that could be
-//! swept away, and the kernel ends them with their process. Another network namespace does not see
-//! them. So each member also keeps a locked file beside what it shares, in /dev/shm.
+//! Members of a station, known by abstract Unix sockets. These need no file that could be swept
+//! away, and the kernel ends them with their process. Another network namespace does not see them.
+//! So each member also keeps a locked file in /dev/shm.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind};
@@ -14,12 +14,12 @@ use rustix::io::Errno;
 
 use super::room;
 
-/// Longest wait for a process that joins or leaves. That takes milliseconds, unless it is stopped.
+/// Longest wait for another end to join or leave. That takes milliseconds unless its process stops.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Names that one process tries; each of its ends has one.
+/// Most names that one process tries. Each of its ends has one.
 const ENDS_MAX: u32 = 1000;
 
-/// A name that this process holds until it ends or drops this.
+/// A name that this process holds until it ends or drops this value.
 #[derive(Debug)]
 pub(super) struct Held {
     name: String,
@@ -46,7 +46,7 @@ impl Held {
     }
 }
 
-/// Every name that begins so and is held; `None` if the kernel does not tell.
+/// Every held name that begins with `stem`; `None` if the kernel does not tell.
 pub(super) fn held(stem: &str) -> Option<Vec<String>> {
     let table = std::fs::read("/proc/net/unix").ok()?;
     let table = String::from_utf8_lossy(&table);
@@ -78,7 +78,7 @@ struct Mark {
 }
 
 impl Mark {
-    /// Appears locked, so that nobody takes it for a dead process's.
+    /// Makes the file. It appears locked, so that nobody takes it for a dead process's.
     fn set(stem: &str) -> Option<Self> {
         let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
         let file = rustix::fs::open(room::SHARED, flags, Mode::RUSR | Mode::WUSR).ok()?;
@@ -100,7 +100,7 @@ impl Mark {
         None
     }
 
-    /// True if a process that lives holds this file.
+    /// True if a living process holds this file. A file that cannot be opened counts as not held.
     fn is_held(path: &Path) -> bool {
         let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let Ok(file) = rustix::fs::open(path, flags, Mode::empty()) else {
@@ -126,7 +126,7 @@ pub(super) struct Presence {
 }
 
 impl Presence {
-    /// Is here from now on, but has nothing open yet.
+    /// Enters the station, with nothing open yet.
     pub(super) fn enter(base: &str) -> Self {
         Self {
             base: base.to_owned(),
@@ -135,7 +135,7 @@ impl Presence {
         }
     }
 
-    /// True if it is sure that nobody else is here.
+    /// True if no other end is found here. False if its own name or the kernel's list is missing.
     pub(super) fn is_alone(&self) -> bool {
         let own = self.here.as_ref().map(|it| &it.name);
         own.is_some()
@@ -151,7 +151,7 @@ impl Presence {
         all
     }
 
-    /// Removes the files of members that died. Only whoever is alone may.
+    /// Removes the files of dead members. Only a member that is alone may call it.
     pub(super) fn bury(&self) {
         for path in self.other_marks() {
             let _ = std::fs::remove_file(path);
@@ -177,7 +177,7 @@ impl Presence {
         processes
     }
 
-    /// Goes. Runs `last` if nobody else is here.
+    /// Leaves the station. Runs `last` if nobody else is here.
     pub(super) fn leave(&mut self, last: impl FnOnce()) {
         let turn = turn(&self.base);
         if turn.is_some() && self.is_alone() {

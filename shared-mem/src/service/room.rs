@@ -1,5 +1,5 @@
-//! Room in shared memory. A page of /dev/shm that is first written when there is none left ends the
-//! process (SIGBUS), so all pages are taken before they are used.
+//! Room in shared memory. The first write to a page of /dev/shm ends the process (SIGBUS) when no
+//! page is left, so all pages are taken before they are used.
 
 use std::fs::File;
 use std::os::unix::fs::MetadataExt as _;
@@ -14,18 +14,18 @@ use super::folder;
 /// The folder that Linux keeps POSIX shared memory in.
 pub(super) const SHARED: &str = "/dev/shm";
 
-/// A lack of room.
+/// Reason why no room was taken.
 #[derive(Debug)]
 pub(super) enum Lack {
-    /// Bytes that are needed, and are there.
+    /// Bytes that are needed, and bytes that are free.
     Room { need: u64, free: u64 },
     /// Bytes of the largest file, and the limit of this process.
     FileSize { need: u64, limit: u64 },
-    /// The folder's own problem.
+    /// The folder's problem, with the remedy.
     Folder(String),
 }
 
-/// Room that is taken, and given back when this is dropped.
+/// Room that is taken until this value is dropped.
 #[derive(Debug)]
 pub(super) struct Reservation {
     _files: Vec<File>,
@@ -49,7 +49,7 @@ pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Lack> 
     }
     let need: u64 = sizes.iter().sum();
     let mut files = Vec::new();
-    // Asked before: a file system may take what it cannot keep.
+    // Read before anything is taken: a file system may grant what it cannot keep.
     let had = free();
     for (n, &size) in sizes.iter().enumerate() {
         let path = format!("{SHARED}/{prefix}room.{}.{n}", std::process::id());
@@ -61,7 +61,7 @@ pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Lack> 
                 _ => Lack::Folder(problem(error)),
             })
             .map(File::from)?;
-        // It needs no name. Its room is kept as long as it is open.
+        // The file needs no name: it keeps its room as long as it is open.
         let _ = std::fs::remove_file(&path);
         match rustix::fs::fallocate(&file, FallocateFlags::empty(), 0, size) {
             Err(Errno::NOSPC | Errno::NOMEM | Errno::DQUOT) => {
@@ -109,7 +109,7 @@ pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
             continue;
         }
         let taken = rustix::fs::fallocate(&file, FallocateFlags::KEEP_SIZE, 0, meta.len());
-        // Elsewhere than on tmpfs the pages are taken as they are used.
+        // Other errors come from file systems that take pages only as they are used.
         if let Err(Errno::NOSPC | Errno::NOMEM | Errno::DQUOT) = taken {
             let need = meta.len();
             return Err(Lack::Room { need, free: free() });

@@ -16,7 +16,7 @@ const UNTRIGGERED: &[(&str, &str)] = &[
     ),
 ];
 
-/// Shortest text in a test that is taken for words of a message.
+/// Fewest bytes of a text in a test that counts as words of a message.
 const WORDS: usize = 8;
 
 /// A message with the variant that raises it.
@@ -40,7 +40,7 @@ fn every_message_is_triggered_by_a_test() {
     };
     let mut findings = Vec::new();
     let mut known = BTreeSet::new();
-    // A message of a few signs only joins others.
+    // A message of a few characters only joins other messages.
     let says = |it: &Message| it.fragments.iter().any(|text| text.trim().len() >= WORDS);
     for message in files.iter().flat_map(messages).filter(says) {
         let Message { place, variant, .. } = &message;
@@ -98,7 +98,7 @@ fn messages(file: &Tracked) -> Vec<Message> {
         let before = text.get(..at).unwrap_or_default();
         let after = text.get(at + OPENING.len()..).unwrap_or_default();
         let Some((message, rest)) = literal(after.trim_start()) else {
-            continue; // It is another error's own.
+            continue; // The message is that of the error inside.
         };
         let row = 1 + before.matches('\n').count();
         found.push(Message {
@@ -143,7 +143,7 @@ fn literal(text: &str) -> Option<(String, &str)> {
         match c {
             '"' => return Some((content, text.get(at + 2..)?)),
             '\\' => match chars.next()?.1 {
-                // The rest of the text is in the next line.
+                // The text goes on in the next line.
                 '\n' => {
                     let rest = chars.as_str().trim_start();
                     let from = text.len() - rest.len();

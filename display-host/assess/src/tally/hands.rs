@@ -2,15 +2,15 @@
 //!
 //! # Noise and sampling rates
 //!
-//! A hand at rest does not rest in the numbers: a device's noise is some tenths of a millimetre,
-//! and a path that sums it grows by metres a minute. Counts of movements by a threshold of speed
-//! differ with the tracker's noise and rate (ICSAD). So each track is measured in four steps:
+//! A hand at rest still moves in the numbers: a device's noise is some tenths of a millimetre, and
+//! a path that sums it grows by metres a minute. Movements that are counted by a threshold of speed
+//! depend on the tracker's noise and rate (ICSAD). So each track is measured in four steps:
 //!
-//! 1. The mean over each [`GRID_S`]: whatever the rate of the samples, the rest sees one rate.
+//! 1. The mean over each [`GRID_S`]: the later steps see one rate, whatever that of the samples.
 //! 2. Two low-pass stages of 10 Hz, above what a hand does on purpose. White noise of a standard
 //!    deviation σ a sample at 100 Hz keeps 0.41 σ.
 //! 3. A point on a leash of [`LEASH_M`] follows. It stands still until the hand has gone that far,
-//!    so what is left of the noise moves nothing. The path is the point's path.
+//!    so the noise that is left does not move it. The path is the point's path.
 //! 4. Movement and rest are the point's path in the last 0.1 s, with a threshold for each. Tremor
 //!    turns back sixteen times a second but does not rest between, so it is one movement.
 //!
@@ -134,7 +134,7 @@ pub(crate) struct Hands {
 }
 
 impl Hands {
-    /// Takes both hands' way from one position to the next in this time.
+    /// Takes the way of both hands from one position to the next, and its duration.
     pub(crate) fn step(&mut self, from: [Vec3; 2], to: [Vec3; 2], seconds: f64) {
         let numbers = || from.iter().chain(&to).flatten();
         if !numbers().all(|x| x.is_finite()) {
@@ -143,7 +143,7 @@ impl Hands {
         }
         let mut done_s = 0.0;
         while done_s < seconds {
-            // The last part is what is left: sums of parts never stop short of the whole.
+            // The last part takes all that is left: by rounding, the sum could stop short.
             let left_s = seconds - done_s;
             let part_s = (GRID_S - self.part_s).min(left_s);
             let middle = (done_s + 0.5 * part_s) / seconds;

@@ -18,16 +18,16 @@ use crate::metrics::{Metric, Values};
 use crate::rules::Rules;
 use crate::vector::{Vec3, axis, distance, dot, norm, off_sight, wide};
 
-/// A longer time between two movements is a gap, s.
+/// Longest time between two records of the hands that is no gap, s.
 const GAP_S: f64 = 0.25;
 /// Half of the field of view of a 0° endoscope, rad (`display-host`, `Scope`).
 pub(crate) const VIEW_HALF_RAD: f64 = 0.61;
-/// Shorter turns do not count, rad.
+/// Smallest turn of the sight that counts, rad.
 const TURN_RULER_RAD: f64 = std::f64::consts::PI / 180.0;
 /// Leaks within this distance of each other are one, m: all events of a leak have one position.
 const SAME_LEAK_M: f64 = 0.000_1;
-/// Time after an event of burning during which the current counts as burning, s. Events come 20
-/// times a second.
+/// Time for which the current counts as burning after an event of burning, s. Events come 20 times
+/// a second.
 const BURNS_S: f64 = 0.1;
 
 /// A leaking place.
@@ -48,9 +48,9 @@ pub(crate) struct Tally {
     time_s: f64,
     gaps_s: f64,
     paused_s: f64,
-    /// Time in which a device that had been there was gone, s.
+    /// Time in which a device of `seen` was gone, s.
     device_lost_s: f64,
-    /// Devices that were there in this attempt: bits as in `Movement::live`.
+    /// Devices that were there, or silent, in this attempt: bits as in `Movement::live`.
     seen: u8,
     noise: Noise,
     cautery_s: f64,
@@ -80,7 +80,7 @@ pub(crate) struct Tally {
 
 /// Bit of the haptic device in `Movement::live`.
 const HAPTIC: u8 = 1;
-/// Most leaks that are kept: more are one vessel that flickers.
+/// Most leaks that are kept. More than that come from one vessel that flickers.
 const LEAKS_MAX: usize = 64;
 
 impl Tally {
@@ -113,7 +113,7 @@ impl Tally {
         let Some((before_ns, before)) = self.last.replace((at_ns, *moved)) else {
             return 0.0;
         };
-        // The clock stands or goes back: no time passed.
+        // No time passed if the clock stands or goes back.
         let seconds = at_ns.saturating_sub(before_ns) as f64 * 1e-9;
         if seconds <= 0.0 {
             return 0.0;
@@ -209,7 +209,7 @@ impl Tally {
             Ok(Event::Crush { .. }) => self.crushes += 1,
             Ok(Event::Tear { .. }) if !is_target(kind) => self.tears += 1,
             Ok(Event::Slip { .. }) => self.slips += 1,
-            // It is missing like one that was there.
+            // A device that is silent from the start is gone too.
             Ok(Event::Fault(Fault::SilentDevice)) => self.seen |= HAPTIC,
             _ => {}
         }

@@ -2,10 +2,10 @@
 
 use crate::vector::Vec3;
 
-/// Time over which the handle's way is compared with a straight line, s. A hand that works is
-/// not on a line for longer, and noise and tremor are off it within less.
+/// Length of a part, in which the handle's way is compared with a straight line, s. A working hand
+/// follows no line for longer. Noise and tremor leave the line sooner.
 const PART_S: f64 = 0.25;
-/// Fewest samples of such a part.
+/// Fewest samples of a part.
 const SAMPLES_MIN: f64 = 10.0;
 /// Width of a bin, mm.
 const BIN_MM: f64 = 0.01;
@@ -13,13 +13,13 @@ const BIN_MM: f64 = 0.01;
 const BINS: usize = 1000;
 /// Fewest parts that yield a figure.
 const PARTS_MIN: u32 = 8;
-/// Least ratio of the mean squared step to twice the variance (von Neumann) of noise. White noise
-/// has 1, or half of it if each sample comes twice. A hand that trembles at 8 Hz has 0.12.
+/// Least ratio of the mean squared step to twice the variance (von Neumann) that is noise. White
+/// noise has 1, or half of it if each sample comes twice. A hand that trembles at 8 Hz has 0.12.
 const RATIO_MIN: f64 = 0.3;
 /// Share of the parts that counts as rest: the calmest tenth.
 const CALM: f64 = 0.1;
 
-/// Sums of a linear fit of position against time, and how far past parts were from theirs.
+/// Sums for the line through the present part, and a histogram of past parts' deviations.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Noise {
     origin: Option<Vec3>,
@@ -81,9 +81,9 @@ impl Noise {
             self.pp[i] - self.p[i] * self.p[i] / n - tp * tp / tt
         };
         let squares: f64 = [0, 1, 2].map(off).iter().sum();
-        // A line has two parameters. Rounding may leave less than nothing.
+        // A line takes two parameters an axis. Rounding may make the sum negative.
         let mm = (squares.max(0.0) / (3.0 * (n - 2.0))).sqrt();
-        // A hand that moves is not noise. One that rests has no noise, or little.
+        // A smooth deviation is a moving hand, not noise. One below a bin is rest.
         if mm >= BIN_MM && self.steps < RATIO_MIN * 2.0 * squares {
             return;
         }
@@ -102,7 +102,7 @@ impl Noise {
         };
     }
 
-    /// Standard deviation an axis in the calmest tenth of the time, mm; NaN if too short.
+    /// Standard deviation per axis in the calmest tenth of the parts, mm; NaN for too few parts.
     pub(crate) fn mm(&self) -> f64 {
         let parts: u32 = self.bins.iter().sum();
         if parts < PARTS_MIN {

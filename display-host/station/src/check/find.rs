@@ -15,20 +15,20 @@ const TICK_PRIORITY: u8 = 80;
 const RTTIME_MIN_US: u64 = 200_000;
 /// Default runtime that the kernel grants realtime threads, µs per second.
 const RT_RUNTIME_US: i64 = 950_000;
-/// Longest exit latency of an idle state for a good wake-up, µs.
+/// Longest exit latency of an idle state that is not deep, µs.
 const IDLE_EXIT_MAX_US: u64 = 10;
-/// Longest acceptable latency timer of an FTDI chip, ms. The chip holds bytes back for this time.
+/// Longest good setting of an FTDI chip's latency timer, ms. The chip holds bytes back that long.
 const LATENCY_TIMER_MAX_MS: u64 = 1;
 
-/// The machine as files and limits.
+/// The machine as files, tried calls and limits.
 #[derive(Debug, Clone)]
 pub(crate) struct System {
     /// `/`, or a folder of the same layout.
     root: PathBuf,
-    /// Outcomes of asking Linux.
+    /// Outcomes of the calls that were tried.
     trial: Trial,
-    /// Time for which a realtime thread may run without a sleep, until the kernel ends the process,
-    /// µs; `None`: unlimited.
+    /// Time without sleep after which the kernel ends the process of a realtime thread, µs; `None`:
+    /// unlimited.
     rttime_us: Option<u64>,
 }
 
@@ -64,7 +64,7 @@ impl System {
     }
 }
 
-/// All findings, most important first.
+/// Findings of this module, the most important first.
 pub(crate) fn all(system: &System, core: usize) -> Vec<Finding> {
     vec![
         priority(system),
@@ -104,7 +104,7 @@ pub(super) fn finding(
     }
 }
 
-/// Finding about a call that was tried: its own refusal, with the remedy.
+/// Finding about a call that was tried. A refused one has its cause and remedy.
 fn tried(
     name: &'static str,
     outcome: &Result<(), Refusal>,
@@ -143,7 +143,7 @@ fn affinity(system: &System, core: usize) -> Finding {
     tried("core of the tick", &system.trial.pinned, granted, should)
 }
 
-/// Calot ends a runaway tick itself after 200 ms; a lower limit would end the process.
+/// Calot stops a runaway tick itself after 200 ms. A lower limit would end the process first.
 fn runaway(system: &System) -> Finding {
     let should = "200 ms or more: calot itself stops a runaway tick by then";
     let name = "limit rttime";

@@ -1,7 +1,8 @@
 //! The log-in manager may take a running station's shared memory away: systemd-logind with
 //! `RemoveIPC=yes` removes every file of a user in /dev/shm when that user's last session ends
-//! (logind.conf(5)). Root and system users are spared. A program inside a session keeps it open, so
-//! only one outside is hit: a service with `User=`, cron, `sudo -u` from somebody else's session.
+//! (logind.conf(5)). Root and system users are spared. A program in a session keeps that session
+//! open. So only a program outside is hit: a service with `User=`, cron, `sudo -u` from somebody
+//! else's session.
 
 use std::path::{Path, PathBuf};
 
@@ -11,8 +12,8 @@ use super::finding::{Finding, Verdict};
 const NAME: &str = "shared memory kept";
 const SHOULD: &str =
     "yes, also when this user logs out: else programs that join later do not find the station";
-/// Last user that logind spares, if `login.defs` does not say. Systemd takes its bound from there
-/// when it is built.
+/// Highest user number that logind spares, if `login.defs` does not tell it. Systemd takes it from
+/// that file when it is built.
 const SYSTEM_USER_MAX: u32 = 999;
 /// The user `nobody`, whom logind treats as a system user.
 const NOBODY: u32 = 65534;
@@ -71,8 +72,8 @@ fn system_user_max(root: &Path) -> u32 {
     told.unwrap_or(SYSTEM_USER_MAX)
 }
 
-/// `RemoveIPC` as logind reads it; `None` if no file tells, which means yes unless the distribution
-/// chose otherwise. Its comment in the main file shows that choice (Red Hat's is no).
+/// `RemoveIPC` as logind reads it. If no file sets it, a commented-out line of the main file shows
+/// the distribution's choice (Red Hat's is no). `None` without such a line: that means yes.
 fn setting(root: &Path) -> Option<bool> {
     let main = FOLDERS
         .iter()
@@ -104,7 +105,7 @@ fn assigned(text: &str, mark: &str) -> Option<bool> {
         let (key, value) = line.trim().strip_prefix(mark)?.split_once('=')?;
         (key.trim() == "RemoveIPC").then(|| value.trim().to_lowercase())
     });
-    // Logind ignores what is no truth value.
+    // Logind ignores a value that is neither yes nor no.
     values.find_map(|value| match value.as_str() {
         "yes" | "y" | "true" | "t" | "on" | "1" => Some(true),
         "no" | "n" | "false" | "f" | "off" | "0" => Some(false),
@@ -112,7 +113,7 @@ fn assigned(text: &str, mark: &str) -> Option<bool> {
     })
 }
 
-/// True if a session of this very user holds this program.
+/// True if this program runs in a session, or under the manager, of this very user.
 fn is_in_own_session(root: &Path, user: u32) -> bool {
     let groups = read(root, "proc/self/cgroup").unwrap_or_default();
     let slice = format!("/user-{user}.slice/");

@@ -60,8 +60,8 @@ pub(super) fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
     triangles.into_iter().map(&mut alone).collect()
 }
 
-/// Distance of each piece except the largest from the nearest larger one, m, measured from the
-/// piece's vertices to the larger one's surface.
+/// Distance of each piece except the largest from the nearest larger one, m. It is measured from
+/// the piece's vertices to the larger one's surface.
 pub(super) fn gaps(mesh: &Mesh) -> Vec<f64> {
     let mut all = piece_meshes(mesh);
     all.sort_by(|a, b| b.volume().total_cmp(&a.volume()));

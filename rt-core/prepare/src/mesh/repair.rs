@@ -20,23 +20,23 @@ const WELD_SHARE: f64 = 1e-6;
 const VOLUME_SHARE_MIN: f64 = 2e-5;
 /// Pieces with less than this share of the largest piece's volume are dust.
 const DUST_SHARE: f64 = 1e-3;
-/// Inner pieces with more than this share of the organ's volume are a cavity, and it is said that
-/// it was filled. Smaller ones are specks of a segmentation.
+/// Inner pieces with at least this share of the organ's volume are a cavity, and a person is told
+/// that it was filled. Smaller ones are specks of a segmentation.
 const CAVITY_SHARE: f64 = 0.05;
-/// Pieces whose volumes differ by less than this share are equally large: single precision of a
-/// file, and the order of a sum, change a volume by less.
+/// Pieces whose volumes differ by less than this share are equally large. Single precision and the
+/// order of a sum change a volume by less.
 const EQUAL_SHARE: f64 = 1e-5;
-/// Vertices of a piece that decide whether it lies inside another, at most.
+/// Most vertices of a piece that are tested for lying inside another piece.
 const LOOKED_AT: usize = 64;
-/// Pieces larger than dust, at most, because each is tested against all larger ones.
+/// Most pieces larger than dust. Each of them is tested against all larger ones.
 const PIECES_MAX: usize = 256;
 
 /// A mesh may be hollow if twice its volume over its area is below this share of its extent.
 const THIN_SHARE: f64 = 0.05;
-/// Such a mesh is hollow if its outer surface alone holds more than this many times its volume.
+/// A thin mesh is hollow if its outer surface alone holds more than this many times its volume.
 const HOLLOW_GAIN: f64 = 1.6;
-/// Such a mesh counts walls twice if it holds more than this many times the volume of its outer
-/// surface.
+/// A thin mesh is hollow too if it holds more than this many times the volume of its outer surface:
+/// it counts walls twice.
 const TWICE_SHARE: f64 = 1.3;
 
 /// Share of its volume that a surface may enclose twice before it counts as overlapping itself.
@@ -86,7 +86,7 @@ impl Dropped {
         self
     }
 
-    /// Such as `70 tiny pieces dropped, 0.4 mL in all, the largest 0.02 mL`.
+    /// A note such as `70 tiny pieces dropped, 0.4 mL in all, the largest 0.020 mL`.
     fn note(&self, what: &str) -> Option<String> {
         let [all, largest] = [self.volume_m3, self.largest_m3].map(millilitres);
         match self.count {
@@ -99,7 +99,7 @@ impl Dropped {
     }
 }
 
-/// A volume with two digits.
+/// A volume in mL, rounded to suit its size.
 fn millilitres(volume_m3: f64) -> String {
     let ml = 1e6 * volume_m3;
     match ml {
@@ -135,7 +135,7 @@ impl Mended {
         self
     }
 
-    /// A sentence about an inside that was filled, for a person who meant a wall.
+    /// A sentence about a filled inside, for a person who wanted a hollow organ.
     #[must_use]
     pub fn filled(&self) -> Option<String> {
         let share = self.inner.volume_m3 / self.volume_m3;
@@ -227,7 +227,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
     if many > 0 {
         let parted = touch::part(&mut mesh);
         many = edges_of_many_triangles(&mesh);
-        // An edge whose bodies also hang together at both of its ends stays.
+        // An edge stays whole if its bodies also hang together at both of its ends.
         if many == 0 {
             mended.parted_edges = parted;
         }
@@ -276,7 +276,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
     once_only(mended, closing)
 }
 
-/// Wraps a surface that encloses space twice, because its volume and its inside would be wrong.
+/// Wraps or refuses a surface that encloses space twice: its volume and inside would be wrong.
 fn once_only(mended: Mended, closing: Closing) -> Result<Mended, MeshProblem> {
     let [min, max] = mended.mesh.bounds();
     let cell_m = (max - min).max() / OVERLAP_LINES;
@@ -319,7 +319,7 @@ fn solid_if_hollow(mended: Mended) -> Mended {
         finish(blank, sealed).ok()
     });
     match solid {
-        // A volume above that of the outer surface comes from walls inside walls, counted twice.
+        // Walls inside walls count twice, so the volume can exceed that of the outer surface.
         Some(solid)
             if solid.volume_m3 > HOLLOW_GAIN * mended.volume_m3
                 || mended.volume_m3 > TWICE_SHARE * solid.volume_m3 =>
@@ -336,8 +336,8 @@ fn solid_if_hollow(mended: Mended) -> Mended {
 fn finish(mut mended: Mended, mut mesh: Mesh) -> Result<Mended, MeshProblem> {
     let turned = orient_pieces_outward(&mut mesh);
     let kept = drop_pieces(&mut mesh, &mut mended)?;
-    // A cavity runs the other way than its body does. That is no fault, and neither is one of a
-    // surface that was made here.
+    // The triangles of a cavity face the other way than its body's, so dropped pieces do not count.
+    // A wrapped surface was made here, so its direction is no fault of the file.
     if !mended.wrapped {
         mended.turned |= kept.iter().any(|piece| turned[*piece]);
     }
@@ -454,7 +454,7 @@ fn orient_consistently(mesh: &mut Mesh) -> Result<(), MeshProblem> {
     Ok(())
 }
 
-/// Turns every piece whose volume is negative. Returns for each piece whether it was turned.
+/// Turns every piece whose volume is negative. Returns true for each piece that was turned.
 fn orient_pieces_outward(mesh: &mut Mesh) -> Vec<bool> {
     let (of_triangle, count) = pieces(mesh);
     let mut volume = vec![0.0; count];
@@ -472,8 +472,8 @@ fn orient_pieces_outward(mesh: &mut Mesh) -> Vec<bool> {
     volume.iter().map(|v| *v < 0.0).collect()
 }
 
-/// True if a piece lies whole inside another: all of its vertices do, or many spread over it. One
-/// vertex would not tell, because overlapping bodies have some in each other.
+/// True if a piece lies wholly inside another, as judged by all of its vertices, or by many spread
+/// over it. One vertex is not enough, because overlapping bodies have some in each other.
 fn lies_inside(piece: &Mesh, other: &Mesh) -> bool {
     let [[low, high], [least, most]] = [piece, other].map(Mesh::bounds);
     let is_around = (0..3).all(|k| least[k] <= low[k] && high[k] <= most[k]);
@@ -482,8 +482,8 @@ fn lies_inside(piece: &Mesh, other: &Mesh) -> bool {
     is_around && looked_at.all(|p| wrap::winding(other, p) > 0.5)
 }
 
-/// Drops dust, and pieces that lie inside a larger one, such as the inner side of a wall, and notes
-/// them. Returns the numbers of the pieces that are left.
+/// Drops and notes dust, and pieces that lie inside a larger one, such as the inner side of a wall.
+/// Returns the numbers of the pieces that are left.
 ///
 /// # Errors
 /// When too many pieces are left to find out which lies inside which.

@@ -6,15 +6,15 @@ use std::collections::{HashMap, HashSet};
 use super::{Mesh, sides};
 use crate::Vec3;
 
-/// A triangle at an edge: its number, its direction along the edge, and its angle around it.
+/// A triangle at an edge: its number, its direction along the edge, and its angle about the edge.
 struct Leaf {
     triangle: u32,
     forward: bool,
     angle: f64,
 }
 
-/// Parts the bodies at every edge of more than two triangles. Returns the number of these edges; 0,
-/// with the mesh as it was, if walls meet there rather than bodies.
+/// Parts the bodies at every edge of more than two triangles. Returns the number of these edges. If
+/// walls rather than bodies meet at one, the mesh stays as it was, and the number is 0.
 pub(super) fn part(mesh: &mut Mesh) -> usize {
     let mut around: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
     for (i, &t) in mesh.triangles.iter().enumerate() {
@@ -61,8 +61,8 @@ fn corner(mesh: &Mesh, triangle: u32, vertex: u32) -> usize {
     3 * triangle as usize + k
 }
 
-/// Triangles at an edge in pairs with a body between the two. `None` if there is a wall without an
-/// inside.
+/// Triangles at an edge, in pairs with a body between the two. `None` if one of them is a wall
+/// without an inside.
 fn pairs(mesh: &Mesh, [a, b]: [u32; 2], all: &[u32], outward: bool) -> Option<Vec<[u32; 2]>> {
     let [from, to] = [a, b].map(|i| mesh.vertices[i as usize]);
     let axis = (to - from).try_normalize(0.0)?;
@@ -89,8 +89,8 @@ fn pairs(mesh: &Mesh, [a, b]: [u32; 2], all: &[u32], outward: bool) -> Option<Ve
             .total_cmp(&b.angle)
             .then(a.triangle.cmp(&b.triangle))
     });
-    // Turning about the edge, one enters a body through a triangle that runs back along the edge,
-    // and leaves it through one that runs forward.
+    // A turn about the edge enters a body through a triangle that runs back along the edge. It
+    // leaves the body through one that runs forward.
     let enters = |leaf: &Leaf| leaf.forward != outward;
     let count = leaves.len();
     let alternate = (0..count).all(|i| enters(&leaves[i]) != enters(&leaves[(i + 1) % count]));
@@ -128,7 +128,7 @@ impl Corners {
         self.parent[a.max(b)] = a.min(b);
     }
 
-    /// Gives a copy of its vertex to each further set of corners at the vertices that are parted.
+    /// Parts these vertices. The first set of corners at each keeps it. Each other set gets a copy.
     fn rename(&mut self, mesh: &mut Mesh, parted: &HashSet<u32>) {
         let mut taken: HashSet<u32> = HashSet::new();
         let mut names: HashMap<usize, u32> = HashMap::new();
