@@ -88,6 +88,8 @@ pub(super) struct Judge {
     dropped: bool,
     /// True while this poll has brought no sample. The findings are then those of earlier polls.
     quiet: bool,
+    /// True if no sample has come for [`UNIT_GAP_NS`].
+    is_silent: bool,
     findings: Findings,
 }
 
@@ -108,6 +110,11 @@ impl Judge {
         self.polled_ns = now_ns;
         self.quiet = true;
         self.findings.leapt = false;
+        // Silence has a name of its own.
+        self.is_silent = now_ns.saturating_sub(self.arrived_ns) > UNIT_GAP_NS;
+        if self.is_silent {
+            self.findings.faults = FaultSet::NONE;
+        }
         self.findings.bundle_ms = self.bundles.length_ms().unwrap_or(0);
     }
 
@@ -202,7 +209,7 @@ impl Judge {
         let mut findings = self.findings;
         findings
             .faults
-            .raise_if(self.bundles.are_found(), Fault::DeviceBundles);
+            .raise_if(self.bundles.are_found() && !self.is_silent, Fault::DeviceBundles);
         findings
     }
 

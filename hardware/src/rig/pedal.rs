@@ -18,7 +18,33 @@ pub struct RigPedal {
     host: Host,
     silence_ns: u64,
     last_heard_ns: Option<TimeNs>,
-    pressed: bool,
+    electrodes: Electrodes,
+    camera_lock: bool,
+}
+
+/// Switches that give current: cut and coagulate.
+#[derive(Debug, Default)]
+struct Electrodes {
+    /// As last heard.
+    pressed: [bool; 2],
+    /// Those that were pressed when the pedal fell silent. They count once they were released.
+    held: [bool; 2],
+}
+
+impl Electrodes {
+    /// Takes a report. Returns those that count as pressed.
+    fn hear(&mut self, pressed: [bool; 2]) -> [bool; 2] {
+        self.pressed = pressed;
+        self.held = [0, 1].map(|i| self.held[i] && pressed[i]);
+        [0, 1].map(|i| pressed[i] && !self.held[i])
+    }
+
+    /// Releases all. Returns true if one was pressed.
+    fn fall_silent(&mut self) -> bool {
+        let pressed = core::mem::take(&mut self.pressed);
+        self.held = [0, 1].map(|i| self.held[i] || pressed[i]);
+        pressed != [false; 2]
+    }
 }
 
 impl RigPedal {
@@ -31,7 +57,8 @@ impl RigPedal {
             host,
             silence_ns,
             last_heard_ns: None,
-            pressed: false,
+            electrodes: Electrodes::default(),
+            camera_lock: false,
         })
     }
 
@@ -68,7 +95,8 @@ impl Pedal for RigPedal {
                 camera_lock,
             } = switches;
             self.last_heard_ns = Some(at_ns);
-            self.pressed = cut || coagulate || camera_lock;
+            self.camera_lock = camera_lock;
+            let [cut, coagulate] = self.electrodes.hear([cut, coagulate]);
             return Polled::Fresh(PedalSample {
                 cut,
                 coagulate,
@@ -81,8 +109,9 @@ impl Pedal for RigPedal {
             .is_some_and(|heard| now_ns.saturating_sub(heard) > self.silence_ns);
         if read.is_none() {
             Polled::Lost
-        } else if silent && self.pressed {
-            self.pressed = false;
+        } else if silent
+            && (self.electrodes.fall_silent() | core::mem::take(&mut self.camera_lock))
+        {
             Polled::Fresh(PedalSample {
                 at_ns: now_ns,
                 ..PedalSample::default()
@@ -94,5 +123,22 @@ impl Pedal for RigPedal {
 
     fn counters(&self) -> LineCounters {
         self.host.counters()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pedal_that_was_held_through_a_silence_gives_no_current_until_released() {
+        let mut electrodes = Electrodes::default();
+        assert_eq!(electrodes.hear([false, true]), [false, true]);
+        assert!(electrodes.fall_silent());
+        assert!(!electrodes.fall_silent(), "told once");
+        assert_eq!(electrodes.hear([false, true]), [false, false], "still held");
+        assert_eq!(electrodes.hear([true, true]), [true, false]);
+        assert_eq!(electrodes.hear([false, false]), [false, false]);
+        assert_eq!(electrodes.hear([false, true]), [false, true]);
     }
 }

@@ -102,12 +102,14 @@ pub enum ServiceError {
         owner: String,
     },
     /// A service of the station has as many readers as it admits.
-    #[error("station '{station}' has {max} displays already; close one")]
+    #[error("station '{station}' has {max} {what} already; close one")]
     ManyHosts {
         /// Station.
         station: String,
         /// Most that can watch at once.
         max: usize,
+        /// Kind of hosts.
+        what: &'static str,
     },
     /// Somebody runs the station.
     #[error(

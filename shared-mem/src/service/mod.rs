@@ -219,6 +219,10 @@ impl Station {
                 "ExceedsMaxSupportedSubscribers" => ServiceError::ManyHosts {
                     station: self.name.clone(),
                     max: quality.readers,
+                    what: match service {
+                        "inputs" => "recorders",
+                        _ => "displays",
+                    },
                 },
                 _ => self.transport("subscribing", &error),
             })

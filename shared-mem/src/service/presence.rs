@@ -100,11 +100,13 @@ impl Mark {
         None
     }
 
-    /// True if a living process holds this file. A file that cannot be opened counts as not held.
+    /// True if a living process holds this file, or may hold it: only a file that is gone, or that
+    /// is a link, is surely nobody's.
     fn is_held(path: &Path) -> bool {
         let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-        let Ok(file) = rustix::fs::open(path, flags, Mode::empty()) else {
-            return false;
+        let file = match rustix::fs::open(path, flags, Mode::empty()) {
+            Ok(file) => file,
+            Err(error) => return !matches!(error, Errno::NOENT | Errno::LOOP),
         };
         let locked = rustix::fs::flock(&file, FlockOperation::NonBlockingLockShared);
         locked == Err(Errno::WOULDBLOCK)

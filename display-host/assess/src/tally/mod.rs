@@ -93,6 +93,7 @@ impl Tally {
     pub(crate) fn again(&self) -> Self {
         Self {
             force: self.force.again(),
+            seen: self.seen,
             ..Self::default()
         }
     }

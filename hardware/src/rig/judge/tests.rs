@@ -167,6 +167,15 @@ fn a_device_that_confirms_no_force_is_deaf_but_not_while_nobody_sends() {
 }
 
 #[test]
+fn a_device_that_dies_takes_its_other_faults_along() {
+    let mut bench = Bench::new();
+    bench.run(0..200, |_| (7, 0.01, 0.0));
+    assert!(!bench.judge.findings().faults.is_empty());
+    (0..200).for_each(|_| bench.poll(&[], true));
+    assert!(bench.judge.findings().faults.is_empty(), "it is silent");
+}
+
+#[test]
 fn a_line_that_refuses_forces_is_deaf_until_it_takes_one() {
     let mut bench = Bench::new();
     bench.run(0..100, moving(0.0));
