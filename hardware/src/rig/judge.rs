@@ -207,9 +207,10 @@ impl Judge {
     /// Faults of the last poll that brought a sample. A leap lasts for its own poll only.
     pub(super) fn findings(&self) -> Findings {
         let mut findings = self.findings;
-        findings
-            .faults
-            .raise_if(self.bundles.are_found() && !self.is_silent, Fault::DeviceBundles);
+        findings.faults.raise_if(
+            self.bundles.are_found() && !self.is_silent,
+            Fault::DeviceBundles,
+        );
         findings
     }
 

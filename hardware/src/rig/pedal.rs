@@ -109,8 +109,7 @@ impl Pedal for RigPedal {
             .is_some_and(|heard| now_ns.saturating_sub(heard) > self.silence_ns);
         if read.is_none() {
             Polled::Lost
-        } else if silent
-            && (self.electrodes.fall_silent() | core::mem::take(&mut self.camera_lock))
+        } else if silent && (self.electrodes.fall_silent() | core::mem::take(&mut self.camera_lock))
         {
             Polled::Fresh(PedalSample {
                 at_ns: now_ns,
