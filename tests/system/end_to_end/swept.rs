@@ -24,26 +24,12 @@ fn a_station_whose_folder_is_removed_reports_and_keeps_its_name() {
     let first = Program::start(&mut run(&name, tmp.path(), out.path()));
     let user = rustix::process::geteuid().as_raw();
     let folder = tmp.path().join(format!("calot-{user}"));
-    // A second display works only once the scene is chosen and open everywhere.
-    let attach = [
-        "run",
-        "--attach",
-        "--headless",
-        "--seconds",
-        "1",
-        "--frames",
-        "0",
-    ];
-    wait_until("the station runs", || {
-        let out = tempfile::tempdir().expect("a folder");
-        let mut display = calot();
-        display.args(attach).args(["--station", &name]);
-        display
-            .arg("--out")
-            .arg(out.path())
-            .env("TMPDIR", tmp.path());
-        finish(&mut display).status.success()
-    });
+    // The recording begins once the scene is chosen. It grows while all ends are open.
+    let session = out.path().join("session.mcap");
+    let length = || std::fs::metadata(&session).map_or(0, |it| it.len());
+    wait_until("the station records", || length() > 4096);
+    let begun = length();
+    wait_until("the recording grows", || length() > begun + 200_000);
     std::fs::remove_dir_all(&folder).expect("it is ours");
 
     let second = finish(&mut run(&name, tmp.path(), beside.path()));
