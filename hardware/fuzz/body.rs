@@ -13,7 +13,7 @@ use rt_core::port::{ForceCommand, HapticDevice, Polled};
 use rt_core::words::Status;
 
 const MODELS: [HapticModel; 3] = [HapticModel::TouchRig, HapticModel::Woody, HapticModel::Hapi];
-/// Age at which a sample is stale; the realtime process uses the same.
+/// Age at which a sample of a device at 1 kHz is stale; the realtime process uses the same.
 const STALE_MS: u32 = 5;
 /// Time without a sample after which no force is left: 20 ms of fading and the device's watchdog.
 const SILENT_MS: u32 = 100;
