@@ -110,6 +110,7 @@ impl Station {
                 (_, true) => Status::Stale,
                 _ => Status::Live,
             },
+            device_fails: false,
             paused: false,
         };
         // A person enables the force again after each trip.

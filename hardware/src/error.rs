@@ -84,6 +84,28 @@ pub enum HardwareError {
         /// rate.
         heard: u64,
     },
+    /// No answer, but other bytes.
+    #[error("{path}: no answer from a {expected} in {waited_ms} ms. {heard}")]
+    Garbled {
+        /// Device path as given.
+        path: PathBuf,
+        /// Expected device.
+        expected: &'static str,
+        /// Time waited, ms.
+        waited_ms: u64,
+        /// Sentences about the bytes, with the likely mistake and its remedy.
+        heard: String,
+    },
+    /// The device must pass `feel` before it may render a force.
+    #[error(
+        "{path}: no force before a test by hand: two sources contradict each other about the signs of a \
+         WoodenHaptics device. Run `calot devices feel --station-file FILE --out FILE --overwrite` with \
+         this station file"
+    )]
+    Unfelt {
+        /// Device path as given.
+        path: PathBuf,
+    },
     /// Another device answered.
     #[error("{path}: expected a {expected}, found {found}. Correct the path in the station file")]
     WrongDevice {

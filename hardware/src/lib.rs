@@ -16,6 +16,7 @@
 //! slot     the newest value, from one thread to another
 //! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
 //! conformance  one suite for every driver, emulated device and real device
+//! feel     a person tests axes, units and signs of positions and forces
 //! ```
 //!
 //! Drivers implement the ports of `rt-core` ([`rt_core::port`]). The main thread opens a device
@@ -38,6 +39,8 @@ pub mod conformance;
 pub mod emulate;
 #[cfg(feature = "std")]
 mod error;
+#[cfg(feature = "std")]
+pub mod feel;
 #[cfg(feature = "std")]
 mod gate;
 #[cfg(feature = "std")]

@@ -76,6 +76,8 @@ impl InputRecord {
     pub const NO_FAR_ORGANS: u32 = 1 << 11;
     /// The haptic device's sample does not continue those before.
     pub const LEAPT: u32 = 1 << 12;
+    /// The haptic device reported a fault of its own.
+    pub const DEVICE_FAILED: u32 = 1 << 13;
 }
 
 /// Setup of a run. With the scene and the inputs it decides all results.

@@ -208,6 +208,14 @@ words! {
         DeafDevice = 25, "deaf_device";
         /// The pedal's line is gone, or silent.
         LostPedal = 26, "lost_pedal";
+        /// A pedal has been held down since the start, or since its line returned.
+        HeldPedal = 27, "held_pedal";
+        /// The haptic device reports a fault of its own.
+        DeviceFault = 28, "device_fault";
+        /// The haptic device's watchdog dropped the force.
+        DeviceWatchdog = 29, "device_watchdog";
+        /// The haptic device limits the force itself.
+        DeviceLimited = 30, "device_limited";
     }
 }
 

@@ -4,9 +4,11 @@
 //! line, watch the device and check the watchdog, silence after closing, a second opening, and an
 //! unplugged cable. They command zero force only, so the device may stand free on a table.
 
+mod answers;
 mod hapi;
 mod haptic;
 mod inverse3;
+mod motion;
 mod pedal;
 mod samples;
 mod touch;
@@ -20,6 +22,7 @@ use std::time::Duration;
 pub use hapi::hapi;
 pub use haptic::haptic;
 pub use inverse3::inverse3;
+pub(crate) use motion::Motion;
 pub use pedal::{pedal, pedal_by};
 pub use touch::touch;
 pub use tracker::{tracker, tracker_by, trakstar};
@@ -58,7 +61,9 @@ pub enum Outcome {
     Pass,
     /// The requirement is violated.
     Fail,
-    /// The check was not made.
+    /// The check could not be made, or this computer spoilt it. It is no pass.
+    NotJudged,
+    /// The check does not apply, or nobody asked for it.
     Skipped,
 }
 
@@ -83,19 +88,30 @@ pub struct Report {
 }
 
 impl Report {
-    fn new(device: &str) -> Self {
+    pub(crate) fn new(device: &str) -> Self {
         Self {
             device: device.to_owned(),
             checks: Vec::new(),
         }
     }
 
-    /// True if no check failed.
+    /// True if every check that applies was made and holds.
     #[must_use]
     pub fn passed(&self) -> bool {
-        self.checks
-            .iter()
-            .all(|check| check.outcome != Outcome::Fail)
+        !self.has(Outcome::Fail) && !self.has(Outcome::NotJudged)
+    }
+
+    /// True if a check has this outcome.
+    #[must_use]
+    pub fn has(&self, outcome: Outcome) -> bool {
+        self.checks.iter().any(|check| check.outcome == outcome)
+    }
+
+    /// Names of the checks with this outcome.
+    #[must_use]
+    pub fn names(&self, outcome: Outcome) -> Vec<&'static str> {
+        let with = self.checks.iter().filter(|it| it.outcome == outcome);
+        with.map(|check| check.name).collect()
     }
 
     /// The check with this name.
@@ -104,7 +120,7 @@ impl Report {
         self.checks.iter().find(|check| check.name == name)
     }
 
-    fn judge(&mut self, name: &'static str, good: bool, detail: String) {
+    pub(crate) fn judge(&mut self, name: &'static str, good: bool, detail: String) {
         let outcome = if good { Outcome::Pass } else { Outcome::Fail };
         self.checks.push(Check {
             name,
@@ -116,12 +132,28 @@ impl Report {
     /// Judges a check that depends on time, unless this computer itself was late.
     fn judge_time(&mut self, name: &'static str, good: bool, detail: String, host: watch::Host) {
         match host.excuse() {
-            Some(excuse) if !good => self.skip(name, &format!("{detail}; {excuse}")),
+            Some(excuse) if !good => self.leave_open(name, &format!("{detail}; {excuse}")),
             _ => self.judge(name, good, detail),
         }
     }
 
-    fn skip(&mut self, name: &'static str, why: &str) {
+    /// Notes a check that applies and could not be made.
+    pub(crate) fn leave_open(&mut self, name: &'static str, why: &str) {
+        self.checks.push(Check {
+            name,
+            outcome: Outcome::NotJudged,
+            detail: why.to_owned(),
+        });
+    }
+
+    /// Adds words to a check.
+    fn add_to(&mut self, name: &str, words: &str) {
+        if let Some(check) = self.checks.iter_mut().find(|it| it.name == name) {
+            check.detail += words;
+        }
+    }
+
+    pub(crate) fn skip(&mut self, name: &'static str, why: &str) {
         self.checks.push(Check {
             name,
             outcome: Outcome::Skipped,
@@ -142,6 +174,7 @@ impl fmt::Display for Report {
             let mark = match outcome {
                 Outcome::Pass => "ok  ",
                 Outcome::Fail => "FAIL",
+                Outcome::NotJudged => "??  ",
                 Outcome::Skipped => "skip",
             };
             writeln!(f, "  {mark}  {name:<14} {detail}")?;

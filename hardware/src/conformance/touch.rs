@@ -16,7 +16,7 @@ pub fn touch(library: &Path, device: Option<&str>, options: &mut Options<'_>) ->
     let Some(mut device) = open(&mut report, "handshake", attempt) else {
         return report;
     };
-    report.device = format!("Touch \"{}\"", device.identity());
+    report.device = format!("Touch \"{}\"", device.identity().name);
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",

@@ -39,6 +39,8 @@ pub(super) fn until(limit: Duration, mut step: impl FnMut(TimeNs) -> bool) -> bo
 pub(super) struct Host {
     watched: Duration,
     waited: Duration,
+    /// Bytes that it did not read in time.
+    unread: u64,
 }
 
 impl Host {
@@ -56,8 +58,21 @@ impl Host {
         }
     }
 
+    /// Notes bytes that this computer did not read in time.
+    pub(super) const fn missed(mut self, unread: u64) -> Self {
+        self.unread += unread;
+        self
+    }
+
     /// Reason for which timing cannot be judged; `None` if it can.
     pub(super) fn excuse(self) -> Option<String> {
+        if self.unread > 0 {
+            return Some(format!(
+                "not judged: this computer did not read {} bytes in time; end other programs and \
+                 test again",
+                self.unread
+            ));
+        }
         let share = self.waited.as_secs_f32() / self.watched.as_secs_f32().max(1e-6);
         (share > Self::SHARE_MAX).then(|| {
             format!(

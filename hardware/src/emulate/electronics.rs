@@ -2,10 +2,11 @@
 
 use rt_core::math::Vec3;
 
+use super::mistake::{Mistake, RigFirmware};
 use super::touch::{Body, Touch};
 use crate::hapi::device::Board;
 use crate::hapi::pantograph::{Pantograph, swapped};
-use crate::rig::device::{Device, Motion};
+use crate::rig::device::Motion;
 use crate::rig::wire::Capabilities;
 use crate::woody::device::Firmware;
 use crate::woody::mechanism::Mechanism;
@@ -26,7 +27,7 @@ pub enum HapticModel {
 /// Firmware of one device.
 #[derive(Debug)]
 pub(super) enum Electronics {
-    Rig(Box<Device>),
+    Rig(Box<RigFirmware>),
     Woody(Box<Firmware>),
     Hapi(Box<Hapi>),
 }
@@ -101,9 +102,13 @@ impl Hapi {
 }
 
 impl Electronics {
-    pub(super) fn new(model: HapticModel) -> Self {
+    /// Electronics of a model. Only a rig makes mistakes.
+    pub(super) fn new(model: HapticModel, mistake: Option<Mistake>) -> Self {
         match model {
-            HapticModel::TouchRig => Self::Rig(Box::new(Device::new(Capabilities::touch_class()))),
+            HapticModel::TouchRig => {
+                let firmware = RigFirmware::new(Capabilities::touch_class(), mistake);
+                Self::Rig(Box::new(firmware))
+            }
             HapticModel::Woody => Self::Woody(Box::default()),
             HapticModel::Hapi => Self::Hapi(Box::default()),
         }
@@ -128,7 +133,7 @@ impl Electronics {
     /// True if a controller sends commands.
     pub(super) fn is_commanded(&self) -> bool {
         match self {
-            Self::Rig(device) => device.is_commanded(),
+            Self::Rig(firmware) => firmware.is_commanded(),
             Self::Woody(firmware) => firmware.is_commanded(),
             Self::Hapi(hapi) => hapi.spoken_us.is_some(),
         }
@@ -145,12 +150,11 @@ impl Electronics {
         mut send: impl FnMut(&[u8]),
     ) -> Vec3 {
         match self {
-            Self::Rig(device) => {
-                device.receive(bytes, now_us);
-                if let Some(answer) = device.answer() {
-                    send(answer.as_bytes());
+            Self::Rig(firmware) => {
+                if let Some(answer) = firmware.receive(bytes, now_us) {
+                    send(&answer);
                 }
-                device.force(now_us).force_n.into()
+                firmware.force_n(now_us)
             }
             Self::Woody(firmware) => {
                 let [a, b, c] = WOODY.counts(touch.measured_m());
@@ -173,9 +177,8 @@ impl Electronics {
     /// Motor command now, as a share of the most that the station may command.
     pub(super) fn strain(&mut self, now_us: u32) -> f32 {
         match self {
-            Self::Rig(device) => {
-                let force_n = Vec3::from(device.force(now_us).force_n);
-                force_n.norm() / Capabilities::touch_class().force_max_n
+            Self::Rig(firmware) => {
+                firmware.force_n(now_us).norm() / Capabilities::touch_class().force_max_n
             }
             Self::Woody(firmware) => {
                 let most_ma = firmware.currents_ma(now_us).map(i32::abs);
@@ -200,10 +203,10 @@ impl Electronics {
         now_us: u32,
         mut send: impl FnMut(&[u8]),
     ) {
-        if let Self::Rig(device) = self {
-            device.set_limited(touch.is_limited());
-            if let Some(state) = device.state(motion, now_us) {
-                send(state.as_bytes());
+        if let Self::Rig(firmware) = self {
+            firmware.set_limited(touch.is_limited());
+            if let Some(state) = firmware.state(motion, now_us) {
+                send(&state);
             }
         }
     }

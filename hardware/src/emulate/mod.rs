@@ -12,6 +12,7 @@ mod gamepad;
 mod hand;
 mod inverse3;
 mod led;
+mod mistake;
 mod operated;
 mod played;
 mod pty;
@@ -33,6 +34,7 @@ pub use gamepad::Gamepad;
 pub use hand::{Hand, HandScript, Intent, ROUND_S};
 pub use inverse3::{EmulatedInverse3, Misbehaviour};
 pub use led::{LedHand, Measured};
+pub use mistake::Mistake;
 pub use operated::Wish;
 pub use played::Played;
 pub use touch::{Body, Grip, Touch};
@@ -51,6 +53,8 @@ pub struct EmulateConfig {
     pub script: HandScript,
     /// Emulated haptic device.
     pub haptic: HapticModel,
+    /// Mistake in the firmware of an emulated rig.
+    pub mistake: Option<Mistake>,
     /// Seed of tremor and faults; equal seeds give equal movements.
     pub seed: u64,
     /// Faults of each line.

@@ -7,6 +7,7 @@ use rt_core::math::Vec3;
 use rt_core::port::HapticDevice;
 
 use super::electronics::{Electronics, HapticModel};
+use super::mistake::Mistake;
 use super::touch::{Grip, Touch};
 use crate::HardwareError;
 use crate::hapi::HapiHaptic;
@@ -65,9 +66,25 @@ impl Hears for End {
 impl Played {
     /// Makes a device at rest and opens its driver.
     pub fn open(model: HapticModel) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
+        Self::made(model, None, Grip::STYLUS)
+    }
+
+    /// Makes a rig whose firmware may have a mistake, in a hand, and opens its driver.
+    pub fn open_rig(
+        mistake: Option<Mistake>,
+        grip: Grip,
+    ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
+        Self::made(HapticModel::TouchRig, mistake, grip)
+    }
+
+    fn made(
+        model: HapticModel,
+        mistake: Option<Mistake>,
+        grip: Grip,
+    ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
         let heard = Arc::new(Bytes::new());
-        let electronics = Electronics::new(model);
-        let touch = Touch::new(electronics.body(), Grip::STYLUS, Vec3::zeros());
+        let electronics = Electronics::new(model, mistake);
+        let touch = Touch::new(electronics.body(), grip, Vec3::zeros());
         let motion = Motion {
             rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
             ..Motion::default()
@@ -117,6 +134,28 @@ impl Played {
                 self.end.heard.put(state, now_ns);
             });
         }
+    }
+
+    /// Advances one millisecond with a hand that pulls the handle towards `target_m`. Returns the
+    /// force of the motors, N.
+    pub fn held(&self, target_m: Vec3) -> Vec3 {
+        let force_n = {
+            let mut device = self.end.device();
+            let now_us = device.now_us();
+            let Device {
+                electronics,
+                touch,
+                motion,
+                ..
+            } = &mut *device;
+            let force_n = electronics.receive(&[], touch, now_us, false, |_| {});
+            touch.step(target_m, Vec3::zeros(), force_n);
+            motion.position_m = touch.measured_m().into();
+            motion.velocity_m_s = touch.measured_velocity_m_s().into();
+            force_n
+        };
+        self.millisecond(true);
+        force_n
     }
 
     /// The device's time, ns, for calls of the driver.

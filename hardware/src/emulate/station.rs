@@ -76,7 +76,7 @@ impl Station {
             let line = FaultyLine::new(faults, Random::new(config.seed, stream));
             Plug::new(directory.join(name), line)
         };
-        let haptic = Electronics::new(config.haptic);
+        let haptic = Electronics::new(config.haptic, config.mistake);
         let wanted = hand.intent(0.0).device_from_handle;
         let rest = haptic.guided(wanted.translation.vector);
         Ok(Self {

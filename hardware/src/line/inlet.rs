@@ -36,6 +36,8 @@ pub(crate) struct Bytes {
     ring: Box<[AtomicU8]>,
     written: AtomicU64,
     taken: AtomicU64,
+    /// Bytes that nobody read in time.
+    discarded: AtomicU64,
     /// Arrival time of the newest byte.
     arrived_ns: AtomicU64,
     is_lost: AtomicBool,
@@ -47,6 +49,7 @@ impl Bytes {
             ring: (0..ROOM).map(|_| AtomicU8::new(0)).collect(),
             written: AtomicU64::new(0),
             taken: AtomicU64::new(0),
+            discarded: AtomicU64::new(0),
             arrived_ns: AtomicU64::new(0),
             is_lost: AtomicBool::new(false),
         }
@@ -67,6 +70,7 @@ impl Bytes {
             place.store(byte, Ordering::Relaxed);
             count += 1;
         }
+        self.discard(chunk.len() as u64 - count);
         self.arrived_ns.store(at_ns, Ordering::Relaxed);
         self.written.store(written + count, Ordering::Release);
     }
@@ -76,6 +80,7 @@ impl Bytes {
         let written = self.written.load(Ordering::Acquire);
         let mut taken = self.taken.load(Ordering::Relaxed);
         if written - taken > BACKLOG {
+            self.discard(written - BACKLOG_KEPT - taken);
             taken = written - BACKLOG_KEPT;
         }
         let waiting = (written - taken) as usize;
@@ -86,6 +91,17 @@ impl Bytes {
         }
         self.taken.store(taken + count as u64, Ordering::Release);
         (count, self.arrived_ns.load(Ordering::Relaxed))
+    }
+
+    fn discard(&self, count: u64) {
+        if count > 0 {
+            self.discarded.fetch_add(count, Ordering::Relaxed);
+        }
+    }
+
+    /// Number of bytes so far that nobody read in time.
+    pub(crate) fn discarded(&self) -> u64 {
+        self.discarded.load(Ordering::Relaxed)
     }
 
     /// Copies the available bytes into `buffer` and returns the arrival time of the last. Bytes
@@ -144,6 +160,11 @@ impl Inlet {
     /// See [`Bytes::read`].
     pub(super) fn read(&self, buffer: &mut [u8]) -> Read {
         self.bytes.read(buffer)
+    }
+
+    /// See [`Bytes::discarded`].
+    pub(super) fn discarded(&self) -> u64 {
+        self.bytes.discarded()
     }
 
     /// True if no more bytes will come.
@@ -241,6 +262,7 @@ mod tests {
         assert_eq!((count, at_ns), (BACKLOG_KEPT as usize, 39));
         assert_eq!(buffer[..12], [34; 12]);
         assert_eq!(buffer[500..512], [39; 12]);
+        assert_eq!(bytes.discarded(), 4000 - BACKLOG_KEPT);
         for i in 0..1000 {
             bytes.put(&[i as u8; CHUNK], i);
         }

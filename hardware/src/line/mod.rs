@@ -132,6 +132,14 @@ impl Line {
         }
     }
 
+    /// Number of bytes so far that nobody read in time, and that are dropped.
+    pub(crate) fn discarded(&self) -> u64 {
+        match &self.ends {
+            Ends::Tty { inlet, .. } => inlet.discarded(),
+            Ends::Played { heard, .. } => heard.discarded(),
+        }
+    }
+
     /// Writes the bytes that the line takes now, without waiting for room. Never allocates.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Written {
         if self.is_lost() {

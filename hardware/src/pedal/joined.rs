@@ -57,12 +57,7 @@ impl Pedal for JoinedPedals {
 
     fn counters(&self) -> LineCounters {
         let [one, two] = self.pedals.each_ref().map(|pedal| pedal.counters());
-        LineCounters {
-            frames: one.frames + two.frames,
-            bad_frames: one.bad_frames + two.bad_frames,
-            lost_frames: one.lost_frames + two.lost_frames,
-            dropped_writes: one.dropped_writes + two.dropped_writes,
-        }
+        one.plus(two)
     }
 }
 

@@ -77,6 +77,7 @@ pub struct Device {
     last_force_sequence: Option<u16>,
     tripped: bool,
     limited: bool,
+    faulty: bool,
     counters: DeviceCounters,
 }
 
@@ -108,6 +109,7 @@ impl Device {
             last_force_sequence: None,
             tripped: false,
             limited: false,
+            faulty: false,
             counters: DeviceCounters::default(),
         }
     }
@@ -192,6 +194,9 @@ impl Device {
             self.counters.watchdog_trips = self.counters.watchdog_trips.wrapping_add(1);
             return Force::default();
         }
+        if self.faulty {
+            return Force::default();
+        }
         let can = &self.capabilities;
         Force {
             force_n: shorten(rendered.command.force_n, can.force_max_n),
@@ -213,6 +218,9 @@ impl Device {
         }
         if self.limited {
             status |= Status::LIMITED.0;
+        }
+        if self.faulty {
+            status |= Status::FAULT.0;
         }
         let state = State {
             status: Status(status),
@@ -239,6 +247,12 @@ impl Device {
     /// Reports, from the next sample on, that heat or current limits the force.
     pub fn set_limited(&mut self, limited: bool) {
         self.limited = limited;
+    }
+
+    /// Reports, from the next sample on, a fault that a person must mend, or its end. A faulty
+    /// device renders no force.
+    pub fn set_faulty(&mut self, faulty: bool) {
+        self.faulty = faulty;
     }
 
     /// True if a force command is in effect, even a zero one.
@@ -362,6 +376,19 @@ mod tests {
         device.receive(push(1.0, 1).as_bytes(), 0);
         assert_eq!(device.force(60_000), Force::default());
         assert_eq!(device.force(0), Force::default());
+    }
+
+    #[test]
+    fn a_faulty_device_says_so_and_renders_no_force() {
+        let mut device = greeted();
+        device.set_faulty(true);
+        device.receive(push(1.0, 1).as_bytes(), 0);
+        assert_eq!(device.force(0), Force::default());
+        let bytes = payload(&device.state(&Motion::default(), 1).unwrap());
+        let state = State::parse(&Message::new(&bytes).unwrap()).unwrap();
+        assert!(state.status.contains(Status::FAULT));
+        device.set_faulty(false);
+        assert!(norm(device.force(0)) > 0.9);
     }
 
     #[test]

@@ -12,7 +12,7 @@ const CRC_BYTES: usize = 4;
 /// Longest frame on the wire with its closing zero, bytes.
 pub const MAX_FRAME: usize = cobs::max_encoding_length(MAX_PAYLOAD + CRC_BYTES) + 1;
 
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+pub(super) const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
 /// A frame ready for the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +74,8 @@ pub struct FrameReader {
     bytes: [u8; MAX_FRAME],
     len: usize,
     overrun: bool,
+    /// Bytes up to the next zero belong to a frame whose beginning is lost.
+    midway: bool,
 }
 
 impl Default for FrameReader {
@@ -90,6 +92,16 @@ impl FrameReader {
             bytes: [0; MAX_FRAME],
             len: 0,
             overrun: false,
+            midway: false,
+        }
+    }
+
+    /// A reader that lost its place: it drops bytes up to the next zero.
+    #[must_use]
+    pub const fn midway() -> Self {
+        Self {
+            midway: true,
+            ..Self::new()
         }
     }
 
@@ -107,6 +119,10 @@ impl FrameReader {
             return None;
         }
         let len = core::mem::take(&mut self.len);
+        if core::mem::take(&mut self.midway) {
+            self.overrun = false;
+            return None;
+        }
         if core::mem::take(&mut self.overrun) {
             return Some(Err(FrameError::TooLong));
         }

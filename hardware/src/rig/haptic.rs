@@ -5,12 +5,12 @@ use std::path::Path;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{
-    Buttons, DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, LineCounters,
-    Polled,
+    Buttons, DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, Identity,
+    LineCounters, Polled,
 };
 use rt_core::time::TimeNs;
 
-use super::host::Host;
+use super::host::{Bad, Host};
 use super::judge::Judge;
 use super::wire::{Capabilities, DeviceKind, Force, State, Status};
 use crate::HardwareError;
@@ -20,9 +20,11 @@ use crate::line::Line;
 #[derive(Debug)]
 pub struct RigHaptic {
     host: Host,
-    identity: Capabilities,
+    declared: Capabilities,
     status: RigStatus,
     judge: Judge,
+    /// Velocity of the newest sample, as the device reported it.
+    reported_m_s: Option<Vec3>,
 }
 
 /// Status that the device last reported, without its pose.
@@ -48,19 +50,20 @@ impl RigHaptic {
         Ok(Self::of(Host::on(line, DeviceKind::Haptic)?))
     }
 
-    fn of((host, identity): (Host, Capabilities)) -> Self {
+    fn of((host, declared): (Host, Capabilities)) -> Self {
         Self {
             host,
-            identity,
+            declared,
             status: RigStatus::default(),
             judge: Judge::default(),
+            reported_m_s: None,
         }
     }
 
     /// Capabilities that the device reported when it was opened.
     #[must_use]
-    pub const fn identity(&self) -> &Capabilities {
-        &self.identity
+    pub const fn declared(&self) -> &Capabilities {
+        &self.declared
     }
 
     /// Status of the last sample, even of a dropped one.
@@ -74,6 +77,11 @@ impl RigHaptic {
     #[must_use]
     pub fn sent_sequence(&self) -> u16 {
         self.host.sent_sequence()
+    }
+
+    /// Number of bad frames so far by reason.
+    pub fn bad_frames(&self) -> impl Iterator<Item = (&'static str, u64)> + use<> {
+        Bad::NAMES.into_iter().zip(self.host.bad())
     }
 
     /// Path of the line.
@@ -108,21 +116,29 @@ impl From<&Capabilities> for DeviceCapabilities {
 
 impl HapticDevice for RigHaptic {
     fn capabilities(&self) -> DeviceCapabilities {
-        (&self.identity).into()
+        (&self.declared).into()
+    }
+
+    fn identity(&self) -> Identity {
+        Identity::new(&self.declared.name, self.declared.serial)
     }
 
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
-        let reach_m = self.identity.workspace_radius_m * REACH;
-        let measures_velocity = self.identity.measures_velocity;
+        let reach_m = self.declared.workspace_radius_m * REACH;
+        let measures_velocity = self.declared.measures_velocity;
         let mut newest = None;
         let judge = &mut self.judge;
         judge.begin(now_ns);
         let mut status = self.status;
-        let mut rejected = 0;
+        let mut reported_m_s = self.reported_m_s;
+        let mut rejected = [(Bad::Range, 0), (Bad::Reach, 0), (Bad::Judged, 0)];
         let read = self
             .host
             .receive(|message, at_ns| match State::parse(message) {
-                Ok(state) if Vec3::from(state.position_m).norm() <= reach_m => {
+                Err(_) => rejected[0].1 += 1,
+                Ok(state) if Vec3::from(state.position_m).norm() > reach_m => rejected[1].1 += 1,
+                Ok(state) => {
+                    reported_m_s = Some(state.velocity_m_s.into());
                     status = RigStatus {
                         status: state.status,
                         applied_force: state.applied_force,
@@ -131,14 +147,16 @@ impl HapticDevice for RigHaptic {
                     if let Some(velocity_m_s) = judge.take(&state, measures_velocity, at_ns) {
                         newest = Some(sample(&state, message.sequence(), velocity_m_s, at_ns));
                     } else if judge.dropped() {
-                        rejected += 1;
+                        rejected[2].1 += 1;
                     }
                 }
-                _ => rejected += 1,
             });
-        for _ in 0..rejected {
-            self.host.reject();
+        for (why, count) in rejected {
+            for _ in 0..count {
+                self.host.reject(why);
+            }
         }
+        self.reported_m_s = reported_m_s.filter(|_| measures_velocity);
         self.judge.end(read.unwrap_or(0));
         self.status = status;
         match (newest, read) {
@@ -148,14 +166,18 @@ impl HapticDevice for RigHaptic {
         }
     }
 
+    fn reported_velocity_m_s(&self) -> Option<Vec3> {
+        self.reported_m_s
+    }
+
     fn findings(&self) -> Findings {
         self.judge.findings()
     }
 
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
         // The core has limited both already. This is the last guard of the device's peak.
-        let force_n = within(command.force_n, self.identity.force_max_n);
-        let torque_n_m = within(command.torque_n_m, self.identity.torque_max_n_m);
+        let force_n = within(command.force_n, self.declared.force_max_n);
+        let torque_n_m = within(command.torque_n_m, self.declared.torque_max_n_m);
         let sequence = self.host.next_sequence();
         let force = Force {
             force_n: force_n.into(),

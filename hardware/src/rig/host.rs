@@ -11,7 +11,8 @@ use rt_core::time::TimeNs;
 use crate::HardwareError;
 use crate::line::{Line, Read, Written};
 
-use super::frame::{Frame, FrameReader};
+use super::frame::{Frame, FrameError, FrameReader};
+use super::heard::Heard;
 use super::wire::{Capabilities, DeviceKind, Hello, Message, VERSION, stop_frame};
 
 /// USB adapters ignore the rate. A UART at this rate carries 1 kHz of `STATE` in half its time.
@@ -38,6 +39,41 @@ pub(super) struct Host {
     send_sequence: u16,
     /// True if a write broke off; the next frame then needs a zero in front.
     torn: bool,
+    /// Bytes so far, during the greeting.
+    heard: Option<Box<Heard>>,
+    bad: [u64; Bad::NAMES.len()],
+}
+
+/// Reasons for which a frame or a message counts as bad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Bad {
+    /// Its checksum is wrong.
+    Checksum,
+    /// Its stuffing or its length is wrong.
+    Frame,
+    /// Its kind is unknown, or its length does not fit the kind.
+    Message,
+    /// It repeats the last message's number.
+    Repeated,
+    /// A field is outside its range.
+    Range,
+    /// Its position is farther out than twice the workspace.
+    Reach,
+    /// It contradicts earlier samples.
+    Judged,
+}
+
+impl Bad {
+    /// Names in the order of the reasons.
+    pub(super) const NAMES: [&str; 7] = [
+        "with a wrong checksum",
+        "with wrong stuffing or length",
+        "of an unknown kind or a wrong length",
+        "with the number of the one before",
+        "outside the allowed ranges",
+        "farther out than twice the workspace",
+        "that contradict earlier ones",
+    ];
 }
 
 impl Host {
@@ -60,10 +96,17 @@ impl Host {
             send_sequence: 0,
             // The device may hold half a frame of an earlier host.
             torn: true,
+            heard: Some(Box::default()),
+            bad: [0; Bad::NAMES.len()],
         };
         let capabilities = host.greet(kind)?;
         check(&path, kind, &capabilities)?;
-        host.counters = LineCounters::default();
+        host.heard = None;
+        host.bad = [0; Bad::NAMES.len()];
+        host.counters = LineCounters {
+            unread_bytes: host.counters.unread_bytes,
+            ..LineCounters::default()
+        };
         Ok((host, capabilities))
     }
 
@@ -71,7 +114,6 @@ impl Host {
         let path = self.line.path().to_path_buf();
         let start = Instant::now();
         let mut next_greeting = start;
-        let mut heard = 0;
         let mut answer = None;
         let mut is_said = false;
         while start.elapsed() < HANDSHAKE {
@@ -92,17 +134,26 @@ impl Host {
             if let Some(capabilities) = answer {
                 return Ok(capabilities);
             }
-            match read {
-                Some(bytes) => heard += bytes as u64,
-                None => return Err(HardwareError::Missing { path }),
+            if read.is_none() {
+                return Err(HardwareError::Missing { path });
             }
             thread::sleep(LOOK_INTERVAL);
         }
-        Err(HardwareError::Silent {
-            path,
-            expected: kind.name(),
-            waited_ms: HANDSHAKE.as_millis() as u64,
-            heard,
+        let expected = kind.name();
+        let waited_ms = HANDSHAKE.as_millis() as u64;
+        Err(match &self.heard {
+            Some(heard) if heard.bytes() > 0 => HardwareError::Garbled {
+                path,
+                expected,
+                waited_ms,
+                heard: heard.in_words(),
+            },
+            _ => HardwareError::Silent {
+                path,
+                expected,
+                waited_ms,
+                heard: 0,
+            },
         })
     }
 
@@ -115,14 +166,30 @@ impl Host {
             Read::Empty => return Some(0),
             Read::Lost => return None,
         };
+        // What this computer itself dropped is neither a bad frame nor a lost one.
+        let discarded = self.line.discarded();
+        if discarded != self.counters.unread_bytes {
+            self.counters.unread_bytes = discarded;
+            self.reader = FrameReader::midway();
+            self.last_sequence = None;
+        }
         for &byte in bytes.iter().take(count) {
-            let message = match self.reader.push(byte) {
+            let read = self.reader.push(byte);
+            if let Some(heard) = &mut self.heard {
+                heard.take(byte, read);
+            }
+            let message = match read {
                 None => continue,
-                Some(read) => read.ok().and_then(|payload| Message::new(payload).ok()),
+                Some(Ok(payload)) => Message::new(payload).map_err(|_| Bad::Message),
+                Some(Err(FrameError::Checksum)) => Err(Bad::Checksum),
+                Some(Err(_)) => Err(Bad::Frame),
             };
-            let Some(message) = message else {
-                self.counters.bad_frames += 1;
-                continue;
+            let message = match message {
+                Ok(message) => message,
+                Err(why) => {
+                    count_bad(&mut self.counters, &mut self.bad, why);
+                    continue;
+                }
             };
             let sequence = message.sequence();
             match self
@@ -131,7 +198,7 @@ impl Host {
                 .map(|last| sequence.wrapping_sub(last))
             {
                 // A repeated frame shows a stuck or doubling line and brings nothing new.
-                Some(0) => self.counters.bad_frames += 1,
+                Some(0) => count_bad(&mut self.counters, &mut self.bad, Bad::Repeated),
                 Some(step) => {
                     self.counters.frames += 1;
                     // A step backwards shows a restarted device, not 60 000 lost frames.
@@ -149,10 +216,15 @@ impl Host {
         Some(count)
     }
 
-    /// Counts a message as bad that a driver could not parse.
-    pub(super) fn reject(&mut self) {
+    /// Counts a good message as bad after all.
+    pub(super) fn reject(&mut self, why: Bad) {
         self.counters.frames -= 1;
-        self.counters.bad_frames += 1;
+        count_bad(&mut self.counters, &mut self.bad, why);
+    }
+
+    /// Number of bad frames by reason, in the order of [`Bad::NAMES`].
+    pub(super) const fn bad(&self) -> [u64; Bad::NAMES.len()] {
+        self.bad
     }
 
     /// Sends a frame, or counts it as dropped.
@@ -197,6 +269,13 @@ impl Host {
 
     pub(super) fn is_lost(&self) -> bool {
         self.line.is_lost()
+    }
+}
+
+fn count_bad(counters: &mut LineCounters, bad: &mut [u64; Bad::NAMES.len()], why: Bad) {
+    counters.bad_frames += 1;
+    if let Some(count) = bad.get_mut(why as usize) {
+        *count += 1;
     }
 }
 
@@ -267,43 +346,67 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
             "1 to 100",
         ));
     }
-    if found.force_max_n <= 0.0 {
-        return Err(capability("force_max_n", found.force_max_n, "more than 0"));
-    }
-    if found.force_continuous_n <= 0.0 || found.force_continuous_n > found.force_max_n {
-        let allowed = "more than 0, at most force_max_n";
-        return Err(capability(
-            "force_continuous_n",
-            found.force_continuous_n,
-            allowed,
-        ));
-    }
-    if found.stiffness_max_n_m <= 0.0 {
-        return Err(capability(
-            "stiffness_max_n_m",
-            found.stiffness_max_n_m,
-            "more than 0",
-        ));
-    }
-    if found.damping_n_s_m <= 0.0 {
-        return Err(capability(
-            "damping_n_s_m",
-            found.damping_n_s_m,
-            "more than 0",
-        ));
-    }
-    if found.delay_s > 0.05 {
-        return Err(capability("delay_s", found.delay_s, "0 to 0.05"));
-    }
-    if !(0.01..=1.5).contains(&found.workspace_radius_m) {
-        return Err(capability(
-            "workspace_radius_m",
-            found.workspace_radius_m,
-            "0.01 to 1.5",
-        ));
-    }
-    Ok(())
+    let limits = [
+        Limit {
+            what: "force_max_n",
+            is: found.force_max_n,
+            range: FORCE_MAX_N,
+            allowed: "more than 0, at most 32.767, which FORCE carries",
+        },
+        Limit {
+            what: "force_continuous_n",
+            is: found.force_continuous_n,
+            range: (0.0, found.force_max_n),
+            allowed: "more than 0, at most force_max_n",
+        },
+        Limit {
+            what: "stiffness_max_n_m",
+            is: found.stiffness_max_n_m,
+            range: STIFFNESS_N_M,
+            allowed: "more than 0, at most 50000",
+        },
+        Limit {
+            what: "damping_n_s_m",
+            is: found.damping_n_s_m,
+            range: DAMPING_N_S_M,
+            allowed: "more than 0, at most 10. Measure it with `calot devices characterise`",
+        },
+        Limit {
+            what: "delay_s",
+            is: found.delay_s,
+            range: (-1.0, 0.05),
+            allowed: "0 to 0.05",
+        },
+        Limit {
+            what: "workspace_radius_m",
+            is: found.workspace_radius_m,
+            range: (0.009_99, 1.5),
+            allowed: "0.01 to 1.5",
+        },
+    ];
+    let wrong = |it: &&Limit| !(it.is > it.range.0 && it.is <= it.range.1);
+    limits
+        .iter()
+        .find(wrong)
+        .map_or(Ok(()), |it| Err(capability(it.what, it.is, it.allowed)))
 }
+
+/// A declared figure and its range.
+struct Limit {
+    what: &'static str,
+    is: f32,
+    /// More than the first, at most the second.
+    range: (f32, f32),
+    allowed: &'static str,
+}
+
+/// A `FORCE` carries no more along an axis.
+const FORCE_MAX_N: (f32, f32) = (0.0, 32.767_5);
+/// The stiffest desktop devices render some kN/m.
+const STIFFNESS_N_M: (f32, f32) = (0.0, 50_000.0);
+/// No hand-held device absorbs more. A larger figure would switch off the gate that keeps contact
+/// stable.
+const DAMPING_N_S_M: (f32, f32) = (0.0, 10.0);
 
 #[cfg(test)]
 mod tests {

@@ -9,7 +9,7 @@ use rt_core::time::TimeNs;
 
 use super::bundles::Bundles;
 use super::trail::Trail;
-use super::wire::State;
+use super::wire::{State, Status};
 
 /// Consecutive samples that must agree before a leap, or a clock that was wrong, is believed.
 /// Damage on the line does not move so many samples to one place.
@@ -91,6 +91,8 @@ pub(super) struct Judge {
     /// True if no sample has come for [`UNIT_GAP_NS`].
     is_silent: bool,
     findings: Findings,
+    /// Status of the last sample.
+    status: Status,
 }
 
 impl Judge {
@@ -130,6 +132,7 @@ impl Judge {
             at_m: state.position_m.into(),
         };
         let measured_m_s = measures_velocity.then(|| Vec3::from(state.velocity_m_s));
+        self.status = state.status;
         self.bundles.take(now.us);
         let mut faults = FaultSet::NONE;
         let before = self.seen.replace(now);
@@ -204,13 +207,17 @@ impl Judge {
         self.refusals = self.refusals.saturating_add(1);
     }
 
-    /// Faults of the last poll that brought a sample. A leap lasts for its own poll only.
+    /// Faults of the last poll that brought a sample, with those of the device's status. A leap
+    /// lasts for its own poll only.
     pub(super) fn findings(&self) -> Findings {
         let mut findings = self.findings;
-        findings.faults.raise_if(
-            self.bundles.are_found() && !self.is_silent,
-            Fault::DeviceBundles,
-        );
+        let faults = &mut findings.faults;
+        let mut raise_if = |it: bool, fault| faults.raise_if(it && !self.is_silent, fault);
+        raise_if(self.bundles.are_found(), Fault::DeviceBundles);
+        raise_if(self.status.contains(Status::FAULT), Fault::DeviceFault);
+        let is_tripped = self.status.contains(Status::WATCHDOG);
+        raise_if(is_tripped, Fault::DeviceWatchdog);
+        raise_if(self.status.contains(Status::LIMITED), Fault::DeviceLimited);
         findings
     }
 

@@ -10,6 +10,8 @@ pub mod frame;
 #[cfg(feature = "std")]
 mod haptic;
 #[cfg(feature = "std")]
+mod heard;
+#[cfg(feature = "std")]
 mod host;
 #[cfg(feature = "std")]
 mod judge;

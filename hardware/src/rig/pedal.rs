@@ -5,7 +5,7 @@ use std::path::Path;
 use rt_core::port::{LineCounters, Pedal, PedalSample, Polled};
 use rt_core::time::TimeNs;
 
-use super::host::Host;
+use super::host::{Bad, Host};
 use super::wire::{DeviceKind, Switches};
 use crate::HardwareError;
 
@@ -86,7 +86,7 @@ impl Pedal for RigPedal {
                 Err(_) => rejected += 1,
             });
         for _ in 0..rejected {
-            self.host.reject();
+            self.host.reject(Bad::Range);
         }
         if let Some((switches, at_ns)) = newest {
             let Switches {

@@ -7,6 +7,11 @@
 //! force_max_n = 2.5                   # never more than this, whatever the device can
 //! motion_scale = 1.5                  # the simulation's handle goes 1.5 times as far
 //!
+//! [haptic.felt]                       # `calot devices feel` writes this
+//! passed = true
+//! on = "2026-11-27"
+//! device = "my rig, serial 7"
+//!
 //! [tracker]
 //! driver = "bird"                     # bird, or trakstar with path = "usb"
 //! path = "/dev/serial/by-id/my-tracker"
@@ -101,6 +106,8 @@ pub struct HapticSpec {
     pub limits: Limits,
     /// Movement of the simulation's handle per movement of the device's; `None`: 1.
     pub motion_scale: Option<f32>,
+    /// True if the device has passed `calot devices feel`.
+    pub is_felt: bool,
 }
 
 /// Limits that a person sets below those of the device. `None`: the device's own.

@@ -1,8 +1,9 @@
 //! Opening the devices of a station file with their drivers.
 
+use rt_core::math::Vec3;
 use rt_core::port::{
-    DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice, LineCounters,
-    Pedal, Polled,
+    DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice, Identity,
+    LineCounters, Pedal, Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -18,6 +19,18 @@ use crate::touch::TouchHaptic;
 use crate::woody::WoodyHaptic;
 
 impl HapticSpec {
+    /// Refuses a device that must be tested by hand before it may render a force. The maker's
+    /// present software contradicts this driver's signs of a WoodenHaptics device: its first axis
+    /// has one sign for encoder and motor there, and two here.
+    pub fn check_felt(&self) -> Result<(), HardwareError> {
+        if self.driver == HapticDriver::Woody && !self.is_felt {
+            return Err(HardwareError::Unfelt {
+                path: self.path.clone(),
+            });
+        }
+        Ok(())
+    }
+
     /// Opens the device with the station's limits and motion scale. Not for the tick.
     pub fn open(&self) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
         self.open_again(false)
@@ -121,6 +134,14 @@ impl HapticDevice for Limited {
             command.force_n *= limit / norm;
         }
         self.device.send(command, now_ns);
+    }
+
+    fn reported_velocity_m_s(&self) -> Option<Vec3> {
+        self.device.reported_velocity_m_s()
+    }
+
+    fn identity(&self) -> Identity {
+        self.device.identity()
     }
 
     fn findings(&self) -> Findings {

@@ -64,6 +64,20 @@ struct RawHaptic {
     force_continuous_n: Option<Spanned<f32>>,
     stiffness_max_n_m: Option<Spanned<f32>>,
     motion_scale: Option<Spanned<f32>>,
+    felt: Option<RawFelt>,
+}
+
+/// Result of `calot devices feel`. People read the other fields.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawFelt {
+    passed: bool,
+    #[serde(rename = "on")]
+    _on: Option<String>,
+    #[serde(rename = "device")]
+    _device: Option<String>,
+    #[serde(rename = "failed")]
+    _failed: Option<Vec<String>>,
 }
 
 #[derive(Deserialize, PartialEq)]
@@ -268,6 +282,7 @@ impl File<'_> {
             path: raw.path,
             limits,
             motion_scale: self.within("motion_scale", "", raw.motion_scale, 0.5..=2.0)?,
+            is_felt: raw.felt.is_some_and(|felt| felt.passed),
         })
     }
 

@@ -1,8 +1,9 @@
 //! A haptic device whose movements are scaled in the simulation.
 
+use rt_core::math::Vec3;
 use rt_core::port::{
-    DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice, LineCounters,
-    Polled,
+    DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice, Identity,
+    LineCounters, Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -49,6 +50,16 @@ impl HapticDevice for Scaled {
         let force_n = command.force_n * self.by;
         self.device
             .send(ForceCommand { force_n, ..command }, now_ns);
+    }
+
+    fn reported_velocity_m_s(&self) -> Option<Vec3> {
+        self.device
+            .reported_velocity_m_s()
+            .map(|velocity| velocity * self.by)
+    }
+
+    fn identity(&self) -> Identity {
+        self.device.identity()
     }
 
     fn findings(&self) -> Findings {

@@ -9,7 +9,8 @@ use std::time::Duration;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
-    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
+    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, Identity, LineCounters,
+    Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -121,12 +122,6 @@ impl TouchHaptic {
             last_turn: 0,
             counters: LineCounters::default(),
         })
-    }
-
-    /// Model and serial number from the library.
-    #[must_use]
-    pub fn identity(&self) -> &str {
-        &self.identity
     }
 
     /// Error of the library that ended the service, if any.
@@ -371,6 +366,10 @@ fn sample_words(
 impl HapticDevice for TouchHaptic {
     fn capabilities(&self) -> DeviceCapabilities {
         self.capabilities
+    }
+
+    fn identity(&self) -> Identity {
+        Identity::new(self.identity.as_bytes(), 0)
     }
 
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {

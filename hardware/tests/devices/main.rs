@@ -5,6 +5,7 @@ mod any_bytes;
 mod conformance;
 mod drivers;
 mod every_fault;
+mod feel;
 mod hapi;
 mod hostile;
 mod inverse3;

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
 use hardware::emulate::{
-    EmulateConfig, HandScript, HapticModel, LineFaults, Lines, run, run_watched,
+    EmulateConfig, HandScript, HapticModel, LineFaults, Lines, Mistake, run, run_watched,
 };
 use nalgebra::{Translation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
@@ -45,13 +45,23 @@ impl Emulator {
         Self::of(HapticModel::default(), faults)
     }
 
+    /// An emulated rig whose firmware has a mistake.
+    pub(crate) fn mistaken(mistake: Mistake) -> Self {
+        Self::made(HapticModel::default(), Some(mistake), LineFaults::default())
+    }
+
     pub(crate) fn of(haptic: HapticModel, faults: LineFaults) -> Self {
+        Self::made(haptic, None, faults)
+    }
+
+    fn made(haptic: HapticModel, mistake: Option<Mistake>, faults: LineFaults) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let config = EmulateConfig {
             directory: directory.path().join("devices"),
             script: room(),
             seed: 1,
             haptic,
+            mistake,
             faults,
         };
         let stop = Arc::new(AtomicBool::new(false));

@@ -110,7 +110,7 @@ fn push(newtons: f32) -> ForceCommand {
 fn poses_arrive_in_metres_and_forces_are_rendered_and_limited() {
     let fake = Fake::new();
     let mut device = fake.open().unwrap();
-    assert_eq!(device.identity(), "Fake Touch 12345");
+    assert_eq!(device.identity().name, "Fake Touch 12345");
     let capabilities = device.capabilities();
     assert!((capabilities.force_max_n - 3.3).abs() < 1e-6);
     assert!((capabilities.stiffness_max_n_m - 700.0).abs() < 1e-3);

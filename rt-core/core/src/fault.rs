@@ -64,10 +64,21 @@ pub enum Fault {
     DeafDevice = 25,
     /// The pedal's line is gone, or nothing comes on it any more. Answer: it reads as released.
     LostPedal = 26,
+    /// A pedal has been held down since the start, or since its line returned. Answer: it reads as
+    /// released until it was released once.
+    HeldPedal = 27,
+    /// The haptic device reports a fault of its own. Answer: zero force; it rises by the ramp
+    /// afterwards.
+    DeviceFault = 28,
+    /// The haptic device's watchdog dropped the force, since none came in time. Answer: none; the
+    /// next force takes it up again.
+    DeviceWatchdog = 29,
+    /// The haptic device limits the force itself (heat, current). Answer: none.
+    DeviceLimited = 30,
 }
 
 /// Number of kinds.
-pub const FAULT_COUNT: usize = 27;
+pub const FAULT_COUNT: usize = 31;
 
 impl Fault {
     /// All kinds, in the order of their numbers.
@@ -99,6 +110,10 @@ impl Fault {
         Self::DeviceBundles,
         Self::DeafDevice,
         Self::LostPedal,
+        Self::HeldPedal,
+        Self::DeviceFault,
+        Self::DeviceWatchdog,
+        Self::DeviceLimited,
     ];
 
     /// Its number: index of its counter, code in events.
@@ -138,6 +153,10 @@ impl Fault {
             Self::DeviceBundles => "device_bundles",
             Self::DeafDevice => "deaf_device",
             Self::LostPedal => "lost_pedal",
+            Self::HeldPedal => "held_pedal",
+            Self::DeviceFault => "device_fault",
+            Self::DeviceWatchdog => "device_watchdog",
+            Self::DeviceLimited => "device_limited",
         }
     }
 
@@ -153,6 +172,7 @@ impl Fault {
                 | Self::Damped
                 | Self::NotEnabled
                 | Self::Ramped
+                | Self::DeviceLimited
         )
     }
 }

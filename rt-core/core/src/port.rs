@@ -3,6 +3,8 @@
 //! `hardware` implements [`HapticDevice`], [`Tracker`] and [`Pedal`]. The realtime process joins
 //! them, the clock and the publisher into one [`crate::sim::Ports`].
 
+use heapless::String;
+
 use crate::fault::FaultSet;
 use crate::math::{Pose, Vec3};
 use crate::time::TimeNs;
@@ -149,6 +151,51 @@ pub struct LineCounters {
     pub lost_frames: u64,
     /// Writes that the line did not accept.
     pub dropped_writes: u64,
+    /// Bytes that this computer did not read in time and dropped: no fault of the device.
+    pub unread_bytes: u64,
+}
+
+impl LineCounters {
+    /// Counters of two lines together.
+    #[must_use]
+    pub const fn plus(self, other: Self) -> Self {
+        Self {
+            frames: self.frames.wrapping_add(other.frames),
+            bad_frames: self.bad_frames.wrapping_add(other.bad_frames),
+            lost_frames: self.lost_frames.wrapping_add(other.lost_frames),
+            dropped_writes: self.dropped_writes.wrapping_add(other.dropped_writes),
+            unread_bytes: self.unread_bytes.wrapping_add(other.unread_bytes),
+        }
+    }
+}
+
+/// Name and number by which a person recognises a device.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Identity {
+    /// Name that the device gives itself, in printable ASCII; empty if it gives none.
+    pub name: String<NAME_BYTES>,
+    /// Serial number; 0 if it has none.
+    pub serial: u32,
+}
+
+/// Longest name of a device, bytes.
+const NAME_BYTES: usize = 32;
+
+impl Identity {
+    /// An identity with the printable ASCII of `name`, up to a zero. Other bytes become `?`.
+    #[must_use]
+    pub fn new(name: &[u8], serial: u32) -> Self {
+        let mut own = Self {
+            serial,
+            ..Self::default()
+        };
+        for &byte in name.iter().take_while(|&&byte| byte != 0) {
+            let is_printable = (b' '..=b'~').contains(&byte);
+            let letter = if is_printable { byte.into() } else { '?' };
+            let _ = own.name.push(letter); // a longer name is cut off
+        }
+        own
+    }
 }
 
 /// Faults of a device that only its driver can see, because it sees every sample.
@@ -177,8 +224,17 @@ pub trait HapticDevice {
             },
         }
     }
+    /// Identity that the device gives itself; by default none.
+    fn identity(&self) -> Identity {
+        Identity::default()
+    }
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample>;
+    /// Velocity, m/s, as the device itself reported it with its newest sample; `None` if it
+    /// measures none. [`DeviceSample::velocity_m_s`] is the one to use: a driver may know better.
+    fn reported_velocity_m_s(&self) -> Option<Vec3> {
+        None
+    }
     /// Faults that the last poll found; by default none.
     fn findings(&self) -> Findings {
         Findings::default()

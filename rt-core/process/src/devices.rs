@@ -3,15 +3,17 @@
 //! A lost device moves from the tick to the thread that opens devices ([`crate::reconnect`]) and
 //! returns open.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use hardware::HardwareError;
 use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::station::StationFile;
 use heapless::spsc::{Consumer, Producer};
+use rt_core::fault::Fault;
 use rt_core::port::{
-    DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, LineCounters, Pedal,
-    PedalSample, Polled, Tracker, TrackerSample,
+    DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, Identity, LineCounters,
+    Pedal, PedalSample, Polled, Tracker, TrackerSample,
 };
 use rt_core::time::TimeNs;
 use shared_mem::message::DeviceHealth;
@@ -21,6 +23,7 @@ use crate::error::RtError;
 use crate::handle_pedal::HandlePedal;
 use crate::held_pedal::HeldPedal;
 use crate::silence::Silence;
+use crate::summary::DeviceReport;
 
 /// Capabilities for the core without a haptic device; nothing is rendered then.
 pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities::TOUCH;
@@ -74,30 +77,38 @@ impl Device {
 
     /// Kind and path, for messages.
     pub(crate) fn name(kind: usize, config: &RtConfig, file: &StationFile) -> String {
-        let (name, path) = match kind {
-            0 => (
-                HAPTIC,
-                config
-                    .haptic
-                    .as_ref()
-                    .or(file.haptic.as_ref().map(|spec| &spec.path)),
-            ),
-            1 => (
-                TRACKER,
-                config
-                    .tracker
-                    .as_ref()
-                    .or(file.tracker.as_ref().map(|spec| &spec.path)),
-            ),
-            _ => (
-                PEDAL,
-                config
-                    .pedal
-                    .as_ref()
-                    .or(file.pedal.as_ref().map(|spec| &spec.path)),
-            ),
-        };
+        let name = [HAPTIC, TRACKER, PEDAL].get(kind).copied().unwrap_or(PEDAL);
+        let path = Self::path(kind, config, file);
         path.map_or(name.to_owned(), |path| format!("{name} {}", path.display()))
+    }
+
+    /// Path of the configured device of this kind.
+    pub(crate) fn path<'a>(
+        kind: usize,
+        config: &'a RtConfig,
+        file: &'a StationFile,
+    ) -> Option<&'a Path> {
+        let path = match kind {
+            0 => (config.haptic.as_ref()).or(file.haptic.as_ref().map(|spec| &spec.path)),
+            1 => (config.tracker.as_ref()).or(file.tracker.as_ref().map(|spec| &spec.path)),
+            _ => (config.pedal.as_ref()).or(file.pedal.as_ref().map(|spec| &spec.path)),
+        };
+        path.map(PathBuf::as_path)
+    }
+
+    /// Description for reports.
+    fn report(&self, path: &Path) -> DeviceReport {
+        let (identity, capabilities) = match self {
+            Self::Haptic(device) => (device.identity(), Some(device.capabilities())),
+            Self::Tracker(_) | Self::Pedal(_) => (Identity::default(), None),
+        };
+        DeviceReport {
+            kind: ["haptic", "tracker", "pedal"][self.kind()],
+            path: path.to_owned(),
+            name: identity.name.as_str().to_owned(),
+            serial: identity.serial,
+            capabilities: capabilities.map(by_name).unwrap_or_default(),
+        }
     }
 
     fn counters(&self) -> LineCounters {
@@ -123,7 +134,10 @@ fn haptic(
             path,
             hardware::rig::RigHaptic::open,
         )?)),
-        (None, Some(spec)) => Some(named(HAPTIC, &spec.path, |_| spec.open())?),
+        (None, Some(spec)) => Some(named(HAPTIC, &spec.path, |_| {
+            spec.check_felt()?;
+            spec.open()
+        })?),
         (None, None) => None,
     })
 }
@@ -224,12 +238,15 @@ impl Devices {
         polled
     }
 
-    /// Faults of the haptic device that its last poll found.
+    /// Faults that the last poll found in the haptic device and the pedal.
     pub(crate) fn findings(&self) -> Findings {
-        match self.slots.first().and_then(|slot| slot.device.as_ref()) {
+        let mut findings = match self.slots.first().and_then(|slot| slot.device.as_ref()) {
             Some(Device::Haptic(haptic)) => self.silence.complete(haptic.findings()),
             _ => Findings::default(),
-        }
+        };
+        let is_held = self.held_pedal.is_held();
+        findings.faults.raise_if(is_held, Fault::HeldPedal);
+        findings
     }
 
     /// The newest sample of the tracker.
@@ -269,7 +286,7 @@ impl Devices {
             && let Some(lost) = slot.device.take()
         {
             slot.is_lost = true;
-            slot.before = sum(slot.before, lost.counters());
+            slot.before = slot.before.plus(lost.counters());
             // The queue is never full. If it were, the device would stay and be lost again in the
             // next tick.
             slot.device = exchange.lost.enqueue(lost).err();
@@ -305,24 +322,37 @@ impl Devices {
         }
     }
 
+    /// Descriptions of the open devices.
+    pub(crate) fn reports(&self, config: &RtConfig, file: &StationFile) -> Vec<DeviceReport> {
+        let open = self.slots.iter().filter_map(|slot| slot.device.as_ref());
+        open.filter_map(|device| Some(device.report(Device::path(device.kind(), config, file)?)))
+            .collect()
+    }
+
     /// Counters of haptic device, tracker and pedal; `None` for an absent one.
     pub(crate) fn counters(&self) -> [Option<LineCounters>; KINDS] {
         self.slots.each_ref().map(|slot| {
             let now = slot.device.as_ref().map(Device::counters);
             slot.configured
-                .then(|| sum(slot.before, now.unwrap_or_default()))
+                .then(|| slot.before.plus(now.unwrap_or_default()))
         })
     }
 }
 
-/// Sum of the counters of two lines.
-fn sum(a: LineCounters, b: LineCounters) -> LineCounters {
-    LineCounters {
-        frames: a.frames + b.frames,
-        bad_frames: a.bad_frames + b.bad_frames,
-        lost_frames: a.lost_frames + b.lost_frames,
-        dropped_writes: a.dropped_writes + b.dropped_writes,
-    }
+/// Capabilities by the names of their fields.
+fn by_name(can: DeviceCapabilities) -> BTreeMap<&'static str, f32> {
+    [
+        ("force_max_n", can.force_max_n),
+        ("force_continuous_n", can.force_continuous_n),
+        ("torque_max_n_m", can.torque_max_n_m),
+        ("stiffness_max_n_m", can.stiffness_max_n_m),
+        ("damping_max_n_s_m", can.damping_max_n_s_m),
+        ("damping_n_s_m", can.damping_n_s_m),
+        ("delay_s", can.delay_s),
+        ("workspace_radius_m", can.workspace_radius_m),
+        ("rate_hz", can.rate_hz),
+    ]
+    .into()
 }
 
 fn named<T>(
@@ -350,5 +380,7 @@ pub(crate) fn health(health: rt_core::words::Health, line: Option<LineCounters>)
         frames: line_or_zero.frames,
         bad_frames: line_or_zero.bad_frames,
         lost_frames: line_or_zero.lost_frames,
+        dropped_writes: line_or_zero.dropped_writes,
+        unread_bytes: line_or_zero.unread_bytes,
     }
 }

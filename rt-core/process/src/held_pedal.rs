@@ -8,6 +8,8 @@ use rt_core::port::{PedalSample, Polled};
 pub(crate) struct HeldPedal {
     cut: bool,
     coagulate: bool,
+    /// True while a switch is down that was never released.
+    is_held: bool,
 }
 
 impl HeldPedal {
@@ -17,6 +19,7 @@ impl HeldPedal {
             Polled::Fresh(mut sample) => {
                 self.cut |= !sample.cut;
                 self.coagulate |= !sample.coagulate;
+                self.is_held = !(self.cut && self.coagulate);
                 sample.cut &= self.cut;
                 sample.coagulate &= self.coagulate;
                 Polled::Fresh(sample)
@@ -27,6 +30,11 @@ impl HeldPedal {
             }
             Polled::Nothing => Polled::Nothing,
         }
+    }
+
+    /// True while a switch is down that was never released.
+    pub(crate) const fn is_held(&self) -> bool {
+        self.is_held
     }
 }
 
@@ -49,9 +57,9 @@ mod tests {
     fn a_pedal_held_at_the_start_or_on_return_gives_no_current_until_released() {
         let mut pedal = HeldPedal::default();
         assert!(!coagulates(&mut pedal, true));
-        assert!(!coagulates(&mut pedal, true));
+        assert!(pedal.is_held());
         assert!(!coagulates(&mut pedal, false));
-        assert!(coagulates(&mut pedal, true));
+        assert!(coagulates(&mut pedal, true) && !pedal.is_held());
         assert_eq!(pedal.released_once(Polled::Lost), Polled::Lost);
         assert!(!coagulates(&mut pedal, true), "held when it returns");
         assert!(!coagulates(&mut pedal, false));

@@ -29,7 +29,8 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
              `calot devices conformance`"
         ),
         "frozen_device" => format!(
-            "{device} repeats one position although it says that it moves: no force meanwhile"
+            "{device} sends one sample again and again, or one position while it says that it moves: no \
+             force meanwhile"
         ),
         "device_clock" => format!(
             "the clock of {device} runs backwards, stands still or does not count microseconds: no \
@@ -40,6 +41,19 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
         ),
         "device_bundles" => bundles(&device, haptic, bundle_ms),
         "deaf_device" => format!("{device} confirms no force that it is sent: no force meanwhile"),
+        "device_fault" => format!(
+            "{device} reports a fault of its own: no force. Read what its lamp or its maker's manual \
+             says, and mend that"
+        ),
+        "device_watchdog" => format!(
+            "the watchdog of {device} dropped the force, since no command came in time: this \
+             computer was late, or the line loses bytes"
+        ),
+        "held_pedal" => {
+            "a pedal is held down since the start, or since its line returned: it counts as \
+             released. Release it once"
+                .to_owned()
+        }
         "lost_pedal" => {
             "the foot pedal was lost, or sent nothing, for a while: it counted as released"
                 .to_owned()
@@ -61,6 +75,59 @@ fn bundles(device: &str, haptic: Option<&Path>, bundle_ms: u32) -> String {
         "samples come in bundles{length} from {device}: no force. An FTDI adapter's latency timer \
          does that; as root: echo 1 > /sys/bus/usb-serial/devices/{tty}/latency_timer"
     )
+}
+
+/// Force that was held back in a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Held {
+    /// Name of the fault that is the reason.
+    pub fault: String,
+    /// Ticks of contact in which less or none of the force was rendered.
+    pub ticks: u64,
+    /// Number of times that it began.
+    pub times: u64,
+}
+
+/// Describes the force that was held back in `contact_ticks` of contact. `None` if little was.
+#[must_use]
+pub fn held_back(contact_ticks: u64, held: &[Held]) -> Option<String> {
+    let ticks: u64 = held.iter().map(|it| it.ticks).sum();
+    let percent = 100.0 * ticks as f64 / contact_ticks.max(1) as f64;
+    if ticks < HELD_TICKS_MIN || percent < HELD_PERCENT_MIN {
+        return None;
+    }
+    let reasons: Vec<String> = held.iter().map(reason).collect();
+    Some(format!(
+        "force was held back in {percent:.0} % of contact: {}",
+        reasons.join("; ")
+    ))
+}
+
+/// Least time for which a hand notices that force is missing, ticks.
+const HELD_TICKS_MIN: u64 = 50;
+/// Least share of contact that is worth a line, %.
+const HELD_PERCENT_MIN: f64 = 1.0;
+
+fn reason(held: &Held) -> String {
+    let why = match held.fault.as_str() {
+        "device_fault" => "the device reported a fault",
+        "lost_device" => "the device's line was lost",
+        "frozen_device" => "the device repeated one position",
+        "device_clock" => "the device's clock was wrong",
+        "deaf_device" => "the device confirmed no force",
+        "device_bundles" => "samples came in bundles",
+        "silent_device" => "no valid sample came",
+        "device_leap" => "positions leapt",
+        "bad_force" => "the force was no number",
+        "speed_trip" => "the handle was too fast, and nobody enabled the force again",
+        "not_enabled" => "nobody had enabled the force (key F)",
+        _ => "samples came late",
+    };
+    let times = match held.times {
+        0 | 1 => "once".to_owned(),
+        times => format!("{times} times"),
+    };
+    format!("{why} {times} ({:.1} s)", held.ticks as f64 * 1.0e-3)
 }
 
 /// Tells each kind of fault once on standard error.
@@ -108,7 +175,7 @@ mod tests {
     #[test]
     fn every_fault_of_a_device_has_a_sentence() {
         let from = usize::from(Fault::SilentDevice.code());
-        for fault in Fault::ALL.into_iter().skip(from).take(7) {
+        for fault in Fault::ALL.into_iter().skip(from).filter(|it| it.is_alarm()) {
             assert!(
                 sentence(fault.name(), None, 0).is_some(),
                 "{}",
@@ -116,5 +183,21 @@ mod tests {
             );
         }
         assert!(sentence(Fault::Clamped.name(), None, 0).is_none());
+    }
+
+    #[test]
+    fn force_that_is_held_back_is_said_with_share_reason_and_number() {
+        let held = |fault: Fault, ticks, times| Held {
+            fault: fault.name().to_owned(),
+            ticks,
+            times,
+        };
+        let late = held(Fault::StaleDevice, 8600, 53);
+        assert_eq!(
+            held_back(10_000, &[late]).unwrap(),
+            "force was held back in 86 % of contact: samples came late 53 times (8.6 s)"
+        );
+        assert_eq!(held_back(10_000, &[held(Fault::StaleDevice, 60, 1)]), None);
+        assert_eq!(held_back(0, &[]), None);
     }
 }

@@ -171,8 +171,15 @@ impl Timing {
         batch.deadline_misses = shared.deadline_misses.load(Relaxed);
         batch.overruns = shared.overruns.load(Relaxed);
         batch.realtime = shared.realtime.load(Relaxed);
-        for (to, from) in batch.faults.iter_mut().zip(&shared.faults) {
-            *to = from.load(Relaxed);
+        batch.contact_ticks = shared.contact_ticks.load(Relaxed);
+        for (counts, shared) in [
+            (&mut batch.faults, &shared.faults),
+            (&mut batch.held_ticks, &shared.held_ticks),
+            (&mut batch.held_times, &shared.held_times),
+        ] {
+            for (to, from) in counts.iter_mut().zip(shared) {
+                *to = from.load(Relaxed);
+            }
         }
         let _ = controller.timing.send_copy(*batch);
         *batch = TimingBatch::zeroed();

@@ -14,6 +14,7 @@ pub use player::length_ns;
 pub use show::{Pace, Shown, show};
 
 use hardware::station::StationFile;
+use rt_core::fault::{Fault, FaultSet};
 use rt_core::port::{Findings, ForceCommand, LineCounters};
 use rt_core::scene::Scene;
 use rt_core::sim::{Digest, Optional, Ports, Samples, Stage, TickView};
@@ -170,7 +171,11 @@ impl<F: FnMut(&Replayed<'_>)> Ports for Recorded<'_, F> {
     }
 
     fn findings(&mut self) -> Findings {
+        let mut faults = FaultSet::NONE;
+        let failed = self.record.bits & InputRecord::DEVICE_FAILED != 0;
+        faults.raise_if(failed, Fault::DeviceFault);
         Findings {
+            faults,
             leapt: self.record.bits & InputRecord::LEAPT != 0,
             ..Findings::default()
         }

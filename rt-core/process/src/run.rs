@@ -2,6 +2,7 @@
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed, Ordering::Release};
 use core::time::Duration;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc;
 use std::thread::{JoinHandle, sleep};
@@ -16,6 +17,7 @@ use shared_mem::service::{Controller, ServiceError, Station};
 
 use crate::admission::Admission;
 use crate::config::{AdmissionPolicy, Realtime, RtConfig};
+use crate::devices::Device;
 use crate::error::RtError;
 use crate::fit;
 use crate::handover::Handover;
@@ -28,7 +30,7 @@ use crate::scene::LoadedScene;
 use crate::scope_line::ScopeLine;
 use crate::settings::Settings;
 use crate::shared::Shared;
-use crate::summary::{Ended, Ready, RtSummary};
+use crate::summary::{DeviceReport, Ended, Ready, RtSummary};
 use crate::thread::{TICK_STACK_BYTES, join, spawn, without_a_word};
 use crate::tick;
 use crate::tick_thread::{self, Start};
@@ -114,6 +116,7 @@ struct TickThread {
     thread: JoinHandle<()>,
     /// Reopens lost devices; ends after the tick.
     opener: JoinHandle<()>,
+    devices: Vec<DeviceReport>,
     standing: Standing,
     /// The request lasts as long as this lives.
     _no_deep_idle: Option<NoDeepIdle>,
@@ -201,6 +204,7 @@ impl Run<'_> {
             shared: Arc::clone(&self.shared),
         };
         let (devices, opener) = opener.start()?;
+        let reports = devices.reports(self.config, &self.file);
         let mut standing = Standing::default();
         let mut no_deep_idle = None;
         match self.config.realtime {
@@ -239,6 +243,7 @@ impl Run<'_> {
             Ok(standing) => Ok(TickThread {
                 thread,
                 opener,
+                devices: reports,
                 standing,
                 _no_deep_idle: no_deep_idle,
             }),
@@ -270,14 +275,15 @@ impl Run<'_> {
             crate::say!("calot rt: a runaway tick would not be stopped: RLIMIT_RTTIME: {error}");
         }
         let mut watch = Watch::new();
-        let mut notices = Notices::new(self.config.haptic.clone());
+        let mut notices =
+            Notices::new(Device::path(0, self.config, &self.file).map(Path::to_owned));
         let mut asked_at_ns = None;
         while !tick.thread.is_finished() {
             sleep(LOOK_EVERY);
             if self.shared.ticks.load(Relaxed) > 0
                 && let Some(on_ready) = on_ready.take()
             {
-                on_ready(&self.ready(&tick.standing));
+                on_ready(&self.ready(&tick));
             }
             if stop.load(Relaxed) || publisher.is_finished() {
                 self.shared.ask_to_end(Ended::Asked);
@@ -313,7 +319,8 @@ impl Run<'_> {
         })
     }
 
-    fn ready(&self, standing: &Standing) -> Ready {
+    fn ready(&self, tick: &TickThread) -> Ready {
+        let standing = &tick.standing;
         Ready {
             station: self.config.station.clone(),
             scene: self.scene.name.clone(),
@@ -323,6 +330,7 @@ impl Run<'_> {
             realtime: standing.is_realtime(),
             refused: standing.refused.clone(),
             admission: self.admission.clone(),
+            devices: tick.devices.clone(),
         }
     }
 

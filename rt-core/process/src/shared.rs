@@ -41,6 +41,11 @@ pub(crate) struct Shared {
     /// Ticks in which each stage took longer than its budget.
     pub(crate) stages_over: [AtomicU64; STAGES],
     pub(crate) faults: [AtomicU64; FAULTS],
+    /// Ticks in which contact asked for a force.
+    pub(crate) contact_ticks: AtomicU64,
+    /// Those in which less of it was rendered, by the reason, and how often that began.
+    pub(crate) held_ticks: [AtomicU64; FAULTS],
+    pub(crate) held_times: [AtomicU64; FAULTS],
     /// Length of the bundles in which the haptic device's samples came, ms; 0: in none.
     pub(crate) bundle_ms: AtomicU32,
     /// Largest force sent, N, as bits of f32.

@@ -1,6 +1,7 @@
 //! Summary of a run.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use serde::Serialize;
 
@@ -97,4 +98,21 @@ pub struct Ready {
     pub refused: Vec<String>,
     /// Cost of the scene on this machine; `None`: not measured.
     pub admission: Option<Admission>,
+    /// Devices that are open.
+    pub devices: Vec<DeviceReport>,
+}
+
+/// A device of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DeviceReport {
+    /// `haptic`, `tracker` or `pedal`.
+    pub kind: &'static str,
+    /// Its line, as it was named.
+    pub path: PathBuf,
+    /// Name that it gives itself; empty if it gives none.
+    pub name: String,
+    /// Serial number; 0 if it tells none.
+    pub serial: u32,
+    /// Declared capabilities of a haptic device by name, SI; empty for other devices.
+    pub capabilities: BTreeMap<&'static str, f32>,
 }

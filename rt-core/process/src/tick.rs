@@ -5,6 +5,7 @@ use core::sync::atomic::Ordering::Relaxed;
 use std::sync::Arc;
 
 use heapless::spsc::{Consumer, Producer};
+use rt_core::fault::Fault;
 use rt_core::port::{Findings, ForceCommand, Polled};
 use rt_core::sim::{Command, Optional, Ports, Samples, Sim, Stage, TickView};
 use rt_core::words::Status;
@@ -15,6 +16,7 @@ use crate::budget::{self, PublishGate};
 use crate::devices::Devices;
 use crate::frames;
 use crate::handover::Filler;
+use crate::held_back::HeldBack;
 use crate::inputs;
 use crate::schedule::Due;
 use crate::settings::Settings;
@@ -55,6 +57,7 @@ pub(crate) struct World {
     input: InputRecord,
     /// Status of haptic device, tracker and pedal.
     device_status: [Status; 3],
+    held_back: HeldBack,
 }
 
 /// Simulation and world, advanced one control period at a time.
@@ -102,6 +105,7 @@ impl World {
             record: NO_RECORD,
             input: bytemuck::Zeroable::zeroed(),
             device_status: [Status::Absent; 3],
+            held_back: HeldBack::default(),
         }
     }
 
@@ -152,6 +156,9 @@ impl Ports for World {
         if findings.leapt {
             self.input.bits |= InputRecord::LEAPT;
         }
+        if findings.faults.contains(Fault::DeviceFault) {
+            self.input.bits |= InputRecord::DEVICE_FAILED;
+        }
         if findings.bundle_ms > 0 {
             self.shared.bundle_ms.store(findings.bundle_ms, Relaxed);
         }
@@ -185,6 +192,9 @@ impl Ports for World {
             .zip(view.fault_counters.as_array())
         {
             to.store(*from, Relaxed);
+        }
+        if self.devices.has_haptic() {
+            self.held_back.note(view, &self.shared);
         }
         let status = [view.device.status, view.tracker.status, view.pedal.status];
         if status != self.device_status {

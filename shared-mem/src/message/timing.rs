@@ -47,7 +47,7 @@ impl TickRecord {
 /// Service `timing`: batches of records, with the thread's counters since its start.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.TimingBatch.v5")]
+#[type_name("calot.TimingBatch.v6")]
 pub struct TimingBatch {
     /// Batch number; a gap is a loss.
     pub sequence: u64,
@@ -67,6 +67,12 @@ pub struct TimingBatch {
     pub overruns: u64,
     /// Faults of each kind so far ([`crate::words::Fault`]).
     pub faults: [u64; FAULTS],
+    /// Ticks so far in which contact asked for a force.
+    pub contact_ticks: u64,
+    /// Those in which less or none of it was rendered, by the fault that is the reason.
+    pub held_ticks: [u64; FAULTS],
+    /// Number of times that force was held back, by reason.
+    pub held_times: [u64; FAULTS],
     /// Bits of [`TimingBatch::FIFO`], `LOCKED`, `PINNED`. The thread is realtime with all three.
     pub realtime: u32,
     /// Number of `records` in use.
@@ -94,6 +100,6 @@ impl TimingBatch {
 
 // The layout is the contract: a change of size is a change of version.
 const _: () = {
-    assert!(size_of::<TimingBatch>() == 288 + 64 * TIMING_BATCH);
+    assert!(size_of::<TimingBatch>() == 824 + 64 * TIMING_BATCH);
     assert!(size_of::<TickRecord>() == 64);
 };

@@ -21,6 +21,10 @@ pub struct DeviceHealth {
     pub bad_frames: u64,
     /// Lost frames by sequence number.
     pub lost_frames: u64,
+    /// Commands that the line refused.
+    pub dropped_writes: u64,
+    /// Bytes that this computer did not read in time.
+    pub unread_bytes: u64,
 }
 
 impl DeviceHealth {
@@ -51,7 +55,7 @@ pub struct CapsuleMsg {
 /// Service `tools`: the newest wins.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.ToolFrame.v2")]
+#[type_name("calot.ToolFrame.v3")]
 pub struct ToolFrame {
     /// Tick that wrote it.
     pub tick: u64,
@@ -153,6 +157,6 @@ impl ToolFrame {
 // The layout is the contract: a change of size is a change of version.
 const _: () = {
     assert!(size_of::<CapsuleMsg>() == 32);
-    assert!(size_of::<DeviceHealth>() == 32);
-    assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 32);
+    assert!(size_of::<DeviceHealth>() == 48);
+    assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 48);
 };

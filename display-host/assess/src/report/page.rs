@@ -290,7 +290,7 @@ fn not_counted(page: &mut Page, values: &Values) {
             }
             false => {
                 "That is more than is kept out: path and movements contain some of it, and rest \
-                 counts as less. Mend the device, or filter it in the station file."
+                 counts as less. Mend the device: shield its cables, or smooth its positions in its firmware."
             }
         };
         page.add(format_args!(

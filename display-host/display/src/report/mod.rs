@@ -69,6 +69,12 @@ pub struct Summary {
     pub events_lost: u64,
     /// Number of ticks with each fault, by its name; zero counts are left out.
     pub faults: BTreeMap<String, u64>,
+    /// Number of ticks in which contact asked for a force.
+    pub contact_ticks: u64,
+    /// Ticks of contact in which less or none of the force was rendered, by reason.
+    pub force_held_back: Vec<HeldBack>,
+    /// Devices, with what they declare and the counters of their lines.
+    pub devices: Vec<DeviceSummary>,
     /// Reason for the end of the run.
     pub ended: Ended,
     /// The session for `calot replay`; `None`: not recorded.
@@ -84,6 +90,50 @@ pub struct Summary {
     pub unrest: Vec<UnrestFinding>,
     /// The machine.
     pub machine: Machine,
+}
+
+/// Force that was held back for one reason, in `summary.json`.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct HeldBack {
+    /// Name of the fault that is the reason.
+    pub fault: String,
+    /// Ticks of contact.
+    pub ticks: u64,
+    /// Number of times that it began.
+    pub times: u64,
+}
+
+/// A device, in `summary.json`.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct DeviceSummary {
+    /// `haptic`, `tracker` or `pedal`.
+    pub kind: String,
+    /// Its line.
+    pub path: PathBuf,
+    /// Name that it gives itself; empty if it gives none.
+    pub name: String,
+    /// Serial number; 0 if it tells none.
+    pub serial: u32,
+    /// Declared capabilities of a haptic device by name, SI.
+    pub capabilities: BTreeMap<String, f32>,
+    /// Counters of its line.
+    #[serde(flatten, skip_deserializing)]
+    pub line: LineSummary,
+}
+
+/// Counters of a device's line, in `summary.json`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct LineSummary {
+    /// Good frames.
+    pub frames: u64,
+    /// Rejected frames.
+    pub bad_frames: u64,
+    /// Frames that are missing in the sequence numbers.
+    pub lost_frames: u64,
+    /// Commands that the line refused.
+    pub dropped_writes: u64,
+    /// Bytes that this computer did not read in time.
+    pub unread_bytes: u64,
 }
 
 /// Result of a task, in `summary.json`.

@@ -30,6 +30,7 @@ pub(super) fn render(
     verdict(&mut page, summary);
     times(&mut page, summary);
     charts(&mut page, recorder);
+    devices(&mut page, summary);
     counters(&mut page, summary);
     pictures(&mut page, outcome, folder);
     machine(&mut page, summary);
@@ -150,6 +151,38 @@ fn charts(page: &mut Page, recorder: &Recorder) {
         times::course(&recorder.wake_course(), "µs"),
         "Latest wake-up of each second.",
     );
+}
+
+fn devices(page: &mut Page, s: &Summary) {
+    if s.devices.is_empty() {
+        return;
+    }
+    page.add(format_args!(
+        "<h2>Devices</h2><table><tr><th>device<th>line<th>name<th>serial<th>good<th>bad<th>lost\
+         <th>refused<th>unread<th>declares</tr>"
+    ));
+    for device in &s.devices {
+        let declared = device.capabilities.iter();
+        let declared: Vec<String> = declared.map(|(name, is)| format!("{name} {is}")).collect();
+        let serial = match device.serial {
+            0 => "–".to_owned(),
+            serial => serial.to_string(),
+        };
+        let line = &device.line;
+        page.add(format_args!(
+            "<tr><td>{}<td>{}<td>{}<td>{serial}<td>{}<td>{}<td>{}<td>{}<td>{}<td>{}</tr>",
+            escape(&device.kind),
+            escape(&device.path.display().to_string()),
+            escape(&device.name),
+            line.frames,
+            line.bad_frames,
+            line.lost_frames,
+            line.dropped_writes,
+            line.unread_bytes,
+            escape(&declared.join(", "))
+        ));
+    }
+    page.add(format_args!("</table>"));
 }
 
 fn counters(page: &mut Page, s: &Summary) {

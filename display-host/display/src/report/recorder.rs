@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use figures::{Distribution, Machine};
 use shared_mem::limits::FAULTS;
-use shared_mem::message::{STAGES, TimingBatch, ToolFrame};
+use shared_mem::message::{DeviceHealth, STAGES, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::Fault;
 
 use super::unrest::{Unrest, UnrestFinding};
-use super::{Range, Summary};
+use super::{DeviceSummary, HeldBack, LineSummary, Range, Summary};
 use crate::feed::hex;
 use crate::headless::{Observed, Outcome};
 
@@ -74,6 +74,8 @@ pub struct Recorder {
     events: BTreeMap<&'static str, u64>,
     unrest: Unrest,
     records: u64,
+    /// Haptic device, tracker and pedal in the newest tool state.
+    lines: [Option<DeviceHealth>; 3],
     last_batch: Option<Counters>,
 }
 
@@ -88,6 +90,9 @@ struct Counters {
     involuntary_switches: u64,
     realtime: u32,
     faults: [u64; FAULTS],
+    contact_ticks: u64,
+    held_ticks: [u64; FAULTS],
+    held_times: [u64; FAULTS],
 }
 
 impl Recorder {
@@ -151,15 +156,40 @@ impl Recorder {
             involuntary_switches: batch.involuntary_switches,
             realtime: batch.realtime,
             faults: batch.faults,
+            contact_ticks: batch.contact_ticks,
+            held_ticks: batch.held_ticks,
+            held_times: batch.held_times,
         });
     }
 
     fn take_tools(&mut self, tools: &ToolFrame) {
+        self.lines = tools.health.map(Some);
         let force_n = tools.force_n.iter().map(|x| x * x).sum::<f32>().sqrt();
         let (min, max) = self.force_min_max.unwrap_or((force_n, force_n));
         self.force_min_max = Some((min.min(force_n), max.max(force_n)));
         self.force
             .push(tools.at_ns, FORCE_POINTS_PER_S, f64::from(force_n));
+    }
+
+    /// Devices of the newest tool state, without names and capabilities.
+    fn devices(&self) -> Vec<DeviceSummary> {
+        let kinds = ["haptic", "tracker", "pedal"].into_iter();
+        let lines = kinds.zip(self.lines);
+        let present = lines.filter_map(|(kind, line)| {
+            let line = line.filter(|it| it.status != DeviceHealth::ABSENT)?;
+            Some(DeviceSummary {
+                kind: kind.to_owned(),
+                line: LineSummary {
+                    frames: line.frames,
+                    bad_frames: line.bad_frames,
+                    lost_frames: line.lost_frames,
+                    dropped_writes: line.dropped_writes,
+                    unread_bytes: line.unread_bytes,
+                },
+                ..DeviceSummary::default()
+            })
+        });
+        present.collect()
     }
 
     /// Force on the hand: (s, N), the largest of each step.
@@ -234,6 +264,9 @@ impl Recorder {
                 .filter(|&(_, &count)| count > 0)
                 .map(|(number, &count)| (Fault::NAMES[number].to_owned(), count))
                 .collect(),
+            contact_ticks: counters.map_or(0, |c| c.contact_ticks),
+            force_held_back: counters.map(|c| held_back(&c)).unwrap_or_default(),
+            devices: self.devices(),
             ended: outcome.ended,
             recording: None,
             task: None,
@@ -245,6 +278,19 @@ impl Recorder {
             machine,
         }
     }
+}
+
+/// Force that was held back, by reason.
+fn held_back(counters: &Counters) -> Vec<HeldBack> {
+    let counts = counters.held_ticks.iter().zip(&counters.held_times);
+    let by_name = Fault::NAMES.iter().zip(counts);
+    let held = by_name.filter(|(_, (ticks, _))| **ticks > 0);
+    held.map(|(fault, (&ticks, &times))| HeldBack {
+        fault: (*fault).to_owned(),
+        ticks,
+        times,
+    })
+    .collect()
 }
 
 #[cfg(test)]

@@ -544,6 +544,9 @@ fn alarm(event: &EventMsg) -> Option<&'static str> {
         Fault::DeviceBundles => Some("fault-bundles"),
         Fault::DeafDevice => Some("fault-deaf"),
         Fault::LostPedal => Some("fault-pedal"),
+        Fault::HeldPedal => Some("fault-held"),
+        Fault::DeviceFault => Some("fault-device"),
+        Fault::DeviceWatchdog => Some("fault-watchdog"),
         _ => None,
     }
 }

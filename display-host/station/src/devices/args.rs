@@ -64,6 +64,9 @@ pub(crate) enum DevicesCommand {
     Watch(WatchArgs),
     /// Tests a device with the suite that the emulated devices pass; exit code 1 if a check fails
     Conformance(ConformanceArgs),
+    /// Tests axes, units and signs of a haptic device with a person's hand, and forces of 0.3 N;
+    /// exit code 1 if a check fails
+    Feel(FeelArgs),
     /// Finds the positions of haptic device and tracker by touching the station file's landmarks
     /// with each
     Calibrate(CalibrateArgs),
@@ -104,11 +107,11 @@ pub(crate) struct DevicesListArgs {
 }
 
 /// Driver of a device.
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum LineDriver {
     /// Rig protocol of Calot: a haptic device or a pedal; the device says which
     Rig,
-    /// WoodenHaptics and Polhem
+    /// WoodenHaptics
     Woody,
     /// Haply hAPI board, planar device of the second generation; begin with the handle in its home
     /// position
@@ -157,6 +160,52 @@ pub(crate) struct WatchArgs {
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
     /// Print one JSON object per device and second
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(after_long_help = "\
+The test leads you through four parts:
+  1. Move the handle to the right, up and towards you: axes, units and the sign of velocity.
+  2. The handle pushes with 0.3 N three times. You say which way: sign and axes of force.
+  3. The handle presses on a kitchen scale with 0.5 N: size of force. You may leave this out.
+  4. It pushes to and fro for 9 s: steps, a sine, a chirp. `--page` draws the answer.
+
+Every force rises and falls in 0.3 s and ends at once when the handle runs off by 4 cm.
+
+A rig with a sensor of its own may do without a person: `--script PROGRAM`. The program reads one
+JSON object per line, such as
+  {\"step\": \"move\", \"direction\": \"right\", \"way_m\": 0.05}
+and answers {\"done\": true}, also to the steps hold, scale and press. During {\"step\": \"push\"} it
+measures, and answers {\"ask\": \"pushed\"} with {\"force_n\": [0.3, 0.0, 0.0]} (x right, y up, z towards
+the user), and {\"ask\": \"pressed\"} with {\"pressed_n\": 0.5} or null.
+
+Examples:
+  calot devices feel /dev/ttyACM0 --page feel.html
+  calot devices feel --station-file station.toml --out station.toml --overwrite")]
+pub(crate) struct FeelArgs {
+    /// Serial device, e.g. /dev/ttyACM0
+    #[arg(value_name = "PATH", required_unless_present = "station_file")]
+    pub(crate) path: Option<PathBuf>,
+    /// Driver of the device at PATH
+    #[arg(long, value_enum, default_value_t = LineDriver::Rig)]
+    pub(crate) driver: LineDriver,
+    /// Test the haptic device that this station file names
+    #[arg(long, value_name = "FILE", conflicts_with = "path")]
+    pub(crate) station_file: Option<PathBuf>,
+    /// Write the station file with the result to this file
+    #[arg(long, value_name = "FILE", requires = "station_file")]
+    pub(crate) out: Option<PathBuf>,
+    /// Draw the results on a page, e.g. feel.html
+    #[arg(long, value_name = "FILE")]
+    pub(crate) page: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+    /// Program that moves the handle and measures its forces, instead of a person
+    #[arg(long, value_name = "PROGRAM")]
+    pub(crate) script: Option<PathBuf>,
+    /// Print one JSON object instead of a list
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -2,11 +2,10 @@
 //! landmarks.
 
 use std::collections::VecDeque;
-use std::io::BufRead as _;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use hardware::station::calibration::{Fit, fit};
@@ -17,6 +16,8 @@ use rt_process::time_driver::now_ns;
 use serde_json::json;
 
 use super::args::CalibrateArgs;
+use super::sections::{Section, with_sections};
+use super::typed::typed_lines;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
@@ -114,7 +115,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
         .iter()
         .map(|device| (device.frame, Pose::identity()));
     with_frames(&args.station_file, &text, &unmoved.collect::<Vec<_>>())?;
-    let keys = enter_keys();
+    let keys = typed_lines();
     let mut found = Vec::new();
     for device in &mut devices {
         let Some(pairs) = touch_all(device, &file.landmarks, &keys, &stop)? else {
@@ -125,27 +126,12 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     report(args, &text, &file.landmarks, &found)
 }
 
-/// Reads Enter from standard input in a thread of its own.
-fn enter_keys() -> Receiver<()> {
-    // One pending key is enough.
-    let (sender, keys) = sync_channel(1);
-    std::thread::spawn(move || {
-        for line in std::io::stdin().lock().lines() {
-            if line.is_err() {
-                return;
-            }
-            let _ = sender.try_send(());
-        }
-    });
-    keys
-}
-
 /// Pairs of the measured position and the known position of each landmark. `None`: the user gave
 /// up.
 fn touch_all(
     device: &mut Placed,
     landmarks: &[Landmark],
-    keys: &Receiver<()>,
+    keys: &Receiver<String>,
     stop: &AtomicBool,
 ) -> Result<Option<Vec<(Vec3, Vec3)>>, Problem> {
     let mut pairs = Vec::new();
@@ -173,7 +159,7 @@ fn touch_all(
 /// Waits for a button or Enter, and then until the device is still. Returns the mean position.
 fn touch(
     device: &mut Placed,
-    keys: &Receiver<()>,
+    keys: &Receiver<String>,
     stop: &AtomicBool,
 ) -> Result<Option<Vec3>, Problem> {
     let _ = keys.try_recv();
@@ -236,7 +222,9 @@ fn report(
         let odd_one = odd_one.map(|landmark| landmark.name.as_str());
         let [rms_mm, worst_mm] = [fit.rms_m, fit.worst_m].map(|m| m * 1e3);
         good &= rms_mm <= args.residual_mm;
-        frames.push_str(&frame_text(frame, &fit.world_from_device));
+        for section in sections(&[(*frame, fit.world_from_device)]) {
+            frames.push_str(&section.text());
+        }
         if args.json {
             let pose = &fit.world_from_device;
             say::answer(json!({
@@ -284,52 +272,26 @@ fn report(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Section of a frame in the station file.
-fn frame_text(frame: &str, pose: &Pose) -> String {
+/// Sections of frames in the station file.
+fn sections(frames: &[(&str, Pose)]) -> Vec<Section> {
     let numbers = |values: &[f32]| {
         let words: Vec<String> = values.iter().map(|value| format!("{value:.6}")).collect();
         words.join(", ")
     };
-    format!(
-        "[frames.{frame}]\nposition_m = [{}]\nrotation_xyzw = [{}]\n\n",
-        numbers(pose.translation.vector.as_slice()),
-        numbers(pose.rotation.coords.as_slice())
-    )
+    let section = |(frame, pose): &(&str, Pose)| Section {
+        head: format!("frames.{frame}"),
+        body: format!(
+            "position_m = [{}]\nrotation_xyzw = [{}]\n",
+            numbers(pose.translation.vector.as_slice()),
+            numbers(pose.rotation.coords.as_slice())
+        ),
+    };
+    frames.iter().map(section).collect()
 }
 
-/// Replaces the frames of the station file and keeps the rest, including comments. `path` appears
-/// in errors.
+/// Replaces the frames of the station file and keeps the rest. `path` appears in errors.
 fn with_frames(path: &Path, text: &str, frames: &[(&str, Pose)]) -> Result<String, Problem> {
-    let is_head = |line: &str| {
-        let mut heads = frames.iter().map(|(frame, _)| format!("[frames.{frame}]"));
-        heads.any(|head| line.starts_with(&head))
-    };
-    let mut kept = String::new();
-    let mut is_old = false;
-    for line in text.lines() {
-        let start = line.trim_start();
-        if start.starts_with('[') {
-            is_old = is_head(start);
-        }
-        let goes = is_old && (is_head(start) || start.contains('='));
-        if !goes || start.starts_with('#') {
-            kept.push_str(line);
-            kept.push('\n');
-        }
-    }
-    let new: String = frames
-        .iter()
-        .map(|(frame, pose)| frame_text(frame, pose))
-        .collect();
-    let whole = format!("{}\n\n{}\n", kept.trim_end(), new.trim_end());
-    // Check that the written file parses.
-    StationFile::parse(&whole, path).map_err(|error| {
-        format!(
-            "the frames do not fit into this file; give them sections of their own, as in `calot devices \
-             --help`: {error}"
-        )
-    })?;
-    Ok(whole)
+    with_sections(path, text, &sections(frames))
 }
 
 #[cfg(test)]

@@ -53,13 +53,23 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         say::answer(as_json(&report));
     } else {
         say::answer(report.to_string().trim_end());
-        let first = report.checks.first().map(|it| it.outcome);
-        if first == Some(Outcome::Fail) && args.driver.is_serial() {
-            say::note(
-                "The device may speak another protocol: try `--driver woody`, `bird` or `hapi-gen3`",
-            );
+        let open = report.names(Outcome::NotJudged);
+        let first = report.checks.first();
+        if first.is_some_and(|it| it.outcome == Outcome::Fail && it.detail.contains("no answer"))
+            && args.driver.is_serial()
+            && args.driver != LineDriver::Rig
+        {
+            say::note("The device may speak another protocol: try without `--driver`");
         } else if report.passed() {
-            say::note("The device meets the needs of the station.");
+            say::note(
+                "It speaks the protocol as the station needs it. Next: `calot devices feel` tests \
+                 axes and forces",
+            );
+        } else if !open.is_empty() {
+            say::note(format_args!(
+                "Not judged, which is no pass: {}. Test again.",
+                open.join(", ")
+            ));
         }
     }
     Ok(if report.passed() {
@@ -69,16 +79,17 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
     })
 }
 
-fn as_json(report: &Report) -> serde_json::Value {
+pub(super) fn as_json(report: &Report) -> serde_json::Value {
     let check = |check: &Check| {
         json!({
             "name": check.name,
-            "outcome": match check.outcome {
+            "result": match check.outcome {
                 Outcome::Pass => "pass",
                 Outcome::Fail => "fail",
+                Outcome::NotJudged => "not judged",
                 Outcome::Skipped => "skipped",
             },
-            "detail": check.detail,
+            "said": check.detail,
         })
     };
     json!({

@@ -3,6 +3,10 @@
 pub(crate) mod args;
 mod calibrate;
 mod conformance;
+mod feel;
+mod open;
+mod sections;
+mod typed;
 mod watch;
 
 use std::process::ExitCode;
@@ -20,6 +24,7 @@ pub(crate) fn run(args: &DevicesArgs) -> Result<ExitCode, Problem> {
         Some(DevicesCommand::List(args)) => list(args),
         Some(DevicesCommand::Watch(args)) => watch::run(args),
         Some(DevicesCommand::Conformance(args)) => conformance::run(args),
+        Some(DevicesCommand::Feel(args)) => feel::run(args),
         Some(DevicesCommand::Calibrate(args)) => calibrate::run(args),
     }
 }
@@ -46,7 +51,8 @@ fn list(args: &DevicesListArgs) -> Result<ExitCode, Problem> {
         );
     } else {
         say::note(
-            "\nNext: `calot devices watch PATH` shows a device live, `calot devices conformance PATH` tests it",
+            "\nNext: `calot devices watch PATH` shows a device live, `calot devices conformance PATH` tests its \
+             protocol, `calot devices feel PATH` its axes and forces",
         );
     }
     Ok(ExitCode::SUCCESS)

@@ -8,18 +8,16 @@ use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
 use hardware::bird::{BirdSetup, BirdTracker};
-use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
-use hardware::inverse3::Inverse3Haptic;
 use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
+use hardware::rig::RigPedal;
 use hardware::station::StationFile;
-use hardware::touch::TouchHaptic;
-use hardware::{rig::RigHaptic, rig::RigPedal, woody::WoodyHaptic};
 use rt_core::math::Pose;
 use rt_core::port::{ForceCommand, HapticDevice, LineCounters, Pedal, Polled, Tracker};
 use rt_process::time_driver::now_ns;
 use serde_json::{Value, json};
 
 use super::args::{LineDriver, WatchArgs};
+use super::open::open_haptic;
 use crate::problem::Problem;
 use crate::say;
 use crate::stop;
@@ -94,10 +92,6 @@ enum Port {
     Pedal(Box<dyn Pedal>),
 }
 
-fn hapi(path: &Path, generation: Pantograph) -> Result<Port, HardwareError> {
-    Ok(Port::Haptic(Box::new(HapiHaptic::open(path, generation)?)))
-}
-
 /// A device and its last sample.
 struct Watched {
     port: Port,
@@ -123,28 +117,23 @@ impl Watched {
 
     fn open(path: &Path, driver: LineDriver) -> Result<Self, HardwareError> {
         Ok(Self::new(match driver {
-            LineDriver::Rig => match RigHaptic::open(path) {
-                Ok(haptic) => Port::Haptic(Box::new(haptic)),
+            LineDriver::Rig => match open_haptic(path, driver) {
+                Ok(haptic) => Port::Haptic(haptic),
                 // The device says what it is.
                 Err(HardwareError::WrongDevice { .. }) => {
                     Port::Pedal(Box::new(RigPedal::open(path)?))
                 }
                 Err(error) => return Err(error),
             },
-            LineDriver::Woody => Port::Haptic(Box::new(WoodyHaptic::open(path)?)),
-            LineDriver::HapiGen2 => hapi(path, Pantograph::GEN2)?,
-            LineDriver::HapiGen3 => hapi(path, Pantograph::GEN3)?,
-            LineDriver::HapiGen31 => hapi(path, Pantograph::GEN3_1)?,
-            LineDriver::Touch => Port::Haptic(Box::new(TouchHaptic::open(path, None)?)),
             LineDriver::Evdev => Port::Pedal(Box::new(EvdevPedal::open(path, Roles::default())?)),
             LineDriver::Modem => Port::Pedal(Box::new(ModemPedal::open(path)?)),
-            LineDriver::Inverse3 => Port::Haptic(Box::new(Inverse3Haptic::open(path, None)?)),
             LineDriver::Bird => {
                 Port::Tracker(Box::new(BirdTracker::open(path, BirdSetup::default())?))
             }
             LineDriver::Trakstar => {
                 Port::Tracker(Box::new(BirdTracker::open_usb(path, BirdSetup::default())?))
             }
+            _ => Port::Haptic(open_haptic(path, driver)?),
         }))
     }
 

@@ -3,8 +3,17 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use hardware::emulate::Mistake;
 
 use crate::args::{GamepadArgs, parse_station};
+
+fn parse_mistake(name: &str) -> Result<Mistake, String> {
+    let found = Mistake::ALL.into_iter().find(|it| it.name() == name);
+    found.ok_or_else(|| {
+        let names = Mistake::ALL.map(Mistake::name).join(", ");
+        format!("one of: {names}")
+    })
+}
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct EmulateArgs {
@@ -22,6 +31,9 @@ pub(crate) struct EmulateArgs {
     pub(crate) station: Option<String>,
     #[command(flatten)]
     pub(crate) gamepad: GamepadArgs,
+    /// Give the haptic device's firmware a mistake, to see what the tests of devices say
+    #[arg(long, value_name = "NAME", value_parser = parse_mistake)]
+    pub(crate) mistake: Option<Mistake>,
     /// End when the parent process of this id ends
     #[arg(long, value_name = "PID")]
     pub(crate) with_parent: Option<i32>,

@@ -167,6 +167,7 @@ mod tests {
             gamepad: GamepadArgs {
                 gamepad: GamepadName::Off,
             },
+            mistake: None,
             with_parent: None,
         }
     }

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use display_host::headless::{Ended, Outcome};
-use display_host::report::{Summary, write};
+use display_host::report::{DeviceSummary, HeldBack, Summary, write};
 use figures::Machine;
+use rt_process::notice::Held;
 use session::Recorded;
 
 use super::show::Shown;
@@ -66,7 +67,20 @@ impl Shown<'_> {
             // A controller that died before the display saw a tick has still run these ticks.
             summary.ticks = summary.ticks.max(recorded.ticks);
         }
-        let haptic = self.args.controller.devices.haptic.as_deref();
+        for (device, opened) in by_kind(&mut summary.devices, &self.devices) {
+            let line = device.line;
+            *device = DeviceSummary {
+                line,
+                ..opened.clone()
+            };
+        }
+        let held: Vec<Held> = summary.force_held_back.iter().map(reason).collect();
+        if let Some(text) = rt_process::notice::held_back(summary.contact_ticks, &held) {
+            outcome.warnings.push(text.clone());
+            summary.warnings.push(text);
+        }
+        let haptic = self.devices.iter().find(|it| it.kind == "haptic");
+        let haptic = haptic.map(|it| it.path.as_path());
         for (fault, ticks) in &summary.faults {
             if let Some(text) = rt_process::notice::sentence(fault, haptic, 0) {
                 summary
@@ -110,6 +124,25 @@ impl Shown<'_> {
         let recording = summary.recording.as_ref().map(|it| it.file.clone());
         let debriefed = |assessed| debrief(assessed, recording, out, &self.outcome);
         Ok(self.assessed.as_ref().is_none_or(debriefed))
+    }
+}
+
+/// Pairs of the reported devices and the opened ones.
+fn by_kind<'a>(
+    reported: &'a mut [DeviceSummary],
+    opened: &'a [DeviceSummary],
+) -> impl Iterator<Item = (&'a mut DeviceSummary, &'a DeviceSummary)> {
+    reported.iter_mut().filter_map(|device| {
+        let found = opened.iter().find(|it| it.kind == device.kind)?;
+        Some((device, found))
+    })
+}
+
+fn reason(held: &HeldBack) -> Held {
+    Held {
+        fault: held.fault.clone(),
+        ticks: held.ticks,
+        times: held.times,
     }
 }
 

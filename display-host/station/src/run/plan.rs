@@ -4,15 +4,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use hardware::station::StationFile;
 use shared_mem::service::Station;
 
 use display_host::window;
 
 use super::args::{HEADLESS_SECONDS, RunArgs, session_path};
 use super::room;
+use crate::args::DeviceArgs;
 use crate::folder::Folder;
 use crate::output::{self, Format};
 use crate::problem::Problem;
+use crate::say;
 use crate::scene;
 use crate::stop;
 use crate::task::Assigned;
@@ -46,6 +49,13 @@ impl<'a> Planned<'a> {
         if let Some(path) = &args.gif {
             output::check("--gif", path, Format::Animation, args.overwrite)?;
         }
+        if let Some(device) = unfelt(&args.controller.devices) {
+            say::note(format_args!(
+                "calot: no record says that {} passed `calot devices feel`: its axes and forces are \
+                 untested. A station file keeps the record",
+                device.display()
+            ));
+        }
         let folder = Folder::open(&args.station, args.attach)?;
         if !args.attach {
             station.check_room()?;
@@ -66,6 +76,17 @@ impl<'a> Planned<'a> {
             scene,
         })
     }
+}
+
+/// The named haptic device, unless a station file says that it passed its test by hand.
+fn unfelt(devices: &DeviceArgs) -> Option<PathBuf> {
+    if let Some(path) = &devices.haptic {
+        return Some(path.clone());
+    }
+    // A file with an error is refused later.
+    let file = StationFile::read(devices.station_file.as_deref()?).ok()?;
+    let spec = file.haptic.filter(|it| !it.is_felt)?;
+    Some(spec.path)
 }
 
 /// Folder of the results, made now.

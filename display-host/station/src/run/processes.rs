@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use display_host::report::DeviceSummary;
 use hardware::station::StationFile;
 use shared_mem::scene::SceneFile;
 
@@ -27,6 +28,8 @@ pub(crate) struct Running {
     pub(crate) scene: PathBuf,
     /// A warning about a controller that is not realtime, with the cause.
     pub(crate) warnings: Vec<String>,
+    /// Devices that the controller opened.
+    pub(crate) devices: Vec<DeviceSummary>,
 }
 
 /// A running controller and the level of the scene that it took.
@@ -51,11 +54,13 @@ pub(crate) fn start(
     }
     let controller = control(args, &emulated.with(named), scene, folder, stop)?;
     let warnings = not_realtime(controller.process.said());
+    let devices = devices(controller.process.said());
     children.push(controller.process);
     Ok(Running {
         children,
         scene: controller.scene,
         warnings,
+        devices,
     })
 }
 
@@ -188,6 +193,12 @@ fn not_realtime(ready: &str) -> Vec<String> {
     let refused = ready["refused"].as_array().into_iter().flatten();
     let refused: Vec<&str> = refused.filter_map(serde_json::Value::as_str).collect();
     vec![format!("NOT REALTIME: {}", refused.join("; "))]
+}
+
+/// Devices that the controller names in its answer.
+fn devices(ready: &str) -> Vec<DeviceSummary> {
+    let ready: serde_json::Value = serde_json::from_str(ready).unwrap_or_default();
+    serde_json::from_value(ready["devices"].clone()).unwrap_or_default()
 }
 
 /// Level that the controller took, from the scene's own file or among those that the user named.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use display_host::DisplayError;
 use display_host::headless::{self, HeadlessConfig, Observed, Outcome};
-use display_host::report::Recorder;
+use display_host::report::{DeviceSummary, Recorder};
 use display_host::window::{self, WindowConfig};
 use session::{Recorded, Recording};
 use shared_mem::scene::SceneFile;
@@ -46,6 +46,8 @@ pub(super) struct Shown<'a> {
     pub(super) recorder_panicked: bool,
     pub(super) recorded: Option<Recorded>,
     pub(super) assessed: Option<task::Ended>,
+    /// Devices that the controller opened.
+    pub(super) devices: Vec<DeviceSummary>,
 }
 
 impl<'a> Started<'a> {
@@ -78,6 +80,7 @@ impl<'a> Started<'a> {
             recorder_panicked,
             recorded: recorded.flatten(),
             assessed: assessed.flatten(),
+            devices: self.devices,
         })
     }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use display_host::report::DeviceSummary;
 use session::{Listening, Recording, Sight};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
@@ -36,6 +37,8 @@ pub(super) struct Started<'a> {
     pub(super) watch: Watch,
     /// Warnings about the controller, for the summary.
     pub(super) warnings: Vec<String>,
+    /// Devices that the controller opened.
+    pub(super) devices: Vec<DeviceSummary>,
     pub(super) surgeon: Option<AtWork>,
 }
 
@@ -59,11 +62,13 @@ impl<'a> Planned<'a> {
             children,
             scene,
             warnings,
+            devices,
         } = match args.attach {
             true => Running {
                 children: Vec::new(),
                 scene, // its user tells it the scene
                 warnings: Vec::new(),
+                devices: Vec::new(),
             },
             false => processes::start(args, &scene, folder.path(), &stop)?,
         };
@@ -113,6 +118,7 @@ impl<'a> Planned<'a> {
             sight,
             watch,
             warnings,
+            devices,
             surgeon,
         })
     }

@@ -62,7 +62,24 @@ impl Kind {
         }
     }
 
-    const fn from_byte(byte: u8) -> Option<Self> {
+    /// Bytes of a payload of this kind.
+    pub(super) const fn payload_bytes(self) -> usize {
+        field::BODY + self.body_bytes()
+    }
+
+    /// Name in `PROTOCOL.md`.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Hello => "HELLO",
+            Self::Force => "FORCE",
+            Self::Stop => "STOP",
+            Self::Capabilities => "CAPABILITIES",
+            Self::State => "STATE",
+            Self::Switches => "SWITCHES",
+        }
+    }
+
+    pub(super) const fn from_byte(byte: u8) -> Option<Self> {
         Some(match byte {
             0x01 => Self::Hello,
             0x02 => Self::Force,
@@ -91,7 +108,7 @@ impl<'a> Message<'a> {
     pub fn new(payload: &'a [u8]) -> Result<Self, WireError> {
         let byte = *payload.get(field::KIND).ok_or(WireError::Length)?;
         let kind = Kind::from_byte(byte).ok_or(WireError::Kind(byte))?;
-        if payload.len() != field::BODY + kind.body_bytes() {
+        if payload.len() != kind.payload_bytes() {
             return Err(WireError::Length);
         }
         Ok(Self { payload, kind })

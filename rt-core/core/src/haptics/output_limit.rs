@@ -70,6 +70,8 @@ pub struct Demand {
     pub speed_m_s: f32,
     /// Status of the device.
     pub device: Status,
+    /// True while the device reports a fault of its own.
+    pub device_fails: bool,
     /// True while the simulation is paused.
     pub paused: bool,
 }
@@ -151,6 +153,12 @@ impl OutputLimit {
         self.enabled && !self.tripped
     }
 
+    /// Share of the demanded force that the ramp lets through; 0 while force is cut.
+    #[must_use]
+    pub const fn share(&self) -> f32 {
+        self.gain
+    }
+
     /// Starts the force from zero again, after a time without ticks.
     pub fn restart(&mut self) {
         self.gain = 0.0;
@@ -191,7 +199,8 @@ impl OutputLimit {
         faults.raise_if(wants && !self.enabled, Fault::NotEnabled);
         self.passivity
             .observe(demand.handle_m.filter(math::is_finite));
-        let out = if is_finite && self.is_open() && demand.device != Status::Lost {
+        let is_there = demand.device != Status::Lost && !demand.device_fails;
+        let out = if is_finite && self.is_open() && is_there {
             self.ramp(demand);
             faults.raise_if(wants && self.gain < 1.0, Fault::Ramped);
             let share = self.gain * self.cap_stiffness(demand, faults);

@@ -65,6 +65,7 @@ impl Sim<'_> {
             transition,
             limit,
             renders_torque,
+            asks_force: _, // each tick sets it anew
             journal,
             fault_counters,
             tick,

@@ -61,7 +61,7 @@ use crate::haptics::proxy::Proxy;
 use crate::haptics::transition::Transition;
 use crate::hash::Hash;
 use crate::math::{self, Vec3};
-use crate::port::{DeviceCapabilities, ForceCommand};
+use crate::port::{DeviceCapabilities, Findings, ForceCommand};
 use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
@@ -72,7 +72,7 @@ use crate::sim::sample::Inputs;
 use crate::state::State;
 use crate::tissue::sleep::Sleep;
 use crate::tissue::{Bounds, Method, Node, substeps};
-use crate::tool::{Capsule, Kinematics, ToolState, capsules, endoscope};
+use crate::tool::{Capsule, Kinematics, ToolState, Wrench, capsules, endoscope};
 use crate::words::{Event, EventKind};
 
 /// Distance within which a moving organ wakes a sleeping one, m. Raising it wakes organs earlier,
@@ -117,6 +117,8 @@ pub struct Sim<'a> {
     transition: Transition,
     limit: OutputLimit,
     renders_torque: bool,
+    /// True if contact asked for a force in this tick.
+    asks_force: bool,
     journal: Journal,
     fault_counters: FaultCounters,
     tick: u64,
@@ -157,6 +159,7 @@ impl<'a> Sim<'a> {
             transition: Transition::NOTHING,
             limit,
             renders_torque: device.renders_torque(),
+            asks_force: false,
             journal: Journal::default(),
             fault_counters: FaultCounters::ZERO,
             tick: 0,
@@ -205,7 +208,7 @@ impl<'a> Sim<'a> {
         self.solve(far_organs, &mut faults);
         ports.stamp(Stage::Solve);
 
-        let command = self.render_force(&mut faults);
+        let command = self.render_force(&findings, &mut faults);
         ports.send_force(command);
         ports.stamp(Stage::Force);
 
@@ -415,7 +418,7 @@ impl<'a> Sim<'a> {
     }
 
     /// Force of the tissue on the hand, through the limits, in the device's frame.
-    fn render_force(&mut self, faults: &mut FaultSet) -> ForceCommand {
+    fn render_force(&mut self, findings: &Findings, faults: &mut FaultSet) -> ForceCommand {
         let paused = self.tool.switches.paused;
         let pull = self.grasp.pull(&self.state.bodies).filter(|_| !paused);
         let felt = handle_force::felt(
@@ -434,8 +437,10 @@ impl<'a> Sim<'a> {
             handle_m: self.inputs.fresh_handle_m(),
             speed_m_s: math::norm(&self.tool.handle_velocity_m_s),
             device: self.inputs.device_health().status,
+            device_fails: findings.faults.contains(Fault::DeviceFault),
             paused,
         };
+        self.asks_force = wrench != Wrench::ZERO && !paused;
         let command = self.limit.apply(&demand, faults);
         if let (Some(limit_n), false) = (self.limit.rendered_n(), paused) {
             let force_n = &felt.wrench.force_n;
@@ -461,6 +466,8 @@ impl<'a> Sim<'a> {
             tool: &self.tool,
             events: self.journal.events(),
             energy_j: self.limit.energy_j(),
+            asks_force: self.asks_force,
+            force_share: self.limit.share(),
             faults,
             fault_counters: &self.fault_counters,
             device: self.inputs.device_health(),

@@ -35,6 +35,10 @@ pub struct TickView<'a> {
     /// Energy that the hand put into contact and did not get back, J. Below zero, contact makes
     /// energy.
     pub energy_j: f32,
+    /// True if contact asked for a force in this tick, and the simulation is not paused.
+    pub asks_force: bool,
+    /// Share of that force that the ramp let through; 0 while force is cut.
+    pub force_share: f32,
     /// Faults of this tick.
     pub faults: FaultSet,
     /// Number of ticks in which each fault has happened.

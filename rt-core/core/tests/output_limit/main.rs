@@ -28,6 +28,7 @@ const HALF: Demand = Demand {
     handle_m: None,
     speed_m_s: 0.0,
     device: Status::Live,
+    device_fails: false,
     paused: false,
 };
 
@@ -285,6 +286,13 @@ fn stale_fades_in_20_ms_lost_is_zero_at_once_and_both_ramp_up_again() {
     };
     assert_eq!(apply(&mut limit, &lost), (0.0, only(Fault::LostDevice)));
     assert!(near(apply(&mut limit, &HALF).0, 0.005));
+    repeat(&mut limit, &HALF, 200);
+    let failing = Demand {
+        device_fails: true,
+        ..HALF
+    };
+    assert!(near(apply(&mut limit, &failing).0, 0.0), "at once");
+    assert!(near(apply(&mut limit, &HALF).0, 0.005));
 }
 
 #[test]
@@ -401,6 +409,7 @@ fn demand() -> impl Strategy<Value = Demand> {
             handle_m: device.eq(&Status::Live).then_some(Vec3::new(f.1, f.2, k)),
             speed_m_s: v,
             device,
+            device_fails: false,
             paused,
         }
     })

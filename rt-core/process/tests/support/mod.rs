@@ -120,6 +120,7 @@ impl Emulated {
             },
             seed: 1,
             haptic: hardware::emulate::HapticModel::default(),
+            mistake: None,
             faults: LineFaults::default(),
         };
         let stop = Arc::new(AtomicBool::new(false));

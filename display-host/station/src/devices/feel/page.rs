@@ -1,0 +1,64 @@
+//! Page of a test by hand: its checks, and the answers to steps, sine and chirp.
+
+use core::fmt::Write as _;
+
+use figures::html::{STYLE, escape};
+use figures::times;
+use hardware::conformance::Outcome;
+use hardware::feel::{Felt, Point};
+
+/// The page, understandable without prior knowledge.
+pub(super) fn page(felt: &Felt) -> String {
+    let device = escape(&felt.report.device);
+    let mut page = format!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
+         content=\"width=device-width\"><title>Calot: {device}</title><style>{STYLE}</style>\
+         <h1>Test by hand</h1><p class=\"lead\">{device}. {}</p><table>",
+        match felt.report.passed() {
+            true => "It passed.",
+            false => "<b>It did not pass.</b>",
+        }
+    );
+    for check in &felt.report.checks {
+        let (class, result) = match check.outcome {
+            Outcome::Pass => ("good", "ok"),
+            Outcome::Fail => ("bad", "FAIL"),
+            Outcome::NotJudged => ("bad", "not judged"),
+            Outcome::Skipped => ("lead", "skipped"),
+        };
+        // Writing to a string cannot fail.
+        let _ = write!(
+            page,
+            "<tr><td>{}<td class=\"{class}\">{result}<td style=\"text-align:left\">{}</tr>",
+            escape(check.name),
+            escape(&check.detail)
+        );
+    }
+    page += "</table>";
+    let course = |of: fn(&Point) -> f32| -> Vec<(f64, f64)> {
+        let points = felt.response.iter();
+        points.map(|it| (it.at_s.into(), of(it).into())).collect()
+    };
+    let force = course(|it| it.force_n);
+    let middle_m = felt.response.first().map_or(0.0, |it| it.position_m);
+    let mut way = course(|it| it.position_m * 1e3);
+    for (_, mm) in &mut way {
+        *mm -= f64::from(middle_m) * 1e3;
+    }
+    for (line, unit, caption) in [
+        (
+            force,
+            "N",
+            "Commanded force along x: steps, a sine, a chirp to 30 Hz.",
+        ),
+        (way, "mm", "Position along x, from its beginning."),
+    ] {
+        if let Some(svg) = times::courses(&[("", &line)], unit) {
+            let _ = write!(
+                page,
+                "<figure>{svg}<figcaption>{caption}</figcaption></figure>"
+            );
+        }
+    }
+    page + "</html>\n"
+}

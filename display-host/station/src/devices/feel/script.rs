@@ -1,0 +1,185 @@
+//! Leads a program with a sensor of its own through `feel`: one JSON object per line.
+
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::path::Path;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
+use std::time::{Duration, Instant};
+
+use hardware::feel::{Answer, Direction, Guide, Step};
+use rt_core::math::Vec3;
+use rt_process::time_driver::now_ns;
+use serde_json::{Value, json};
+
+use crate::problem::Problem;
+
+/// Longest time that the program may take for an answer.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A running program.
+pub(super) struct Script {
+    program: Child,
+    asks: ChildStdin,
+    answers: Receiver<Value>,
+    stop: Arc<AtomicBool>,
+    is_over: bool,
+    due: Instant,
+}
+
+impl Script {
+    /// Starts the program.
+    pub(super) fn start(path: &Path, stop: Arc<AtomicBool>) -> Result<Self, Problem> {
+        let mut program = Command::new(path)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|error| format!("--script {}: {error}", path.display()))?;
+        let (Some(asks), Some(says)) = (program.stdin.take(), program.stdout.take()) else {
+            return Err("--script: no pipe to the program".into());
+        };
+        let (sender, answers) = sync_channel(16);
+        std::thread::spawn(move || {
+            for line in BufReader::new(says).lines().map_while(Result::ok) {
+                // A line that is no JSON is a message for people.
+                let Ok(value) = serde_json::from_str(&line) else {
+                    crate::say::note(line);
+                    continue;
+                };
+                if sender.send(value).is_err() {
+                    return;
+                }
+            }
+        });
+        Ok(Self {
+            program,
+            asks,
+            answers,
+            stop,
+            is_over: false,
+            due: Instant::now(),
+        })
+    }
+
+    fn write(&mut self, ask: &Value) {
+        let line = format!("{ask}\n");
+        let written = self.asks.write_all(line.as_bytes());
+        self.is_over |= written.and_then(|()| self.asks.flush()).is_err();
+    }
+
+    /// Asks, and waits for an answer that `read` understands.
+    fn ask<T>(&mut self, ask: &Value, read: impl Fn(&Value) -> Option<T>) -> Option<T> {
+        self.write(ask);
+        let start = Instant::now();
+        while !self.is_stopped() && start.elapsed() < PATIENCE {
+            match self.answers.recv_timeout(Duration::from_millis(100)) {
+                Ok(answer) => {
+                    if let Some(answer) = read(&answer) {
+                        return Some(answer);
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => self.is_over = true,
+            }
+        }
+        None
+    }
+}
+
+impl Drop for Script {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+impl Guide for Script {
+    fn tell(&mut self, step: &Step) {
+        while self.answers.try_recv().is_ok() {}
+        let ask = match step {
+            Step::Move { direction, way_m } => {
+                json!({ "step": "move", "direction": direction.name(), "way_m": way_m })
+            }
+            Step::Hold => json!({ "step": "hold" }),
+            Step::Push { force_n } => json!({ "step": "push", "force_n": force_n }),
+            Step::Scale => json!({ "step": "scale" }),
+            Step::Press { force_n } => json!({ "step": "press", "force_n": force_n }),
+            Step::Response => json!({ "step": "response" }),
+        };
+        self.write(&ask);
+    }
+
+    fn is_done(&mut self) -> bool {
+        match self.answers.try_recv() {
+            Ok(answer) => answer["done"] == true,
+            Err(TryRecvError::Empty) => false,
+            Err(TryRecvError::Disconnected) => {
+                self.is_over = true;
+                false
+            }
+        }
+    }
+
+    fn pushed(&mut self) -> Answer {
+        self.ask(&json!({ "ask": "pushed" }), answer)
+            .unwrap_or(Answer::Nothing)
+    }
+
+    fn pressed_n(&mut self) -> Option<f32> {
+        self.ask(&json!({ "ask": "pressed" }), |answer| {
+            let pressed = answer.get("pressed_n")?;
+            Some(pressed.as_f64().map(|newton| newton as f32))
+        })?
+    }
+
+    fn wait(&mut self) -> u64 {
+        self.due += Duration::from_millis(1);
+        match self.due.checked_duration_since(Instant::now()) {
+            Some(early) => std::thread::sleep(early),
+            None => self.due = Instant::now(),
+        }
+        now_ns()
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.is_over || self.stop.load(Relaxed)
+    }
+}
+
+/// Answer to a push: `{"force_n": [x, y, z]}` or `{"felt": "right"}`.
+fn answer(said: &Value) -> Option<Answer> {
+    if let Some(felt) = said["felt"].as_str() {
+        let of = |it: &Direction| it.name() == felt;
+        return match felt {
+            "nothing" => Some(Answer::Nothing),
+            _ => Direction::ALL.into_iter().find(of).map(Answer::Felt),
+        };
+    }
+    let parts: Vec<f32> = said["force_n"]
+        .as_array()?
+        .iter()
+        .filter_map(Value::as_f64)
+        .map(|part| part as f32)
+        .collect();
+    match *parts.as_slice() {
+        [x, y, z] => Some(Answer::Measured(Vec3::new(x, y, z))),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_are_forces_or_directions() {
+        let felt = answer(&json!({ "felt": "towards" }));
+        assert_eq!(felt, Some(Answer::Felt(Direction::Towards)));
+        assert_eq!(answer(&json!({ "felt": "nothing" })), Some(Answer::Nothing));
+        let measured = answer(&json!({ "force_n": [0.0, 0.25, 0] }));
+        assert_eq!(measured, Some(Answer::Measured(Vec3::new(0.0, 0.25, 0.0))));
+        assert_eq!(answer(&json!({ "force_n": [0.0] })), None);
+        assert_eq!(answer(&json!({ "felt": "sideways" })), None);
+    }
+}

@@ -1,0 +1,132 @@
+//! Leads a person through `feel` in a terminal.
+
+use std::io::Write as _;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
+use std::time::{Duration, Instant};
+
+use hardware::feel::{Answer, Direction, Guide, Step};
+use rt_process::time_driver::now_ns;
+
+use crate::devices::typed::typed_lines;
+use crate::say;
+
+/// Weight of a gram, N.
+const GRAM_N: f32 = 9.81e-3;
+/// Interval at which a question looks whether it must end.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+
+/// A person at a terminal.
+pub(super) struct Terminal {
+    typed: Receiver<String>,
+    stop: Arc<AtomicBool>,
+    is_over: bool,
+    due: Instant,
+}
+
+impl Terminal {
+    pub(super) fn new(stop: Arc<AtomicBool>) -> Self {
+        Self {
+            typed: typed_lines(),
+            stop,
+            is_over: false,
+            due: Instant::now(),
+        }
+    }
+
+    /// Asks until `read` understands the answer. `None`: the test must end.
+    fn ask<T>(&mut self, question: &str, read: impl Fn(&str) -> Option<T>) -> Option<T> {
+        while !self.is_stopped() {
+            let mut to = std::io::stderr();
+            let _ = write!(to, "{question} ").and_then(|()| to.flush());
+            let line = loop {
+                if self.is_stopped() {
+                    return None;
+                }
+                match self.typed.recv_timeout(LOOK_EVERY) {
+                    Ok(line) => break line,
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => self.is_over = true,
+                }
+            };
+            if let Some(answer) = read(line.trim()) {
+                return Some(answer);
+            }
+        }
+        None
+    }
+}
+
+impl Guide for Terminal {
+    fn tell(&mut self, step: &Step) {
+        while self.typed.try_recv().is_ok() {}
+        match step {
+            Step::Move { direction, way_m } => say::note(format_args!(
+                "\nHold the handle still. Then move it {:.0} mm {}, hold it still there, and press Enter.",
+                way_m * 1e3,
+                direction.words()
+            )),
+            Step::Hold => say::note(
+                "\nHold the handle loosely in the middle of its workspace, and press Enter. It will push \
+                 gently for a second.",
+            ),
+            Step::Push { force_n } => say::note(format_args!("It pushes with {force_n:.1} N …")),
+            Step::Scale => say::note(
+                "\nStand the handle's tip on a kitchen scale and set the scale to zero. Then press Enter. \
+                 Without a scale, press Enter, too.",
+            ),
+            Step::Press { .. } => {
+                say::note("It presses down now. Read the scale, and press Enter.");
+            }
+            Step::Response => say::note("It pushes to and fro for 9 s. Hold it loosely …"),
+        }
+    }
+
+    fn is_done(&mut self) -> bool {
+        match self.typed.try_recv() {
+            Ok(_) => true,
+            Err(TryRecvError::Empty) => false,
+            Err(TryRecvError::Disconnected) => {
+                self.is_over = true;
+                false
+            }
+        }
+    }
+
+    fn pushed(&mut self) -> Answer {
+        let question =
+            "Which way did it push? [r]ight [l]eft [u]p [d]own [t]owards you [a]way [n]othing:";
+        self.ask(question, |line| {
+            let letter = line.chars().next()?.to_ascii_lowercase();
+            let of = |it: &Direction| it.name().starts_with(letter);
+            match letter {
+                'n' => Some(Answer::Nothing),
+                _ => Direction::ALL.into_iter().find(of).map(Answer::Felt),
+            }
+        })
+        .unwrap_or(Answer::Nothing)
+    }
+
+    fn pressed_n(&mut self) -> Option<f32> {
+        let read = |line: &str| match line {
+            "" => Some(None),
+            grams => grams.replace(',', ".").parse::<f32>().ok().map(Some),
+        };
+        let grams = self.ask("Grams on the scale (Enter: no scale):", read)??;
+        Some(grams * GRAM_N)
+    }
+
+    fn wait(&mut self) -> u64 {
+        self.due += Duration::from_millis(1);
+        match self.due.checked_duration_since(Instant::now()) {
+            Some(early) => std::thread::sleep(early),
+            None => self.due = Instant::now(),
+        }
+        now_ns()
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.is_over || self.stop.load(Relaxed)
+    }
+}

@@ -1,0 +1,90 @@
+//! A rig's answers to forces: their echo, its clock, and its velocity.
+
+use std::time::Duration;
+
+use rt_core::port::{HapticDevice, Polled};
+
+use super::Report;
+use super::motion::{Clock, Motion};
+use super::samples::NO_FORCE;
+use super::watch::{quantiles, watch};
+use crate::rig::RigHaptic;
+
+/// Largest deviation of a clock from this computer's. Quartzes differ by a ten-thousandth.
+const CLOCK_OFF: f64 = 0.01;
+
+/// Sends zero forces for `time` and judges what comes back.
+pub(super) fn answers(report: &mut Report, device: &mut RigHaptic, time: Duration) {
+    let mut under_way: Option<(u16, u64)> = None;
+    let mut round_trips_ns = Vec::new();
+    let mut clock = Clock::default();
+    let mut motion = Motion::default();
+    let mut last_us = None;
+    let unread = device.counters().unread_bytes;
+    let host = watch(time, |now_ns| {
+        let Polled::Fresh(sample) = device.poll(now_ns) else {
+            return;
+        };
+        let status = device.status();
+        clock.take(sample.at_ns, status.device_time_us);
+        if let Some(said_m_s) = device.reported_velocity_m_s() {
+            let at_m = sample.device_from_handle.translation.vector;
+            let passed_us = last_us.map_or(0, |last| status.device_time_us.wrapping_sub(last));
+            motion.take(at_m, said_m_s, passed_us as f32 * 1.0e-6);
+            last_us = Some(status.device_time_us);
+        }
+        if let Some((sent, sent_ns)) = under_way
+            && status.applied_force.wrapping_sub(sent) < 0x8000
+        {
+            round_trips_ns.push(now_ns - sent_ns);
+            under_way = None;
+        }
+        device.send(NO_FORCE, now_ns);
+        under_way = under_way.or(Some((device.sent_sequence(), now_ns)));
+    });
+    let host = host.missed(device.counters().unread_bytes - unread);
+
+    let echo = quantiles(&mut round_trips_ns);
+    let words = format!("force to sample with it in effect {echo}");
+    report.judge("force echo", !round_trips_ns.is_empty(), words);
+    if let Some(&median_ns) = round_trips_ns.get(round_trips_ns.len() / 2) {
+        judge_delay(report, device, median_ns as f32 * 1.0e-9);
+    }
+    match clock.rate() {
+        None => report.leave_open("clock", "no valid sample came"),
+        Some(rate) => report.judge_time(
+            "clock",
+            (rate - 1.0).abs() <= CLOCK_OFF,
+            format!("its clock runs at {rate:.3} of this computer's, allowed is 1 % off"),
+            host,
+        ),
+    }
+    if !device.declared().measures_velocity {
+        report.skip("velocity", "it declares that it measures none");
+        return;
+    }
+    match motion.judged() {
+        Some((good, words)) => report.judge("velocity", good, words),
+        None => report.leave_open(
+            "velocity",
+            "the handle hardly moved. Test again and move it by 5 cm to and fro meanwhile",
+        ),
+    }
+}
+
+/// The echo holds the declared delay and at most one and a half samples.
+fn judge_delay(report: &mut Report, device: &RigHaptic, echo_s: f32) {
+    let said_s = device.declared().delay_s;
+    let sample_s = 1.0 / f32::from(device.declared().rate_hz.max(1));
+    let least_s = 0.5 * (echo_s - 1.5 * sample_s);
+    report.judge(
+        "delay",
+        said_s >= least_s,
+        format!(
+            "declares a delay of {:.2} ms, the echo needs {:.2} ms at least. A delay that is \
+             declared too small makes hard contacts buzz",
+            said_s * 1e3,
+            least_s.max(0.0) * 1e3
+        ),
+    );
+}

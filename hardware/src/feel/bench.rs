@@ -1,0 +1,186 @@
+//! The device on the bench, one millisecond at a time, with the limits of the test.
+
+use rt_core::fault::Fault;
+use rt_core::math::Vec3;
+use rt_core::port::{DeviceCapabilities, ForceCommand, HapticDevice, Polled};
+use rt_core::time::TimeNs;
+
+use super::{Guide, Step};
+
+/// Way that the handle may go while it is pushed, m. A hand that holds it loosely yields less.
+const RUN_OFF_M: f32 = 0.04;
+/// Speed at which it may go, m/s.
+const RUN_OFF_M_S: f32 = 0.6;
+/// Time after which a step that nobody ends is given up, ms.
+const PATIENCE_MS: u32 = 300_000;
+/// Time without a sample after which the test ends, ms.
+const SILENT_MS: u32 = 1000;
+
+/// Reason for which the test ended early.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Broken {
+    /// The person asked for it, or answered no more.
+    Stopped,
+    /// The line was lost.
+    Lost,
+    /// No valid sample came for a second.
+    Silent,
+    /// The driver or the device reported this fault.
+    Fault(Fault),
+    /// The handle ran off under a small force.
+    RanOff,
+}
+
+impl Broken {
+    /// The reason with its remedy.
+    pub(super) fn words(self) -> String {
+        match self {
+            Self::Stopped => "the test was stopped before its end".into(),
+            Self::Lost => "the line was lost. Plug the device in and test again".into(),
+            Self::Silent => {
+                "no valid sample came for a second. Test it with `calot devices conformance`".into()
+            }
+            Self::Fault(fault) => format!(
+                "the device is at fault ({}). Test it with `calot devices conformance`",
+                fault.name()
+            ),
+            Self::RanOff => format!(
+                "the handle ran off by {:.0} mm under a small force, which was ended. Hold it loosely; \
+                 if it runs off again, the force grows with the motion",
+                RUN_OFF_M * 1e3
+            ),
+        }
+    }
+}
+
+/// A sample of the handle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    pub(super) at_ns: TimeNs,
+    pub(super) at_m: Vec3,
+    /// Velocity as the device reports it, m/s.
+    pub(super) said_m_s: Option<Vec3>,
+}
+
+/// The device and its guide.
+pub(super) struct Bench<'a> {
+    device: &'a mut dyn HapticDevice,
+    guide: &'a mut dyn Guide,
+    silent_ms: u32,
+    before: Option<Seen>,
+}
+
+impl<'a> Bench<'a> {
+    pub(super) fn new(device: &'a mut dyn HapticDevice, guide: &'a mut dyn Guide) -> Self {
+        Self {
+            device,
+            guide,
+            silent_ms: 0,
+            before: None,
+        }
+    }
+
+    pub(super) fn capabilities(&self) -> DeviceCapabilities {
+        self.device.capabilities()
+    }
+
+    pub(super) fn guide(&mut self) -> &mut dyn Guide {
+        self.guide
+    }
+
+    /// `wanted_n`, or what the device can hold.
+    pub(super) fn bearable_n(&self, wanted_n: f32) -> f32 {
+        let can = self.capabilities();
+        wanted_n
+            .min(0.5 * can.force_max_n)
+            .min(can.force_continuous_n)
+    }
+
+    /// One millisecond with this force. Returns the sample that it brought.
+    pub(super) fn tick(&mut self, force_n: Vec3) -> Result<Option<Seen>, Broken> {
+        let now_ns = self.guide.wait();
+        if self.guide.is_stopped() {
+            return Err(Broken::Stopped);
+        }
+        let polled = self.device.poll(now_ns);
+        let command = ForceCommand {
+            force_n,
+            torque_n_m: Vec3::zeros(),
+        };
+        self.device.send(command, now_ns);
+        self.silent_ms += 1;
+        let faults = self.device.findings().faults;
+        let grave = [Fault::DeviceFault, Fault::FrozenDevice, Fault::DeviceClock];
+        if let Some(fault) = grave.into_iter().find(|it| faults.contains(*it)) {
+            return Err(Broken::Fault(fault));
+        }
+        match polled {
+            Polled::Lost => Err(Broken::Lost),
+            Polled::Nothing if self.silent_ms > SILENT_MS => Err(Broken::Silent),
+            Polled::Nothing => Ok(None),
+            Polled::Fresh(sample) => {
+                self.silent_ms = 0;
+                let seen = Seen {
+                    at_ns: sample.at_ns,
+                    at_m: sample.device_from_handle.translation.vector,
+                    said_m_s: self.device.reported_velocity_m_s(),
+                };
+                self.before = Some(seen);
+                Ok(Some(seen))
+            }
+        }
+    }
+
+    /// Tells a step and waits without force until it is done. `each` gets the samples.
+    pub(super) fn until_done(
+        &mut self,
+        step: &Step,
+        force_n: Vec3,
+        mut each: impl FnMut(Seen),
+    ) -> Result<(), Broken> {
+        self.guide.tell(step);
+        for _ in 0..PATIENCE_MS {
+            if let Some(seen) = self.tick(force_n)? {
+                each(seen);
+            }
+            if self.guide.is_done() {
+                return Ok(());
+            }
+        }
+        Err(Broken::Stopped)
+    }
+
+    /// Samples of `ms` milliseconds with the force that `force_n` gives for each.
+    pub(super) fn pushed(
+        &mut self,
+        ms: u32,
+        force_n: impl Fn(u32) -> Vec3,
+        mut each: impl FnMut(u32, Seen),
+    ) -> Result<(), Broken> {
+        let start = self.before;
+        for at_ms in 0..ms {
+            let earlier = self.before;
+            let Some(seen) = self.tick(force_n(at_ms))? else {
+                continue;
+            };
+            let run_off_m = start.map_or(0.0, |start| (seen.at_m - start.at_m).norm());
+            let speed_m_s = earlier.map_or(0.0, |earlier| {
+                let passed_s = seen.at_ns.saturating_sub(earlier.at_ns) as f32 * 1.0e-9;
+                (seen.at_m - earlier.at_m).norm() / passed_s.max(5.0e-3)
+            });
+            if run_off_m > RUN_OFF_M || speed_m_s > RUN_OFF_M_S {
+                return Err(Broken::RanOff);
+            }
+            each(at_ms, seen);
+        }
+        Ok(())
+    }
+
+    /// Ends every force.
+    pub(super) fn rest(&mut self) {
+        for _ in 0..3 {
+            let now_ns = self.guide.wait();
+            self.device.send(ForceCommand::default(), now_ns);
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! Tests axes, units and signs of positions and forces, before anybody trusts a device.
+//!
+//! A person moves the handle and says which way it pushes. A program with a sensor may do both.
+//! Forces are small: they rise and fall in 0.3 s, and end at once when the handle runs off.
+
+mod bench;
+mod moves;
+mod pushes;
+mod response;
+
+use rt_core::math::Vec3;
+use rt_core::port::HapticDevice;
+use rt_core::time::TimeNs;
+
+use crate::conformance::Report;
+use bench::Bench;
+
+pub use bench::Broken;
+pub use response::Point;
+
+/// Force of a push, N: above the friction of a good handle, and harmless.
+pub const PUSH_N: f32 = 0.3;
+/// Way of a move, m: a third of the smallest usual workspace.
+const MOVE_M: f32 = 0.05;
+/// Share of the workspace's radius that a move may take.
+const MOVE_SHARE: f32 = 0.5;
+
+/// A direction in the base frame, as the person sees it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// Positive x.
+    Right,
+    /// Negative x.
+    Left,
+    /// Positive y.
+    Up,
+    /// Negative y.
+    Down,
+    /// Positive z.
+    Towards,
+    /// Negative z.
+    Away,
+}
+
+impl Direction {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Right,
+        Self::Left,
+        Self::Up,
+        Self::Down,
+        Self::Towards,
+        Self::Away,
+    ];
+
+    /// Words for a person.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Right => "to the right",
+            Self::Left => "to the left",
+            Self::Up => "up",
+            Self::Down => "down",
+            Self::Towards => "towards you",
+            Self::Away => "away from you",
+        }
+    }
+
+    /// Name for programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::Left => "left",
+            Self::Up => "up",
+            Self::Down => "down",
+            Self::Towards => "towards",
+            Self::Away => "away",
+        }
+    }
+
+    /// Unit vector in the base frame.
+    #[must_use]
+    pub fn vector(self) -> Vec3 {
+        match self {
+            Self::Right => Vec3::x(),
+            Self::Left => -Vec3::x(),
+            Self::Up => Vec3::y(),
+            Self::Down => -Vec3::y(),
+            Self::Towards => Vec3::z(),
+            Self::Away => -Vec3::z(),
+        }
+    }
+
+    /// Direction nearest to `vector`, and the share of its length along it.
+    #[must_use]
+    pub fn nearest(vector: &Vec3) -> (Self, f32) {
+        let along = |it: Self| it.vector().dot(vector);
+        let first = (Self::Right, along(Self::Right));
+        let (best, length) = Self::ALL.into_iter().fold(first, |best, it| {
+            let length = along(it);
+            if length > best.1 { (it, length) } else { best }
+        });
+        (best, length / vector.norm().max(f32::MIN_POSITIVE))
+    }
+}
+
+/// A step that the guide leads through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Step {
+    /// Move the handle so far in this direction, then say that it is done.
+    Move {
+        /// Direction of the move.
+        direction: Direction,
+        /// Its length, m.
+        way_m: f32,
+    },
+    /// Hold the handle loosely in the middle, then say that it is done.
+    Hold,
+    /// The handle pushes now.
+    Push {
+        /// Size of the force, N. The direction is a secret.
+        force_n: f32,
+    },
+    /// Stand the handle's tip on a scale, then say that it is done.
+    Scale,
+    /// The handle presses down on the scale now. Say that it is done once the scale is read.
+    Press {
+        /// Size of the force, N.
+        force_n: f32,
+    },
+    /// The handle pushes to and fro now.
+    Response,
+}
+
+/// Answer to the question for a push.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Answer {
+    /// The person felt this direction.
+    Felt(Direction),
+    /// A sensor measured this force, base frame, N.
+    Measured(Vec3),
+    /// Nothing was felt.
+    Nothing,
+}
+
+/// Person, or program with a sensor, that is led through the test.
+pub trait Guide {
+    /// Tells the next step.
+    fn tell(&mut self, step: &Step);
+    /// True once the step that was told last is done. Called every millisecond.
+    fn is_done(&mut self) -> bool;
+    /// Asks which way the handle pushed. May wait.
+    fn pushed(&mut self) -> Answer;
+    /// Asks for the reading of the scale, N. May wait. `None` if there is no scale.
+    fn pressed_n(&mut self) -> Option<f32>;
+    /// Waits for the next millisecond and returns the time.
+    fn wait(&mut self) -> TimeNs;
+    /// True if the test must end now.
+    fn is_stopped(&self) -> bool;
+}
+
+/// Results of the test.
+#[derive(Debug, Clone)]
+pub struct Felt {
+    /// The checks.
+    pub report: Report,
+    /// Course of the steps, the sine and the chirp.
+    pub response: Vec<Point>,
+}
+
+/// Leads through all steps. `seed` decides the order of the pushes, so that nobody can guess it.
+pub fn feel(device: &mut dyn HapticDevice, guide: &mut dyn Guide, seed: u64) -> Felt {
+    let identity = device.identity();
+    let mut felt = Felt {
+        report: Report::new(&match identity.name.as_str() {
+            "" => "haptic device".to_owned(),
+            name => format!("haptic device \"{name}\", serial {}", identity.serial),
+        }),
+        response: Vec::new(),
+    };
+    let mut bench = Bench::new(device, guide);
+    if let Err(broken) = run(&mut bench, &mut felt, seed) {
+        felt.report.judge("end", false, broken.words());
+    }
+    bench.rest();
+    felt
+}
+
+fn run(bench: &mut Bench<'_>, felt: &mut Felt, seed: u64) -> Result<(), Broken> {
+    let radius_m = bench.capabilities().workspace_radius_m;
+    let way_m = MOVE_M.min(MOVE_SHARE * radius_m);
+    moves::test(bench, &mut felt.report, way_m)?;
+    pushes::test(bench, &mut felt.report, seed)?;
+    pushes::test_scale(bench, &mut felt.report)?;
+    felt.response = response::test(bench, &mut felt.report)?;
+    Ok(())
+}

@@ -1,0 +1,98 @@
+//! A person moves the handle: axes, scale, and the sign of the velocity.
+
+use rt_core::math::Vec3;
+
+use super::bench::{Bench, Broken, Seen};
+use super::{Direction, Step};
+use crate::conformance::{Motion, Report};
+
+/// Moves, with the names of their checks.
+const MOVES: [(Direction, &str); 3] = [
+    (Direction::Right, "move right"),
+    (Direction::Up, "move up"),
+    (Direction::Towards, "move towards"),
+];
+/// Least share of a way along its axis. A person's right is oblique by 35° at most.
+const ALONG_MIN: f32 = 0.8;
+/// Allowed length of a move as a share of the length asked for: people measure with a ruler.
+const SCALE: core::ops::RangeInclusive<f32> = 0.7..=1.4;
+/// Shortest way whose direction says anything, m: above the noise of any device.
+const WAY_MIN_M: f32 = 0.5e-3;
+/// Samples that make a place.
+const PLACE_SAMPLES: usize = 50;
+
+/// Judges the moves in all directions, and the velocity on the way.
+pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, way_m: f32) -> Result<(), Broken> {
+    let mut motion = Motion::default();
+    let mut says_velocity = false;
+    for (direction, name) in MOVES {
+        let mut samples: Vec<Seen> = Vec::new();
+        let step = Step::Move { direction, way_m };
+        bench.until_done(&step, Vec3::zeros(), |seen| samples.push(seen))?;
+        for pair in samples.windows(2) {
+            if let (Some(said_m_s), [before, now]) = (pair[1].said_m_s, pair) {
+                says_velocity = true;
+                let passed_ns = now.at_ns.saturating_sub(before.at_ns);
+                motion.take(now.at_m, said_m_s, passed_ns as f32 * 1.0e-9);
+            }
+        }
+        motion.pause();
+        let (good, words) = judged(direction, way_m, &way(&samples));
+        report.judge(name, good, words);
+    }
+    if !says_velocity {
+        report.skip("velocity", "the device measures none");
+    } else if let Some((good, words)) = motion.judged() {
+        report.judge("velocity", good, words);
+    } else {
+        report.leave_open("velocity", "the positions hardly moved");
+    }
+    Ok(())
+}
+
+/// Way between the first and the last places of a move, m.
+fn way(samples: &[Seen]) -> Vec3 {
+    let place = |some: &[Seen]| {
+        let sum: Vec3 = some.iter().map(|it| it.at_m).sum();
+        sum / some.len().max(1) as f32
+    };
+    let count = PLACE_SAMPLES.min(samples.len() / 2);
+    let from = place(samples.get(..count).unwrap_or(&[]));
+    let to = place(samples.get(samples.len() - count..).unwrap_or(&[]));
+    to - from
+}
+
+fn judged(asked: Direction, asked_m: f32, way_m: &Vec3) -> (bool, String) {
+    let (is, along) = Direction::nearest(way_m);
+    let length_m = way_m.norm();
+    let times = asked_m / length_m.max(1.0e-9);
+    let [x, y, z] = [way_m.x, way_m.y, way_m.z].map(|part| part * 1e3);
+    let measured = format!(
+        "it says ({x:.2}, {y:.2}, {z:.2}) mm for {:.0} mm",
+        asked_m * 1e3
+    );
+    if length_m < WAY_MIN_M && times > 500.0 {
+        let words = format!(
+            "{measured}: about {times:.0} times too little. Positions are sent in steps of 0.1 µm"
+        );
+        return (false, words);
+    }
+    if is != asked || along < ALONG_MIN {
+        let words = if is.vector() == -asked.vector() {
+            "the axis points the wrong way".to_owned()
+        } else if along < ALONG_MIN {
+            "the way is oblique; is the base frame turned?".to_owned()
+        } else {
+            format!("axes are exchanged: this is {}", is.words())
+        };
+        return (false, format!("{measured} {}: {words}", asked.words()));
+    }
+    if !SCALE.contains(&(length_m / asked_m)) {
+        let words = format!(
+            "{measured}: {:.2} of the way, allowed is 0.7 to 1.4. Is the unit right?",
+            length_m / asked_m
+        );
+        return (false, words);
+    }
+    (true, format!("{measured} {}", asked.words()))
+}

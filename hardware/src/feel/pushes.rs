@@ -1,0 +1,118 @@
+//! The handle pushes a person: sign, axes and size of the force.
+
+use rt_core::math::Vec3;
+
+use super::bench::{Bench, Broken};
+use super::{Answer, Direction, PUSH_N, Step};
+use crate::conformance::Report;
+
+/// Pushes, with the names of their checks.
+const PUSHES: [(Direction, &str); 3] = [
+    (Direction::Right, "push right"),
+    (Direction::Up, "push up"),
+    (Direction::Towards, "push towards"),
+];
+/// Time in which a push rises, and falls, ms. A hand does not jerk.
+const RISE_MS: u32 = 300;
+/// Time for which it stays, ms: a person feels a direction in half a second.
+const STAY_MS: u32 = 1000;
+/// Force on a scale, N: 51 g on one for the kitchen.
+const PRESS_N: f32 = 0.5;
+/// Allowed size of a measured force as a share of the one asked for.
+const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;
+
+/// Judges three pushes in an order that `seed` decides.
+pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Result<(), Broken> {
+    let force_n = bench.bearable_n(PUSH_N);
+    let mut order = PUSHES;
+    order.rotate_left((seed % 3) as usize);
+    if seed / 3 % 2 == 1 {
+        order.reverse();
+    }
+    let mut judged = Vec::new();
+    for (direction, name) in order {
+        bench.until_done(&Step::Hold, Vec3::zeros(), |_| {})?;
+        bench.guide().tell(&Step::Push { force_n });
+        let full_n = direction.vector() * force_n;
+        bench.pushed(2 * RISE_MS + STAY_MS, |ms| full_n * share(ms), |_, _| {})?;
+        let answer = bench.guide().pushed();
+        judged.push((name, judge(direction, force_n, answer)));
+    }
+    judged.sort_by_key(|(name, _)| PUSHES.iter().position(|(_, it)| it == name));
+    for (name, (good, words)) in judged {
+        report.judge(name, good, words);
+    }
+    Ok(())
+}
+
+/// Share of a push's force at this time.
+fn share(ms: u32) -> f32 {
+    let rise = ms as f32 / RISE_MS as f32;
+    let fall = (2 * RISE_MS + STAY_MS).saturating_sub(ms) as f32 / RISE_MS as f32;
+    rise.min(fall).min(1.0)
+}
+
+fn judge(asked: Direction, asked_n: f32, answer: Answer) -> (bool, String) {
+    let (is, measured_n) = match answer {
+        Answer::Nothing => {
+            let words = format!(
+                "{asked_n:.1} N {} and nothing was felt. Is the driver of the motors on?",
+                asked.words()
+            );
+            return (false, words);
+        }
+        Answer::Felt(direction) => (direction, None),
+        Answer::Measured(force_n) => {
+            let (is, along) = Direction::nearest(&force_n);
+            if along < 0.8 {
+                let words = format!(
+                    "{asked_n:.1} N {}, measured {:.2} N obliquely: is the base frame turned?",
+                    asked.words(),
+                    force_n.norm()
+                );
+                return (false, words);
+            }
+            (is, Some(force_n.norm()))
+        }
+    };
+    let words = format!("{asked_n:.1} N {}, felt {}", asked.words(), is.words());
+    if is.vector() == -asked.vector() {
+        return (false, format!("{words}: the force has the wrong sign"));
+    }
+    if is != asked {
+        return (false, format!("{words}: axes of the force are exchanged"));
+    }
+    match measured_n {
+        Some(is_n) if !SIZE.contains(&(is_n / asked_n)) => (
+            false,
+            format!("{words}, measured {is_n:.2} N, allowed is 0.8 to 1.25 of it"),
+        ),
+        Some(is_n) => (true, format!("{words}, measured {is_n:.2} N")),
+        None => (true, words),
+    }
+}
+
+/// Judges the size of a force that presses down on a scale.
+pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), Broken> {
+    bench.until_done(&Step::Scale, Vec3::zeros(), |_| {})?;
+    let force_n = bench.bearable_n(PRESS_N);
+    let down_n = Direction::Down.vector() * force_n;
+    bench.pushed(RISE_MS, |ms| down_n * share(ms), |_, _| {})?;
+    bench.until_done(&Step::Press { force_n }, down_n, |_| {})?;
+    bench.pushed(
+        RISE_MS,
+        |ms| down_n * share(ms + RISE_MS + STAY_MS),
+        |_, _| {},
+    )?;
+    match bench.guide().pressed_n() {
+        None => report.skip("scale", "no scale"),
+        Some(read_n) => report.judge(
+            "scale",
+            SIZE.contains(&(read_n / force_n)),
+            format!(
+                "{force_n:.2} N commanded, {read_n:.2} N on the scale, allowed 0.8 to 1.25 of it"
+            ),
+        ),
+    }
+    Ok(())
+}

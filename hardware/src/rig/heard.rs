@@ -1,0 +1,193 @@
+//! Words for bytes that were heard while a greeting found no answer.
+
+use super::frame::{CRC, FrameError, MAX_FRAME};
+use super::wire::{Kind, Message, WireError};
+
+/// Bytes heard since the line was opened.
+#[derive(Debug, Default)]
+pub(super) struct Heard {
+    bytes: u64,
+    zeros: u64,
+    /// Bytes since the last zero, at most one more than a frame has.
+    frame: Vec<u8>,
+    good: Vec<(Kind, u64)>,
+    too_long: u64,
+    too_short: u64,
+    stuffing: u64,
+    checksum: u64,
+    /// The first frame with a wrong checksum, in words.
+    example: Option<String>,
+    /// The first message that is none, in words.
+    misfit: Option<String>,
+}
+
+impl Heard {
+    /// Number of bytes.
+    pub(super) const fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Takes a byte. `read` is the result of the frame that it ends.
+    pub(super) fn take(&mut self, byte: u8, read: Option<Result<&[u8], FrameError>>) {
+        self.bytes += 1;
+        if byte != 0 {
+            if self.frame.len() <= MAX_FRAME {
+                self.frame.push(byte);
+            }
+            return;
+        }
+        self.zeros += 1;
+        let mut frame = std::mem::take(&mut self.frame);
+        match read {
+            None => {}
+            Some(Ok(payload)) => self.message(payload),
+            Some(Err(FrameError::TooLong)) => self.too_long += 1,
+            Some(Err(FrameError::TooShort)) => self.too_short += 1,
+            Some(Err(FrameError::Stuffing)) => self.stuffing += 1,
+            Some(Err(FrameError::Checksum)) => {
+                self.checksum += 1;
+                if self.example.is_none() {
+                    self.example = wrong_checksum(&mut frame);
+                }
+            }
+        }
+    }
+
+    fn message(&mut self, payload: &[u8]) {
+        let misfit = match Message::new(payload) {
+            Ok(message) => {
+                let kind = message.kind();
+                match self.good.iter_mut().find(|(known, _)| *known == kind) {
+                    Some((_, count)) => *count += 1,
+                    None => self.good.push((kind, 1)),
+                }
+                return;
+            }
+            Err(WireError::Kind(byte)) => format!("a message of the unknown kind {byte:02X}"),
+            Err(_) => match payload.first().copied().and_then(Kind::from_byte) {
+                Some(kind) => format!(
+                    "a {} of {} bytes, which must have {}",
+                    kind.name(),
+                    payload.len(),
+                    kind.payload_bytes()
+                ),
+                None => "a message without a kind".to_owned(),
+            },
+        };
+        self.misfit.get_or_insert(misfit);
+    }
+
+    /// The bytes and the likely mistake, as part of a sentence.
+    pub(super) fn in_words(&self) -> String {
+        if self.zeros == 0 {
+            return format!(
+                "{} bytes came, none of which is 00, the end of a frame. Is the rate 1 000 000 baud? \
+                 Does it speak another protocol (`--driver woody`, `bird` or `hapi-gen3`)?",
+                self.bytes
+            );
+        }
+        let mut parts = Vec::new();
+        for (kind, count) in &self.good {
+            parts.push(format!("{count} good {}", kind.name()));
+        }
+        parts.extend(self.misfit.clone());
+        let counted = [
+            (self.checksum, "with a wrong checksum"),
+            (
+                self.stuffing,
+                "whose stuffing (COBS) contradicts their length",
+            ),
+            (self.too_long, "without a 00 within 66 bytes"),
+            (self.too_short, "too short for a kind and a checksum"),
+        ];
+        for (count, what) in counted.into_iter().filter(|(count, _)| *count > 0) {
+            parts.push(format!("{count} frames {what}"));
+        }
+        parts.extend(self.example.clone());
+        let answered = self
+            .good
+            .iter()
+            .any(|(kind, _)| *kind == Kind::Capabilities);
+        let remedy = if self.misfit.is_some() || answered {
+            "Correct the message: hardware/PROTOCOL.md has its bytes"
+        } else if !self.good.is_empty() {
+            "The firmware must answer HELLO with CAPABILITIES"
+        } else {
+            "Compare the frames with the test vectors of hardware/PROTOCOL.md, and the rate of the line \
+             with 1 000 000 baud"
+        };
+        format!("{} came. {remedy}", parts.join(", "))
+    }
+}
+
+/// A frame whose checksum is wrong, with the right one.
+fn wrong_checksum(stuffed: &mut [u8]) -> Option<String> {
+    let plain = cobs::decode_in_place(stuffed).ok()?;
+    let (payload, is) = stuffed.get(..plain)?.split_last_chunk::<4>()?;
+    let right = CRC.checksum(payload).to_le_bytes();
+    let hex = |bytes: &[u8]| {
+        let words: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+        words.join(" ")
+    };
+    let begins = payload.get(..3).unwrap_or(payload);
+    Some(format!(
+        "the payload {} … ends in {}, and must end in {}",
+        hex(begins),
+        hex(is),
+        hex(&right)
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::frame::{Frame, FrameReader};
+    use super::super::wire::{Capabilities, Switches};
+    use super::*;
+
+    fn said(bytes: &[u8]) -> String {
+        let mut heard = Heard::default();
+        let mut reader = FrameReader::new();
+        for &byte in bytes {
+            let read = reader.push(byte);
+            heard.take(byte, read);
+        }
+        heard.in_words()
+    }
+
+    #[test]
+    fn each_mistake_of_a_first_firmware_has_its_words() {
+        let good = Capabilities::touch_class().frame(1);
+        let mut plain = good.as_bytes().to_vec();
+        plain.pop();
+        let length = cobs::decode_in_place(&mut plain).unwrap();
+        let payload = &plain[..length - 4];
+        let short = Frame::new(&payload[..44]).unwrap();
+        assert!(
+            said(short.as_bytes()).contains("a CAPABILITIES of 44 bytes, which must have 45"),
+            "{}",
+            said(short.as_bytes())
+        );
+        let mut kind = payload.to_vec();
+        kind[0] = 3;
+        kind[0] |= 0x40;
+        let kind = Frame::new(&kind).unwrap();
+        assert!(said(kind.as_bytes()).contains("the unknown kind 43"));
+        let mut spoilt = payload.to_vec();
+        let crc = CRC.checksum(payload).to_be_bytes();
+        spoilt.extend(crc);
+        let mut framed = vec![0; 80];
+        let length = cobs::encode(&spoilt, &mut framed);
+        framed.truncate(length);
+        framed.push(0);
+        let words = said(&framed);
+        assert!(words.contains("1 frames with a wrong checksum"), "{words}");
+        assert!(words.contains("the payload 81 01 00 … ends in"), "{words}");
+        let words = said(&[0x55; 500]);
+        assert!(words.contains("none of which is 00"), "{words}");
+        let words = said(Switches::default().frame(1).as_bytes());
+        assert!(
+            words.contains("1 good SWITCHES came. The firmware must"),
+            "{words}"
+        );
+    }
+}

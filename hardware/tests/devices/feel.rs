@@ -1,0 +1,227 @@
+//! `feel` with an emulated person, in simulated time: a good rig passes, and each mistake fails for
+//! its reason.
+
+use hardware::conformance::Outcome;
+use hardware::emulate::{Grip, Mistake, Played};
+use hardware::feel::{Answer, Direction, Felt, Guide, Step, feel};
+use rt_core::math::Vec3;
+
+/// A hand that holds the handle loosely.
+const LOOSE: Grip = Grip {
+    stiffness_n_m: 60.0,
+    damping_n_s_m: 2.0,
+};
+/// Speed of the hand, m/s.
+const HAND_M_S: f32 = 0.1;
+/// Least force that a hand notices, N.
+const NOTICED_N: f32 = 0.05;
+
+/// A person who does as she is told and answers what she feels.
+struct Person<'a> {
+    played: &'a Played,
+    at_m: Vec3,
+    goal_m: Vec3,
+    told_ms: u32,
+    is_pressed: bool,
+    strongest_n: Vec3,
+    pressed_n: f32,
+    /// Time after which she stops the test, ms.
+    stops_ms: Option<u32>,
+    ms: u32,
+}
+
+impl<'a> Person<'a> {
+    fn at(played: &'a Played) -> Self {
+        Self {
+            played,
+            at_m: Vec3::zeros(),
+            goal_m: Vec3::zeros(),
+            told_ms: 0,
+            is_pressed: false,
+            strongest_n: Vec3::zeros(),
+            pressed_n: 0.0,
+            stops_ms: None,
+            ms: 0,
+        }
+    }
+}
+
+impl Guide for Person<'_> {
+    fn tell(&mut self, step: &Step) {
+        self.told_ms = 0;
+        self.is_pressed = matches!(step, Step::Press { .. });
+        match step {
+            Step::Move { direction, way_m } => {
+                self.goal_m = self.at_m + direction.vector() * *way_m;
+            }
+            Step::Hold | Step::Scale => self.goal_m = Vec3::zeros(),
+            Step::Push { .. } | Step::Press { .. } | Step::Response => {
+                self.strongest_n = Vec3::zeros();
+            }
+        }
+    }
+
+    fn is_done(&mut self) -> bool {
+        self.told_ms > 1500
+    }
+
+    fn pushed(&mut self) -> Answer {
+        if self.strongest_n.norm() < NOTICED_N {
+            return Answer::Nothing;
+        }
+        Answer::Felt(Direction::nearest(&self.strongest_n).0)
+    }
+
+    fn pressed_n(&mut self) -> Option<f32> {
+        Some(self.pressed_n)
+    }
+
+    fn wait(&mut self) -> u64 {
+        let way_m = self.goal_m - self.at_m;
+        let step_m = way_m.norm().min(HAND_M_S * 1e-3);
+        if step_m > 0.0 {
+            self.at_m += way_m.normalize() * step_m;
+        }
+        let force_n = self.played.held(self.at_m);
+        if force_n.norm() > self.strongest_n.norm() {
+            self.strongest_n = force_n;
+        }
+        if self.is_pressed {
+            self.pressed_n = self.pressed_n.max(-force_n.y);
+        }
+        self.told_ms += 1;
+        self.ms += 1;
+        self.played.now_ns()
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stops_ms.is_some_and(|stops_ms| self.ms >= stops_ms)
+    }
+}
+
+fn felt(mistake: Option<Mistake>, seed: u64) -> Felt {
+    let (mut device, played) = Played::open_rig(mistake, LOOSE).expect("a rig");
+    let mut person = Person::at(&played);
+    let felt = feel(&mut *device, &mut person, seed);
+    let left_n = played.held(Vec3::zeros()).norm();
+    assert!(left_n < 1e-3, "{left_n} N are left");
+    felt
+}
+
+#[test]
+fn a_good_rig_passes_in_any_order() {
+    for seed in 0..6 {
+        let felt = felt(None, seed);
+        assert!(felt.report.passed(), "{}", felt.report);
+        assert!(felt.response.len() > 8000);
+    }
+}
+
+fn fails(mistake: Mistake, check: &str, words: &str) {
+    let felt = felt(Some(mistake), 1);
+    let report = &felt.report;
+    let found = report.check(check);
+    assert!(
+        found.is_some_and(|it| it.outcome == Outcome::Fail && it.detail.contains(words)),
+        "{mistake:?}: {words:?} in {check}: {report}"
+    );
+}
+
+#[test]
+fn a_stopped_test_says_so_and_leaves_no_force() {
+    for stops_ms in [100, 5000, 9000, 14_000] {
+        let (mut device, played) = Played::open_rig(None, LOOSE).expect("a rig");
+        let mut person = Person::at(&played);
+        person.stops_ms = Some(stops_ms);
+        let felt = feel(&mut *device, &mut person, 1);
+        assert!(!felt.report.passed());
+        assert!(
+            felt.report.to_string().contains("was stopped"),
+            "{}",
+            felt.report
+        );
+        assert!(played.held(Vec3::zeros()).norm() < 1e-3);
+    }
+}
+
+#[test]
+fn positions_in_millimetres_fails() {
+    fails(
+        Mistake::PositionsInMillimetres,
+        "move right",
+        "times too little",
+    );
+}
+
+#[test]
+fn positions_ten_times_too_small_fails() {
+    fails(Mistake::PositionsTenfold, "move up", "0.09 of the way");
+}
+
+#[test]
+fn exchanged_axes_fails() {
+    fails(
+        Mistake::AxesExchanged,
+        "move up",
+        "axes are exchanged: this is towards you",
+    );
+}
+
+#[test]
+fn a_mirrored_axis_fails() {
+    fails(Mistake::Mirrored, "move right", "points the wrong way");
+}
+
+#[test]
+fn a_velocity_left_zero_fails() {
+    fails(Mistake::VelocityZero, "velocity", "leaves it zero");
+}
+
+#[test]
+fn a_velocity_in_millimetres_fails() {
+    fails(Mistake::VelocityInMillimetres, "velocity", "0.00 of what");
+}
+
+#[test]
+fn a_velocity_with_the_wrong_sign_fails() {
+    fails(Mistake::VelocityNegated, "velocity", "wrong sign");
+}
+
+#[test]
+fn a_force_with_the_wrong_sign_fails() {
+    fails(Mistake::ForceNegated, "push right", "wrong sign");
+}
+
+#[test]
+fn a_force_with_exchanged_axes_fails() {
+    fails(
+        Mistake::ForceExchanged,
+        "push up",
+        "axes of the force are exchanged",
+    );
+}
+
+#[test]
+fn half_of_the_force_fails() {
+    fails(Mistake::ForceWeak, "scale", "0.25 N on the scale");
+}
+
+#[test]
+fn no_force_fails() {
+    fails(Mistake::ForceMissing, "push towards", "nothing was felt");
+}
+
+#[test]
+fn a_device_with_a_fault_fails() {
+    fails(Mistake::Fault, "end", "device_fault");
+}
+
+#[test]
+fn a_device_that_stands_in_one_place_fails() {
+    fails(Mistake::Frozen, "end", "frozen_device");
+}
+
+#[test]
+fn a_clock_that_stands_fails() {
+    fails(Mistake::ClockZero, "end", "at fault (frozen_device)");
+}

@@ -1,0 +1,100 @@
+//! Counts the ticks in which contact asks for a force and less of it is rendered, by reason.
+
+use core::sync::atomic::AtomicU64;
+
+use rt_core::fault::{Fault, FaultSet};
+use rt_core::sim::TickView;
+
+use crate::shared::Shared;
+
+/// Faults that hold the force back. The first that happens is the reason.
+const REASONS: [Fault; 12] = [
+    Fault::DeviceFault,
+    Fault::LostDevice,
+    Fault::FrozenDevice,
+    Fault::DeviceClock,
+    Fault::DeafDevice,
+    Fault::DeviceBundles,
+    Fault::SilentDevice,
+    Fault::DeviceLeap,
+    Fault::BadForce,
+    Fault::SpeedTrip,
+    Fault::NotEnabled,
+    Fault::StaleDevice,
+];
+
+/// Reason for which force is held back now.
+#[derive(Debug, Default)]
+pub(crate) struct HeldBack {
+    reason: Option<Fault>,
+    last: FaultSet,
+}
+
+impl HeldBack {
+    /// Notes a tick.
+    pub(crate) fn note(&mut self, view: &TickView<'_>, shared: &Shared) {
+        let begins = self.step(view.faults, view.force_share);
+        if !view.asks_force {
+            return;
+        }
+        Shared::count(&shared.contact_ticks);
+        let Some(reason) = self.reason else { return };
+        let add = |counts: &[AtomicU64]| {
+            if let Some(count) = counts.get(usize::from(reason.code())) {
+                Shared::count(count);
+            }
+        };
+        add(&shared.held_ticks);
+        if begins {
+            add(&shared.held_times);
+        }
+    }
+
+    /// Returns true if a reason begins.
+    fn step(&mut self, faults: FaultSet, share: f32) -> bool {
+        let now = REASONS.into_iter().find(|&it| faults.contains(it));
+        // Force that rises because a person enabled it is not held back.
+        let was_enabled = self.reason == Some(Fault::NotEnabled);
+        let is_full = share >= 1.0;
+        self.reason = now.or(self.reason.filter(|_| !is_full && !was_enabled));
+        let begins = now.is_some_and(|it| !self.last.contains(it));
+        self.last = faults;
+        begins
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn only(fault: Fault) -> FaultSet {
+        let mut set = FaultSet::NONE;
+        set.raise(fault);
+        set
+    }
+
+    #[test]
+    fn a_reason_lasts_until_the_force_is_whole_again() {
+        let mut held = HeldBack::default();
+        assert!(!held.step(FaultSet::NONE, 0.3), "the first ramp");
+        assert_eq!(held.reason, None);
+        assert!(held.step(only(Fault::StaleDevice), 0.9));
+        assert!(!held.step(only(Fault::StaleDevice), 0.8));
+        assert!(!held.step(FaultSet::NONE, 0.8), "it rises");
+        assert_eq!(held.reason, Some(Fault::StaleDevice));
+        assert!(held.step(only(Fault::StaleDevice), 0.8), "late once more");
+        assert!(!held.step(FaultSet::NONE, 1.0));
+        assert_eq!(held.reason, None);
+    }
+
+    #[test]
+    fn a_trip_holds_until_a_person_enables_the_force() {
+        let mut held = HeldBack::default();
+        assert!(held.step(only(Fault::SpeedTrip), 0.0));
+        assert!(!held.step(FaultSet::NONE, 0.0));
+        assert_eq!(held.reason, Some(Fault::SpeedTrip));
+        assert!(held.step(only(Fault::NotEnabled), 0.0));
+        assert!(!held.step(FaultSet::NONE, 0.1));
+        assert_eq!(held.reason, None, "a person enabled it");
+    }
+}
