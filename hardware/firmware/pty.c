@@ -85,11 +85,23 @@ static void fail(const char *doing)
     exit(1);
 }
 
+static void help(FILE *out)
+{
+    fputs(HELP, out);
+    for (int i = 0; i < FAULTS; i++) {
+        char name[32];
+        if (NAMES[i].usual > 1)
+            snprintf(name, sizeof name, "%s=%ld", NAMES[i].name, NAMES[i].usual);
+        else
+            snprintf(name, sizeof name, "%s", NAMES[i].name);
+        fprintf(out, "             %-20s %s\n", name, NAMES[i].meaning);
+    }
+}
+
 static void usage(const char *wrong)
 {
-    fprintf(stderr, "pty: '%s' is not understood\n\n%s", wrong, HELP);
-    for (int i = 0; i < FAULTS; i++)
-        fprintf(stderr, "             %-20s %s\n", NAMES[i].name, NAMES[i].meaning);
+    fprintf(stderr, "pty: '%s' is not understood\n\n", wrong);
+    help(stderr);
     exit(2);
 }
 
@@ -108,7 +120,10 @@ static void read_fault(const char *text)
 static void read_options(int count, char **words)
 {
     for (int i = 1; i < count; i++) {
-        if (strcmp(words[i], "--pedal") == 0)
+        if (strcmp(words[i], "--help") == 0) {
+            help(stdout);
+            exit(0);
+        } else if (strcmp(words[i], "--pedal") == 0)
             options.pedal = true;
         else if (strcmp(words[i], "--still") == 0)
             options.still = true;
@@ -119,7 +134,7 @@ static void read_options(int count, char **words)
         else
             options.path = words[i];
     }
-    if (!options.path) usage("");
+    if (!options.path) usage("no PATH");
 }
 
 /* The pty's master. The slave stays open, so that raw mode outlives a host. */
