@@ -50,8 +50,14 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
             bytes
         },
     );
+    // A frame that lacks its last byte, behind itself: old bytes must not complete it.
+    let cut = whole.clone().prop_map(|bytes| {
+        let mut both = [&bytes[..], &bytes[..]].concat();
+        both.remove(both.len() - 2);
+        both
+    });
     let noise = prop::collection::vec(prop_oneof![Just(0u8), 1u8..4, any::<u8>()], 0..150);
-    prop_oneof![6 => whole, 1 => damaged, 1 => noise]
+    prop_oneof![6 => whole, 1 => damaged, 1 => cut, 1 => noise]
 }
 
 fn part() -> impl Strategy<Value = f32> {
