@@ -1,7 +1,10 @@
-/* The device's side of Calot's rig protocol, version 1, for firmware in C99 or C++11.
+/* SPDX-License-Identifier: MIT OR Apache-2.0
+ *
+ * The device's side of Calot's rig protocol, version 1, for firmware in C99 or C++11.
  *
  * PROTOCOL.md documents every byte. This file needs no heap, no operating system and no library
- * beyond memcpy and memset. It behaves like src/rig/device.rs, and a test holds the two together.
+ * beyond memcpy, memset and memcmp. It behaves like src/rig/device.rs, and a test holds the two
+ * together.
  *
  *     static calot_rig rig;                      once: calot_rig_init(&rig, &capabilities)
  *

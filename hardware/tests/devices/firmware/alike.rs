@@ -136,7 +136,8 @@ fn the_device_in_cpp_does_as_the_device_in_rust() {
 fn any_description_is_sent_alike() {
     let firmware = Firmware::new(Language::C);
     let figures = prop::collection::vec(prop_oneof![0.0..100.0f32, part()], 8);
-    proptest!(config(), |(haptic in any::<bool>(), watchdog_ms in any::<u8>(), figures in figures)| {
+    let kinds = any::<bool>();
+    proptest!(config(), |(haptic in kinds, watchdog_ms in any::<u8>(), figures in figures)| {
         let kind = if haptic { DeviceKind::Haptic } else { DeviceKind::Pedal };
         let can = figured(kind, watchdog_ms, figures.try_into().expect("eight"));
         let mut pair = Pair::new(&firmware, can, 0);
