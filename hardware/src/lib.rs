@@ -26,8 +26,8 @@
 //! All bytes from a line are untrusted until a wire module has parsed them. It checks lengths,
 //! checksums and ranges; beyond it there are only finite SI values.
 //!
-//! Without the default feature `std` only [`rig::frame`], [`rig::wire`] and [`rig::device`]
-//! remain: `no_std`, no `alloc`, for the firmware of a rig.
+//! Without the default feature `std` only [`rig::frame`], [`rig::wire`], [`rig::device`] and the
+//! figures of a Touch remain: `no_std`, no `alloc`, for the firmware of a rig.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(unsafe_code)]
 
@@ -60,7 +60,6 @@ pub mod rig;
 mod slot;
 #[cfg(feature = "std")]
 pub mod station;
-#[cfg(feature = "std")]
 pub mod touch;
 #[cfg(feature = "std")]
 pub mod woody;

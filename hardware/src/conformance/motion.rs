@@ -7,14 +7,16 @@ use rt_core::time::TimeNs;
 
 /// Samples over which a way is compared with the velocities on it: encoders resolve it.
 const STRIDE: usize = 20;
-/// Way that the handle must have gone before velocity can be judged, m.
-const WAY_MIN_M: f32 = 0.01;
+/// Distance from the first place that the handle must reach before velocity can be judged, m: far
+/// above noise.
+const WAY_MIN_M: f32 = 0.005;
 
 /// Sums that compare reported velocities with positions.
 #[derive(Debug, Default)]
 pub(crate) struct Motion {
     window: VecDeque<(Vec3, Vec3, f32)>,
-    way_m: f32,
+    first_m: Option<Vec3>,
+    farthest_m: f32,
     said_by_moved: f32,
     moved_by_moved: f32,
     said_by_said: f32,
@@ -24,6 +26,8 @@ impl Motion {
     /// Takes a sample: place, reported velocity, and the time since the sample before, s.
     pub(crate) fn take(&mut self, at_m: Vec3, said_m_s: Vec3, passed_s: f32) {
         self.window.push_back((at_m, said_m_s, passed_s));
+        let first_m = *self.first_m.get_or_insert(at_m);
+        self.farthest_m = self.farthest_m.max((at_m - first_m).norm());
         if self.window.len() <= STRIDE {
             return;
         }
@@ -32,7 +36,6 @@ impl Motion {
         };
         let moved_m = at_m - from_m;
         let said_m: Vec3 = self.window.iter().map(|(_, said, s)| said * *s).sum();
-        self.way_m += moved_m.norm() / STRIDE as f32;
         self.said_by_moved += said_m.dot(&moved_m);
         self.moved_by_moved += moved_m.norm_squared();
         self.said_by_said += said_m.norm_squared();
@@ -46,7 +49,7 @@ impl Motion {
     /// Way that the velocities promise, as a share of the way that was gone; `None` if the handle
     /// hardly moved.
     pub(crate) fn gain(&self) -> Option<f32> {
-        (self.way_m >= WAY_MIN_M).then(|| self.said_by_moved / self.moved_by_moved)
+        (self.farthest_m >= WAY_MIN_M).then(|| self.said_by_moved / self.moved_by_moved)
     }
 
     /// Judgement: whether velocity and positions agree, with words. `None` if the handle hardly

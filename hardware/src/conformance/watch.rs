@@ -254,7 +254,7 @@ mod tests {
         report.judge_time("rate", false, "too slow".into(), busy);
         report.judge_time("rate", true, "well".into(), busy);
         let outcomes: Vec<_> = report.checks.iter().map(|check| check.outcome).collect();
-        assert_eq!(outcomes, [Outcome::Fail, Outcome::Skipped, Outcome::Pass]);
+        assert_eq!(outcomes, [Outcome::Fail, Outcome::NotJudged, Outcome::Pass]);
         assert!(report.checks[1].detail.starts_with("too slow; not judged"));
     }
 }

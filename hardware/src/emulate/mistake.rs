@@ -226,7 +226,7 @@ impl RigFirmware {
         if self.has(Mistake::RateHalf) && self.samples.is_multiple_of(2) {
             return None;
         }
-        self.device.set_faulty(self.has(Mistake::Fault));
+        self.device.set_fault(self.has(Mistake::Fault));
         let clock_us = match self.mistake {
             Some(Mistake::ClockInMilliseconds) => now_us / 1000,
             Some(Mistake::ClockZero) => 0,

@@ -52,6 +52,15 @@ impl Default for Motion {
     }
 }
 
+impl Motion {
+    fn is_finite(&self) -> bool {
+        let parts = self.position_m.iter().chain(&self.velocity_m_s);
+        parts
+            .chain(&self.rotation_xyzw)
+            .all(|part| part.is_finite())
+    }
+}
+
 /// Counters of the device. They only grow, and wrap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DeviceCounters {
@@ -77,7 +86,7 @@ pub struct Device {
     last_force_sequence: Option<u16>,
     tripped: bool,
     limited: bool,
-    faulty: bool,
+    fault: bool,
     counters: DeviceCounters,
 }
 
@@ -109,7 +118,7 @@ impl Device {
             last_force_sequence: None,
             tripped: false,
             limited: false,
-            faulty: false,
+            fault: false,
             counters: DeviceCounters::default(),
         }
     }
@@ -156,6 +165,8 @@ impl Device {
                     .is_none_or(|last| (1..0x8000).contains(&sequence.wrapping_sub(last)));
                 if newer {
                     self.last_force_sequence = Some(sequence);
+                }
+                if newer && !self.fault {
                     self.force = Some(Rendered {
                         command,
                         sequence,
@@ -183,20 +194,10 @@ impl Device {
     /// Force for the motors now: the newest one, clamped to the device's peak, or zero when the
     /// host has been silent for longer than the watchdog.
     pub fn force(&mut self, now_us: u32) -> Force {
+        self.watch(now_us);
         let Some(rendered) = self.force else {
             return Force::default();
         };
-        let limit_us = u32::from(self.capabilities.watchdog_ms) * 1000;
-        if now_us.wrapping_sub(rendered.at_us) > limit_us {
-            // Clear the force for good, because the clock wraps.
-            self.force = None;
-            self.tripped = true;
-            self.counters.watchdog_trips = self.counters.watchdog_trips.wrapping_add(1);
-            return Force::default();
-        }
-        if self.faulty {
-            return Force::default();
-        }
         let can = &self.capabilities;
         Force {
             force_n: shorten(rendered.command.force_n, can.force_max_n),
@@ -204,11 +205,24 @@ impl Device {
         }
     }
 
-    /// One sample for the host; `None` before a greeting and after a stop.
+    /// Drops the force for good when it is too old, because the clock wraps.
+    fn watch(&mut self, now_us: u32) {
+        let limit_us = u32::from(self.capabilities.watchdog_ms) * 1000;
+        let is_old = |force: Rendered| now_us.wrapping_sub(force.at_us) > limit_us;
+        if self.force.is_some_and(is_old) {
+            self.force = None;
+            self.tripped = true;
+            self.counters.watchdog_trips = self.counters.watchdog_trips.wrapping_add(1);
+        }
+    }
+
+    /// One sample for the host; `None` before a greeting, after a stop, and for a motion with a NaN
+    /// or an infinity. The host counts such a sample as lost.
     pub fn state(&mut self, motion: &Motion, now_us: u32) -> Option<Frame> {
         if !self.streaming {
             return None;
         }
+        self.watch(now_us);
         let mut status = 0;
         if self.force.is_some() {
             status |= Status::FORCE_ON.0;
@@ -219,7 +233,7 @@ impl Device {
         if self.limited {
             status |= Status::LIMITED.0;
         }
-        if self.faulty {
+        if self.fault {
             status |= Status::FAULT.0;
         }
         let state = State {
@@ -232,7 +246,7 @@ impl Device {
             rotation_xyzw: motion.rotation_xyzw,
         };
         let sequence = self.next_sequence();
-        Some(state.frame(sequence))
+        motion.is_finite().then(|| state.frame(sequence))
     }
 
     /// One report of a pedal's switches; `None` before a greeting and after a stop.
@@ -249,10 +263,12 @@ impl Device {
         self.limited = limited;
     }
 
-    /// Reports, from the next sample on, a fault that a person must mend, or its end. A faulty
-    /// device renders no force.
-    pub fn set_faulty(&mut self, faulty: bool) {
-        self.faulty = faulty;
+    /// Reports a fault that a person must repair, and drops the force for as long as it stays.
+    pub const fn set_fault(&mut self, fault: bool) {
+        self.fault = fault;
+        if fault {
+            self.force = None;
+        }
     }
 
     /// True if a force command is in effect, even a zero one.
@@ -379,19 +395,6 @@ mod tests {
     }
 
     #[test]
-    fn a_faulty_device_says_so_and_renders_no_force() {
-        let mut device = greeted();
-        device.set_faulty(true);
-        device.receive(push(1.0, 1).as_bytes(), 0);
-        assert_eq!(device.force(0), Force::default());
-        let bytes = payload(&device.state(&Motion::default(), 1).unwrap());
-        let state = State::parse(&Message::new(&bytes).unwrap()).unwrap();
-        assert!(state.status.contains(Status::FAULT));
-        device.set_faulty(false);
-        assert!(norm(device.force(0)) > 0.9);
-    }
-
-    #[test]
     fn a_stuck_line_does_not_feed_the_watchdog() {
         let mut device = greeted();
         for ms in 0..1000 {
@@ -410,6 +413,44 @@ mod tests {
         assert_eq!(device.force(10), Force::default());
         device.receive(push(1.0, 1).as_bytes(), 20);
         assert!(norm(device.force(20)) > 0.9);
+    }
+
+    #[test]
+    fn a_sample_alone_sees_that_the_force_is_too_old() {
+        let mut device = greeted();
+        device.receive(push(1.0, 1).as_bytes(), 0);
+        assert!(device.state(&Motion::default(), 50_001).is_some());
+        assert!(!device.is_commanded());
+    }
+
+    #[test]
+    fn a_fault_takes_the_force_until_it_is_mended() {
+        let mut device = greeted();
+        device.receive(push(1.0, 1).as_bytes(), 0);
+        device.set_fault(true);
+        assert_eq!(device.force(0), Force::default());
+        device.receive(push(1.0, 2).as_bytes(), 1);
+        assert_eq!(device.force(1), Force::default());
+        let bytes = payload(&device.state(&Motion::default(), 1).unwrap());
+        let state = State::parse(&Message::new(&bytes).unwrap()).unwrap();
+        assert_eq!((state.status, state.applied_force), (Status::FAULT, 0));
+        device.set_fault(false);
+        device.receive(push(1.0, 3).as_bytes(), 2);
+        assert!(norm(device.force(2)) > 0.9);
+    }
+
+    #[test]
+    fn a_motion_that_is_no_number_is_a_lost_sample() {
+        let mut device = greeted();
+        let motion = Motion {
+            position_m: [0.0, f32::NAN, 0.0],
+            ..Motion::default()
+        };
+        let number = |frame: &Frame| Message::new(&payload(frame)).unwrap().sequence();
+        let before = number(&device.state(&Motion::default(), 0).unwrap());
+        assert!(device.state(&motion, 1).is_none());
+        let after = number(&device.state(&Motion::default(), 2).unwrap());
+        assert_eq!(after, before + 2);
     }
 
     #[test]

@@ -304,7 +304,9 @@ impl Judge {
         // the line takes one.
         let waits = self.is_deaf || self.polled_ns.saturating_sub(self.sent_ns) <= SENT_LATELY_NS;
         let confirms_none = self.sends >= DEAF_SENDS && us.wrapping_sub(since_us) >= DEAF_US;
-        self.is_deaf = (waits && confirms_none) || self.refusals >= REFUSALS;
+        // A device at fault renders no force, and says so itself.
+        let is_at_fault = state.status.contains(Status::FAULT);
+        self.is_deaf = !is_at_fault && ((waits && confirms_none) || self.refusals >= REFUSALS);
         faults.raise_if(self.is_deaf, Fault::DeafDevice);
     }
 

@@ -4,11 +4,16 @@
 //! survive a second loading. Its own thread calls us a thousand times a second. Samples and forces
 //! pass through sequence locks, so that neither side waits.
 
+#[cfg(feature = "std")]
 mod driver;
+#[cfg(feature = "std")]
 mod hd;
+#[cfg(feature = "std")]
 mod opening;
+#[cfg(feature = "std")]
 mod refused;
 
+#[cfg(feature = "std")]
 pub use driver::TouchHaptic;
 
 /// Damping of a Touch: 0.2 N s/m of its hinges (assumed), plus the effect `4 f / (π v)` of 0.26 N

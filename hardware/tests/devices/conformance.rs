@@ -18,7 +18,7 @@ fn shortly() -> Options<'static> {
 /// Repeats the suite until a report is good, for at most two minutes. The emulators share this
 /// computer, and a busy one can spoil a healthy device's report; a faulty device never gets a good
 /// one. A computer that stays busy may leave checks open.
-fn once_good(mut suite: impl FnMut() -> Report) -> Report {
+pub(crate) fn once_good(mut suite: impl FnMut() -> Report) -> Report {
     let start = Instant::now();
     loop {
         let report = suite();

@@ -1,11 +1,12 @@
 //! Devices on real ptys: drivers against the emulated station, the conformance suite, hostile
-//! lines, and polls without allocation.
+//! lines, polls without allocation, and firmware in C.
 
 mod any_bytes;
 mod conformance;
 mod drivers;
 mod every_fault;
 mod feel;
+mod firmware;
 mod hapi;
 mod hostile;
 mod inverse3;

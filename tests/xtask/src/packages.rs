@@ -10,7 +10,7 @@ struct Need {
     is_there: fn() -> bool,
 }
 
-const NEEDS: [Need; 6] = [
+const NEEDS: [Need; 7] = [
     Need {
         what: "a Vulkan loader",
         package: "libvulkan1",
@@ -34,6 +34,12 @@ const NEEDS: [Need; 6] = [
         package: "xdotool",
         only_for_tests: true,
         is_there: || on_path("xdotool"),
+    },
+    Need {
+        what: "a C++ compiler, for the firmware header and its sketches",
+        package: "g++",
+        only_for_tests: true,
+        is_there: || on_path("c++"),
     },
     Need {
         what: "openssl, for the keys of a link",

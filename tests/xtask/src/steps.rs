@@ -17,11 +17,28 @@ struct Step {
     is_timed: bool,
 }
 
+/// Builds `hardware` as a rig's firmware uses it.
+const FIRMWARE: &[&str] = &[
+    "build",
+    "--locked",
+    "-p",
+    "hardware",
+    "--no-default-features",
+];
+/// A target without an operating system: Cortex-M4F and M7F, as on a Teensy or an STM32.
+const BOARD: &str = "thumbv7em-none-eabihf";
+
 /// Everything that must hold before a change lands, quickest first.
-const TESTS: [Step; 5] = [
+const TESTS: [Step; 6] = [
     Step {
         name: "format",
         args: &["fmt", "--all", "--check"],
+        is_checked: false,
+        is_timed: false,
+    },
+    Step {
+        name: "firmware library, no_std",
+        args: FIRMWARE,
         is_checked: false,
         is_timed: false,
     },
@@ -100,12 +117,32 @@ fn test_in(checked: &[(&str, PathBuf)], timings: &mut Timings) -> Result<(), Str
         timings.add(it.name, start.elapsed().as_secs_f64());
         outcome?;
     }
+    build_for_the_board()?;
     if on_path("cargo-deny") {
         deny()
     } else {
         println!("skipped: licences and sources (cargo-deny is not installed: `cargo xtask deny`)");
         Ok(())
     }
+}
+
+/// Builds the firmware library for a board, if this machine has that target's `core`. A build for
+/// this machine does not notice a dependency that needs `std`.
+fn build_for_the_board() -> Result<(), String> {
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let found = Command::new(rustc)
+        .args(["--print", "target-libdir", "--target", BOARD])
+        .output()
+        .map_err(|error| format!("cannot run rustc: {error}"))?;
+    let folder = PathBuf::from(String::from_utf8_lossy(&found.stdout).trim());
+    if !found.status.success() || !folder.is_dir() {
+        println!("skipped: firmware library for a board (`rustup target add {BOARD}`)");
+        return Ok(());
+    }
+    step(
+        "firmware library for a board",
+        &[FIRMWARE, &["--target", BOARD]].concat(),
+    )
 }
 
 pub(crate) fn install_and_deny() -> Result<(), String> {

@@ -120,7 +120,7 @@ impl<'a> Message<'a> {
         self.kind
     }
 
-    /// Sequence number: counts the messages of one kind from one sender; wraps.
+    /// Sequence number: counts the messages of one sender; wraps.
     #[must_use]
     pub fn sequence(&self) -> u16 {
         u16::from_le_bytes(self.bytes(field::SEQUENCE))
