@@ -192,10 +192,10 @@ impl RigFirmware {
         }
     }
 
-    /// Force of the motors now, N.
-    pub(super) fn force_n(&mut self, now_us: u32) -> Vec3 {
+    /// Time that the watchdog goes by, µs.
+    fn watched_us(&self, now_us: u32) -> u32 {
         let silent_us = now_us.wrapping_sub(self.heard_us);
-        let seen_us = match self.mistake {
+        match self.mistake {
             // It never looks at its clock.
             Some(Mistake::WatchdogMissing) => self.heard_us,
             Some(Mistake::WatchdogFlaky)
@@ -204,7 +204,12 @@ impl RigFirmware {
                 self.heard_us
             }
             _ => now_us,
-        };
+        }
+    }
+
+    /// Force of the motors now, N.
+    pub(super) fn force_n(&mut self, now_us: u32) -> Vec3 {
+        let seen_us = self.watched_us(now_us);
         let had = self.device.is_commanded();
         let Force { force_n, .. } = self.device.force(seen_us);
         if had && !self.device.is_commanded() {
@@ -227,34 +232,31 @@ impl RigFirmware {
             return None;
         }
         self.device.set_fault(self.has(Mistake::Fault));
-        let clock_us = match self.mistake {
+        let motion = self.spoilt(*motion);
+        let seen_us = self.watched_us(now_us);
+        let sample = self.device.state(&motion, seen_us)?;
+        let mut state = parsed(&sample, State::parse)?;
+        state.device_time_us = match self.mistake {
             Some(Mistake::ClockInMilliseconds) => now_us / 1000,
             Some(Mistake::ClockZero) => 0,
             Some(Mistake::ClockFast) => (f64::from(now_us) * 1.03) as u32,
             _ => now_us,
         };
-        let motion = self.spoilt(*motion);
-        let sample = self.device.state(&motion, clock_us)?;
-        match self.mistake {
-            Some(Mistake::StatusNonzero) => {
-                let mut state = parsed(&sample, State::parse)?;
-                if Vec3::from(self.device.force(now_us).force_n).norm() <= 0.0 {
-                    state.status.0 &= !Status::FORCE_ON.0;
-                }
-                Some(state.frame(sequence(&sample)?).as_bytes().to_vec())
+        if self.has(Mistake::StatusNonzero) {
+            let force_n = Vec3::from(self.device.force(seen_us).force_n);
+            if force_n.norm() <= 0.0 {
+                state.status.0 &= !Status::FORCE_ON.0;
             }
-            Some(Mistake::DelayUndeclared) => {
-                let mut state = parsed(&sample, State::parse)?;
-                let late = self.confirmed.first().copied().unwrap_or(0);
-                self.confirmed.rotate_left(1);
-                if let Some(last) = self.confirmed.last_mut() {
-                    *last = state.applied_force;
-                }
-                state.applied_force = late;
-                Some(state.frame(sequence(&sample)?).as_bytes().to_vec())
-            }
-            _ => Some(self.sent(&sample)),
         }
+        if self.has(Mistake::DelayUndeclared) {
+            let late = self.confirmed.first().copied().unwrap_or(0);
+            self.confirmed.rotate_left(1);
+            if let Some(last) = self.confirmed.last_mut() {
+                *last = state.applied_force;
+            }
+            state.applied_force = late;
+        }
+        Some(self.sent(&state.frame(sequence(&sample)?)))
     }
 
     fn spoilt(&mut self, mut motion: Motion) -> Motion {
