@@ -13,6 +13,7 @@
 //! station  the file that names a station's devices, and opens them
 //! line     a serial line that neither blocks nor allocates
 //! gate     holds back samples that cannot be true
+//! vendor   opening a vendor's library: limits, guards, and errors with their remedy
 //! slot     the newest value, from one thread to another
 //! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
 //! conformance  one suite for every driver, emulated device and real device
@@ -59,6 +60,8 @@ mod slot;
 pub mod station;
 #[cfg(feature = "std")]
 pub mod touch;
+#[cfg(feature = "std")]
+mod vendor;
 #[cfg(feature = "std")]
 pub mod woody;
 

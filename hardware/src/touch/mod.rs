@@ -6,8 +6,6 @@
 
 mod driver;
 mod hd;
-mod opening;
-mod refused;
 
 pub use driver::TouchHaptic;
 
