@@ -5,6 +5,7 @@
 //! bird     Ascension Flock-of-Birds protocol: the endoscope's tracker
 //! pedal    foot pedals that are USB keyboards, or switches on a serial line's CTS and DSR
 //! touch    3D Systems' Touch, through its own library opened at run time
+//! dhd      Force Dimension's devices and Novint's Falcon, through libdhd opened at run time
 //! woody    WoodenHaptics' text protocol and linkage
 //! hapi     Haply's hAPI boards and their flat two-armed linkage
 //! inverse3 Haply Inverse3, through its maker's service on this computer
@@ -35,6 +36,8 @@
 pub mod bird;
 #[cfg(feature = "std")]
 pub mod conformance;
+#[cfg(feature = "std")]
+pub mod dhd;
 #[cfg(feature = "std")]
 pub mod emulate;
 #[cfg(feature = "std")]

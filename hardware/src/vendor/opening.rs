@@ -38,6 +38,11 @@ impl Door {
         self.in_use.store(false, Ordering::Release);
     }
 
+    /// The library keeps a thread that should have ended. The thread frees it, if it ends.
+    pub(crate) fn hang(&self) {
+        self.hangs.store(true, Ordering::Release);
+    }
+
     /// Calls `open` on a thread of its own and waits for at most 10 s. A library that takes longer
     /// keeps that thread, and nothing else. No second attempt begins before it returns, and its
     /// late result is dropped.
