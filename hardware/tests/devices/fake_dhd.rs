@@ -35,6 +35,8 @@ pub(crate) enum Of {
     Stops = 28,
     Closes = 29,
     ForceError = 30,
+    /// Largest change from one force to the next since it was last set.
+    Step = 32,
 }
 
 /// Parts of the device, one bit each.

@@ -30,6 +30,7 @@ const STOPS: usize = 28;
 const CLOSES: usize = 29;
 const FORCE_ERROR: usize = 30;
 const WINDOW_MS: usize = 31;
+const STEP: usize = 32;
 
 static STATE: [AtomicU64; 40] = [const { AtomicU64::new(0) }; 40];
 static LAST_ERROR: AtomicU64 = AtomicU64::new(0);
@@ -258,6 +259,7 @@ pub extern "C" fn dhdSetForceAndTorqueAndGripperForce(
     _id: c_char,
 ) -> c_int {
     for (at, value) in [fx, fy, fz, tx, ty, tz, gripper].into_iter().enumerate() {
+        set(STEP, get(STEP).max((value - get(FORCE + at)).abs()));
         set(FORCE + at, value);
     }
     match answer(get(FORCE_ERROR)) {
