@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
 use hardware::bird::{BirdSetup, BirdTracker};
+use hardware::dhd::DhdHaptic;
 use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
 use hardware::inverse3::Inverse3Haptic;
 use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
@@ -136,6 +137,7 @@ impl Watched {
             LineDriver::HapiGen3 => hapi(path, Pantograph::GEN3)?,
             LineDriver::HapiGen31 => hapi(path, Pantograph::GEN3_1)?,
             LineDriver::Touch => Port::Haptic(Box::new(TouchHaptic::open(path, None)?)),
+            LineDriver::ForceDimension => Port::Haptic(Box::new(DhdHaptic::open(path, None)?)),
             LineDriver::Evdev => Port::Pedal(Box::new(EvdevPedal::open(path, Roles::default())?)),
             LineDriver::Modem => Port::Pedal(Box::new(ModemPedal::open(path)?)),
             LineDriver::Inverse3 => Port::Haptic(Box::new(Inverse3Haptic::open(path, None)?)),
