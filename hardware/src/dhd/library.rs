@@ -29,7 +29,7 @@ const IDLE: usize = 4;
 const FORCE: usize = 5;
 const BRAKE: usize = 6;
 const WRIST_INIT: usize = 12;
-/// Mean of the positions in a window: the library's only estimate of velocity.
+/// Velocity from the present position and the one a window ago: the library's only estimate.
 const WINDOWING: c_int = 0;
 
 symbols! { Dhd {

@@ -2,12 +2,13 @@
 //!
 //! The library reports none. Forces, torques and stiffness are CHAI3D's (`CDeltaDevices.cpp`, 3.2);
 //! of a sigma.7 the peak force is its makers' (Tobergte et al., "The sigma.7 haptic interface for
-//! MiroSurge", IROS 2011), who also state twice the torque. A lambda has the sigma's. The reach is
-//! half the diagonal of the workspace that the maker states, with room.
+//! MiroSurge", IROS 2011), who also state twice the torque. A lambda, which both lack, has CHAI3D's
+//! figures of a sigma.7. The reach is half the diagonal of the workspace in the maker's leaflets,
+//! with room.
 //!
 //! Assumed for all: the device's own damping, and the delay of a Touch on USB. CHAI3D's largest
-//! damping is for loops of 4 kHz; a third of it is taken for this one. The force that the motors
-//! bear for ever is half of the peak where no source states it.
+//! damping is for loops of 4 kHz; a third of it is taken for this one. No source states the force
+//! that the motors bear for ever: half of the peak is taken, of a Falcon less.
 
 use rt_core::port::DeviceCapabilities;
 
