@@ -36,6 +36,18 @@ pub enum HardwareError {
         /// Name as given.
         path: PathBuf,
     },
+    /// The library finds no device of Force Dimension or Novint.
+    #[error(
+        "{path}: no Force Dimension device or Falcon found. Plug it in and switch it on; `lsusb` shows 1451 or \
+         0403:cb48. If it does, this user may not use it: as root put into \
+         /etc/udev/rules.d/70-force-dimension.rules: SUBSYSTEM==\"usb\", ATTR{{idVendor}}==\"1451\", \
+         MODE=\"0660\", GROUP=\"dialout\" (for a Falcon 0403, with ATTR{{idProduct}}==\"cb48\"), then plug it in \
+         again"
+    )]
+    NoForceDevice {
+        /// Device as given.
+        path: PathBuf,
+    },
     /// Another program uses the line.
     #[error("{path}: in use by another program. Stop it first (`fuser -v {path}` names it)")]
     Busy {

@@ -45,6 +45,12 @@ impl<const N: usize> Gate<N> {
         self.held_back = None;
     }
 
+    /// True if nothing was admitted for so long that a jump at this time is no wonder.
+    pub(crate) fn is_gap(&self, at_ns: TimeNs) -> bool {
+        self.admitted
+            .is_none_or(|(_, then_ns)| at_ns.saturating_sub(then_ns) > FORGET_NS)
+    }
+
     /// Returns true if the values are plausible.
     pub(crate) fn admit(&mut self, values: [f32; N], at_ns: TimeNs) -> bool {
         let near = |(last, then_ns): ([f32; N], TimeNs)| {
@@ -53,9 +59,7 @@ impl<const N: usize> Gate<N> {
             let is_near = |(a, b): (&f32, &f32)| (a - b).abs() <= reach;
             values.iter().zip(&last).all(is_near)
         };
-        let is_gap = self
-            .admitted
-            .is_none_or(|(_, then_ns)| at_ns.saturating_sub(then_ns) > FORGET_NS);
+        let is_gap = self.is_gap(at_ns);
         let good = if !is_gap && self.admitted.is_some_and(near) {
             true
         } else {

@@ -5,6 +5,7 @@
 //! bird     Ascension Flock-of-Birds protocol: the endoscope's tracker
 //! pedal    foot pedals that are USB keyboards, or switches on a serial line's CTS and DSR
 //! touch    3D Systems' Touch, through its own library opened at run time
+//! dhd      Force Dimension's devices and Novint's Falcon, through libdhd opened at run time
 //! woody    WoodenHaptics' text protocol and linkage
 //! hapi     Haply's hAPI boards and their flat two-armed linkage
 //! inverse3 Haply Inverse3, through its maker's service on this computer
@@ -13,6 +14,7 @@
 //! station  the file that names a station's devices, and opens them
 //! line     a serial line that neither blocks nor allocates
 //! gate     holds back samples that cannot be true
+//! vendor   opening a vendor's library: limits, guards, and errors with their remedy
 //! slot     the newest value, from one thread to another
 //! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
 //! conformance  one suite for every driver, emulated device and real device
@@ -35,6 +37,8 @@
 pub mod bird;
 #[cfg(feature = "std")]
 pub mod conformance;
+#[cfg(feature = "std")]
+pub mod dhd;
 #[cfg(feature = "std")]
 pub mod emulate;
 #[cfg(feature = "std")]
@@ -61,6 +65,8 @@ mod slot;
 #[cfg(feature = "std")]
 pub mod station;
 pub mod touch;
+#[cfg(feature = "std")]
+mod vendor;
 #[cfg(feature = "std")]
 pub mod woody;
 

@@ -37,28 +37,51 @@ pub fn devices() -> Vec<Found> {
                 name,
             }),
     );
-    found.extend(trakstars());
+    found.extend(usb_devices());
     found.sort_by(|a, b| a.path.cmp(&b.path));
     found
 }
 
-/// Trackers on the USB, which are not serial lines.
-fn trakstars() -> Vec<Found> {
+/// Devices on the USB that are not serial lines.
+fn usb_devices() -> Vec<Found> {
     let units = nusb::list_devices().wait().into_iter().flatten();
     units
-        .filter(|unit| crate::bird::is_trakstar(unit.vendor_id(), unit.product_id()))
-        .map(|unit| Found {
-            path: PathBuf::from("usb"),
-            stable_path: unit.serial_number().map(PathBuf::from),
-            name: format!(
-                "{} ({:04x}:{:04x})",
-                unit.product_string().unwrap_or("trakSTAR"),
-                unit.vendor_id(),
-                unit.product_id()
-            ),
-            guess: Some("Ascension trakSTAR: driver \"trakstar\""),
+        .filter_map(|unit| {
+            let numbers = (unit.vendor_id(), unit.product_id());
+            let (path, kind, guess) = usb_device_by_itself(numbers)?;
+            // The number by which libdhd opens a device is another than the USB's.
+            let serial = unit.serial_number().filter(|_| path == "usb");
+            Some(Found {
+                path: PathBuf::from(path),
+                stable_path: serial.map(PathBuf::from),
+                name: format!(
+                    "{} ({:04x}:{:04x})",
+                    unit.product_string().unwrap_or(kind),
+                    numbers.0,
+                    numbers.1
+                ),
+                guess: Some(guess),
+            })
         })
         .collect()
+}
+
+/// Path, kind and guess of a device that is no serial line.
+fn usb_device_by_itself(numbers: (u16, u16)) -> Option<(&'static str, &'static str, &'static str)> {
+    let force_dimension = "driver \"force-dimension\", path of the vendor's libdhd.so.3 or none";
+    match numbers {
+        (vendor, product) if crate::bird::is_trakstar(vendor, product) => {
+            let guess = "Ascension trakSTAR: driver \"trakstar\"";
+            Some(("usb", "trakSTAR", guess))
+        }
+        (0x1451, _) => Some((
+            crate::dhd::LIBRARY,
+            "Force Dimension device",
+            force_dimension,
+        )),
+        (0x0403, 0xCB48) => Some((crate::dhd::LIBRARY, "Novint Falcon", force_dimension)),
+        _ => None,
+    }
 }
 
 fn line(port: serialport::SerialPortInfo) -> Found {
@@ -138,6 +161,11 @@ mod tests {
     fn known_numbers_and_names_are_guessed() {
         assert!(usb_device(0x0301, 0x2988).unwrap().contains("touch"));
         assert_eq!(usb_device(0x1234, 0x5678), None);
+        for numbers in [(0x1451, 0x0402), (0x0403, 0xCB48)] {
+            let (_, _, guess) = usb_device_by_itself(numbers).unwrap();
+            assert!(guess.contains("\"force-dimension\""), "{guess}");
+        }
+        assert_eq!(usb_device_by_itself((0x0403, 0x6001)), None);
         assert!(pedal("VEC VEC USB Footpedal").is_some());
         assert_eq!(pedal("AT Translated Set 2 keyboard"), None);
     }
@@ -145,7 +173,8 @@ mod tests {
     #[test]
     fn looking_round_never_fails() {
         for found in devices() {
-            let is_usb = found.path == Path::new("usb");
+            let is_usb = ["usb", crate::dhd::LIBRARY].map(Path::new);
+            let is_usb = is_usb.contains(&found.path.as_path());
             assert!(found.path.is_absolute() || is_usb, "{found:?}");
         }
     }

@@ -1,10 +1,12 @@
 //! One conformance suite for every device, emulated or real, to be run on the bench.
 //!
-//! [`haptic()`], [`woody()`], [`hapi()`], [`inverse3()`], [`tracker()`] and [`pedal()`] open a
-//! line, watch the device and check the watchdog, silence after closing, a second opening, and an
-//! unplugged cable. They command zero force only, so the device may stand free on a table.
+//! [`haptic()`], [`woody()`], [`hapi()`], [`inverse3()`], [`touch()`], [`force_dimension()`],
+//! [`tracker()`] and [`pedal()`] open a line, watch the device and check the watchdog, silence
+//! after closing, a second opening, and an unplugged cable. They command zero force only, so the
+//! device may stand free on a table.
 
 mod answers;
+mod force_dimension;
 mod hapi;
 mod haptic;
 mod inverse3;
@@ -19,6 +21,7 @@ mod woody;
 use std::fmt;
 use std::time::Duration;
 
+pub use force_dimension::force_dimension;
 pub use hapi::hapi;
 pub use haptic::haptic;
 pub use inverse3::inverse3;

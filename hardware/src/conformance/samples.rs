@@ -9,6 +9,9 @@ use rt_core::port::{ForceCommand, Freedom, HapticDevice, Polled};
 use super::Report;
 use super::watch::{Arrivals, Host, watch};
 
+/// Allowed deviation from the declared rate.
+const RATE_OFF: f32 = 0.05;
+
 pub(super) const NO_FORCE: ForceCommand = ForceCommand {
     force_n: Vec3::new(0.0, 0.0, 0.0),
     torque_n_m: Vec3::new(0.0, 0.0, 0.0),
@@ -71,7 +74,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     let declared_hz = capabilities.rate_hz;
     report.judge_time(
         "rate",
-        (0.95..=1.05).contains(&(sent_hz / declared_hz)),
+        (sent_hz / declared_hz - 1.0).abs() <= RATE_OFF + host.share(),
         format!("{sent_hz:.0} samples/s, declared {declared_hz:.0}, allowed 5 % off"),
         host,
     );

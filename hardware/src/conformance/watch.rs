@@ -64,6 +64,11 @@ impl Host {
         self
     }
 
+    /// Share of the time for which this computer was late.
+    pub(super) fn share(self) -> f32 {
+        self.waited.as_secs_f32() / self.watched.as_secs_f32().max(1e-6)
+    }
+
     /// Reason for which timing cannot be judged; `None` if it can.
     pub(super) fn excuse(self) -> Option<String> {
         if self.unread > 0 {
@@ -73,7 +78,7 @@ impl Host {
                 self.unread
             ));
         }
-        let share = self.waited.as_secs_f32() / self.watched.as_secs_f32().max(1e-6);
+        let share = self.share();
         (share > Self::SHARE_MAX).then(|| {
             format!(
                 "not judged: this computer was busy for {} of {} ms; end other programs and test again",

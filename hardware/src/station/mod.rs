@@ -2,7 +2,7 @@
 //!
 //! ```toml
 //! [haptic]
-//! driver = "rig"                      # rig, woody, hapi, inverse3 or touch
+//! driver = "rig"                      # rig, woody, hapi, inverse3, touch or force-dimension
 //! path = "/dev/serial/by-id/my-rig"   # a name that udev keeps stable
 //! force_max_n = 2.5                   # never more than this, whatever the device can
 //! motion_scale = 1.5                  # the simulation's handle goes 1.5 times as far
@@ -99,8 +99,8 @@ pub struct Landmark {
 pub struct HapticSpec {
     /// Driver.
     pub driver: HapticDriver,
-    /// Path of the line; for a Touch the vendor's library, for an Inverse3 the address of its
-    /// service.
+    /// Path of the line; for a Touch or a Force Dimension device the vendor's library, for an
+    /// Inverse3 the address of its service.
     pub path: PathBuf,
     /// Limits below those of the device.
     pub limits: Limits,
@@ -139,6 +139,11 @@ pub enum HapticDriver {
     Touch {
         /// `None`: the default device.
         device: Option<String>,
+    },
+    /// A device of Force Dimension, or a Falcon, by its serial number.
+    ForceDimension {
+        /// `None`: the first that is free.
+        serial: Option<u16>,
     },
 }
 

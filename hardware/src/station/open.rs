@@ -11,6 +11,7 @@ use super::scaled::Scaled;
 use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, TrackerDriver, TrackerSpec};
 use crate::HardwareError;
 use crate::bird::BirdTracker;
+use crate::dhd::DhdHaptic;
 use crate::hapi::HapiHaptic;
 use crate::inverse3::Inverse3Haptic;
 use crate::pedal::{EvdevPedal, JoinedPedals, ModemPedal};
@@ -55,6 +56,7 @@ impl HapticSpec {
                 Box::new(Inverse3Haptic::open(path, device.as_deref())?)
             }
             HapticDriver::Touch { device } => Box::new(TouchHaptic::open(path, device.as_deref())?),
+            HapticDriver::ForceDimension { serial } => Box::new(DhdHaptic::open(path, *serial)?),
         };
         let device: Box<dyn HapticDevice + Send> = Box::new(Limited {
             device,

@@ -58,7 +58,7 @@ struct RawLandmark {
 #[serde(deny_unknown_fields)]
 struct RawHaptic {
     driver: Spanned<RawHapticDriver>,
-    path: PathBuf,
+    path: Option<PathBuf>,
     device: Option<Spanned<String>>,
     force_max_n: Option<Spanned<f32>>,
     force_continuous_n: Option<Spanned<f32>>,
@@ -88,6 +88,8 @@ enum RawHapticDriver {
     Hapi,
     Inverse3,
     Touch,
+    #[serde(rename = "force-dimension")]
+    ForceDimension,
 }
 
 #[derive(Deserialize)]
@@ -230,11 +232,15 @@ impl File<'_> {
     fn haptic(&self, raw: RawHaptic) -> Result<HapticSpec, HardwareError> {
         let named = matches!(
             *raw.driver.get_ref(),
-            RawHapticDriver::Touch | RawHapticDriver::Hapi | RawHapticDriver::Inverse3
+            RawHapticDriver::Touch
+                | RawHapticDriver::Hapi
+                | RawHapticDriver::Inverse3
+                | RawHapticDriver::ForceDimension
         );
         if let Some(device) = raw.device.as_ref().filter(|_| !named) {
-            let what = "device names a Touch in the vendor's set-up, a Haply's generation or an \
-                        Inverse3's number: only drivers \"touch\", \"hapi\" and \"inverse3\" have one";
+            let what = "device names a Touch in the vendor's set-up, a Haply's generation, an Inverse3's \
+                        number or a Force Dimension device's serial number: only drivers \"touch\", \
+                        \"hapi\", \"inverse3\" and \"force-dimension\" have one";
             return Err(self.error(device.span().start, what.into()));
         }
         let force_at = raw
@@ -264,25 +270,64 @@ impl File<'_> {
             );
             return Err(self.error(force_at, what));
         }
-        let driver = match *raw.driver.get_ref() {
-            RawHapticDriver::Rig => HapticDriver::Rig,
-            RawHapticDriver::Woody => HapticDriver::Woody,
-            RawHapticDriver::Hapi => {
-                HapticDriver::Hapi(self.generation(&raw.driver, raw.device.as_ref())?)
-            }
-            RawHapticDriver::Inverse3 => HapticDriver::Inverse3 {
-                device: raw.device.map(Spanned::into_inner),
-            },
-            RawHapticDriver::Touch => HapticDriver::Touch {
-                device: raw.device.map(Spanned::into_inner),
-            },
-        };
         Ok(HapticSpec {
-            driver,
-            path: raw.path,
+            driver: self.haptic_driver(&raw.driver, raw.device)?,
+            path: self.haptic_path(&raw.driver, raw.path)?,
             limits,
             motion_scale: self.within("motion_scale", "", raw.motion_scale, 0.5..=2.0)?,
             is_felt: raw.felt.is_some_and(|felt| felt.passed),
+        })
+    }
+
+    fn haptic_path(
+        &self,
+        driver: &Spanned<RawHapticDriver>,
+        path: Option<PathBuf>,
+    ) -> Result<PathBuf, HardwareError> {
+        match (path, driver.get_ref()) {
+            (Some(path), _) => Ok(path),
+            // An installed library has a name that the loader finds.
+            (None, RawHapticDriver::ForceDimension) => Ok(PathBuf::from(crate::dhd::LIBRARY)),
+            (None, _) => {
+                let what =
+                    "the haptic device has no path: name its line, its library or its service";
+                Err(self.error(driver.span().start, what.into()))
+            }
+        }
+    }
+
+    fn haptic_driver(
+        &self,
+        driver: &Spanned<RawHapticDriver>,
+        device: Option<Spanned<String>>,
+    ) -> Result<HapticDriver, HardwareError> {
+        Ok(match *driver.get_ref() {
+            RawHapticDriver::Rig => HapticDriver::Rig,
+            RawHapticDriver::Woody => HapticDriver::Woody,
+            RawHapticDriver::Hapi => HapticDriver::Hapi(self.generation(driver, device.as_ref())?),
+            RawHapticDriver::Inverse3 => HapticDriver::Inverse3 {
+                device: device.map(Spanned::into_inner),
+            },
+            RawHapticDriver::Touch => HapticDriver::Touch {
+                device: device.map(Spanned::into_inner),
+            },
+            RawHapticDriver::ForceDimension => HapticDriver::ForceDimension {
+                serial: self.serial(device.as_ref())?,
+            },
+        })
+    }
+
+    fn serial(&self, device: Option<&Spanned<String>>) -> Result<Option<u16>, HardwareError> {
+        let Some(device) = device else {
+            return Ok(None);
+        };
+        device.get_ref().parse().map(Some).map_err(|_| {
+            let what = format!(
+                "device is \"{}\", allowed is a serial number, \"0\" to \"{}\", or no device: the first",
+                device.get_ref(),
+                u16::MAX
+            );
+            self.error(device.span().start, what)
         })
     }
 
@@ -544,6 +589,26 @@ position_m = [-0.1, 0.0, 0.0]
     }
 
     #[test]
+    fn a_force_dimension_device_needs_neither_path_nor_number() {
+        let read = |lines: &str| {
+            let text = format!("[haptic]\ndriver = \"force-dimension\"\n{lines}");
+            read(&text).map(|station| station.haptic.unwrap())
+        };
+        let plain = read("").unwrap();
+        assert_eq!(plain.path, PathBuf::from("libdhd.so.3"));
+        assert_eq!(plain.driver, HapticDriver::ForceDimension { serial: None });
+        let named = read("path = \"/opt/libdhd.so\"\ndevice = \"10432\"\n").unwrap();
+        assert_eq!(named.path, PathBuf::from("/opt/libdhd.so"));
+        let serial = Some(10432);
+        assert_eq!(named.driver, HapticDriver::ForceDimension { serial });
+        let error = read("device = \"omega\"\n").unwrap_err();
+        assert!(
+            error.contains(":3: device is \"omega\", allowed is a serial number"),
+            "{error}"
+        );
+    }
+
+    #[test]
     fn buttons_of_the_handle_may_be_a_pedal_s() {
         let roles = |text: &str| read(text).map(|station| station.handle_buttons.bits());
         assert_eq!(roles(""), Ok([0; 3]));
@@ -614,6 +679,11 @@ position_m = [-0.1, 0.0, 0.0]
                 ":7: force_continuous_n is 3",
             ),
             ("\"touch\"", "\"rig\"", ":5: device names a Touch"),
+            (
+                "path = \"libHD.so\"",
+                "# no path",
+                ":3: the haptic device has no path",
+            ),
             ("\"touch\"", "\"omni\"", ":3: unknown variant `omni`"),
             (
                 "hemisphere = \"forward\"",

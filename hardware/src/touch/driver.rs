@@ -15,12 +15,13 @@ use rt_core::port::{
 use rt_core::time::TimeNs;
 
 use super::hd::{Hd, Servo, name};
-use super::opening;
 use crate::HardwareError;
+use crate::line::now_ns;
 use crate::slot::Slot;
+use crate::vendor::{Door, FORCE_AGE_NS};
 
-/// Age above which a force is dropped: the vendor's thread goes on when ours hangs.
-const WATCHDOG_NS: u64 = 50_000_000;
+/// The library has one scheduler, so only one driver may exist.
+static DOOR: Door = Door::new("touch");
 /// Largest device handle. A larger one is a sign of failure.
 const HANDLE_MAX: u32 = 1024;
 /// Attempts to open a device. A device that the last program left in use comes free after a moment.
@@ -74,7 +75,7 @@ impl TouchHaptic {
         let path = PathBuf::from(device.unwrap_or("default Touch"));
         let (own_library, name) = (library.to_path_buf(), device.map(str::to_owned));
         let own_path = path.clone();
-        opening::within(opening::LIMIT, &path, library, move || {
+        DOOR.open(&path, library, move || {
             Self::open_only(&own_library, name.as_deref(), &own_path)
         })
     }
@@ -266,11 +267,6 @@ fn calibrate(hd: &Hd, device: u32, path: &Path) -> Result<(), HardwareError> {
     })
 }
 
-fn now_ns() -> u64 {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
-}
-
 impl Servo for Shared {
     /// One millisecond on the vendor's thread.
     fn call(&self) -> bool {
@@ -316,7 +312,7 @@ impl Shared {
             return [0.0; 3];
         };
         let sent_ns = u64::from(low) | u64::from(high) << 32;
-        if now_ns().saturating_sub(sent_ns) > WATCHDOG_NS {
+        if now_ns().saturating_sub(sent_ns) > FORCE_AGE_NS {
             return [0.0; 3];
         }
         let mut force_n = Vec3::new(f32::from_bits(x), f32::from_bits(y), f32::from_bits(z));
@@ -427,6 +423,6 @@ impl Drop for TouchHaptic {
         });
         hd.stop_scheduler();
         hd.disable_device(device);
-        opening::release();
+        DOOR.release();
     }
 }

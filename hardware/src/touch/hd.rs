@@ -5,16 +5,21 @@
 //! the scheduler's callbacks.
 #![allow(unsafe_code)] // The one door to the vendor's library.
 
-use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_ushort, c_void};
-use std::io::Write as _;
 use std::path::Path;
-use std::sync::{Mutex, Once, PoisonError};
 
 use libloading::os::unix::{Library, RTLD_GLOBAL, RTLD_LAZY};
 
-use super::refused::refused;
 use crate::HardwareError;
+use crate::vendor::{Product, refused, symbols};
+
+/// Words for a person whose library is refused.
+const PRODUCT: Product = Product {
+    version: "Calot needs OpenHaptics 3.4: install that version (`ldd -r` on the library lists what it lacks)",
+    install: "Install the vendor's driver, or name its library in the station file",
+    again: "Install the vendor's driver again, or name its library in the station file",
+    itself: "Name the library itself, e.g. libHD.so.3.4 beside it",
+};
 
 /// Numbers of parameters, capabilities and answers.
 pub(super) mod name {
@@ -54,29 +59,7 @@ struct ErrorInfo {
 
 type Callback = unsafe extern "C" fn(*mut c_void) -> c_uint;
 
-/// Declares the table of functions and their lookup.
-macro_rules! symbols {
-    ($($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
-        /// The library's functions.
-        pub(super) struct Hd {
-            $($field: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
-        }
-
-        impl Hd {
-            fn find(library: &Library) -> Result<Self, libloading::Error> {
-                Ok(Self {
-                    $(
-                        // SAFETY: the type is the one that the API documents for this symbol;
-                        // the library is never closed, so the address stays good.
-                        $field: unsafe { *library.get($symbol)? },
-                    )*
-                })
-            }
-        }
-    };
-}
-
-symbols! {
+symbols! { Hd {
     init_device = b"hdInitDevice\0": fn(*const c_char) -> c_uint;
     make_current = b"hdMakeCurrentDevice\0": fn(c_uint);
     disable_device = b"hdDisableDevice\0": fn(c_uint);
@@ -95,13 +78,7 @@ symbols! {
     schedule_asynchronous = b"hdScheduleAsynchronous\0": fn(Callback, *mut c_void, c_ushort) -> u64;
     schedule_synchronous = b"hdScheduleSynchronous\0": fn(Callback, *mut c_void, c_ushort);
     unschedule = b"hdUnschedule\0": fn(u64);
-}
-
-impl std::fmt::Debug for Hd {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Hd")
-    }
-}
+} }
 
 /// Callback of the scheduler's thread. `call` returns true to be called again.
 pub(super) trait Servo: Sync {
@@ -122,55 +99,10 @@ unsafe extern "C" fn once<F: FnMut()>(data: *mut c_void) -> c_uint {
     DONE
 }
 
-unsafe extern "C" {
-    /// The C library's list of functions to call when the process ends.
-    safe fn atexit(call: extern "C" fn()) -> c_int;
-    /// Ends the process without calling them.
-    safe fn _exit(code: c_int) -> !;
-}
-
-thread_local! {
-    /// True while this thread opens a device through the library.
-    static IN_LIBRARY: Cell<bool> = const { Cell::new(false) };
-}
-/// Library that is being opened.
-static OPENED: Mutex<String> = Mutex::new(String::new());
-
-/// Calls `open`, which calls the library. A library that ends the whole process meanwhile would do
-/// so without a word, with an exit code of its own that means something else to a caller. Then the
-/// process says why, and ends with code 1.
-pub(super) fn guarded<T>(library: &str, open: impl FnOnce() -> T) -> T {
-    static REGISTERED: Once = Once::new();
-    // If the list is full, the message is lost, and nothing else.
-    REGISTERED.call_once(|| {
-        let _ = atexit(tell_who_ended);
-    });
-    library.clone_into(&mut OPENED.lock().unwrap_or_else(PoisonError::into_inner));
-    IN_LIBRARY.set(true);
-    let opened = open();
-    IN_LIBRARY.set(false);
-    opened
-}
-
-extern "C" fn tell_who_ended() {
-    // Called on the thread that ended the process; if that is another, all is well.
-    if IN_LIBRARY.try_with(Cell::get) != Ok(true) {
-        return;
-    }
-    let library = OPENED.try_lock();
-    let library = library.as_ref().map_or("libHD.so", |path| path.as_str());
-    let _ = writeln!(
-        std::io::stderr(),
-        "calot: {library}: the vendor's library ended the program while it opened the device. Run the \
-         vendor's own diagnosis, which shows why (often the licence, a configuration file or a right)"
-    );
-    _exit(1);
-}
-
 impl Hd {
     /// Opens the library for good. A second call returns the same library.
     pub(super) fn load(path: &Path) -> Result<&'static Self, HardwareError> {
-        let failed = |error: libloading::Error| refused(path, &error.to_string());
+        let failed = |error: libloading::Error| refused(path, &error.to_string(), &PRODUCT);
         // SAFETY: the vendor's initialisers run; the person who names a library trusts it.
         let library =
             unsafe { Library::open(Some(path), RTLD_LAZY | RTLD_GLOBAL) }.map_err(failed)?;

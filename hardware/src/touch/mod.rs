@@ -8,10 +8,6 @@
 mod driver;
 #[cfg(feature = "std")]
 mod hd;
-#[cfg(feature = "std")]
-mod opening;
-#[cfg(feature = "std")]
-mod refused;
 
 #[cfg(feature = "std")]
 pub use driver::TouchHaptic;

@@ -3,8 +3,10 @@
 
 mod any_bytes;
 mod conformance;
+mod dhd;
 mod drivers;
 mod every_fault;
+mod fake_dhd;
 mod feel;
 mod firmware;
 mod hapi;

@@ -16,6 +16,7 @@ use hardware::woody::WoodyHaptic;
 use rt_core::math::Vec3;
 use rt_core::port::{ForceCommand, HapticDevice, Pedal, Polled, Tracker};
 
+use crate::fake_dhd::{Fake, Of, SIGMA_7};
 use crate::support::{Emulator, PATIENCE, persist, poll_for};
 
 /// The system's allocator, which counts the calls of an armed thread.
@@ -182,4 +183,17 @@ fn nor_do_the_other_haptic_devices() {
         }
         assert!(start.elapsed() < PATIENCE, "the Inverse3 gives no samples");
     }
+}
+
+#[test]
+fn nor_does_a_device_behind_libdhd() {
+    let fake = Fake::new(SIGMA_7);
+    let mut device = persist(|| fake.open());
+    device.set_opening_force_n(1.0);
+    let unplug = |samples| {
+        if samples > 100 {
+            fake.set(Of::ReadError, 2.0);
+        }
+    };
+    assert!(until_lost(&mut device, unplug) > 100);
 }

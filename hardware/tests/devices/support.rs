@@ -1,5 +1,7 @@
 //! An emulated station in a directory of its own, and a patient polling loop.
 
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -130,6 +132,29 @@ impl Drop for Emulator {
         }
         self.stop.store(true, Ordering::Relaxed);
     }
+}
+
+/// Builds a fake library with the compiler in use; returns its path. `source` lies in `tests`.
+pub(crate) fn build_library(name: &str, source: &str, options: &[&str]) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("lib{name}.so"));
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let built = Command::new(rustc)
+        .args(["--edition=2024", "--crate-type=cdylib", "--crate-name"])
+        .arg(name)
+        .args(options)
+        .arg("-o")
+        .arg(&path)
+        .arg(
+            Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("tests")
+                .join(source),
+        )
+        .status();
+    assert!(
+        built.is_ok_and(|status| status.success()),
+        "the fake library does not build"
+    );
+    path
 }
 
 /// Longest wait, even on a busy machine.

@@ -24,6 +24,9 @@ cat > /etc/udev/rules.d/95-calot.rules <<'RULES'
 KERNEL=="cpu_dma_latency", GROUP="realtime", MODE="0660"
 # By default FTDI chips hold bytes back for 16 ms.
 ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{{latency_timer}}="1"
+# Force Dimension's devices and Novint's Falcon, which the vendor's library opens on the USB.
+SUBSYSTEM=="usb", ATTR{{idVendor}}=="1451", GROUP="dialout", MODE="0660"
+SUBSYSTEM=="usb", ATTR{{idVendor}}=="0403", ATTR{{idProduct}}=="cb48", GROUP="dialout", MODE="0660"
 RULES
 cat > /etc/systemd/system/calot@.service <<UNIT
 # systemctl start calot@SCENE runs the controller of /var/lib/calot/SCENE.calot by itself.
@@ -68,6 +71,7 @@ mod tests {
             "@realtime - rtprio 95",
             "@realtime - memlock unlimited",
             "ATTR{latency_timer}=\"1\"",
+            "ATTR{idVendor}==\"1451\"",
             "LimitRTPRIO=95",
             "ExecStart=/usr/local/bin/calot rt --scene /var/lib/calot/%i.calot --core 3 --strict",
         ] {

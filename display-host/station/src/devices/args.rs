@@ -13,7 +13,7 @@ use crate::output::Overwrite;
     after_long_help = "\
 A station file, for --station-file of run, rt and watch. Every part is optional:
   [haptic]
-  driver = \"rig\"                      # rig, woody, hapi, inverse3 or touch
+  driver = \"rig\"                      # rig, woody, hapi, inverse3, touch or force-dimension
   path = \"/dev/serial/by-id/my-rig\"   # a stable name; for a Touch the vendor's libHD.so
   force_max_n = 2.5                   # force limit, below that of the device
   motion_scale = 1.5                  # the simulated handle moves 1.5 times as far
@@ -122,6 +122,9 @@ pub(crate) enum LineDriver {
     HapiGen31,
     /// 3D Systems Touch (its default device); PATH is the vendor's libHD.so
     Touch,
+    /// Force Dimension omega, delta, sigma, lambda or Novint Falcon (the first that is free); PATH
+    /// is the vendor's libdhd.so.3
+    ForceDimension,
     /// USB foot pedal with the keys of a VEC Infinity; a station file describes others
     Evdev,
     /// Foot switches on CTS and DSR of a serial line
@@ -140,7 +143,8 @@ impl LineDriver {
         match self {
             Self::Rig | Self::Woody | Self::HapiGen2 | Self::HapiGen3 | Self::HapiGen31 => true,
             Self::Bird => true,
-            Self::Touch | Self::Evdev | Self::Modem | Self::Inverse3 | Self::Trakstar => false,
+            Self::Touch | Self::ForceDimension | Self::Inverse3 => false,
+            Self::Evdev | Self::Modem | Self::Trakstar => false,
         }
     }
 }

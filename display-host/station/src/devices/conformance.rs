@@ -40,6 +40,7 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         LineDriver::HapiGen3 => conformance::hapi(path, Pantograph::GEN3, &mut options),
         LineDriver::HapiGen31 => conformance::hapi(path, Pantograph::GEN3_1, &mut options),
         LineDriver::Touch => conformance::touch(path, None, &mut options),
+        LineDriver::ForceDimension => conformance::force_dimension(path, None, &mut options),
         LineDriver::Evdev => {
             let attempt = || EvdevPedal::open(path, Roles::default());
             conformance::pedal_by(&attempt, &mut options)

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hardware::HardwareError;
+use hardware::dhd::DhdHaptic;
 use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
 use hardware::inverse3::Inverse3Haptic;
 use hardware::rig::RigHaptic;
@@ -27,6 +28,7 @@ pub(super) fn open_haptic(
         LineDriver::HapiGen2 => Box::new(HapiHaptic::open(path, Pantograph::GEN2)?),
         LineDriver::HapiGen3 => Box::new(HapiHaptic::open(path, Pantograph::GEN3)?),
         LineDriver::HapiGen31 => Box::new(HapiHaptic::open(path, Pantograph::GEN3_1)?),
+        LineDriver::ForceDimension => Box::new(DhdHaptic::open(path, None)?),
         LineDriver::Touch => Box::new(TouchHaptic::open(path, None)?),
         LineDriver::Inverse3 => Box::new(Inverse3Haptic::open(path, None)?),
         LineDriver::Evdev | LineDriver::Modem | LineDriver::Bird | LineDriver::Trakstar => {

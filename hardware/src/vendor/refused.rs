@@ -9,9 +9,22 @@ use crate::HardwareError;
 /// Class byte of an ELF file for 32-bit programs.
 const ELF_CLASS_32: u8 = 1;
 
+/// Remedies that differ from vendor to vendor.
+#[derive(Debug)]
+pub(crate) struct Product {
+    /// A function is missing.
+    pub(crate) version: &'static str,
+    /// The library is missing.
+    pub(crate) install: &'static str,
+    /// The library is broken.
+    pub(crate) again: &'static str,
+    /// Another file stands under its name.
+    pub(crate) itself: &'static str,
+}
+
 /// Error of a library that was refused with `words` by the loader or the look-up of its functions.
-pub(super) fn refused(path: &Path, words: &str) -> HardwareError {
-    let (what, remedy) = cause(path, words);
+pub(crate) fn refused(path: &Path, words: &str, product: &Product) -> HardwareError {
+    let (what, remedy) = cause(path, words, product);
     HardwareError::Library {
         path: path.to_path_buf(),
         what,
@@ -19,8 +32,8 @@ pub(super) fn refused(path: &Path, words: &str) -> HardwareError {
     }
 }
 
-fn cause(path: &Path, words: &str) -> (String, &'static str) {
-    if let Some(found) = wrong_kind(path) {
+fn cause(path: &Path, words: &str, product: &Product) -> (String, &'static str) {
+    if let Some(found) = wrong_kind(path, product) {
         return found;
     }
     if words.contains("ELFCLASS32") {
@@ -28,10 +41,7 @@ fn cause(path: &Path, words: &str) -> (String, &'static str) {
     }
     let first = words.split(": ").next().unwrap_or_default();
     if let Some(symbol) = after(words, "undefined symbol: ") {
-        return (
-            format!("the library lacks `{symbol}`"),
-            "Calot needs OpenHaptics 3.4: install that version (`ldd -r` on the library lists what it lacks)",
-        );
+        return (format!("the library lacks `{symbol}`"), product.version);
     }
     if words.contains("not found (required by") {
         return (
@@ -52,15 +62,9 @@ fn cause(path: &Path, words: &str) -> (String, &'static str) {
         );
     }
     if words.contains("No such file") {
-        return (
-            "no such library".to_owned(),
-            "Install the vendor's driver, or name its library in the station file",
-        );
+        return ("no such library".to_owned(), product.install);
     }
-    (
-        words.to_owned(),
-        "Install the vendor's driver again, or name its library in the station file",
-    )
+    (words.to_owned(), product.again)
 }
 
 fn on_32_bit() -> (String, &'static str) {
@@ -72,7 +76,7 @@ fn on_32_bit() -> (String, &'static str) {
 
 /// Kind and remedy of a file that cannot be a library for this program. `None` leaves the verdict
 /// to the loader. A name without a folder is looked up in the current one.
-fn wrong_kind(path: &Path) -> Option<(String, &'static str)> {
+fn wrong_kind(path: &Path, product: &Product) -> Option<(String, &'static str)> {
     let mut head = [0; 5];
     File::open(path).ok()?.read_exact(&mut head).ok()?;
     match head {
@@ -80,7 +84,7 @@ fn wrong_kind(path: &Path) -> Option<(String, &'static str)> {
         [0x7F, b'E', b'L', b'F', _] => None,
         _ => Some((
             "not a library but another file, perhaps a script for the linker".to_owned(),
-            "Name the library itself, e.g. libHD.so.3.4 beside it",
+            product.itself,
         )),
     }
 }
@@ -97,8 +101,15 @@ fn after<'a>(words: &'a str, mark: &str) -> Option<&'a str> {
 mod tests {
     use super::*;
 
+    const PRODUCT: Product = Product {
+        version: "Install version 3.4",
+        install: "Install the vendor's driver",
+        again: "Install it again",
+        itself: "Name the library itself",
+    };
+
     fn said(words: &str) -> String {
-        refused(Path::new("/opt/libHD.so"), words).to_string()
+        refused(Path::new("/opt/libHD.so"), words, &PRODUCT).to_string()
     }
 
     #[test]
@@ -124,7 +135,7 @@ mod tests {
             ),
             (
                 "/opt/libHD.so: undefined symbol: hdUnschedule",
-                "lacks `hdUnschedule`",
+                "lacks `hdUnschedule`. Install version 3.4",
             ),
             (
                 "/opt/libHD.so: cannot open shared object file: Permission denied",
@@ -149,7 +160,7 @@ mod tests {
         ] {
             let path = folder.path().join("libHD.so");
             std::fs::write(&path, bytes).unwrap();
-            let error = refused(&path, "file too short").to_string();
+            let error = refused(&path, "file too short", &PRODUCT).to_string();
             assert!(error.contains(cause), "{error}");
         }
     }

@@ -1,0 +1,292 @@
+//! Driver of a device behind `libdhd`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use rt_core::fault::{Fault, FaultSet};
+use rt_core::math::Pose;
+use rt_core::port::{
+    DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice, Identity,
+    LineCounters, Polled,
+};
+use rt_core::time::TimeNs;
+
+use super::library::{Dhd, Handle, Parts};
+use super::model;
+use super::servo::Servo;
+use super::shared::{Shared, Wish};
+use crate::HardwareError;
+use crate::vendor::Door;
+
+/// One driver at a time: Calot has one hand.
+static DOOR: Door = Door::new("calot-dhd");
+/// Time over which the library takes the mean velocity, ms. Its own choice of 20 ms is late by 10.
+const VELOCITY_WINDOW_MS: i32 = 5;
+/// Longest wait for the thread's last force.
+const LAST_WORDS: Duration = Duration::from_millis(500);
+
+/// A Force Dimension device or a Falcon that its thread serves.
+#[derive(Debug)]
+pub struct DhdHaptic {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    parts: Parts,
+    capabilities: DeviceCapabilities,
+    identity: String,
+    last_turn: u32,
+    counters: LineCounters,
+    opening: Option<f32>,
+    opening_n: f32,
+    leaps: u32,
+    jumps: u32,
+    findings: Findings,
+}
+
+/// Frees the library after the device is closed, however the thread ends.
+struct Release;
+
+impl Drop for Release {
+    fn drop(&mut self) {
+        DOOR.release();
+    }
+}
+
+impl DhdHaptic {
+    /// Opens the device with this serial number (`None`: the first that is free) through `library`
+    /// (usually [`super::LIBRARY`]). Not for the tick: takes up to 10 s if the library hangs.
+    pub fn open(library: &Path, serial: Option<u16>) -> Result<Self, HardwareError> {
+        let path = PathBuf::from(match serial {
+            Some(serial) => format!("Force Dimension {serial}"),
+            None => "first Force Dimension device".to_owned(),
+        });
+        let (own_library, own_path) = (library.to_path_buf(), path.clone());
+        DOOR.open(&path, library, move || {
+            Self::open_only(&own_library, serial, &own_path)
+        })
+    }
+
+    fn open_only(library: &Path, serial: Option<u16>, path: &Path) -> Result<Self, HardwareError> {
+        let dhd = Dhd::load(library)?;
+        if dhd.device_count() <= 0 {
+            return Err(HardwareError::NoForceDevice {
+                path: path.to_path_buf(),
+            });
+        }
+        let handle = dhd
+            .open(serial)
+            .map_err(|code| vendor(path, "opening the device", code))?;
+        let parts = handle.parts();
+        is_calibrated(dhd, &handle, parts, path)?;
+        let number = handle
+            .serial()
+            .map_or_else(|| "without a number".to_owned(), |it| it.to_string());
+        let identity = format!("{} {number}", handle.name());
+        let capabilities = model::capabilities(handle.model(), parts.has_active_wrist);
+        handle.configure_velocity(VELOCITY_WINDOW_MS);
+        // With the first force, the library begins to carry the arms.
+        let nothing = [0.0; 3];
+        if !handle.set_force(nothing, nothing, 0.0) || !handle.enable_force() {
+            return Err(vendor(path, "enabling the force", dhd.last_error()));
+        }
+        let shared = Arc::new(Shared::new());
+        let servo = Servo::new(handle, parts, capabilities, Arc::clone(&shared));
+        let thread = thread::Builder::new()
+            .name("calot-dhd-servo".to_owned())
+            .spawn(move || {
+                // Dropped after the device.
+                let _release = Release;
+                servo.serve();
+            })
+            .map_err(|error| HardwareError::Line {
+                path: path.to_path_buf(),
+                doing: "starting a thread",
+                what: error.to_string(),
+            })?;
+        Ok(Self {
+            shared,
+            thread: Some(thread),
+            parts,
+            capabilities,
+            identity,
+            last_turn: 0,
+            counters: LineCounters::default(),
+            opening: None,
+            opening_n: 0.0,
+            leaps: 0,
+            jumps: 0,
+            findings: Findings::default(),
+        })
+    }
+
+    /// True if the device is lost; see [`crate::rig::RigHaptic::is_lost`].
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.shared.is_lost.load(Ordering::Acquire)
+    }
+
+    /// Opening of the gripper in the last sample: 0 closed, 1 wide open. `None` without a gripper.
+    #[must_use]
+    pub const fn opening(&self) -> Option<f32> {
+        self.opening
+    }
+
+    /// True if the gripper has a motor.
+    #[must_use]
+    pub const fn renders_opening(&self) -> bool {
+        self.parts.has_active_gripper
+    }
+
+    /// Sets the force that opens the gripper from the next [`HapticDevice::send`] on, N; a negative
+    /// one closes it. Ignored without a motor.
+    pub const fn set_opening_force_n(&mut self, newtons: f32) {
+        self.opening_n = newtons;
+    }
+}
+
+/// Error of the library, with its remedy. Codes as in `dhdc.h`.
+fn vendor(path: &Path, doing: &'static str, code: i32) -> HardwareError {
+    let remedy = match code {
+        2 => {
+            "the device does not answer; check its cable and power, and this user's right to the USB device"
+        }
+        3 | 20 => "another program uses the device; end it, then try again",
+        5 | 15 => {
+            "no device has this serial number; correct `device` in the station file, or leave it out"
+        }
+        6 | 7 => "the device is not ready; switch it off and on, then try again",
+        12 => "the device is not ready; switch it on and calibrate it",
+        14 | 18 => "the device found a fault in itself; switch it off and on, then ask its maker",
+        _ => "see the SDK's list of errors (dhdc.h), or run its own HapticDesk",
+    };
+    HardwareError::Vendor {
+        path: path.to_path_buf(),
+        doing,
+        code: code as u16,
+        remedy,
+    }
+}
+
+/// Refuses a device that does not know where its handle is.
+fn is_calibrated(
+    dhd: &Dhd,
+    handle: &Handle,
+    parts: Parts,
+    path: &Path,
+) -> Result<(), HardwareError> {
+    let Some(status) = handle.status() else {
+        return Err(vendor(path, "reading the status", dhd.last_error()));
+    };
+    let remedy = if status.is_reset {
+        "Move the handle slowly to all its end stops, or put it into its calibration pit, until the light no \
+         longer blinks (sigma and lambda: let go and run the SDK's HapticInit)"
+    } else if parts.has_active_wrist && !status.is_wrist_ready {
+        "Let go of the handle and run the SDK's HapticInit, which turns its wrist"
+    } else {
+        return Ok(());
+    };
+    Err(HardwareError::Calibration {
+        path: path.to_path_buf(),
+        remedy,
+    })
+}
+
+impl HapticDevice for DhdHaptic {
+    fn identity(&self) -> Identity {
+        Identity::new(self.identity.as_bytes(), 0)
+    }
+
+    fn capabilities(&self) -> DeviceCapabilities {
+        self.capabilities
+    }
+
+    fn freedom(&self) -> Freedom {
+        let of = |has_rotation: bool| if has_rotation { 6 } else { 3 };
+        Freedom {
+            measured: of(self.parts.has_wrist),
+            rendered: of(self.capabilities.renders_torque()),
+        }
+    }
+
+    fn poll(&mut self, _now_ns: TimeNs) -> Polled<DeviceSample> {
+        self.findings = Findings::default();
+        if self.is_lost() {
+            return Polled::Lost;
+        }
+        let leaps = self.shared.leaps.load(Ordering::Relaxed);
+        let mut faults = FaultSet::NONE;
+        faults.raise_if(leaps != self.leaps, Fault::DeviceLeap);
+        let is_forceless = self.shared.is_forceless.load(Ordering::Acquire);
+        faults.raise_if(is_forceless, Fault::DeafDevice);
+        self.leaps = leaps;
+        self.findings.faults = faults;
+        let Some((turn, sample)) = self.shared.sample() else {
+            return Polled::Nothing;
+        };
+        if turn == self.last_turn {
+            return Polled::Nothing;
+        }
+        // Samples that were replaced between two polls do not count as lost on the line.
+        self.last_turn = turn;
+        self.counters.frames += 1;
+        self.findings.leapt = sample.jumps != self.jumps;
+        self.jumps = sample.jumps;
+        self.opening = Some(sample.opening).filter(|opening| opening.is_finite());
+        let velocity_m_s = sample.velocity_m_s;
+        let is_measured = velocity_m_s.iter().all(|part| part.is_finite());
+        Polled::Fresh(DeviceSample {
+            device_from_handle: Pose::from_parts(sample.position_m.into(), sample.rotation),
+            velocity_m_s: is_measured.then_some(velocity_m_s),
+            buttons: sample.buttons,
+            sequence: sample.count as u16,
+            at_ns: sample.at_ns,
+        })
+    }
+
+    fn findings(&self) -> Findings {
+        self.findings
+    }
+
+    fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
+        self.shared.ask(&Wish {
+            force_n: command.force_n,
+            torque_n_m: command.torque_n_m,
+            opening_n: self.opening_n,
+            at_ns: now_ns,
+        });
+    }
+
+    fn counters(&self) -> LineCounters {
+        let [bad, leaps, refusals] = [
+            &self.shared.bad_samples,
+            &self.shared.leaps,
+            &self.shared.refusals,
+        ]
+        .map(|count| u64::from(count.load(Ordering::Relaxed)));
+        LineCounters {
+            bad_frames: bad + leaps,
+            dropped_writes: refusals,
+            ..self.counters
+        }
+    }
+}
+
+impl Drop for DhdHaptic {
+    /// The thread's last force is zero, and it brakes the motors. A library that hangs keeps the
+    /// thread, and nothing else.
+    fn drop(&mut self) {
+        self.shared.running.store(false, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            let start = Instant::now();
+            while !thread.is_finished() && start.elapsed() < LAST_WORDS {
+                thread::sleep(Duration::from_millis(1));
+            }
+            match thread.is_finished() {
+                true => drop(thread.join()),
+                false => DOOR.hang(),
+            }
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Capabilities of each model.
+//!
+//! The library reports none. Forces, torques and stiffness are CHAI3D's (`CDeltaDevices.cpp`, 3.2);
+//! of a sigma.7 the peak force is its makers' (Tobergte et al., "The sigma.7 haptic interface for
+//! MiroSurge", IROS 2011), who also state twice the torque. A lambda, which both lack, has CHAI3D's
+//! figures of a sigma.7. The reach is half the diagonal of the workspace in the maker's leaflets,
+//! with room.
+//!
+//! Assumed for all: the device's own damping, and the delay of a Touch on USB. CHAI3D's largest
+//! damping is for loops of 4 kHz; a third of it is taken for this one. No source states the force
+//! that the motors bear for ever: half of the peak is taken, of a Falcon less.
+
+use rt_core::port::DeviceCapabilities;
+
+/// Samples per second of our thread. The library permits up to 4000; the tick takes 1000.
+pub(super) const RATE_HZ: f32 = 1000.0;
+
+const OMEGA: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 12.0,
+    force_continuous_n: 6.0,
+    torque_max_n_m: 0.0,
+    stiffness_max_n_m: 5000.0,
+    damping_max_n_s_m: 10.0,
+    damping_n_s_m: 1.0,
+    delay_s: 0.002,
+    workspace_radius_m: 0.1, // a cylinder of 160 × 110 mm
+    rate_hz: RATE_HZ,
+};
+
+const DELTA: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 20.0,
+    force_continuous_n: 10.0,
+    workspace_radius_m: 0.24, // 400 × 260 mm
+    ..OMEGA
+};
+
+const SIGMA: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 20.0,
+    force_continuous_n: 12.0,
+    torque_max_n_m: 0.2,
+    stiffness_max_n_m: 4000.0,
+    workspace_radius_m: 0.14, // 190 × 130 mm, which lie 22 mm beside the origin
+    ..OMEGA
+};
+
+const LAMBDA: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 12.0,
+    force_continuous_n: 6.0,
+    workspace_radius_m: 0.16, // 240 × 170 mm
+    ..SIGMA
+};
+
+const FALCON: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 8.0,
+    force_continuous_n: 2.5,
+    stiffness_max_n_m: 3000.0,
+    damping_max_n_s_m: 7.0,
+    workspace_radius_m: 0.09, // a cube of 4 inches
+    ..OMEGA
+};
+
+/// A model that this table lacks: weak, until somebody adds its figures.
+const UNKNOWN: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 3.0,
+    force_continuous_n: 1.0,
+    stiffness_max_n_m: 500.0,
+    damping_max_n_s_m: 2.0,
+    damping_n_s_m: 0.5,
+    workspace_radius_m: 0.25,
+    ..OMEGA
+};
+
+/// Capabilities of a model by its number in `dhdc.h`. Without motors in its wrist it renders no
+/// torque.
+pub(super) fn capabilities(number: i32, has_active_wrist: bool) -> DeviceCapabilities {
+    let known = match number {
+        33..=37 => OMEGA,
+        63 => DELTA,
+        104..=107 | 206 => SIGMA,
+        108 | 109 | 203 => LAMBDA,
+        60 => FALCON,
+        _ => UNKNOWN,
+    };
+    DeviceCapabilities {
+        torque_max_n_m: if has_active_wrist {
+            known.torque_max_n_m
+        } else {
+            0.0
+        },
+        ..known
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_model_has_figures_that_make_sense() {
+        for number in (0..300).chain([-1]) {
+            let found = capabilities(number, true);
+            let numbers = [
+                found.force_continuous_n,
+                found.stiffness_max_n_m,
+                found.damping_max_n_s_m,
+                found.damping_n_s_m,
+                found.delay_s,
+            ];
+            assert!(numbers.iter().all(|number| *number > 0.0), "{number}");
+            assert!(found.force_continuous_n <= found.force_max_n, "{number}");
+            assert!((0.05..=0.3).contains(&found.workspace_radius_m), "{number}");
+            assert!(!capabilities(number, false).renders_torque(), "{number}");
+        }
+    }
+
+    #[test]
+    fn a_model_that_is_not_known_is_weaker_than_any_that_is() {
+        let unknown = capabilities(91, true);
+        for number in [33, 35, 63, 104, 108, 60] {
+            let known = capabilities(number, true);
+            assert!(unknown.force_max_n < known.force_max_n, "{number}");
+            assert!(unknown.stiffness_max_n_m < known.stiffness_max_n_m);
+        }
+        assert!(!unknown.renders_torque());
+    }
+}

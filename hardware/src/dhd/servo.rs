@@ -1,0 +1,229 @@
+//! The thread that talks to the device.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rt_core::math::Vec3;
+use rt_core::port::{Buttons, DeviceCapabilities};
+use rt_core::time::TimeNs;
+
+use super::axes;
+use super::gripper::Gripper;
+use super::library::{Handle, Parts};
+use super::shared::{NOTHING, Sample, Shared, Wish};
+use crate::gate::Gate;
+use crate::line::now_ns;
+
+/// Interval between two turns.
+const PERIOD: Duration = Duration::from_millis(1);
+/// Turns between two looks at the state of the device's controller.
+const STATUS_TURNS: u32 = 100;
+/// Time without a single answer after which the device counts as lost.
+const LOST_AFTER: Duration = Duration::from_millis(100);
+/// Fastest plausible movement of the handle, m/s…
+const SPEED_LIMIT_M_S: f32 = 5.0;
+/// …on top of this much noise, m.
+const NOISE_M: f32 = 0.002;
+/// Farthest plausible sample, in workspace radii.
+const REACH: f32 = 3.0;
+/// Turns over which the force comes back after the device had none.
+const RETURN_TURNS: f64 = 500.0;
+
+/// `wanted`, no longer than `most`; nothing if it is no number.
+fn clamp(wanted: Vec3, most: f32) -> Vec3 {
+    let norm = wanted.norm();
+    if !norm.is_finite() {
+        return Vec3::zeros();
+    }
+    if norm <= most {
+        return wanted;
+    }
+    wanted * (most / norm)
+}
+
+/// The device in the hands of its thread. When this is dropped, however the thread ends, the
+/// motors are braked and the tick learns that the device is lost.
+#[derive(Debug)]
+pub(super) struct Servo {
+    handle: Handle,
+    parts: Parts,
+    limits: DeviceCapabilities,
+    shared: Arc<Shared>,
+    gate: Gate<3>,
+    admitted_ns: TimeNs,
+    gripper: Gripper,
+    count: u32,
+    jumps: u32,
+    turns: u32,
+    is_reset: bool,
+    /// Share of the force that is rendered, 0 to 1.
+    share: f64,
+    failing_since: Option<Instant>,
+}
+
+impl Servo {
+    pub(super) fn new(
+        handle: Handle,
+        parts: Parts,
+        limits: DeviceCapabilities,
+        shared: Arc<Shared>,
+    ) -> Self {
+        Self {
+            handle,
+            parts,
+            limits,
+            shared,
+            gate: Gate::new(SPEED_LIMIT_M_S, NOISE_M),
+            admitted_ns: 0,
+            gripper: Gripper::new(parts.is_left_handed),
+            count: 0,
+            jumps: 0,
+            // The controller gets some time to enable the force.
+            turns: 1,
+            is_reset: false,
+            share: 1.0,
+            failing_since: None,
+        }
+    }
+
+    /// Serves the device until the driver ends or the device is lost.
+    pub(super) fn serve(mut self) {
+        let mut due = Instant::now();
+        while self.shared.running.load(Ordering::Acquire) && self.turn() {
+            // Missed periods are skipped.
+            due = (due + PERIOD).max(Instant::now());
+            thread::sleep(due.saturating_duration_since(Instant::now()));
+        }
+    }
+
+    /// One sample and one force. False when the device is lost.
+    fn turn(&mut self) -> bool {
+        if self.turns.is_multiple_of(STATUS_TURNS) {
+            self.look_at_controller();
+        }
+        self.turns = self.turns.wrapping_add(1);
+        let read = self.read();
+        if let Some((position, rows)) = &read {
+            self.failing_since = None;
+            self.take(*position, rows);
+        } else {
+            self.shared.bad_samples.fetch_add(1, Ordering::Relaxed);
+        }
+        // A single read that failed changes nothing: the tick lets its force fade without samples.
+        let wish = self.shared.wish();
+        self.render(&wish);
+        if read.is_some() {
+            return true;
+        }
+        let since = *self.failing_since.get_or_insert_with(Instant::now);
+        since.elapsed() <= LOST_AFTER
+    }
+
+    fn look_at_controller(&mut self) {
+        let Some(status) = self.handle.status() else {
+            return;
+        };
+        self.is_reset = status.is_reset;
+        self.shared
+            .is_forceless
+            .store(status.is_forceless, Ordering::Release);
+        if status.is_forceless {
+            self.share = 0.0;
+        }
+    }
+
+    fn read(&self) -> Option<([f64; 3], [f64; 9])> {
+        const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        match self.parts.has_wrist {
+            true => self.handle.pose(),
+            false => Some((self.handle.position()?, IDENTITY)),
+        }
+    }
+
+    /// Publishes a pose that can be true.
+    fn take(&mut self, position: [f64; 3], rows: &[f64; 9]) {
+        let at_ns = now_ns();
+        let position_m = axes::ours(position);
+        let is_near = position_m.norm() <= self.limits.workspace_radius_m * REACH;
+        let rotation = axes::rotation(rows).filter(|_| is_near && !self.is_reset);
+        let Some(rotation) = rotation else {
+            self.shared.bad_samples.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        let before = self.gate.last();
+        let is_gap = self.gate.is_gap(at_ns);
+        if !self.gate.admit(position_m.into(), at_ns) {
+            self.shared
+                .leaps
+                .fetch_add(u32::from(!is_gap), Ordering::Relaxed);
+            return;
+        }
+        if before.is_some_and(|before| self.has_jumped(before.into(), position_m, at_ns)) {
+            self.jumps = self.jumps.wrapping_add(1);
+        }
+        self.admitted_ns = at_ns;
+        self.count = self.count.wrapping_add(1);
+        let opening = self.opening();
+        let closed = match self.gripper.is_closed() {
+            true => Buttons::GRASP.0,
+            false => 0,
+        };
+        let buttons = Buttons(self.handle.buttons().unwrap_or(0) as u8 | closed);
+        let velocity = self.handle.velocity().unwrap_or([f64::NAN; 3]);
+        self.shared.publish(&Sample {
+            position_m,
+            rotation,
+            velocity_m_s: axes::ours(velocity),
+            opening: opening.unwrap_or(f32::NAN),
+            buttons,
+            count: self.count,
+            at_ns,
+            jumps: self.jumps,
+        });
+    }
+
+    /// True if the gate admitted a position that no hand reaches from the one before.
+    fn has_jumped(&self, before: Vec3, now: Vec3, at_ns: TimeNs) -> bool {
+        let passed_s = at_ns.saturating_sub(self.admitted_ns) as f32 * 1e-9;
+        (now - before).amax() > NOISE_M + SPEED_LIMIT_M_S * passed_s
+    }
+
+    fn opening(&mut self) -> Option<f32> {
+        if !self.parts.has_gripper {
+            return None;
+        }
+        let angle_deg = self.handle.gripper_deg()?;
+        self.gripper.take(angle_deg)
+    }
+
+    /// Sends a wish within the device's limits. Zero force is sent too: the library adds to it what
+    /// the weight of the arms needs.
+    fn render(&mut self, wish: &Wish) {
+        if self.shared.is_forceless.load(Ordering::Acquire) {
+            self.share = 0.0;
+        }
+        let share = self.share;
+        self.share = (share + 1.0 / RETURN_TURNS).min(1.0);
+        let scaled =
+            |wanted: Vec3, most: f32| axes::theirs(&clamp(wanted, most)).map(|x| x * share);
+        let force = scaled(wish.force_n, self.limits.force_max_n);
+        let torque = scaled(wish.torque_n_m, self.limits.torque_max_n_m);
+        let gripper = match self.parts.has_active_gripper {
+            true => self.gripper.force_n(wish.opening_n) * share,
+            false => 0.0,
+        };
+        if !self.handle.set_force(force, torque, gripper) {
+            self.shared.refusals.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Drop for Servo {
+    fn drop(&mut self) {
+        self.shared.is_lost.store(true, Ordering::Release);
+        self.render(&NOTHING);
+        self.handle.stop();
+    }
+}

@@ -1,0 +1,52 @@
+//! A word about a library that ends the whole process.
+#![allow(unsafe_code)] // The C library's list of functions to call when the process ends.
+
+use std::cell::Cell;
+use std::ffi::c_int;
+use std::io::Write as _;
+use std::sync::{Mutex, Once, PoisonError};
+
+unsafe extern "C" {
+    /// The C library's list of functions to call when the process ends.
+    safe fn atexit(call: extern "C" fn()) -> c_int;
+    /// Ends the process without calling them.
+    safe fn _exit(code: c_int) -> !;
+}
+
+thread_local! {
+    /// True while this thread opens a device through the library.
+    static IN_LIBRARY: Cell<bool> = const { Cell::new(false) };
+}
+/// Library that is being opened.
+static OPENED: Mutex<String> = Mutex::new(String::new());
+
+/// Calls `open`, which calls the library. A library that ends the whole process meanwhile would do
+/// so without a word, with an exit code of its own that means something else to a caller. Then the
+/// process says why, and ends with code 1.
+pub(super) fn guarded<T>(library: &str, open: impl FnOnce() -> T) -> T {
+    static REGISTERED: Once = Once::new();
+    // If the list is full, the message is lost, and nothing else.
+    REGISTERED.call_once(|| {
+        let _ = atexit(tell_who_ended);
+    });
+    library.clone_into(&mut OPENED.lock().unwrap_or_else(PoisonError::into_inner));
+    IN_LIBRARY.set(true);
+    let opened = open();
+    IN_LIBRARY.set(false);
+    opened
+}
+
+extern "C" fn tell_who_ended() {
+    // Called on the thread that ended the process; if that is another, all is well.
+    if IN_LIBRARY.try_with(Cell::get) != Ok(true) {
+        return;
+    }
+    let library = OPENED.try_lock();
+    let library = library.as_ref().map_or("a library", |path| path.as_str());
+    let _ = writeln!(
+        std::io::stderr(),
+        "calot: {library}: the vendor's library ended the program while it opened the device. Run the \
+         vendor's own diagnosis, which shows why (often the licence, a configuration file or a right)"
+    );
+    _exit(1);
+}
