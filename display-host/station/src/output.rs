@@ -86,7 +86,12 @@ impl Format {
             Self::Page => &[b"<!doctype html>"],
             Self::Json => &[b"{", b"["],
             // Tables have no place for a name, so their columns are the mark.
-            Self::Table => &[b"name,count,p50,p90,", b"s,recorded_force_n,"],
+            Self::Table => &[
+                b"name,count,p50,p90,",
+                b"s,recorded_force_n,",
+                b"tick,time_s,device_x_m,",
+                b"time_s,x_m,y_m,z_m,",
+            ],
             Self::Picture => &[b"\x89PNG\r\n"],
             Self::Animation => &[b"GIF8"],
             Self::Drawing => &[b"<svg "],

@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -63,6 +64,17 @@ impl Drop for Emulated {
     }
 }
 
+/// A program that does nothing with the handle and feels nothing.
+const NOBODY: &str = "#!/bin/sh
+while read -r line; do
+  case \"$line\" in
+    *pushed*) echo '{\"felt\": \"nothing\"}' ;;
+    *pressed*) echo '{\"pressed_n\": null}' ;;
+    *) sleep 0.3; echo '{\"done\": true}' ;;
+  esac
+done
+";
+
 /// Returns the last JSON object that the program printed, and whether the program succeeded.
 fn json_of(words: &[&str], path: Option<&Path>) -> (Value, bool) {
     let output = finish(calot().arg("devices").args(words).args(path).arg("--json"));
@@ -88,6 +100,19 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
     let (said_last, fine) = json_of(&["watch", "--seconds", "2.5"], Some(&haptic));
     assert!(fine && said_last["device"] == "haptic", "{said_last}");
     assert!(said_last["frames"].as_u64() > Some(10), "{said_last}");
+    let table = folder.join("samples.csv");
+    let words = ["watch", "--seconds", "1", "--csv"];
+    json_of(
+        &[&words[..], &[table.to_str().expect("UTF-8")]].concat(),
+        Some(&haptic),
+    );
+    let text = fs::read_to_string(&table).expect("a table");
+    let columns = text.lines().next().expect("a head").split(',').count();
+    assert!(
+        text.starts_with("time_s,x_m,y_m,z_m,") && text.lines().count() > 100,
+        "{text}"
+    );
+    assert!(text.lines().all(|line| line.split(',').count() == columns));
     let position = &said_last["sample"]["pose"]["position_m"];
     assert!(position[2].is_number(), "{said_last}");
 
@@ -100,22 +125,55 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
     ] {
         let (mut report, mut fine) = json_of(words, Some(&folder.join(name)));
         for _ in 0..TRIES {
-            if report["checks"][0]["outcome"] == "pass" {
+            if report["checks"][0]["result"] == "pass" {
                 break;
             }
             // The emulator did not answer in time: ask again.
             (report, fine) = json_of(words, Some(&folder.join(name)));
         }
         let checks = report["checks"].as_array().expect("a list of checks");
-        let failed = checks.iter().filter(|check| check["outcome"] == "fail");
-        assert_eq!(failed.count() == 0, fine, "{report}");
+        let is_bad = |it: &&Value| it["result"] == "fail" || it["result"] == "not judged";
+        assert_eq!(checks.iter().filter(is_bad).count() == 0, fine, "{report}");
         assert_eq!(report["passed"], fine);
-        assert_eq!(checks[0]["outcome"], "pass", "{report}");
+        assert_eq!(checks[0]["result"], "pass", "{report}");
         assert!(checks.len() > 5, "{report}");
     }
     let wrong = ["conformance", "--driver", "woody", "--seconds", "0.5"];
     let (report, fine) = json_of(&wrong, Some(&haptic));
     assert!(!fine && report["passed"] == false, "{report}");
+
+    let fails = |report: &Value, check: &str| {
+        let checks = report["checks"].as_array().expect("a list of checks");
+        let found = checks.iter().find(|it| it["name"] == check);
+        found.is_some_and(|it| it["result"] == "fail" && it["said"].is_string())
+    };
+    let script = folder.join("nobody.sh");
+    fs::write(&script, NOBODY).expect("it can be written");
+    fs::set_permissions(&script, fs::Permissions::from_mode(0o755)).expect("it can be run");
+    let file = folder.join("felt.toml");
+    let text = format!("# mine\n[haptic]\ndriver = \"rig\"\npath = {haptic:?}\n");
+    fs::write(&file, text).expect("it can be written");
+    let [script, file_word] = [&script, &file].map(|it| it.to_str().expect("UTF-8"));
+    let words = [
+        "feel",
+        "--script",
+        script,
+        "--out",
+        file_word,
+        "--overwrite",
+    ];
+    let (report, fine) = json_of(&[&words[..], &["--station-file", file_word]].concat(), None);
+    assert!(!fine && report["passed"] == false, "{report}");
+    assert!(
+        fails(&report, "move right") || fails(&report, "end"),
+        "{report}"
+    );
+    let written = fs::read_to_string(&file).expect("it is written");
+    assert!(written.starts_with("# mine\n[haptic]"), "{written}");
+    assert!(
+        written.contains("[haptic.felt]\npassed = false"),
+        "{written}"
+    );
 
     // The file names the haptic device. The run emulates the other devices itself.
     let file = folder.join("station.toml");
@@ -447,4 +505,25 @@ fn a_person_without_a_device_leads_the_emulated_hand() {
         host.newest_tools(&mut tools);
         tools.switches().bits() & Switches::PEDALS.bits() == 0
     });
+}
+
+#[test]
+fn a_rig_with_a_mistake_is_told_which() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let _emulated = Emulated::led(folder, &["--mistake", "watchdog-slow"]);
+    let (report, fine) = json_of(&["conformance"], Some(&folder.join("haptic")));
+    assert!(!fine && report["passed"] == false, "{report}");
+    let checks = report["checks"].as_array().expect("a list of checks");
+    let watchdog = checks.iter().find(|it| it["name"] == "watchdog");
+    let words = watchdog.and_then(|it| it["said"].as_str());
+    // A busy machine may not hear it at all.
+    assert!(
+        words.is_none_or(|it| it.contains("50 ms") || it.contains("sample")),
+        "{report}"
+    );
+    let wrong = ["emulate", "--dir", "x", "--scene", "x", "--mistake", "none"];
+    let output = finish(calot().args(wrong));
+    assert!(!output.status.success());
+    assert!(said(&output).contains("force-negated"), "{}", said(&output));
 }

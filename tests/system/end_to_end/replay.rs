@@ -53,8 +53,15 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     let size = std::fs::metadata(&session).expect("a session").len();
     assert_eq!(recording["bytes"], size);
 
-    let (code, answer, said) = replay(&session, &[]);
+    let table = folder.path().join("ticks.csv").display().to_string();
+    let (code, answer, said) = replay(&session, &["--csv", &table]);
     assert_eq!(code, Some(0), "{said}");
+    let text = std::fs::read_to_string(&table).expect("a table");
+    let columns = |line: &str| line.split(',').count();
+    let head = text.lines().next().expect("a head");
+    assert!(head.starts_with("tick,time_s,device_x_m,"), "{head}");
+    assert_eq!(text.lines().count() as u64, ticks + 1);
+    assert!(text.lines().all(|line| columns(line) == columns(head)));
     assert_eq!(answer["same"], true, "{answer:#}");
     assert_eq!(answer["ticks"], ticks);
     assert_eq!(answer["broken_off"], serde_json::Value::Null);

@@ -163,6 +163,11 @@ pub(crate) struct WatchArgs {
     /// End after this time, s, e.g. 60 [default: on Ctrl-C]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
+    /// Write every sample of the haptic device to this table; units are in its first line
+    #[arg(long, value_name = "FILE")]
+    pub(crate) csv: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
     /// Print one JSON object per device and second
     #[arg(long)]
     pub(crate) json: bool,

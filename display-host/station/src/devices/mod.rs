@@ -5,6 +5,7 @@ mod calibrate;
 mod conformance;
 mod feel;
 mod open;
+mod samples;
 mod sections;
 mod typed;
 mod watch;

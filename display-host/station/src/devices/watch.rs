@@ -18,6 +18,8 @@ use serde_json::{Value, json};
 
 use super::args::{LineDriver, WatchArgs};
 use super::open::open_haptic;
+use super::samples::Samples;
+use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
 use crate::stop;
@@ -25,6 +27,8 @@ use crate::stop;
 /// Interval between two lines: at a terminal, and below in a file or pipe.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
 const TOLD_EVERY: Duration = Duration::from_secs(1);
+/// Interval between two commands to a haptic device, ns: a tick.
+const COMMAND_EVERY_NS: u64 = 900_000;
 
 pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
@@ -37,6 +41,13 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
     if watched.is_empty() {
         return Err("the station file names no device".into());
     }
+    let mut table = match &args.csv {
+        Some(path) => {
+            output::check("--csv", path, Format::Table, args.overwrite)?;
+            Some(Samples::make(path)?)
+        }
+        None => None,
+    };
     let live = !args.json && say::is_terminal();
     let every = if live { SHOWN_EVERY } else { TOLD_EVERY };
     let start = Instant::now();
@@ -47,7 +58,9 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
             .is_some_and(|s| start.elapsed().as_secs_f64() >= s)
     };
     while !stop.load(Relaxed) && !over() {
-        watched.iter_mut().for_each(Watched::poll);
+        for device in &mut watched {
+            device.poll(table.as_mut());
+        }
         if shown.elapsed() >= every {
             let since_s = shown.elapsed().as_secs_f64();
             shown = Instant::now();
@@ -67,7 +80,14 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
         if watched.iter().all(|device| device.is_lost) {
             return Err("every device is gone".into());
         }
-        sleep(Duration::from_millis(1));
+        // A table gets every sample of a device that sends up to 4000 a second.
+        sleep(match &table {
+            Some(_) => Duration::from_micros(200),
+            None => Duration::from_millis(1),
+        });
+    }
+    if let Some(table) = table {
+        table.end()?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -100,6 +120,7 @@ struct Watched {
     /// Number of frames when it was last shown.
     frames: u64,
     at_ns: u64,
+    commanded_ns: u64,
     is_lost: bool,
 }
 
@@ -111,6 +132,7 @@ impl Watched {
             words: "nothing yet".to_owned(),
             frames: 0,
             at_ns: 0,
+            commanded_ns: 0,
             is_lost: false,
         }
     }
@@ -137,13 +159,19 @@ impl Watched {
         }))
     }
 
-    fn poll(&mut self) {
+    fn poll(&mut self, table: Option<&mut Samples>) {
         let now = now_ns();
         match &mut self.port {
             Port::Haptic(haptic) => {
                 let polled = haptic.poll(now);
-                // Some devices answer only to a command. This one leaves the hand free.
-                haptic.send(ForceCommand::default(), now);
+                if let (Some(table), Polled::Fresh(sample)) = (table, &polled) {
+                    table.add(sample, haptic.reported_velocity_m_s(), haptic.findings());
+                }
+                if now.saturating_sub(self.commanded_ns) >= COMMAND_EVERY_NS {
+                    self.commanded_ns = now;
+                    // Some devices answer only to a command. This one leaves the hand free.
+                    haptic.send(ForceCommand::default(), now);
+                }
                 if let Some(sample) = self.take(polled) {
                     let pose = &sample.device_from_handle;
                     self.words =

@@ -4,6 +4,7 @@ pub(crate) mod args;
 mod judge;
 pub(crate) mod recorded;
 mod show;
+mod ticks;
 mod what_if;
 
 use std::cell::Cell;
@@ -17,6 +18,7 @@ use session::{Session, hex, printable};
 use self::args::ReplayArgs;
 use self::judge::{Different, Judge};
 use self::recorded::{LeftOut, scene_of, without_gap};
+use self::ticks::Table;
 use crate::build::build;
 use crate::output::{self, Format};
 use crate::problem::Problem;
@@ -70,7 +72,20 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
         return show::run(args, &session, &scene, &out()?);
     }
     let replay = Replay::new(&scene, &session.setup)?;
-    let outcome = compare(&replay, &mut session, running)?;
+    let mut table = match &args.csv {
+        Some(path) => {
+            output::check("--csv", path, Format::Table, args.overwrite)?;
+            let made = Table::make(path);
+            Some(made.map_err(|error| format!("--csv {}: {error}", path.display()))?)
+        }
+        None => None,
+    };
+    let outcome = compare(&replay, &mut session, running, table.as_mut())?;
+    if let (Some(table), Some(path)) = (table, &args.csv) {
+        let written = table.end();
+        written.map_err(|error| format!("--csv {}: {error}", path.display()))?;
+        say::note(format_args!("wrote {}", path.display()));
+    }
     if args.json {
         say::answer(format_args!("{}", serde_json::to_string_pretty(&outcome)?));
     }
@@ -81,7 +96,12 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
     })
 }
 
-fn compare(replay: &Replay, session: &mut Session, running: String) -> Result<Outcome, Problem> {
+fn compare(
+    replay: &Replay,
+    session: &mut Session,
+    running: String,
+    mut table: Option<&mut Table>,
+) -> Result<Outcome, Problem> {
     let start = Instant::now();
     let mut said = start;
     let mut outcome = Outcome {
@@ -106,6 +126,9 @@ fn compare(replay: &Replay, session: &mut Session, running: String) -> Result<Ou
         let began_ns = *first_ns.get_or_insert(record.now_ns);
         outcome.ticks += 1;
         outcome.session_s = record.now_ns.saturating_sub(began_ns) as f64 / 1e9;
+        if let Some(table) = &mut table {
+            table.add(replayed, outcome.session_s);
+        }
         if said.elapsed() >= PROGRESS {
             said = Instant::now();
             say::note(format_args!(
