@@ -17,6 +17,7 @@ pub(crate) fn read(bytes: &[u8]) {
         return;
     };
     if let Ok(mended) = mesh::mend(&mesh, Closing::Fill) {
-        assert!(mended.volume_m3 > 0.0 && mended.mesh.is_closed());
+        assert!(mended.volume_m3 > 0.0, "{} m3", mended.volume_m3);
+        assert!(mended.mesh.is_closed());
     }
 }

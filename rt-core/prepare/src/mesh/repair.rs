@@ -342,7 +342,9 @@ fn finish(mut mended: Mended, mut mesh: Mesh) -> Result<Mended, MeshProblem> {
         mended.turned |= kept.iter().any(|piece| turned[*piece]);
     }
     mended.volume_m3 = mesh.volume();
-    if mended.volume_m3 < VOLUME_SHARE_MIN * mesh.area() * mesh.area().sqrt() {
+    // A surface whose triangles are all without area encloses nothing, too.
+    let is_solid = mended.volume_m3 > VOLUME_SHARE_MIN * mesh.area() * mesh.area().sqrt();
+    if !is_solid {
         return Err(MeshProblem::NoVolume {
             volume_ml: mended.volume_m3 * 1e6,
         });
