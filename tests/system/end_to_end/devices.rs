@@ -101,7 +101,7 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
     assert!(fine && said_last["device"] == "haptic", "{said_last}");
     assert!(said_last["frames"].as_u64() > Some(10), "{said_last}");
     let table = folder.join("samples.csv");
-    let words = ["watch", "--seconds", "1", "--csv"];
+    let words = ["watch", "--seconds", "1.5", "--csv"];
     json_of(
         &[&words[..], &[table.to_str().expect("UTF-8")]].concat(),
         Some(&haptic),
