@@ -7,10 +7,11 @@ use std::thread;
 use std::time::Duration;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use rt_core::fault::Fault;
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
-    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, Identity, LineCounters,
-    Polled,
+    Buttons, DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, Identity,
+    LineCounters, Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -28,9 +29,12 @@ const HANDLE_MAX: u32 = 1024;
 const INIT_TRIES: u32 = 10;
 const INIT_INTERVAL: Duration = Duration::from_millis(100);
 const ALREADY_INITIATED: u16 = 0x0301;
-/// Harmless errors: warm motors, and force, impulse and speed above the limits. The library handles
-/// them itself.
-const HARMLESS: std::ops::RangeInclusive<u16> = 0x0200..=0x0204;
+/// Errors that are limits: warm motors, and force, impulse and speed above the limits. The library
+/// handles them itself.
+const LIMITS: std::ops::RangeInclusive<u16> = 0x0200..=0x0204;
+/// Turns after such an error in which the force counts as limited: the library reports it once, and
+/// the tick may look later.
+const LIMITED_TURNS: u32 = 100;
 /// Reach of the largest device of the vendor, with room; as for rigs.
 const WORKSPACE_MAX_M: f32 = 1.5;
 /// Rate of the library's scheduler.
@@ -57,7 +61,8 @@ struct Shared {
     running: AtomicBool,
     /// A fatal error of the library; 0: none.
     failed: AtomicU16,
-    harmless_errors: AtomicU32,
+    /// Turns for which the force still counts as limited by the library.
+    limited_turns: AtomicU32,
     /// Poses that are not finite or not rigid.
     bad_samples: AtomicU32,
     force_max_n: f32,
@@ -94,7 +99,7 @@ impl TouchHaptic {
             device: handle,
             running: AtomicBool::new(true),
             failed: AtomicU16::new(0),
-            harmless_errors: AtomicU32::new(0),
+            limited_turns: AtomicU32::new(0),
             bad_samples: AtomicU32::new(0),
             force_max_n: capabilities.force_max_n,
             sample: Slot::new(),
@@ -250,7 +255,7 @@ fn calibrate(hd: &Hd, device: u32, path: &Path) -> Result<(), HardwareError> {
         hd.end_frame(device);
         code = hd.error();
     });
-    if code != 0 && !HARMLESS.contains(&code) {
+    if code != 0 && !LIMITS.contains(&code) {
         return Err(vendor(path, "calibrating", code));
     }
     if state == name::CALIBRATION_OK {
@@ -292,9 +297,14 @@ impl Servo for Shared {
             self.bad_samples.fetch_add(1, Ordering::Relaxed);
         }
         match hd.error() {
-            0 => running,
-            code if HARMLESS.contains(&code) => {
-                self.harmless_errors.fetch_add(1, Ordering::Relaxed);
+            0 => {
+                let turns = self.limited_turns.load(Ordering::Relaxed);
+                let left = turns.saturating_sub(1);
+                self.limited_turns.store(left, Ordering::Relaxed);
+                running
+            }
+            code if LIMITS.contains(&code) => {
+                self.limited_turns.store(LIMITED_TURNS, Ordering::Relaxed);
                 running
             }
             code => {
@@ -392,6 +402,13 @@ impl HapticDevice for TouchHaptic {
         })
     }
 
+    fn findings(&self) -> Findings {
+        let mut findings = Findings::default();
+        let is_limited = self.shared.limited_turns.load(Ordering::Relaxed) > 0;
+        findings.faults.raise_if(is_limited, Fault::DeviceLimited);
+        findings
+    }
+
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
         let [x, y, z] = <[f32; 3]>::from(command.force_n).map(f32::to_bits);
         self.shared
@@ -400,10 +417,8 @@ impl HapticDevice for TouchHaptic {
     }
 
     fn counters(&self) -> LineCounters {
-        let [errors, samples] = [&self.shared.harmless_errors, &self.shared.bad_samples]
-            .map(|count| u64::from(count.load(Ordering::Relaxed)));
         LineCounters {
-            bad_frames: errors + samples,
+            bad_frames: self.shared.bad_samples.load(Ordering::Relaxed).into(),
             ..self.counters
         }
     }

@@ -98,7 +98,11 @@ impl Door {
             }
             Err(RecvTimeoutError::Disconnected) => {
                 self.release();
-                Err(hangs(path))
+                Err(HardwareError::Line {
+                    path,
+                    doing: "opening the vendor's library",
+                    what: "Calot's driver broke off; please report this".to_owned(),
+                })
             }
         }
     }

@@ -224,7 +224,7 @@ fn bodies_that_touch_along_an_edge_are_parted_and_keep_their_shape() {
         assert_eq!(mended.mesh.triangles.len(), 24);
         let story = mended.to_string();
         assert!(
-            story.contains("1 edges split where bodies touched"),
+            story.contains("1 times an edge was split where bodies touched"),
             "{story}"
         );
         assert_eq!(story.contains("turned"), turned, "{story}");

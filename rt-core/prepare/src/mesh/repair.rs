@@ -168,7 +168,7 @@ impl fmt::Display for Mended {
             (self.welded.duplicate, "duplicate triangles dropped"),
             (
                 self.parted_edges,
-                "edges split where bodies touched along them",
+                "times an edge was split where bodies touched along it",
             ),
         ];
         let mended = [
