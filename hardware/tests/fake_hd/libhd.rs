@@ -6,7 +6,7 @@
 use std::ffi::{c_char, c_int, c_uint, c_ushort, c_void};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::SeqCst};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 type Callback = unsafe extern "C" fn(*mut c_void) -> c_uint;
 
@@ -152,6 +152,7 @@ pub extern "C" fn hdStartScheduler() {
     // A thread that slept through a stop and a start must not run next to the new one.
     let own = STARTS.fetch_add(1, SeqCst) + 1;
     std::thread::spawn(move || {
+        let mut due = Instant::now();
         while SCHEDULING.load(SeqCst) && STARTS.load(SeqCst) == own {
             TICKS.fetch_add(1, SeqCst);
             let mut job = JOB.lock().unwrap();
@@ -161,7 +162,9 @@ pub extern "C" fn hdStartScheduler() {
                 }
             }
             drop(job);
-            std::thread::sleep(Duration::from_millis(1));
+            // Like the real one, it keeps its rate: a late turn is not put off.
+            due = (due + Duration::from_millis(1)).max(Instant::now() - Duration::from_millis(5));
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
         }
     });
 }
