@@ -16,6 +16,7 @@
 //! slot     the newest value, from one thread to another
 //! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
 //! conformance  one suite for every driver, emulated device and real device
+//! characterise  friction, inertia, damping, delay and stiffness limit of a haptic device
 //! ```
 //!
 //! Drivers implement the ports of `rt-core` ([`rt_core::port`]). The main thread opens a device
@@ -32,6 +33,8 @@
 
 #[cfg(feature = "std")]
 pub mod bird;
+#[cfg(feature = "std")]
+pub mod characterise;
 #[cfg(feature = "std")]
 pub mod conformance;
 #[cfg(feature = "std")]

@@ -34,7 +34,7 @@ pub use hand::{Hand, HandScript, Intent, ROUND_S};
 pub use inverse3::{EmulatedInverse3, Misbehaviour};
 pub use led::{LedHand, Measured};
 pub use operated::Wish;
-pub use played::Played;
+pub use played::{Played, PlayedBody};
 pub use touch::{Body, Grip, Touch};
 
 #[cfg(test)]
