@@ -72,6 +72,11 @@ impl Buzz {
         grows || at_s - since_s >= LASTS_S
     }
 
+    /// True while swings follow each other quickly, even if they die away.
+    pub(super) const fn is_quick(&self) -> bool {
+        self.quick_since_s.is_some()
+    }
+
     /// Frequency of the last swings, Hz, and the largest of them, m.
     pub(super) fn tone(&self) -> Option<(f64, f64)> {
         let (first, last) = (self.swings.front()?, self.swings.back()?);

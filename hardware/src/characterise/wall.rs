@@ -1,4 +1,8 @@
-//! A virtual wall under the handle that a person presses lightly: it stiffens until it buzzes.
+//! A virtual wall under the handle that a person taps and presses lightly: it stiffens until it
+//! buzzes.
+//!
+//! Every wall is met from above. On a handle that rests in a wall while it stiffens, dry friction
+//! hides the limit: a Touch then bears three times the stiffness at which a tap makes it buzz.
 
 use rt_core::port::HapticDevice;
 
@@ -14,8 +18,6 @@ pub const STIFFEST_N_M: f64 = 20e3;
 const RATIO: f64 = 1.1;
 /// Time for which a wall must be still under pressure, s.
 const STILL_S: f64 = 0.8;
-/// Time in which a stiffness grows, s.
-const GROW_S: f64 = 0.3;
 /// Time for which the handle must be above the wall before the next one, s.
 const ABOVE_S: f64 = 0.1;
 /// Least and largest pressure, as shares of the largest force. Above it the force no longer grows,
@@ -88,14 +90,14 @@ pub fn wall(
 ) -> Result<Wall, Halt> {
     let mut bench = Bench::new(device, clock, force_n)?;
     let mut walls = Wall::default();
-    let mut from_n_m = 0.0;
-    let mut lifts = true;
+    // The last wall stays under the hand until it is lifted, unless it buzzed.
+    let mut stays_n_m = 0.0;
     while let Some(stiffness_n_m) = walls.next_n_m() {
-        if lifts && !lifted(&mut bench, tell)? {
-            walls.was_left = true;
-            break;
-        }
-        let outcome = press(&mut bench, [from_n_m, stiffness_n_m], tell)?;
+        let outcome = if lifted(&mut bench, stays_n_m, tell)? {
+            press(&mut bench, stiffness_n_m, tell)?
+        } else {
+            Outcome::Left
+        };
         let buzz = match outcome {
             Outcome::Left => {
                 walls.was_left = true;
@@ -105,8 +107,7 @@ pub fn wall(
             Outcome::Buzzed(hz, swing_m) => Some((hz, swing_m)),
         };
         tell(&said(stiffness_n_m, buzz));
-        lifts = buzz.is_some();
-        from_n_m = if lifts { 0.0 } else { stiffness_n_m };
+        stays_n_m = if buzz.is_some() { 0.0 } else { stiffness_n_m };
         walls.note(Trial {
             stiffness_n_m,
             buzz,
@@ -125,8 +126,9 @@ fn said(stiffness_n_m: f64, buzz: Option<(f64, f64)>) -> String {
     }
 }
 
-/// Waits without force until the handle is above the wall. Returns false if nobody lifts it.
-fn lifted(bench: &mut Bench<'_>, tell: &mut dyn FnMut(&str)) -> Result<bool, Halt> {
+/// Waits until the handle is above the wall, of which this stiffness stays meanwhile. Returns false
+/// if nobody lifts it.
+fn lifted(bench: &mut Bench<'_>, stays_n_m: f64, tell: &mut dyn FnMut(&str)) -> Result<bool, Halt> {
     let mut now = bench.now();
     let begun_s = now.at_s;
     let mut below_s = now.at_s;
@@ -142,39 +144,38 @@ fn lifted(bench: &mut Bench<'_>, tell: &mut dyn FnMut(&str)) -> Result<bool, Hal
             tell("  Lift the handle above the middle of the workspace.");
             asked_s = now.at_s;
         }
-        now = bench.tick(Vector::zeros())?;
+        now = bench.tick(pushes_n(&now, stays_n_m))?;
     }
+    bench.cut();
     Ok(false)
 }
 
-/// Lets a person press a wall whose stiffness grows from the last one's.
+/// Lets a person press a wall.
 fn press(
     bench: &mut Bench<'_>,
-    [from_n_m, to_n_m]: [f64; 2],
+    stiffness_n_m: f64,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Outcome, Halt> {
     let limit_n = bench.limit_n();
     let [least_n, most_n] = PRESSURE.map(|share| share * limit_n);
     let mut now = bench.now();
-    let (mut buzz, begun_s) = (Buzz::default(), now.at_s);
+    let mut buzz = Buzz::default();
     let (mut pressed_s, mut touched_s, mut asked_s) = (0.0, now.at_s, now.at_s);
     loop {
-        let share = ((now.at_s - begun_s) / GROW_S).min(1.0);
-        let force_n = pushes_n(&now, from_n_m + (to_n_m - from_n_m) * share).min(limit_n);
+        let force_n = pushes_n(&now, stiffness_n_m);
         let before_s = now.at_s;
-        now = bench.tick(Vector::y() * force_n)?;
-        if buzz.add(now.at_s, now.at_m.y) && force_n > 0.0 {
+        now = bench.tick(force_n)?;
+        let is_touched = force_n.y > 0.0;
+        if buzz.add(now.at_s, now.at_m.y) && is_touched {
             bench.cut();
             let (hz, swing_m) = buzz.tone().unwrap_or_default();
             return Ok(Outcome::Buzzed(hz, swing_m));
         }
-        if (least_n..=most_n).contains(&force_n) {
+        if (least_n..=most_n).contains(&force_n.y) {
             touched_s = now.at_s;
-            if share >= 1.0 {
-                pressed_s += (now.at_s - before_s).clamp(0.0, 0.01);
-            }
+            pressed_s += (now.at_s - before_s).clamp(0.0, 0.01);
         }
-        if pressed_s >= STILL_S {
+        if pressed_s >= STILL_S && !buzz.is_quick() {
             return Ok(Outcome::Still);
         }
         if now.at_s - touched_s > PATIENCE_S {
@@ -183,18 +184,18 @@ fn press(
         }
         if now.at_s - touched_s >= ASK_S && now.at_s - asked_s >= ASK_S {
             asked_s = now.at_s;
-            tell(if force_n > most_n {
+            tell(if force_n.y > most_n {
                 "  Press more lightly."
             } else {
-                "  Press the handle gently down onto the wall in the middle of the workspace."
+                "  Tap the wall in the middle of the workspace from above, and press it gently."
             });
         }
     }
 }
 
 /// Force of the wall, N, upwards.
-fn pushes_n(now: &Now, stiffness_n_m: f64) -> f64 {
-    stiffness_n_m * (-now.at_m.y).max(0.0)
+fn pushes_n(now: &Now, stiffness_n_m: f64) -> Vector {
+    Vector::y() * (stiffness_n_m * (-now.at_m.y).max(0.0))
 }
 
 #[cfg(test)]

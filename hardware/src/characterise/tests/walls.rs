@@ -33,18 +33,19 @@ fn held(body: Body) -> PlayedBody {
     }
 }
 
-/// Swing of the handle, m, when the same hand presses the same device into Hooke's wall.
+/// Swing of the handle, m, when the same hand presses the same device into Hooke's wall for the
+/// second time: its first tap is softer, because the handle then begins at rest.
 fn swing_m(body: Body, stiffness_n_m: f32) -> f32 {
     let mut touch = Touch::new(body, RELAXED, Vec3::new(0.0, 0.008, 0.0));
     let mut late = std::collections::VecDeque::from(vec![Vec3::zeros(); LATE_MS]);
     let (mut low, mut high) = (f32::MAX, f32::MIN);
     let mut hand = presses();
-    for ms in 0..2500 {
+    for ms in 0..6600 {
         let depth_m = (-touch.measured_m().y).max(0.0);
         late.push_back(Vec3::y() * (stiffness_n_m * depth_m).min(0.88));
         let force_n = late.pop_front().unwrap_or_default();
         touch.step(hand(f64::from(ms) * 1e-3), Vec3::zeros(), force_n);
-        if ms >= 1500 {
+        if ms >= 5600 {
             low = low.min(touch.measured_m().y);
             high = high.max(touch.measured_m().y);
         }
@@ -67,7 +68,7 @@ fn pressed(body: Body, hand: HandLaw) -> Result<(Wall, Vec<String>), Halt> {
 
 #[test]
 fn the_stiffest_still_wall_is_that_of_a_plain_simulation() {
-    for friction_n in [0.1, 0.26] {
+    for friction_n in [0.05, 0.1] {
         let body = Body {
             friction_n,
             ..Body::TOUCH
@@ -77,7 +78,6 @@ fn the_stiffest_still_wall_is_that_of_a_plain_simulation() {
         let truth_n_m = f64::from(buzzing.next().unwrap());
         let (walls, told) = pressed(body, presses()).unwrap();
         let (still, buzzes) = (walls.still_n_m.unwrap(), walls.buzzes_n_m.unwrap());
-        eprintln!("{friction_n} {truth_n_m} {still} {buzzes}");
         assert!(!walls.was_left, "{told:?}");
         assert!(buzzes <= 1.11 * still, "{walls:?}");
         let ratio = (still * buzzes).sqrt() / truth_n_m;
@@ -99,8 +99,7 @@ fn a_wall_that_nobody_presses_is_given_up() {
     let (walls, told) = pressed(Body::TOUCH, Box::new(|_| Vec3::y() * 0.008)).unwrap();
     assert!(walls.was_left && walls.trials.is_empty());
     assert!(
-        told.iter()
-            .any(|line| line.contains("Press the handle gently")),
+        told.iter().any(|line| line.contains("Tap the wall")),
         "{told:?}"
     );
     let (walls, told) = pressed(Body::TOUCH, Box::new(|_| Vec3::y() * -0.01)).unwrap();
