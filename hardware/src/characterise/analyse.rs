@@ -11,7 +11,7 @@ use super::result::{Axis, Estimate, Trace};
 /// Damping with which the search begins, N s/m.
 const GUESS_N_S_M: f64 = 0.1;
 /// Parts of a chirp that charts show: first and last time, s.
-const SHOWN_S: [[f64; 2]; 2] = [[0.4, 1.4], [2.6, 2.8]];
+const SHOWN_S: [[f64; 2]; 2] = [[0.2, 1.0], [1.6, 1.8]];
 
 /// One repetition: a chirp and two pushes.
 #[derive(Debug, Clone)]

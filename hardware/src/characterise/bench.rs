@@ -2,15 +2,13 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::Vector3;
 use rt_core::fault::{Fault, FaultSet};
 use rt_core::port::{DeviceCapabilities, ForceCommand, HapticDevice, Polled};
 use rt_core::time::TimeNs;
 
+use super::guard::Guard;
+pub(super) use super::guard::{Now, Vector};
 use super::halt::Halt;
-
-/// A vector in the device's base frame.
-pub(super) type Vector = Vector3<f64>;
 
 /// Time of the experiments: real or simulated.
 pub trait Clock {
@@ -27,11 +25,6 @@ pub const FORCE_N: f64 = 1.0;
 const PEAK_SHARE: f64 = 0.5;
 /// Least force with which anything can be measured, N.
 const FORCE_MIN_N: f64 = 0.05;
-/// Share of the declared workspace's radius in which experiments are made. A handle at 0.5 m/s that
-/// 0.26 N of friction stop (Touch, 45 g) coasts for 22 mm, which is less than the rest of 40 mm.
-const REGION: f64 = 0.6;
-/// Largest speed of the handle, m/s: less than half of the safety chain's trip.
-const SPEED_MAX_M_S: f64 = 0.5;
 /// Largest change of force in a tick, N. A chirp of 50 Hz and 0.88 N changes by 0.28 N.
 const SLEW_N: f64 = 0.3;
 /// Age of a sample above which no force is sent, s.
@@ -44,17 +37,6 @@ const QUIET_POLLS: u32 = 30;
 const FIRST_S: f64 = 1.0;
 /// Time over which speed is measured, s: an encoder step of 0.055 mm is 7 mm/s of it.
 const SPEED_S: f64 = 0.008;
-
-/// State of the handle at a tick.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Now {
-    /// Time since the start, s.
-    pub(super) at_s: f64,
-    /// Position, m.
-    pub(super) at_m: Vector,
-    /// Velocity of the last milliseconds, m/s.
-    pub(super) v_m_s: Vector,
-}
 
 /// Record of a tick.
 #[derive(Debug, Clone, Copy)]
@@ -73,9 +55,7 @@ pub(super) struct Bench<'a> {
     clock: &'a mut dyn Clock,
     /// Largest force, N.
     limit_n: f64,
-    /// Largest distance from the middle, m.
-    region_m: f64,
-    leash: Option<(Vector, f64)>,
+    guard: Guard,
     start_ns: TimeNs,
     now_ns: TimeNs,
     now: Now,
@@ -111,15 +91,10 @@ impl<'a> Bench<'a> {
             device,
             clock,
             limit_n,
-            region_m: REGION * f64::from(can.workspace_radius_m),
-            leash: None,
+            guard: Guard::new(&can),
             start_ns: 0,
             now_ns: 0,
-            now: Now {
-                at_s: 0.0,
-                at_m: Vector::zeros(),
-                v_m_s: Vector::zeros(),
-            },
+            now: Now::start(),
             is_fresh: false,
             sampled_s: 0.0,
             quiet: 0,
@@ -148,7 +123,7 @@ impl<'a> Bench<'a> {
 
     /// Largest distance from the middle of the workspace, m.
     pub(super) const fn region_m(&self) -> f64 {
-        self.region_m
+        self.guard.region_m
     }
 
     /// State of the handle now.
@@ -158,12 +133,12 @@ impl<'a> Bench<'a> {
 
     /// Ends everything if the handle goes farther than `reach_m` from `at_m`.
     pub(super) const fn leash(&mut self, at_m: Vector, reach_m: f64) {
-        self.leash = Some((at_m, reach_m));
+        self.guard.leash = Some((at_m, reach_m));
     }
 
     /// Forgets the leash.
     pub(super) const fn unleash(&mut self) {
-        self.leash = None;
+        self.guard.leash = None;
     }
 
     /// Starts a new record.
@@ -251,7 +226,7 @@ impl<'a> Bench<'a> {
         if self.past.is_empty() {
             return Ok(());
         }
-        self.judge_place()
+        self.guard.judge(&self.now)
     }
 
     fn measure_speed(&mut self) {
@@ -264,34 +239,6 @@ impl<'a> Bench<'a> {
         // A few samples are too few: one encoder step within a millisecond looks fast.
         let then = self.past.front().filter(|it| at_s - it.0 >= 0.5 * SPEED_S);
         self.now.v_m_s = then.map_or(Vector::zeros(), |it| (at_m - it.1) / (at_s - it.0));
-    }
-
-    fn judge_place(&self) -> Result<(), Halt> {
-        let distance_m = self.now.at_m.norm();
-        // Written so that NaN ends the experiment.
-        let is_inside = distance_m <= self.region_m;
-        if !is_inside {
-            return Err(Halt::Outside {
-                at_mm: distance_m * 1e3,
-                allowed_mm: self.region_m * 1e3,
-            });
-        }
-        let speed_m_s = self.now.v_m_s.norm();
-        if speed_m_s > SPEED_MAX_M_S {
-            return Err(Halt::Fast {
-                speed_m_s,
-                allowed_m_s: SPEED_MAX_M_S,
-            });
-        }
-        match self.leash {
-            Some((from_m, reach_m)) if (self.now.at_m - from_m).norm() > reach_m => {
-                Err(Halt::Away {
-                    moved_mm: (self.now.at_m - from_m).norm() * 1e3,
-                    allowed_mm: reach_m * 1e3,
-                })
-            }
-            _ => Ok(()),
-        }
     }
 }
 

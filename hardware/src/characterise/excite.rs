@@ -11,7 +11,7 @@ use super::hold::Hold;
 /// first: a delay of 0.1 ms acts on 45 g at 4 Hz as 0.003 N s/m, at 50 Hz as 0.4 N s/m.
 const CHIRP_HZ: [f64; 2] = [4.0, 50.0];
 /// Length of a chirp, s.
-const CHIRP_S: f64 = 3.0;
+const CHIRP_S: f64 = 2.0;
 /// Time over which its amplitude grows and fades, s.
 const FADE_S: f64 = 0.2;
 /// Largest speed that an experiment aims at, m/s: half of the speed that ends it.

@@ -29,13 +29,17 @@ pub(super) struct Broken {
     pub(super) mass_kg: f64,
 }
 
-/// Lets a force along `axis` grow in the direction `sign` from the force that carries the handle.
-/// `None`: the handle did not move with the largest force.
+/// Time in which the force takes its beginning, s.
+const BEGIN_S: f64 = 0.05;
+
+/// Lets a force along `axis` grow in the direction `sign`, beginning at `begin_n` beyond the force
+/// that carries the handle. `None`: the handle did not move with the largest force.
 pub(super) fn break_away(
     bench: &mut Bench<'_>,
     hold: &Hold,
     axis: usize,
     sign: f64,
+    begin_n: f64,
 ) -> Result<Option<Broken>, Halt> {
     let start = bench.now();
     let across_n = {
@@ -48,7 +52,8 @@ pub(super) fn break_away(
     // Times and ways of the movement along the axis.
     let mut course: Vec<(f64, f64)> = Vec::new();
     loop {
-        let grown_n = GROWTH_N_S * (now.at_s - start.at_s);
+        let passed_s = now.at_s - start.at_s;
+        let grown_n = begin_n * (passed_s / BEGIN_S).min(1.0) + GROWTH_N_S * passed_s;
         let along_n = hold.carries_n[axis] + sign * grown_n;
         if along_n.abs() > most_n && along_n * sign > 0.0 {
             bench.tick(hold.carries_n)?;
@@ -69,7 +74,8 @@ pub(super) fn break_away(
             let Some((at_s, mass_kg)) = onset(&course) else {
                 return Ok(None);
             };
-            let force_n = hold.carries_n[axis] + sign * GROWTH_N_S * (at_s - start.at_s).max(0.0);
+            let grown_n = begin_n + GROWTH_N_S * (at_s - start.at_s).max(0.0);
+            let force_n = hold.carries_n[axis] + sign * grown_n;
             return Ok(Some(Broken { force_n, mass_kg }));
         }
     }

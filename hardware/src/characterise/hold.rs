@@ -77,6 +77,19 @@ impl Hold {
         self.force_n(now)
     }
 
+    /// Holds the handle for a time.
+    pub(super) fn keep(&mut self, bench: &mut Bench<'_>, seconds: f64) -> Result<(), Halt> {
+        let mut now = bench.now();
+        let begun_s = now.at_s;
+        bench.leash(self.target_m, LEASH_M);
+        while now.at_s - begun_s < seconds {
+            let force_n = self.grown_n(&now, bench.limit_n());
+            now = bench.tick(force_n)?;
+        }
+        bench.unleash();
+        Ok(())
+    }
+
     /// Carries the handle to `goal_m` and waits until it is still. Then the spring is slack and
     /// [`Hold::carries_n`] alone holds the handle: as known, or as the integral found it.
     pub(super) fn settle(&mut self, bench: &mut Bench<'_>, goal_m: Vector) -> Result<(), Halt> {

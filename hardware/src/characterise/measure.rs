@@ -1,6 +1,6 @@
 //! The free experiments in their order, axis by axis, with nobody at the handle.
 
-use rt_core::port::HapticDevice;
+use rt_core::port::{DeviceCapabilities, HapticDevice};
 
 use super::analyse::{Repetition, axis_of};
 use super::bench::{Bench, Clock, Vector};
@@ -12,6 +12,8 @@ use super::result::Characterised;
 
 /// Distance from the middle, as a share of the region, at which experiments begin at most.
 const MIDDLE: f64 = 0.3;
+/// Share of the friction that the first look finds with which later ones begin.
+const BEGIN: f64 = 0.6;
 /// Time in which the handle is let go at the end, s.
 const LET_GO_S: f64 = 0.5;
 
@@ -24,6 +26,9 @@ pub struct Options {
     pub force_n: Option<f64>,
     /// Repetitions of each experiment: at least 2, because their spread is the error.
     pub repetitions: u32,
+    /// Time for which a spring holds the handle before anything is measured, s, so that a person
+    /// can let it go.
+    pub let_go_s: f64,
 }
 
 impl Default for Options {
@@ -32,15 +37,43 @@ impl Default for Options {
             axes: [true; 3],
             force_n: None,
             repetitions: 3,
+            let_go_s: 0.0,
         }
     }
 }
 
 /// Records of one axis.
+#[derive(Debug, Clone)]
 struct Recorded {
     rough: Rough,
     broken: Vec<[Broken; 2]>,
     repetitions: Vec<Repetition>,
+}
+
+/// Records of all experiments.
+#[derive(Debug, Clone)]
+pub struct Records {
+    declared: DeviceCapabilities,
+    force_n: f64,
+    axes: [Option<Result<Recorded, String>>; 3],
+}
+
+impl Records {
+    /// Fits the models: seconds of computing, for which no device must wait.
+    #[must_use]
+    pub fn analyse(self) -> Characterised {
+        let fitted = |it: Recorded| {
+            let axis = axis_of(&it.rough, &it.broken, &it.repetitions);
+            axis.ok_or_else(|| "the handle moved too little for a fit".to_owned())
+        };
+        Characterised {
+            declared: self.declared,
+            force_n: self.force_n,
+            axes: self.axes.map(|axis| axis.map(|it| it.and_then(fitted))),
+            echo_s: None,
+            wall: None,
+        }
+    }
 }
 
 /// Measures a device that nobody holds. `tell` receives a line for each experiment.
@@ -56,7 +89,7 @@ pub fn measure(
     clock: &mut dyn Clock,
     options: &Options,
     tell: &mut dyn FnMut(&str),
-) -> Result<Characterised, Halt> {
+) -> Result<Records, Halt> {
     let declared = device.capabilities();
     let is_flat = device.freedom().rendered < 3;
     let mut bench = Bench::new(device, clock, options.force_n)?;
@@ -65,10 +98,17 @@ pub fn measure(
     let reach_m = MIDDLE * bench.region_m();
     let goal_m = start_m * (reach_m / start_m.norm().max(1e-9)).min(1.0);
     hold.settle(&mut bench, goal_m)?;
+    if options.let_go_s > 0.0 {
+        tell("Let go of the handle now: a spring holds it.");
+        hold.keep(&mut bench, options.let_go_s)?;
+        hold.settle(&mut bench, goal_m)?;
+    }
     tell("weight and direction of all axes");
+    let mut begin_n = [0.0; 3];
     for axis in (0..3).filter(|axis| !(is_flat && *axis == 1)) {
-        if let Some([up, down]) = both_ways(&mut bench, &mut hold, goal_m, axis)? {
+        if let Some([up, down]) = both_ways(&mut bench, &mut hold, goal_m, axis, 0.0)? {
             hold.know(axis, 0.5 * (up.force_n + down.force_n));
+            begin_n[axis] = BEGIN * 0.5 * (up.force_n - down.force_n).max(0.0);
         }
     }
     let mut recorded: [Option<Result<Recorded, String>>; 3] = [const { None }; 3];
@@ -81,25 +121,20 @@ pub fn measure(
             continue;
         }
         tell(&format!("{name}: friction, chirp and run-out"));
-        recorded[at] = Some(one_axis(&mut bench, &mut hold, goal_m, at, options)?);
+        recorded[at] = Some(one_axis(
+            &mut bench,
+            &mut hold,
+            goal_m,
+            (at, begin_n[at]),
+            options,
+        )?);
     }
     let force_n = bench.limit_n();
     let_go(&mut bench, &hold);
-    drop(bench);
-    let axes = recorded.map(|axis| {
-        axis.map(|axis| {
-            axis.and_then(|it| {
-                axis_of(&it.rough, &it.broken, &it.repetitions)
-                    .ok_or_else(|| "the handle moved too little for a fit".to_owned())
-            })
-        })
-    });
-    Ok(Characterised {
+    Ok(Records {
         declared,
         force_n,
-        axes,
-        echo_s: None,
-        wall: None,
+        axes: recorded,
     })
 }
 
@@ -108,12 +143,12 @@ fn one_axis(
     bench: &mut Bench<'_>,
     hold: &mut Hold,
     goal_m: Vector,
-    axis: usize,
+    (axis, begin_n): (usize, f64),
     options: &Options,
 ) -> Result<Result<Recorded, String>, Halt> {
     let mut broken = Vec::new();
     for _ in 0..options.repetitions.max(2) {
-        let Some(pair) = both_ways(bench, hold, goal_m, axis)? else {
+        let Some(pair) = both_ways(bench, hold, goal_m, axis, begin_n)? else {
             return Ok(Err(format!(
                 "{:.2} N do not move the handle: no motor acts along this axis, or its friction is higher",
                 bench.limit_n()
@@ -155,10 +190,11 @@ fn both_ways(
     hold: &mut Hold,
     goal_m: Vector,
     axis: usize,
+    begin_n: f64,
 ) -> Result<Option<[Broken; 2]>, Halt> {
     let mut pair = [None; 2];
     for (found, sign) in pair.iter_mut().zip([1.0, -1.0]) {
-        *found = break_away(bench, hold, axis, sign)?;
+        *found = break_away(bench, hold, axis, sign, begin_n)?;
         hold.settle(bench, goal_m)?;
     }
     Ok(match pair {

@@ -6,6 +6,7 @@
 //!   hold      a soft spring finds the force that carries the handle's weight
 //!   friction  a force grows until the handle breaks away: friction, bias, rough mass, direction
 //!   excite    a chirp, and pushes after which the handle runs out
+//! Records::analyse()
 //!   fit       mass, damping, friction, bias and delay from positions, by least squares
 //! wall()     a person presses a virtual wall that stiffens until it buzzes
 //! ```
@@ -29,6 +30,7 @@ mod echo;
 mod excite;
 mod fit;
 mod friction;
+mod guard;
 mod halt;
 mod hold;
 mod measure;
@@ -40,7 +42,7 @@ pub use bench::{Clock, FORCE_N};
 pub use buzz::SWING_M;
 pub use echo::echo_s;
 pub use halt::Halt;
-pub use measure::{Options, measure};
+pub use measure::{Options, Records, measure};
 pub use result::{Axis, Characterised, Estimate, TREMOR_M_S, Trace, rendered_n_m};
 pub use wall::{STIFFEST_N_M, Trial, Wall, wall};
 

@@ -10,6 +10,7 @@ mod electronics;
 mod fault;
 mod gamepad;
 mod hand;
+mod holding;
 mod inverse3;
 mod led;
 mod operated;
@@ -31,6 +32,9 @@ pub use electronics::HapticModel;
 pub use fault::Faults;
 pub use gamepad::Gamepad;
 pub use hand::{Hand, HandScript, Intent, ROUND_S};
+pub use holding::Holding;
+#[cfg(test)]
+pub(crate) use holding::pressing_m;
 pub use inverse3::{EmulatedInverse3, Misbehaviour};
 pub use led::{LedHand, Measured};
 pub use operated::Wish;
@@ -51,6 +55,8 @@ pub struct EmulateConfig {
     pub script: HandScript,
     /// Emulated haptic device.
     pub haptic: HapticModel,
+    /// Hand at its handle.
+    pub holding: Holding,
     /// Seed of tremor and faults; equal seeds give equal movements.
     pub seed: u64,
     /// Faults of each line.

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
 use hardware::emulate::{
-    EmulateConfig, HandScript, HapticModel, LineFaults, Lines, run, run_watched,
+    EmulateConfig, HandScript, HapticModel, Holding, LineFaults, Lines, run, run_watched,
 };
 use nalgebra::{Translation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
@@ -52,6 +52,7 @@ impl Emulator {
             script: room(),
             seed: 1,
             haptic,
+            holding: Holding::default(),
             faults,
         };
         let stop = Arc::new(AtomicBool::new(false));

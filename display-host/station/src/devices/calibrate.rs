@@ -2,11 +2,10 @@
 //! landmarks.
 
 use std::collections::VecDeque;
-use std::io::BufRead as _;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use hardware::station::calibration::{Fit, fit};
@@ -17,6 +16,7 @@ use rt_process::time_driver::now_ns;
 use serde_json::json;
 
 use super::args::CalibrateArgs;
+use super::keys::enter_keys;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
@@ -123,21 +123,6 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
         found.push((device.frame, fit(&pairs)?));
     }
     report(args, &text, &file.landmarks, &found)
-}
-
-/// Reads Enter from standard input in a thread of its own.
-fn enter_keys() -> Receiver<()> {
-    // One pending key is enough.
-    let (sender, keys) = sync_channel(1);
-    std::thread::spawn(move || {
-        for line in std::io::stdin().lock().lines() {
-            if line.is_err() {
-                return;
-            }
-            let _ = sender.try_send(());
-        }
-    });
-    keys
 }
 
 /// Pairs of the measured position and the known position of each landmark. `None`: the user gave

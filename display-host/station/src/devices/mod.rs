@@ -1,8 +1,11 @@
-//! `calot devices`: lists devices, shows their samples, tests them, and finds their positions.
+//! `calot devices`: lists devices, shows their samples, tests and measures them, and finds their
+//! positions.
 
 pub(crate) mod args;
 mod calibrate;
+mod characterise;
 mod conformance;
+mod keys;
 mod watch;
 
 use std::process::ExitCode;
@@ -21,6 +24,7 @@ pub(crate) fn run(args: &DevicesArgs) -> Result<ExitCode, Problem> {
         Some(DevicesCommand::Watch(args)) => watch::run(args),
         Some(DevicesCommand::Conformance(args)) => conformance::run(args),
         Some(DevicesCommand::Calibrate(args)) => calibrate::run(args),
+        Some(DevicesCommand::Characterise(args)) => characterise::run(args),
     }
 }
 

@@ -31,6 +31,7 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
         script: rehearsal::script(scene.room()),
         seed: args.seed,
         haptic: hardware::emulate::HapticModel::default(),
+        holding: args.hand.into(),
         faults: hardware::emulate::LineFaults::default(),
     };
     // A real device has its own processor, so use another core. If Linux refuses, the device is

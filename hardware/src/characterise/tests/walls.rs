@@ -5,7 +5,7 @@ use rt_core::math::Vec3;
 use super::super::buzz::SWING_M;
 use super::super::{Halt, Wall, wall};
 use super::simulated::{Between, HandLaw, simulated};
-use crate::emulate::{Body, Grip, HapticModel, PlayedBody, Touch};
+use crate::emulate::{Body, Grip, HapticModel, PlayedBody, Touch, pressing_m};
 
 /// Two fingers that hardly hold the handle, as in `evaluate haptics`.
 const RELAXED: Grip = Grip {
@@ -15,13 +15,9 @@ const RELAXED: Grip = Grip {
 /// Delay beside the emulated millisecond, ms.
 const LATE_MS: usize = 2;
 
-/// A hand that comes from above and presses. Every four seconds it lifts the handle.
+/// Two fingers that tap and press, again and again.
 fn presses() -> HandLaw {
-    Box::new(|at_s| {
-        let phase = at_s.rem_euclid(4.0) as f32;
-        let down = (phase / 0.5).min((4.0 - phase) / 0.3).clamp(0.0, 1.0);
-        Vec3::new(0.0, 0.008 - 0.024 * down, 0.0)
-    })
+    Box::new(pressing_m)
 }
 
 fn held(body: Body) -> PlayedBody {
@@ -114,4 +110,11 @@ fn a_fast_hand_ends_it() {
     assert!(matches!(halt, Halt::Fast { .. }), "{halt}");
     let said = halt.to_string();
     assert!(said.contains("m/s, allowed are 0.5 m/s"), "{said}");
+}
+
+#[test]
+fn a_hand_that_leaves_the_middle_ends_it() {
+    let leaves: HandLaw = Box::new(|at_s| Vec3::y() * (0.008 + 0.1 * at_s as f32).min(0.09));
+    let halt = pressed(Body::TOUCH, leaves).unwrap_err();
+    assert!(matches!(halt, Halt::Outside { .. }), "{halt}");
 }

@@ -120,6 +120,7 @@ impl Emulated {
             },
             seed: 1,
             haptic: hardware::emulate::HapticModel::default(),
+            holding: hardware::emulate::Holding::default(),
             faults: LineFaults::default(),
         };
         let stop = Arc::new(AtomicBool::new(false));
