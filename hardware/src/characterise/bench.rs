@@ -29,8 +29,8 @@ const FORCE_MIN_N: f64 = 0.05;
 const SLEW_N: f64 = 0.3;
 /// Age of a sample above which no force is sent, s.
 const STALE_S: f64 = 0.02;
-/// Time without a sample that ends everything, s…
-const SILENT_S: f64 = 0.1;
+/// Time without a sample that ends everything, s; the force has been zero for most of it…
+const SILENT_S: f64 = 0.3;
 /// …if the device was also asked so often: after a pause of this computer it must get its turn.
 const QUIET_POLLS: u32 = 30;
 /// Time in which the first sample must come, s.

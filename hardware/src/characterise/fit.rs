@@ -21,6 +21,8 @@ const SEARCH_ITERATIONS: u32 = 4;
 const ITERATIONS: u32 = 25;
 /// Iterations for a window's place and speed.
 const START_ITERATIONS: u32 = 6;
+/// Ratio to the middle window's residual above which a window is an outlier.
+const OUTLIER: f64 = 4.0;
 /// Least effect of a parameter, m² per its unit squared.
 const LEAST: f64 = 1e-9;
 /// Relative gain below which a fit is done.
@@ -72,6 +74,9 @@ pub(super) fn refine(courses: &[Course], start: Model) -> Option<Fit> {
     let mut windows = all_windows(courses);
     let mut model = start;
     descend(courses, &mut windows, &mut model, ITERATIONS)?;
+    if drop_outliers(courses, &mut windows, &model) {
+        descend(courses, &mut windows, &mut model, ITERATIONS)?;
+    }
     let linear = linearise(courses, &windows, &model);
     let unknowns = COUNT + 2 * windows.len();
     let free = linear.samples.checked_sub(unknowns).filter(|it| *it > 0)?;
@@ -126,6 +131,29 @@ fn descend(
         }
     }
     (linear.samples > 0).then_some(linear.cost)
+}
+
+/// Drops windows that fit far worse than most: this computer or the device stood still in them.
+/// Returns true if there were any.
+fn drop_outliers(courses: &[Course], windows: &mut Vec<(usize, Window)>, model: &Model) -> bool {
+    let mut run = Vec::new();
+    let mut mean_m2 = |(at, window): &(usize, Window)| {
+        let course = &courses[*at];
+        model.run(course, window, &mut run);
+        let seen = window.of(course);
+        let squares = seen.iter().zip(&run).map(|(s, m)| (s.1 - m).powi(2));
+        squares.sum::<f64>() / seen.len() as f64
+    };
+    let all_m2: Vec<f64> = windows.iter().map(&mut mean_m2).collect();
+    let mut sorted = all_m2.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let most_m2 = sorted
+        .get(sorted.len() / 2)
+        .map_or(0.0, |it| it * OUTLIER * OUTLIER);
+    let before = windows.len();
+    let mut of = all_m2.iter();
+    windows.retain(|_| of.next().is_some_and(|it| *it <= most_m2));
+    windows.len() < before
 }
 
 fn settle_all(courses: &[Course], windows: &mut [(usize, Window)], model: &Model) {

@@ -59,6 +59,16 @@ pub struct Records {
 }
 
 impl Records {
+    /// No experiments with this device.
+    #[must_use]
+    pub fn none(device: &dyn HapticDevice) -> Self {
+        Self {
+            declared: device.capabilities(),
+            force_n: 0.0,
+            axes: [const { None }; 3],
+        }
+    }
+
     /// Fits the models: seconds of computing, for which no device must wait.
     #[must_use]
     pub fn analyse(self) -> Characterised {

@@ -184,6 +184,8 @@ pub(super) struct Window {
 /// Length of a window, s: two swings of 25 Hz. Errors of speed and place at its start, which are
 /// parameters as well, take little of what it tells.
 const WINDOW_S: f64 = 0.08;
+/// Longest gap between samples of a window, s: behind it the handle may have gone anywhere.
+const GAP_S: f64 = 0.005;
 /// Fewest samples of a window.
 const SAMPLES_MIN: usize = 12;
 /// Samples from which the speed at its start is guessed.
@@ -198,8 +200,12 @@ impl Window {
         let mut windows = Vec::new();
         let mut from = 0;
         while let Some(first) = samples.get(from) {
-            let length = samples[from..].partition_point(|it| it.0 - first.0 <= WINDOW_S);
-            let to = from + length;
+            let within = samples[from..].partition_point(|it| it.0 - first.0 <= WINDOW_S);
+            let pairs = samples[from..from + within].windows(2);
+            let gap = pairs
+                .into_iter()
+                .position(|pair| pair[1].0 - pair[0].0 > GAP_S);
+            let to = from + gap.map_or(within, |at| at + 1);
             windows.extend(Self::new(samples, from, to));
             from = to;
         }

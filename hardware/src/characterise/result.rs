@@ -204,6 +204,9 @@ impl Characterised {
         let wall = self.wall.as_ref()?;
         let declared = f64::from(self.declared.stiffness_max_n_m);
         match (wall.still_n_m, wall.buzzes_n_m) {
+            (Some(still), None) if wall.was_left => Some(format!(
+                "walls are still up to {still:.0} N/m; stiffer ones were not pressed"
+            )),
             (None, None) => Some("the wall was not pressed: no stiffness was measured".to_owned()),
             (None, Some(buzzes)) => Some(format!("even a wall of {buzzes:.0} N/m buzzes")),
             (Some(still), None) => Some(format!("no wall buzzed, up to {still:.0} N/m")),
@@ -226,7 +229,9 @@ impl Characterised {
             let delay_s = (delay.value + 2.0 * delay.error).min(0.05);
             lines += &format!("damping_n_s_m = {damping:.3}\ndelay_s = {delay_s:.5}\n");
         }
-        let still = self.wall.as_ref().and_then(|it| it.still_n_m);
+        // A wall that did not buzz says nothing about stiffer ones.
+        let buzzing = self.wall.as_ref().filter(|it| it.buzzes_n_m.is_some());
+        let still = buzzing.and_then(|it| it.still_n_m);
         if let Some(still) = still.filter(|it| *it < f64::from(self.declared.stiffness_max_n_m)) {
             lines += &format!("stiffness_max_n_m = {still:.0}\n");
         }

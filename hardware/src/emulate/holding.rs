@@ -21,13 +21,15 @@ const FINGERS: Grip = Grip {
     stiffness_n_m: 30.0,
     damping_n_s_m: 0.2,
 };
-/// Height from which they come, m.
-const ABOVE_M: f32 = 0.008;
+/// Height from which they come, m: 0.6 N lift the handle against 0.26 N of dry friction.
+const ABOVE_M: f32 = 0.02;
 /// Depth to which they would press, m: 0.5 N.
 const BELOW_M: f32 = 0.016;
-/// Length of a round, s, time in which they come down, and time in which they go up.
+/// Length of a round, s; time in which they come down, time at which they go up, and time in which
+/// they do.
 const ROUND_S: f64 = 4.0;
 const DOWN_S: f64 = 0.5;
+const LIFTS_AT_S: f64 = 3.0;
 const UP_S: f64 = 0.3;
 
 impl Holding {
@@ -53,6 +55,7 @@ impl Holding {
 /// Place to which two fingers pull that tap and press, m.
 pub(crate) fn pressing_m(at_s: f64) -> Vec3 {
     let phase_s = at_s.rem_euclid(ROUND_S);
-    let down = (phase_s / DOWN_S).min((ROUND_S - phase_s) / UP_S).min(1.0) as f32;
+    let up = (phase_s - LIFTS_AT_S) / UP_S;
+    let down = (phase_s / DOWN_S).min(1.0 - up).clamp(0.0, 1.0) as f32;
     Vec3::y() * (ABOVE_M - (ABOVE_M + BELOW_M) * down)
 }

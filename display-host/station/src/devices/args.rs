@@ -114,7 +114,8 @@ Examples:
 
 Without a device:
   calot emulate --dir /tmp/rig --scene built-in.calot --hand none
-  calot devices characterise /tmp/rig/haptic --yes")]
+  calot devices characterise /tmp/rig/haptic --yes
+The emulator's `--hand press` taps the wall of --only-wall.")]
 pub(crate) struct CharacteriseArgs {
     /// Serial device, e.g. /dev/ttyACM0
     #[arg(value_name = "PATH", required_unless_present = "station_file")]
@@ -135,6 +136,9 @@ pub(crate) struct CharacteriseArgs {
     /// Also find the stiffest wall that does not buzz; needs a hand at the handle
     #[arg(long)]
     pub(crate) wall: bool,
+    /// Only find that wall: leave out the free handle
+    #[arg(long)]
+    pub(crate) only_wall: bool,
     /// Write a page with charts and a file with all figures to this folder
     #[arg(long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,

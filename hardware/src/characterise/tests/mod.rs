@@ -123,6 +123,18 @@ fn encoder_steps_and_starts_do_not_matter() {
 }
 
 #[test]
+fn milliseconds_in_which_all_stood_still_do_not_matter() {
+    let of = PlayedBody::free(HapticModel::TouchRig);
+    let (device, mut clock) = simulated(HapticModel::TouchRig, of, nobody());
+    let mut device = Between::new(device, 0);
+    // Every second 30 ms pass for the device of which this computer knows nothing.
+    clock.stalls = true;
+    let records = measure(&mut device, &mut clock, &X, &mut |_| {}).unwrap();
+    let found = records.analyse();
+    is_true(found.measured().next().unwrap().1, &of.body, TOUCH_S);
+}
+
+#[test]
 fn another_body_and_a_longer_delay_are_recovered() {
     let free = PlayedBody::free(HapticModel::TouchRig);
     let body = Body {

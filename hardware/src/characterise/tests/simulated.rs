@@ -22,6 +22,8 @@ pub(super) struct PlayedClock {
     pub(super) played: Rc<Played>,
     hand: HandLaw,
     start_ns: TimeNs,
+    /// True if this computer stands still for 30 ms in each second.
+    pub(super) stalls: bool,
     /// Called after each millisecond; false ends the time.
     pub(super) watch: Box<dyn FnMut(f64, &Played) -> bool>,
 }
@@ -30,7 +32,10 @@ impl Clock for PlayedClock {
     fn next(&mut self) -> Option<TimeNs> {
         let now_ns = self.played.now_ns();
         let at_s = now_ns.saturating_sub(self.start_ns) as f64 * 1e-9;
-        self.played.move_on((self.hand)(at_s));
+        let stands = self.stalls && at_s.fract() < 0.0005;
+        for _ in 0..if stands { 30 } else { 1 } {
+            self.played.move_on((self.hand)(at_s));
+        }
         (self.watch)(at_s, &self.played).then(|| self.played.now_ns())
     }
 }
@@ -48,6 +53,7 @@ pub(super) fn simulated(
         played,
         hand,
         start_ns,
+        stalls: false,
         watch: Box::new(|_, _| true),
     };
     (driver, clock)

@@ -118,7 +118,7 @@ fn a_fault_and_silence_end_it() {
         ..Spoiled::default()
     });
     assert!(matches!(halt, Halt::Silent { .. }), "{halt}");
-    assert!(said.contains("ms, allowed are 100 ms"), "{said}");
+    assert!(said.contains("ms, allowed are 300 ms"), "{said}");
 }
 
 #[test]

@@ -129,7 +129,8 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
     if let Some(folder) = folder {
         save(&folder, &page::html(&spec.path, &found)?, &json.to_string())?;
     }
-    let measured_any = found.measured().next().is_some();
+    let walls = found.wall.as_ref().map_or(0, |wall| wall.trials.len());
+    let measured_any = found.measured().next().is_some() || walls > 0;
     Ok(if measured_any {
         ExitCode::SUCCESS
     } else {
@@ -235,19 +236,23 @@ fn experiments(
         let_go_s: if args.yes { 0.0 } else { LET_GO_S },
         ..Options::default()
     };
-    explain(device.as_mut(), &options, &spec.path);
-    if !args.yes && !kept_alive(device.as_mut(), clock) {
-        return Ok(None);
-    }
     let mut made = Made {
-        records: measure(device.as_mut(), clock, &options, &mut tell)?,
+        records: Records::none(device.as_ref()),
         echo_s: echo,
         wall: None,
     };
-    if args.wall {
+    if !args.only_wall {
+        explain(device.as_mut(), &options, &spec.path);
+        if !args.yes && !kept_alive(device.as_mut(), clock) {
+            return Ok(None);
+        }
+        made.records = measure(device.as_mut(), clock, &options, &mut tell)?;
+    }
+    if args.wall || args.only_wall {
         say::note(
             "Now a hand: hold the handle lightly, above the middle of its workspace. Tap the wall in the \
-             middle, press it gently for a second, lift the handle. Each wall is stiffer.",
+             middle, press it gently for a second, lift the handle. Each wall is stiffer. A wall that buzzes is \
+             gone at once. Enter or Ctrl-C ends everything.",
         );
         if !args.yes {
             say::note("Press Enter to begin.");

@@ -40,7 +40,7 @@ pub(super) fn html(path: &Path, found: &Characterised) -> Result<String, Problem
     body += &format!(
         "<h2>Stiffness</h2><figure>{}<figcaption>Lines: the devices of `evaluate haptics`. Calot renders 0.7 of K = \
          damping / (T/2 + delay).</figcaption></figure>{}",
-        panels(&last, 2)?,
+        panels(&last, last.len())?,
         machine_table(&Machine::read(), &[]),
     );
     Ok(format!(
