@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::characterise::Halt;
+
 /// Reasons for which a device cannot be used. Every message names the device and the next step.
 #[derive(Debug, thiserror::Error)]
 pub enum HardwareError {
@@ -227,6 +229,9 @@ pub enum HardwareError {
         /// The problem and the allowed values.
         what: String,
     },
+    /// A characterisation was stopped.
+    #[error(transparent)]
+    Halted(#[from] Halt),
     /// The emulated station cannot be set up.
     #[error("emulation: {what} is {value}, allowed is {allowed}. {remedy}")]
     Emulation {

@@ -19,6 +19,7 @@
 //! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
 //! conformance  one suite for every driver, emulated device and real device
 //! feel     a person tests axes, units and signs of positions and forces
+//! characterise  friction, inertia, damping, delay and stiffness limit of a haptic device
 //! ```
 //!
 //! Drivers implement the ports of `rt-core` ([`rt_core::port`]). The main thread opens a device
@@ -35,6 +36,8 @@
 
 #[cfg(feature = "std")]
 pub mod bird;
+#[cfg(feature = "std")]
+pub mod characterise;
 #[cfg(feature = "std")]
 pub mod conformance;
 #[cfg(feature = "std")]

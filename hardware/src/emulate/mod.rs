@@ -10,6 +10,7 @@ mod electronics;
 mod fault;
 mod gamepad;
 mod hand;
+mod holding;
 mod inverse3;
 mod led;
 mod mistake;
@@ -32,11 +33,14 @@ pub use electronics::HapticModel;
 pub use fault::Faults;
 pub use gamepad::Gamepad;
 pub use hand::{Hand, HandScript, Intent, ROUND_S};
+pub use holding::Holding;
+#[cfg(test)]
+pub(crate) use holding::pressing_m;
 pub use inverse3::{EmulatedInverse3, Misbehaviour};
 pub use led::{LedHand, Measured};
 pub use mistake::Mistake;
 pub use operated::Wish;
-pub use played::Played;
+pub use played::{Played, PlayedBody};
 pub use touch::{Body, Grip, Touch};
 
 #[cfg(test)]
@@ -55,6 +59,8 @@ pub struct EmulateConfig {
     pub haptic: HapticModel,
     /// Mistake in the firmware of an emulated rig.
     pub mistake: Option<Mistake>,
+    /// Hand at its handle.
+    pub holding: Holding,
     /// Seed of tremor and faults; equal seeds give equal movements.
     pub seed: u64,
     /// Faults of each line.

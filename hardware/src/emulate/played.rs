@@ -8,7 +8,7 @@ use rt_core::port::HapticDevice;
 
 use super::electronics::{Electronics, HapticModel};
 use super::mistake::Mistake;
-use super::touch::{Grip, Touch};
+use super::touch::{Body, Grip, Touch};
 use crate::HardwareError;
 use crate::hapi::HapiHaptic;
 use crate::hapi::pantograph::Pantograph;
@@ -38,6 +38,32 @@ struct Device {
     now_ns: u64,
 }
 
+/// Body of a played device, and its hand.
+#[derive(Debug, Clone, Copy)]
+pub struct PlayedBody {
+    /// Mechanics.
+    pub body: Body,
+    /// Hand at the handle.
+    pub grip: Grip,
+    /// Place at which the handle begins, m.
+    pub start_m: Vec3,
+    /// Constant force on the handle, N.
+    pub load_n: Vec3,
+}
+
+impl PlayedBody {
+    /// The model's body in nobody's hand.
+    #[must_use]
+    pub fn free(model: HapticModel) -> Self {
+        Self {
+            body: Electronics::new(model, None).body(),
+            grip: Grip::NONE,
+            start_m: Vec3::zeros(),
+            load_n: Vec3::zeros(),
+        }
+    }
+}
+
 impl Device {
     const fn now_us(&self) -> u32 {
         (self.now_ns / 1000) as u32
@@ -64,9 +90,13 @@ impl Hears for End {
 }
 
 impl Played {
-    /// Makes a device at rest and opens its driver.
+    /// Makes a device at rest in a hand and opens its driver.
     pub fn open(model: HapticModel) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
-        Self::made(model, None, Grip::STYLUS)
+        let held = PlayedBody {
+            grip: Grip::STYLUS,
+            ..PlayedBody::free(model)
+        };
+        Self::open_as(model, held)
     }
 
     /// Makes a rig whose firmware may have a mistake, in a hand, and opens its driver.
@@ -74,17 +104,30 @@ impl Played {
         mistake: Option<Mistake>,
         grip: Grip,
     ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
-        Self::made(HapticModel::TouchRig, mistake, grip)
+        let model = HapticModel::TouchRig;
+        let held = PlayedBody {
+            grip,
+            ..PlayedBody::free(model)
+        };
+        Self::made(model, mistake, held)
+    }
+
+    /// Makes a device with this body and opens its driver.
+    pub fn open_as(
+        model: HapticModel,
+        of: PlayedBody,
+    ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
+        Self::made(model, None, of)
     }
 
     fn made(
         model: HapticModel,
         mistake: Option<Mistake>,
-        grip: Grip,
+        of: PlayedBody,
     ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
         let heard = Arc::new(Bytes::new());
         let electronics = Electronics::new(model, mistake);
-        let touch = Touch::new(electronics.body(), grip, Vec3::zeros());
+        let touch = Touch::new(of.body, of.grip, of.start_m).loaded(of.load_n);
         let motion = Motion {
             rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
             ..Motion::default()
@@ -136,26 +179,39 @@ impl Played {
         }
     }
 
-    /// Advances one millisecond with a hand that pulls the handle towards `target_m`. Returns the
-    /// force of the motors, N.
-    pub fn held(&self, target_m: Vec3) -> Vec3 {
-        let force_n = {
-            let mut device = self.end.device();
-            let now_us = device.now_us();
-            let Device {
-                electronics,
-                touch,
-                motion,
-                ..
-            } = &mut *device;
-            let force_n = electronics.receive(&[], touch, now_us, false, |_| {});
-            touch.step(target_m, Vec3::zeros(), force_n);
-            motion.position_m = touch.measured_m().into();
-            motion.velocity_m_s = touch.measured_velocity_m_s().into();
-            force_n
-        };
-        self.millisecond(true);
+    /// Advances one millisecond in which the handle moves. The hand pulls towards `target_m`.
+    /// Returns the force of the motors, N.
+    pub fn move_on(&self, target_m: Vec3) -> Vec3 {
+        let mut device = self.end.device();
+        device.now_ns += 1_000_000;
+        let (now_us, now_ns) = (device.now_us(), device.now_ns);
+        let Device {
+            electronics,
+            touch,
+            motion,
+            ..
+        } = &mut *device;
+        let force_n = electronics.receive(&[], touch, now_us, false, |_| {});
+        touch.step(target_m, Vec3::zeros(), force_n);
+        motion.position_m = touch.measured_m().into();
+        motion.velocity_m_s = touch.measured_velocity_m_s().into();
+        if !self.end.heard.is_lost() {
+            electronics.report(motion, touch, now_us, |state| {
+                self.end.heard.put(state, now_ns);
+            });
+        }
         force_n
+    }
+
+    /// Pulls the plug.
+    pub fn unplug(&self) {
+        self.end.heard.lose();
+    }
+
+    /// Position from the encoders now, m.
+    #[must_use]
+    pub fn measured_m(&self) -> Vec3 {
+        self.end.device().touch.measured_m()
     }
 
     /// The device's time, ns, for calls of the driver.

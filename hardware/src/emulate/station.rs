@@ -11,6 +11,7 @@ use rustix::fs::{FlockOperation, flock};
 use super::electronics::Electronics;
 use super::fault::{Faults, FaultyLine};
 use super::hand::{Hand, REPEAT_S};
+use super::holding::Holding;
 use super::operated::{Operated, Wish};
 use super::pty::Pty;
 use super::random::Random;
@@ -50,6 +51,7 @@ pub(super) struct Station {
     silent_ms: u32,
     touch: Touch,
     haptic: Electronics,
+    holding: Holding,
     /// Force commanded to the motors now, N.
     force_n: Vec3,
     /// Motor command as a share of the most that may be commanded.
@@ -79,6 +81,7 @@ impl Station {
         let haptic = Electronics::new(config.haptic, config.mistake);
         let wanted = hand.intent(0.0).device_from_handle;
         let rest = haptic.guided(wanted.translation.vector);
+        let (grip, start) = config.holding.grip().unwrap_or((Grip::STYLUS, rest));
         Ok(Self {
             lines: Lines {
                 haptic: directory.join("haptic"),
@@ -94,8 +97,9 @@ impl Station {
             hand_time_ms: 0,
             wanted,
             silent_ms: 0,
-            touch: Touch::new(haptic.body(), Grip::STYLUS, rest),
+            touch: Touch::new(haptic.body(), grip, start),
             haptic,
+            holding: config.holding,
             force_n: Vec3::zeros(),
             strain: 0.0,
             haptic_line: plug("haptic", config.faults.haptic, 10)?,
@@ -198,6 +202,10 @@ impl Station {
         let [target_m, before_m] =
             [handle, before].map(|wanted| self.haptic.guided(wanted.translation.vector));
         let target_velocity_m_s = (target_m - before_m) / 1e-3;
+        let (target_m, target_velocity_m_s) = match self.holding.target_m(time_s) {
+            Some(target_m) => (target_m, Vec3::zeros()),
+            None => (target_m, target_velocity_m_s),
+        };
         self.touch.step(target_m, target_velocity_m_s, force_n);
 
         let position_m = self.touch.measured_m();

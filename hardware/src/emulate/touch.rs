@@ -56,6 +56,11 @@ impl Grip {
         stiffness_n_m: 400.0,
         damping_n_s_m: 4.0,
     };
+    /// No hand.
+    pub const NONE: Self = Self {
+        stiffness_n_m: 0.0,
+        damping_n_s_m: 0.0,
+    };
 }
 
 /// Stiffness of the mechanical stops, N/m.
@@ -78,6 +83,8 @@ pub struct Touch {
     pending_n: Vec3,
     /// Average of the squared force, N².
     heat_n2: f32,
+    /// Constant force on the handle, N.
+    load_n: Vec3,
 }
 
 impl Touch {
@@ -93,7 +100,15 @@ impl Touch {
             measured_velocity_m_s: Vec3::zeros(),
             pending_n: Vec3::zeros(),
             heat_n2: 0.0,
+            load_n: Vec3::zeros(),
         }
+    }
+
+    /// The device with a constant force on its handle, N: weight that is not balanced.
+    #[must_use]
+    pub fn loaded(mut self, load_n: Vec3) -> Self {
+        self.load_n = load_n;
+        self
     }
 
     /// Advances one millisecond. The motors render `force_n`; the hand pulls towards `target_m`,
@@ -104,7 +119,8 @@ impl Touch {
         for _ in 0..SUBSTEPS {
             let hand_n = (target_m - self.position_m) * self.grip.stiffness_n_m
                 + (target_velocity_m_s - self.velocity_m_s) * self.grip.damping_n_s_m;
-            let mut sum_n = hand_n + motors_n - self.velocity_m_s * self.body.damping_n_s_m;
+            let held_n = hand_n + self.load_n;
+            let mut sum_n = held_n + motors_n - self.velocity_m_s * self.body.damping_n_s_m;
             let outside_m = self.position_m.norm() - self.body.workspace_radius_m;
             if outside_m > 0.0 {
                 sum_n -= self.position_m.normalize() * (outside_m * STOP_STIFFNESS_N_M);

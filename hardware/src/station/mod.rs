@@ -5,6 +5,8 @@
 //! driver = "rig"                      # rig, woody, hapi, inverse3, touch or force-dimension
 //! path = "/dev/serial/by-id/my-rig"   # a name that udev keeps stable
 //! force_max_n = 2.5                   # never more than this, whatever the device can
+//! damping_n_s_m = 1.8                 # `calot devices characterise` measures both, …
+//! delay_s = 0.002                     # … which then replace what the device declares
 //! motion_scale = 1.5                  # the simulation's handle goes 1.5 times as far
 //!
 //! [haptic.felt]                       # `calot devices feel` writes this
@@ -110,7 +112,8 @@ pub struct HapticSpec {
     pub is_felt: bool,
 }
 
-/// Limits that a person sets below those of the device. `None`: the device's own.
+/// Limits that a person sets below those of the device, and measured values that replace what it
+/// declares. `None`: the device's own.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Limits {
     /// Peak force, N.
@@ -119,6 +122,10 @@ pub struct Limits {
     pub force_continuous_n: Option<f32>,
     /// Stiffness, N/m.
     pub stiffness_max_n_m: Option<f32>,
+    /// Damping of the device itself, N s/m, as measured.
+    pub damping_n_s_m: Option<f32>,
+    /// Delay of the device, s, as measured.
+    pub delay_s: Option<f32>,
 }
 
 /// Drivers of haptic devices.

@@ -99,7 +99,7 @@ impl PedalSpec {
     }
 }
 
-/// A haptic device with lower limits than its own.
+/// A haptic device with lower limits than its own, and measured values instead of declared ones.
 struct Limited {
     device: Box<dyn HapticDevice + Send>,
     limits: Limits,
@@ -115,6 +115,8 @@ impl HapticDevice for Limited {
             force_continuous_n: least(own.force_continuous_n, self.limits.force_continuous_n)
                 .min(force_max_n),
             stiffness_max_n_m: least(own.stiffness_max_n_m, self.limits.stiffness_max_n_m),
+            damping_n_s_m: self.limits.damping_n_s_m.unwrap_or(own.damping_n_s_m),
+            delay_s: self.limits.delay_s.unwrap_or(own.delay_s),
             ..own
         }
     }

@@ -63,6 +63,8 @@ struct RawHaptic {
     force_max_n: Option<Spanned<f32>>,
     force_continuous_n: Option<Spanned<f32>>,
     stiffness_max_n_m: Option<Spanned<f32>>,
+    damping_n_s_m: Option<Spanned<f32>>,
+    delay_s: Option<Spanned<f32>>,
     motion_scale: Option<Spanned<f32>>,
     felt: Option<RawFelt>,
 }
@@ -261,6 +263,8 @@ impl File<'_> {
                 raw.stiffness_max_n_m,
                 10.0..=20_000.0,
             )?,
+            damping_n_s_m: self.within("damping_n_s_m", "N s/m", raw.damping_n_s_m, 0.0..=50.0)?,
+            delay_s: self.within("delay_s", "s", raw.delay_s, 0.0..=0.05)?,
         };
         if let (Some(peak), Some(continuous)) = (limits.force_max_n, limits.force_continuous_n)
             && continuous > peak
@@ -662,6 +666,16 @@ position_m = [-0.1, 0.0, 0.0]
                 "force_max_n = 2.5",
                 "force_max_n = nan",
                 ":6: force_max_n is NaN N",
+            ),
+            (
+                "force_max_n = 2.5",
+                "delay_s = 2.0",
+                ":6: delay_s is 2 s, allowed is 0 to 0.05 s",
+            ),
+            (
+                "force_max_n = 2.5",
+                "damping_n_s_m = -0.1",
+                ":6: damping_n_s_m is -0.1 N s/m",
             ),
             (
                 "force_max_n = 2.5",

@@ -82,7 +82,7 @@ impl Guide for Person<'_> {
         if step_m > 0.0 {
             self.at_m += way_m.normalize() * step_m;
         }
-        let force_n = self.played.held(self.at_m);
+        let force_n = self.played.move_on(self.at_m);
         if force_n.norm() > self.strongest_n.norm() {
             self.strongest_n = force_n;
         }
@@ -103,7 +103,7 @@ fn felt(mistake: Option<Mistake>, seed: u64) -> Felt {
     let (mut device, played) = Played::open_rig(mistake, LOOSE).expect("a rig");
     let mut person = Person::at(&played);
     let felt = feel(&mut *device, &mut person, seed);
-    let left_n = played.held(Vec3::zeros()).norm();
+    let left_n = played.move_on(Vec3::zeros()).norm();
     assert!(left_n < 1e-3, "{left_n} N are left");
     felt
 }
@@ -140,7 +140,7 @@ fn a_stopped_test_says_so_and_leaves_no_force() {
             "{}",
             felt.report
         );
-        assert!(played.held(Vec3::zeros()).norm() < 1e-3);
+        assert!(played.move_on(Vec3::zeros()).norm() < 1e-3);
     }
 }
 

@@ -18,6 +18,7 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
         let lines = &emulator.lines;
         let text = format!(
             "[haptic]\ndriver = \"{driver}\"\npath = {:?}\nforce_max_n = 0.5\n\
+             damping_n_s_m = 0.25\ndelay_s = 0.004\n\
              [tracker]\ndriver = \"bird\"\npath = {:?}\n\
              [pedal]\ndriver = \"rig\"\npath = {:?}\n",
             lines.haptic, lines.tracker, lines.pedal
@@ -32,6 +33,9 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
         let capabilities = opened.as_ref().expect("open").capabilities();
         assert!((capabilities.force_max_n - 0.5).abs() < 1e-6);
         assert!(capabilities.force_continuous_n <= 0.5);
+        let measured = [capabilities.damping_n_s_m, capabilities.delay_s];
+        let off = (measured[0] - 0.25).abs() + (measured[1] - 0.004).abs();
+        assert!(off < 1e-6, "as measured, not as declared: {measured:?}");
 
         // A force of 100 N would push the hand far away; 0.5 N move it 1 mm.
         let push = ForceCommand {

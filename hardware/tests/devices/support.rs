@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
 use hardware::emulate::{
-    EmulateConfig, HandScript, HapticModel, LineFaults, Lines, Mistake, run, run_watched,
+    EmulateConfig, HandScript, HapticModel, Holding, LineFaults, Lines, Mistake, run, run_watched,
 };
 use nalgebra::{Translation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
@@ -64,6 +64,7 @@ impl Emulator {
             seed: 1,
             haptic,
             mistake,
+            holding: Holding::default(),
             faults,
         };
         let stop = Arc::new(AtomicBool::new(false));

@@ -88,6 +88,52 @@ fn json_of(words: &[&str], path: Option<&Path>) -> (Value, bool) {
 }
 
 #[test]
+fn a_free_handle_is_measured_and_its_values_come_with_charts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let emulated = Emulated::led(folder, &["--hand", "none"]);
+    let haptic = folder.join("haptic");
+    let out = folder.join("measured");
+    let out_words = [
+        "characterise",
+        "--yes",
+        "--axis",
+        "x",
+        "--overwrite",
+        "--out",
+    ];
+    let mut words: Vec<&str> = out_words.to_vec();
+    words.push(out.to_str().expect("a plain path"));
+    // A busy machine may hold samples back until the command stops.
+    let measured = (0..TRIES).find_map(|_| {
+        let output = finish(
+            calot()
+                .arg("devices")
+                .args(&words)
+                .arg(&haptic)
+                .arg("--json"),
+        );
+        let json = serde_json::from_slice::<Value>(&output.stdout).ok();
+        let why = said(&output);
+        let known = ["no sample for", "found a fault", "no answer from"];
+        let is_busy = known.iter().any(|it| why.contains(it));
+        assert!(json.is_some() || is_busy, "{why}");
+        json
+    });
+    let measured = measured.expect("one try on a calm machine");
+    let friction_n = measured["axes"]["x"]["friction_n"]["value"].as_f64();
+    let friction_n = friction_n.unwrap_or_else(|| panic!("{measured}"));
+    // A machine that is late for milliseconds measures less exactly than simulated time does.
+    assert!((0.15..0.4).contains(&friction_n), "{measured}");
+    assert!(measured["axes"]["y"].is_null(), "{measured}");
+    let lines = measured["station_lines"].as_str().unwrap_or_default();
+    assert!(lines.contains("delay_s = "), "{measured}");
+    let page = fs::read_to_string(out.join("characterise.html")).expect("a page");
+    assert!(page.contains("Run-out after a push") && page.contains("</svg>"));
+    drop(emulated);
+}
+
+#[test]
 fn devices_are_watched_and_tested_and_a_station_file_names_them() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();

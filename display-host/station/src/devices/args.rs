@@ -16,6 +16,8 @@ A station file, for --station-file of run, rt and watch. Every part is optional:
   driver = \"rig\"                      # rig, woody, hapi, inverse3, touch or force-dimension
   path = \"/dev/serial/by-id/my-rig\"   # a stable name; for a Touch the vendor's libHD.so
   force_max_n = 2.5                   # force limit, below that of the device
+  damping_n_s_m = 1.8                 # measured by `calot devices characterise`, …
+  delay_s = 0.002                     # … instead of what the device declares
   motion_scale = 1.5                  # the simulated handle moves 1.5 times as far
 
   [tracker]
@@ -47,6 +49,7 @@ Examples:
   calot devices watch /dev/ttyACM0
   calot devices watch --station-file station.toml
   calot devices conformance /dev/ttyACM0 --unplug
+  calot devices characterise /dev/ttyACM0 --out measured
   calot run --station-file station.toml"
 )]
 pub(crate) struct DevicesArgs {
@@ -70,6 +73,86 @@ pub(crate) enum DevicesCommand {
     /// Finds the positions of haptic device and tracker by touching the station file's landmarks
     /// with each
     Calibrate(CalibrateArgs),
+    /// Measures friction, inertia, damping, delay and the stiffness limit of a haptic device, and
+    /// compares them with what it declares
+    Characterise(CharacteriseArgs),
+}
+
+/// Axis of the device's base frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AxisName {
+    /// To the right
+    X,
+    /// Up
+    Y,
+    /// To the user
+    Z,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(after_long_help = "\
+Nobody holds the handle during the first part, which takes about a minute for three axes:
+  1. A soft spring finds the force that carries the handle's weight.
+  2. A force grows slowly until the handle moves: dry friction, and the direction of the force.
+  3. A chirp from 4 to 50 Hz and pushes after which the handle runs out. Mass, damping, friction
+     and delay are those with which a model moves as the handle did.
+With --wall a second part follows. A wall lies across the middle of the workspace. Tap it from above,
+press it gently for a second, and lift the handle again. Each wall is stiffer, until one buzzes.
+
+Forces begin at zero and stay below half of the declared peak, the continuous force, and 1 N unless
+--force allows more. Everything ends without force when the handle leaves 60 % of the workspace or
+moves faster than 0.5 m/s, when the device is lost or reports a fault, when the wall buzzes, and when
+you press Enter or Ctrl-C. First make sure with `calot devices conformance` that the device obeys its
+watchdog, and keep its switch within reach.
+
+The damping that counts is viscous damping plus 4 f / (pi v) of the dry friction f at v = 0.2 m/s. The
+delay is the sum of the delay of a sample and that of a command. Calot renders contacts up to 0.7 of
+K = damping / (half a sample's period + delay): with too much damping or too little delay declared, hard
+contacts buzz. The lines that it prints belong into [haptic] of the station file. There they replace
+what the device declares.
+
+Examples:
+  calot devices characterise /dev/ttyACM0 --out measured
+  calot devices characterise --station-file station.toml --axis y --wall
+
+Without a device:
+  calot emulate --dir /tmp/rig --scene built-in.calot --hand none
+  calot devices characterise /tmp/rig/haptic --yes
+The emulator's `--hand press` taps the wall of --only-wall.")]
+pub(crate) struct CharacteriseArgs {
+    /// Serial device, e.g. /dev/ttyACM0
+    #[arg(value_name = "PATH", required_unless_present = "station_file")]
+    pub(crate) path: Option<PathBuf>,
+    /// Driver of the device at PATH
+    #[arg(long, value_enum, default_value_t = LineDriver::Rig)]
+    pub(crate) driver: LineDriver,
+    /// Measure the haptic device that this station file names
+    #[arg(long, value_name = "FILE", conflicts_with = "path")]
+    pub(crate) station_file: Option<PathBuf>,
+    /// Measure along this axis only; may be repeated [default: x, y and z]
+    #[arg(long, value_enum)]
+    pub(crate) axis: Vec<AxisName>,
+    /// Largest force, N: at most half of the declared peak and the continuous force [default: 1, or
+    /// what the device allows]
+    #[arg(long, value_name = "N")]
+    pub(crate) force: Option<f64>,
+    /// Also find the stiffest wall that does not buzz; needs a hand at the handle
+    #[arg(long)]
+    pub(crate) wall: bool,
+    /// Only find that wall: leave out the free handle
+    #[arg(long)]
+    pub(crate) only_wall: bool,
+    /// Write a page with charts and a file with all figures to this folder
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) overwrite: Overwrite,
+    /// Begin without waiting for Enter
+    #[arg(long)]
+    pub(crate) yes: bool,
+    /// Print one JSON object instead of a table
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Clone, Args)]

@@ -1,7 +1,9 @@
-//! `calot devices`: lists devices, shows their samples, tests them, and finds their positions.
+//! `calot devices`: lists devices, shows their samples, tests and measures them, and finds their
+//! positions.
 
 pub(crate) mod args;
 mod calibrate;
+mod characterise;
 mod conformance;
 mod feel;
 mod open;
@@ -27,6 +29,7 @@ pub(crate) fn run(args: &DevicesArgs) -> Result<ExitCode, Problem> {
         Some(DevicesCommand::Conformance(args)) => conformance::run(args),
         Some(DevicesCommand::Feel(args)) => feel::run(args),
         Some(DevicesCommand::Calibrate(args)) => calibrate::run(args),
+        Some(DevicesCommand::Characterise(args)) => characterise::run(args),
     }
 }
 

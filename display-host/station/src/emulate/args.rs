@@ -2,10 +2,31 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
-use hardware::emulate::Mistake;
+use clap::{Args, ValueEnum};
+use hardware::emulate::{Holding, Mistake};
 
 use crate::args::{GamepadArgs, parse_station};
+
+/// Person at the emulated handle.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum HandName {
+    /// Scripted hand that works in the scene, or a person who steers it
+    Script,
+    /// Nobody: the handle is free, as `calot devices characterise` wants it
+    None,
+    /// Two fingers that tap the middle of the workspace and press it, again and again
+    Press,
+}
+
+impl From<HandName> for Holding {
+    fn from(name: HandName) -> Self {
+        match name {
+            HandName::Script => Self::Script,
+            HandName::None => Self::Nobody,
+            HandName::Press => Self::Press,
+        }
+    }
+}
 
 fn parse_mistake(name: &str) -> Result<Mistake, String> {
     let found = Mistake::ALL.into_iter().find(|it| it.name() == name);
@@ -26,6 +47,9 @@ pub(crate) struct EmulateArgs {
     /// Seed of the hand's tremor and of injected faults
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Hand at the handle
+    #[arg(long, value_enum, value_name = "WHO", default_value_t = HandName::Script)]
+    pub(crate) hand: HandName,
     /// Station whose displays may lead the hand by mouse and keyboard
     #[arg(long, value_name = "NAME", value_parser = parse_station)]
     pub(crate) station: Option<String>,

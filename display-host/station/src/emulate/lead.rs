@@ -168,6 +168,7 @@ mod tests {
                 gamepad: GamepadName::Off,
             },
             mistake: None,
+            hand: crate::emulate::args::HandName::Script,
             with_parent: None,
         }
     }

@@ -32,6 +32,7 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
         seed: args.seed,
         haptic: hardware::emulate::HapticModel::default(),
         mistake: args.mistake,
+        holding: args.hand.into(),
         faults: hardware::emulate::LineFaults::default(),
     };
     // A real device has its own processor, so use another core. If Linux refuses, the device is

@@ -121,6 +121,7 @@ impl Emulated {
             seed: 1,
             haptic: hardware::emulate::HapticModel::default(),
             mistake: None,
+            holding: hardware::emulate::Holding::default(),
             faults: LineFaults::default(),
         };
         let stop = Arc::new(AtomicBool::new(false));

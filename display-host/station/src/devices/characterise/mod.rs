@@ -1,0 +1,298 @@
+//! `calot devices characterise`: measures a haptic device and compares it with what it declares.
+
+mod page;
+mod place;
+mod table;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::Duration;
+
+use hardware::HardwareError;
+use hardware::characterise::{
+    Characterised, Clock, FORCE_N, Halt, Options, Records, Wall, echo_s, measure, wall,
+};
+use hardware::hapi::pantograph::Pantograph;
+use hardware::rig::RigHaptic;
+use hardware::station::{HapticDriver, HapticSpec, Limits, StationFile};
+use rt_core::port::HapticDevice;
+use rt_process::realtime;
+use rt_process::time_driver::now_ns;
+
+use super::args::{AxisName, CharacteriseArgs, LineDriver};
+use super::typed::typed_lines;
+use crate::output::{self, Format};
+use crate::problem::Problem;
+use crate::say;
+use crate::stop;
+
+/// `SCHED_FIFO` priority of the measurement, as that of the tick.
+const PRIORITY: u8 = 80;
+/// Lateness after which the millisecond's grid begins anew, ns.
+const LATE_NS: u64 = 20_000_000;
+const MILLISECOND_NS: u64 = 1_000_000;
+/// Interval at which Enter is looked for before the start.
+const LOOK: Duration = Duration::from_millis(20);
+/// Time in which a person lets the handle go, s.
+const LET_GO_S: f64 = 3.0;
+/// Files of `--out`.
+const PAGE: &str = "characterise.html";
+const FIGURES: &str = "characterise.json";
+
+/// Real milliseconds until a person presses Enter or Ctrl-C.
+struct RealClock {
+    stop: Arc<AtomicBool>,
+    keys: Receiver<String>,
+    due_ns: u64,
+}
+
+impl RealClock {
+    fn is_stopped(&self) -> bool {
+        self.stop.load(Relaxed) || self.keys.try_recv().is_ok()
+    }
+
+    /// Waits for Enter. Returns false on Ctrl-C, and if nobody can press Enter.
+    fn wait_for_enter(&self) -> bool {
+        while !self.stop.load(Relaxed) {
+            match self.keys.recv_timeout(LOOK) {
+                Ok(_) => return true,
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => {
+                    say::note("Standard input is closed, so nobody can press Enter. Add --yes.");
+                    return false;
+                }
+            }
+        }
+        false
+    }
+}
+
+impl Clock for RealClock {
+    fn next(&mut self) -> Option<u64> {
+        self.due_ns += MILLISECOND_NS;
+        let now = now_ns();
+        if now > self.due_ns + LATE_NS || self.due_ns > now + LATE_NS {
+            self.due_ns = now;
+        }
+        if let Some(early_ns) = self.due_ns.checked_sub(now) {
+            std::thread::sleep(Duration::from_nanos(early_ns));
+        }
+        (!self.is_stopped()).then(now_ns)
+    }
+}
+
+pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
+    let stop = stop::flag()?;
+    say::keep_answers_apart()?;
+    let folder = args
+        .out
+        .as_deref()
+        .map(|folder| output::folder(Some(folder), "", format_of, args.overwrite));
+    let folder = folder.transpose()?;
+    let spec = spec(args)?;
+    let mut clock = RealClock {
+        stop,
+        keys: typed_lines(),
+        due_ns: 0,
+    };
+    // The experiments have a thread of their own, so that only they have the tick's priority.
+    let experiments = std::thread::scope(|scope| {
+        let experiments = scope.spawn(|| {
+            // If Linux refuses, late milliseconds are measured as they were.
+            let _ = realtime::take_fifo(PRIORITY);
+            experiments(args, &spec, &mut clock)
+        });
+        experiments.join()
+    });
+    let made = match experiments.map_err(|_| "the experiments broke off")? {
+        Ok(Some(made)) => made,
+        Ok(None) | Err(HardwareError::Halted(Halt::Asked)) => {
+            say::note("Stopped. The force is zero.");
+            return Ok(ExitCode::FAILURE);
+        }
+        Err(HardwareError::Halted(halt)) => {
+            return Err(format!("{}: {halt}", spec.path.display()).into());
+        }
+        Err(error) => return Err(error.into()),
+    };
+    say::note("Fitting the models.");
+    let found = made.analyse();
+    let json = table::json(&spec.path, &found);
+    if args.json {
+        say::answer(&json);
+    } else {
+        say::answer(table::text(&found));
+    }
+    if let Some(folder) = folder {
+        save(&folder, &page::html(&spec.path, &found)?, &json.to_string())?;
+    }
+    let walls = found.wall.as_ref().map_or(0, |wall| wall.trials.len());
+    let measured_any = found.measured().next().is_some() || walls > 0;
+    Ok(if measured_any {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+fn format_of(name: &str) -> Option<Format> {
+    match name {
+        PAGE => Some(Format::Page),
+        FIGURES => Some(Format::Json),
+        _ => None,
+    }
+}
+
+fn save(folder: &Path, page: &str, json: &str) -> Result<(), Problem> {
+    for (name, text) in [(PAGE, page), (FIGURES, json)] {
+        let path = folder.join(name);
+        output::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+        say::note(format_args!("wrote {}", path.display()));
+    }
+    Ok(())
+}
+
+/// The device that the arguments name, as it declares itself: without measured values, whole.
+fn spec(args: &CharacteriseArgs) -> Result<HapticSpec, Problem> {
+    if let Some(file) = &args.station_file {
+        let named = StationFile::read(file)?.haptic;
+        let named = named
+            .ok_or_else(|| format!("{}: names no haptic device; add a [haptic]", file.display()))?;
+        return Ok(HapticSpec {
+            motion_scale: None,
+            limits: Limits {
+                damping_n_s_m: None,
+                delay_s: None,
+                ..named.limits
+            },
+            ..named
+        });
+    }
+    let path: PathBuf = args
+        .path
+        .clone()
+        .ok_or("name a PATH, or a --station-file")?;
+    let driver = match args.driver {
+        LineDriver::Rig => HapticDriver::Rig,
+        LineDriver::Woody => HapticDriver::Woody,
+        LineDriver::HapiGen2 => HapticDriver::Hapi(Pantograph::GEN2),
+        LineDriver::HapiGen3 => HapticDriver::Hapi(Pantograph::GEN3),
+        LineDriver::HapiGen31 => HapticDriver::Hapi(Pantograph::GEN3_1),
+        LineDriver::Touch => HapticDriver::Touch { device: None },
+        LineDriver::ForceDimension => HapticDriver::ForceDimension { serial: None },
+        LineDriver::Inverse3 => HapticDriver::Inverse3 { device: None },
+        LineDriver::Evdev | LineDriver::Modem | LineDriver::Bird | LineDriver::Trakstar => {
+            return Err(
+                "this driver is a pedal's or a tracker's: only haptic devices have forces to \
+                        measure; name another --driver"
+                    .into(),
+            );
+        }
+    };
+    Ok(HapticSpec {
+        driver,
+        path,
+        limits: Limits::default(),
+        motion_scale: None,
+        is_felt: false,
+    })
+}
+
+/// Records of all experiments.
+struct Made {
+    records: Records,
+    echo_s: Option<f64>,
+    wall: Option<Wall>,
+}
+
+impl Made {
+    fn analyse(self) -> Characterised {
+        Characterised {
+            echo_s: self.echo_s,
+            wall: self.wall,
+            ..self.records.analyse()
+        }
+    }
+}
+
+/// All experiments. `None`: a person did not let them begin.
+fn experiments(
+    args: &CharacteriseArgs,
+    spec: &HapticSpec,
+    clock: &mut RealClock,
+) -> Result<Option<Made>, HardwareError> {
+    let mut tell = |line: &str| say::note(line);
+    let mut echo = None;
+    if spec.driver == HapticDriver::Rig {
+        let mut rig = RigHaptic::open(&spec.path)?;
+        echo = echo_s(&mut rig, clock)?;
+    }
+    spec.check_felt()?;
+    let mut device = spec.open()?;
+    let axes = [AxisName::X, AxisName::Y, AxisName::Z];
+    let options = Options {
+        axes: axes.map(|axis| args.axis.is_empty() || args.axis.contains(&axis)),
+        force_n: args.force,
+        let_go_s: if args.yes { 0.0 } else { LET_GO_S },
+        ..Options::default()
+    };
+    let mut made = Made {
+        records: Records::none(device.as_ref()),
+        echo_s: echo,
+        wall: None,
+    };
+    if !args.only_wall {
+        explain(device.as_mut(), &options, &spec.path);
+        if !args.yes && !kept_alive(device.as_mut(), clock) {
+            return Ok(None);
+        }
+        made.records = measure(device.as_mut(), clock, &options, &mut tell)?;
+    }
+    if args.wall || args.only_wall {
+        say::note(
+            "Now a hand: hold the handle lightly, above the middle of its workspace. Tap the wall in the \
+             middle, press it gently for a second, lift the handle. Each wall is stiffer. A wall that buzzes is \
+             gone at once. Enter or Ctrl-C ends everything.",
+        );
+        if !args.yes {
+            say::note("Press Enter to begin.");
+            if !kept_alive(device.as_mut(), clock) {
+                return Ok(None);
+            }
+        }
+        made.wall = Some(wall(device.as_mut(), clock, args.force, &mut tell)?);
+    }
+    Ok(Some(made))
+}
+
+fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
+    let can = device.capabilities();
+    let allowed_n = f64::from(can.force_continuous_n.min(0.5 * can.force_max_n));
+    let force_n = options.force_n.unwrap_or(FORCE_N.min(allowed_n));
+    let seconds = 12 + 14 * options.axes.iter().filter(|it| **it).count();
+    say::note(format_args!(
+        "Measures {}: about {seconds} s.\n\
+         Forces up to {force_n:.2} N will move the handle by a few centimetres. Keep the switch of the device \
+         within reach, and hands and faces away.\n\
+         Put the handle in the middle of its workspace. If it falls, hold it there until you are asked to let go.\n\
+         Enter or Ctrl-C ends everything at any time, without force.",
+        path.display()
+    ));
+    if options.let_go_s > 0.0 {
+        say::note("Press Enter to begin.");
+    }
+}
+
+/// Waits for Enter. Polls the device meanwhile, so that its samples do not pile up. Returns false on
+/// Ctrl-C.
+fn kept_alive(device: &mut dyn HapticDevice, clock: &RealClock) -> bool {
+    let begins = clock.wait_for_enter();
+    device.poll(now_ns());
+    begins
+}
+
+#[cfg(test)]
+mod tests;

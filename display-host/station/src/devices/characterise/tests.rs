@@ -1,0 +1,106 @@
+//! Table, page and place of a device with known figures.
+
+use std::path::Path;
+
+use hardware::characterise::{Axis, Characterised, Estimate, Trace, Trial, Wall};
+use rt_core::port::DeviceCapabilities;
+
+use super::{page, place, table};
+
+fn about(value: f64) -> Estimate {
+    Estimate {
+        value,
+        error: 0.01 * value,
+    }
+}
+
+/// A Touch that declares no delay and has 1 ms.
+fn touch() -> Characterised {
+    let trace = Trace {
+        at_s: vec![0.0, 0.001, 0.002],
+        measured_m: vec![0.0, 0.001, 0.003],
+        fitted_m: vec![0.0, 0.001, 0.0029],
+    };
+    let axis = Axis {
+        mass_kg: about(0.045),
+        damping_n_s_m: about(0.2),
+        friction_n: about(0.26),
+        break_away_n: about(0.27),
+        carries_n: about(0.01),
+        delay_s: about(0.001),
+        rms_m: 2e-5,
+        friction_curve: vec![[-0.1, -0.28], [0.1, 0.28]],
+        chirp: [trace.clone(), trace.clone()],
+        run_out: trace,
+    };
+    let trial = |stiffness_n_m, buzz| Trial {
+        stiffness_n_m,
+        buzz,
+    };
+    Characterised {
+        declared: DeviceCapabilities {
+            delay_s: 0.0,
+            ..DeviceCapabilities::TOUCH
+        },
+        force_n: 0.88,
+        axes: [Some(Ok(axis)), None, Some(Err("no <motor>".into()))],
+        echo_s: Some(0.001),
+        wall: Some(Wall {
+            trials: vec![trial(100.0, None), trial(200.0, Some((40.0, 1e-3)))],
+            still_n_m: Some(100.0),
+            buzzes_n_m: Some(200.0),
+            was_left: false,
+        }),
+    }
+}
+
+#[test]
+fn table_has_measured_and_declared_values_and_lines_for_the_station_file() {
+    let text = table::text(&touch());
+    for expected in [
+        "45.0 ± 0.5",
+        "z: not measured. no <motor>",
+        "declares 0.0 ms delay, measured 1.0 ms",
+        "declare less",
+        "stiffness_max_n_m = 100",
+    ] {
+        assert!(text.contains(expected), "{text}");
+    }
+}
+
+#[test]
+fn json_and_page_hold_the_figures() {
+    let path = Path::new("/dev/<rig>");
+    let found = table::json(path, &touch());
+    assert_eq!(found["axes"]["x"]["friction_n"]["value"], 0.26);
+    assert_eq!(found["axes"]["z"]["not_measured"], "no <motor>");
+    assert_eq!(found["wall"]["trials"][1]["buzz_hz"], 40.0);
+    let page = page::html(path, &touch()).unwrap();
+    assert!(page.starts_with("<!doctype html>") && page.contains("/dev/&lt;rig&gt;"));
+    assert_eq!(page.matches("</svg>").count(), 2);
+}
+
+#[test]
+fn place_lies_between_devices_of_the_map() {
+    let said = place::sentence(&touch()).unwrap();
+    // 1.855 N s/m, as the map's Touch, which rounds to no less.
+    assert!(said.contains("N s/m ("), "{said}");
+    let mut strong = touch();
+    strong.axes[0]
+        .as_mut()
+        .unwrap()
+        .as_mut()
+        .unwrap()
+        .damping_n_s_m = about(9.0);
+    let said = place::sentence(&strong).unwrap();
+    assert!(said.contains("above 2 N s/m"), "{said}");
+    let mut weak = touch();
+    let axis = weak.axes[0].as_mut().unwrap().as_mut().unwrap();
+    (axis.damping_n_s_m, axis.friction_n) = (about(0.05), about(0.0));
+    axis.delay_s = about(0.01);
+    let said = place::sentence(&weak).unwrap();
+    assert!(
+        said.contains("below 0.1 N s/m") && said.contains("ends at"),
+        "{said}"
+    );
+}

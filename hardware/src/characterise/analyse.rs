@@ -1,0 +1,126 @@
+//! From records of an axis to its parameters, their errors, and the courses for charts.
+
+use super::bench::Step;
+use super::curve::friction_curve;
+use super::excite::{Push, Rough};
+use super::fit::{Fit, fit, refine, settled};
+use super::friction::Broken;
+use super::model::{COUNT, Course, Model, Window};
+use super::result::{Axis, Estimate, Trace};
+
+/// Damping with which the search begins, N s/m.
+const GUESS_N_S_M: f64 = 0.1;
+/// Parts of a chirp that charts show: first and last time, s.
+const SHOWN_S: [[f64; 2]; 2] = [[0.2, 1.0], [1.6, 1.8]];
+
+/// One repetition: a chirp and two pushes.
+#[derive(Debug, Clone)]
+pub(super) struct Repetition {
+    courses: Vec<Course>,
+    /// Times at which the pushes ended, s.
+    released_s: Vec<f64>,
+}
+
+impl Repetition {
+    pub(super) fn new(chirp: &[Step], pushes: &[Push], axis: usize) -> Self {
+        let records = [chirp].into_iter();
+        let records = records.chain(pushes.iter().map(|push| push.steps.as_slice()));
+        Self {
+            courses: records.map(|steps| Course::new(steps, axis)).collect(),
+            released_s: pushes.iter().map(|push| push.released_s).collect(),
+        }
+    }
+}
+
+/// Parameters of an axis. `None`: the handle moved too little.
+pub(super) fn axis_of(
+    rough: &Rough,
+    broken: &[[Broken; 2]],
+    repetitions: &[Repetition],
+) -> Option<Axis> {
+    let courses: Vec<Course> = repetitions
+        .iter()
+        .flat_map(|it| it.courses.clone())
+        .collect();
+    let middle = |[up, down]: &[Broken; 2]| 0.5 * (up.force_n + down.force_n);
+    let half = |[up, down]: &[Broken; 2]| 0.5 * (up.force_n - down.force_n);
+    let carries_n = spread(&broken.iter().map(middle).collect::<Vec<_>>());
+    let guess = Model {
+        mass_kg: rough.mass_kg,
+        damping_n_s_m: GUESS_N_S_M,
+        friction_n: rough.friction_n,
+        carries_n: carries_n.value,
+        delay_s: 0.0,
+    };
+    let all = fit(&courses, guess)?;
+    let single: Vec<[f64; COUNT]> = repetitions
+        .iter()
+        .filter_map(|it| refine(&it.courses, all.model))
+        .map(|fit| fit.model.parameters())
+        .collect();
+    let values = all.model.parameters();
+    let estimate = |at: usize| Estimate {
+        value: values[at],
+        error: all.errors[at]
+            .max(spread(&single.iter().map(|it| it[at]).collect::<Vec<_>>()).error),
+    };
+    let chirp = courses.first()?;
+    Some(Axis {
+        mass_kg: estimate(0),
+        damping_n_s_m: estimate(1),
+        friction_n: estimate(2),
+        break_away_n: spread(&broken.iter().map(half).collect::<Vec<_>>()),
+        carries_n: estimate(3),
+        delay_s: estimate(4),
+        rms_m: all.rms_m,
+        friction_curve: friction_curve(&courses, &all.model),
+        chirp: SHOWN_S.map(|shown_s| shown(&all, chirp, shown_s)),
+        run_out: run_out(&all.model, repetitions).unwrap_or_default(),
+    })
+}
+
+/// Mean and its standard error by the spread.
+fn spread(values: &[f64]) -> Estimate {
+    let count = values.len().max(1) as f64;
+    let value = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|it| (it - value).powi(2)).sum();
+    let error = (squares / (count - 1.0).max(1.0) / count).sqrt();
+    Estimate { value, error }
+}
+
+/// The part of the first course between two times after its start.
+fn shown(fit: &Fit, course: &Course, [from_s, to_s]: [f64; 2]) -> Trace {
+    let mut trace = Trace::default();
+    let mut positions_m = Vec::new();
+    let Some((begun_s, _)) = course.samples.first() else {
+        return trace;
+    };
+    for (at, window) in &fit.windows {
+        let samples = window.of(course);
+        let start_s = samples.first().map_or(f64::MAX, |it| it.0 - begun_s);
+        if *at != 0 || !(from_s..to_s).contains(&start_s) {
+            continue;
+        }
+        fit.model.run(course, window, &mut positions_m);
+        append(&mut trace, samples, &positions_m, *begun_s);
+    }
+    trace
+}
+
+/// The first handle that runs out, and the model that begins with its place and speed.
+fn run_out(model: &Model, repetitions: &[Repetition]) -> Option<Trace> {
+    let first = repetitions.first()?;
+    let (course, released_s) = (first.courses.get(1)?, *first.released_s.first()?);
+    let window = settled(course, Window::since(course, released_s)?, model);
+    let mut positions_m = Vec::new();
+    model.run(course, &window, &mut positions_m);
+    let mut trace = Trace::default();
+    append(&mut trace, window.of(course), &positions_m, released_s);
+    Some(trace)
+}
+
+fn append(trace: &mut Trace, samples: &[(f64, f64)], fitted_m: &[f64], begun_s: f64) {
+    trace.at_s.extend(samples.iter().map(|it| it.0 - begun_s));
+    trace.measured_m.extend(samples.iter().map(|it| it.1));
+    trace.fitted_m.extend(fitted_m);
+}

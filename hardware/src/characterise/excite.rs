@@ -1,0 +1,177 @@
+//! Forces along one axis that make the handle's inertia, damping, friction and delay show: a chirp,
+//! and a push after which the handle runs out freely.
+
+use std::f64::consts::TAU;
+
+use super::bench::{Bench, Now, Step, Vector};
+use super::halt::Halt;
+use super::hold::Hold;
+
+/// First and last frequency of a chirp, Hz. Inertia hides damping at the last and delay at the
+/// first: a delay of 0.1 ms acts on 45 g at 4 Hz as 0.003 N s/m, at 50 Hz as 0.4 N s/m.
+const CHIRP_HZ: [f64; 2] = [4.0, 50.0];
+/// Length of a chirp, s.
+const CHIRP_S: f64 = 2.0;
+/// Time over which its amplitude grows and fades, s.
+const FADE_S: f64 = 0.2;
+/// Largest speed that an experiment aims at, m/s: half of the speed that ends it.
+const SPEED_M_S: f64 = 0.25;
+/// Speeds between which a force along the movement fades to nothing, m/s. A chirp that begins or
+/// meets less friction than expected would otherwise swing up to twice as fast.
+const GOVERNED_M_S: [f64; 2] = [0.25, 0.4];
+/// Largest amplitude of movement that a chirp aims at, as a share of the region.
+const AMPLITUDE: f64 = 0.15;
+/// Stiffness that keeps a chirp in its place, N/m: a small part of inertia's forces.
+const CENTRE_N_M: f64 = 15.0;
+/// Distance that a chirp may go, as a share of the region.
+const CHIRP_LEASH: f64 = 0.5;
+/// Share of the force that remains for an axis.
+const SPARE: f64 = 0.95;
+/// Least force beyond friction and weight with which the handle can be moved, N.
+const ROOM_MIN_N: f64 = 0.03;
+/// Distance in which a push reaches its speed, m.
+const PUSH_M: f64 = 0.006;
+/// Distance that the handle may run out, as a share of the region.
+const RUN_OUT: f64 = 0.25;
+/// Longest push, s.
+const PUSH_S: f64 = 0.2;
+/// Time in which a push's force grows, s.
+const GROW_S: f64 = 0.01;
+/// Longest run-out, s.
+const RUN_OUT_S: f64 = 0.8;
+/// Speed at which the handle counts as still, m/s.
+const STILL_M_S: f64 = 0.004;
+/// Time for which it must be still, s.
+const STILL_S: f64 = 0.02;
+
+/// First knowledge of an axis, from break-away.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rough {
+    /// Mass, kg.
+    pub(super) mass_kg: f64,
+    /// Friction, N.
+    pub(super) friction_n: f64,
+}
+
+/// Force along `axis` that is left beside the weight, N.
+fn room_n(bench: &Bench<'_>, hold: &Hold, axis: usize) -> f64 {
+    let mut across_n = hold.carries_n;
+    across_n[axis] = 0.0;
+    let most_n = (bench.limit_n().powi(2) - across_n.norm_squared()).max(0.0);
+    SPARE * (most_n.sqrt() - hold.carries_n[axis].abs())
+}
+
+/// True if the permitted force moves the handle well.
+pub(super) fn is_movable(bench: &Bench<'_>, hold: &Hold, axis: usize, rough: &Rough) -> bool {
+    room_n(bench, hold, axis) >= rough.friction_n + ROOM_MIN_N
+}
+
+/// The hold's force with another one along `axis`.
+fn with_axis(hold: &Hold, now: &Now, axis: usize, along_n: f64) -> Vector {
+    let mut force_n = hold.force_n(now);
+    force_n[axis] = along_n;
+    force_n
+}
+
+/// `force_n`, or less of it where it makes a fast handle faster.
+fn governed_n(force_n: f64, v_m_s: f64) -> f64 {
+    if force_n * v_m_s <= 0.0 {
+        return force_n;
+    }
+    let [from, to] = GOVERNED_M_S;
+    force_n * ((to - v_m_s.abs()) / (to - from)).clamp(0.0, 1.0)
+}
+
+/// Shakes the handle, first slowly, then fast. `sign` is the first direction.
+pub(super) fn chirp(
+    bench: &mut Bench<'_>,
+    hold: &Hold,
+    axis: usize,
+    rough: &Rough,
+    sign: f64,
+) -> Result<Vec<Step>, Halt> {
+    let start = bench.now();
+    let amplitude_m = AMPLITUDE * bench.region_m();
+    let room_n = room_n(bench, hold, axis);
+    let first_hz = CHIRP_HZ[0].max(SPEED_M_S / (TAU * amplitude_m));
+    let octaves = (CHIRP_HZ[1] / first_hz).ln();
+    bench.leash(start.at_m, CHIRP_LEASH * bench.region_m());
+    bench.start_record();
+    let mut now = start;
+    loop {
+        let at_s = now.at_s - start.at_s;
+        if at_s >= CHIRP_S {
+            break;
+        }
+        let share = at_s / CHIRP_S;
+        let turn = TAU * first_hz * (octaves * share).exp();
+        let phase = TAU * first_hz * CHIRP_S / octaves * ((octaves * share).exp() - 1.0);
+        // The inertia's and the friction's forces at the speed that is aimed at.
+        let amplitude_n = (rough.friction_n + rough.mass_kg * turn * SPEED_M_S).min(room_n);
+        let fade = (at_s / FADE_S).min((CHIRP_S - at_s) / FADE_S).min(1.0);
+        let off_m = now.at_m[axis] - start.at_m[axis];
+        let swing_n = sign * fade * amplitude_n * phase.cos() - CENTRE_N_M * off_m;
+        let swing_n = governed_n(swing_n, now.v_m_s[axis]).clamp(-room_n, room_n);
+        let along_n = hold.carries_n[axis] + swing_n;
+        now = bench.tick(with_axis(hold, &now, axis, along_n))?;
+    }
+    bench.unleash();
+    Ok(bench.take_record())
+}
+
+/// A push, and the handle that runs out.
+#[derive(Debug, Clone)]
+pub(super) struct Push {
+    /// Record from its start.
+    pub(super) steps: Vec<Step>,
+    /// Time at which the push ended, s.
+    pub(super) released_s: f64,
+}
+
+/// Pushes the handle in the direction `sign`, then lets it run out under the force that carries it.
+pub(super) fn push(
+    bench: &mut Bench<'_>,
+    hold: &Hold,
+    axis: usize,
+    rough: &Rough,
+    sign: f64,
+) -> Result<Push, Halt> {
+    let start = bench.now();
+    let run_out_m = RUN_OUT * bench.region_m();
+    // Friction alone must stop the handle within two thirds of the way.
+    let stopped_m_s = (1.3 * rough.friction_n / rough.mass_kg * run_out_m).sqrt();
+    let goal_m_s = SPEED_M_S.min(stopped_m_s);
+    let push_n = rough.friction_n + rough.mass_kg * goal_m_s.powi(2) / (2.0 * PUSH_M);
+    let push_n = push_n.min(room_n(bench, hold, axis));
+    bench.leash(start.at_m, 2.0 * run_out_m);
+    bench.start_record();
+    let carries_n = hold.carries_n[axis];
+    let mut now = start;
+    loop {
+        let at_s = now.at_s - start.at_s;
+        let way_m = (now.at_m[axis] - start.at_m[axis]).abs();
+        let is_fast = now.v_m_s[axis].abs() >= goal_m_s;
+        if is_fast || way_m >= 0.5 * run_out_m || at_s >= PUSH_S {
+            break;
+        }
+        let along_n = carries_n + sign * push_n * (at_s / GROW_S).min(1.0);
+        now = bench.tick(with_axis(hold, &now, axis, along_n))?;
+    }
+    let released_s = now.at_s;
+    let mut still_s = now.at_s;
+    while now.at_s - released_s < RUN_OUT_S && now.at_s - still_s < STILL_S {
+        let way_m = (now.at_m[axis] - start.at_m[axis]).abs();
+        if way_m >= 1.5 * run_out_m {
+            break;
+        }
+        now = bench.tick(with_axis(hold, &now, axis, carries_n))?;
+        if now.v_m_s[axis].abs() > STILL_M_S {
+            still_s = now.at_s;
+        }
+    }
+    bench.unleash();
+    Ok(Push {
+        steps: bench.take_record(),
+        released_s,
+    })
+}

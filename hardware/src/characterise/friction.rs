@@ -1,0 +1,139 @@
+//! Break-away: a force along one axis grows slowly until the handle moves.
+
+use super::bench::{Bench, Vector};
+use super::halt::Halt;
+use super::hold::Hold;
+use super::result::AXES;
+
+/// Growth of the force, N/s: slow enough that a handle of 120 g shows its first 0.1 mm before the
+/// force has grown by 20 mN, fast enough that a device of 0.3 N takes a second.
+const GROWTH_N_S: f64 = 0.3;
+/// Movement that counts as broken away, m.
+const MOVED_M: f64 = 1.0e-3;
+/// Least movement from which the moment of break-away is computed, m: two steps of most encoders.
+const SEEN_M: f64 = 0.12e-3;
+/// Movement against the force that ends everything, m…
+const BACKWARDS_M: f64 = 1.5e-3;
+/// …once the force has grown so far, N.
+const BACKWARDS_N: f64 = 0.03;
+/// Largest angle between force and movement, as its cosine: 60°. Inertia that couples axes turns
+/// the movement by less.
+const ALONG: f64 = 0.5;
+
+/// A handle that broke away.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Broken {
+    /// Force along the axis at which it began to move, N.
+    pub(super) force_n: f64,
+    /// Rough mass, kg, from the first millimetre.
+    pub(super) mass_kg: f64,
+}
+
+/// Time in which the force takes its beginning, s.
+const BEGIN_S: f64 = 0.05;
+
+/// Lets a force along `axis` grow in the direction `sign`, beginning at `begin_n` beyond the force
+/// that carries the handle. `None`: the handle did not move with the largest force.
+pub(super) fn break_away(
+    bench: &mut Bench<'_>,
+    hold: &Hold,
+    axis: usize,
+    sign: f64,
+    begin_n: f64,
+) -> Result<Option<Broken>, Halt> {
+    let start = bench.now();
+    let across_n = {
+        let mut across_n = hold.carries_n;
+        across_n[axis] = 0.0;
+        across_n.norm()
+    };
+    let most_n = (bench.limit_n().powi(2) - across_n.powi(2)).max(0.0).sqrt();
+    let mut now = start;
+    // Times and ways of the movement along the axis.
+    let mut course: Vec<(f64, f64)> = Vec::new();
+    loop {
+        let passed_s = now.at_s - start.at_s;
+        let grown_n = begin_n * (passed_s / BEGIN_S).min(1.0) + GROWTH_N_S * passed_s;
+        let along_n = hold.carries_n[axis] + sign * grown_n;
+        if along_n.abs() > most_n && along_n * sign > 0.0 {
+            bench.tick(hold.carries_n)?;
+            return Ok(None);
+        }
+        let mut force_n = hold.force_n(&now);
+        force_n[axis] = along_n;
+        now = bench.tick(force_n)?;
+        let moved_m = now.at_m - start.at_m;
+        judge_direction(bench, moved_m, axis, sign, grown_n)?;
+        let way_m = moved_m[axis] * sign;
+        if way_m >= SEEN_M {
+            course.push((now.at_s, way_m));
+        } else {
+            course.clear();
+        }
+        if way_m >= MOVED_M {
+            let Some((at_s, mass_kg)) = onset(&course) else {
+                return Ok(None);
+            };
+            let grown_n = begin_n + GROWTH_N_S * (at_s - start.at_s).max(0.0);
+            let force_n = hold.carries_n[axis] + sign * grown_n;
+            return Ok(Some(Broken { force_n, mass_kg }));
+        }
+    }
+}
+
+fn judge_direction(
+    bench: &mut Bench<'_>,
+    moved_m: Vector,
+    axis: usize,
+    sign: f64,
+    grown_n: f64,
+) -> Result<(), Halt> {
+    let way_m = moved_m.norm();
+    if way_m < BACKWARDS_M || grown_n < BACKWARDS_N || moved_m[axis] * sign >= ALONG * way_m {
+        return Ok(());
+    }
+    bench.cut();
+    Err(Halt::Backwards {
+        force_n: grown_n,
+        axis: AXES[axis][usize::from(sign < 0.0)],
+        moved_mm: [0, 1, 2].map(|part| (moved_m[part] * 1e4).round() * 0.1),
+    })
+}
+
+/// Time at which the movement began, s, and the mass, kg. A force that grows by `g` moves a mass
+/// `m` by `g t³ / 6m`, so the cube root of the way is a straight line in time.
+fn onset(course: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let count = course.len() as f64;
+    let mean_s = course.iter().map(|it| it.0).sum::<f64>() / count;
+    let mean = course.iter().map(|it| it.1.cbrt()).sum::<f64>() / count;
+    let (mut upper, mut lower) = (0.0, 0.0);
+    for (at_s, way_m) in course {
+        upper += (at_s - mean_s) * (way_m.cbrt() - mean);
+        lower += (at_s - mean_s).powi(2);
+    }
+    let slope = upper / lower;
+    let is_sound = slope.is_finite() && slope > 0.0;
+    is_sound.then(|| (mean_s - mean / slope, GROWTH_N_S / (6.0 * slope.powi(3))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn onset_of_a_growing_force_is_found_from_the_first_millimetre() {
+        let mass_kg = 0.045;
+        let way_m = |at_s: f64| GROWTH_N_S * (at_s - 1.0).powi(3) / (6.0 * mass_kg);
+        let times = (0..1000).map(|ms| 1.0 + f64::from(ms) * 1e-3);
+        let seen = |way_m: f64| (SEEN_M..MOVED_M).contains(&way_m);
+        let step_m = 0.055e-3;
+        let course: Vec<_> = times
+            .map(|at_s| (at_s, (way_m(at_s) / step_m).round() * step_m))
+            .filter(|it| seen(it.1))
+            .collect();
+        let (at_s, found_kg) = onset(&course).unwrap();
+        assert!((at_s - 1.0).abs() < 0.006, "{at_s}");
+        assert!((found_kg / mass_kg - 1.0).abs() < 0.2, "{found_kg}");
+        assert!(onset(&course[..1]).is_none());
+    }
+}

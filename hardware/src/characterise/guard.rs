@@ -1,0 +1,81 @@
+//! Limits of place and speed, judged at every tick.
+
+use nalgebra::Vector3;
+use rt_core::port::DeviceCapabilities;
+
+use super::halt::Halt;
+
+/// A vector in the device's base frame.
+pub(super) type Vector = Vector3<f64>;
+
+/// Share of the declared workspace's radius in which experiments are made. A handle at 0.5 m/s that
+/// 0.26 N of friction stop (Touch, 45 g) coasts for 22 mm, which is less than the rest of 40 mm.
+const REGION: f64 = 0.6;
+/// Largest speed of the handle, m/s: less than half of the safety chain's trip.
+const SPEED_MAX_M_S: f64 = 0.5;
+
+/// State of the handle at a tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Now {
+    /// Time since the start, s.
+    pub(super) at_s: f64,
+    /// Position, m.
+    pub(super) at_m: Vector,
+    /// Velocity of the last milliseconds, m/s.
+    pub(super) v_m_s: Vector,
+}
+
+impl Now {
+    pub(super) fn start() -> Self {
+        Self {
+            at_s: 0.0,
+            at_m: Vector::zeros(),
+            v_m_s: Vector::zeros(),
+        }
+    }
+}
+
+/// The limits.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Guard {
+    /// Largest distance from the middle, m.
+    pub(super) region_m: f64,
+    /// Place of the present experiment, m, and largest distance from it, m.
+    pub(super) leash: Option<(Vector, f64)>,
+}
+
+impl Guard {
+    pub(super) fn new(can: &DeviceCapabilities) -> Self {
+        Self {
+            region_m: REGION * f64::from(can.workspace_radius_m),
+            leash: None,
+        }
+    }
+
+    /// Judges place and speed. Comparisons are written so that NaN ends the experiment.
+    pub(super) fn judge(&self, now: &Now) -> Result<(), Halt> {
+        let distance_m = now.at_m.norm();
+        let is_inside = distance_m <= self.region_m;
+        if !is_inside {
+            return Err(Halt::Outside {
+                at_mm: distance_m * 1e3,
+                allowed_mm: self.region_m * 1e3,
+            });
+        }
+        let speed_m_s = now.v_m_s.norm();
+        let is_slow = speed_m_s <= SPEED_MAX_M_S;
+        if !is_slow {
+            return Err(Halt::Fast {
+                speed_m_s,
+                allowed_m_s: SPEED_MAX_M_S,
+            });
+        }
+        match self.leash {
+            Some((from_m, reach_m)) if (now.at_m - from_m).norm() > reach_m => Err(Halt::Away {
+                moved_mm: (now.at_m - from_m).norm() * 1e3,
+                allowed_mm: reach_m * 1e3,
+            }),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! A soft spring that holds the handle where an experiment takes place. Its integral finds the
+//! force that carries the handle's weight.
+
+use super::bench::{Bench, Now, Vector};
+use super::halt::Halt;
+
+/// Stiffness, N/m: 0.26 N of dry friction (Touch) leave the handle within 4 mm.
+const STIFFNESS_N_M: f64 = 60.0;
+/// Damping, N s/m: half of the critical one for 45 g, a third for 120 g. With the lag of the
+/// measured speed (4 ms) and a delay of 10 ms it is stable for handles of 30 g and more.
+const DAMPING_N_S_M: f64 = 2.0;
+/// Growth of the force per distance and time, N/(m s).
+const INTEGRAL_N_M_S: f64 = 150.0;
+/// Distance below which the force does not grow, m: dry friction would let it hunt to and fro.
+const NEAR_M: f64 = 1.0e-3;
+/// Distance at which the handle counts as held, m.
+const HELD_M: f64 = 1.5e-3;
+/// Speed at which it counts as still, m/s.
+const STILL_M_S: f64 = 0.008;
+/// Time for which it must be held, s.
+const HELD_S: f64 = 0.2;
+/// Longest time until it is held, s.
+const PATIENCE_S: f64 = 6.0;
+/// Speed at which it is carried back, m/s.
+const CARRY_M_S: f64 = 0.06;
+/// Longest distance between the spring's two ends, m. On a device that pushes the wrong way the
+/// spring drives the handle off: from here it coasts for less than another 8 mm (Touch).
+const LEASH_M: f64 = 0.012;
+
+/// The spring.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hold {
+    /// Place where it holds, m.
+    pub(super) target_m: Vector,
+    /// Force that carries the handle, N.
+    pub(super) carries_n: Vector,
+    /// Axes along which that force is known from break-away.
+    known: [bool; 3],
+    at_s: f64,
+}
+
+impl Hold {
+    /// A spring without force at the handle's present place.
+    pub(super) fn new(now: &Now) -> Self {
+        Self {
+            target_m: now.at_m,
+            carries_n: Vector::zeros(),
+            known: [false; 3],
+            at_s: now.at_s,
+        }
+    }
+
+    /// Notes the force that carries the handle along an axis, N. A force that differs from it would
+    /// stay in the dry friction and use up a part of it along the other axes.
+    pub(super) fn know(&mut self, axis: usize, carries_n: f64) {
+        self.carries_n[axis] = carries_n;
+        self.known[axis] = true;
+    }
+
+    /// Force now, N.
+    pub(super) fn force_n(&self, now: &Now) -> Vector {
+        (self.target_m - now.at_m) * STIFFNESS_N_M - now.v_m_s * DAMPING_N_S_M + self.carries_n
+    }
+
+    /// Force now, N, after the integral has grown.
+    fn grown_n(&mut self, now: &Now, limit_n: f64) -> Vector {
+        let passed_s = (now.at_s - self.at_s).clamp(0.0, 0.01);
+        self.at_s = now.at_s;
+        let off_m = self.target_m - now.at_m;
+        if off_m.norm() > NEAR_M {
+            self.carries_n += off_m * (INTEGRAL_N_M_S * passed_s);
+            let norm = self.carries_n.norm();
+            if norm > limit_n {
+                self.carries_n *= limit_n / norm;
+            }
+        }
+        self.force_n(now)
+    }
+
+    /// Holds the handle for a time.
+    pub(super) fn keep(&mut self, bench: &mut Bench<'_>, seconds: f64) -> Result<(), Halt> {
+        let mut now = bench.now();
+        let begun_s = now.at_s;
+        bench.leash(self.target_m, LEASH_M);
+        while now.at_s - begun_s < seconds {
+            let force_n = self.grown_n(&now, bench.limit_n());
+            now = bench.tick(force_n)?;
+        }
+        bench.unleash();
+        Ok(())
+    }
+
+    /// Carries the handle to `goal_m` and waits until it is still. Then the spring is slack and
+    /// [`Hold::carries_n`] alone holds the handle: as known, or as the integral found it.
+    pub(super) fn settle(&mut self, bench: &mut Bench<'_>, goal_m: Vector) -> Result<(), Halt> {
+        let mut now = bench.now();
+        let known_n = self.carries_n;
+        self.at_s = now.at_s;
+        self.target_m = now.at_m;
+        let begun_s = now.at_s;
+        let (mut since_s, mut sum_n, mut count) = (now.at_s, Vector::zeros(), 0.0);
+        loop {
+            let before_s = now.at_s;
+            let force_n = self.grown_n(&now, bench.limit_n());
+            bench.leash(self.target_m, LEASH_M);
+            now = bench.tick(force_n)?;
+            let passed_s = (now.at_s - before_s).clamp(0.0, 0.01);
+            let way_m = goal_m - self.target_m;
+            self.target_m += way_m * (CARRY_M_S * passed_s / way_m.norm().max(1e-9)).min(1.0);
+            let is_held = (now.at_m - goal_m).norm() <= HELD_M && now.v_m_s.norm() <= STILL_M_S;
+            if !is_held {
+                (since_s, sum_n, count) = (now.at_s, Vector::zeros(), 0.0);
+                if now.at_s - begun_s > PATIENCE_S {
+                    bench.cut();
+                    return Err(Halt::Unheld {
+                        force_n: bench.limit_n(),
+                        allowed_mm: HELD_M * 1e3,
+                    });
+                }
+                continue;
+            }
+            sum_n += force_n;
+            count += 1.0;
+            if now.at_s - since_s >= HELD_S {
+                let found_n = sum_n / count;
+                self.carries_n = Vector::from_fn(|axis, _| {
+                    if self.known[axis] {
+                        known_n[axis]
+                    } else {
+                        found_n[axis]
+                    }
+                });
+                self.target_m = now.at_m;
+                bench.unleash();
+                return Ok(());
+            }
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! Measures friction, inertia, damping, delay and the stiffness limit of a haptic device, and
+//! compares them with what the device declares.
+//!
+//! ```text
+//! measure()  nobody holds the handle
+//!   hold      a soft spring finds the force that carries the handle's weight
+//!   friction  a force grows until the handle breaks away: friction, bias, rough mass, direction
+//!   excite    a chirp, and pushes after which the handle runs out
+//! Records::analyse()
+//!   fit       mass, damping, friction, bias and delay from positions, by least squares
+//! wall()     a person presses a virtual wall that stiffens until it buzzes
+//! ```
+//!
+//! Time is an argument ([`Clock`]): the command waits for real milliseconds, tests do not. Every
+//! force passes one place (`bench`), which shortens it and ends everything when the handle leaves
+//! its place.
+//!
+//! A delay counts from a command to the sample that shows its effect, as a loop of 1 kHz sees both.
+//! The time for which a force is held is not part of it.
+//!
+//! The stiffness that a device bears follows from `b = K (T/2 + delay)` (Colgate and Schenkel 1997,
+//! with delay). Dry friction bears more (Diolaiti et al. 2006), but only for small movements, so it
+//! counts as the damping that it is for a tremor.
+
+mod analyse;
+mod bench;
+mod buzz;
+mod curve;
+mod echo;
+mod excite;
+mod fit;
+mod friction;
+mod guard;
+mod halt;
+mod hold;
+mod measure;
+mod model;
+mod result;
+mod wall;
+
+pub use bench::{Clock, FORCE_N};
+pub use buzz::SWING_M;
+pub use echo::echo_s;
+pub use halt::Halt;
+pub use measure::{Options, Records, measure};
+pub use result::{Axis, Characterised, Estimate, TREMOR_M_S, Trace, rendered_n_m};
+pub use wall::{STIFFEST_N_M, Trial, Wall, wall};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,250 @@
+//! A handle along one axis as the fit sees it: mass, viscous damping, dry friction, a constant
+//! force that carries it, and a delay.
+
+use super::bench::Step;
+
+/// Length of a step of the mechanics, s. Within a step the force is constant and reversals are
+/// exact, so that only viscous damping suffers: 0.2 N s/m on 45 g by 0.1 %.
+const STEP_S: f64 = 5e-4;
+
+/// Number of parameters.
+pub(super) const COUNT: usize = 5;
+
+/// Parameters of a handle: `m a = F(t − delay) − carries − b v − f sign(v)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Model {
+    /// Mass, kg.
+    pub(super) mass_kg: f64,
+    /// Viscous damping, N s/m.
+    pub(super) damping_n_s_m: f64,
+    /// Dry friction, N.
+    pub(super) friction_n: f64,
+    /// Force that carries the handle against its weight, N.
+    pub(super) carries_n: f64,
+    /// Delay from a command to the sample that shows its effect, s, without the time of holding.
+    pub(super) delay_s: f64,
+}
+
+/// Lightest handle that is believed, kg.
+const MASS_MIN_KG: f64 = 1e-3;
+/// Longest delay that is searched, s: the protocol's limit.
+pub(super) const DELAY_MAX_S: f64 = 0.05;
+
+impl Model {
+    pub(super) const fn parameters(&self) -> [f64; COUNT] {
+        [
+            self.mass_kg,
+            self.damping_n_s_m,
+            self.friction_n,
+            self.carries_n,
+            self.delay_s,
+        ]
+    }
+
+    /// The model with these parameters, moved to where they make sense.
+    pub(super) const fn of([mass, damping, friction, carries, delay]: [f64; COUNT]) -> Self {
+        Self {
+            mass_kg: mass.max(MASS_MIN_KG),
+            damping_n_s_m: damping,
+            friction_n: friction.max(0.0),
+            carries_n: carries,
+            delay_s: delay.clamp(0.0, DELAY_MAX_S),
+        }
+    }
+
+    /// Place and speed after a step under a constant force. Friction stops the handle and, if the
+    /// force is larger, lets it start in the other direction.
+    fn step(&self, [at_m, v_m_s]: [f64; 2], drive_n: f64, step_s: f64) -> [f64; 2] {
+        let holds = drive_n.abs() <= self.friction_n;
+        let direction = if v_m_s != 0.0 {
+            v_m_s.signum()
+        } else if holds {
+            return [at_m, 0.0];
+        } else {
+            drive_n.signum()
+        };
+        let sum_n = drive_n - self.damping_n_s_m * v_m_s - self.friction_n * direction;
+        let a_m_s2 = sum_n / self.mass_kg;
+        let next_m_s = v_m_s + a_m_s2 * step_s;
+        if next_m_s * direction >= 0.0 {
+            return [at_m + 0.5 * (v_m_s + next_m_s) * step_s, next_m_s];
+        }
+        let stop_s = -v_m_s / a_m_s2;
+        let stop_m = at_m + 0.5 * v_m_s * stop_s;
+        if holds {
+            return [stop_m, 0.0];
+        }
+        let rest_s = step_s - stop_s;
+        let a_m_s2 = (drive_n - self.friction_n * drive_n.signum()) / self.mass_kg;
+        [stop_m + 0.5 * a_m_s2 * rest_s * rest_s, a_m_s2 * rest_s]
+    }
+
+    /// Positions at the times of the window's samples, m, of a handle that begins at its first
+    /// sample at the window's place and speed.
+    pub(super) fn run(&self, course: &Course, window: &Window, positions_m: &mut Vec<f64>) {
+        positions_m.clear();
+        let samples = window.of(course);
+        let Some(first) = samples.first() else { return };
+        let (mut at_s, mut at_m, mut speed_m_s) = (first.0, window.from_m, window.speed_m_s);
+        let mut sends = Cursor::new(course, at_s - self.delay_s);
+        let mut before_n_s = sends.impulse_n_s(at_s - self.delay_s);
+        positions_m.push(at_m);
+        for &(until_s, _) in &samples[1..] {
+            let steps = ((until_s - at_s) / STEP_S).round().max(1.0);
+            let step_s = (until_s - at_s) / steps;
+            for step in 1..=steps as u32 {
+                let now_s = at_s + f64::from(step) * step_s;
+                let now_n_s = sends.impulse_n_s(now_s - self.delay_s);
+                let drive_n = (now_n_s - before_n_s) / step_s - self.carries_n;
+                before_n_s = now_n_s;
+                let moved = self.step([at_m, speed_m_s], drive_n, step_s);
+                [at_m, speed_m_s] = moved;
+            }
+            at_s = until_s;
+            positions_m.push(at_m);
+        }
+    }
+}
+
+/// Record of one experiment along one axis.
+#[derive(Debug, Clone)]
+pub(super) struct Course {
+    /// Times of commands, s, their forces, N, and the impulse of all before, N s.
+    sends: Vec<(f64, f64, f64)>,
+    /// Times of samples, s, and their positions, m.
+    pub(super) samples: Vec<(f64, f64)>,
+}
+
+impl Course {
+    pub(super) fn new(steps: &[Step], axis: usize) -> Self {
+        let mut sends: Vec<(f64, f64, f64)> = Vec::with_capacity(steps.len());
+        for step in steps {
+            let impulse_n_s = sends.last().map_or(0.0, |(at_s, force_n, impulse_n_s)| {
+                impulse_n_s + force_n * (step.at_s - at_s)
+            });
+            sends.push((step.at_s, step.force_n[axis], impulse_n_s));
+        }
+        let seen = |step: &Step| step.at_m.map(|at_m| (step.at_s, at_m[axis]));
+        Self {
+            sends,
+            samples: steps.iter().filter_map(seen).collect(),
+        }
+    }
+
+    /// Force commanded at a time, N.
+    pub(super) fn force_n(&self, at_s: f64) -> f64 {
+        let next = self.sends.partition_point(|send| send.0 <= at_s);
+        let send = self.sends.get(next.saturating_sub(1));
+        send.map_or(0.0, |send| send.1)
+    }
+}
+
+/// A place among the commands that moves forward with time.
+struct Cursor<'a> {
+    sends: &'a [(f64, f64, f64)],
+    at: usize,
+}
+
+impl<'a> Cursor<'a> {
+    fn new(course: &'a Course, from_s: f64) -> Self {
+        let next = course.sends.partition_point(|send| send.0 <= from_s);
+        Self {
+            sends: &course.sends,
+            at: next.saturating_sub(1),
+        }
+    }
+
+    /// Impulse of all commands up to a time, N s. Before the first command its force acted already.
+    fn impulse_n_s(&mut self, at_s: f64) -> f64 {
+        while self
+            .sends
+            .get(self.at + 1)
+            .is_some_and(|next| next.0 <= at_s)
+        {
+            self.at += 1;
+        }
+        let send = self.sends.get(self.at);
+        send.map_or(0.0, |(from_s, force_n, before_n_s)| {
+            before_n_s + force_n * (at_s - from_s)
+        })
+    }
+}
+
+/// A piece of a course that the fit follows from its own start.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Window {
+    /// First sample, and the one after the last.
+    from: usize,
+    to: usize,
+    /// Start of the model, m and m/s.
+    pub(super) from_m: f64,
+    pub(super) speed_m_s: f64,
+}
+
+/// Length of a window, s: two swings of 25 Hz. Errors of speed and place at its start, which are
+/// parameters as well, take little of what it tells.
+const WINDOW_S: f64 = 0.08;
+/// Longest gap between samples of a window, s: behind it the handle may have gone anywhere.
+const GAP_S: f64 = 0.005;
+/// Fewest samples of a window.
+const SAMPLES_MIN: usize = 12;
+/// Samples from which the speed at its start is guessed.
+const START_SAMPLES: usize = 8;
+/// Least movement in a window that tells anything, m: several steps of an encoder.
+const MOVEMENT_MIN_M: f64 = 0.2e-3;
+
+impl Window {
+    /// All windows of a course.
+    pub(super) fn all(course: &Course) -> Vec<Self> {
+        let samples = &course.samples;
+        let mut windows = Vec::new();
+        let mut from = 0;
+        while let Some(first) = samples.get(from) {
+            let within = samples[from..].partition_point(|it| it.0 - first.0 <= WINDOW_S);
+            let pairs = samples[from..from + within].windows(2);
+            let gap = pairs
+                .into_iter()
+                .position(|pair| pair[1].0 - pair[0].0 > GAP_S);
+            let to = from + gap.map_or(within, |at| at + 1);
+            windows.extend(Self::new(samples, from, to));
+            from = to;
+        }
+        windows
+    }
+
+    fn new(samples: &[(f64, f64)], from: usize, to: usize) -> Option<Self> {
+        let of = &samples[from..to];
+        let reach = |pick: fn(f64, f64) -> f64, start| of.iter().map(|it| it.1).fold(start, pick);
+        let moved_m = reach(f64::max, f64::MIN) - reach(f64::min, f64::MAX);
+        if of.len() < SAMPLES_MIN || moved_m < MOVEMENT_MIN_M {
+            return None;
+        }
+        let start = &of[..START_SAMPLES];
+        let [mean_s, mean_m] = [
+            start.iter().map(|it| it.0).sum::<f64>() / START_SAMPLES as f64,
+            start.iter().map(|it| it.1).sum::<f64>() / START_SAMPLES as f64,
+        ];
+        let product = |it: &(f64, f64)| (it.0 - mean_s) * (it.1 - mean_m);
+        let square = |it: &(f64, f64)| (it.0 - mean_s).powi(2);
+        let speed_m_s =
+            start.iter().map(product).sum::<f64>() / start.iter().map(square).sum::<f64>();
+        Some(Self {
+            from,
+            to,
+            from_m: mean_m + speed_m_s * (start[0].0 - mean_s),
+            speed_m_s,
+        })
+    }
+
+    /// The window from a time to the end.
+    pub(super) fn since(course: &Course, from_s: f64) -> Option<Self> {
+        let samples = &course.samples;
+        let from = samples.partition_point(|it| it.0 < from_s);
+        Self::new(samples, from, samples.len())
+    }
+
+    /// The window's samples.
+    pub(super) fn of<'a>(&self, course: &'a Course) -> &'a [(f64, f64)] {
+        course.samples.get(self.from..self.to).unwrap_or_default()
+    }
+}

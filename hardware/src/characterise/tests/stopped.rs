@@ -1,0 +1,188 @@
+//! Every reason to stop: the force is zero afterwards, and the message names the next step.
+
+use rt_core::fault::Fault;
+use rt_core::math::Vec3;
+
+use super::super::{Halt, Options, measure};
+use super::X;
+use super::simulated::{Between, HandLaw, Watch, nobody, simulated};
+use crate::HardwareError;
+use crate::emulate::{Body, HapticModel, PlayedBody};
+
+const TOUCH: HapticModel = HapticModel::TouchRig;
+
+/// A way to spoil a measurement.
+struct Spoiled {
+    of: PlayedBody,
+    hand: HandLaw,
+    options: Options,
+    change: Box<dyn FnOnce(&mut Between)>,
+    /// Called each millisecond of simulated time; false ends it.
+    watch: Box<Watch>,
+}
+
+impl Default for Spoiled {
+    fn default() -> Self {
+        Self {
+            of: PlayedBody::free(TOUCH),
+            hand: nobody(),
+            options: X,
+            change: Box::new(|_| {}),
+            watch: Box::new(|_, _| true),
+        }
+    }
+}
+
+/// The reason, and the message as a user sees it. Checks that no force remains.
+fn halted(spoiled: Spoiled) -> (Halt, String) {
+    let (device, mut clock) = simulated(TOUCH, spoiled.of, spoiled.hand);
+    let mut device = Between::new(device, 0);
+    (spoiled.change)(&mut device);
+    clock.watch = spoiled.watch;
+    let sent = device.sent.clone();
+    let halt = measure(&mut device, &mut clock, &spoiled.options, &mut |_| {}).unwrap_err();
+    assert_eq!(sent.borrow().1.to_bits(), 0, "{halt}: no force remains");
+    let said = HardwareError::from(halt.clone()).to_string();
+    (halt, said)
+}
+
+#[test]
+fn a_device_that_pushes_the_wrong_way_is_stopped_within_two_centimetres() {
+    for axis in 0..3 {
+        let (device, mut clock) = simulated(TOUCH, PlayedBody::free(TOUCH), nobody());
+        let played = clock.played.clone();
+        let mut device = Between::new(device, 0);
+        device.factors[axis] = -1.0;
+        let halt = measure(&mut device, &mut clock, &X, &mut |_| {}).unwrap_err();
+        assert!(matches!(halt, Halt::Backwards { .. }), "{halt}");
+        let said = halt.to_string();
+        assert!(said.contains("Run `calot devices feel` first"), "{said}");
+        // Without force it comes to rest.
+        for _ in 0..500 {
+            played.move_on(Vec3::zeros());
+        }
+        let moved_m = played.measured_m().norm();
+        assert!(moved_m < 0.02, "{moved_m}");
+    }
+}
+
+#[test]
+fn a_force_along_another_axis_is_named() {
+    let (_, said) = halted(Spoiled {
+        change: Box::new(|device| device.swaps_xy = true),
+        ..Spoiled::default()
+    });
+    assert!(
+        said.contains("direction or axis of the force is wrong"),
+        "{said}"
+    );
+    assert!(said.contains("to +x moved the handle by ["), "{said}");
+}
+
+#[test]
+fn unplugged_device_ends_every_experiment() {
+    for at_s in [0.3, 3.0, 8.5, 13.0] {
+        let (halt, said) = halted(Spoiled {
+            watch: Box::new(move |now_s, played| {
+                if now_s >= at_s {
+                    played.unplug();
+                }
+                true
+            }),
+            ..Spoiled::default()
+        });
+        assert_eq!(halt, Halt::Lost);
+        assert!(said.contains("Plug it in and start again"), "{said}");
+    }
+}
+
+#[test]
+fn a_person_ends_it_at_any_time() {
+    for at_s in [0.0, 0.5, 7.0, 9.0] {
+        let (halt, said) = halted(Spoiled {
+            watch: Box::new(move |now_s, _| now_s < at_s),
+            ..Spoiled::default()
+        });
+        assert_eq!(halt, Halt::Asked);
+        assert!(said.contains("The force is zero"), "{said}");
+    }
+}
+
+#[test]
+fn a_fault_and_silence_end_it() {
+    let (_, said) = halted(Spoiled {
+        change: Box::new(|device| device.findings.faults.raise(Fault::DeviceClock)),
+        ..Spoiled::default()
+    });
+    assert!(said.contains("(device_clock), allowed is none"), "{said}");
+    let (halt, said) = halted(Spoiled {
+        change: Box::new(|device| device.polls_left = 700),
+        ..Spoiled::default()
+    });
+    assert!(matches!(halt, Halt::Silent { .. }), "{halt}");
+    assert!(said.contains("ms, allowed are 300 ms"), "{said}");
+}
+
+#[test]
+fn a_handle_outside_the_middle_is_refused_without_force() {
+    let (halt, said) = halted(Spoiled {
+        of: PlayedBody {
+            start_m: Vec3::new(0.0, 0.07, 0.0),
+            ..PlayedBody::free(TOUCH)
+        },
+        ..Spoiled::default()
+    });
+    assert!(matches!(halt, Halt::Outside { .. }), "{halt}");
+    assert!(
+        said.contains("70 mm from the middle of the workspace, allowed are 60 mm"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_weight_beyond_the_force_ends_it() {
+    let (halt, said) = halted(Spoiled {
+        of: PlayedBody {
+            load_n: Vec3::new(0.0, -1.5, 0.0),
+            ..PlayedBody::free(TOUCH)
+        },
+        ..Spoiled::default()
+    });
+    assert!(
+        matches!(halt, Halt::Away { .. } | Halt::Fast { .. }),
+        "{halt}"
+    );
+    assert!(said.contains("allowed are"), "{said}");
+    let free = PlayedBody::free(TOUCH);
+    let (halt, said) = halted(Spoiled {
+        of: PlayedBody {
+            start_m: Vec3::new(0.025, 0.0, 0.0),
+            body: Body {
+                friction_n: 1.2,
+                ..free.body
+            },
+            ..free
+        },
+        ..Spoiled::default()
+    });
+    assert!(matches!(halt, Halt::Unheld { .. }), "{halt}");
+    assert!(
+        said.contains("0.88 N do not hold the handle within"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_force_that_the_device_may_not_give_is_refused() {
+    for force_n in [0.9, 0.01, f64::NAN, -1.0] {
+        let (halt, said) = halted(Spoiled {
+            options: Options {
+                force_n: Some(force_n),
+                ..X
+            },
+            ..Spoiled::default()
+        });
+        assert!(matches!(halt, Halt::Force { .. }), "{halt}");
+        assert!(said.contains("allowed is 0.05 to 0.88 N"), "{said}");
+    }
+}

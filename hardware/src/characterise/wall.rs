@@ -1,0 +1,232 @@
+//! A virtual wall under the handle that a person taps and presses lightly: it stiffens until it
+//! buzzes.
+//!
+//! Every wall is met from above. On a handle that rests in a wall while it stiffens, dry friction
+//! hides the limit: a Touch then bears three times the stiffness at which a tap makes it buzz.
+
+use rt_core::port::HapticDevice;
+
+use super::bench::{Bench, Clock, Now, Vector};
+use super::buzz::Buzz;
+use super::halt::Halt;
+
+/// Softest wall, N/m: the map of `evaluate haptics` begins here as well.
+const SOFTEST_N_M: f64 = 100.0;
+/// Stiffest wall, N/m: the map ends here.
+pub const STIFFEST_N_M: f64 = 20e3;
+/// Ratio of the wall that buzzed to the one that was still at which the search ends.
+const RATIO: f64 = 1.1;
+/// Time for which a wall must be still under pressure, s.
+const STILL_S: f64 = 0.8;
+/// Time for which the handle must be above the wall before the next one, s.
+const ABOVE_S: f64 = 0.1;
+/// Least and largest pressure, as shares of the largest force. Above it the force no longer grows,
+/// which would hide the stiffness.
+const PRESSURE: [f64; 2] = [0.1, 0.95];
+/// Longest wait for a person, s.
+const PATIENCE_S: f64 = 30.0;
+/// Interval at which a person is asked again, s.
+const ASK_S: f64 = 5.0;
+
+/// A wall and its outcome.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trial {
+    /// Stiffness, N/m.
+    pub stiffness_n_m: f64,
+    /// Frequency, Hz, and swing, m, if it buzzed.
+    pub buzz: Option<(f64, f64)>,
+}
+
+/// Result of all walls.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Wall {
+    /// All trials in their order.
+    pub trials: Vec<Trial>,
+    /// Stiffest wall that was still, N/m.
+    pub still_n_m: Option<f64>,
+    /// Softest wall that buzzed, N/m.
+    pub buzzes_n_m: Option<f64>,
+    /// True if nobody pressed any more before the search was done.
+    pub was_left: bool,
+}
+
+impl Wall {
+    /// Stiffness of the next wall: twice the last one until it buzzes, then in between.
+    fn next_n_m(&self) -> Option<f64> {
+        match (self.still_n_m, self.buzzes_n_m) {
+            (None, None) => Some(SOFTEST_N_M),
+            (None, Some(_)) => None,
+            (Some(still), None) => (still < STIFFEST_N_M).then(|| (2.0 * still).min(STIFFEST_N_M)),
+            (Some(still), Some(buzzes)) => {
+                (buzzes > RATIO * still).then(|| (still * buzzes).sqrt())
+            }
+        }
+    }
+
+    fn note(&mut self, trial: Trial) {
+        let stiffness = Some(trial.stiffness_n_m);
+        match trial.buzz {
+            None => self.still_n_m = stiffness,
+            Some(_) => self.buzzes_n_m = stiffness,
+        }
+        self.trials.push(trial);
+    }
+}
+
+/// Outcome of one wall.
+enum Outcome {
+    Still,
+    Buzzed(f64, f64),
+    Left,
+}
+
+/// Lays a wall across the middle of the workspace, facing up, and asks a person to press it.
+/// `force_n` is the largest force that a person allows.
+pub fn wall(
+    device: &mut dyn HapticDevice,
+    clock: &mut dyn Clock,
+    force_n: Option<f64>,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Wall, Halt> {
+    let mut bench = Bench::new(device, clock, force_n)?;
+    let mut walls = Wall::default();
+    // The last wall stays under the hand until it is lifted, unless it buzzed.
+    let mut stays_n_m = 0.0;
+    while let Some(stiffness_n_m) = walls.next_n_m() {
+        let outcome = if lifted(&mut bench, stays_n_m, tell)? {
+            press(&mut bench, stiffness_n_m, tell)?
+        } else {
+            Outcome::Left
+        };
+        let buzz = match outcome {
+            Outcome::Left => {
+                walls.was_left = true;
+                break;
+            }
+            Outcome::Still => None,
+            Outcome::Buzzed(hz, swing_m) => Some((hz, swing_m)),
+        };
+        tell(&said(stiffness_n_m, buzz));
+        stays_n_m = if buzz.is_some() { 0.0 } else { stiffness_n_m };
+        walls.note(Trial {
+            stiffness_n_m,
+            buzz,
+        });
+    }
+    Ok(walls)
+}
+
+fn said(stiffness_n_m: f64, buzz: Option<(f64, f64)>) -> String {
+    match buzz {
+        None => format!("  {stiffness_n_m:.0} N/m: still"),
+        Some((hz, swing_m)) => format!(
+            "  {stiffness_n_m:.0} N/m: buzzes with {hz:.0} Hz and {:.2} mm",
+            swing_m * 1e3
+        ),
+    }
+}
+
+/// Waits until the handle is above the wall, of which this stiffness stays meanwhile. Returns false
+/// if nobody lifts it.
+fn lifted(bench: &mut Bench<'_>, stays_n_m: f64, tell: &mut dyn FnMut(&str)) -> Result<bool, Halt> {
+    let mut now = bench.now();
+    let begun_s = now.at_s;
+    let mut below_s = now.at_s;
+    let mut asked_s = f64::NEG_INFINITY;
+    while now.at_s - begun_s < PATIENCE_S {
+        if now.at_m.y <= 0.0 {
+            below_s = now.at_s;
+        }
+        if now.at_s - below_s >= ABOVE_S {
+            return Ok(true);
+        }
+        if now.at_m.y <= 0.0 && now.at_s - asked_s >= ASK_S {
+            tell("  Lift the handle above the middle of the workspace.");
+            asked_s = now.at_s;
+        }
+        now = bench.tick(pushes_n(&now, stays_n_m))?;
+    }
+    bench.cut();
+    Ok(false)
+}
+
+/// Lets a person press a wall.
+fn press(
+    bench: &mut Bench<'_>,
+    stiffness_n_m: f64,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Outcome, Halt> {
+    let limit_n = bench.limit_n();
+    let [least_n, most_n] = PRESSURE.map(|share| share * limit_n);
+    let mut now = bench.now();
+    let mut buzz = Buzz::default();
+    let (mut pressed_s, mut touched_s, mut asked_s) = (0.0, now.at_s, now.at_s);
+    loop {
+        let force_n = pushes_n(&now, stiffness_n_m);
+        let before_s = now.at_s;
+        now = bench.tick(force_n)?;
+        let is_touched = force_n.y > 0.0;
+        if buzz.add(now.at_s, now.at_m.y) && is_touched {
+            bench.cut();
+            let (hz, swing_m) = buzz.tone().unwrap_or_default();
+            return Ok(Outcome::Buzzed(hz, swing_m));
+        }
+        if (least_n..=most_n).contains(&force_n.y) {
+            touched_s = now.at_s;
+            pressed_s += (now.at_s - before_s).clamp(0.0, 0.01);
+        }
+        if pressed_s >= STILL_S && !buzz.is_quick() {
+            return Ok(Outcome::Still);
+        }
+        if now.at_s - touched_s > PATIENCE_S {
+            bench.cut();
+            return Ok(Outcome::Left);
+        }
+        if now.at_s - touched_s >= ASK_S && now.at_s - asked_s >= ASK_S {
+            asked_s = now.at_s;
+            tell(if force_n.y > most_n {
+                "  Press more lightly."
+            } else {
+                "  Tap the wall in the middle of the workspace from above, and press it gently."
+            });
+        }
+    }
+}
+
+/// Force of the wall, N, upwards.
+fn pushes_n(now: &Now, stiffness_n_m: f64) -> Vector {
+    Vector::y() * (stiffness_n_m * (-now.at_m.y).max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_search_doubles_then_closes_in() {
+        let limit_n_m = 1234.0;
+        let mut walls = Wall::default();
+        while let Some(stiffness_n_m) = walls.next_n_m() {
+            let buzz = (stiffness_n_m > limit_n_m).then_some((80.0, 1e-3));
+            walls.note(Trial {
+                stiffness_n_m,
+                buzz,
+            });
+        }
+        let still = walls.still_n_m.unwrap();
+        assert!((limit_n_m / RATIO..=limit_n_m).contains(&still), "{still}");
+        assert!(walls.trials.len() < 12, "{}", walls.trials.len());
+        let mut rigid = Wall::default();
+        while let Some(stiffness_n_m) = rigid.next_n_m() {
+            let buzz = None;
+            rigid.note(Trial {
+                stiffness_n_m,
+                buzz,
+            });
+        }
+        assert_eq!(
+            (rigid.still_n_m, rigid.buzzes_n_m),
+            (Some(STIFFEST_N_M), None)
+        );
+    }
+}

@@ -1,0 +1,61 @@
+//! Hand at the emulated handle.
+
+use rt_core::math::Vec3;
+
+use super::touch::Grip;
+
+/// Person at the emulated handle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Holding {
+    /// The scripted hand, or a person who steers it.
+    #[default]
+    Script,
+    /// Nobody: the handle is free.
+    Nobody,
+    /// Two fingers that tap onto the middle of the workspace from above and press, again and again.
+    Press,
+}
+
+/// Two fingers that hardly hold the handle.
+const FINGERS: Grip = Grip {
+    stiffness_n_m: 30.0,
+    damping_n_s_m: 0.2,
+};
+/// Height from which they come, m: 0.6 N lift the handle against 0.26 N of dry friction.
+const ABOVE_M: f32 = 0.02;
+/// Depth to which they would press, m: 0.5 N.
+const BELOW_M: f32 = 0.016;
+/// Length of a round, s; time in which they come down, time at which they go up, and time in which
+/// they do.
+const ROUND_S: f64 = 4.0;
+const DOWN_S: f64 = 0.5;
+const LIFTS_AT_S: f64 = 3.0;
+const UP_S: f64 = 0.3;
+
+impl Holding {
+    /// Grip on the handle and its place at the start. `None`: as the script has them.
+    pub(super) fn grip(self) -> Option<(Grip, Vec3)> {
+        match self {
+            Self::Script => None,
+            Self::Nobody => Some((Grip::NONE, Vec3::zeros())),
+            Self::Press => Some((FINGERS, Vec3::y() * ABOVE_M)),
+        }
+    }
+
+    /// Place to which it pulls the handle, m. `None`: as the script has it.
+    pub(super) fn target_m(self, at_s: f64) -> Option<Vec3> {
+        match self {
+            Self::Script => None,
+            Self::Nobody => Some(Vec3::zeros()),
+            Self::Press => Some(pressing_m(at_s)),
+        }
+    }
+}
+
+/// Place to which two fingers pull that tap and press, m.
+pub(crate) fn pressing_m(at_s: f64) -> Vec3 {
+    let phase_s = at_s.rem_euclid(ROUND_S);
+    let up = (phase_s - LIFTS_AT_S) / UP_S;
+    let down = (phase_s / DOWN_S).min(1.0 - up).clamp(0.0, 1.0) as f32;
+    Vec3::y() * (ABOVE_M - (ABOVE_M + BELOW_M) * down)
+}
