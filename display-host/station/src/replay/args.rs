@@ -63,8 +63,8 @@ pub(crate) struct ReplayArgs {
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
-    /// Write every tick to this table: device, tip, force, torque, buttons, pedals; units are in its
-    /// first line
+    /// Write every tick to this table: device, tip, force, torque, buttons, pedals. Units are in
+    /// its first line
     #[arg(long, value_name = "FILE",
         conflicts_with_all = ["show", "frames", "what_if", "what_if_iterations"])]
     pub(crate) csv: Option<PathBuf>,

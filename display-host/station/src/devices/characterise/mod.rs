@@ -286,8 +286,8 @@ fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
     }
 }
 
-/// Waits for Enter. Polls the device meanwhile, so that its samples do not pile up. Returns false on
-/// Ctrl-C.
+/// Waits for Enter. Polls the device meanwhile, so that its samples do not pile up. Returns false
+/// on Ctrl-C.
 fn kept_alive(device: &mut dyn HapticDevice, clock: &RealClock) -> bool {
     let begins = clock.wait_for_enter();
     device.poll(now_ns());
