@@ -49,13 +49,6 @@ impl<'a> Planned<'a> {
         if let Some(path) = &args.gif {
             output::check("--gif", path, Format::Animation, args.overwrite)?;
         }
-        if let Some(device) = unfelt(&args.controller.devices) {
-            say::note(format_args!(
-                "calot: no record says that {} passed `calot devices feel`: its axes and forces are \
-                 untested. A station file keeps the record",
-                device.display()
-            ));
-        }
         let folder = Folder::open(&args.station, args.attach)?;
         if !args.attach {
             station.check_room()?;
@@ -65,6 +58,13 @@ impl<'a> Planned<'a> {
             session::check_target(&path)?;
             let seconds = args.seconds.or(args.headless.then_some(HEADLESS_SECONDS));
             room::check(&path, std::fs::metadata(&scene)?.len(), seconds)?;
+        }
+        if let Some(device) = unfelt(&args.controller.devices) {
+            say::note(format_args!(
+                "calot: no record says that {} passed `calot devices feel`: its axes and forces are \
+                 untested. A station file keeps the record",
+                device.display()
+            ));
         }
         Ok(Self {
             args,
