@@ -155,17 +155,22 @@ fn a_disk_that_fails_is_reported_and_a_slow_one_loses_nothing() {
         sync_error: Some(5),
         ..Manner::default()
     };
-    for (manner, test) in [(failing, "failing"), (losing, "losing")] {
+    let limited = Manner {
+        error_after: Some((written * 3 / 4, 122)),
+        ..Manner::default()
+    };
+    for (manner, test, words) in [
+        (failing, "failing", "Input/output error"),
+        (losing, "losing", "Input/output error"),
+        (limited, "quota", "uota exceeded"),
+    ] {
         let Some((code, said, came_to)) = recorded_on(manner, test) else {
             return;
         };
         assert_eq!(code, Some(1), "{test}: {said}");
-        assert!(said.contains("Input/output error"), "{test}: {said}");
+        assert!(said.contains(words), "{test}: {said}");
         let warnings = came_to["warnings"].to_string();
-        assert!(
-            warnings.contains("Input/output error"),
-            "{test}: {warnings}"
-        );
+        assert!(warnings.contains(words), "{test}: {warnings}");
         assert!(
             came_to["ticks"].as_u64() > Some(1000),
             "{test}: the run went on"
