@@ -157,12 +157,14 @@ fn both(one: &Wish, other: &Wish) -> Wish {
 mod tests {
     use super::*;
     use crate::args::GamepadArgs;
+    use crate::emulate::args::HandName;
 
     fn args(station: &str) -> EmulateArgs {
         EmulateArgs {
             dir: "unused".into(),
             scene: "unused".into(),
             seed: 1,
+            hand: HandName::Script,
             station: Some(station.to_owned()),
             gamepad: GamepadArgs {
                 gamepad: GamepadName::Off,

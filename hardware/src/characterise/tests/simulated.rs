@@ -17,6 +17,9 @@ use crate::emulate::{HapticModel, Played, PlayedBody};
 /// Movement of the hand: time in s to its target in m.
 pub(super) type HandLaw = Box<dyn FnMut(f64) -> Vec3>;
 
+/// Called each millisecond of simulated time; false ends it.
+pub(super) type Watch = Box<dyn FnMut(f64, &Played) -> bool>;
+
 /// Time that advances the played device, and ends when a test wants it to.
 pub(super) struct PlayedClock {
     pub(super) played: Rc<Played>,
@@ -25,7 +28,7 @@ pub(super) struct PlayedClock {
     /// True if this computer stands still for 30 ms in each second.
     pub(super) stalls: bool,
     /// Called after each millisecond; false ends the time.
-    pub(super) watch: Box<dyn FnMut(f64, &Played) -> bool>,
+    pub(super) watch: Watch,
 }
 
 impl Clock for PlayedClock {

@@ -5,9 +5,9 @@ use rt_core::math::Vec3;
 
 use super::super::{Halt, Options, measure};
 use super::X;
-use super::simulated::{Between, HandLaw, nobody, simulated};
+use super::simulated::{Between, HandLaw, Watch, nobody, simulated};
 use crate::HardwareError;
-use crate::emulate::{Body, HapticModel, Played, PlayedBody};
+use crate::emulate::{Body, HapticModel, PlayedBody};
 
 const TOUCH: HapticModel = HapticModel::TouchRig;
 
@@ -18,7 +18,7 @@ struct Spoiled {
     options: Options,
     change: Box<dyn FnOnce(&mut Between)>,
     /// Called each millisecond of simulated time; false ends it.
-    watch: Box<dyn FnMut(f64, &Played) -> bool>,
+    watch: Watch,
 }
 
 impl Default for Spoiled {

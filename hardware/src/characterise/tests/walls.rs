@@ -55,7 +55,7 @@ fn pressed(body: Body, hand: HandLaw) -> Result<(Wall, Vec<String>), Halt> {
     let sent = device.sent.clone();
     let mut told = Vec::new();
     let walls = wall(&mut device, &mut clock, None, &mut |line| {
-        told.push(line.to_owned())
+        told.push(line.to_owned());
     });
     assert!(sent.borrow().0 <= 0.88 + 1e-6, "{:?}", sent.borrow());
     assert_eq!(sent.borrow().1.to_bits(), 0, "no force remains");

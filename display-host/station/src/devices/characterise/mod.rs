@@ -242,8 +242,8 @@ fn experiments(
         wall: None,
     };
     if !args.only_wall {
-        explain(device.as_mut(), &options, &spec.path);
-        if !args.yes && !kept_alive(device.as_mut(), clock) {
+        explain(device.as_ref(), &options, &spec.path);
+        if !args.yes && !is_begun(device.as_mut(), clock) {
             return Ok(None);
         }
         made.records = measure(device.as_mut(), clock, &options, &mut tell)?;
@@ -256,7 +256,7 @@ fn experiments(
         );
         if !args.yes {
             say::note("Press Enter to begin.");
-            if !kept_alive(device.as_mut(), clock) {
+            if !is_begun(device.as_mut(), clock) {
                 return Ok(None);
             }
         }
@@ -265,7 +265,7 @@ fn experiments(
     Ok(Some(made))
 }
 
-fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
+fn explain(device: &dyn HapticDevice, options: &Options, path: &Path) {
     let can = device.capabilities();
     let allowed_n = f64::from(can.force_continuous_n.min(0.5 * can.force_max_n));
     let force_n = options.force_n.unwrap_or(FORCE_N.min(allowed_n));
@@ -283,9 +283,8 @@ fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
     }
 }
 
-/// Waits for Enter. Polls the device meanwhile, so that its samples do not pile up. Returns false on
-/// Ctrl-C.
-fn kept_alive(device: &mut dyn HapticDevice, clock: &RealClock) -> bool {
+/// Waits for Enter, and drops the samples that piled up meanwhile. Returns false on Ctrl-C.
+fn is_begun(device: &mut dyn HapticDevice, clock: &RealClock) -> bool {
     let begins = clock.wait_for_enter();
     device.poll(now_ns());
     begins
