@@ -246,7 +246,7 @@ fn experiments(
     };
     if !args.only_wall {
         explain(device.as_mut(), &options, &spec.path);
-        if !args.yes && !kept_alive(device.as_mut(), clock) {
+        if !args.yes && !is_begun(device.as_mut(), clock) {
             return Ok(None);
         }
         made.records = measure(device.as_mut(), clock, &options, &mut tell)?;
@@ -259,7 +259,7 @@ fn experiments(
         );
         if !args.yes {
             say::note("Press Enter to begin.");
-            if !kept_alive(device.as_mut(), clock) {
+            if !is_begun(device.as_mut(), clock) {
                 return Ok(None);
             }
         }
@@ -286,9 +286,8 @@ fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
     }
 }
 
-/// Waits for Enter. Polls the device meanwhile, so that its samples do not pile up. Returns false
-/// on Ctrl-C.
-fn kept_alive(device: &mut dyn HapticDevice, clock: &RealClock) -> bool {
+/// Waits for Enter, and drops the samples that piled up meanwhile. Returns false on Ctrl-C.
+fn is_begun(device: &mut dyn HapticDevice, clock: &RealClock) -> bool {
     let begins = clock.wait_for_enter();
     device.poll(now_ns());
     begins
