@@ -1,5 +1,7 @@
 //! Finds samples that come in bundles, as a USB adapter's latency timer sends them.
 
+use rt_core::time::TimeNs;
+
 /// Device time that the shortest bundle spans, µs: more than the age that a sample may have.
 const BUNDLE_US: u32 = 6_000;
 /// Longest pause of the host before a poll that counts, ns. A longer pause makes bundles itself.
@@ -14,14 +16,29 @@ const SPREAD_US: u32 = 3_000;
 /// Windows in a row that must show bundles.
 const WINDOWS: u32 = 2;
 
-/// The samples of a poll, and the sums over the polls before it.
+/// Pause of the arrivals that ends a bundle, ns. Samples of a bundle come within a millisecond or
+/// two, however many polls that takes.
+const PAUSE_NS: u64 = 3_000_000;
+/// Device time after which arrivals without a pause are no bundle, µs.
+const STREAM_US: u32 = 100_000;
+
+/// Samples that came without a pause between them.
+#[derive(Debug, Clone, Copy)]
+struct Group {
+    first_us: u32,
+    last_us: u32,
+    first_ns: TimeNs,
+    last_ns: TimeNs,
+}
+
+/// The present group of samples, and the sums over those before it.
 #[derive(Debug, Default)]
 pub(super) struct Bundles {
-    on_time: bool,
-    /// Device time of the poll's first and last sample.
-    poll: Option<(u32, u32)>,
-    /// Newest sample of earlier polls.
-    before_us: Option<u32>,
+    group: Option<Group>,
+    /// Arrival of the newest sample.
+    arrived_ns: TimeNs,
+    /// The host was late: samples that waited for it count only after a pause.
+    spoilt: bool,
     judged_us: u32,
     bundled_us: u32,
     shortest_us: u32,
@@ -34,29 +51,52 @@ pub(super) struct Bundles {
 impl Bundles {
     /// Begins a poll, this long after the one before.
     pub(super) const fn begin(&mut self, paused_ns: u64) {
-        self.on_time = paused_ns <= ON_TIME_NS;
-        self.poll = None;
+        if paused_ns > ON_TIME_NS {
+            self.group = None;
+            self.spoilt = true;
+        }
     }
 
-    /// Takes the device's time of a sample.
-    pub(super) fn take(&mut self, us: u32) {
-        let (first_us, _) = self.poll.unwrap_or((us, us));
-        self.poll = Some((first_us, us));
-    }
-
-    /// Ends the poll.
-    pub(super) fn end(&mut self) {
-        let Some((first_us, last_us)) = self.poll else {
+    /// Takes a sample: the device's time and its arrival.
+    pub(super) fn take(&mut self, us: u32, at_ns: TimeNs) {
+        let paused = at_ns.saturating_sub(self.arrived_ns) >= PAUSE_NS;
+        self.arrived_ns = at_ns;
+        if self.spoilt && !paused {
             return;
+        }
+        self.spoilt = false;
+        let fresh = Group {
+            first_us: us,
+            last_us: us,
+            first_ns: at_ns,
+            last_ns: at_ns,
         };
-        let passed_us = self.before_us.replace(last_us);
-        let passed_us = passed_us.map_or(0, |before_us| last_us.wrapping_sub(before_us));
-        if !self.on_time || passed_us > WINDOW_US {
+        match &mut self.group {
+            Some(group) if !paused && us.wrapping_sub(group.first_us) < STREAM_US => {
+                group.last_us = us;
+                group.last_ns = at_ns;
+            }
+            Some(group) => {
+                let ended = *group;
+                self.finish(ended, us);
+                self.group = Some(fresh);
+            }
+            None => self.group = Some(fresh),
+        }
+    }
+
+    /// Judges a group; the next one begins with this sample.
+    fn finish(&mut self, group: Group, next_us: u32) {
+        let passed_us = next_us.wrapping_sub(group.first_us);
+        if passed_us > WINDOW_US {
             return;
         }
         self.judged_us += passed_us;
-        let length_us = last_us.wrapping_sub(first_us);
-        if length_us >= BUNDLE_US {
+        let length_us = group.last_us.wrapping_sub(group.first_us);
+        // The samples of a bundle come much faster than they were taken.
+        let came_us = group.last_ns.saturating_sub(group.first_ns) / 1000;
+        let is_quick = 2 * came_us <= u64::from(length_us);
+        if length_us >= BUNDLE_US && is_quick {
             self.bundled_us += passed_us;
             self.shortest_us = if self.count == 0 {
                 length_us
@@ -109,9 +149,11 @@ mod tests {
             waiting.push(ms * 1000);
             bundles.begin(paused_ns);
             if comes(ms) {
-                waiting.drain(..).for_each(|us| bundles.take(us));
+                let at_ns = u64::from(ms) * 1_000_000;
+                // A slow line hands a bundle over in parts.
+                let parts = waiting.drain(..).enumerate();
+                parts.for_each(|(i, us)| bundles.take(us, at_ns + i as u64 * 50_000));
             }
-            bundles.end();
         }
         bundles
     }

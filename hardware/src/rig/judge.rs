@@ -133,7 +133,7 @@ impl Judge {
         };
         let measured_m_s = measures_velocity.then(|| Vec3::from(state.velocity_m_s));
         self.status = state.status;
-        self.bundles.take(now.us);
+        self.bundles.take(now.us, at_ns);
         let mut faults = FaultSet::NONE;
         let before = self.seen.replace(now);
         self.judge_clock(before, now, at_ns, &mut faults);
@@ -187,7 +187,6 @@ impl Judge {
         } else if self.unsettled > 0 {
             self.unsettled = CALM_POLLS;
         }
-        self.bundles.end();
         if self.quiet && self.findings.faults.contains(Fault::DeviceLeap) {
             let mut leap = FaultSet::NONE;
             leap.raise(Fault::DeviceLeap);

@@ -264,3 +264,25 @@ fn samples_without_an_answer_fails() {
         "no answer from a haptic device in 5000 ms",
     );
 }
+
+#[test]
+fn a_latency_timer_is_named_with_its_length() {
+    let batches = Faults {
+        batch_ms: 16,
+        ..Faults::default()
+    };
+    let start = Instant::now();
+    loop {
+        let emulator = Emulator::with(LineFaults {
+            haptic: batches,
+            ..LineFaults::default()
+        });
+        let report = haptic(&emulator.lines.haptic, &mut moving());
+        let bundles = report.check("bundles");
+        if bundles.is_some_and(|it| it.detail.contains("bundles of 16 ms")) {
+            assert!(!report.passed(), "{report}");
+            return;
+        }
+        assert!(start.elapsed() < Duration::from_secs(60), "{report}");
+    }
+}
