@@ -131,7 +131,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Tells a step and waits without force until it is done. `each` gets the samples.
+    /// Tells a step and waits with this force until it is done. `each` gets the samples.
     pub(super) fn until_done(
         &mut self,
         step: &Step,
@@ -139,8 +139,13 @@ impl<'a> Bench<'a> {
         mut each: impl FnMut(Seen),
     ) -> Result<(), Broken> {
         self.guide.tell(step);
+        let start = self.before;
         for _ in 0..PATIENCE_MS {
+            let earlier = self.before;
             if let Some(seen) = self.tick(force_n)? {
+                if force_n != Vec3::zeros() && runs_off(start, earlier, seen) {
+                    return Err(Broken::RanOff);
+                }
                 each(seen);
             }
             if self.guide.is_done() {
@@ -163,12 +168,7 @@ impl<'a> Bench<'a> {
             let Some(seen) = self.tick(force_n(at_ms))? else {
                 continue;
             };
-            let run_off_m = start.map_or(0.0, |start| (seen.at_m - start.at_m).norm());
-            let speed_m_s = earlier.map_or(0.0, |earlier| {
-                let passed_s = seen.at_ns.saturating_sub(earlier.at_ns) as f32 * 1.0e-9;
-                (seen.at_m - earlier.at_m).norm() / passed_s.max(5.0e-3)
-            });
-            if run_off_m > RUN_OFF_M || speed_m_s > RUN_OFF_M_S {
+            if runs_off(start, earlier, seen) {
                 return Err(Broken::RanOff);
             }
             each(at_ms, seen);
@@ -183,4 +183,14 @@ impl<'a> Bench<'a> {
             self.device.send(ForceCommand::default(), now_ns);
         }
     }
+}
+
+/// True if the handle has gone too far since `start`, or too fast since `earlier`.
+fn runs_off(start: Option<Seen>, earlier: Option<Seen>, now: Seen) -> bool {
+    let way_m = start.map_or(0.0, |start| (now.at_m - start.at_m).norm());
+    let speed_m_s = earlier.map_or(0.0, |earlier| {
+        let passed_s = now.at_ns.saturating_sub(earlier.at_ns) as f32 * 1.0e-9;
+        (now.at_m - earlier.at_m).norm() / passed_s.max(5.0e-3)
+    });
+    way_m > RUN_OFF_M || speed_m_s > RUN_OFF_M_S
 }

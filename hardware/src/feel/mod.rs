@@ -1,7 +1,7 @@
 //! Tests axes, units and signs of positions and forces, before anybody trusts a device.
 //!
 //! A person moves the handle and says which way it pushes. A program with a sensor may do both.
-//! Forces are small: they rise and fall in 0.3 s, and end at once when the handle runs off.
+//! Forces are 0.5 N at most, and end at once when the handle runs off.
 
 mod bench;
 mod moves;
@@ -152,7 +152,9 @@ pub trait Guide {
     fn is_done(&mut self) -> bool;
     /// Asks which way the handle pushed. May wait.
     fn pushed(&mut self) -> Answer;
-    /// Asks for the reading of the scale, N. May wait. `None` if there is no scale.
+    /// Asks whether there is a scale to press on. May wait.
+    fn has_scale(&mut self) -> bool;
+    /// Asks for the reading of the scale, N. May wait. `None` if it could not be read.
     fn pressed_n(&mut self) -> Option<f32>;
     /// Waits for the next millisecond and returns the time.
     fn wait(&mut self) -> TimeNs;

@@ -94,6 +94,10 @@ fn judge(asked: Direction, asked_n: f32, answer: Answer) -> (bool, String) {
 
 /// Judges the size of a force that presses down on a scale.
 pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), Broken> {
+    if !bench.guide().has_scale() {
+        report.skip("scale", "there is no scale");
+        return Ok(());
+    }
     bench.until_done(&Step::Scale, Vec3::zeros(), |_| {})?;
     let force_n = bench.bearable_n(PRESS_N);
     let down_n = Direction::Down.vector() * force_n;
@@ -105,7 +109,7 @@ pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(
         |_, _| {},
     )?;
     match bench.guide().pressed_n() {
-        None => report.skip("scale", "no scale"),
+        None => report.skip("scale", "it was not read"),
         Some(read_n) => report.judge(
             "scale",
             SIZE.contains(&(read_n / force_n)),

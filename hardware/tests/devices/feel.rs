@@ -25,6 +25,7 @@ struct Person<'a> {
     is_pressed: bool,
     strongest_n: Vec3,
     pressed_n: f32,
+    has_scale: bool,
     /// Time after which she stops the test, ms.
     stops_ms: Option<u32>,
     ms: u32,
@@ -40,6 +41,7 @@ impl<'a> Person<'a> {
             is_pressed: false,
             strongest_n: Vec3::zeros(),
             pressed_n: 0.0,
+            has_scale: true,
             stops_ms: None,
             ms: 0,
         }
@@ -70,6 +72,10 @@ impl Guide for Person<'_> {
             return Answer::Nothing;
         }
         Answer::Felt(Direction::nearest(&self.strongest_n).0)
+    }
+
+    fn has_scale(&mut self) -> bool {
+        self.has_scale
     }
 
     fn pressed_n(&mut self) -> Option<f32> {
@@ -224,4 +230,34 @@ fn a_device_that_stands_in_one_place_fails() {
 #[test]
 fn a_clock_that_stands_fails() {
     fails(Mistake::ClockZero, "end", "at fault (frozen_device)");
+}
+
+#[test]
+fn without_a_scale_nothing_presses_on_one() {
+    let (mut device, played) = Played::open_rig(None, LOOSE).expect("a rig");
+    let mut person = Person::at(&played);
+    person.has_scale = false;
+    let felt = feel(&mut *device, &mut person, 1);
+    assert!(felt.report.passed(), "{}", felt.report);
+    let scale = felt.report.check("scale").map(|it| it.outcome);
+    assert_eq!(scale, Some(Outcome::Skipped));
+    assert!(person.pressed_n.abs() < 1e-6);
+}
+
+#[test]
+fn a_handle_that_nobody_holds_runs_off_and_is_let_go() {
+    let free = Grip {
+        stiffness_n_m: 0.0,
+        damping_n_s_m: 0.0,
+    };
+    let (mut device, played) = Played::open_rig(None, free).expect("a rig");
+    let mut person = Person::at(&played);
+    let felt = feel(&mut *device, &mut person, 1);
+    let end = felt.report.check("end").map(|it| it.detail.clone());
+    assert!(
+        end.is_some_and(|it| it.contains("ran off")),
+        "{}",
+        felt.report
+    );
+    assert!(played.move_on(Vec3::zeros()).norm() < 1e-3);
 }

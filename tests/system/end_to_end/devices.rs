@@ -69,6 +69,7 @@ const NOBODY: &str = "#!/bin/sh
 while read -r line; do
   case \"$line\" in
     *pushed*) echo '{\"felt\": \"nothing\"}' ;;
+    *ask*scale*) echo '{\"scale\": false}' ;;
     *pressed*) echo '{\"pressed_n\": null}' ;;
     *) sleep 0.3; echo '{\"done\": true}' ;;
   esac

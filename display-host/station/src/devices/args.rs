@@ -264,14 +264,15 @@ The test leads you through four parts:
   3. The handle presses on a kitchen scale with 0.5 N: size of force. You may leave this out.
   4. It pushes to and fro for 9 s: steps, a sine, a chirp. `--page` draws the answer.
 
-Every force rises and falls in 0.3 s and ends at once when the handle runs off by 4 cm.
+The pushes rise and fall in 0.3 s. Every force ends at once when the handle runs off by 4 cm.
 
 A rig with a sensor of its own may do without a person: `--script PROGRAM`. The program reads one
 JSON object per line, such as
   {\"step\": \"move\", \"direction\": \"right\", \"way_m\": 0.05}
 and answers {\"done\": true}, also to the steps hold, scale and press. During {\"step\": \"push\"} it
 measures, and answers {\"ask\": \"pushed\"} with {\"force_n\": [0.3, 0.0, 0.0]} (x right, y up, z towards
-the user), and {\"ask\": \"pressed\"} with {\"pressed_n\": 0.5} or null.
+the user). {\"ask\": \"scale\"} wants {\"scale\": true} or false.
+{\"ask\": \"pressed\"} wants {\"pressed_n\": 0.5} or null.
 
 Examples:
   calot devices feel /dev/ttyACM0 --page feel.html

@@ -126,6 +126,13 @@ impl Guide for Script {
             .unwrap_or(Answer::Nothing)
     }
 
+    fn has_scale(&mut self) -> bool {
+        let has = self.ask(&json!({ "ask": "scale" }), |answer| {
+            answer["scale"].as_bool()
+        });
+        has.unwrap_or(false)
+    }
+
     fn pressed_n(&mut self) -> Option<f32> {
         self.ask(&json!({ "ask": "pressed" }), |answer| {
             let pressed = answer.get("pressed_n")?;

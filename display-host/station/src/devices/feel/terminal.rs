@@ -73,8 +73,7 @@ impl Guide for Terminal {
             ),
             Step::Push { force_n } => say::note(format_args!("It pushes with {force_n:.1} N …")),
             Step::Scale => say::note(
-                "\nStand the handle's tip on a kitchen scale and set the scale to zero. Then press Enter. \
-                 Without a scale, press Enter, too.",
+                "\nStand the handle's tip on the scale and set the scale to zero. Then press Enter.",
             ),
             Step::Press { .. } => {
                 say::note("It presses down now. Read the scale, and press Enter.");
@@ -108,12 +107,23 @@ impl Guide for Terminal {
         .unwrap_or(Answer::Nothing)
     }
 
+    fn has_scale(&mut self) -> bool {
+        say::note("");
+        let question = "Is there a kitchen scale at hand? [y]es [n]o:";
+        let read = |line: &str| match line.chars().next()?.to_ascii_lowercase() {
+            'y' => Some(true),
+            'n' => Some(false),
+            _ => None,
+        };
+        self.ask(question, read).unwrap_or(false)
+    }
+
     fn pressed_n(&mut self) -> Option<f32> {
         let read = |line: &str| match line {
             "" => Some(None),
             grams => grams.replace(',', ".").parse::<f32>().ok().map(Some),
         };
-        let grams = self.ask("Grams on the scale (Enter: no scale):", read)??;
+        let grams = self.ask("Grams on the scale (Enter: not read):", read)??;
         Some(grams * GRAM_N)
     }
 
