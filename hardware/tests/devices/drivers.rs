@@ -15,6 +15,7 @@ use rt_core::port::{Buttons, ForceCommand, HapticDevice, Pedal, Polled, Tracker}
 use crate::support::{Emulator, PATIENCE, now_ns, persist, poll_for};
 
 const NO_FORCE: ForceCommand = ForceCommand {
+    opening_n: 0.0,
     force_n: Vec3::new(0.0, 0.0, 0.0),
     torque_n_m: Vec3::new(0.0, 0.0, 0.0),
 };

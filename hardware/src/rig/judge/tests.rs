@@ -58,6 +58,7 @@ impl Bench {
 }
 
 const SAMPLE: State = State {
+    opening: None,
     status: super::super::wire::Status(0),
     buttons: 0,
     applied_force: 0,

@@ -15,6 +15,11 @@
 //! Salisbury 1995, on a spring that bears the device's limit and no more). Contact and picture use
 //! this proxy pose. Below the limit it is the device pose.
 //!
+//! # Opening
+//!
+//! Jaws follow a handle that opens and shuts, through a spring of the device's stiffness. The
+//! fingers feel the squeezed tissue, and scissors feel the cut (`opening`).
+//!
 //! # Transition
 //!
 //! A decision may end a force: a pause, another instrument, opening jaws, a reset. The missing part
@@ -50,6 +55,7 @@
 //! the way back to where contact began. Without contact it is set to zero.
 
 pub(crate) mod handle_force;
+pub(crate) mod opening;
 pub mod output_limit;
 pub(crate) mod passivity;
 pub(crate) mod proxy;

@@ -5,6 +5,7 @@ use super::Sim;
 use crate::capacity::MAX_ORGANS;
 use crate::contact::tool_contact::ToolContacts;
 use crate::fault::FaultCounters;
+use crate::haptics::opening::Drive;
 use crate::haptics::output_limit::OutputLimit;
 use crate::haptics::proxy::Proxy;
 use crate::haptics::transition::Transition;
@@ -29,6 +30,7 @@ pub struct Checkpoint {
     inputs: Inputs,
     tool: ToolState,
     proxy: Proxy,
+    drive: Drive,
     bounds: [Bounds; MAX_ORGANS],
     contacts: ToolContacts,
     grasp: Grasp,
@@ -57,6 +59,7 @@ impl Sim<'_> {
             inputs,
             tool,
             proxy,
+            drive,
             bounds,
             contacts,
             grasp,
@@ -78,6 +81,7 @@ impl Sim<'_> {
             inputs: *inputs,
             tool: tool.clone(),
             proxy: *proxy,
+            drive: *drive,
             bounds: *bounds,
             contacts: contacts.clone(),
             grasp: grasp.clone(),
@@ -104,6 +108,7 @@ impl Sim<'_> {
             inputs,
             tool,
             proxy,
+            drive,
             bounds,
             contacts,
             grasp,
@@ -123,6 +128,7 @@ impl Sim<'_> {
         self.inputs = *inputs;
         self.tool = tool.clone();
         self.proxy = *proxy;
+        self.drive = *drive;
         self.bounds = *bounds;
         self.contacts = contacts.clone();
         self.grasp = grasp.clone();
