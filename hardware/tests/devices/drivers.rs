@@ -251,11 +251,13 @@ fn an_unplugged_line_is_lost_and_a_new_driver_finds_it_again() {
 }
 
 #[test]
-fn a_second_controller_is_told_that_the_line_is_taken() {
+fn a_second_controller_is_told_who_holds_the_line() {
     let emulator = Emulator::start();
     let _first = RigHaptic::open(&emulator.lines.haptic).unwrap();
     let error = RigHaptic::open(&emulator.lines.haptic).unwrap_err();
-    assert!(matches!(error, HardwareError::Busy { .. }), "{error}");
+    assert!(matches!(error, HardwareError::Held { .. }), "{error}");
+    let own = format!("(process {})", std::process::id());
+    assert!(error.to_string().contains(&own), "{error}");
 }
 
 #[test]
