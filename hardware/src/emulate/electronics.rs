@@ -164,7 +164,11 @@ impl Electronics {
             }
             Self::Woody(firmware) => {
                 let [a, b, c] = WOODY.counts(touch.measured_m());
-                firmware.receive(bytes, [a, b, c, 0, 0, 0], now_us, send);
+                // The firmware reads all the time, the emulator once a millisecond. Lines of one
+                // millisecond did not wait for each other.
+                for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+                    firmware.receive(line, [a, b, c, 0, 0, 0], now_us, &mut send);
+                }
                 let angles_rad = WOODY.angles_rad([a, b, c]);
                 // Stretched links bear any force.
                 WOODY

@@ -21,15 +21,15 @@ use system_tests::{calot, compiled, finish, said, station_name, summary, wait_un
 const TRIES: usize = 10;
 
 /// Emulated devices in a folder, for a scene compiled there.
-struct Emulated(Child);
+pub(super) struct Emulated(pub(super) Child);
 
 impl Emulated {
-    fn start(folder: &Path) -> Self {
+    pub(super) fn start(folder: &Path) -> Self {
         Self::led(folder, &[])
     }
 
     /// Starts the emulator with additional arguments.
-    fn led(folder: &Path, more: &[&str]) -> Self {
+    pub(super) fn led(folder: &Path, more: &[&str]) -> Self {
         let child = calot()
             .arg("emulate")
             .arg("--scene")

@@ -199,7 +199,9 @@ impl OutputLimit {
     /// Passes a demand through all gates. The result is in the demand's frame, finite, and never
     /// above the device's peaks.
     pub fn apply(&mut self, demand: &Demand, faults: &mut FaultSet) -> ForceCommand {
-        faults.raise_if(demand.device == Status::Stale, Fault::StaleDevice);
+        // Of a device whose fault is known, nobody is told that samples came late.
+        let is_late = demand.device == Status::Stale && !faults.explains_silence();
+        faults.raise_if(is_late, Fault::StaleDevice);
         faults.raise_if(demand.device == Status::Lost, Fault::LostDevice);
         self.trip(demand, faults);
         let is_finite = is_sound(demand);

@@ -369,6 +369,31 @@ fn stale_fades_in_20_ms_lost_is_zero_at_once_and_both_ramp_up_again() {
 }
 
 #[test]
+fn a_device_whose_fault_is_known_is_not_called_late_too() {
+    let mut limit = open();
+    let stale = Demand {
+        device: Status::Stale,
+        ..HALF
+    };
+    for known in [
+        Fault::SilentDevice,
+        Fault::FrozenDevice,
+        Fault::DeviceClock,
+        Fault::DeviceBundles,
+        Fault::DeafDevice,
+    ] {
+        let mut faults = only(known);
+        limit.apply(&stale, &mut faults);
+        assert!(!faults.contains(Fault::StaleDevice), "{known:?}");
+    }
+    for other in [Fault::DeviceLeap, Fault::LostPedal] {
+        let mut faults = only(other);
+        limit.apply(&stale, &mut faults);
+        assert!(faults.contains(Fault::StaleDevice), "{other:?}");
+    }
+}
+
+#[test]
 fn a_pause_fades_and_alarms_nobody() {
     let mut limit = open();
     apply(&mut limit, &HALF);
