@@ -192,7 +192,8 @@ mod tests {
             (Metric::Gaps, 0.05),
             (Metric::Noise, 0.3),
         ]);
-        let sentences = "The task was paused for 60.0 s. A device was missing for 9.0 s. The trainee's";
+        let sentences =
+            "The task was paused for 60.0 s. A device was missing for 9.0 s. The trainee's";
         assert!(page.contains(sentences), "a gap of 0.05 s is none");
         assert!(page.contains("noise at rest is 0.30 mm. Movements of the tip within 1 mm"));
         assert!(with(&[(Metric::Noise, 1.0)]).contains("more than is kept out"));
