@@ -633,10 +633,10 @@ fn the_jaws_follow_a_handle_that_opens_and_its_motor_pushes_back() {
     );
     for [hand, jaw, opening_n, at_s] in &rows {
         assert!(
-            !(*jaw < hand - 0.05),
+            hand.is_nan() || *jaw >= hand - 0.05,
             "jaws are nowhere more shut than the hand: {at_s} s"
         );
-        assert!(!(*opening_n < 0.0), "{opening_n} N at {at_s} s");
+        assert!(*opening_n >= 0.0, "{opening_n} N at {at_s} s");
     }
     let most_n = rows.iter().fold(0.0f64, |most, [.., n, _]| most.max(*n));
     assert!((0.1..=5.0).contains(&most_n), "{most_n} N");
