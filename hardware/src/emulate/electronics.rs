@@ -18,7 +18,7 @@ pub enum HapticModel {
     /// [`crate::rig::RigHaptic`].
     #[default]
     TouchRig,
-    /// The same with a handle that opens and shuts, and a motor for that.
+    /// A Touch-class device with a handle that opens and shuts, and a motor for that.
     HandleRig,
     /// A WoodenHaptics device: open with [`crate::woody::WoodyHaptic`].
     Woody,

@@ -233,7 +233,7 @@ impl Capabilities {
         }
     }
 
-    /// The same with a handle that opens by 30 mm, as scissors' rings do, and renders 5 N there.
+    /// A Touch-class device with a handle that opens by 30 mm, as scissors' rings do, with 5 N.
     #[must_use]
     pub const fn touch_class_with_opening() -> Self {
         Self {

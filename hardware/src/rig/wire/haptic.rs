@@ -75,8 +75,8 @@ pub struct State {
     pub velocity_m_s: [f32; 3],
     /// Unit quaternion x y z w; in steps of 1/32767.
     pub rotation_xyzw: [f32; 4],
-    /// Opening of the handle, 0 shut to 1 wide open; in steps of 1/65535. With it the message is one
-    /// of version 2.
+    /// Opening of the handle, 0 shut to 1 wide open; in steps of 1/65535. With it the message is
+    /// one of version 2.
     pub opening: Option<f32>,
 }
 

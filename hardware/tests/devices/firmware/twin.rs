@@ -235,7 +235,7 @@ pub(super) fn with_torque() -> Capabilities {
     }
 }
 
-/// The same with a handle that opens.
+/// A haptic device with torque and a handle that opens.
 pub(super) fn with_opening() -> Capabilities {
     Capabilities {
         torque_max_n_m: 0.1,

@@ -18,7 +18,7 @@
 //! # Opening
 //!
 //! Jaws follow a handle that opens and shuts, through a spring of the device's stiffness. The
-//! fingers feel the squeezed tissue, and scissors feel the cut (`opening`).
+//! fingers feel the squeezed tissue, and scissors feel the cut (`procedure::opening`).
 //!
 //! # Transition
 //!
@@ -55,7 +55,6 @@
 //! the way back to where contact began. Without contact it is set to zero.
 
 pub(crate) mod handle_force;
-pub(crate) mod opening;
 pub mod output_limit;
 pub(crate) mod passivity;
 pub(crate) mod proxy;

@@ -333,8 +333,8 @@ impl OutputLimit {
         slew(&self.last.torque_n_m, &torque, SLEW_SHARE * peak, faults)
     }
 
-    /// The handle's opening has a stiffness of its own, which bounds the demand, so that the contact's
-    /// gate does not act on it.
+    /// The handle's opening has a stiffness of its own, which bounds the demand, so that the
+    /// contact's gate does not act on it.
     fn limit_opening(&self, opening_n: f32, faults: &mut FaultSet) -> f32 {
         let peak = self.opening_max_n;
         if peak <= 0.0 {

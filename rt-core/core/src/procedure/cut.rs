@@ -3,10 +3,9 @@
 //! Links of tubes, bands and sutures are damaged by as much as the blades close on them, from the
 //! moment at which the gap is as narrow as they are thick. A link that slides out from between the
 //! blades is damaged by as much as they had closed on it. The edges grip: tissue between them moves
-//! with them. The arm does not feel the cutting force, because it is in balance between the blades. It
-//! feels that the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel the
-//! force ([`crate::haptics::opening`]).
-//! Tetrahedra are not cut yet.
+//! with them. The arm does not feel the cutting force, because it is in balance between the blades.
+//! It feels that the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel
+//! the force ([`crate::procedure::opening`]). Tetrahedra are not cut yet.
 
 use crate::math::Vec3;
 use crate::procedure::clip::guards;

@@ -13,8 +13,8 @@ use crate::words::SphereBits;
 /// Hashes of the results of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Digest {
-    /// Hash of the tools (poses, jaw, force, torque and opening force on the hand, counts, switches) and of the
-    /// history of cells.
+    /// Hash of the tools (poses, jaw, force, torque and opening force on the hand, counts,
+    /// switches) and of the history of cells.
     pub tools: u32,
     /// Hash of all spheres: displacement, velocity and flags.
     pub spheres: u32,

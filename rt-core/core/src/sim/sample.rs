@@ -194,8 +194,8 @@ impl Inputs {
         self.newly_pressed
     }
 
-    /// True if this tick's sample does not continue those before, so that the handle may have opened
-    /// or shut unseen.
+    /// True if this tick's sample does not continue those before, so that the handle may have
+    /// opened or shut unseen.
     pub(crate) const fn takes_up(&self) -> bool {
         self.takes_up
     }

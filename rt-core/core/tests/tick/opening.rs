@@ -20,7 +20,7 @@ fn device(opening: Opening) -> DeviceCapabilities {
     DeviceCapabilities { opening, ..TOUCH }
 }
 
-/// What the fingers do and feel in a tick.
+/// Fingers, jaws and force in a tick.
 #[derive(Debug, Clone, Copy)]
 struct Felt {
     hand: f32,

@@ -1,9 +1,9 @@
 //! Grasp: spheres between closed jaws move with the instrument until the jaws open or the spheres
 //! slip out.
 //!
-//! The jaws squeeze the tissue between them ([`bite`]); the resulting friction bears a pull, and the
-//! tissue keeps the jaws open. A handle that closes by a button does not render the squeeze. One
-//! that opens and shuts does ([`crate::haptics::opening`]).
+//! The jaws squeeze the tissue between them ([`bite`]); the resulting friction bears a pull, and
+//! the tissue keeps the jaws open. A handle that closes by a button does not render the squeeze.
+//! One that opens and shuts does ([`crate::procedure::opening`]).
 
 mod bite;
 

@@ -3,15 +3,17 @@
 //! A spring of the device's own stiffness `K` presses on the fingers, so they never feel anything
 //! stiffer. The fingers travel by `L` from shut to wide open, the jaws by `g`.
 //!
-//! - Grasper: the spring joins the fingers to the jaws (a god-object, as [`super::proxy`]). Fingers at
-//!   `h` and jaws at `j`, both 0 shut to 1 wide open, press on the fingers with `F = K L (j − h)`, at
-//!   most with the device's peak, and by virtual work on the tissue with `F L / g`. The jaws stand
-//!   where the tissue's resistance balances this. Tissue is never squeezed harder than the fingers
-//!   feel. A handle without a motor drives its jaws like a button: with 4 N at most.
+//! - Grasper: the spring joins the fingers to the jaws (a god-object, as
+//!   [`crate::haptics::proxy`]). Fingers at `h` and jaws at `j`, both 0 shut to 1 wide open, press
+//!   on the fingers with `F = K L (j − h)`, at most with the device's peak, and by virtual work on
+//!   the tissue with `F L / g`. The jaws stand where the tissue's resistance balances this. Tissue
+//!   is never squeezed harder than the fingers feel. A handle without a motor drives its jaws like
+//!   a button: with 4 N at most.
 //! - Scissors: the blades are where the fingers are. A cut takes the energy that parts the tissue
-//!   (its toughness times the area) over the fingers' way (Mahvash et al. 2008). The spring's anchor
-//!   slips when the spring is as strong as the cut (plastic friction, Hayward and Armstrong 2000), so
-//!   fingers that tremble feel no chatter. Greenish et al. 2002 recorded such forces at scissors.
+//!   (its toughness times the area) over the fingers' way (Mahvash et al. 2008). The spring's
+//!   anchor slips when the spring is as strong as the cut (plastic friction, Hayward and Armstrong
+//!   2000), so fingers that tremble feel no chatter. Greenish et al. 2002 recorded such forces at
+//!   scissors.
 //! - Others: the jaws are where the fingers are. No source gives the force that closes a clip.
 
 use crate::port::Opening;
