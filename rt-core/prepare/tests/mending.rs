@@ -271,7 +271,7 @@ fn sheet(height: impl Fn(f64, f64) -> f64) -> Mesh {
     mesh
 }
 
-/// What closes a curved sheet crosses it here and there, and makes bodies that nobody drew.
+/// The lid of a curved sheet crosses it here and there, and makes bodies that nobody drew.
 #[test]
 fn an_open_sheet_is_called_one_and_a_bowl_is_not() {
     let saddle = sheet(|x, y| 3.0 * (x * x - y * y));
@@ -286,7 +286,7 @@ fn an_open_sheet_is_called_one_and_a_bowl_is_not() {
     assert!(bowl.to_string().contains("1 open loops closed"), "{bowl}");
 }
 
-/// What lay inside a piece that was dropped is no inside of the piece that is kept.
+/// The inside of a piece that was dropped is no inside of the piece that is kept.
 #[test]
 fn cavities_of_dropped_pieces_are_forgotten() {
     let mut mesh = unit_box();

@@ -95,7 +95,8 @@ pub struct Circumstances {
     pub cores: String,
     /// Cores that run, as the kernel lists them.
     pub online: String,
-    /// `kernel.sched_rt_runtime_us` and `kernel.sched_rt_period_us`; a negative runtime sets no limit.
+    /// `kernel.sched_rt_runtime_us` and `kernel.sched_rt_period_us`; a negative runtime sets no
+    /// limit.
     pub throttle_us: Option<[i64; 2]>,
 }
 
@@ -215,8 +216,9 @@ impl Circumstances {
         }
     }
 
-    /// The kernel asks for the capability, then for all cores of the scheduling domain and for time
-    /// that the machine leaves to realtime threads, then for what other deadline threads left of it.
+    /// The kernel asks for the capability, then for all cores of the scheduling domain and for
+    /// time that the machine leaves to realtime threads, then for what other deadline threads left
+    /// of it.
     fn deadline(&self, error: Errno) -> (Cause, String) {
         let is_whole = self.cores == self.online || self.online.is_empty();
         let throttle = self.throttle_us.filter(|[runtime, _]| *runtime >= 0);

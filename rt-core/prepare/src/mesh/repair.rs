@@ -42,8 +42,8 @@ const TWICE_SHARE: f64 = 1.3;
 
 /// Share of its volume that a surface may enclose twice before it counts as overlapping itself.
 const OVERLAP_SHARE: f64 = 0.02;
-/// Largest share of an open surface's own area that the lids of a body's holes have. Half a ball has
-/// one half, and a flat sheet 1.
+/// Largest share of an open surface's own area that the lids of a body's holes have. Half a ball
+/// has one half, and a flat sheet 1.
 const LID_SHARE_MAX: f64 = 0.6;
 /// Grid lines across the mesh's longest side, along which the overlap is measured.
 const OVERLAP_LINES: f64 = 120.0;
