@@ -3,7 +3,7 @@
 use rt_core::math::Vec3;
 use rt_core::port::{
     DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice, Identity,
-    LineCounters, Pedal, Polled,
+    LineCounters, Opening, Pedal, Polled,
 };
 use rt_core::time::TimeNs;
 
