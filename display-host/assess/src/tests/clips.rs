@@ -1,0 +1,153 @@
+//! Clips and the cuts between them.
+
+use super::*;
+
+#[test]
+fn clamping_passes_with_two_clips_on_each() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 1.0);
+    clip(&mut assessment, 1.0, DUCT, 0.0, 0.0);
+    // One clip is reported once for each organ that it closed on.
+    clip(&mut assessment, 1.0, FAT, 0.0, 0.0);
+    clip(&mut assessment, 1.1, DUCT, 0.004, 1.0);
+    assert!(!assessment.is_over());
+    clip(&mut assessment, 1.2, ARTERY, 0.0, 2.0);
+    clip(&mut assessment, 1.3, ARTERY, 0.003, 3.0);
+    let assessed = assessment.end();
+    assert_eq!(assessed.outcome, Outcome::Passed);
+    is(assessed.score, 100.0);
+    let metrics = assessed.metrics;
+    is(metrics.get(Metric::ClipsUsed), 4.0);
+    is(metrics.get(Metric::ClipsMisplaced), 0.0);
+    assert!((metrics.get(Metric::ClipSpacing) - 3.0).abs() < 1e-6);
+}
+
+#[test]
+fn clips_that_are_lost_or_misplaced_sound_and_cost() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    clip(&mut assessment, 0.1, NOTHING, 0.0, 9.0);
+    clip(&mut assessment, 0.2, BILE_DUCT, 0.0, 8.0);
+    clip_both(&mut assessment);
+    let assessed = assessment.end();
+    assert_eq!(
+        kinds(&assessed),
+        [AlarmKind::ClipLost, AlarmKind::ClipMisplaced]
+    );
+    assert!((assessed.score - 80.0).abs() < 1e-9, "{:?}", assessed.lost);
+    assert_eq!(assessed.outcome, Outcome::Failed, "none may be misplaced");
+    assert_eq!(
+        assessed.reasons,
+        [Reason::TooMuch {
+            metric: Some(Metric::ClipsMisplaced),
+            value: 1.0,
+            limit: 0.0
+        }]
+    );
+    // Reports give it in plain English.
+    let report = serde_json::to_value(&assessed).unwrap();
+    assert_eq!(
+        report["reasons"][0],
+        "clips_misplaced is 1.0, at most 0 is allowed"
+    );
+    assert_eq!(
+        report["steps"][0],
+        serde_json::json!(["Place 2 clips on the cystic duct", true])
+    );
+}
+
+#[test]
+fn cutting_unclamped_fails_at_once() {
+    for task in [
+        Task::Identify,
+        Task::Clamp,
+        Task::Cut,
+        Task::Disconnect,
+        Task::Full,
+    ] {
+        let mut assessment = begin(task);
+        rest(&mut assessment, 0.0, 0.1);
+        clip(&mut assessment, 0.1, DUCT, 0.0, 0.0);
+        cut(&mut assessment, 0.2, DUCT);
+        assert!(assessment.is_over(), "{}", task.name());
+        let status = assessment.status();
+        assert_eq!(status.outcome, Outcome::Failed);
+        assert_eq!(status.reasons, [unclamped("cystic duct")]);
+        // Later entries change nothing.
+        clip_both(&mut assessment);
+        assert_eq!(assessment.status(), status);
+    }
+    let mut free = begin(Task::Free);
+    cut(&mut free, 0.2, DUCT);
+    assert!(!free.is_over());
+    let free = free.end();
+    assert_eq!(free.outcome, Outcome::Practised);
+    assert_eq!(kinds(&free), [AlarmKind::Unclamped]);
+}
+
+#[test]
+fn cutting_between_clips_passes_once_nothing_leaks() {
+    let mut assessment = begin(Task::Cut);
+    rest(&mut assessment, 0.0, 0.5);
+    clip_both(&mut assessment);
+    rest(&mut assessment, 0.6, 1.0);
+    cut(&mut assessment, 1.0, DUCT);
+    cut(&mut assessment, 1.0, ARTERY);
+    assert!(!assessment.is_over(), "a leak may still show");
+    rest(&mut assessment, 1.1, 4.0);
+    let assessed = assessment.end();
+    assert_eq!(assessed.outcome, Outcome::Passed, "{assessed:?}");
+    is(assessed.metrics.get(Metric::CutsOneSided), 0.0);
+}
+
+#[test]
+fn clips_that_do_not_hold_are_no_clamp() {
+    // The leak is reported after the cut, or before it in the same tick.
+    for before in [false, true] {
+        let mut assessment = begin(Task::Cut);
+        rest(&mut assessment, 0.0, 0.5);
+        clip_both(&mut assessment);
+        let leak = event(1.0, EventKind::Leak.number(), ARTERY, 0.0, 0.4);
+        if before {
+            assessment.take(&leak);
+        }
+        cut(&mut assessment, 1.0, ARTERY);
+        if !before {
+            assert!(!assessment.is_over());
+            assessment.take(&leak);
+        }
+        let assessed = assessment.end();
+        assert_eq!(assessed.outcome, Outcome::Failed);
+        assert_eq!(kinds(&assessed), [AlarmKind::Unclamped]);
+        assert!(assessed.score < 50.0);
+    }
+}
+
+#[test]
+fn clips_on_one_side_of_the_cut_are_no_clamp() {
+    let mut assessment = begin(Task::Cut);
+    rest(&mut assessment, 0.0, 0.1);
+    clip(&mut assessment, 0.1, DUCT, 0.01, 0.0);
+    clip(&mut assessment, 0.2, DUCT, 0.02, 1.0);
+    cut_open(&mut assessment, 0.3, DUCT, 1.0);
+    let assessed = assessment.end();
+    is(assessed.metrics.get(Metric::CutsOneSided), 1.0);
+    assert_eq!(assessed.outcome, Outcome::Failed);
+    assert_eq!(assessed.reasons, [unclamped("cystic duct")]);
+}
+
+#[test]
+fn cut_that_divides_nothing_is_none_and_a_dry_end_hides_no_leak() {
+    let mut assessment = begin(Task::Cut);
+    rest(&mut assessment, 0.0, 0.1);
+    clip_both(&mut assessment);
+    for organ in [DUCT, ARTERY] {
+        assessment.take(&event(0.5, EventKind::Cut.number(), organ, 0.0, 0.001));
+    }
+    rest(&mut assessment, 0.6, 4.0);
+    assert!(!assessment.is_over(), "strands of them were cut, no more");
+    assessment.take(&event(4.1, EventKind::Leak.number(), DUCT, 0.0, 0.5));
+    assessment.take(&event(4.1, EventKind::Leak.number(), DUCT, 0.01, 0.0));
+    cut(&mut assessment, 4.2, DUCT);
+    assert_eq!(assessment.end().outcome, Outcome::Failed);
+}

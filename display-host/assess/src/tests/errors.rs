@@ -1,0 +1,116 @@
+//! Harm that is done, and its price.
+
+use super::*;
+
+#[test]
+fn a_structure_is_burnt_once_enough_heat_has_come_together() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    // Built-in rules: 0.1 J, and no repetition for a second.
+    let (mut alarms, mut before_s) = (Vec::new(), 0.1);
+    for (at_s, heat_j) in [
+        (0.2, 0.04),
+        (0.3, 0.04),
+        (0.4, 0.04),
+        (2.0, 0.04),
+        (4.0, 0.5),
+    ] {
+        rest(&mut assessment, before_s, at_s);
+        before_s = at_s;
+        assessment.take(&event(
+            at_s,
+            EventKind::Burn.number(),
+            BILE_DUCT,
+            0.0,
+            heat_j,
+        ));
+        alarms.push(assessment.alarms().len());
+    }
+    assert_eq!(alarms, [0, 0, 1, 1, 2]);
+}
+
+#[test]
+fn wrong_structures_sound_and_cost_but_not_without_end() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    for step in 0..20 {
+        let at_s = 0.1 + f64::from(step) * 0.05;
+        assessment.take(&event(at_s, EventKind::Burn.number(), BILE_DUCT, 0.0, 0.5));
+        assessment.take(&event(at_s, EventKind::Burn.number(), LIVER, 0.0, 0.25));
+    }
+    assessment.take(&event(
+        2.0,
+        EventKind::Contact.number(),
+        BILE_DUCT,
+        0.0,
+        0.1,
+    ));
+    let assessed = assessment.end();
+    assert_eq!(kinds(&assessed), [AlarmKind::Burnt, AlarmKind::Touched]);
+    assert!((assessed.metrics.get(Metric::BurnWrong) - 10.0).abs() < 1e-6);
+    assert!((assessed.metrics.get(Metric::BurnLiver) - 5.0).abs() < 1e-6);
+    assert!(assessed.score < 92.0);
+}
+
+#[test]
+fn blood_is_flow_over_time_until_it_is_stopped() {
+    let mut assessment = begin(Task::Free);
+    rest(&mut assessment, 0.0, 1.0);
+    assessment.take(&event(1.0, EventKind::Leak.number(), ARTERY, 0.0, 0.5));
+    rest(&mut assessment, 1.1, 7.0);
+    assessment.take(&event(7.0, EventKind::Leak.number(), ARTERY, 0.0, 0.0));
+    rest(&mut assessment, 7.1, 20.0);
+    // Two ends lie close together; one of them stops leaking.
+    assessment.take(&event(20.0, EventKind::Leak.number(), ARTERY, 0.0, 1.0));
+    assessment.take(&event(20.0, EventKind::Leak.number(), ARTERY, 0.002, 1.0));
+    assessment.take(&event(20.0, EventKind::Leak.number(), ARTERY, 0.002, 0.0));
+    rest(&mut assessment, 20.0, 21.0);
+    let blood_ml = assessment.end().metrics.get(Metric::Blood);
+    // 30 ml/min, half of it for 6 s and all of it for 1 s.
+    assert!((blood_ml - 2.0).abs() < 0.05, "{blood_ml}");
+}
+
+#[test]
+fn the_current_counts_with_and_without_contact() {
+    let mut assessment = begin(Task::Free);
+    for step in 0..=40 {
+        let touches = step > 20;
+        let mut hook = Movement {
+            instrument: 1,
+            switches: 17,
+            contacts: u16::from(touches),
+            ..here([0.0, 0.0, -0.1])
+        };
+        hook.force_n = [0.0, 0.0, if touches { 1.0 } else { 0.0 }];
+        assessment.take(&moved(f64::from(step) * 0.1, hook));
+    }
+    let metrics = assessment.end().metrics;
+    let near = |metric, value: f64| {
+        let found = metrics.get(metric);
+        assert!((found - value).abs() < 0.06, "{metric:?} {found}");
+    };
+    near(Metric::CauteryOn, 4.0);
+    near(Metric::CauteryAir, 2.0);
+    near(Metric::ForceMean, 1.0);
+    near(Metric::Force95, 1.05);
+}
+
+/// Current that burns across a gap does not count as current in air.
+#[test]
+fn current_that_burns_is_not_in_air() {
+    let mut assessment = begin(Task::Free);
+    for step in 0..=40 {
+        let at_s = f64::from(step) * 0.05;
+        let hook = Movement {
+            instrument: 1,
+            switches: 17,
+            ..here([0.0, 0.0, -0.1])
+        };
+        assessment.take(&moved(at_s, hook));
+        if step < 20 {
+            assessment.take(&event(at_s, EventKind::Burn.number(), FAT, 0.0, 0.5));
+        }
+    }
+    let air_s = assessment.end().metrics.get(Metric::CauteryAir);
+    assert!((0.85..1.05).contains(&air_s), "{air_s}");
+}

@@ -1,0 +1,164 @@
+//! Noise, sample rates and lost devices in the figures of a hand.
+
+use super::*;
+
+/// A hand on a circle of 5 cm, one turn in four seconds, sampled at this rate.
+fn circle(hz: f64, seconds: f64, tremor_m: f64) -> Values {
+    let mut assessment = begin(Task::Free);
+    for step in 0..=(hz * seconds) as u32 {
+        let at_s = f64::from(step) / hz;
+        let turn = at_s * std::f64::consts::TAU / 4.0;
+        let shake = tremor_m * (at_s * std::f64::consts::TAU * 9.0).sin();
+        let place = [0.05 * turn.cos(), 0.05 * turn.sin(), shake - 0.1];
+        assessment.take(&moved(at_s, here(place.map(|x| x as f32))));
+    }
+    assessment.end().metrics
+}
+
+/// A random number of standard deviation 1, as good as normal: twelve uniform ones.
+fn normal(seed: &mut u64) -> f64 {
+    let mut uniform = || {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (*seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+}
+
+/// A hand whose handle and tip go this way for a minute, with this noise, sampled at this rate.
+fn minute(hz: f64, noise_m: f64, way: impl Fn(f64) -> [f64; 3]) -> Values {
+    let mut assessment = begin(Task::Free);
+    let mut seed = 7;
+    for step in 0..=(hz * 60.0) as u32 {
+        let at_s = f64::from(step) / hz;
+        let place = way(at_s).map(|x| (x + noise_m * normal(&mut seed)) as f32);
+        let mut movement = here(place);
+        movement.world_from_handle.position_m = place;
+        assessment.take(&moved(at_s, movement));
+    }
+    assessment.end().metrics
+}
+
+const RATES_HZ: [f64; 4] = [100.0, 200.0, 500.0, 1000.0];
+
+#[test]
+fn a_resting_hand_with_a_noisy_device_rests_at_every_rate() {
+    for (noise_m, hz) in [0.0, 0.05e-3, 0.3e-3]
+        .into_iter()
+        .flat_map(|noise| RATES_HZ.map(|hz| (noise, hz)))
+    {
+        let values = minute(hz, noise_m, |_| [0.0, 0.0, -0.1]);
+        let [path_m, idle_s] = [Metric::Path, Metric::Idle].map(|it| values.get(it));
+        assert!(path_m < 2e-3, "{path_m} m at {hz} Hz with {noise_m} m");
+        is(values.get(Metric::Movements), 0.0);
+        assert!(idle_s > 59.5, "{idle_s} s at {hz} Hz with {noise_m} m");
+        let noise_mm = values.get(Metric::Noise);
+        assert!(
+            (noise_mm - noise_m * 1e3).abs() < 0.2 * noise_m * 1e3 + 0.011,
+            "{noise_mm} mm"
+        );
+    }
+}
+
+#[test]
+fn tremor_and_strokes_count_the_same_at_every_rate() {
+    let turn = std::f64::consts::TAU;
+    let tremor = |at_s: f64| [0.0, 3e-3 * (8.0 * turn * at_s).sin(), -0.1];
+    // Thirty strokes of 4 cm, each a second long and followed by a second of rest.
+    let strokes = |at_s: f64| {
+        let (stroke, within) = ((at_s / 2.0).floor(), (at_s % 2.0).min(1.0));
+        let part = 0.5 - 0.5 * (0.5 * turn * within).cos();
+        let part = if stroke % 2.0 == 0.0 {
+            part
+        } else {
+            1.0 - part
+        };
+        [0.04 * part, 0.0, -0.1]
+    };
+    let of = |hz, noise_m, way: &dyn Fn(f64) -> [f64; 3]| minute(hz, noise_m, way);
+    let shaken = RATES_HZ.map(|hz| of(hz, 0.0, &tremor));
+    let stroked = RATES_HZ.map(|hz| of(hz, 0.0, &strokes));
+    let noisy = RATES_HZ.map(|hz| of(hz, 0.3e-3, &strokes));
+    for values in [shaken, stroked, noisy] {
+        for metric in [Metric::Path, Metric::Idle, Metric::Movements, Metric::Time] {
+            let all = values.map(|it| it.get(metric));
+            let [least, most] = [f64::min, f64::max].map(|of| all.into_iter().reduce(of).unwrap());
+            assert!(most - least <= 0.05 * most, "{} {all:?}", metric.name());
+        }
+    }
+    is(shaken[0].get(Metric::Movements), 1.0);
+    let noise_mm = shaken[0].get(Metric::Noise);
+    assert!(noise_mm.is_nan(), "{noise_mm} mm: it moves");
+    for values in [&stroked[0], &noisy[0]] {
+        is(values.get(Metric::Movements), 30.0);
+        let path_m = values.get(Metric::Path);
+        assert!((path_m - 1.2).abs() < 0.05 * 1.2, "{path_m}");
+    }
+}
+
+#[test]
+fn time_without_a_lost_device_is_not_the_trainees() {
+    let mut assessment = begin(Task::Free);
+    let at = |at_s: f64, live| Movement {
+        live,
+        ..here([(at_s * 0.03) as f32, 0.0, -0.1])
+    };
+    for step in 0..3000 {
+        let at_s = f64::from(step) * 0.01;
+        let live = if (10.0..19.0).contains(&at_s) { 6 } else { 7 };
+        assessment.take(&moved(at_s, at(at_s, live)));
+    }
+    let values = assessment.end().metrics;
+    assert!(
+        (values.get(Metric::DeviceLost) - 9.0).abs() < 0.03,
+        "{}",
+        values.get(Metric::DeviceLost)
+    );
+    assert!((values.get(Metric::Time) - 21.0).abs() < 0.05);
+    assert!(
+        (values.get(Metric::Path) - 0.63).abs() < 0.01,
+        "{}",
+        values.get(Metric::Path)
+    );
+    // Without the pedal the hands go on: only the hook waits for it.
+    for (instrument, gone) in [(Instrument::Grasper, 0.0), (Instrument::Hook, 2.0)] {
+        let mut pedal = begin(Task::Free);
+        for step in 0..500 {
+            let live = if (100..300).contains(&step) { 3 } else { 7 };
+            let held = Movement {
+                instrument: instrument.number() as u8,
+                ..at(0.0, live)
+            };
+            pedal.take(&moved(f64::from(step) * 0.01, held));
+        }
+        let values = pedal.end().metrics;
+        let lost_s = values.get(Metric::DeviceLost);
+        assert!((lost_s - gone).abs() < 0.03, "{instrument:?}: {lost_s}");
+        assert!((values.get(Metric::Time) + lost_s - 4.99).abs() < 1e-6);
+    }
+    // Neither does anybody see without the tracker of the endoscope.
+    let mut blind = begin(Task::Free);
+    for step in 0..300 {
+        let live = if step < 100 { 7 } else { 5 };
+        blind.take(&moved(f64::from(step) * 0.01, at(0.0, live)));
+    }
+    let lost_s = blind.end().metrics.get(Metric::DeviceLost);
+    assert!((lost_s - 2.0).abs() < 0.03, "{lost_s}");
+    // A station without that device has lost none.
+    let mut without = begin(Task::Free);
+    for step in 0..100 {
+        without.take(&moved(f64::from(step) * 0.01, at(0.0, 6)));
+    }
+    is(without.end().metrics.get(Metric::DeviceLost), 0.0);
+    // One that is open and never sent anything is missing, too.
+    let mut silent = begin(Task::Free);
+    let fault = Fault::SilentDevice.number() as f32;
+    for step in 0..300 {
+        let at_s = f64::from(step) * 0.01;
+        if step == 100 {
+            silent.take(&event(at_s, EventKind::Fault.number(), DUCT, 0.0, fault));
+        }
+        silent.take(&moved(at_s, at(0.0, 6)));
+    }
+    let lost_s = silent.end().metrics.get(Metric::DeviceLost);
+    assert!((lost_s - 2.0).abs() < 0.05, "{lost_s}");
+}
