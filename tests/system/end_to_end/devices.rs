@@ -1,20 +1,16 @@
 //! `calot devices` as a rig builder runs it: the real program on emulated devices.
 
 use std::fs;
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{BufRead as _, BufReader, Read as _};
 use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
 
 use bytemuck::Zeroable as _;
 use serde_json::Value;
-use shared_mem::message::{DeviceHealth, HandMsg, ToolFrame};
-use shared_mem::service::{HandSender, Host, Station};
-use shared_mem::words::{Buttons, Switches};
+use shared_mem::message::ToolFrame;
+use shared_mem::service::{Host, Station};
 use system_tests::{calot, compiled, finish, said, station_name, summary, wait_until};
 
 /// Attempts to hear a device that does not answer within two seconds.
@@ -45,7 +41,7 @@ impl Emulated {
     }
 
     /// Runs a whole station without a window until it is dropped.
-    fn run(folder: &Path, name: &str) -> Self {
+    pub(super) fn run(folder: &Path, name: &str) -> Self {
         let run = calot()
             .args(["run", "--headless", "--frames", "0", "--seconds", "3600"])
             .args(["--gamepad", "off", "--station", name, "--out"])
@@ -254,159 +250,6 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
     drop(emulated);
 }
 
-/// A display that leads the emulated hand from a thread of its own.
-struct Lead {
-    message: Arc<Mutex<HandMsg>>,
-    over: Arc<AtomicBool>,
-    thread: Option<std::thread::JoinHandle<()>>,
-}
-
-impl Lead {
-    fn start(station: &Station) -> Self {
-        let station = station.clone();
-        let first = HandMsg {
-            began_ns: 1,
-            ..HandMsg::zeroed()
-        };
-        let message = Arc::new(Mutex::new(first));
-        let over = Arc::new(AtomicBool::new(false));
-        let (said, ends) = (Arc::clone(&message), Arc::clone(&over));
-        let thread = std::thread::spawn(move || {
-            let sender = HandSender::open(&station).expect("nobody else leads");
-            while !ends.load(Relaxed) {
-                let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-                let at_ns = now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64;
-                let message = *said.lock().expect("nobody panics");
-                sender.send(HandMsg { at_ns, ..message });
-                std::thread::sleep(Duration::from_millis(5));
-            }
-        });
-        Self {
-            message,
-            over,
-            thread: Some(thread),
-        }
-    }
-
-    fn ask(&self, change: impl FnOnce(&mut HandMsg)) {
-        change(&mut self.message.lock().expect("nobody panics"));
-    }
-}
-
-impl Drop for Lead {
-    fn drop(&mut self) {
-        self.over.store(true, Relaxed);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
-    }
-}
-
-/// Tip positions for each landmark, along the picture's axes, m.
-const TOUCHED_M: [[f64; 3]; 4] = [
-    [0.0, 0.0, 0.0],
-    [0.03, 0.0, 0.0],
-    [0.0, 0.03, 0.0],
-    [0.01, 0.01, 0.02],
-];
-
-/// Touches every landmark as the program asks for it. Returns the measured places in mm, standard
-/// output, and whether the program succeeded.
-fn calibrated(file: &Path, lead: &Lead, residual_mm: &str) -> (Vec<[f64; 3]>, String, bool) {
-    let mut child = calot()
-        .args([
-            "devices",
-            "calibrate",
-            "--residual-mm",
-            residual_mm,
-            "--station-file",
-        ])
-        .arg(file)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("it starts");
-    let mut enter = child.stdin.take().expect("piped");
-    let told = BufReader::new(child.stderr.take().expect("piped"));
-    let mut measured = Vec::new();
-    let mut asked = 0;
-    for line in told.lines().map_while(Result::ok) {
-        if line.contains("press its first button or Enter") {
-            lead.ask(|message| message.moved_m = TOUCHED_M[asked % TOUCHED_M.len()]);
-            asked += 1;
-            // The hand needs time to move. The program judges when it is still.
-            std::thread::sleep(Duration::from_millis(800));
-            let _ = writeln!(enter); // one that gave up reads no more
-        } else if let Some(numbers) = line.strip_suffix(" mm")
-            && line.starts_with("    ")
-        {
-            let numbers: Vec<f64> = numbers.split_whitespace().flat_map(str::parse).collect();
-            measured.extend(<[f64; 3]>::try_from(numbers));
-        }
-    }
-    let output = child.wait_with_output().expect("it ends");
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    (measured, text, output.status.success())
-}
-
-#[test]
-fn touched_landmarks_tell_where_the_device_stands() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let folder = folder.path();
-    let name = station_name("calibrate");
-    let _emulated = Emulated::led(folder, &["--station", &name, "--gamepad", "off"]);
-    let lead = Lead::start(&Station::new(&name).expect("a plain name"));
-    let file = folder.join("station.toml");
-    let write = |landmarks: &[[f64; 3]]| {
-        let haptic = folder.join("haptic");
-        let mut text = format!("[haptic]\ndriver = \"rig\"\npath = {haptic:?}\n");
-        for (number, at_m) in landmarks.iter().enumerate() {
-            text += &format!("[[landmarks]]\nname = \"L{number}\"\nposition_m = {at_m:?}\n");
-        }
-        fs::write(&file, text).expect("it can be written");
-    };
-    // Measure the places in the frame of the device first; this pass accepts any fit.
-    write(&[
-        [0.0, 0.0, 0.0],
-        [0.1, 0.0, 0.0],
-        [0.0, 0.1, 0.0],
-        [0.0, 0.0, 0.1],
-    ]);
-    let (_, _, fits) = calibrated(&file, &lead, "0.1");
-    assert!(!fits, "landmarks that are elsewhere fit nothing");
-    // On a busy machine the hand may arrive late at a place: then repeat both passes.
-    let found = (0..3).any(|_| {
-        write(&[
-            [0.0, 0.0, 0.0],
-            [0.1, 0.0, 0.0],
-            [0.0, 0.1, 0.0],
-            [0.0, 0.0, 0.1],
-        ]);
-        let (measured, _, _) = calibrated(&file, &lead, "1000");
-        if measured.len() != TOUCHED_M.len() {
-            return false;
-        }
-        let moved: Vec<_> = measured
-            .iter()
-            .map(|[x, y, z]| [x * 1e-3 + 0.5, y * 1e-3, z * 1e-3 - 0.25])
-            .collect();
-        write(&moved);
-        let (_, frames, fits) = calibrated(&file, &lead, "1.5");
-        let position = frames
-            .lines()
-            .find_map(|line| line.strip_prefix("position_m = "));
-        let position: Option<[f64; 3]> = position.and_then(|text| serde_json::from_str(text).ok());
-        println!("{fits}: {frames}");
-        let is_near = |at: [f64; 3]| {
-            let off = at.iter().zip([0.5, 0.0, -0.25]).map(|(a, b)| (a - b).abs());
-            off.fold(0.0, f64::max) < 5e-3
-        };
-        fits && frames.contains("[frames.world_from_device]") && position.is_some_and(is_near)
-    });
-    assert!(found);
-}
-
 /// Reads OpenIGTLink messages until one of this name arrives, checks it, and returns its body.
 fn transform(stream: &mut TcpStream, wanted: &str) -> [f32; 12] {
     loop {
@@ -499,61 +342,6 @@ fn other_programs_are_told_where_the_instrument_is() {
     }
 }
 
-/// Mouse, keyboard and gamepad reach the hand through this service. The test plays the display.
-#[test]
-fn a_person_without_a_device_leads_the_emulated_hand() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let name = station_name("hand");
-    let station = Station::new(&name).expect("a plain name");
-    let _run = Emulated::run(folder.path(), &name);
-    let host = Host::open(&station).expect("a host");
-    let lead = Lead::start(&station);
-    let mut tools = ToolFrame::zeroed();
-    wait_until("the hand is led, and the force is on", || {
-        host.newest_tools(&mut tools)
-            && tools.health[0].status == DeviceHealth::LIVE
-            && tools.tick > 500
-    });
-    // Joint of the jaws in the camera's axes.
-    let joint = |tools: &ToolFrame| tools.world_from_instrument.position_m;
-    wait_until("it holds still", || {
-        let before = joint(&tools);
-        std::thread::sleep(Duration::from_millis(100));
-        host.newest_tools(&mut tools);
-        joint(&tools)
-            .iter()
-            .zip(before)
-            .all(|(now, before)| (now - before).abs() < 2e-4)
-    });
-    let before = joint(&tools);
-    lead.ask(|message| {
-        message.moved_m = [0.02, 0.0, 0.0];
-        message.buttons = Buttons::GRASP.bits();
-        message.switches = Switches::COAGULATE.bits();
-    });
-    wait_until("the jaws close and the tip goes 2 cm to the right", || {
-        host.newest_tools(&mut tools);
-        let [x, y, z, w] = tools.world_from_camera.orientation;
-        let right = [
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y + w * z),
-            2.0 * (x * z - w * y),
-        ];
-        let way: f32 = (0..3)
-            .map(|i| (joint(&tools)[i] - before[i]) * right[i])
-            .sum();
-        (0.012..0.028).contains(&way)
-            && tools.jaw < 0.1
-            && tools.switches().contains(Switches::COAGULATE)
-    });
-    // When the display falls silent, the foot leaves the pedal.
-    drop(lead);
-    wait_until("the pedal is released", || {
-        host.newest_tools(&mut tools);
-        tools.switches().bits() & Switches::PEDALS.bits() == 0
-    });
-}
-
 #[test]
 fn a_rig_with_a_mistake_is_told_which() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -573,71 +361,4 @@ fn a_rig_with_a_mistake_is_told_which() {
     let output = finish(calot().args(wrong));
     assert!(!output.status.success());
     assert!(said(&output).contains("force-negated"), "{}", said(&output));
-}
-
-/// Rows of a table by the names of its columns, empty fields as NaN.
-fn rows(text: &str, names: [&str; 4]) -> Vec<[f64; 4]> {
-    let mut lines = text.lines();
-    let head: Vec<&str> = lines.next().expect("a head").split(',').collect();
-    let at = names.map(|name| head.iter().position(|it| *it == name).expect("a column"));
-    let row = |line: &str| {
-        let fields: Vec<&str> = line.split(',').collect();
-        at.map(|i| fields[i].parse().unwrap_or(f64::NAN))
-    };
-    lines.map(row).collect()
-}
-
-#[test]
-fn the_jaws_follow_a_handle_that_opens_and_its_motor_pushes_back() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let folder = folder.path();
-    let _emulated = Emulated::led(folder, &["--handle", "opening"]);
-    let (out, table) = (folder.join("run"), folder.join("ticks.csv"));
-    let run = finish(
-        calot()
-            .args(["run", "--headless", "--frames", "0", "--seconds", "12"])
-            .args(["--gamepad", "off", "--station"])
-            .arg(station_name("handle"))
-            .arg("--haptic")
-            .arg(folder.join("haptic"))
-            .arg("--out")
-            .arg(&out),
-    );
-    assert!(run.status.success(), "{}", said(&run));
-    let summary = summary(&out);
-    let devices = summary["devices"].as_array().expect("devices");
-    let device = devices
-        .iter()
-        .find(|it| it["kind"] == "haptic")
-        .expect("one");
-    assert_eq!(device["name"], "emulated handle", "{device:#}");
-    let travel_m = device["capabilities"]["opening_travel_m"].as_f64();
-    assert!(
-        travel_m.is_some_and(|it| (it - 0.03).abs() < 1e-6),
-        "{device:#}"
-    );
-    let replay = finish(
-        calot()
-            .arg("replay")
-            .arg(out.join("session.mcap"))
-            .arg("--csv")
-            .arg(&table),
-    );
-    assert!(replay.status.success(), "{}", said(&replay));
-    let text = std::fs::read_to_string(&table).expect("a table");
-    let rows = rows(&text, ["handle_opening", "jaw", "opening_n", "time_s"]);
-    let shut = rows.iter().filter(|[hand, ..]| *hand < 0.1).count();
-    assert!(
-        shut > 500,
-        "the hand shuts the handle for seconds: {shut} ticks"
-    );
-    for [hand, jaw, opening_n, at_s] in &rows {
-        assert!(
-            hand.is_nan() || *jaw >= hand - 0.05,
-            "jaws are nowhere more shut than the hand: {at_s} s"
-        );
-        assert!(*opening_n >= 0.0, "{opening_n} N at {at_s} s");
-    }
-    let most_n = rows.iter().fold(0.0f64, |most, [.., n, _]| most.max(*n));
-    assert!((0.1..=5.0).contains(&most_n), "{most_n} N");
 }

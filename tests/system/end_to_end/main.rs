@@ -7,6 +7,8 @@ mod disks;
 mod drill;
 mod elsewhere;
 mod failures;
+mod hand;
+mod handle;
 mod jitter;
 mod launcher;
 mod lost;
