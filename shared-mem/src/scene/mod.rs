@@ -12,6 +12,7 @@
 //! The file is hostile input: [`SceneFile::open`] checks sizes, alignment, identity, every index
 //! and every number before anything is used.
 
+mod check;
 mod error;
 mod file;
 mod header;
