@@ -3,7 +3,7 @@
 use super::*;
 
 /// A hand on a circle of 5 cm, one turn in four seconds, sampled at this rate.
-fn circle(hz: f64, seconds: f64, tremor_m: f64) -> Values {
+pub(super) fn circle(hz: f64, seconds: f64, tremor_m: f64) -> Values {
     let mut assessment = begin(Task::Free);
     for step in 0..=(hz * seconds) as u32 {
         let at_s = f64::from(step) / hz;

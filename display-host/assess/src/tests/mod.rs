@@ -12,6 +12,7 @@ use shared_mem::scene::OrganKind;
 use shared_mem::words::{EventKind, Fault};
 
 use crate::*;
+use hand::circle;
 
 const LIVER: u32 = 0;
 const DUCT: u32 = 1;

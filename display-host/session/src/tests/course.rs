@@ -56,7 +56,7 @@ fn other_programs_can_open_a_session() {
 }
 
 /// The tools at this time.
-fn tools(at_ns: u64) -> ToolFrame {
+pub(super) fn tools(at_ns: u64) -> ToolFrame {
     ToolFrame {
         tick: at_ns / 1_000_000,
         at_ns,

@@ -19,6 +19,7 @@ use shared_mem::words::EventKind;
 
 use crate::file::SessionFile;
 use crate::{Assignment, End, Entry, Finish, Info, Operation, ReadError, Session, Storage, What};
+use course::tools;
 
 /// A disk in memory with limited room.
 #[derive(Clone, Default)]
