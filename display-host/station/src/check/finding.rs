@@ -1,6 +1,6 @@
 //! One property of the machine that `calot check` examined.
 
-use rt_process::refusal::Cause;
+use rt_process::refusal::{Cause, Refusal};
 use serde::Serialize;
 
 /// Verdict on a finding.
@@ -31,4 +31,44 @@ pub(crate) struct Finding {
     pub(crate) mend: Option<String>,
     /// Rule of Linux that refused a call, if one was tried and refused.
     pub(crate) cause: Option<Cause>,
+}
+
+pub(super) fn finding(
+    name: &'static str,
+    verdict: Verdict,
+    is: impl Into<String>,
+    should: &'static str,
+    mend: impl Into<String>,
+) -> Finding {
+    let mend = Some(mend.into()).filter(|m| verdict != Verdict::Good && !m.is_empty());
+    Finding {
+        name,
+        verdict,
+        is: is.into(),
+        should,
+        mend,
+        cause: None,
+    }
+}
+
+/// Finding about a call that was tried. A refused one has its cause and remedy.
+pub(super) fn tried(
+    name: &'static str,
+    outcome: &Result<(), Refusal>,
+    granted: impl Into<String>,
+    should: &'static str,
+) -> Finding {
+    match outcome {
+        Ok(()) => finding(name, Verdict::Good, granted, should, ""),
+        Err(refusal) => Finding {
+            cause: Some(refusal.cause),
+            ..finding(
+                name,
+                Verdict::Bad,
+                format!("refused: {}", refusal.why),
+                should,
+                refusal.mend.clone(),
+            )
+        },
+    }
 }

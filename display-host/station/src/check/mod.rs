@@ -5,15 +5,20 @@
 mod files;
 mod find;
 mod finding;
+mod granted;
+mod kernel;
+mod processor;
 mod removal;
+mod serial;
+mod system;
 
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
 
-use self::find::System;
 use self::finding::{Finding, Verdict};
+use self::system::System;
 use crate::problem::Problem;
 use crate::say;
 

@@ -6,8 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::find::finding;
-use super::finding::{Finding, Verdict};
+use super::finding::{Finding, Verdict, finding};
 
 const NAME: &str = "shared memory kept";
 const SHOULD: &str =
