@@ -48,8 +48,12 @@ const PACKAGES: &[Layer] = &[
         "display-host",
         &["assess", "figures", "session", "shared-mem"],
     ),
-    layer("scene-prepare", &["rt-core", "shared-mem"]),
-    layer("rt-process", &["hardware", "rt-core", "shared-mem"]),
+    layer("scene-load", &["rt-core", "shared-mem"]),
+    layer("scene-prepare", &["rt-core", "scene-load", "shared-mem"]),
+    layer(
+        "rt-process",
+        &["hardware", "rt-core", "scene-load", "shared-mem"],
+    ),
     tested(
         "surgeon",
         &["assess", "shared-mem"],
