@@ -1,22 +1,78 @@
-//! Measures the cost of a frame, pass by pass, in every quality: `cargo run --release -p
-//! display-host --example frame_cost -- [SCENE.calot] [--size WxH] [--frames N]`. Times are the
-//! graphics device's own (timestamp queries); "whole" is from submission until the device is idle.
-//! Without a scene it draws the tests' blobs.
+//! Measures the cost of a frame in every quality, and with `--views` of every picture of the
+//! gallery: `cargo run --release -p display-host --example frame_cost -- [SCENE.calot]
+//! [--size WxH]... [--frames N] [--views] [--json FILE]`. `display_host::render::cost` says what
+//! is timed. Without a scene it draws the tests' blobs. Without `--frames` it times 200 on a
+//! graphics card and 3 on a software driver.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use std::time::Instant;
+use std::path::PathBuf;
 
 use display_host::effects::{Effect, Kind};
+use display_host::gallery;
+use display_host::render::cost::{FrameCost, measure, read_back_ms, tiers};
 use display_host::render::gpu::Gpu;
-use display_host::render::timing::PASSES;
 use display_host::render::{Quality, Renderer};
 use glam::Vec3;
+use serde_json::{Value, json};
 use shared_mem::scene::SceneFile;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (mut scene, mut size, mut frames) = (None, [1920, 1080], 40usize);
+type Error = Box<dyn std::error::Error>;
+
+struct Asked {
+    scene: SceneFile,
+    sizes: Vec<[u32; 2]>,
+    frames: Option<usize>,
+    views: bool,
+    json: Option<PathBuf>,
+}
+
+fn main() -> Result<(), Error> {
+    let asked = asked()?;
+    let scene = &asked.scene;
+    let gpu = Gpu::open()?;
+    let usual = if gpu.is_software() { 3 } else { 200 };
+    let frames = asked.frames.unwrap_or(usual);
+    println!(
+        "{}; {}, {} spheres, {} vertices, {} triangles; medians of {frames} frames, ms",
+        gpu.describe(),
+        scene.name(),
+        scene.spheres().len(),
+        scene.vertices().len(),
+        scene.triangles().len(),
+    );
+    let mut by_tier = Vec::new();
+    for &size in &asked.sizes {
+        by_tier.extend(every_tier(&gpu, scene, size, frames)?);
+    }
+    let mut views = Vec::new();
+    if asked.views {
+        for &size in &asked.sizes {
+            views.extend(every_view(&gpu, scene, size, frames)?);
+        }
+    }
+    if let Some(path) = asked.json {
+        let measured = json!({
+            "card": gpu.info.name,
+            "driver": gpu.info.driver_info,
+            "backend": format!("{:?}", gpu.info.backend),
+            "is_software": gpu.is_software(),
+            "scene": scene.name(),
+            "spheres": scene.spheres().len(),
+            "vertices": scene.vertices().len(),
+            "triangles": scene.triangles().len(),
+            "tiers": by_tier,
+            "views": views,
+        });
+        std::fs::write(path, serde_json::to_vec_pretty(&measured)?)?;
+    }
+    Ok(())
+}
+
+fn asked() -> Result<Asked, Error> {
+    let (mut scene, mut sizes, mut frames) = (None, Vec::new(), None);
+    let (mut views, mut json) = (false, None);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
@@ -24,40 +80,38 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "--size" => {
                 let text = value()?;
                 let (w, h) = text.split_once('x').ok_or("--size is WxH")?;
-                size = [w.parse()?, h.parse()?];
+                sizes.push([w.parse()?, h.parse()?]);
             }
-            "--frames" => frames = value()?.parse()?,
+            "--frames" => frames = Some(value()?.parse()?),
+            "--views" => views = true,
+            "--json" => json = Some(value()?.into()),
             path => scene = Some(SceneFile::open(path.as_ref())?),
         }
     }
-    let scene = scene.unwrap_or_else(|| support::scene(72));
-    let gpu = Gpu::open()?;
-    let tiers = if gpu.is_software() {
-        vec![
-            Quality::SOFTWARE,
-            Quality::SOFTWARE_LIVE,
-            Quality::SOFTWARE_TIERS[1],
-        ]
-    } else {
-        Quality::GPU_TIERS.to_vec()
-    };
-    println!(
-        "{}; {}, {} vertices, {} triangles; {}x{}, median of {frames} frames, ms",
-        gpu.describe(),
-        scene.name(),
-        scene.vertices().len(),
-        scene.triangles().len(),
-        size[0],
-        size[1]
-    );
-    print!("tier ");
-    PASSES.iter().for_each(|name| print!("{name:>10}"));
-    println!("{:>10}", "whole");
-    let mut renderer = Renderer::new(&gpu, &scene, Quality { size, ..tiers[0] })?;
-    let tools = support::tools(&scene, 0.0, 0.5);
-    let state = support::state(&scene, 0.0);
+    if sizes.is_empty() {
+        sizes.push([1920, 1080]);
+    }
+    Ok(Asked {
+        scene: scene.unwrap_or_else(|| support::scene(72)),
+        sizes,
+        frames,
+        views,
+        json,
+    })
+}
+
+/// Every tier, with smoke before the target and blood on it.
+fn every_tier(
+    gpu: &Gpu,
+    scene: &SceneFile,
+    size: [u32; 2],
+    frames: usize,
+) -> Result<Vec<Value>, Error> {
+    let tiers = tiers(gpu, size);
+    let mut renderer = Renderer::new(gpu, scene, tiers[0])?;
+    let tools = support::tools(scene, 0.0, 0.5);
+    let state = support::state(scene, 0.0);
     let spheres = state.spheres().ok_or("state is malformed")?;
-    // Everything on: smoke before the target, blood on it.
     for kind in [Kind::Smoke, Kind::Blood] {
         let effect = Effect {
             kind,
@@ -68,35 +122,51 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         renderer.play(spheres, &[effect], 0.0);
     }
-    for (number, tier) in tiers.iter().enumerate() {
-        renderer.set_quality(&gpu, *tier)?;
-        let (mut passes, mut whole) = (vec![Vec::new(); PASSES.len()], Vec::new());
-        for frame in 0..frames + 4 {
-            renderer.play(spheres, &[], 0.02);
-            let start = Instant::now();
-            renderer.render(&gpu, spheres, &tools, frame as f32 * 0.02);
-            gpu.wait("drawing")?;
-            let ms = start.elapsed().as_secs_f32() * 1e3;
-            // The first frames compile shaders.
-            if frame >= 4 {
-                whole.push(ms);
-                if let Some(times) = renderer.take_pass_times() {
-                    passes
-                        .iter_mut()
-                        .zip(times)
-                        .for_each(|(all, t)| all.push(t));
-                }
-            }
-        }
-        print!("{number:4} ");
-        for all in passes.iter_mut().chain([&mut whole]) {
-            all.sort_by(f32::total_cmp);
-            match all.get(all.len() / 2) {
-                Some(ms) => print!("{ms:10.3}"),
-                None => print!("{:>10}", "-"),
-            }
-        }
-        println!();
+    let mut rows = Vec::new();
+    for (tier, quality) in tiers.into_iter().enumerate() {
+        renderer.set_quality(gpu, quality)?;
+        renderer.play(spheres, &[], 0.5);
+        let frame = measure(gpu, &mut renderer, spheres, &tools, frames)?;
+        let back_ms = read_back_ms(gpu, &renderer, frames.min(20))?;
+        say(&format!("tier {tier}"), &frame);
+        println!("{:>44}{back_ms:>8.2} ms to read it back", "");
+        rows.push(json!({"tier": tier, "frame": frame, "read_back_ms": back_ms}));
     }
-    Ok(())
+    Ok(rows)
+}
+
+/// Every picture of the gallery in the best tier.
+fn every_view(
+    gpu: &Gpu,
+    scene: &SceneFile,
+    size: [u32; 2],
+    frames: usize,
+) -> Result<Vec<Value>, Error> {
+    let best = Quality {
+        size,
+        ..tiers(gpu, size)[0]
+    };
+    let costs = gallery::cost(gpu, scene, best, frames, &mut |_, _| {})?;
+    let mut rows = Vec::new();
+    for cost in costs {
+        say(&cost.title, &cost.frame);
+        rows.push(serde_json::to_value(cost)?);
+    }
+    Ok(rows)
+}
+
+fn say(what: &str, frame: &FrameCost) {
+    let [w, h] = frame.size;
+    print!(
+        "{what:<34}{:>10}{:>8.2} drawn, {:.2} p99, {:.2} of them submitting; {:.0} a second;",
+        format!("{w}x{h}"),
+        frame.drawn_ms,
+        frame.drawn_p99_ms,
+        frame.submitted_ms,
+        frame.per_second
+    );
+    for (pass, ms) in &frame.passes_ms {
+        print!(" {pass} {ms:.3}");
+    }
+    println!();
 }

@@ -2,6 +2,7 @@
 //! dependencies, so that it builds in a second and can name what the other packages need.
 
 mod checked;
+mod gpu;
 mod packages;
 mod steps;
 mod timings;
@@ -20,6 +21,10 @@ cargo xtask COMMAND
                build, and measure the figures on time in tests/results into target/jitter: 60, 60 and
                300 seconds in turn with other programs, 600 seconds alone, and five times 30 seconds
                beside busy programs, both with remote watchers and without. Leave the machine alone!
+  gpu [--built]
+               build, and measure drawing, skinning, reading back and the collision kernel on this
+               machine's graphics card (or software driver) into target/gpu/gpu.json. --built runs
+               what is built already, on a machine without cargo
   setup        only set up: name the missing system packages, and install them if this user may,
                else print the line to type
   deny         install cargo-deny (minutes) and check licences, sources and duplicates
@@ -43,6 +48,7 @@ fn main() -> ExitCode {
     let outcome = match (command, rest) {
         ("demo", args) => packages::set_up(false).and_then(|()| steps::demo(args)),
         ("jitter", args) => packages::set_up(false).and_then(|()| steps::jitter(args)),
+        ("gpu", args) => gpu::measure(args),
         ("test", []) => packages::set_up(true).and_then(|()| steps::test()),
         ("setup", []) => packages::set_up(true),
         ("deny", []) => steps::install_and_deny(),

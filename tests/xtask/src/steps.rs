@@ -266,7 +266,8 @@ fn watched(seconds: &str) -> Result<(), String> {
     jitter("watched against busy", &["--diff", busy, watched])
 }
 
-fn step(name: &str, args: &[&str]) -> Result<(), String> {
+/// Runs cargo with these arguments.
+pub(crate) fn step(name: &str, args: &[&str]) -> Result<(), String> {
     step_in(name, args, &[])
 }
 

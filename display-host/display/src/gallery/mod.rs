@@ -1,6 +1,7 @@
 //! The gallery: pictures of every organ, instrument, effect and view of a scene, with a page to
 //! browse them. It needs no controller: nothing moves.
 
+mod cost;
 mod page;
 mod shot;
 
@@ -9,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use shared_mem::scene::SceneFile;
 
+pub use self::cost::{ViewCost, cost};
 pub use self::shot::Chapter;
 use self::shot::Shot;
 use crate::DisplayError;

@@ -19,6 +19,8 @@ pub struct Gpu {
     /// Description of the adapter.
     pub info: wgpu::AdapterInfo,
     fault: Arc<Mutex<Option<String>>>,
+    /// Buffer of the last reading: drivers take milliseconds to make one of a picture's size.
+    staging: Mutex<Option<wgpu::Buffer>>,
 }
 
 /// Time after which a frame counts as hung. A software driver compiles its shaders in the first
@@ -87,6 +89,7 @@ impl Gpu {
             queue,
             info,
             fault,
+            staging: Mutex::new(None),
         })
     }
 
@@ -159,7 +162,9 @@ impl Gpu {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
         self.queue.submit([encoder.finish()]);
-        self.map(&staging)
+        let mut content = Vec::new();
+        self.map(staging, |all| content.extend_from_slice(all))?;
+        Ok(content)
     }
 
     /// Pixels of an RGBA texture of four bytes a pixel, row by row from the top.
@@ -184,24 +189,29 @@ impl Gpu {
             texture.size(),
         );
         self.queue.submit([encoder.finish()]);
-        let padded = self.map(&staging)?;
-        let rows = padded.chunks_exact(row as usize);
-        Ok(rows
-            .flat_map(|r| &r[..width as usize * 4])
-            .copied()
-            .collect())
+        let mut pixels = Vec::with_capacity(width as usize * 4 * height as usize);
+        self.map(staging, |padded| {
+            for padded in padded.chunks_exact(row as usize) {
+                pixels.extend_from_slice(&padded[..width as usize * 4]);
+            }
+        })?;
+        Ok(pixels)
     }
 
     fn staging(&self, size: u64) -> wgpu::Buffer {
-        self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("readback"),
-            size,
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
+        let kept = self.staging.lock().ok().and_then(|mut kept| kept.take());
+        kept.filter(|kept| kept.size() == size).unwrap_or_else(|| {
+            self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("readback"),
+                size,
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            })
         })
     }
 
-    fn map(&self, staging: &wgpu::Buffer) -> Result<Vec<u8>, DisplayError> {
+    /// Shows the content of `staging` to `take` once the device has written it.
+    fn map(&self, staging: wgpu::Buffer, take: impl FnOnce(&[u8])) -> Result<(), DisplayError> {
         let doing = "reading back";
         staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
         self.wait(doing)?;
@@ -212,7 +222,13 @@ impl Gpu {
                 doing,
                 detail: error.to_string(),
             })?;
-        Ok(range.to_vec())
+        take(&range);
+        drop(range);
+        staging.unmap();
+        if let Ok(mut kept) = self.staging.lock() {
+            *kept = Some(staging);
+        }
+        Ok(())
     }
 }
 

@@ -43,6 +43,7 @@ mod carried;
 mod cavity;
 mod cells;
 mod clips;
+pub mod cost;
 mod fibre;
 pub mod governor;
 pub mod gpu;

@@ -106,7 +106,9 @@ fn gpu_and_cpu_agree() {
             position <= 1e-6,
             "position differs by {position} m at {size_m}"
         );
-        assert!(normal <= 1e-5, "normal differs by {normal} at {size_m}");
+        // Vulkan grants `normalize` a few units in the last place. Where the skin bends most, the
+        // normal is a difference of nearly equal vectors: an NVIDIA H200 differs by 1.3e-5.
+        assert!(normal <= 1e-4, "normal differs by {normal} at {size_m}");
         assert!(bend <= 1e-3, "bend differs by {bend} per mm at {size_m}");
     }
 }

@@ -154,11 +154,11 @@ impl Card {
         spheres: &[(V3, f32)],
         parts: &[Capsule],
     ) -> Result<Found, String> {
-        let words = |v: &V3, w: f32| [v.x, v.y, v.z, w].map(f32::to_le_bytes).concat();
-        let up: Vec<u8> = spheres.iter().flat_map(|(c, r)| words(c, *r)).collect();
+        let up = bytes_of(spheres.iter().map(|(c, r)| [c.x, c.y, c.z, *r]));
         self.queue.write_buffer(&to.spheres, 0, &up);
-        let part = |p: &Capsule| [words(&p.a_m, p.radius_m), words(&p.b_m, 0.0)].concat();
-        let mut up: Vec<u8> = parts.iter().take(PARTS).flat_map(part).collect();
+        let ends = |p: &Capsule| [(p.a_m, p.radius_m), (p.b_m, 0.0)];
+        let ends = parts.iter().take(PARTS).flat_map(ends);
+        let mut up = bytes_of(ends.map(|(v, w)| [v.x, v.y, v.z, w]));
         up.resize(32 * PARTS, 0);
         self.queue.write_buffer(&to.parts, 0, &up);
         let mut encoder = self.device.create_command_encoder(&Default::default());
@@ -183,4 +183,12 @@ impl Card {
         to.staging.unmap();
         Ok((deepest > 0.0).then_some(deepest))
     }
+}
+
+fn bytes_of(vectors: impl Iterator<Item = [f32; 4]>) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(16 * vectors.size_hint().0);
+    for number in vectors.flatten() {
+        bytes.extend_from_slice(&number.to_le_bytes());
+    }
+    bytes
 }

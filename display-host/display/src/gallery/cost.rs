@@ -1,0 +1,51 @@
+//! Cost of drawing, for every view of a scene.
+
+use serde::Serialize;
+use shared_mem::scene::SceneFile;
+
+use super::shot;
+use crate::DisplayError;
+use crate::render::cost::{FrameCost, measure};
+use crate::render::gpu::Gpu;
+use crate::render::{Quality, Renderer};
+
+/// Cost of one of the gallery's pictures.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ViewCost {
+    /// Its chapter.
+    pub chapter: &'static str,
+    /// Its caption.
+    pub title: String,
+    /// Cost of a frame of it.
+    pub frame: FrameCost,
+}
+
+/// Draws every picture of the gallery many times and measures it. `say` receives the next caption
+/// and the share done.
+///
+/// # Errors
+/// [`DisplayError`]: a scene too large for the adapter, a size out of range, a lost device.
+pub fn cost(
+    gpu: &Gpu,
+    scene: &SceneFile,
+    quality: Quality,
+    frames: usize,
+    say: &mut dyn FnMut(&str, f32),
+) -> Result<Vec<ViewCost>, DisplayError> {
+    let mut renderer = Renderer::new(gpu, scene, quality)?;
+    let state = crate::headless::at_rest(scene);
+    let at_rest = state.spheres().unwrap_or(&[]);
+    let shots = shot::all(scene, quality.size);
+    let mut costs = Vec::new();
+    for (number, shot) in shots.iter().enumerate() {
+        say(&shot.title, number as f32 / shots.len() as f32);
+        let spheres = shot.spheres.as_deref().unwrap_or(at_rest);
+        shot.set_up(gpu, &mut renderer, spheres);
+        costs.push(ViewCost {
+            chapter: shot.chapter.title(),
+            title: shot.title.clone(),
+            frame: measure(gpu, &mut renderer, spheres, &shot.tools, frames)?,
+        });
+    }
+    Ok(costs)
+}
