@@ -26,7 +26,7 @@ pub struct FrameCost {
     pub submitted_ms: f32,
     /// Time from the start until the graphics device is idle, median, ms.
     pub drawn_ms: f32,
-    /// The same, 99th percentile, ms.
+    /// 99th percentile of that time, ms.
     pub drawn_p99_ms: f32,
     /// Frames a second if each is started before the last one is drawn.
     pub per_second: f32,
