@@ -75,3 +75,5 @@ pub mod woody;
 
 #[cfg(feature = "std")]
 pub use error::HardwareError;
+#[cfg(feature = "std")]
+pub use line::{Holder, holders, socket_holders};

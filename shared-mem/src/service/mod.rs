@@ -27,7 +27,7 @@ pub use ends::{
     Controller, HandReceiver, HandSender, Host, Request, Tap, TaskReceiver, TaskSender,
 };
 pub use error::ServiceError;
-pub use folder::user_folder;
+pub use folder::{owner, user_folder};
 pub use join::Claim;
 
 /// Hosts (displays, reports) that can watch one station at once.
