@@ -61,6 +61,8 @@ mod line;
 #[cfg(feature = "std")]
 pub mod list;
 #[cfg(feature = "std")]
+mod noise;
+#[cfg(feature = "std")]
 pub mod pedal;
 pub mod rig;
 #[cfg(feature = "std")]
