@@ -1,6 +1,6 @@
 //! Judges the samples of a rig by the device's own clock: that clock, frozen positions, leaps,
-//! bundles, noise, and the confirmation of forces. Arrival times depend on this computer, so a late host
-//! is never taken for a fault of the device.
+//! bundles, noise, and the confirmation of forces. Arrival times depend on this computer, so a late
+//! host is never taken for a fault of the device.
 
 use rt_core::fault::{Fault, FaultSet};
 use rt_core::math::Vec3;

@@ -27,7 +27,7 @@ struct Organ {
     /// The sphere whose ways are watched: the fastest at the end of the last part.
     sphere: Option<u32>,
     /// Its velocity when it last turned back, m/s.
-    way_m_s: Vec3,
+    turned_m_s: Vec3,
     reversals: u8,
     /// Largest speed in this part, m/s.
     peak_m_s: f32,
@@ -37,7 +37,7 @@ struct Organ {
 impl Organ {
     const STILL: Self = Self {
         sphere: None,
-        way_m_s: Vec3::new(0.0, 0.0, 0.0),
+        turned_m_s: Vec3::new(0.0, 0.0, 0.0),
         reversals: 0,
         peak_m_s: 0.0,
         parts: 0,
@@ -75,14 +75,14 @@ impl Shaking {
 
     /// Records the velocity of an organ's watched sphere. It counts if it is faster than
     /// `slowest_m_s`.
-    pub(crate) fn note_way(&mut self, organ: usize, velocity_m_s: &Vec3, slowest_m_s: f32) {
+    pub(crate) fn note_velocity(&mut self, organ: usize, velocity_m_s: &Vec3, slowest_m_s: f32) {
         let Some(organ) = self.organs.get_mut(organ) else {
             return;
         };
         if math::norm(velocity_m_s) > slowest_m_s {
-            let turns_back = velocity_m_s.dot(&organ.way_m_s) < 0.0;
+            let turns_back = velocity_m_s.dot(&organ.turned_m_s) < 0.0;
             organ.reversals = organ.reversals.saturating_add(turns_back.into());
-            organ.way_m_s = *velocity_m_s;
+            organ.turned_m_s = *velocity_m_s;
         }
     }
 
@@ -138,7 +138,7 @@ mod tests {
             let velocity_m_s = Vec3::new(speed_m_s * phase.sin(), 0.0, 0.0);
             shaking.note_speed(0, math::norm(&velocity_m_s));
             if shaking.watched(0).is_some() {
-                shaking.note_way(0, &velocity_m_s, SLOWEST_M_S);
+                shaking.note_velocity(0, &velocity_m_s, SLOWEST_M_S);
             }
             shaking.look(
                 hand(tick),

@@ -210,12 +210,13 @@ impl Unrest {
 
     /// Records the velocities of the spheres that are watched. `velocity_m_s` gives that of a
     /// sphere over its last ticks.
-    pub(crate) fn note_ways(&mut self, organs: usize, velocity_m_s: impl Fn(u32) -> Vec3) {
+    pub(crate) fn note_velocities(&mut self, organs: usize, velocity_m_s: impl Fn(u32) -> Vec3) {
         let slowest_m_s = self.slowest_touched_m_s();
         for organ in 0..organs {
             if let Some(sphere) = self.shaking.watched(organ) {
                 let velocity_m_s = velocity_m_s(sphere);
-                self.shaking.note_way(organ, &velocity_m_s, slowest_m_s);
+                self.shaking
+                    .note_velocity(organ, &velocity_m_s, slowest_m_s);
             }
         }
     }

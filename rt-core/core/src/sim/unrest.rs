@@ -53,7 +53,7 @@ impl Sim<'_> {
         let organs = self.scene.organs;
         let bodies = &self.state.bodies;
         self.unrest
-            .note_ways(organs.len(), |sphere| bodies.net_velocity_m_s(sphere));
+            .note_velocities(organs.len(), |sphere| bodies.net_velocity_m_s(sphere));
         let hand_m_s = speed_m_s * self.lever();
         let (bounds, journal) = (&self.bounds, &mut self.journal);
         let mut tell = |organ: u32, at_m, found| {
