@@ -18,7 +18,7 @@ const FEWEST: u32 = 90;
 const GAP_US: u32 = 12_000;
 /// Rms length of the noise above which a device is noisy, m. The finest step of an encoder that
 /// passes for good is 0.1 mm, which makes noise of 0.05 mm rms in space. At 1000 N/m this noise
-/// makes force steps of 0.14 N rms, which fingers feel.
+/// makes force steps of 0.14 N rms.
 pub(crate) const NOISY_M: f32 = 1.0e-4;
 /// Noisy windows in a row after which the device is noisy. A knock, or a leap of a few samples,
 /// spoils one window, or two that it lies between.

@@ -17,8 +17,8 @@ const PARTS: u8 = 24;
 /// Reversals of the watched sphere in a part that count as shaking: those of 8 Hz. A hand goes back
 /// and forth up to 5 times a second, and what hangs swings once or twice.
 const REVERSALS: u8 = 3;
-/// Speed of an organ in speeds of the hand above which the hand does not explain it. A fold that a
-/// tip drags aside goes up to twice as fast as the tip.
+/// Speed of an organ in speeds of the hand above which the hand does not explain it. It is a choice
+/// with room for what a tip drags or lets slip; nobody has measured how fast that gets.
 const HAND_FACTOR: f32 = 3.0;
 
 /// One organ.

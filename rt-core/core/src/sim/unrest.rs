@@ -8,8 +8,8 @@ use crate::words::{Event, EventKind};
 
 /// Speed below which the handle is at rest, m/s: five times the tremor of a resting hand.
 const HANDLE_RESTS_M_S: f32 = 0.005;
-/// Shortest outer arm of the shaft, m: the width of a hand beside the port. The handle comes no
-/// nearer.
+/// Shortest outer arm of the shaft, m: about half the width of a hand at the port. It only bounds
+/// the lever.
 const LEVER_MIN_M: f32 = 0.05;
 /// Ticks between two looks for organs beside those that a tool moves.
 const SPREAD_TICKS: u64 = 16;
