@@ -61,6 +61,8 @@ mod line;
 #[cfg(feature = "std")]
 pub mod list;
 #[cfg(feature = "std")]
+mod noise;
+#[cfg(feature = "std")]
 pub mod pedal;
 pub mod rig;
 #[cfg(feature = "std")]
@@ -75,3 +77,5 @@ pub mod woody;
 
 #[cfg(feature = "std")]
 pub use error::HardwareError;
+#[cfg(feature = "std")]
+pub use line::{Holder, holders, socket_holders};

@@ -216,6 +216,8 @@ words! {
         DeviceWatchdog = 29, "device_watchdog";
         /// The haptic device limits the force itself.
         DeviceLimited = 30, "device_limited";
+        /// The haptic device's positions are noisy.
+        NoisyDevice = 31, "noisy_device";
     }
 }
 

@@ -49,7 +49,10 @@ fn role() {
             let host = Host::open(&station)?;
             Ok(Box::new((tap, hand, controller, host)) as _)
         })()),
-        "claim" => hold(station.claim().map(|it| Box::new(it) as _)),
+        "claim" => {
+            let who = |inode| format!("the socket {inode:?}");
+            hold(station.claim(who).map(|it| Box::new(it) as _));
+        }
         other => panic!("no role {other}"),
     }
 }
@@ -90,6 +93,19 @@ impl Actor {
             .stdout(Stdio::piped())
             .spawn()
             .unwrap()
+    }
+
+    /// Inode of its only socket.
+    fn socket(&self) -> u64 {
+        let files = std::fs::read_dir(format!("/proc/{}/fd", self.child.id())).unwrap();
+        let links = files.flatten().filter_map(|it| it.path().read_link().ok());
+        let mut sockets = links.filter_map(|it| {
+            let link = it.to_str()?.strip_prefix("socket:[")?.to_owned();
+            link.strip_suffix(']')?.parse().ok()
+        });
+        let own = sockets.next().unwrap();
+        assert!(sockets.next().is_none());
+        own
     }
 
     fn end(mut self) {
@@ -300,7 +316,12 @@ fn a_name_is_held_once_wherever_the_folders_are() {
     let first = Actor::start("claim", &station, tmp.path());
     assert_eq!(first.said, "open");
     let second = Actor::start("claim", &station, other.path());
-    assert!(second.said.contains("runs already"), "{}", second.said);
+    let whole = format!(
+        "station '{station}' runs already, held by the socket {:?}; show it with `calot run \
+         --attach`, or choose another name with --station",
+        Some(first.socket())
+    );
+    assert_eq!(second.said, whole);
     second.end();
     first.kill();
     let third = Actor::start("claim", &station, other.path());

@@ -365,6 +365,26 @@ mod tests {
     use super::*;
     use crate::wire::SceneHead;
 
+    #[test]
+    fn a_name_that_has_a_controller_already_is_refused_in_the_station_s_words() {
+        let name = format!("taken-{}", std::process::id());
+        let config = WatchConfig {
+            station: Station::new(&name).unwrap(),
+            address: Address::new("127.0.0.1:1", None, true).unwrap(),
+            rate_hz: 10.0,
+            scene: PathBuf::from("never.calot"),
+            seconds: Some(0.1),
+        };
+        let _controller = Controller::open(&config.station).unwrap();
+        let refused = watch(&config, &AtomicBool::new(false), |_| {}).unwrap_err();
+        assert!(matches!(refused, LinkError::Service(_)), "{refused:?}");
+        let whole = format!(
+            "station '{name}' already has a controller; stop it (its `calot run` or `calot rt`), or \
+             choose another name with --station"
+        );
+        assert_eq!(refused.to_string(), whole);
+    }
+
     fn part(total: u64, offset: u64, bytes: &[u8]) -> Vec<u8> {
         let head = SceneHead {
             magic: MAGIC,

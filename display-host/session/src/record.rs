@@ -483,6 +483,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn one_recorder_too_many_is_refused_in_the_station_s_words() {
+        let station = Station::new(&format!("taps-{}", std::process::id())).expect("a plain name");
+        let recorders = [(); 2].map(|()| Tap::open(&station).expect("room for two"));
+        let refused = Listening::begin(&station, |_| {}, None).expect_err("both places are taken");
+        assert!(matches!(refused, Error::Service(_)), "{refused:?}");
+        let (name, count) = (station.name(), recorders.len());
+        let whole = format!("station '{name}' has {count} recorders already; close one");
+        assert_eq!(refused.to_string(), whole);
+    }
+
+    #[test]
     fn a_queue_full_of_ticks_still_takes_events() {
         let overflowed = Arc::new(AtomicU64::new(0));
         let (queue, items) = queue(overflowed.clone());

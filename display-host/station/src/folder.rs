@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use shared_mem::service::{Claim, ServiceError, Station};
+use hardware::{Holder, holders, socket_holders};
+use shared_mem::service::{Claim, ServiceError, Station, owner};
 
 use crate::problem::Problem;
 
@@ -35,7 +36,8 @@ impl Folder {
                 _claim: None,
             });
         }
-        let claim = Station::new(station)?.claim()?;
+        let held_by = |socket: Option<u64>| in_words(&socket.map_or_else(Vec::new, socket_holders));
+        let claim = Station::new(station)?.claim(held_by)?;
         let lock = std::fs::OpenOptions::new()
             .write(true)
             .create(true)
@@ -64,7 +66,12 @@ impl Folder {
                 })
             }
             Err(std::fs::TryLockError::WouldBlock) => {
-                Err(ServiceError::RunsAlready(station.to_owned()).into())
+                drop(lock);
+                Err(ServiceError::RunsAlready {
+                    station: station.to_owned(),
+                    by: in_words(&holders(&path.join("lock"))),
+                }
+                .into())
             }
             Err(std::fs::TryLockError::Error(error)) => Err(failed(error).into()),
         }
@@ -98,6 +105,16 @@ impl Folder {
                 .join(format!("attached-{}.calot", std::process::id())),
             false => self.path.join("scene.calot"),
         }
+    }
+}
+
+/// The programs that hold a station's name or lock, with their users.
+fn in_words(holders: &[Holder]) -> String {
+    let one = |it: &Holder| format!("{it} of {}", owner(it.user));
+    match holders {
+        [] => "a program that /proc does not show: another account's, or one in another container"
+            .to_owned(),
+        seen => seen.iter().map(one).collect::<Vec<_>>().join(", "),
     }
 }
 
@@ -159,5 +176,38 @@ impl Drop for Folder {
             let _ = std::fs::remove_file(self.path.join(RUNNING));
         }
         let _ = std::fs::remove_file(self.scene());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whoever_holds_the_name_of_a_station_is_named_with_process_and_user() {
+        use std::os::linux::net::SocketAddrExt as _;
+        use std::os::unix::net::{SocketAddr, UnixListener};
+        let name = format!("held-{}", std::process::id());
+        let user = rustix::process::geteuid().as_raw();
+        let address = SocketAddr::from_abstract_name(format!("calot-{user}-{name}")).unwrap();
+        let _stranger = UnixListener::bind_addr(&address).unwrap();
+        let error = Folder::open(&name, false).err().expect("the name is taken");
+        let process = std::process::id();
+        let words = format!("(process {process}) of {}; show it", owner(user));
+        assert!(error.to_string().contains(&words), "{error}");
+    }
+
+    #[test]
+    fn whoever_holds_the_lock_is_named_and_an_unseen_holder_is_said_to_be_unseen() {
+        let folder = tempfile::tempdir().unwrap();
+        let lock = std::fs::File::create(folder.path().join("lock")).unwrap();
+        let seen = in_words(&holders(&folder.path().join("lock")));
+        assert!(
+            seen.contains(&format!("(process {})", std::process::id())),
+            "{seen}"
+        );
+        drop(lock);
+        let unseen = in_words(&holders(&folder.path().join("lock")));
+        assert!(unseen.contains("another account's"), "{unseen}");
     }
 }

@@ -8,6 +8,7 @@ use rt_core::port::{ForceCommand, Freedom, HapticDevice, Opening, Polled};
 
 use super::Report;
 use super::watch::{Arrivals, Host, watch};
+use crate::noise::NOISY_M;
 
 /// Allowed deviation from the declared rate.
 const RATE_OFF: f32 = 0.05;
@@ -36,6 +37,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     let mut fastest_m_s = 0.0f32;
     let mut finite = true;
     let mut openings = Openings::default();
+    let mut noise_um = None;
     let mut due_ns = 0;
     let mut found = FaultSet::NONE;
     let mut bundle_ms = 0;
@@ -54,6 +56,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         let findings = device.findings();
         found = found.with(findings.faults);
         bundle_ms = bundle_ms.max(findings.bundle_ms);
+        noise_um = findings.noise_um.or(noise_um);
         if let Polled::Fresh(sample) = polled {
             arrivals.add(now_ns);
             let pose = sample.device_from_handle;
@@ -111,7 +114,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     );
     judge_findings(report, found, bundle_ms, host);
     if arrivals.count() == 0 {
-        for name in ["finite", "opening", "workspace", "speed"] {
+        for name in ["finite", "noise", "opening", "workspace", "speed"] {
             report.leave_open(name, "there was no valid sample");
         }
         return;
@@ -121,6 +124,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         false => "a pose or a velocity is not finite",
     };
     report.judge("finite", finite, words.into());
+    judge_noise(report, noise_um, capabilities.stiffness_max_n_m);
     openings.judge(report, &capabilities.opening);
     let radius_m = capabilities.workspace_radius_m;
     report.judge(
@@ -133,6 +137,27 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         fastest_m_s < 5.0,
         format!("fastest {fastest_m_s:.2} m/s, allowed is 5 m/s"),
     );
+}
+
+/// Noise of the positions, and the steps of the force that it makes at the stiffest wall.
+fn judge_noise(report: &mut Report, noise_um: Option<u32>, stiffness_max_n_m: f32) {
+    let Some(noise_um) = noise_um else {
+        report.skip(
+            "noise",
+            "the driver does not measure it, or has too few samples",
+        );
+        return;
+    };
+    let rms_m = noise_um as f32 * 1.0e-6;
+    // Two samples in a row differ by √2 of their noise.
+    let step_n = core::f32::consts::SQRT_2 * rms_m * stiffness_max_n_m;
+    let detail = format!(
+        "positions are noisy by {:.3} mm rms, allowed is {:.1} mm; at {stiffness_max_n_m:.0} N/m that \
+         makes force steps of {step_n:.2} N from sample to sample",
+        rms_m * 1e3,
+        NOISY_M * 1e3,
+    );
+    report.judge("noise", rms_m <= NOISY_M, detail);
 }
 
 /// Openings of the handle that the samples reported.

@@ -2,6 +2,7 @@
 
 use rt_core::math::Vec3;
 
+use super::random::Random;
 use crate::rig::device::{Device, Motion};
 use crate::rig::frame::{Frame, FrameReader};
 use crate::rig::wire::{Capabilities, Force, Message, State, Status};
@@ -53,6 +54,8 @@ pub enum Mistake {
     Frozen,
     /// Positions that leap by 50 mm for three samples, five times a second.
     Leaps,
+    /// Positions with noise of 0.5 mm.
+    Noisy,
     /// Damping far beyond any device.
     DampingAbsurd,
     /// Declared delay of nothing, with an echo of 6 ms.
@@ -69,7 +72,7 @@ pub enum Mistake {
 
 impl Mistake {
     /// All of them.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::PositionsInMillimetres,
         Self::PositionsTenfold,
         Self::AxesExchanged,
@@ -92,6 +95,7 @@ impl Mistake {
         Self::RateHalf,
         Self::Frozen,
         Self::Leaps,
+        Self::Noisy,
         Self::DampingAbsurd,
         Self::DelayUndeclared,
         Self::ChecksumReversed,
@@ -118,6 +122,8 @@ impl Mistake {
 const SLOW_MS: u8 = 95;
 /// Time for which a flaky watchdog fails, µs.
 const FLAKY_US: u32 = 2_500_000;
+/// Rms length of the noise of a noisy device, m.
+const NOISE_M: f32 = 0.0005;
 /// Samples by which a device with an undeclared delay confirms late.
 const LATE_SAMPLES: usize = 6;
 
@@ -132,6 +138,7 @@ pub(super) struct RigFirmware {
     samples: u32,
     frozen_at_m: Option<[f32; 3]>,
     confirmed: [u16; LATE_SAMPLES],
+    random: Random,
 }
 
 impl RigFirmware {
@@ -154,6 +161,7 @@ impl RigFirmware {
             samples: 0,
             frozen_at_m: None,
             confirmed: [0; LATE_SAMPLES],
+            random: Random::new(0, 0),
         }
     }
 
@@ -298,6 +306,12 @@ impl RigFirmware {
             }
             Some(Mistake::Leaps) if self.samples % 200 < 3 => {
                 motion.position_m = [x + 0.05, y, z];
+            }
+            // An even spread of ±1 has a mean square of a third, so three axes have 1.
+            Some(Mistake::Noisy) => {
+                motion.position_m = motion
+                    .position_m
+                    .map(|part| part + self.random.between(-NOISE_M, NOISE_M));
             }
             _ => {}
         }

@@ -1,34 +1,97 @@
-//! Finds the programs that have a line open, so that a person knows which one to stop.
+//! Finds the programs that have a file or a socket open, so that a person knows which one to stop.
 
+use core::fmt;
 use std::fs;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 
 /// Most programs that are named.
 const NAMED: usize = 3;
 
-/// Programs that have `path` open, as text: "calot (process 4711)". `None` if nobody is seen: only
-/// root sees the programs of other users.
-pub(crate) fn holders(path: &Path) -> Option<String> {
-    let line = path.canonicalize().ok()?;
-    let programs = fs::read_dir("/proc").ok()?.flatten();
-    let holders: Vec<String> = programs
-        .filter(|program| has_open(&program.path(), &line))
-        .filter_map(|program| {
-            let number = program.file_name().into_string().ok()?;
-            let name = fs::read_to_string(program.path().join("comm")).ok()?;
-            // A program may call itself anything.
-            let name: String = name.chars().filter(|it| !it.is_control()).collect();
-            Some(format!("{name} (process {number})"))
-        })
-        .take(NAMED)
-        .collect();
-    (!holders.is_empty()).then(|| holders.join(", "))
+/// A program that has a file or a socket open, displayed as "calot (process 4711)".
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Holder {
+    /// The program's name for itself, without control characters.
+    pub command: String,
+    /// Its process.
+    pub process: u32,
+    /// Number of the user it belongs to.
+    pub user: u32,
 }
 
-fn has_open(program: &Path, line: &Path) -> bool {
+impl fmt::Display for Holder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} (process {})", self.command, self.process)
+    }
+}
+
+/// Programs that have the file `path` open, up to three. Empty if nobody is seen: only root sees
+/// the programs of other users.
+#[must_use]
+pub fn holders(path: &Path) -> Vec<Holder> {
+    path.canonicalize()
+        .map_or_else(|_| Vec::new(), |path| having_open(&path))
+}
+
+/// Programs that have the socket with this inode open, as [`holders`] of a file.
+#[must_use]
+pub fn socket_holders(inode: u64) -> Vec<Holder> {
+    having_open(Path::new(&format!("socket:[{inode}]")))
+}
+
+/// Programs that have something open to which this link leads.
+fn having_open(link: &Path) -> Vec<Holder> {
+    let programs = fs::read_dir("/proc").into_iter().flatten().flatten();
+    programs
+        .map(|program| program.path())
+        .filter(|program| has_open(program, link))
+        .filter_map(|program| holder(&program))
+        .take(NAMED)
+        .collect()
+}
+
+fn holder(program: &Path) -> Option<Holder> {
+    let name = fs::read_to_string(program.join("comm")).ok()?;
+    Some(Holder {
+        // A program may call itself anything.
+        command: name.chars().filter(|it| !it.is_control()).collect(),
+        process: program.file_name()?.to_str()?.parse().ok()?,
+        user: fs::metadata(program).ok()?.uid(),
+    })
+}
+
+fn has_open(program: &Path, link: &Path) -> bool {
     fs::read_dir(program.join("fd")).is_ok_and(|files| {
         files
             .flatten()
-            .any(|file| fs::read_link(file.path()).is_ok_and(|it| it == line))
+            .any(|file| fs::read_link(file.path()).is_ok_and(|it| it == link))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::net::UnixListener;
+
+    #[test]
+    fn the_holder_of_a_socket_is_this_program_until_it_is_closed() {
+        let folder = tempfile::tempdir().unwrap();
+        let socket = UnixListener::bind(folder.path().join("s")).unwrap();
+        let own = fs::metadata("/proc/self").unwrap().uid();
+        let inode = {
+            use std::os::fd::AsRawFd as _;
+            let link = fs::read_link(format!("/proc/self/fd/{}", socket.as_raw_fd())).unwrap();
+            let link = link.to_str().unwrap().to_owned();
+            let number = link.trim_start_matches("socket:[").trim_end_matches(']');
+            number.parse().unwrap()
+        };
+        let [found] = &socket_holders(inode)[..] else {
+            panic!("one program has it");
+        };
+        assert_eq!((found.process, found.user), (std::process::id(), own));
+        let words = format!("{} (process {})", found.command, std::process::id());
+        assert_eq!(found.to_string(), words);
+        drop(socket);
+        assert_eq!(socket_holders(inode), []);
+    }
 }

@@ -21,6 +21,7 @@ use rustix::io::Errno;
 use serialport::{ErrorKind, SerialPort, TTYPort};
 
 use crate::HardwareError;
+pub use holder::{Holder, holders, socket_holders};
 use inlet::Inlet;
 pub(crate) use inlet::{Bytes, now_ns};
 
@@ -183,10 +184,16 @@ fn open_error(path: &Path, error: &serialport::Error) -> HardwareError {
         (_, Err(missing)) if missing.kind() == io::ErrorKind::NotFound => {
             HardwareError::Missing { path }
         }
-        (ErrorKind::NoDevice, Ok(_)) => match holder::holders(&path) {
-            Some(by) => HardwareError::Held { path, by },
-            None => HardwareError::Busy { path },
-        },
+        (ErrorKind::NoDevice, Ok(_)) => {
+            let by: Vec<String> = holders(&path).iter().map(Holder::to_string).collect();
+            match by.is_empty() {
+                true => HardwareError::Busy { path },
+                false => HardwareError::Held {
+                    path,
+                    by: by.join(", "),
+                },
+            }
+        }
         (_, Ok(_)) => HardwareError::NotSerial {
             path,
             what: error.description.clone(),

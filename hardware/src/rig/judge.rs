@@ -1,6 +1,6 @@
 //! Judges the samples of a rig by the device's own clock: that clock, frozen positions, leaps,
-//! bundles, and the confirmation of forces. Arrival times depend on this computer, so a late host
-//! is never taken for a fault of the device.
+//! bundles, noise, and the confirmation of forces. Arrival times depend on this computer, so a late
+//! host is never taken for a fault of the device.
 
 use rt_core::fault::{Fault, FaultSet};
 use rt_core::math::Vec3;
@@ -10,6 +10,7 @@ use rt_core::time::TimeNs;
 use super::bundles::Bundles;
 use super::trail::Trail;
 use super::wire::{State, Status};
+use crate::noise::Noise;
 
 /// Consecutive samples that must agree before a leap, or a clock that was wrong, is believed.
 /// Damage on the line does not move so many samples to one place.
@@ -75,6 +76,7 @@ pub(super) struct Judge {
     arrived_ns: TimeNs,
     promised_m: Vec3,
     trail: Trail,
+    noise: Noise,
     bundles: Bundles,
     confirmed: Option<(u16, u32)>,
     sends: u32,
@@ -159,14 +161,17 @@ impl Judge {
         if self.unsettled > 0 {
             self.admitted = Some(now);
             self.trail.clear();
+            self.noise.part();
             return None;
         }
         if !continues || self.broke_off {
             self.findings.leapt = true;
             self.broke_off = false;
             self.trail.clear();
+            self.noise.part();
         }
         self.admitted = Some(now);
+        self.noise.take(now.us, &now.at_m);
         let moved_m_s = self.trail.add(now.us, &now.at_m);
         // The faster one: the device may leave its velocity empty, or use another unit.
         Some(match measured_m_s {
@@ -210,9 +215,11 @@ impl Judge {
     /// lasts for its own poll only.
     pub(super) fn findings(&self) -> Findings {
         let mut findings = self.findings;
+        findings.noise_um = self.noise.rms_m().map(|rms_m| (rms_m * 1.0e6) as u32);
         let faults = &mut findings.faults;
         let mut raise_if = |it: bool, fault| faults.raise_if(it && !self.is_silent, fault);
         raise_if(self.bundles.are_found(), Fault::DeviceBundles);
+        raise_if(self.noise.is_found(), Fault::NoisyDevice);
         raise_if(self.status.contains(Status::FAULT), Fault::DeviceFault);
         let is_tripped = self.status.contains(Status::WATCHDOG);
         raise_if(is_tripped, Fault::DeviceWatchdog);

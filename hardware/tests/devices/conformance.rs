@@ -235,6 +235,11 @@ fn a_device_whose_positions_leap_fails() {
 }
 
 #[test]
+fn a_device_with_noisy_positions_fails() {
+    fails_in(Mistake::Noisy, &["noise"], "makes force steps of");
+}
+
+#[test]
 fn a_device_with_absurd_damping_fails() {
     fails_in(Mistake::DampingAbsurd, &["handshake"], "damping_n_s_m");
 }

@@ -75,10 +75,12 @@ pub enum Fault {
     DeviceWatchdog = 29,
     /// The haptic device limits the force itself (heat, current). Answer: none.
     DeviceLimited = 30,
+    /// The haptic device's positions are noisy. Answer: none; the force steps as they do.
+    NoisyDevice = 31,
 }
 
 /// Number of kinds.
-pub const FAULT_COUNT: usize = 31;
+pub const FAULT_COUNT: usize = 32;
 
 impl Fault {
     /// All kinds, in the order of their numbers.
@@ -114,6 +116,7 @@ impl Fault {
         Self::DeviceFault,
         Self::DeviceWatchdog,
         Self::DeviceLimited,
+        Self::NoisyDevice,
     ];
 
     /// Its number: index of its counter, code in events.
@@ -157,6 +160,7 @@ impl Fault {
             Self::DeviceFault => "device_fault",
             Self::DeviceWatchdog => "device_watchdog",
             Self::DeviceLimited => "device_limited",
+            Self::NoisyDevice => "noisy_device",
         }
     }
 

@@ -247,6 +247,8 @@ pub struct Findings {
     pub leapt: bool,
     /// Length of the bundles in which samples come, ms; 0: they come one by one.
     pub bundle_ms: u32,
+    /// Rms length of the noise of the positions, µm; `None`: not measured.
+    pub noise_um: Option<u32>,
 }
 
 /// A haptic device. Neither call blocks or allocates.

@@ -115,8 +115,6 @@ pub enum MeshProblem {
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum PrepareError {
-    #[error(transparent)]
-    Recipe(#[from] RecipeError),
     #[error("organ '{organ}': {source}")]
     Mesh { organ: String, source: MeshError },
     #[error("organ '{organ}': {problem}")]

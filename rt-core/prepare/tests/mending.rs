@@ -251,6 +251,45 @@ fn bodies_that_touch_may_run_different_ways() {
     }
 }
 
+/// Two boxes share one corner, in either order, and one of them or none is inside out.
+#[test]
+fn bodies_that_touch_in_a_corner_are_oriented_each_by_itself() {
+    for (turned, size_m) in [(0, 0.1), (1, 0.1), (0, 0.2), (1, 0.2), (2, 0.1)] {
+        let mut bodies = [unit_box(), cuboid([0.1; 3], [size_m; 3])];
+        if let Some(inside_out) = bodies.get_mut(turned) {
+            inside_out.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        let [mut mesh, other] = bodies;
+        mesh.append(&other);
+        let mended = mend(&mesh, Closing::Refuse).unwrap();
+        let volume_m3 = 1e-3 + size_m * size_m * size_m;
+        assert!((mended.volume_m3 - volume_m3).abs() < 1e-9, "{mended}");
+        assert_eq!(mended.mesh.triangles.len(), 24, "{mended}");
+        let story = mended.to_string();
+        let is_told = story.contains("1 inside-out surface turned");
+        assert_eq!(is_told, turned < 2, "{story}");
+    }
+}
+
+/// A cavity that touches its skin in one corner is still inside, whichever way it runs.
+#[test]
+fn a_cavity_that_touches_the_skin_in_a_corner_is_filled() {
+    for turned in [false, true] {
+        let mut mesh = unit_box();
+        let mut cavity = cuboid([0.0; 3], [0.06; 3]);
+        for (i, p) in cavity.vertices.iter_mut().enumerate().skip(1) {
+            *p += Vec3::from([0.01 + 1e-3 * (i & 1) as f64, 0.012, 0.011]);
+        }
+        if turned {
+            cavity.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        mesh.append(&cavity);
+        let mended = mend(&mesh, Closing::Refuse).unwrap();
+        assert!((mended.volume_m3 - 1e-3).abs() < 1e-9, "{mended}");
+        assert!(mended.to_string().contains("1 inner piece of"), "{mended}");
+    }
+}
+
 /// A sheet of 0.2 m with this height at each place.
 fn sheet(height: impl Fn(f64, f64) -> f64) -> Mesh {
     const SIDE: u32 = 24;

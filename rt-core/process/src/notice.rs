@@ -49,6 +49,10 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
             "the watchdog of {device} dropped the force, since no command came in time: this \
              computer was late, or the line loses bytes"
         ),
+        "noisy_device" => format!(
+            "positions of {device} are noisy by more than 0.1 mm, and so its force steps. Mend its \
+             sensor or cable; `calot devices conformance` measures the noise"
+        ),
         "held_pedal" => {
             "a pedal is held down since the start, or since its line returned: it counts as \
              released. Release it once"

@@ -255,6 +255,9 @@ mod tests {
             let unnamed = said.starts_with("there is no ");
             assert!(unnamed || said.contains(" cannot carry "), "{said}");
         }
+        let said = event(EventKind::Electro, 3.0).decode().unwrap_err();
+        assert!(matches!(said, UnknownEvent::Word(_)), "{said:?}");
+        assert_eq!(said.to_string(), "there is no current 3");
     }
 
     proptest! {

@@ -100,6 +100,6 @@ impl TimingBatch {
 
 // The layout is the contract: a change of size is a change of version.
 const _: () = {
-    assert!(size_of::<TimingBatch>() == 824 + 64 * TIMING_BATCH);
+    assert!(size_of::<TimingBatch>() == 848 + 64 * TIMING_BATCH);
     assert!(size_of::<TickRecord>() == 64);
 };

@@ -113,10 +113,15 @@ pub enum ServiceError {
     },
     /// Somebody runs the station.
     #[error(
-        "station '{0}' runs already; show it with `calot run --attach`, or choose another name with \
-         --station"
+        "station '{station}' runs already, held by {by}; show it with `calot run --attach`, or choose \
+         another name with --station"
     )]
-    RunsAlready(String),
+    RunsAlready {
+        /// Station.
+        station: String,
+        /// The program that runs it, in words.
+        by: String,
+    },
     /// iceoryx2 refused a step.
     #[error(
         "station '{station}', {doing}: {detail}; its files are {files}; end all programs of the \

@@ -27,8 +27,9 @@ pub(super) fn user() -> u32 {
     rustix::process::geteuid().as_raw()
 }
 
-/// A user in words.
-fn owner(user: u32) -> String {
+/// A user in words, from the number: "user anna".
+#[must_use]
+pub fn owner(user: u32) -> String {
     let users = std::fs::read_to_string("/etc/passwd").unwrap_or_default();
     let number = user.to_string();
     let name = users.lines().find_map(|line| {

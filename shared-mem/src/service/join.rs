@@ -99,13 +99,17 @@ impl Station {
         format!("calot-{}-{}", folder::user(), self.name)
     }
 
-    /// Takes the station's name for the process that runs the station.
+    /// Takes the station's name for the process that runs the station. `who` says in words which
+    /// program holds it: it gets the inode of that program's socket, if the kernel tells it.
     ///
     /// # Errors
     /// [`ServiceError::RunsAlready`] if somebody has it.
-    pub fn claim(&self) -> Result<Claim, ServiceError> {
+    pub fn claim(&self, who: impl FnOnce(Option<u64>) -> String) -> Result<Claim, ServiceError> {
         match Held::take(self.base()) {
-            Ok(None) => Err(ServiceError::RunsAlready(self.name.clone())),
+            Ok(None) => Err(ServiceError::RunsAlready {
+                station: self.name.clone(),
+                by: who(presence::inode(&self.base())),
+            }),
             // Without abstract sockets the lock in the folder alone tells.
             Ok(Some(held)) => Ok(Claim { _held: Some(held) }),
             Err(_) => Ok(Claim { _held: None }),

@@ -27,7 +27,7 @@ pub use ends::{
     Controller, HandReceiver, HandSender, Host, Request, Tap, TaskReceiver, TaskSender,
 };
 pub use error::ServiceError;
-pub use folder::user_folder;
+pub use folder::{owner, user_folder};
 pub use join::Claim;
 
 /// Hosts (displays, reports) that can watch one station at once.
@@ -35,7 +35,7 @@ pub const MAX_HOSTS: usize = 8;
 /// Loaned samples that the controller may hold: the handover's slots, and one in hand.
 pub const MAX_LOANS: usize = 6;
 /// Version of the messages; part of every service's name.
-const VERSION: &str = "v2";
+const VERSION: &str = "v3";
 /// Events that a host can fall behind before the gap in `sequence` tells it what it lost.
 const EVENT_BUFFER: usize = 1024;
 /// Timing batches that a host can fall behind: about 16 s at 1 kHz.

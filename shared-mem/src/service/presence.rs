@@ -48,13 +48,28 @@ impl Held {
 
 /// Every held name that begins with `stem`; `None` if the kernel does not tell.
 pub(super) fn held(stem: &str) -> Option<Vec<String>> {
-    let table = std::fs::read("/proc/net/unix").ok()?;
-    let table = String::from_utf8_lossy(&table);
-    let names = table
-        .lines()
-        .filter_map(|line| Some(line.split_once(" @")?.1));
+    let table = table()?;
+    let names = rows(&table).map(|(_, name)| name);
     let of_stem = names.filter(|name| name.starts_with(stem));
     Some(of_stem.map(str::to_owned).collect())
+}
+
+/// Inode of the socket that holds this name, if the kernel tells it.
+pub(super) fn inode(name: &str) -> Option<u64> {
+    let table = table()?;
+    let (row, _) = rows(&table).find(|(_, it)| *it == name)?;
+    row.split_whitespace().last()?.parse().ok()
+}
+
+/// The kernel's table of Unix sockets.
+fn table() -> Option<String> {
+    let table = std::fs::read("/proc/net/unix").ok()?;
+    Some(String::from_utf8_lossy(&table).into_owned())
+}
+
+/// Rows with an abstract name: the columns before it, of which the last is the inode, and the name.
+fn rows(table: &str) -> impl Iterator<Item = (&str, &str)> {
+    table.lines().filter_map(|line| line.split_once(" @"))
 }
 
 /// The turn to join or leave: one process of a station at a time.

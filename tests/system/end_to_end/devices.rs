@@ -8,10 +8,11 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 use bytemuck::Zeroable as _;
+use rustix::process::Signal;
 use serde_json::Value;
 use shared_mem::message::ToolFrame;
 use shared_mem::service::{Host, Station};
-use system_tests::{calot, compiled, finish, said, station_name, summary, wait_until};
+use system_tests::{calot, compiled, finish, said, signal, station_name, summary, wait_until};
 
 /// Attempts to hear a device that does not answer within two seconds.
 const TRIES: usize = 10;
@@ -361,4 +362,35 @@ fn a_rig_with_a_mistake_is_told_which() {
     let output = finish(calot().args(wrong));
     assert!(!output.status.success());
     assert!(said(&output).contains("force-negated"), "{}", said(&output));
+}
+
+#[test]
+fn noise_of_a_rig_is_named_once_while_it_runs_and_in_what_it_came_to() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let _emulated = Emulated::led(folder, &["--mistake", "noisy"]);
+    let [out, err] = ["out", "err"].map(|name| folder.join(name));
+    let file = |path| std::fs::File::create(path).expect("a file");
+    let rt = calot()
+        .args([
+            "rt",
+            "--no-realtime",
+            "--json",
+            "--station",
+            &station_name("noisy"),
+        ])
+        .args(["--scene", &compiled("built-in", None), "--haptic"])
+        .arg(folder.join("haptic"))
+        .stdout(file(&out))
+        .stderr(file(&err))
+        .spawn();
+    let mut rt = Emulated(rt.expect("it starts"));
+    let read = |path| std::fs::read_to_string(path).unwrap_or_default();
+    let words = "are noisy by more than 0.1 mm, and so its force steps";
+    wait_until("it is named", || read(&err).contains(words));
+    signal(rt.0.id(), Signal::INT);
+    rt.0.wait().expect("it ends");
+    assert_eq!(read(&err).matches(words).count(), 1, "{}", read(&err));
+    let came_to = read(&out);
+    assert!(came_to.contains("noisy_device"), "{came_to}");
 }

@@ -135,7 +135,11 @@ fn a_second_station_and_a_second_controller_are_refused() {
     let running = Running::start("second");
     let run = finish(calot().args(["run", "--headless", "--station", &running.name]));
     assert!(!run.status.success());
-    assert!(said(&run).contains("runs already"), "{}", said(&run));
+    let holder = format!(
+        "runs already, held by calot (process {}) of user ",
+        running.run.id()
+    );
+    assert!(said(&run).contains(&holder), "{}", said(&run));
 
     let scene = compiled("built-in", None);
     let rt = finish(calot().args(["rt", "--station", &running.name, "--scene", &scene]));

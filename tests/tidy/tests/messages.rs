@@ -1,5 +1,6 @@
 //! Every message of an error is triggered by a test: a test names its variant, or looks for words
-//! of its text. What no test can bring about is listed with the reason.
+//! of its text. A variant that hands on the message of the error inside must be named. What no test
+//! can bring about is listed with the reason.
 
 use std::collections::BTreeSet;
 
@@ -23,8 +24,9 @@ const WORDS: usize = 8;
 struct Message {
     place: String,
     variant: String,
-    /// Its text between the values.
+    /// Its text between the values. None if it hands on the message of the error inside.
     fragments: Vec<String>,
+    hands_on: bool,
 }
 
 #[test]
@@ -41,14 +43,20 @@ fn every_message_is_triggered_by_a_test() {
     let mut findings = Vec::new();
     let mut known = BTreeSet::new();
     // A message of a few characters only joins other messages.
-    let says = |it: &Message| it.fragments.iter().any(|text| text.trim().len() >= WORDS);
+    let says =
+        |it: &Message| it.hands_on || it.fragments.iter().any(|text| text.trim().len() >= WORDS);
     for message in files.iter().flat_map(messages).filter(says) {
         let Message { place, variant, .. } = &message;
         let is_listed = UNTRIGGERED.iter().any(|(listed, _)| listed == variant);
         known.insert(variant.clone());
         match (is_named(variant) || is_read(&message), is_listed) {
             (false, false) => findings.push(format!(
-                "{place}: no test triggers {variant}; write one that looks for its words"
+                "{place}: no test triggers {variant}; write one that {}",
+                if message.hands_on {
+                    "names it and reads its whole message"
+                } else {
+                    "looks for its words"
+                }
             )),
             (true, true) => findings.push(format!(
                 "{place}: a test triggers {variant}; take it from the list"
@@ -98,6 +106,7 @@ fn test_code(file: &Tracked) -> Option<&str> {
 /// Messages that a file of the product declares.
 fn messages(file: &Tracked) -> Vec<Message> {
     const OPENING: &str = "#[error(";
+    const HANDED_ON: &str = "transparent";
     if file.path.starts_with("tests/") || file.path.contains("/tests/") {
         return Vec::new();
     }
@@ -106,14 +115,18 @@ fn messages(file: &Tracked) -> Vec<Message> {
     for (at, _) in text.match_indices(OPENING) {
         let before = text.get(..at).unwrap_or_default();
         let after = text.get(at + OPENING.len()..).unwrap_or_default();
-        let Some((message, rest)) = literal(after.trim_start()) else {
-            continue; // The message is that of the error inside.
+        let said = literal(after.trim_start()).map(|(message, rest)| (fragments(&message), rest));
+        let handed_on = || Some((Vec::new(), after.strip_prefix(HANDED_ON)?));
+        let hands_on = said.is_none();
+        let Some((fragments, rest)) = said.or_else(handed_on) else {
+            continue;
         };
         let row = 1 + before.matches('\n').count();
         found.push(Message {
             place: format!("{}:{row}", file.path),
             variant: variant(before, rest),
-            fragments: fragments(&message),
+            fragments,
+            hands_on,
         });
     }
     found

@@ -9,7 +9,7 @@ use display_host::headless::{Ended, HeadlessConfig, Observed, run};
 use display_host::latency::now_ns;
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
-use shared_mem::service::{Controller, Station};
+use shared_mem::service::{Controller, Host, Station};
 use shared_mem::words::EventKind;
 
 use crate::support;
@@ -287,6 +287,32 @@ fn a_picture_that_cannot_be_and_a_run_without_end_are_refused() {
     (bad.seconds, bad.frames, bad.size) = (1.0, 1, Some([16, 9000]));
     let refused = run(&bad, &AtomicBool::new(false), &mut |_| {});
     assert!(matches!(refused, Err(DisplayError::Size { .. })));
+}
+
+#[test]
+fn a_missing_scene_and_a_station_with_all_its_displays_are_refused() {
+    let (mut config, out) = config("refused", 1.0, 0);
+    let mut displays = Vec::new();
+    let full = loop {
+        match Host::open(&config.station) {
+            Ok(display) => displays.push(display),
+            Err(error) => break error,
+        }
+    };
+    let error = run(&config, &AtomicBool::new(false), &mut |_| {}).unwrap_err();
+    assert!(matches!(error, DisplayError::Service(_)), "{error:?}");
+    assert_eq!(error.to_string(), full.to_string());
+    let whole = format!(
+        "station '{}' has {} displays already; close one",
+        config.station.name(),
+        displays.len()
+    );
+    assert_eq!(error.to_string(), whole);
+    config.scene = out.path().join("none.calot");
+    let error = run(&config, &AtomicBool::new(false), &mut |_| {}).unwrap_err();
+    assert!(matches!(error, DisplayError::Scene(_)), "{error:?}");
+    let said = error.to_string();
+    assert!(said.contains("none.calot"), "{said}");
 }
 
 #[test]

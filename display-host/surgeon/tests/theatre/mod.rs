@@ -10,6 +10,7 @@ use session::{Entry, Movement, What};
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, HandMsg};
 use shared_mem::scene::SceneFile;
+use shared_mem::words::EventKind;
 use surgeon::{Seen, Surgeon, Theatre, operate};
 
 /// Ticks between two looks.
@@ -59,6 +60,7 @@ impl Theatre for Alone<'_, '_> {
             events: self.rehearsal.events(),
         };
         for event in &now.events {
+            assert!(!event.is(EventKind::Shake), "no organ shakes: {event:?}");
             let (tick, at_ns, what) = (event.tick, event.at_ns, What::Event(*event));
             self.assessment.take(&Entry { tick, at_ns, what });
         }

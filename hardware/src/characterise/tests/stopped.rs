@@ -42,8 +42,10 @@ fn halted(spoiled: Spoiled) -> (Halt, String) {
     let sent = device.sent.clone();
     let halt = measure(&mut device, &mut clock, &spoiled.options, &mut |_| {}).unwrap_err();
     assert_eq!(sent.borrow().1.to_bits(), 0, "{halt}: no force remains");
-    let said = HardwareError::from(halt.clone()).to_string();
-    (halt, said)
+    let error = HardwareError::from(halt.clone());
+    assert!(matches!(error, HardwareError::Halted(_)), "{error}");
+    assert_eq!(error.to_string(), halt.to_string());
+    (halt, error.to_string())
 }
 
 #[test]

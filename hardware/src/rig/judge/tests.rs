@@ -271,3 +271,28 @@ fn cost_of_judging_a_sample() {
     }
     println!("judging a sample, bundles included: {best_ns:.0} ns a tick");
 }
+
+#[test]
+fn noisy_positions_are_found_admitted_and_forgotten_once_they_are_calm() {
+    let mut bench = Bench::new();
+    // 0.5 mm to one side and the other, under a hand that moves.
+    let noisy = |ms: u32| {
+        let (us, x_m, m_s) = moving(0.05)(ms);
+        (
+            us,
+            x_m + if ms.is_multiple_of(2) {
+                0.00025
+            } else {
+                -0.00025
+            },
+            m_s,
+        )
+    };
+    bench.run(0..2000, noisy);
+    assert!(bench.seen.is_empty(), "one window may be a knock");
+    bench.run(2000..4000, noisy);
+    let found = bench.judge.findings().faults;
+    assert!(found.contains(Fault::NoisyDevice) && bench.admitted == 4000);
+    bench.run(4000..6000, moving(0.05));
+    assert!(bench.judge.findings().faults.is_empty());
+}

@@ -58,5 +58,6 @@ pub(crate) mod cut;
 pub(crate) mod grasp;
 pub(crate) mod journal;
 pub(crate) mod opening;
+pub(crate) mod shaking;
 pub(crate) mod unrest;
 pub(crate) mod vessel;

@@ -4,8 +4,9 @@
 //! when no tool moves it, and its speed neither falls below a bound nor dies away. Both are
 //! reported once, and again after a reset; a shaking organ also after it came to rest.
 //!
-//! Tissue that the trainee works on moves for a good reason. So nothing is reported of an organ
-//! that a tool moves or moved a moment ago, nor of those next to it. An organ may fall or dangle
+//! Tissue that the trainee works on moves for a good reason. So no fall is reported of an organ
+//! that a tool moves or moved a moment ago, nor of those next to it, and no shaking unless the hand
+//! does not explain it ([`super::shaking`]). An organ may fall or dangle
 //! once it was grasped, or once something was cut, burnt away or torn at it while a tool worked. So
 //! may all that hangs together with it by attachments, up to organs with held tissue.
 //!
@@ -13,6 +14,7 @@
 
 use crate::capacity::MAX_ORGANS;
 use crate::math::{self, Vec3};
+use crate::procedure::shaking::Shaking;
 use crate::scene::{Anchor, Scene};
 use crate::tissue::Bounds;
 
@@ -134,6 +136,8 @@ pub(crate) struct Unrest {
     group: [u8; MAX_ORGANS],
     /// Speed with which breathing may move an organ, m/s.
     breath_m_s: f32,
+    /// Organs that shake while a tool moves them.
+    shaking: Shaking,
 }
 
 impl Unrest {
@@ -142,6 +146,7 @@ impl Unrest {
         organs: [Watched::NONE; MAX_ORGANS],
         group: [0; MAX_ORGANS],
         breath_m_s: 0.0,
+        shaking: Shaking::NONE,
     };
 
     /// Starts over with every organ at its place.
@@ -154,6 +159,7 @@ impl Unrest {
         // A breath there and back is at most as fast as a sine, and a far end moves twice as far.
         let per_s = 2.0 * core::f32::consts::PI / scene.room.breath_s.max(0.1);
         self.breath_m_s = breath_m * per_s;
+        self.shaking = Shaking::NONE;
         for (watched, bounds) in self.organs.iter_mut().zip(bounds) {
             *watched = Watched {
                 place_m: middle(bounds),
@@ -199,6 +205,25 @@ impl Unrest {
         if let Some(watched) = self.organs.get_mut(organ) {
             watched.peak_m_s = watched.peak_m_s.max(speed_m_s);
         }
+        self.shaking.note_speed(organ, speed_m_s);
+    }
+
+    /// Records the velocities of the spheres that are watched. `velocity_m_s` gives that of a
+    /// sphere over its last ticks.
+    pub(crate) fn note_velocities(&mut self, organs: usize, velocity_m_s: impl Fn(u32) -> Vec3) {
+        let slowest_m_s = self.slowest_touched_m_s();
+        for organ in 0..organs {
+            if let Some(sphere) = self.shaking.watched(organ) {
+                let velocity_m_s = velocity_m_s(sphere);
+                self.shaking
+                    .note_velocity(organ, &velocity_m_s, slowest_m_s);
+            }
+        }
+    }
+
+    /// Speed above which an organ shakes that a tool touches, m/s.
+    fn slowest_touched_m_s(&self) -> f32 {
+        (SHAKES_M_S + self.breath_m_s) * TOUCHED_FACTOR
     }
 
     /// Records that a tool moves the organ.
@@ -241,6 +266,30 @@ impl Unrest {
         for (watched, group) in self.organs.iter_mut().zip(self.group) {
             watched.is_freed |= group == own;
         }
+    }
+
+    /// Hands those of the organs that a tool moves to `tell` that shake under a hand of this speed.
+    /// `fastest` names the fastest sphere of an organ.
+    pub(crate) fn look_at_worked(
+        &mut self,
+        hand_m_s: f32,
+        bounds: &[Bounds],
+        fastest: impl Fn(usize) -> Option<u32>,
+        mut tell: impl FnMut(u32, Vec3, Found),
+    ) {
+        let (slowest_m_s, organs) = (self.slowest_touched_m_s(), &mut self.organs);
+        let found = |organ: usize, peak_m_s: f32| {
+            let (Some(watched), Some(bounds)) = (organs.get_mut(organ), bounds.get(organ)) else {
+                return;
+            };
+            let may_move = watched.is_freed || watched.has_fallen || watched.disturbed == 0;
+            if may_move || watched.shakes {
+                return;
+            }
+            watched.shakes = true;
+            tell(organ as u32, middle(bounds), Found::Shakes(peak_m_s));
+        };
+        self.shaking.look(hand_m_s, slowest_m_s, fastest, found);
     }
 
     /// Ends a tick: hands the findings of organs to `tell`.

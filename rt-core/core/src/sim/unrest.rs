@@ -8,6 +8,9 @@ use crate::words::{Event, EventKind};
 
 /// Speed below which the handle is at rest, m/s: five times the tremor of a resting hand.
 const HANDLE_RESTS_M_S: f32 = 0.005;
+/// Shortest outer arm of the shaft, m: about half the width of a hand at the port. It only bounds
+/// the lever.
+const LEVER_MIN_M: f32 = 0.05;
 /// Ticks between two looks for organs beside those that a tool moves.
 const SPREAD_TICKS: u64 = 16;
 
@@ -47,15 +50,19 @@ impl Sim<'_> {
         if self.tick.is_multiple_of(SPREAD_TICKS) {
             self.unrest.spread(&self.bounds, STIR_M);
         }
-        let count = self.scene.organs.len();
+        let organs = self.scene.organs;
+        let bodies = &self.state.bodies;
+        self.unrest
+            .note_velocities(organs.len(), |sphere| bodies.net_velocity_m_s(sphere));
+        let hand_m_s = speed_m_s * self.lever();
         let (bounds, journal) = (&self.bounds, &mut self.journal);
-        self.unrest.look(bounds, |organ, at_m, found| {
+        let mut tell = |organ: u32, at_m, found| {
             let (kind, value) = match found {
                 Found::Falls(distance_m) => (EventKind::Fall, distance_m),
                 Found::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
             };
             // The room of a tick belongs to the events of the operation first.
-            if journal.has_room() && (organ as usize) < count {
+            if journal.has_room() && (organ as usize) < organs.len() {
                 journal.raise(Event {
                     kind,
                     organ: Some(organ),
@@ -63,7 +70,26 @@ impl Sim<'_> {
                     value,
                 });
             }
-        });
+        };
+        self.unrest.look(bounds, &mut tell);
+        let fastest = |organ| organs.get(organ).map(|it| bodies.fastest(it));
+        self.unrest
+            .look_at_worked(hand_m_s, bounds, fastest, &mut tell);
+    }
+
+    /// Speed of the tip in speeds of the handle, at least 1: the shaft turns about the port.
+    fn lever(&self) -> f32 {
+        let port_m = self.scene.room.instrument_port_m;
+        let [tip_m, handle_m] = [
+            self.tool.tip_m,
+            self.tool.world_from_handle.translation.vector,
+        ]
+        .map(|it| math::norm(&(it - port_m)));
+        if tip_m > handle_m {
+            tip_m / handle_m.max(LEVER_MIN_M)
+        } else {
+            1.0
+        }
     }
 
     /// Notes the organs at which this tick has cut, burnt away or torn something.

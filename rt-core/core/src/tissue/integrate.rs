@@ -127,6 +127,27 @@ impl Bodies {
         math::sqrt(farthest) / (TRAIL_TICKS * TICK_S)
     }
 
+    /// Velocity of a sphere over the last ticks, m/s, as [`Self::pace_m_s`] measures its speed.
+    pub(crate) fn net_velocity_m_s(&self, sphere: u32) -> Vec3 {
+        let behind_m = self.nodes.at(sphere).moved_m - *self.trail_m.at(sphere);
+        behind_m.scaled((TRAIL_TICKS * TICK_S).recip()).vec3()
+    }
+
+    /// Number of the free sphere of an organ that is fastest over the last ticks.
+    pub(crate) fn fastest(&self, organ: &Organ) -> u32 {
+        let (start, count) = (organ.sphere_start, organ.sphere_count);
+        let trails = self.trail_m.range(start, count).iter();
+        let (mut sphere, mut farthest) = (start, 0.0f32);
+        let spheres = (start..).zip(trails.zip(self.nodes.range(start, count)));
+        for (number, (trail_m, node)) in spheres {
+            let behind = (node.moved_m - *trail_m).norm_squared();
+            if node.inverse_mass_per_kg() > 0.0 && behind > farthest {
+                (sphere, farthest) = (number, behind);
+            }
+        }
+        sphere
+    }
+
     /// Ends a tick of an organ: its immovable spheres are no longer led.
     pub(crate) fn stop_leading(&mut self, organ: &Organ) {
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {

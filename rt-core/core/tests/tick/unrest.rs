@@ -55,3 +55,34 @@ fn a_fall_is_reported_again_from_a_checkpoint_before_it() {
     stay(&mut sim, &mut bench, &AWAY, 1000, NONE);
     assert_eq!(count(&bench, EventKind::Fall), 2);
 }
+
+/// A liver so many times as stiff as tissue, in one substep a tick and without damping.
+fn stiffer(factor: f32) -> Anatomy {
+    let mut anatomy = Anatomy::liver();
+    for organ in &mut anatomy.organs {
+        organ.substeps = 1;
+        organ.material.young_pa *= factor;
+        organ.material.damping_per_s = 0.0;
+        organ.material.retardation_s = 0.0;
+    }
+    anatomy
+}
+
+/// A hand strokes the liver at 10 mm/s and never rests. One substep bears the first liver, not the
+/// second, which goes back and forth by a centimetre.
+#[test]
+fn a_liver_that_shakes_under_a_moving_hand_is_reported_once() {
+    for (factor, times) in [(1.0, 0), (300.0, 1)] {
+        let anatomy = stiffer(factor);
+        let mut state = store();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut bench = Bench::new();
+        go(&mut sim, &mut bench, &AWAY, &PRESSED, 1000, NONE);
+        let aside = PRESSED + Vec3::x() * 0.01;
+        for _ in 0..4 {
+            go(&mut sim, &mut bench, &PRESSED, &aside, 1000, NONE);
+            go(&mut sim, &mut bench, &aside, &PRESSED, 1000, NONE);
+        }
+        assert_eq!(count(&bench, EventKind::Shake), times, "{factor}");
+    }
+}

@@ -2,13 +2,12 @@
 
 use std::collections::HashMap;
 
-use super::Mesh;
+use super::{Mesh, sides};
 use crate::field::Nearest;
 
-/// The piece to which each triangle belongs, and the number of pieces. Triangles that share a
-/// vertex belong to one piece.
+/// The piece to which each triangle belongs, and the number of pieces. Triangles that share an edge
+/// belong to one piece. Bodies that touch in a corner only are pieces of their own.
 pub(super) fn pieces(mesh: &Mesh) -> (Vec<usize>, usize) {
-    let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     fn root(parent: &mut [u32], mut i: u32) -> u32 {
         while parent[i as usize] != i {
             parent[i as usize] = parent[parent[i as usize] as usize];
@@ -16,20 +15,21 @@ pub(super) fn pieces(mesh: &Mesh) -> (Vec<usize>, usize) {
         }
         i
     }
-    for t in &mesh.triangles {
-        let a = root(&mut parent, t[0]);
-        for &other in &t[1..] {
-            let b = root(&mut parent, other);
-            parent[b as usize] = a;
-        }
+    let mut parent: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+    let mut edges: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
+    for (i, &t) in (0..).zip(&mesh.triangles) {
+        edges.extend(sides(t).map(|[a, b]| ([a.min(b), a.max(b)], i)));
+    }
+    edges.sort_unstable();
+    for pair in edges.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        let [a, b] = [pair[0].1, pair[1].1].map(|i| root(&mut parent, i));
+        parent[a.max(b) as usize] = a.min(b);
     }
     let mut number: HashMap<u32, usize> = HashMap::new();
-    let of_triangle = mesh
-        .triangles
-        .iter()
-        .map(|t| {
+    let of_triangle = (0..mesh.triangles.len() as u32)
+        .map(|i| {
             let next = number.len();
-            *number.entry(root(&mut parent, t[0])).or_insert(next)
+            *number.entry(root(&mut parent, i)).or_insert(next)
         })
         .collect();
     (of_triangle, number.len())

@@ -1,6 +1,6 @@
 //! Makes a closed surface, oriented outward, from triangles as they come.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 
 use super::pieces::{gaps, piece_meshes, pieces};
@@ -507,14 +507,22 @@ fn orient_pieces_outward(mesh: &mut Mesh) -> Vec<bool> {
     volume.iter().map(|v| *v < 0.0).collect()
 }
 
-/// True if a piece lies wholly inside another, as judged by all of its vertices, or by many spread
-/// over it. One vertex is not enough, because overlapping bodies have some in each other.
-fn lies_inside(piece: &Mesh, other: &Mesh) -> bool {
+/// A vertex inside the other piece if a piece lies wholly inside it, as judged by all of its
+/// vertices, or by many spread over it. One vertex is not enough, because overlapping bodies have
+/// some in each other. Vertices in which the two touch do not count.
+fn lies_inside(piece: &Mesh, other: &Mesh) -> Option<Vec3> {
     let [[low, high], [least, most]] = [piece, other].map(Mesh::bounds);
-    let is_around = (0..3).all(|k| least[k] <= low[k] && high[k] <= most[k]);
-    let step = piece.vertices.len().div_ceil(LOOKED_AT).max(1);
-    let mut looked_at = piece.vertices.iter().step_by(step);
-    is_around && looked_at.all(|p| wrap::winding(other, p) > 0.5)
+    if !(0..3).all(|k| least[k] <= low[k] && high[k] <= most[k]) {
+        return None;
+    }
+    let bits = |p: &Vec3| [p.x, p.y, p.z].map(f64::to_bits);
+    let touched: HashSet<[u64; 3]> = other.vertices.iter().map(bits).collect();
+    let apart = piece.vertices.iter();
+    let apart: Vec<&Vec3> = apart.filter(|p| !touched.contains(&bits(p))).collect();
+    let step = apart.len().div_ceil(LOOKED_AT).max(1);
+    let mut looked_at = apart.iter().step_by(step);
+    let is_inside = looked_at.all(|p| wrap::winding(other, p) > 0.5);
+    apart.first().filter(|_| is_inside).map(|p| **p)
 }
 
 /// Drops and notes dust, and pieces that lie inside a larger one, such as the inner side of a wall.
@@ -542,13 +550,13 @@ fn drop_pieces(mesh: &mut Mesh, mended: &mut Mended) -> Result<Vec<usize>, MeshP
     }
     let mut kept: Vec<(usize, Mesh)> = Vec::new();
     for (number, piece) in all {
-        if kept.iter().any(|(_, other)| lies_inside(&piece, other)) {
-            mended.inner.push(Inner {
-                at: piece.vertices[0],
+        let mut larger = kept.iter();
+        match larger.find_map(|(_, other)| lies_inside(&piece, other)) {
+            Some(at) => mended.inner.push(Inner {
+                at,
                 volume_m3: piece.volume().abs(),
-            });
-        } else {
-            kept.push((number, piece));
+            }),
+            None => kept.push((number, piece)),
         }
     }
     if kept.len() < count {

@@ -39,10 +39,8 @@ fn liver(keys: &str) -> Result<Prepared, scene_prepare::PrepareError> {
         "name = \"b\"\n{keys}\nshape = {{ form = \"liver\" }}\nheld = [{{ base = 0.2 }}]\n"
     );
     let text = text.replace("[[organ]]", "[[organ]]\nname = \"liver\"\nkind = \"liver\"");
-    prepare(
-        &Recipe::parse(&text, "budget", Path::new("."))?,
-        &mut |_| {},
-    )
+    let recipe = Recipe::parse(&text, "budget", Path::new(".")).expect("a good recipe");
+    prepare(&recipe, &mut |_| {})
 }
 
 #[test]

@@ -7,7 +7,7 @@ use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Pol
 use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 use rt_core::tool::{Instrument, Kinematics};
-use rt_core::words::SphereBits;
+use rt_core::words::{EventKind, SphereBits};
 use scene_prepare::Prepared;
 
 const OPEN: Buttons = Buttons(0);
@@ -183,6 +183,9 @@ impl Ports for Handle {
     }
 
     fn publish(&mut self, view: &TickView<'_>) {
+        let mut events = view.events.iter();
+        let shake = events.find(|event| event.kind == EventKind::Shake);
+        assert!(shake.is_none(), "no organ shakes: {shake:?}");
         self.trips = view.fault_counters.of(Fault::SpeedTrip);
         let is_awake = |sphere: &rt_core::sim::SphereView| sphere.bits.contains(SphereBits::AWAKE);
         self.awake = view.spheres().filter(is_awake).count();

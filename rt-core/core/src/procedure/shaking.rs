@@ -1,0 +1,188 @@
+//! Organs that shake while a hand moves them.
+//!
+//! A hand that moves excuses an organ that moves as the hand does. It does not excuse an organ that
+//! turns back many times a second and is much faster than the hand was within the last half second.
+//! Tissue that is pulled, slips or swings keeps a way for longer, or keeps to the hand's speed.
+//!
+//! Nothing here feeds back into the simulation.
+
+use crate::capacity::MAX_ORGANS;
+use crate::math::{self, Vec3};
+
+/// Length of a part, ticks. The hand's speed is the largest of this part and the two before, so of
+/// at least the last 0.5 s.
+const PART_TICKS: u16 = 250;
+/// Parts in a row after which an organ shakes: 6 s, as long as without a hand.
+const PARTS: u8 = 24;
+/// Reversals of the watched sphere in a part that count as shaking: those of 8 Hz. A hand goes back
+/// and forth up to 5 times a second, and what hangs swings once or twice.
+const REVERSALS: u8 = 3;
+/// Speed of an organ in speeds of the hand above which the hand does not explain it. It is a choice
+/// with room for what a tip drags or lets slip; nobody has measured how fast that gets.
+const HAND_FACTOR: f32 = 3.0;
+
+/// One organ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Organ {
+    /// The sphere whose ways are watched: the fastest at the end of the last part.
+    sphere: Option<u32>,
+    /// Its velocity when it last turned back, m/s.
+    turned_m_s: Vec3,
+    reversals: u8,
+    /// Largest speed in this part, m/s.
+    peak_m_s: f32,
+    parts: u8,
+}
+
+impl Organ {
+    const STILL: Self = Self {
+        sphere: None,
+        turned_m_s: Vec3::new(0.0, 0.0, 0.0),
+        reversals: 0,
+        peak_m_s: 0.0,
+        parts: 0,
+    };
+}
+
+/// Watches all organs.
+#[derive(Debug, Clone)]
+pub(crate) struct Shaking {
+    organs: [Organ; MAX_ORGANS],
+    ticks: u16,
+    /// Largest speed of the hand in this part and the two before, m/s.
+    hand_m_s: [f32; 3],
+}
+
+impl Shaking {
+    /// Nothing moves.
+    pub(crate) const NONE: Self = Self {
+        organs: [Organ::STILL; MAX_ORGANS],
+        ticks: 0,
+        hand_m_s: [0.0; 3],
+    };
+
+    /// Records the speed of an organ's fastest sphere.
+    pub(crate) fn note_speed(&mut self, organ: usize, speed_m_s: f32) {
+        if let Some(organ) = self.organs.get_mut(organ) {
+            organ.peak_m_s = organ.peak_m_s.max(speed_m_s);
+        }
+    }
+
+    /// The sphere of an organ whose ways are watched, if the organ is fast.
+    pub(crate) fn watched(&self, organ: usize) -> Option<u32> {
+        self.organs.get(organ)?.sphere
+    }
+
+    /// Records the velocity of an organ's watched sphere. It counts if it is faster than
+    /// `slowest_m_s`.
+    pub(crate) fn note_velocity(&mut self, organ: usize, velocity_m_s: &Vec3, slowest_m_s: f32) {
+        let Some(organ) = self.organs.get_mut(organ) else {
+            return;
+        };
+        if math::norm(velocity_m_s) > slowest_m_s {
+            let turns_back = velocity_m_s.dot(&organ.turned_m_s) < 0.0;
+            organ.reversals = organ.reversals.saturating_add(turns_back.into());
+            organ.turned_m_s = *velocity_m_s;
+        }
+    }
+
+    /// Ends a tick in which the hand had this speed. At the end of a part, hands organs that have
+    /// shaken for long, and their speed, to `tell`. `fastest` names the fastest sphere of an organ.
+    pub(crate) fn look(
+        &mut self,
+        hand_m_s: f32,
+        slowest_m_s: f32,
+        fastest: impl Fn(usize) -> Option<u32>,
+        mut tell: impl FnMut(usize, f32),
+    ) {
+        let [this_m_s, last_m_s, before_m_s] = self.hand_m_s;
+        self.hand_m_s = [this_m_s.max(hand_m_s), last_m_s, before_m_s];
+        self.ticks = self.ticks.saturating_add(1);
+        if self.ticks < PART_TICKS {
+            return;
+        }
+        let hand_m_s = self.hand_m_s.into_iter().fold(0.0, f32::max);
+        for (i, organ) in self.organs.iter_mut().enumerate() {
+            let is_fast = organ.peak_m_s > slowest_m_s.max(HAND_FACTOR * hand_m_s);
+            organ.parts = match is_fast && organ.reversals >= REVERSALS {
+                true => organ.parts.saturating_add(1),
+                false => 0,
+            };
+            if organ.parts >= PARTS {
+                tell(i, organ.peak_m_s);
+            }
+            *organ = Organ {
+                sphere: if is_fast { fastest(i) } else { None },
+                parts: organ.parts,
+                ..Organ::STILL
+            };
+        }
+        let [this_m_s, last_m_s, _] = self.hand_m_s;
+        (self.ticks, self.hand_m_s) = (0, [0.0, this_m_s, last_m_s]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SLOWEST_M_S: f32 = 0.03;
+
+    /// Ticks at which an organ is found that swings so often a second with this speed, under a hand
+    /// of this speed.
+    fn found(ticks: u32, hz: f32, speed_m_s: f32, hand: impl Fn(u32) -> f32) -> Option<u32> {
+        let mut shaking = Shaking::NONE;
+        let mut first = None;
+        for tick in 0..ticks {
+            let phase = core::f32::consts::TAU * hz * tick as f32 * 0.001;
+            let velocity_m_s = Vec3::new(speed_m_s * phase.sin(), 0.0, 0.0);
+            shaking.note_speed(0, math::norm(&velocity_m_s));
+            if shaking.watched(0).is_some() {
+                shaking.note_velocity(0, &velocity_m_s, SLOWEST_M_S);
+            }
+            shaking.look(
+                hand(tick),
+                SLOWEST_M_S,
+                |_| Some(7),
+                |organ, peak_m_s| {
+                    assert!(organ == 0 && peak_m_s <= speed_m_s, "{organ} {peak_m_s}");
+                    first = first.or(Some(tick));
+                },
+            );
+        }
+        first
+    }
+
+    #[test]
+    fn an_organ_that_turns_back_often_and_outruns_a_moving_hand_shakes() {
+        for (hz, hand_m_s) in [(8.0, 0.02), (40.0, 0.02), (180.0, 0.08)] {
+            let at = found(20_000, hz, 0.3, |_| hand_m_s);
+            // A part passes before a sphere is watched.
+            assert_eq!(at, Some(25 * 250 - 1), "{hz} Hz");
+        }
+    }
+
+    #[test]
+    fn what_swings_or_goes_with_the_hand_or_pauses_does_not_shake() {
+        assert_eq!(found(20_000, 2.0, 0.3, |_| 0.02), None, "it hangs");
+        assert_eq!(found(20_000, 5.0, 0.3, |_| 0.02), None, "a hand's own pace");
+        assert_eq!(found(20_000, 40.0, 0.02, |_| 0.0), None, "it is slow");
+        assert_eq!(found(20_000, 40.0, 0.3, |_| 0.11), None, "the hand is fast");
+        // A jerk of the hand in every sixth second excuses what follows it.
+        let jerks = |tick: u32| if tick % 6000 == 3000 { 0.5 } else { 0.0 };
+        assert_eq!(found(40_000, 40.0, 0.3, jerks), None);
+    }
+
+    #[test]
+    fn a_jerk_of_the_hand_counts_for_half_a_second() {
+        for at in 0..250 {
+            let mut shaking = Shaking::NONE;
+            for tick in 0..at + 500 {
+                let hand_m_s = if tick == at { 0.5 } else { 0.0 };
+                shaking.look(hand_m_s, SLOWEST_M_S, |_| None, |_, _| {});
+            }
+            let hand_m_s = shaking.hand_m_s.into_iter().fold(0.0, f32::max);
+            assert!(hand_m_s > 0.4, "after {at}");
+        }
+    }
+}
