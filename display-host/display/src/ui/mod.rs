@@ -5,6 +5,7 @@ mod health;
 mod instructor;
 pub mod launcher;
 mod overlay;
+mod page;
 mod panel;
 mod recording;
 mod replay;
