@@ -5,7 +5,7 @@ use rt_core::math::Vec3;
 use rt_core::port::{DeviceCapabilities, ForceCommand, HapticDevice, Polled};
 use rt_core::time::TimeNs;
 
-use super::{Guide, Step};
+use super::{Answer, Guide, Live, Question, Step};
 
 /// Way that the handle may go while it is pushed, m. A hand that holds it loosely yields less.
 const RUN_OFF_M: f32 = 0.04;
@@ -68,6 +68,7 @@ pub(super) struct Bench<'a> {
     guide: &'a mut dyn Guide,
     silent_ms: u32,
     before: Option<Seen>,
+    live: Live,
 }
 
 impl<'a> Bench<'a> {
@@ -77,6 +78,7 @@ impl<'a> Bench<'a> {
             guide,
             silent_ms: 0,
             before: None,
+            live: Live::default(),
         }
     }
 
@@ -108,6 +110,12 @@ impl<'a> Bench<'a> {
             torque_n_m: Vec3::zeros(),
         };
         self.device.send(command, now_ns);
+        self.live.force_n = force_n;
+        if let Polled::Fresh(sample) = &polled {
+            self.live.at_m = Some(sample.device_from_handle.translation.vector);
+            self.live.velocity_m_s = self.device.reported_velocity_m_s();
+        }
+        self.guide.live(&self.live);
         self.silent_ms += 1;
         let faults = self.device.findings().faults;
         let grave = [Fault::DeviceFault, Fault::FrozenDevice, Fault::DeviceClock];
@@ -123,7 +131,7 @@ impl<'a> Bench<'a> {
                 let seen = Seen {
                     at_ns: sample.at_ns,
                     at_m: sample.device_from_handle.translation.vector,
-                    said_m_s: self.device.reported_velocity_m_s(),
+                    said_m_s: self.live.velocity_m_s,
                 };
                 self.before = Some(seen);
                 Ok(Some(seen))
@@ -176,12 +184,44 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
+    /// Asks which way the handle pushed.
+    pub(super) fn pushed_which_way(&mut self) -> Result<Answer, Broken> {
+        self.until_answered(Question::Pushed)?;
+        Ok(self.guide.pushed())
+    }
+
+    /// Asks whether there is a scale.
+    pub(super) fn has_scale(&mut self) -> Result<bool, Broken> {
+        self.until_answered(Question::HasScale)?;
+        Ok(self.guide.has_scale())
+    }
+
+    /// Asks for the reading of the scale, N.
+    pub(super) fn pressed_n(&mut self) -> Result<Option<f32>, Broken> {
+        self.until_answered(Question::Pressed)?;
+        Ok(self.guide.pressed_n())
+    }
+
+    /// Shows a question and goes on without force until the guide has the answer.
+    fn until_answered(&mut self, question: Question) -> Result<(), Broken> {
+        self.guide.ask(question);
+        for _ in 0..PATIENCE_MS {
+            if self.guide.has_answer() {
+                return Ok(());
+            }
+            self.tick(Vec3::zeros())?;
+        }
+        Err(Broken::Stopped)
+    }
+
     /// Ends every force.
     pub(super) fn rest(&mut self) {
         for _ in 0..3 {
             let now_ns = self.guide.wait();
             self.device.send(ForceCommand::default(), now_ns);
         }
+        self.live.force_n = Vec3::zeros();
+        self.guide.live(&self.live);
     }
 }
 

@@ -144,8 +144,41 @@ pub enum Answer {
     Nothing,
 }
 
+/// Question that a step ends with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Question {
+    /// Which way did the handle push?
+    Pushed,
+    /// Is there a scale to press on?
+    HasScale,
+    /// What did the scale show?
+    Pressed,
+}
+
+/// State of the device at one moment, to be shown.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Live {
+    /// Position of the handle in the base frame, m. `None`: there was no sample yet.
+    pub at_m: Option<Vec3>,
+    /// Velocity as the device reports it, m/s. `None`: it measures none.
+    pub velocity_m_s: Option<Vec3>,
+    /// Commanded force, N.
+    pub force_n: Vec3,
+}
+
 /// Person, or program with a sensor, that is led through the test.
 pub trait Guide {
+    /// Shows a question whose answer the device does not wait for: see [`has_answer`].
+    ///
+    /// [`has_answer`]: Self::has_answer
+    fn ask(&mut self, _question: Question) {}
+    /// True once the question that was shown last is answered. Called every millisecond, while the
+    /// device goes on without force. A guide that waits in its answers is always ready.
+    fn has_answer(&mut self) -> bool {
+        true
+    }
+    /// Takes the device's state. Called every millisecond; it must not wait.
+    fn live(&mut self, _live: &Live) {}
     /// Tells the next step.
     fn tell(&mut self, step: &Step);
     /// True once the step that was told last is done. Called every millisecond.

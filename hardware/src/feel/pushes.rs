@@ -35,7 +35,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         bench.guide().tell(&Step::Push { force_n });
         let full_n = direction.vector() * force_n;
         bench.pushed(2 * RISE_MS + STAY_MS, |ms| full_n * share(ms), |_, _| {})?;
-        let answer = bench.guide().pushed();
+        let answer = bench.pushed_which_way()?;
         judged.push((name, judge(direction, force_n, answer)));
     }
     judged.sort_by_key(|(name, _)| PUSHES.iter().position(|(_, it)| it == name));
@@ -94,7 +94,7 @@ fn judge(asked: Direction, asked_n: f32, answer: Answer) -> (bool, String) {
 
 /// Judges the size of a force that presses down on a scale.
 pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), Broken> {
-    if !bench.guide().has_scale() {
+    if !bench.has_scale()? {
         report.skip("scale", "there is no scale");
         return Ok(());
     }
@@ -108,7 +108,7 @@ pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(
         |ms| down_n * share(ms + RISE_MS + STAY_MS),
         |_, _| {},
     )?;
-    match bench.guide().pressed_n() {
+    match bench.pressed_n()? {
         None => report.skip("scale", "it was not read"),
         Some(read_n) => report.judge(
             "scale",
