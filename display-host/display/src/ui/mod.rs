@@ -1,6 +1,7 @@
 //! The panel: a pure function from the state to widgets and the user's requests.
 
 mod asked;
+pub mod feel;
 mod health;
 mod instructor;
 pub mod launcher;
