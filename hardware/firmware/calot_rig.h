@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT OR Apache-2.0
  *
- * The device's side of Calot's rig protocol, version 1, for firmware in C99 or C++11.
+ * The device's side of Calot's rig protocol, versions 1 and 2, for firmware in C99 or C++11.
  *
  * PROTOCOL.md documents every byte. This file needs no heap, no operating system and no library
  * beyond memcpy, memset and memcmp. It behaves like src/rig/device.rs, and a test holds the two
@@ -29,7 +29,8 @@
 #include <stdint.h>
 #include <string.h>
 
-#define CALOT_VERSION 1
+/* Version 2 adds the opening of the handle. A device without one speaks version 1. */
+#define CALOT_VERSION 2
 #define CALOT_PAYLOAD_MAX 60 /* longest payload, bytes */
 #define CALOT_FRAME_MAX 66   /* longest frame with its closing zero, bytes */
 #define CALOT_WATCHDOG_MAX_MS 100
@@ -58,6 +59,10 @@ typedef struct {
     float delay_s;        /* movement to sample plus command to force, s: measure it */
     uint32_t serial;
     const char *name; /* ASCII; 16 letters at most are sent */
+    /* A handle that opens and shuts; zero without one. */
+    float opening_travel_m;         /* way of the fingers from shut to wide open */
+    float opening_force_max_n;      /* peak force along it; 0 when the device renders none */
+    float opening_stiffness_max_n_m; /* largest stable stiffness along it, N/m */
 } calot_capabilities;
 
 /* One sample of a haptic device. Start from calot_motion_zero(). */
@@ -66,12 +71,15 @@ typedef struct {
     float velocity_m_s[3];  /* zero when it is not measured */
     float rotation_xyzw[4]; /* unit quaternion; 0 0 0 1 when it is not measured */
     uint8_t buttons;
+    float opening; /* 0 shut to 1 wide open; ignored for a device that declares no travel */
 } calot_motion;
 
-/* A command for the motors: the force and the torque on the hand. */
+/* A command for the motors: the force and the torque on the hand, and the force that opens the
+ * handle. */
 typedef struct {
     float force_n[3];
     float torque_n_m[3];
+    float opening_n;
 } calot_force;
 
 /* One device. Firmware may read the first four fields; the others are private. */
@@ -83,7 +91,7 @@ typedef struct {
     calot_capabilities can;
     uint8_t bytes[CALOT_FRAME_MAX]; /* the frame that is coming in */
     uint8_t length;
-    bool overrun, answer_due, tripped, limited, fault, has_force, has_newest;
+    bool overrun, answer_due, tripped, limited, fault, has_force, has_newest, says_opening;
     uint16_t sequence; /* number of the last message sent */
     uint16_t newest;   /* number of the newest FORCE; it outlives the force */
     uint16_t command_sequence;
@@ -226,6 +234,7 @@ static inline calot_motion calot_motion_zero(void)
     calot_motion motion;
     memset(&motion, 0, sizeof motion);
     motion.rotation_xyzw[3] = 1.0f;
+    motion.opening = 1.0f;
     return motion;
 }
 
@@ -254,6 +263,7 @@ static inline void calot_obey_force(calot_rig *rig, const uint8_t *payload, uint
         rig->command.force_n[axis] = calot_read_i16(payload + 3 + 2 * axis, 1e-3f);
         rig->command.torque_n_m[axis] = calot_read_i16(payload + 9 + 2 * axis, 1e-4f);
     }
+    rig->command.opening_n = rig->says_opening ? calot_read_i16(payload + 15, 1e-3f) : 0.0f;
     rig->has_force = true;
     rig->command_sequence = sequence;
     rig->command_us = now_us;
@@ -267,7 +277,8 @@ static inline bool calot_obey(calot_rig *rig, const uint8_t *payload, size_t n, 
         /* A new host starts without a force from the last one. */
         rig->has_force = rig->has_newest = rig->tripped = false;
         rig->answer_due = rig->streaming = true;
-    } else if (n == 15 && payload[0] == 0x02) {
+        rig->says_opening = payload[8] >= 2 && rig->can.opening_travel_m > 0.0f;
+    } else if (n == (rig->says_opening ? 17u : 15u) && payload[0] == 0x02) {
         calot_obey_force(rig, payload, now_us);
     } else if (n == 3 && payload[0] == 0x03) {
         rig->has_force = rig->streaming = false;
@@ -310,7 +321,7 @@ static inline size_t calot_rig_answer(calot_rig *rig, uint8_t *out)
     if (!rig->answer_due) return 0;
     rig->answer_due = false;
     at = calot_begin(rig, payload, 0x81);
-    at = calot_write(at, CALOT_VERSION, 1);
+    at = calot_write(at, rig->says_opening ? CALOT_VERSION : 1, 1);
     at = calot_write(at, can->kind, 1);
     at = calot_write(at, can->measures_velocity ? 2 : 0, 1);
     at = calot_write(at, can->watchdog_ms, 1);
@@ -326,7 +337,13 @@ static inline size_t calot_rig_answer(calot_rig *rig, uint8_t *out)
     at = calot_write(at, can->serial, 4);
     memset(at, 0, 16);
     for (int i = 0; i < 16 && can->name && can->name[i]; i++) at[i] = (uint8_t)can->name[i];
-    return calot_frame(payload, (size_t)(at + 16 - payload), out);
+    at += 16;
+    if (rig->says_opening) {
+        at = calot_put(at, 2, can->opening_travel_m, 1e-5f, 0, 0xFFFF);
+        at = calot_put(at, 2, can->opening_force_max_n, 1e-3f, 0, 0xFFFF);
+        at = calot_put(at, 2, can->opening_stiffness_max_n_m, 1.0f, 0, 0xFFFF);
+    }
+    return calot_frame(payload, (size_t)(at - payload), out);
 }
 
 /* Drops the force for good when it is too old, because the clock wraps. */
@@ -350,6 +367,10 @@ static inline calot_force calot_rig_force(calot_rig *rig, uint32_t now_us)
         force = rig->command;
         calot_shorten(force.force_n, rig->can.force_max_n);
         calot_shorten(force.torque_n_m, rig->can.torque_max_n_m);
+        if (force.opening_n > rig->can.opening_force_max_n)
+            force.opening_n = rig->can.opening_force_max_n;
+        if (force.opening_n < -rig->can.opening_force_max_n)
+            force.opening_n = -rig->can.opening_force_max_n;
     }
     return force;
 }
@@ -366,7 +387,7 @@ static inline size_t calot_rig_state(calot_rig *rig, const calot_motion *motion,
     status = (uint8_t)(rig->has_force | rig->tripped << 1 | rig->limited << 2 | rig->fault << 3);
     at = calot_begin(rig, payload, 0x82);
     if (!calot_is_finite(motion->position_m, 3) || !calot_is_finite(motion->velocity_m_s, 3)
-        || !calot_is_finite(motion->rotation_xyzw, 4))
+        || !calot_is_finite(motion->rotation_xyzw, 4) || !calot_is_finite(&motion->opening, 1))
         return 0;
     at = calot_write(at, status, 1);
     at = calot_write(at, motion->buttons, 1);
@@ -378,6 +399,7 @@ static inline size_t calot_rig_state(calot_rig *rig, const calot_motion *motion,
         at = calot_put(at, 4, motion->velocity_m_s[i], 1e-6f, INT32_MIN, INT32_MAX);
     for (int i = 0; i < 4; i++)
         at = calot_put(at, 2, motion->rotation_xyzw[i], 1.0f / 32767.0f, -32768, 32767);
+    if (rig->says_opening) at = calot_put(at, 2, motion->opening, 1.0f / 65535.0f, 0, 0xFFFF);
     return calot_frame(payload, (size_t)(at - payload), out);
 }
 

@@ -56,6 +56,14 @@ pub enum HardwareError {
         /// Device path as given.
         path: PathBuf,
     },
+    /// Programs that are known by name use the line.
+    #[error("{path}: in use by {by}. Stop it first")]
+    Held {
+        /// Device path as given.
+        path: PathBuf,
+        /// The programs, each with its number.
+        by: String,
+    },
     /// The path is not a serial device.
     #[error("{path}: not a serial device ({what}). Name a tty such as /dev/ttyACM0")]
     NotSerial {

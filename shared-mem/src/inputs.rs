@@ -43,8 +43,8 @@ pub struct InputRecord {
     /// The command, a kind of [`crate::message::CommandMsg`] in the low four bits and its argument
     /// in the high four; 0: none.
     pub command: u8,
-    /// Zero.
-    pub reserved: u32,
+    /// Opening of the handle, 0 shut to 1 wide open, with [`InputRecord::HAS_OPENING`].
+    pub opening: f32,
     /// Eight bits of the hash of each organ.
     pub organ_hashes: [u8; 16],
 }
@@ -78,6 +78,10 @@ impl InputRecord {
     pub const LEAPT: u32 = 1 << 12;
     /// The haptic device reported a fault of its own.
     pub const DEVICE_FAILED: u32 = 1 << 13;
+    /// The haptic device measured its opening.
+    pub const HAS_OPENING: u32 = 1 << 14;
+    /// All bits.
+    pub const ALL: u32 = (1 << 15) - 1;
 }
 
 /// Setup of a run. With the scene and the inputs it decides all results.
@@ -96,20 +100,25 @@ pub struct RunSetup {
     pub instrument_port_m: [f32; 3],
     /// The endoscope's, m.
     pub endoscope_port_m: [f32; 3],
-    /// Capabilities of the haptic device, in the order of `rt_core::port::DeviceCapabilities`.
+    /// Capabilities of the haptic device, in the order of `rt_core::port::DeviceCapabilities`,
+    /// without its opening.
     pub device: [f32; 9],
+    /// Its opening: travel, m, peak force, N, stiffness, N/m.
+    pub opening: [f32; 3],
     /// Time over which the force rises, s.
     pub force_ramp_s: f32,
     /// 1: the force is enabled from the start.
     pub force_enabled: u32,
     /// Iterations of the paper's method; 0: neo-Hookean tetrahedra.
     pub paper_iterations: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// Service `inputs`: batches of records. Complete to itself: a recorder may join at any time.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.InputBatch.v2")]
+#[type_name("calot.InputBatch.v3")]
 pub struct InputBatch {
     /// Setup of the run.
     pub setup: RunSetup,
@@ -134,6 +143,6 @@ impl InputBatch {
 // The layout is the contract: a change of size is a change of version.
 const _: () = {
     assert!(size_of::<InputRecord>() == 144);
-    assert!(size_of::<RunSetup>() == 152);
-    assert!(size_of::<InputBatch>() == 168 + 144 * INPUT_BATCH);
+    assert!(size_of::<RunSetup>() == 168);
+    assert!(size_of::<InputBatch>() == 184 + 144 * INPUT_BATCH);
 };

@@ -15,7 +15,7 @@ use crate::task::{Difficulty, Outcome, Task};
 use crate::vector::{Vec3, distance, looking_off, wide};
 
 /// Version of the metrics' definitions and of the tasks' built-in requirements.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 /// Task number in `CommandMsg::START` from which the triangle is cleared.
 const START_CLAMP: u8 = 2;
 /// Most alarms and moments that are kept.

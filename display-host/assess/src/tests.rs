@@ -823,6 +823,30 @@ fn time_without_a_lost_device_is_not_the_trainees() {
         "{}",
         values.get(Metric::Path)
     );
+    // Without the pedal the hands go on: only the hook waits for it.
+    for (instrument, gone) in [(Instrument::Grasper, 0.0), (Instrument::Hook, 2.0)] {
+        let mut pedal = begin(Task::Free);
+        for step in 0..500 {
+            let live = if (100..300).contains(&step) { 3 } else { 7 };
+            let held = Movement {
+                instrument: instrument.number() as u8,
+                ..at(0.0, live)
+            };
+            pedal.take(&moved(f64::from(step) * 0.01, held));
+        }
+        let values = pedal.end().metrics;
+        let lost_s = values.get(Metric::DeviceLost);
+        assert!((lost_s - gone).abs() < 0.03, "{instrument:?}: {lost_s}");
+        assert!((values.get(Metric::Time) + lost_s - 4.99).abs() < 1e-6);
+    }
+    // Neither does anybody see without the tracker of the endoscope.
+    let mut blind = begin(Task::Free);
+    for step in 0..300 {
+        let live = if step < 100 { 7 } else { 5 };
+        blind.take(&moved(f64::from(step) * 0.01, at(0.0, live)));
+    }
+    let lost_s = blind.end().metrics.get(Metric::DeviceLost);
+    assert!((lost_s - 2.0).abs() < 0.03, "{lost_s}");
     // A station without that device has lost none.
     let mut without = begin(Task::Free);
     for step in 0..100 {

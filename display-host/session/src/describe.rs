@@ -28,27 +28,28 @@ pub(crate) const OWN: &str = "x-calot";
 pub(crate) const SETUP: Topic = Topic {
     name: "/setup",
     encoding: OWN,
-    schema_name: "calot.RunSetup.v1",
+    schema_name: "calot.RunSetup.v2",
     schema_encoding: "x-text",
     schema: "u8[16] scene identity, u64 period ns, world_from_device and world_from_tracker (3 f32 \
              position m, 4 f32 quaternion x y z w), 3 f32 instrument port m, 3 f32 endoscope port m, 9 \
              f32 device: force max N, continuous N, torque max N m, stiffness max N/m, damping max \
-             N s/m, damping N s/m, delay s, workspace m, rate Hz; f32 force ramp s, u32 force \
-             enabled, u32 iterations of the paper's method. Little-endian.",
+             N s/m, damping N s/m, delay s, workspace m, rate Hz; 3 f32 its opening: travel m, force max N, \
+             stiffness max N/m; f32 force ramp s, u32 force \
+             enabled, u32 iterations of the paper's method, u32 0. Little-endian.",
 };
 
 pub(crate) const INPUTS: Topic = Topic {
     name: "/inputs",
     encoding: OWN,
-    schema_name: "calot.Inputs.v2",
+    schema_name: "calot.Inputs.v3",
     schema_encoding: "x-text",
-    schema: "u16 ticks, u64 first tick, u64 time before the first distance, ns. Each tick: u16 bits \
+    schema: "u16 ticks, u64 first tick, u64 time before the first distance, ns. Each tick: u32 bits \
              (1 device fresh, 2 device lost, 4 tracker fresh, 8 tracker lost, 16 pedal fresh, 32 pedal \
              lost, 64 velocity, 128 cut, 256 coagulate, 512 camera lock, 1024 no self-collision, 2048 \
-             no far organs, 8192 organs, 16384 command, 32768 long times), u32 ns since the tick before, u32 hash \
+             no far organs, 4096 leapt, 8192 device failed, 16384 opening, 1 << 29 organs, 1 << 30 command, 1 << 31 long times), u32 ns since the tick before, u32 hash \
              of the tools, u32 hash of spheres, [16 u8 of each organ's hash, else as in the tick before, first 0], [u8 command: \
              kind + 16 argument], [device: u32 age ns, \
-             3 f32 m, 4 f32 x y z w, [3 f32 m/s], u16 number, u8 buttons], [tracker: u32 age ns, 3 f32 \
+             3 f32 m, 4 f32 x y z w, [3 f32 m/s], u16 number, u8 buttons, [f32 opening]], [tracker: u32 age ns, 3 f32 \
              m, 4 f32 x y z w], [pedal: u32 age ns]; times are u64 with long times. Little-endian.",
 };
 

@@ -17,7 +17,7 @@ use crate::pack::pack;
 use crate::storage::{Outbox, Storage, Waiting};
 
 /// Version of a session's content; a reader refuses any other.
-pub const FILE_VERSION: u32 = 2;
+pub const FILE_VERSION: u32 = 3;
 
 /// Name of the attachment that holds the compiled scene.
 pub(crate) const SCENE: &str = "scene.calot";

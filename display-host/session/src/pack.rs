@@ -1,12 +1,12 @@
-//! Packs the inputs of a tick in 60 to 80 bytes: absent fields are left out, times are differences.
+//! Packs the inputs of a tick in 62 to 82 bytes: absent fields are left out, times are differences.
 //!
 //! ```text
 //! u16 ticks, u64 first tick, u64 its time before the first distance, then each tick:
-//! u16 bits (those of InputRecord; 1 << 13 hashes of organs, 1 << 14 command, 1 << 15 long times)
+//! u32 bits (those of InputRecord; 1 << 29 hashes of organs, 1 << 30 command, 1 << 31 long times)
 //! time since the tick before: u32 ns, or u64 with long times
 //! u32 tools hash, u32 spheres hash, [16 u8 hashes of organs, unless as before], [u8 command]
 //! [haptic device: age, 3 f32 position, 4 f32 orientation, [3 f32 velocity], u16 number,
-//!     u8 buttons]
+//!     u8 buttons, [f32 opening]]
 //! [tracker: age, 3 f32, 4 f32]  [pedal: age]          ages as the time
 //! ```
 //!
@@ -17,11 +17,11 @@ use shared_mem::inputs::InputRecord;
 use shared_mem::message::PoseMsg;
 
 /// Bits of a packed tick, in addition to those of `InputRecord`.
-const ORGANS: u16 = 1 << 13;
-const COMMAND: u16 = 1 << 14;
-const LONG: u16 = 1 << 15;
-/// Bits of `InputRecord` that are kept.
-const BITS: u32 = 0x1fff;
+const ORGANS: u32 = 1 << 29;
+const COMMAND: u32 = 1 << 30;
+const LONG: u32 = 1 << 31;
+
+const _: () = assert!(InputRecord::ALL & (ORGANS | COMMAND | LONG) == 0);
 
 /// Packs the records at the front that follow one another without a gap. Returns their number.
 pub fn pack(records: &[InputRecord], into: &mut Vec<u8>) -> usize {
@@ -64,9 +64,9 @@ fn pack_one(record: &InputRecord, before: &InputRecord, into: &mut Vec<u8>) {
     ];
     let used = ages.iter().filter(|(bit, _)| has(*bit)).map(|(_, ns)| *ns);
     let is_long = used.chain([passed_ns]).any(|ns| u32::try_from(ns).is_err());
-    let flag = |on: bool, bit: u16| if on { bit } else { 0 };
+    let flag = |on: bool, bit: u32| if on { bit } else { 0 };
     let organs = record.organ_hashes != before.organ_hashes;
-    let bits = (record.bits & BITS) as u16
+    let bits = (record.bits & InputRecord::ALL)
         | flag(organs, ORGANS)
         | flag(record.command != 0, COMMAND)
         | flag(is_long, LONG);
@@ -93,6 +93,9 @@ fn pack_one(record: &InputRecord, before: &InputRecord, into: &mut Vec<u8>) {
         }
         into.extend(record.sequence.to_le_bytes());
         into.push(record.buttons);
+        if has(InputRecord::HAS_OPENING) {
+            into.extend(record.opening.to_le_bytes());
+        }
     }
     if has(InputRecord::TRACKER_FRESH) {
         time(tracker_ns, into);
@@ -118,12 +121,12 @@ pub fn unpack(message: &[u8], into: &mut Vec<InputRecord>) -> Option<()> {
 }
 
 fn unpack_one(tick: u64, before: &InputRecord, rest: &mut Rest<'_>) -> Option<InputRecord> {
-    let bits = u16::from_le_bytes(rest.take()?);
+    let bits = u32::from_le_bytes(rest.take()?);
     let is_long = bits & LONG != 0;
     let mut record = InputRecord {
         tick,
         now_ns: before.now_ns.wrapping_add(rest.time(is_long)?),
-        bits: u32::from(bits) & BITS,
+        bits: bits & InputRecord::ALL,
         tools_hash: u32::from_le_bytes(rest.take()?),
         spheres_hash: u32::from_le_bytes(rest.take()?),
         organ_hashes: before.organ_hashes,
@@ -132,7 +135,7 @@ fn unpack_one(tick: u64, before: &InputRecord, rest: &mut Rest<'_>) -> Option<In
     if bits & ORGANS != 0 {
         record.organ_hashes = rest.take()?;
     }
-    let has = |bit: u32| u32::from(bits) & bit != 0;
+    let has = |bit: u32| bits & bit != 0;
     if bits & COMMAND != 0 {
         [record.command] = rest.take()?;
     }
@@ -144,6 +147,9 @@ fn unpack_one(tick: u64, before: &InputRecord, rest: &mut Rest<'_>) -> Option<In
         }
         record.sequence = u16::from_le_bytes(rest.take()?);
         [record.buttons] = rest.take()?;
+        if has(InputRecord::HAS_OPENING) {
+            record.opening = f32::from_le_bytes(rest.take()?);
+        }
     }
     if has(InputRecord::TRACKER_FRESH) {
         record.tracker_at_ns = record.now_ns.wrapping_sub(rest.time(is_long)?);
@@ -191,8 +197,7 @@ mod tests {
                 record.organ_hashes = [7; 16];
             }
             let has = |bits: u32, bit: u32| bits & bit != 0;
-            record.bits &= BITS;
-            record.reserved = 0;
+            record.bits &= InputRecord::ALL;
             if times > 0 {
                 // Usual times: shortly before the tick.
                 record.now_ns >>= 20;
@@ -202,13 +207,16 @@ mod tests {
                 record.pedal_at_ns = before(record.pedal_at_ns);
             }
             if !has(record.bits, InputRecord::DEVICE_FRESH) {
-                record.bits &= !InputRecord::HAS_VELOCITY;
+                record.bits &= !(InputRecord::HAS_VELOCITY | InputRecord::HAS_OPENING);
                 record.device_at_ns = 0;
                 record.device_from_handle = PoseMsg::zeroed();
                 (record.sequence, record.buttons) = (0, 0);
             }
             if !has(record.bits, InputRecord::HAS_VELOCITY) {
                 record.velocity_m_s = [0.0; 3];
+            }
+            if !has(record.bits, InputRecord::HAS_OPENING) {
+                record.opening = 0.0;
             }
             if !has(record.bits, InputRecord::TRACKER_FRESH) {
                 record.tracker_at_ns = 0;

@@ -18,14 +18,6 @@ pub fn force_dimension(library: &Path, serial: Option<u16>, options: &mut Option
     };
     report.device = format!("Force Dimension \"{}\"", device.identity().name);
     samples(&mut report, &mut device, options.watch);
-    match device.opening() {
-        Some(opening) => report.judge(
-            "gripper",
-            true,
-            format!("{:.0} % open; move it and test again", opening * 100.0),
-        ),
-        None => report.skip("gripper", "the device has none, or it was never read"),
-    }
     report.skip(
         "watchdog",
         "not reported by the library: end the host and feel that it is free",

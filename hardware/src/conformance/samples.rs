@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use rt_core::fault::{Fault, FaultSet};
 use rt_core::math::Vec3;
-use rt_core::port::{ForceCommand, Freedom, HapticDevice, Polled};
+use rt_core::port::{ForceCommand, Freedom, HapticDevice, Opening, Polled};
 
 use super::Report;
 use super::watch::{Arrivals, Host, watch};
@@ -13,6 +13,7 @@ use super::watch::{Arrivals, Host, watch};
 const RATE_OFF: f32 = 0.05;
 
 pub(super) const NO_FORCE: ForceCommand = ForceCommand {
+    opening_n: 0.0,
     force_n: Vec3::new(0.0, 0.0, 0.0),
     torque_n_m: Vec3::new(0.0, 0.0, 0.0),
 };
@@ -34,6 +35,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     let mut farthest_m = 0.0f32;
     let mut fastest_m_s = 0.0f32;
     let mut finite = true;
+    let mut openings = Openings::default();
     let mut due_ns = 0;
     let mut found = FaultSet::NONE;
     let mut bundle_ms = 0;
@@ -58,6 +60,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
             let velocity_m_s = sample.velocity_m_s.unwrap_or_default();
             farthest_m = farthest_m.max(pose.translation.vector.norm());
             fastest_m_s = fastest_m_s.max(velocity_m_s.norm());
+            openings.add(sample.opening);
             finite &= pose.translation.vector.iter().all(|part| part.is_finite())
                 && velocity_m_s.iter().all(|part| part.is_finite())
                 && (pose.rotation.norm() - 1.0).abs() < 1e-3;
@@ -108,7 +111,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     );
     judge_findings(report, found, bundle_ms, host);
     if arrivals.count() == 0 {
-        for name in ["finite", "workspace", "speed"] {
+        for name in ["finite", "opening", "workspace", "speed"] {
             report.leave_open(name, "there was no valid sample");
         }
         return;
@@ -118,6 +121,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         false => "a pose or a velocity is not finite",
     };
     report.judge("finite", finite, words.into());
+    openings.judge(report, &capabilities.opening);
     let radius_m = capabilities.workspace_radius_m;
     report.judge(
         "workspace",
@@ -129,6 +133,54 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         fastest_m_s < 5.0,
         format!("fastest {fastest_m_s:.2} m/s, allowed is 5 m/s"),
     );
+}
+
+/// Openings of the handle that the samples reported.
+#[derive(Default)]
+struct Openings {
+    /// Least and greatest.
+    seen: Option<(f32, f32)>,
+    missing: u32,
+    wrong: u32,
+}
+
+impl Openings {
+    fn add(&mut self, opening: Option<f32>) {
+        match opening {
+            Some(opening) if (0.0..=1.0).contains(&opening) => {
+                let (least, most) = self.seen.unwrap_or((opening, opening));
+                self.seen = Some((least.min(opening), most.max(opening)));
+            }
+            Some(_) => self.wrong += 1,
+            None => self.missing += 1,
+        }
+    }
+
+    fn judge(&self, report: &mut Report, declared: &Opening) {
+        if !declared.is_measured() {
+            report.skip(
+                "opening",
+                "the handle does not open, or does not say how far",
+            );
+            return;
+        }
+        let Self { missing, wrong, .. } = self;
+        let seen = self.seen.map_or_else(
+            || "never read".to_owned(),
+            |(least, most)| format!("{:.0} to {:.0} % open", least * 100.0, most * 100.0),
+        );
+        let detail = format!(
+            "{seen} while watched, of {:.0} mm, with {:.1} N; {missing} samples without, {wrong} \
+             outside 0 to 100 %. Open and shut it during a test to see its range",
+            declared.travel_m * 1e3,
+            declared.force_max_n
+        );
+        report.judge(
+            "opening",
+            self.seen.is_some() && missing + wrong == 0,
+            detail,
+        );
+    }
 }
 
 /// Faults that the driver found in the samples.

@@ -38,8 +38,6 @@ pub struct DhdHaptic {
     identity: String,
     last_turn: u32,
     counters: LineCounters,
-    opening: Option<f32>,
-    opening_n: f32,
     leaps: u32,
     jumps: u32,
     findings: Findings,
@@ -84,7 +82,7 @@ impl DhdHaptic {
             .serial()
             .map_or_else(|| "without a number".to_owned(), |it| it.to_string());
         let identity = format!("{} {number}", handle.name());
-        let capabilities = model::capabilities(handle.model(), parts.has_active_wrist);
+        let capabilities = model::capabilities(handle.model(), parts);
         handle.configure_velocity(VELOCITY_WINDOW_MS);
         // With the first force, the library begins to carry the arms.
         let nothing = [0.0; 3];
@@ -113,8 +111,6 @@ impl DhdHaptic {
             identity,
             last_turn: 0,
             counters: LineCounters::default(),
-            opening: None,
-            opening_n: 0.0,
             leaps: 0,
             jumps: 0,
             findings: Findings::default(),
@@ -125,24 +121,6 @@ impl DhdHaptic {
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.shared.is_lost.load(Ordering::Acquire)
-    }
-
-    /// Opening of the gripper in the last sample: 0 closed, 1 wide open. `None` without a gripper.
-    #[must_use]
-    pub const fn opening(&self) -> Option<f32> {
-        self.opening
-    }
-
-    /// True if the gripper has a motor.
-    #[must_use]
-    pub const fn renders_opening(&self) -> bool {
-        self.parts.has_active_gripper
-    }
-
-    /// Sets the force that opens the gripper from the next [`HapticDevice::send`] on, N; a negative
-    /// one closes it. Ignored without a motor.
-    pub const fn set_opening_force_n(&mut self, newtons: f32) {
-        self.opening_n = newtons;
     }
 }
 
@@ -233,10 +211,10 @@ impl HapticDevice for DhdHaptic {
         self.counters.frames += 1;
         self.findings.leapt = sample.jumps != self.jumps;
         self.jumps = sample.jumps;
-        self.opening = Some(sample.opening).filter(|opening| opening.is_finite());
         let velocity_m_s = sample.velocity_m_s;
         let is_measured = velocity_m_s.iter().all(|part| part.is_finite());
         Polled::Fresh(DeviceSample {
+            opening: Some(sample.opening).filter(|opening| opening.is_finite()),
             device_from_handle: Pose::from_parts(sample.position_m.into(), sample.rotation),
             velocity_m_s: is_measured.then_some(velocity_m_s),
             buttons: sample.buttons,
@@ -253,7 +231,7 @@ impl HapticDevice for DhdHaptic {
         self.shared.ask(&Wish {
             force_n: command.force_n,
             torque_n_m: command.torque_n_m,
-            opening_n: self.opening_n,
+            opening_n: command.opening_n,
             at_ns: now_ns,
         });
     }

@@ -1,5 +1,7 @@
 //! The opening of a gripper, and the button that it presses.
 
+use super::model::GRIPPER_MAX_N;
+
 /// Angle of a gripper that is wide open, degrees: omega.7 and sigma.7 in CHAI3D. A lambda's is
 /// taken as the same.
 const OPEN_DEG: f64 = 30.0;
@@ -7,8 +9,6 @@ const OPEN_DEG: f64 = 30.0;
 const PRESSES: f32 = 0.25;
 /// …and at which an opening one releases it. A hand that trembles between them changes nothing.
 const RELEASES: f32 = 0.35;
-/// Largest force of a gripper, N: omega.7 and sigma.7 in CHAI3D.
-const FORCE_MAX_N: f64 = 8.0;
 
 /// A gripper of one hand.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +50,8 @@ impl Gripper {
         if !force_n.is_finite() {
             return 0.0;
         }
-        self.sign * force_n.clamp(-FORCE_MAX_N, FORCE_MAX_N)
+        let most_n = f64::from(GRIPPER_MAX_N);
+        self.sign * force_n.clamp(-most_n, most_n)
     }
 }
 

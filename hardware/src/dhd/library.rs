@@ -10,7 +10,7 @@ use std::path::Path;
 use libloading::os::unix::{Library, RTLD_LAZY, RTLD_LOCAL};
 
 use crate::HardwareError;
-use crate::vendor::{Product, refused, symbols};
+use crate::vendor::{Product, incomplete, refused, symbols};
 
 /// Words for a person whose library is refused.
 const PRODUCT: Product = Product {
@@ -65,7 +65,8 @@ impl Dhd {
         // SAFETY: the vendor's initialisers run; the person who names a library trusts it.
         let library =
             unsafe { Library::open(Some(path), RTLD_LAZY | RTLD_LOCAL) }.map_err(failed)?;
-        let table = Self::find(&library).map_err(failed)?;
+        let table =
+            Self::find(&library).map_err(|error| incomplete(path, &error.to_string(), &PRODUCT))?;
         // Never closed: its threads may outlive us.
         std::mem::forget(library);
         Ok(Box::leak(Box::new(table)))

@@ -6,16 +6,22 @@
 //! figures of a sigma.7. The reach is half the diagonal of the workspace in the maker's leaflets,
 //! with room.
 //!
+//! A gripper opens by 25 mm and renders 8 N (leaflets of omega.7 and sigma.7); 1000 N/m is CHAI3D's
+//! figure for grippers.
+//!
 //! Assumed for all: the device's own damping, and the delay of a Touch on USB. CHAI3D's largest
 //! damping is for loops of 4 kHz; a third of it is taken for this one. No source states the force
 //! that the motors bear for ever: half of the peak is taken, of a Falcon less.
 
-use rt_core::port::DeviceCapabilities;
+use rt_core::port::{DeviceCapabilities, Opening};
+
+use super::library::Parts;
 
 /// Samples per second of our thread. The library permits up to 4000; the tick takes 1000.
 pub(super) const RATE_HZ: f32 = 1000.0;
 
 const OMEGA: DeviceCapabilities = DeviceCapabilities {
+    opening: Opening::NONE,
     force_max_n: 12.0,
     force_continuous_n: 6.0,
     torque_max_n_m: 0.0,
@@ -70,9 +76,15 @@ const UNKNOWN: DeviceCapabilities = DeviceCapabilities {
     ..OMEGA
 };
 
+/// Way of the fingers from a shut gripper to a wide open one, m.
+const GRIPPER_TRAVEL_M: f32 = 0.025;
+/// Largest force of a gripper, N.
+pub(super) const GRIPPER_MAX_N: f32 = 8.0;
+const GRIPPER_N_M: f32 = 1000.0;
+
 /// Capabilities of a model by its number in `dhdc.h`. Without motors in its wrist it renders no
-/// torque.
-pub(super) fn capabilities(number: i32, has_active_wrist: bool) -> DeviceCapabilities {
+/// torque, without one in its gripper no force there.
+pub(super) fn capabilities(number: i32, parts: Parts) -> DeviceCapabilities {
     let known = match number {
         33..=37 => OMEGA,
         63 => DELTA,
@@ -82,7 +94,15 @@ pub(super) fn capabilities(number: i32, has_active_wrist: bool) -> DeviceCapabil
         _ => UNKNOWN,
     };
     DeviceCapabilities {
-        torque_max_n_m: if has_active_wrist {
+        opening: match (parts.has_gripper, parts.has_active_gripper) {
+            (false, _) => Opening::NONE,
+            (true, is_active) => Opening {
+                travel_m: GRIPPER_TRAVEL_M,
+                force_max_n: if is_active { GRIPPER_MAX_N } else { 0.0 },
+                stiffness_max_n_m: if is_active { GRIPPER_N_M } else { 0.0 },
+            },
+        },
+        torque_max_n_m: if parts.has_active_wrist {
             known.torque_max_n_m
         } else {
             0.0
@@ -95,10 +115,23 @@ pub(super) fn capabilities(number: i32, has_active_wrist: bool) -> DeviceCapabil
 mod tests {
     use super::*;
 
+    const ALL: Parts = Parts {
+        has_wrist: true,
+        has_active_wrist: true,
+        has_gripper: true,
+        has_active_gripper: true,
+        is_left_handed: false,
+    };
+    const NO_MOTORS: Parts = Parts {
+        has_active_wrist: false,
+        has_active_gripper: false,
+        ..ALL
+    };
+
     #[test]
     fn every_model_has_figures_that_make_sense() {
         for number in (0..300).chain([-1]) {
-            let found = capabilities(number, true);
+            let found = capabilities(number, ALL);
             let numbers = [
                 found.force_continuous_n,
                 found.stiffness_max_n_m,
@@ -109,15 +142,18 @@ mod tests {
             assert!(numbers.iter().all(|number| *number > 0.0), "{number}");
             assert!(found.force_continuous_n <= found.force_max_n, "{number}");
             assert!((0.05..=0.3).contains(&found.workspace_radius_m), "{number}");
-            assert!(!capabilities(number, false).renders_torque(), "{number}");
+            assert!(
+                !capabilities(number, NO_MOTORS).renders_torque(),
+                "{number}"
+            );
         }
     }
 
     #[test]
     fn a_model_that_is_not_known_is_weaker_than_any_that_is() {
-        let unknown = capabilities(91, true);
+        let unknown = capabilities(91, ALL);
         for number in [33, 35, 63, 104, 108, 60] {
-            let known = capabilities(number, true);
+            let known = capabilities(number, ALL);
             assert!(unknown.force_max_n < known.force_max_n, "{number}");
             assert!(unknown.stiffness_max_n_m < known.stiffness_max_n_m);
         }

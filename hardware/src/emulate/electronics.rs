@@ -18,6 +18,8 @@ pub enum HapticModel {
     /// [`crate::rig::RigHaptic`].
     #[default]
     TouchRig,
+    /// A Touch-class device with a handle that opens and shuts, and a motor for that.
+    HandleRig,
     /// A WoodenHaptics device: open with [`crate::woody::WoodyHaptic`].
     Woody,
     /// A flat Haply of the third generation: open with [`crate::hapi::HapiHaptic`].
@@ -109,6 +111,10 @@ impl Electronics {
                 let firmware = RigFirmware::new(Capabilities::touch_class(), mistake);
                 Self::Rig(Box::new(firmware))
             }
+            HapticModel::HandleRig => {
+                let can = Capabilities::touch_class_with_opening();
+                Self::Rig(Box::new(RigFirmware::new(can, mistake)))
+            }
             HapticModel::Woody => Self::Woody(Box::default()),
             HapticModel::Hapi => Self::Hapi(Box::default()),
         }
@@ -158,7 +164,11 @@ impl Electronics {
             }
             Self::Woody(firmware) => {
                 let [a, b, c] = WOODY.counts(touch.measured_m());
-                firmware.receive(bytes, [a, b, c, 0, 0, 0], now_us, send);
+                // The firmware reads all the time, the emulator once a millisecond. Lines of one
+                // millisecond did not wait for each other.
+                for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+                    firmware.receive(line, [a, b, c, 0, 0, 0], now_us, &mut send);
+                }
                 let angles_rad = WOODY.angles_rad([a, b, c]);
                 // Stretched links bear any force.
                 WOODY
@@ -171,6 +181,14 @@ impl Electronics {
                 send(&answer);
             }),
             Self::Hapi(hapi) => hapi.receive(bytes, touch, now_us, send),
+        }
+    }
+
+    /// Force of the motor that opens the handle, N.
+    pub(super) fn opening_n(&mut self, now_us: u32) -> f32 {
+        match self {
+            Self::Rig(firmware) => firmware.opening_n(now_us),
+            Self::Woody(_) | Self::Hapi(_) => 0.0,
         }
     }
 

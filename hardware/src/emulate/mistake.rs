@@ -225,6 +225,12 @@ impl RigFirmware {
         }
     }
 
+    /// Force of the motor that opens the handle, N.
+    pub(super) fn opening_n(&mut self, now_us: u32) -> f32 {
+        let seen_us = self.watched_us(now_us);
+        self.device.force(seen_us).opening_n.unwrap_or_default()
+    }
+
     /// The next sample as bytes, if one is due.
     pub(super) fn state(&mut self, motion: &Motion, now_us: u32) -> Option<Vec<u8>> {
         self.samples = self.samples.wrapping_add(1);

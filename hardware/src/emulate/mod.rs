@@ -8,6 +8,7 @@
 mod bulk;
 mod electronics;
 mod fault;
+mod fingers;
 mod gamepad;
 mod hand;
 mod holding;

@@ -143,7 +143,7 @@ impl Played {
         });
         let line = Line::played(heard, Arc::clone(&end) as Arc<dyn Hears>);
         let driver: Box<dyn HapticDevice + Send> = match model {
-            HapticModel::TouchRig => Box::new(RigHaptic::on(line)?),
+            HapticModel::TouchRig | HapticModel::HandleRig => Box::new(RigHaptic::on(line)?),
             HapticModel::Woody => Box::new(WoodyHaptic::on(line, Mechanism::WOODY)?),
             HapticModel::Hapi => Box::new(HapiHaptic::on(
                 line,

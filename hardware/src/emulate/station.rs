@@ -6,10 +6,12 @@ use std::time::Instant;
 
 use nalgebra::UnitQuaternion;
 use rt_core::math::{Pose, Vec3};
+use rt_core::port::Buttons;
 use rustix::fs::{FlockOperation, flock};
 
-use super::electronics::Electronics;
+use super::electronics::{Electronics, HapticModel};
 use super::fault::{Faults, FaultyLine};
+use super::fingers::Fingers;
 use super::hand::{Hand, REPEAT_S};
 use super::holding::Holding;
 use super::operated::{Operated, Wish};
@@ -51,6 +53,8 @@ pub(super) struct Station {
     silent_ms: u32,
     touch: Touch,
     haptic: Electronics,
+    /// Fingers in a handle that opens.
+    fingers: Option<Fingers>,
     holding: Holding,
     /// Force commanded to the motors now, N.
     force_n: Vec3,
@@ -99,6 +103,10 @@ impl Station {
             silent_ms: 0,
             touch: Touch::new(haptic.body(), grip, start),
             haptic,
+            fingers: (config.haptic == HapticModel::HandleRig)
+                .then(|| Capabilities::touch_class_with_opening().opening)
+                .flatten()
+                .map(Fingers::new),
             holding: config.holding,
             force_n: Vec3::zeros(),
             strain: 0.0,
@@ -208,6 +216,10 @@ impl Station {
         };
         self.touch.step(target_m, target_velocity_m_s, force_n);
 
+        if let Some(fingers) = &mut self.fingers {
+            let shut = buttons.contains(Buttons::GRASP);
+            fingers.step(shut, self.haptic.opening_n(now_us));
+        }
         let position_m = self.touch.measured_m();
         let q = self.hand.handle_at(position_m).rotation * roll;
         let motion = Motion {
@@ -219,6 +231,7 @@ impl Station {
                 [q.i, q.j, q.k, q.w]
             },
             buttons: buttons.0,
+            opening: self.fingers.as_ref().map_or(1.0, Fingers::opening),
         };
         let line = &mut self.haptic_line.line;
         self.haptic.report(&motion, &self.touch, now_us, |sample| {

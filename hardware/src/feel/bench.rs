@@ -106,6 +106,7 @@ impl<'a> Bench<'a> {
         }
         let polled = self.device.poll(now_ns);
         let command = ForceCommand {
+            opening_n: 0.0,
             force_n,
             torque_n_m: Vec3::zeros(),
         };

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters,
-    Polled,
+    Opening, Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -284,6 +284,7 @@ impl Drop for HapiHaptic {
 impl HapticDevice for HapiHaptic {
     fn capabilities(&self) -> DeviceCapabilities {
         DeviceCapabilities {
+            opening: Opening::NONE,
             force_max_n: self.generation.force_max_n as f32,
             force_continuous_n: self.generation.force_continuous_n as f32,
             torque_max_n_m: 0.0,
@@ -351,6 +352,7 @@ impl HapticDevice for HapiHaptic {
         }
         newest.map_or(Polled::Nothing, |position_m| {
             Polled::Fresh(DeviceSample {
+                opening: None,
                 device_from_handle: Pose::from_parts(position_m.into(), Quat::identity()),
                 velocity_m_s: None,
                 buttons: Buttons::default(),

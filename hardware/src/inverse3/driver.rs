@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters,
-    Polled,
+    Opening, Polled,
 };
 use rt_core::time::TimeNs;
 use tungstenite::protocol::WebSocketConfig;
@@ -46,6 +46,7 @@ const REACH: f32 = 3.0;
 
 /// The maker states 10 N; the continuous force is not published.
 const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
+    opening: Opening::NONE,
     force_max_n: 5.0,
     force_continuous_n: 1.0,
     torque_max_n_m: 0.0,
@@ -346,6 +347,7 @@ impl HapticDevice for Inverse3Haptic {
         let [.., buttons, count, low, high] = words;
         let rotation = Quat::new_unchecked(nalgebra::Quaternion::new(qw, qx, qy, qz));
         Polled::Fresh(DeviceSample {
+            opening: None,
             device_from_handle: Pose::from_parts(Vec3::new(x, y, z).into(), rotation),
             velocity_m_s: Some(Vec3::new(vx, vy, vz)),
             buttons: Buttons(buttons as u8),

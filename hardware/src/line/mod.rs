@@ -5,6 +5,7 @@
 //! non-blocking descriptor is used directly.
 #![allow(unsafe_code)] // One descriptor changes hands between two crates' types.
 
+mod holder;
 mod inlet;
 
 use core::fmt;
@@ -182,7 +183,10 @@ fn open_error(path: &Path, error: &serialport::Error) -> HardwareError {
         (_, Err(missing)) if missing.kind() == io::ErrorKind::NotFound => {
             HardwareError::Missing { path }
         }
-        (ErrorKind::NoDevice, Ok(_)) => HardwareError::Busy { path },
+        (ErrorKind::NoDevice, Ok(_)) => match holder::holders(&path) {
+            Some(by) => HardwareError::Held { path, by },
+            None => HardwareError::Busy { path },
+        },
         (_, Ok(_)) => HardwareError::NotSerial {
             path,
             what: error.description.clone(),

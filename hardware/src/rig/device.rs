@@ -21,9 +21,7 @@
 //! ```
 
 use super::frame::{Frame, FrameReader};
-use super::wire::{
-    Capabilities, DeviceKind, Force, Hello, Kind, Message, State, Status, Switches, VERSION,
-};
+use super::wire::{Capabilities, DeviceKind, Force, Hello, Kind, Message, State, Status, Switches};
 
 /// Longest time for which a device may render a force without a new `FORCE`, ms.
 pub const WATCHDOG_LIMIT_MS: u8 = 100;
@@ -39,6 +37,8 @@ pub struct Motion {
     pub rotation_xyzw: [f32; 4],
     /// Buttons pressed, one bit each.
     pub buttons: u8,
+    /// Opening of the handle, 0 shut to 1 wide open; ignored for a device that declares none.
+    pub opening: f32,
 }
 
 impl Default for Motion {
@@ -48,6 +48,7 @@ impl Default for Motion {
             velocity_m_s: [0.0; 3],
             rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
             buttons: 0,
+            opening: 1.0,
         }
     }
 }
@@ -57,6 +58,7 @@ impl Motion {
         let parts = self.position_m.iter().chain(&self.velocity_m_s);
         parts
             .chain(&self.rotation_xyzw)
+            .chain([&self.opening])
             .all(|part| part.is_finite())
     }
 }
@@ -76,6 +78,8 @@ pub struct DeviceCounters {
 #[derive(Debug, Clone)]
 pub struct Device {
     capabilities: Capabilities,
+    /// The host understands version 2, and the device has an opening to speak of.
+    says_opening: bool,
     reader: FrameReader,
     answer_due: bool,
     streaming: bool,
@@ -110,6 +114,7 @@ impl Device {
         }
         Self {
             capabilities,
+            says_opening: false,
             reader: FrameReader::new(),
             answer_due: false,
             streaming: false,
@@ -134,18 +139,27 @@ impl Device {
                 .and_then(|payload| Message::new(payload).ok())
                 .and_then(Heard::new);
             match heard {
-                Some(heard) => {
+                Some(heard) if self.is_of_version(&heard) => {
                     self.counters.messages = self.counters.messages.wrapping_add(1);
                     self.obey(heard, now_us);
                 }
-                None => self.counters.bad = self.counters.bad.wrapping_add(1),
+                _ => self.counters.bad = self.counters.bad.wrapping_add(1),
             }
+        }
+    }
+
+    /// True unless the message is a force of the other version.
+    fn is_of_version(&self, heard: &Heard) -> bool {
+        match heard {
+            Heard::Force(command, _) => command.opening_n.is_some() == self.says_opening,
+            Heard::Hello(_) | Heard::Stop => true,
         }
     }
 
     fn obey(&mut self, heard: Heard, now_us: u32) {
         match heard {
-            Heard::Hello => {
+            Heard::Hello(version) => {
+                self.says_opening = version >= 2 && self.capabilities.opening.is_some();
                 // A new host starts without a force from the last one.
                 self.force = None;
                 self.last_force_sequence = None;
@@ -183,8 +197,10 @@ impl Device {
     pub fn answer(&mut self) -> Option<Frame> {
         core::mem::take(&mut self.answer_due).then(|| {
             let sequence = self.next_sequence();
+            let opening = self.capabilities.opening.filter(|_| self.says_opening);
             Capabilities {
-                version: VERSION,
+                version: if opening.is_some() { 2 } else { 1 },
+                opening,
                 ..self.capabilities
             }
             .frame(sequence)
@@ -202,6 +218,11 @@ impl Device {
         Force {
             force_n: shorten(rendered.command.force_n, can.force_max_n),
             torque_n_m: shorten(rendered.command.torque_n_m, can.torque_max_n_m),
+            opening_n: rendered
+                .command
+                .opening_n
+                .zip(can.opening)
+                .map(|(newtons, it)| newtons.min(it.force_max_n).max(-it.force_max_n)),
         }
     }
 
@@ -244,6 +265,7 @@ impl Device {
             position_m: motion.position_m,
             velocity_m_s: motion.velocity_m_s,
             rotation_xyzw: motion.rotation_xyzw,
+            opening: self.says_opening.then_some(motion.opening),
         };
         let sequence = self.next_sequence();
         motion.is_finite().then(|| state.frame(sequence))
@@ -298,7 +320,7 @@ impl Device {
 /// Messages from a host.
 #[derive(Clone, Copy)]
 enum Heard {
-    Hello,
+    Hello(u8),
     Force(Force, u16),
     Stop,
 }
@@ -306,7 +328,9 @@ enum Heard {
 impl Heard {
     fn new(message: Message<'_>) -> Option<Self> {
         match message.kind() {
-            Kind::Hello => Hello::parse(&message).ok().map(|_| Self::Hello),
+            Kind::Hello => Hello::parse(&message)
+                .ok()
+                .map(|hello| Self::Hello(hello.version)),
             Kind::Force => Force::parse(&message)
                 .ok()
                 .map(|force| Self::Force(force, message.sequence())),
@@ -352,6 +376,7 @@ mod tests {
         Force {
             force_n: [newtons, 0.0, 0.0],
             torque_n_m: [0.0; 3],
+            opening_n: None,
         }
         .frame(sequence)
     }
@@ -474,7 +499,7 @@ mod tests {
             let mut device = greeted();
             device.receive(&noise, 0);
             device.receive(&[0], 0);
-            device.receive(Force { force_n, torque_n_m: [0.0; 3] }.frame(1).as_bytes(), 0);
+            device.receive(Force { force_n, ..Force::default() }.frame(1).as_bytes(), 0);
             prop_assert!(norm(device.force(0)) <= 3.3 * 1.0001);
             prop_assert_eq!(device.force(50_001), Force::default());
         }

@@ -6,7 +6,7 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, Identity,
-    LineCounters, Polled,
+    LineCounters, Opening, Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -107,6 +107,11 @@ impl From<&Capabilities> for DeviceCapabilities {
             damping_max_n_s_m: said.damping_max_n_s_m,
             workspace_radius_m: said.workspace_radius_m,
             torque_max_n_m: said.torque_max_n_m,
+            opening: said.opening.map_or(Opening::NONE, |it| Opening {
+                travel_m: it.travel_m,
+                force_max_n: it.force_max_n,
+                stiffness_max_n_m: it.stiffness_max_n_m,
+            }),
             damping_n_s_m: said.damping_n_s_m,
             delay_s: said.delay_s,
             rate_hz: said.rate_hz.into(),
@@ -131,11 +136,13 @@ impl HapticDevice for RigHaptic {
         judge.begin(now_ns);
         let mut status = self.status;
         let mut reported_m_s = self.reported_m_s;
-        let mut rejected = [(Bad::Range, 0), (Bad::Reach, 0), (Bad::Judged, 0)];
+        let opens = self.declared.opening.is_some();
+        let mut rejected = [Bad::Range, Bad::Reach, Bad::Judged, Bad::Message].map(|why| (why, 0));
         let read = self
             .host
             .receive(|message, at_ns| match State::parse(message) {
                 Err(_) => rejected[0].1 += 1,
+                Ok(state) if state.opening.is_some() != opens => rejected[3].1 += 1,
                 Ok(state) if Vec3::from(state.position_m).norm() > reach_m => rejected[1].1 += 1,
                 Ok(state) => {
                     reported_m_s = Some(state.velocity_m_s.into());
@@ -182,6 +189,10 @@ impl HapticDevice for RigHaptic {
         let force = Force {
             force_n: force_n.into(),
             torque_n_m: torque_n_m.into(),
+            opening_n: self.declared.opening.map(|it| {
+                let most_n = it.force_max_n;
+                within(Vec3::new(command.opening_n, 0.0, 0.0), most_n).x
+            }),
         };
         let dropped = self.host.counters().dropped_writes;
         self.host.send(&force.frame(sequence));
@@ -219,6 +230,7 @@ fn sample(state: &State, sequence: u16, velocity_m_s: Vec3, at_ns: TimeNs) -> De
         device_from_handle: Pose::from_parts(Vec3::from(state.position_m).into(), rotation),
         velocity_m_s: Some(velocity_m_s),
         buttons: Buttons(state.buttons),
+        opening: state.opening,
         sequence,
         at_ns,
     }

@@ -65,12 +65,18 @@ impl Heard {
             }
             Err(WireError::Kind(byte)) => format!("a message of the unknown kind {byte:02X}"),
             Err(_) => match payload.first().copied().and_then(Kind::from_byte) {
-                Some(kind) => format!(
-                    "a {} of {} bytes, which must have {}",
-                    kind.name(),
-                    payload.len(),
-                    kind.payload_bytes()
-                ),
+                Some(kind) => {
+                    let (plain, opening) = kind.payload_bytes();
+                    let wanted = match opening {
+                        0 => plain.to_string(),
+                        more => format!("{plain}, or {} with an opening", plain + more),
+                    };
+                    format!(
+                        "a {} of {} bytes, which must have {wanted}",
+                        kind.name(),
+                        payload.len()
+                    )
+                }
                 None => "a message without a kind".to_owned(),
             },
         };

@@ -308,12 +308,12 @@ impl DeviceKind {
 
 fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), HardwareError> {
     let path = || path.to_path_buf();
-    if found.version != VERSION {
+    if !(1..=VERSION).contains(&found.version) {
         return Err(HardwareError::Version {
             path: path(),
             expected: VERSION,
             found: found.version,
-            older: if found.version < VERSION {
+            older: if found.version == 0 {
                 "device's firmware"
             } else {
                 "driver"
@@ -346,6 +346,13 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
             "1 to 100",
         ));
     }
+    let opening = found.opening.unwrap_or(super::wire::Opening {
+        travel_m: TRAVEL_M.1,
+        force_max_n: 0.0,
+        stiffness_max_n_m: 0.0,
+    });
+    // A handle that renders no force along its opening has no stiffness there.
+    let least_n_m = if opening.force_max_n > 0.0 { 0.0 } else { -1.0 };
     let limits = [
         Limit {
             what: "force_max_n",
@@ -383,6 +390,24 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
             range: (0.009_99, 1.5),
             allowed: "0.01 to 1.5",
         },
+        Limit {
+            what: "opening.travel_m",
+            is: opening.travel_m,
+            range: TRAVEL_M,
+            allowed: "0.001 to 0.3. A handle that does not open speaks version 1",
+        },
+        Limit {
+            what: "opening.force_max_n",
+            is: opening.force_max_n,
+            range: (-1.0, FORCE_MAX_N.1),
+            allowed: "0 to 32.767, which FORCE carries",
+        },
+        Limit {
+            what: "opening.stiffness_max_n_m",
+            is: opening.stiffness_max_n_m,
+            range: (least_n_m, STIFFNESS_N_M.1),
+            allowed: "more than 0, at most 50000",
+        },
     ];
     let wrong = |it: &&Limit| !(it.is > it.range.0 && it.is <= it.range.1);
     limits
@@ -402,6 +427,8 @@ struct Limit {
 
 /// A `FORCE` carries no more along an axis.
 const FORCE_MAX_N: (f32, f32) = (0.0, 32.767_5);
+/// No hand opens wider; a shorter travel is a switch.
+const TRAVEL_M: (f32, f32) = (0.000_999, 0.3);
 /// The stiffest desktop devices render some kN/m.
 const STIFFNESS_N_M: (f32, f32) = (0.0, 50_000.0);
 /// No hand-held device absorbs more. A larger figure would switch off the gate that keeps contact
@@ -421,8 +448,8 @@ mod tests {
             };
             check(Path::new("/dev/rig"), DeviceKind::Haptic, &found)
         };
-        check(VERSION).unwrap();
-        for (version, older) in [(VERSION + 1, "driver"), (VERSION - 1, "device's firmware")] {
+        check(1).unwrap();
+        for (version, older) in [(VERSION + 1, "driver"), (0, "device's firmware")] {
             let said = check(version).unwrap_err().to_string();
             assert!(said.contains("speaks protocol version"), "{said}");
             assert!(said.ends_with(&format!("Update the {older}")), "{said}");

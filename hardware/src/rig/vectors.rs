@@ -4,6 +4,7 @@ use super::wire::{Capabilities, Force, Hello, State, Status, Switches, stop_fram
 
 fn vectors() -> String {
     let state = State {
+        opening: None,
         status: Status::FORCE_ON,
         buttons: 1,
         applied_force: 515,
@@ -13,6 +14,7 @@ fn vectors() -> String {
         rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
     };
     let force = Force {
+        opening_n: None,
         force_n: [1.0, -2.0, 3.3],
         torque_n_m: [0.01, 0.0, 0.0],
     };
@@ -21,7 +23,7 @@ fn vectors() -> String {
         ..Switches::default()
     };
     let rows = [
-        ("HELLO, number 7", Hello { version: 1 }.frame(7)),
+        ("HELLO, number 7", Hello { version: 2 }.frame(7)),
         (
             "FORCE 1, −2, 3.3 N, torque 10 mN m about x, number 5",
             force.frame(5),
@@ -37,6 +39,26 @@ fn vectors() -> String {
             state.frame(9),
         ),
         ("SWITCHES: coagulate, number 3", switches.frame(3)),
+        (
+            "CAPABILITIES of the emulated handle that opens by 30 mm with 5 N, number 1",
+            Capabilities::touch_class_with_opening().frame(1),
+        ),
+        (
+            "STATE as above, half open, number 9",
+            State {
+                opening: Some(0.5),
+                ..state
+            }
+            .frame(9),
+        ),
+        (
+            "FORCE as above, opening the handle with 1.5 N, number 5",
+            Force {
+                opening_n: Some(1.5),
+                ..force
+            }
+            .frame(5),
+        ),
     ];
     let mut text = String::new();
     for (name, frame) in rows {

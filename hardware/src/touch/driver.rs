@@ -11,7 +11,7 @@ use rt_core::fault::Fault;
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, Identity,
-    LineCounters, Polled,
+    LineCounters, Opening, Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -196,6 +196,7 @@ fn capabilities(hd: &Hd) -> DeviceCapabilities {
         .iter()
         .fold(0.0f64, |most, mm| most.max(mm.abs()));
     DeviceCapabilities {
+        opening: Opening::NONE,
         force_max_n: one(name::MAX_FORCE),
         force_continuous_n: one(name::MAX_CONTINUOUS_FORCE),
         stiffness_max_n_m: one(name::MAX_STIFFNESS) * 1e3,
@@ -394,6 +395,7 @@ impl HapticDevice for TouchHaptic {
         let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
         let rotation = Quat::new_unchecked(nalgebra::Quaternion::new(qw, qx, qy, qz));
         Polled::Fresh(DeviceSample {
+            opening: None,
             device_from_handle: Pose::from_parts(Vec3::new(x, y, z).into(), rotation),
             velocity_m_s: Some(Vec3::new(vx, vy, vz)),
             buttons: Buttons(words[10] as u8),

@@ -11,7 +11,7 @@ use std::path::Path;
 use libloading::os::unix::{Library, RTLD_GLOBAL, RTLD_LAZY};
 
 use crate::HardwareError;
-use crate::vendor::{Product, refused, symbols};
+use crate::vendor::{Product, incomplete, refused, symbols};
 
 /// Words for a person whose library is refused.
 const PRODUCT: Product = Product {
@@ -106,7 +106,8 @@ impl Hd {
         // SAFETY: the vendor's initialisers run; the person who names a library trusts it.
         let library =
             unsafe { Library::open(Some(path), RTLD_LAZY | RTLD_GLOBAL) }.map_err(failed)?;
-        let table = Self::find(&library).map_err(failed)?;
+        let table =
+            Self::find(&library).map_err(|error| incomplete(path, &error.to_string(), &PRODUCT))?;
         // Never closed: the vendor's driver fails when it is loaded again.
         std::mem::forget(library);
         Ok(Box::leak(Box::new(table)))

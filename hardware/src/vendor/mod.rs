@@ -10,7 +10,7 @@ mod refused;
 mod symbols;
 
 pub(crate) use opening::Door;
-pub(crate) use refused::{Product, refused};
+pub(crate) use refused::{Product, incomplete, refused};
 pub(crate) use symbols::symbols;
 
 /// Age above which a force is dropped: the thread that serves the device goes on when ours hangs.

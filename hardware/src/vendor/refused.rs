@@ -22,7 +22,7 @@ pub(crate) struct Product {
     pub(crate) itself: &'static str,
 }
 
-/// Error of a library that was refused with `words` by the loader or the look-up of its functions.
+/// Error of a library that the loader refused with `words`.
 pub(crate) fn refused(path: &Path, words: &str, product: &Product) -> HardwareError {
     let (what, remedy) = cause(path, words, product);
     HardwareError::Library {
@@ -32,27 +32,46 @@ pub(crate) fn refused(path: &Path, words: &str, product: &Product) -> HardwareEr
     }
 }
 
+/// Error of a library that was loaded and has not all functions, by the words of the look-up.
+pub(crate) fn incomplete(path: &Path, words: &str, product: &Product) -> HardwareError {
+    let what = match after(words, UNDEFINED) {
+        Some(symbol) => format!("the library lacks `{symbol}`"),
+        None => words.to_owned(),
+    };
+    HardwareError::Library {
+        path: path.to_path_buf(),
+        what,
+        remedy: product.version,
+    }
+}
+
+const UNDEFINED: &str = "undefined symbol: ";
+/// Remedies of what a vendor's library needs, which is no part of the vendor's driver.
+const MISSING: &str =
+    "Install the package that holds it (`ldd` on the library lists what is missing)";
+const OTHER_RELEASE: &str = "Install the release of it that the library was built for (`ldd -r` on the library lists what is missing)";
+
 fn cause(path: &Path, words: &str, product: &Product) -> (String, &'static str) {
     if let Some(found) = wrong_kind(path, product) {
         return found;
     }
-    if words.contains("ELFCLASS32") {
-        return on_32_bit();
-    }
     let first = words.split(": ").next().unwrap_or_default();
-    if let Some(symbol) = after(words, "undefined symbol: ") {
-        return (format!("the library lacks `{symbol}`"), product.version);
-    }
     if words.contains("not found (required by") {
         return (
             words.to_owned(),
-            "The library was built for another release of the system: take the vendor's package for this one",
+            "The library that requires it was built for another release of the system: take its package for this one",
         );
     }
-    if words.contains("No such file") && Path::new(first) != path {
+    if first.contains(".so") && Path::new(first).file_name() != path.file_name() {
+        return dependency(first, words);
+    }
+    if words.contains("ELFCLASS32") {
+        return on_32_bit();
+    }
+    if let Some(symbol) = after(words, UNDEFINED) {
         return (
-            format!("the library needs {first}, which is not installed"),
-            "Install the package that holds it (`ldd` on the library lists what is missing)",
+            format!("the library needs `{symbol}`, which none of the libraries that it uses has"),
+            "Install the releases of those that it was built for (`ldd -r` on the library lists what is missing)",
         );
     }
     if words.contains("ermission denied") {
@@ -65,6 +84,36 @@ fn cause(path: &Path, words: &str, product: &Product) -> (String, &'static str) 
         return ("no such library".to_owned(), product.install);
     }
     (words.to_owned(), product.again)
+}
+
+/// Cause and remedy where the loader blames `other`, which the vendor's library needs.
+fn dependency(other: &str, words: &str) -> (String, &'static str) {
+    let needs = format!("the library needs {other}");
+    if let Some(symbol) = after(words, UNDEFINED) {
+        return (
+            format!("{needs}, which lacks `{symbol}` of yet another library"),
+            OTHER_RELEASE,
+        );
+    }
+    if words.contains("ELFCLASS32") {
+        return (
+            format!("{needs}, which is installed for 32-bit programs only"),
+            "Install the 64-bit package that holds it",
+        );
+    }
+    if words.contains("ermission denied") {
+        return (
+            format!("{needs}, which this user may not read"),
+            "Let this user read that file: `sudo chmod a+rx` on it",
+        );
+    }
+    if words.contains("No such file") {
+        return (format!("{needs}, which is not installed"), MISSING);
+    }
+    (
+        format!("{needs}, which cannot be loaded ({words})"),
+        "Install the package that holds that file again",
+    )
 }
 
 fn on_32_bit() -> (String, &'static str) {
@@ -127,15 +176,61 @@ mod tests {
     }
 
     #[test]
+    fn a_bad_dependency_is_blamed_in_place_of_the_library() {
+        let libraries = [
+            (
+                "/opt/libIO.so.5: undefined symbol: io_open",
+                "needs /opt/libIO.so.5, which lacks `io_open`",
+            ),
+            (
+                "libIO.so.5: wrong ELF class: ELFCLASS32",
+                "needs libIO.so.5, which is installed for 32-bit programs only. Install the 64-bit package",
+            ),
+            (
+                "/opt/libIO.so.5: cannot open shared object file: Permission denied",
+                "needs /opt/libIO.so.5, which this user may not read",
+            ),
+            (
+                "/opt/libIO.so.5: file too short",
+                "needs /opt/libIO.so.5, which cannot be loaded",
+            ),
+            (
+                "/opt/libHD.so: undefined symbol: io_open",
+                "needs `io_open`, which none of the libraries that it uses has",
+            ),
+        ];
+        for (words, cause) in libraries {
+            let error = said(words);
+            assert!(error.contains(cause), "{error}");
+            for part in [
+                PRODUCT.version,
+                PRODUCT.install,
+                PRODUCT.again,
+                "64-bit driver",
+            ] {
+                assert!(!error.contains(part), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_function_that_the_library_lacks_is_a_matter_of_its_version() {
+        let path = Path::new("/opt/libHD.so");
+        let words = |words: &str| incomplete(path, words, &PRODUCT).to_string();
+        let error = words("/opt/libHD.so: undefined symbol: hdUnschedule");
+        assert!(
+            error.contains("lacks `hdUnschedule`. Install version 3.4"),
+            "{error}"
+        );
+        assert!(words("no words").contains("no words. Install version"));
+    }
+
+    #[test]
     fn every_other_cause_has_its_own_remedy() {
         for (words, cause) in [
             (
                 "/opt/libHD.so: wrong ELF class: ELFCLASS32",
                 "64-bit driver",
-            ),
-            (
-                "/opt/libHD.so: undefined symbol: hdUnschedule",
-                "lacks `hdUnschedule`. Install version 3.4",
             ),
             (
                 "/opt/libHD.so: cannot open shared object file: Permission denied",

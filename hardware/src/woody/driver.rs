@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters,
-    Polled,
+    Opening, Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -167,6 +167,7 @@ impl Drop for WoodyHaptic {
 impl HapticDevice for WoodyHaptic {
     fn capabilities(&self) -> DeviceCapabilities {
         DeviceCapabilities {
+            opening: Opening::NONE,
             force_max_n: self.mechanism.force_max_n as f32,
             force_continuous_n: self.mechanism.force_continuous_n as f32,
             stiffness_max_n_m: self.mechanism.stiffness_max_n_m as f32,
@@ -225,6 +226,7 @@ impl HapticDevice for WoodyHaptic {
         }
         newest.map_or(Polled::Nothing, |position_m| {
             Polled::Fresh(DeviceSample {
+                opening: None,
                 device_from_handle: Pose::from_parts(position_m.into(), Quat::identity()),
                 velocity_m_s: None,
                 buttons: Buttons::default(),

@@ -128,6 +128,17 @@ fn the_emulated_woody_passes() {
 }
 
 #[test]
+fn the_emulated_handle_that_opens_passes() {
+    let emulator = Emulator::of(HapticModel::HandleRig, LineFaults::default());
+    let report = once_good(|| hardware::conformance::haptic(&emulator.lines.haptic, &mut moving()));
+    let said = &report.check("opening").expect("judged").detail;
+    assert!(
+        said.contains("of 30 mm, with 5.0 N; 0 samples without"),
+        "{said}"
+    );
+}
+
+#[test]
 fn the_emulated_hapi_passes() {
     // A board that a busy machine lost needs a power cycle, so take another one.
     let report = once_good(|| {

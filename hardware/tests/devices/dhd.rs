@@ -14,8 +14,16 @@ use rt_core::port::{Buttons, DeviceSample, ForceCommand, HapticDevice, Polled};
 use crate::fake_dhd::{ACTIVE_GRIPPER, DOOMED, FALCON, Fake, LEFT, OMEGA_7, Of, SIGMA_7};
 use crate::support::{PATIENCE, build_library, poll_for};
 
+fn opens(opening_n: f32) -> ForceCommand {
+    ForceCommand {
+        opening_n,
+        ..ForceCommand::default()
+    }
+}
+
 fn push(force_n: Vec3) -> ForceCommand {
     ForceCommand {
+        opening_n: 0.0,
         force_n,
         torque_n_m: Vec3::zeros(),
     }
@@ -100,6 +108,7 @@ fn torque_goes_to_a_wrist_with_motors_only_and_is_limited() {
         assert_eq!(device.capabilities().renders_torque(), is_rendered);
         assert_eq!(device.freedom().rendered, if is_rendered { 6 } else { 3 });
         let command = ForceCommand {
+            opening_n: 0.0,
             force_n: Vec3::new(100.0, 0.0, 0.0),
             torque_n_m: Vec3::new(0.0, -9.0, 0.0),
         };
@@ -117,29 +126,28 @@ fn torque_goes_to_a_wrist_with_motors_only_and_is_limited() {
 fn a_gripper_is_read_forced_and_pressed_like_a_button() {
     let fake = Fake::new(OMEGA_7);
     let mut device = fake.open().unwrap();
-    assert!(device.renders_opening());
-    until(&mut device, None, |device, _| device.opening() == Some(1.0));
+    let opening = device.capabilities().opening;
+    assert!(opening.is_rendered() && (opening.force_max_n - 8.0).abs() < 1e-6);
+    sample(&mut device, |sample| sample.opening == Some(1.0));
     let grasps = |sample: &DeviceSample| sample.buttons.contains(Buttons::GRASP);
     assert!(!grasps(&sample(&mut device, |_| true)));
     fake.set(Of::Angle, 3.0);
-    sample(&mut device, grasps);
-    let opening = device.opening().unwrap();
+    let opening = sample(&mut device, grasps).opening.unwrap();
     assert!((opening - 0.1).abs() < 1e-6, "{opening}");
     // Between the two limits the button stays as it is.
     fake.set(Of::Angle, 9.0);
-    until(&mut device, None, |device, _| device.opening() > Some(0.2));
+    sample(&mut device, |sample| sample.opening > Some(0.2));
     assert!(grasps(&sample(&mut device, |_| true)));
     fake.set(Of::Angle, 15.0);
     sample(&mut device, |sample| !grasps(sample));
     // It opens against the fingers, and never with more than its motor has.
-    for (asked, rendered) in [(2.5, 2.5), (-99.0, -8.0), (f32::NAN, 0.0)] {
-        device.set_opening_force_n(asked);
-        until(&mut device, Some(push(Vec3::zeros())), |_, _| {
+    for (opening_n, rendered) in [(2.5, 2.5), (-99.0, -8.0), (f32::NAN, 0.0)] {
+        until(&mut device, Some(opens(opening_n)), |_, _| {
             (fake.rendered()[6] - rendered).abs() < 1e-9
         });
     }
     fake.set(Of::Angle, f64::NAN);
-    until(&mut device, None, |device, _| device.opening().is_none());
+    sample(&mut device, |sample| sample.opening.is_none());
 }
 
 #[test]
@@ -148,9 +156,8 @@ fn a_left_hand_s_gripper_opens_the_other_way() {
     let fake = Fake::new((model, parts | LEFT));
     fake.set(Of::Angle, -15.0);
     let mut device = fake.open().unwrap();
-    until(&mut device, None, |device, _| device.opening() == Some(0.5));
-    device.set_opening_force_n(1.0);
-    until(&mut device, Some(push(Vec3::zeros())), |_, _| {
+    sample(&mut device, |sample| sample.opening == Some(0.5));
+    until(&mut device, Some(opens(1.0)), |_, _| {
         (fake.rendered()[6] + 1.0).abs() < 1e-9
     });
 }
@@ -160,11 +167,13 @@ fn a_gripper_without_a_motor_gets_no_force() {
     let (model, parts) = OMEGA_7;
     let fake = Fake::new((model, parts & !ACTIVE_GRIPPER));
     let mut device = fake.open().unwrap();
-    assert!(!device.renders_opening());
-    device.set_opening_force_n(5.0);
-    until(&mut device, Some(push(Vec3::x())), |_, _| {
-        fake.force_n() > 0.9
-    });
+    let opening = device.capabilities().opening;
+    assert!(opening.is_measured() && !opening.is_rendered());
+    let command = ForceCommand {
+        force_n: Vec3::x(),
+        ..opens(5.0)
+    };
+    until(&mut device, Some(command), |_, _| fake.force_n() > 0.9);
     assert!(fake.rendered()[6].abs() < 1e-9);
 }
 
@@ -178,7 +187,8 @@ fn a_falcon_has_three_directions_and_four_buttons() {
     let seen = sample(&mut device, |sample| sample.buttons != Buttons(0));
     assert_eq!(seen.buttons, Buttons(10));
     assert!(seen.device_from_handle.rotation.angle() < 1e-6);
-    assert_eq!(device.opening(), None);
+    assert_eq!(seen.opening, None);
+    assert!(!device.capabilities().opening.is_measured());
     assert_eq!(device.identity().name, "fake.7 10432");
     // The library has no buttons to tell.
     fake.set(Of::Buttons, f64::from(u32::MAX));
@@ -517,7 +527,7 @@ fn the_suite_passes_and_notices_a_broken_line() {
         let report = hardware::conformance::force_dimension(&fake.path, None, &mut options);
         fake.set(Of::ReadError, 0.0);
         if report.passed() {
-            for name in ["unplug", "gripper", "consistent"] {
+            for name in ["unplug", "opening", "consistent"] {
                 let outcome = report.check(name).map(|check| check.outcome);
                 assert_eq!(outcome, Some(Outcome::Pass), "{report}");
             }

@@ -1,5 +1,7 @@
 //! The drivers on real ptys, against the emulated station.
 
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
 use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
@@ -15,6 +17,7 @@ use rt_core::port::{Buttons, ForceCommand, HapticDevice, Pedal, Polled, Tracker}
 use crate::support::{Emulator, PATIENCE, now_ns, persist, poll_for};
 
 const NO_FORCE: ForceCommand = ForceCommand {
+    opening_n: 0.0,
     force_n: Vec3::new(0.0, 0.0, 0.0),
     torque_n_m: Vec3::new(0.0, 0.0, 0.0),
 };
@@ -61,6 +64,32 @@ fn a_force_pushes_the_hand_back() {
     pushes_back(|| WoodyHaptic::open(&emulator.lines.haptic));
     let emulator = Emulator::of(HapticModel::Hapi, LineFaults::default());
     pushes_back(|| HapiHaptic::open(&emulator.lines.haptic, Pantograph::GEN3));
+}
+
+#[test]
+fn the_emulated_woody_answers_wrong_commands_as_the_firmware_does() {
+    let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
+    let path = &emulator.lines.haptic;
+    let mut line = File::options().read(true).write(true).open(path).unwrap();
+    let mut answers = BufReader::new(line.try_clone().unwrap());
+    for (text, code) in [
+        ("[0,0]\n", 512),
+        ("0,0,0]\n", 256),
+        ("[0,0,0]x\n", 8),
+        ("[0,0,zero]\n", 1024),
+        // The firmware is fast enough for commands that come in quick succession.
+        ("[0,0,0]\n[0,0,0]\n", 0),
+    ] {
+        line.write_all(text.as_bytes()).unwrap();
+        for _ in text.matches(']') {
+            let mut answer = String::new();
+            answers.read_line(&mut answer).unwrap();
+            assert!(
+                answer.ends_with(&format!(",{code}]\n")),
+                "{text:?}: {answer}"
+            );
+        }
+    }
 }
 
 /// The script moves the hand too, and a busy machine lets the force fade. Each round pushes to and
@@ -223,11 +252,13 @@ fn an_unplugged_line_is_lost_and_a_new_driver_finds_it_again() {
 }
 
 #[test]
-fn a_second_controller_is_told_that_the_line_is_taken() {
+fn a_second_controller_is_told_who_holds_the_line() {
     let emulator = Emulator::start();
     let _first = RigHaptic::open(&emulator.lines.haptic).unwrap();
     let error = RigHaptic::open(&emulator.lines.haptic).unwrap_err();
-    assert!(matches!(error, HardwareError::Busy { .. }), "{error}");
+    assert!(matches!(error, HardwareError::Held { .. }), "{error}");
+    let own = format!("(process {})", std::process::id());
+    assert!(error.to_string().contains(&own), "{error}");
 }
 
 #[test]

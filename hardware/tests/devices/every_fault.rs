@@ -135,6 +135,7 @@ fn under_every_fault<D: HapticDevice>(
 ) {
     // Too much on purpose: the driver itself must limit it to the device's peak.
     let push = ForceCommand {
+        opening_n: 0.0,
         force_n: Vec3::new(-60.0, 80.0, 40.0),
         torque_n_m: Vec3::zeros(),
     };
@@ -213,6 +214,7 @@ fn the_rig_deafened() {
         let now_ns = now_ns();
         device.send(
             ForceCommand {
+                opening_n: 0.0,
                 force_n: Vec3::new(0.5, 0.0, 0.0),
                 torque_n_m: Vec3::zeros(),
             },

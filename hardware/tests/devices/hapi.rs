@@ -171,6 +171,7 @@ fn play(
 
 fn push(newtons: f32) -> ForceCommand {
     ForceCommand {
+        opening_n: 0.0,
         force_n: Vec3::new(newtons, 0.0, 0.0),
         torque_n_m: Vec3::zeros(),
     }

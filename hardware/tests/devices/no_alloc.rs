@@ -92,6 +92,7 @@ fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
             let force_n = Vec3::new(0.1, 0.0, 0.0);
             device.send(
                 ForceCommand {
+                    opening_n: 1.0,
                     force_n,
                     torque_n_m: Vec3::zeros(),
                 },
@@ -117,6 +118,7 @@ fn until_lost(device: &mut dyn HapticDevice, mut meanwhile: impl FnMut(u32)) -> 
         poll_for(PATIENCE, |now_ns| {
             device.send(
                 ForceCommand {
+                    opening_n: 1.0,
                     force_n: Vec3::new(0.1, 0.0, 0.0),
                     torque_n_m: Vec3::zeros(),
                 },
@@ -189,7 +191,6 @@ fn nor_do_the_other_haptic_devices() {
 fn nor_does_a_device_behind_libdhd() {
     let fake = Fake::new(SIGMA_7);
     let mut device = persist(|| fake.open());
-    device.set_opening_force_n(1.0);
     let unplug = |samples| {
         if samples > 100 {
             fake.set(Of::ReadError, 2.0);

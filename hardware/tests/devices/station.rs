@@ -39,6 +39,7 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
 
         // A force of 100 N would push the hand far away; 0.5 N move it 1 mm.
         let push = ForceCommand {
+            opening_n: 0.0,
             force_n: Vec3::new(-100.0, 0.0, 0.0),
             torque_n_m: Vec3::zeros(),
         };

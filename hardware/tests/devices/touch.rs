@@ -85,6 +85,7 @@ fn build() -> PathBuf {
 
 fn push(newtons: f32) -> ForceCommand {
     ForceCommand {
+        opening_n: 0.0,
         force_n: Vec3::new(newtons, 0.0, 0.0),
         torque_n_m: Vec3::zeros(),
     }

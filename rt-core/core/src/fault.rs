@@ -231,6 +231,16 @@ impl FaultSet {
         self.0 & (1 << (fault as u32)) != 0
     }
 
+    /// True if a fault of the device explains why its driver hands on no samples.
+    #[must_use]
+    pub const fn explains_silence(self) -> bool {
+        self.contains(Fault::SilentDevice)
+            || self.contains(Fault::FrozenDevice)
+            || self.contains(Fault::DeviceClock)
+            || self.contains(Fault::DeviceBundles)
+            || self.contains(Fault::DeafDevice)
+    }
+
     /// Faults in either set.
     #[must_use]
     pub const fn with(self, other: Self) -> Self {

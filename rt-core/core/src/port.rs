@@ -35,6 +35,9 @@ pub struct DeviceSample {
     pub velocity_m_s: Option<Vec3>,
     /// Buttons pressed.
     pub buttons: Buttons,
+    /// Opening of the handle, 0 shut to 1 wide open, when the device measures it. The jaws follow
+    /// it; without it they close by [`Buttons::GRASP`].
+    pub opening: Option<f32>,
     /// Counter of samples that the device took; wraps.
     pub sequence: u16,
     /// Time at which the sample's last byte was read.
@@ -63,13 +66,47 @@ pub struct PedalSample {
     pub at_ns: TimeNs,
 }
 
-/// Force and torque to be rendered, in the device's own base frame.
+/// Force, torque and opening force to be rendered, in the device's own base frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ForceCommand {
     /// Force at the handle's tip, N.
     pub force_n: Vec3,
     /// Torque on the handle, N m; zero for a device that renders none.
     pub torque_n_m: Vec3,
+    /// Force that opens the handle, N, along its opening; zero for a device that renders none.
+    pub opening_n: f32,
+}
+
+/// Capabilities of a handle that opens and shuts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Opening {
+    /// Travel of the fingers from shut to wide open, m; 0: the device does not measure its opening.
+    pub travel_m: f32,
+    /// Peak force along the opening, N; 0: it renders none.
+    pub force_max_n: f32,
+    /// Largest stiffness that it renders stably along the opening, N/m.
+    pub stiffness_max_n_m: f32,
+}
+
+impl Opening {
+    /// A handle that does not open, or does not say how far.
+    pub const NONE: Self = Self {
+        travel_m: 0.0,
+        force_max_n: 0.0,
+        stiffness_max_n_m: 0.0,
+    };
+
+    /// True if the device measures its opening.
+    #[must_use]
+    pub fn is_measured(&self) -> bool {
+        self.travel_m > 0.0
+    }
+
+    /// True if the device renders a force along its opening.
+    #[must_use]
+    pub fn is_rendered(&self) -> bool {
+        self.is_measured() && self.force_max_n > 0.0 && self.stiffness_max_n_m > 0.0
+    }
 }
 
 /// Capabilities of a haptic device. Constant while it is open.
@@ -81,6 +118,8 @@ pub struct DeviceCapabilities {
     pub force_continuous_n: f32,
     /// Peak torque, N m; 0 for a device that renders none and ignores torque.
     pub torque_max_n_m: f32,
+    /// Opening of the handle.
+    pub opening: Opening,
     /// Largest stiffness that the device renders stably, N/m.
     pub stiffness_max_n_m: f32,
     /// Largest damping that it renders, N s/m.
@@ -104,6 +143,7 @@ impl DeviceCapabilities {
         force_max_n: 3.3,
         force_continuous_n: 0.88,
         torque_max_n_m: 0.0,
+        opening: Opening::NONE,
         stiffness_max_n_m: 1000.0,
         damping_max_n_s_m: 5.0,
         damping_n_s_m: 1.8,

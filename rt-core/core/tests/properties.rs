@@ -188,6 +188,7 @@ fn feed(bench: &mut Bench, input: &Input) {
             let [x, y, z, i, j, k, w] = *raw;
             let turn = Quat::new_unchecked(nalgebra::Quaternion::new(w, i, j, k));
             samples.device = Polled::Fresh(DeviceSample {
+                opening: None,
                 device_from_handle: Pose::from_parts(Vec3::new(x, y, z).into(), turn),
                 velocity_m_s: *velocity_m_s,
                 buttons: Buttons(255),

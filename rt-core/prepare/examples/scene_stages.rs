@@ -195,6 +195,7 @@ fn work(scene: &SceneData, at: At) -> Seen {
             });
         }
         timed.samples.device = Polled::Fresh(DeviceSample {
+            opening: None,
             device_from_handle: lever.handle_from_tip(&tip_m, &up),
             velocity_m_s: None,
             buttons: Buttons::default(),

@@ -94,6 +94,10 @@ pub enum MeshProblem {
     )]
     Open { loops: usize, edges: usize },
     #[error(
+        "is an open sheet, not the surface of a body: the lids that close its {loops} loops have {percent:.0} % of its area; give it a thickness in the mesh (Blender: modifier Solidify), or give a surface around a body"
+    )]
+    Sheet { loops: usize, percent: f64 },
+    #[error(
         "is not a surface: {edges} edges join more than two triangles; set `closing = \"wrap\"` (or --closing)"
     )]
     NonManifold { edges: usize },

@@ -233,6 +233,80 @@ fn bodies_that_touch_along_an_edge_are_parted_and_keep_their_shape() {
     }
 }
 
+/// One body of the two is inside out, as an exporter leaves a mirrored part.
+#[test]
+fn bodies_that_touch_may_run_different_ways() {
+    for turned in [0, 1] {
+        let mut bodies = [unit_box(), cuboid([0.1, 0.1, 0.0], [0.2, 0.1, 0.1])];
+        let inside_out = &mut bodies[turned];
+        inside_out.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        let [mut mesh, other] = bodies;
+        mesh.append(&other);
+        let mended = mend(&mesh, Closing::Refuse).unwrap();
+        assert!((mended.volume_m3 - 3e-3).abs() < 1e-9, "{mended}");
+        let story = mended.to_string();
+        for part in ["1 times an edge was split", "1 inside-out surface turned"] {
+            assert!(story.contains(part), "{story}");
+        }
+    }
+}
+
+/// A sheet of 0.2 m with this height at each place.
+fn sheet(height: impl Fn(f64, f64) -> f64) -> Mesh {
+    const SIDE: u32 = 24;
+    let mut mesh = Mesh::default();
+    for i in 0..=SIDE {
+        for j in 0..=SIDE {
+            let [x, y] = [i, j].map(|k| 0.2 * (f64::from(k) / f64::from(SIDE) - 0.5));
+            mesh.vertices.push(Vec3::new(x, y, height(x, y)));
+        }
+    }
+    let at = |i: u32, j: u32| i * (SIDE + 1) + j;
+    for i in 0..SIDE {
+        for j in 0..SIDE {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    mesh
+}
+
+/// A closure of a curved sheet crosses it here and there, and makes bodies that nobody drew.
+#[test]
+fn an_open_sheet_is_called_one_and_a_bowl_is_not() {
+    let saddle = sheet(|x, y| 3.0 * (x * x - y * y));
+    let wave = sheet(|x, y| 0.02 * libm::sin(31.4 * x) * libm::cos(31.4 * y));
+    let flat_dish = sheet(|x, y| 0.2 * (x * x + y * y));
+    for mesh in [saddle, wave, flat_dish] {
+        let error = mend(&mesh, Closing::Auto).unwrap_err();
+        assert!(matches!(error, MeshProblem::Sheet { .. }), "{error}");
+        assert!(error.to_string().contains("Solidify"), "{error}");
+    }
+    let bowl = mend(&sheet(|x, y| 6.0 * (x * x + y * y)), Closing::Auto).unwrap();
+    assert!(bowl.to_string().contains("1 open loops closed"), "{bowl}");
+}
+
+/// A cavity of a piece that was dropped is none of the piece that is kept.
+#[test]
+fn cavities_of_dropped_pieces_are_forgotten() {
+    let mut mesh = unit_box();
+    mesh.append(&cuboid([0.2, 0.0, 0.0], [0.09; 3]));
+    mesh.append(&cuboid([0.21, 0.01, 0.01], [0.07; 3]));
+    let mended = mend(&mesh, Closing::Refuse).unwrap();
+    assert!(
+        mended.to_string().contains("1 inner piece of 343 mL"),
+        "{mended}"
+    );
+    let largest = mended.largest_piece();
+    assert_eq!(largest.filled(), None, "{largest}");
+    assert!(!largest.to_string().contains("inner"), "{largest}");
+    let mut hollow = unit_box();
+    hollow.append(&cuboid([0.02; 3], [0.06; 3]));
+    hollow.append(&cuboid([0.2, 0.0, 0.0], [0.09; 3]));
+    let largest = mend(&hollow, Closing::Refuse).unwrap().largest_piece();
+    assert!(largest.filled().unwrap().contains("216 mL"), "{largest}");
+}
+
 /// Whichever vertex of a body comes first, and whether it lies in the other body.
 #[test]
 fn bodies_that_overlap_are_joined_and_none_is_dropped() {

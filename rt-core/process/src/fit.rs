@@ -213,6 +213,7 @@ impl Ports for Course {
         Samples {
             now_ns: at_ns,
             device: Polled::Fresh(DeviceSample {
+                opening: None,
                 device_from_handle: self.device_from_handle,
                 // Zero, so that jumps do not trip the speed limit.
                 velocity_m_s: Some(Vec3::zeros()),

@@ -94,6 +94,7 @@ mod tests {
 
     fn handle(buttons: u8, at_ns: TimeNs) -> Polled<DeviceSample> {
         Polled::Fresh(DeviceSample {
+            opening: None,
             device_from_handle: Pose::identity(),
             velocity_m_s: None,
             buttons: Buttons(buttons),

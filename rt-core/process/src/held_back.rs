@@ -97,4 +97,26 @@ mod tests {
         assert!(!held.step(FaultSet::NONE, 0.1));
         assert_eq!(held.reason, None, "a person enabled it");
     }
+
+    /// `cargo test -p rt-process --lib cost_of_noting -- --ignored --nocapture`
+    #[test]
+    #[ignore = "measures, for the report"]
+    fn cost_of_noting_a_tick() {
+        const TICKS: u32 = 10_000_000;
+        let mut best_ns = f64::INFINITY;
+        for _ in 0..10 {
+            let mut held = HeldBack::default();
+            let start = std::time::Instant::now();
+            let mut begun = 0;
+            for at in 0..TICKS {
+                let is_late = at.is_multiple_of(1000);
+                let mut faults = FaultSet::NONE;
+                faults.raise_if(is_late, Fault::StaleDevice);
+                begun += u32::from(held.step(std::hint::black_box(faults), 1.0));
+            }
+            best_ns = best_ns.min(start.elapsed().as_secs_f64() * 1.0e9 / f64::from(TICKS));
+            assert_eq!(begun, TICKS / 1000);
+        }
+        println!("finding the reason of force that is held back: {best_ns:.1} ns a tick");
+    }
 }

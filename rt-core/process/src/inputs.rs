@@ -3,7 +3,7 @@
 use nalgebra::{Quaternion, Unit};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{
-    Buttons, DeviceCapabilities, DeviceSample, PedalSample, Polled, TrackerSample,
+    Buttons, DeviceCapabilities, DeviceSample, Opening, PedalSample, Polled, TrackerSample,
 };
 use rt_core::scene::Room;
 use rt_core::sim::{Command, Digest, Parameters, Samples, Task};
@@ -26,6 +26,10 @@ pub(crate) fn record(samples: &Samples) -> InputRecord {
             if let Some(velocity_m_s) = sample.velocity_m_s {
                 record.bits |= InputRecord::HAS_VELOCITY;
                 record.velocity_m_s = velocity_m_s.into();
+            }
+            if let Some(opening) = sample.opening {
+                record.bits |= InputRecord::HAS_OPENING;
+                record.opening = opening;
             }
         }
         Polled::Nothing => {}
@@ -86,6 +90,7 @@ pub(crate) fn samples(record: &InputRecord) -> Samples {
                 velocity_m_s: has(InputRecord::HAS_VELOCITY)
                     .then(|| Vec3::from(record.velocity_m_s)),
                 buttons: Buttons(record.buttons),
+                opening: has(InputRecord::HAS_OPENING).then_some(record.opening),
                 sequence: record.sequence,
                 at_ns: record.device_at_ns,
             },
@@ -169,6 +174,12 @@ pub(crate) fn setup(
             device.workspace_radius_m,
             device.rate_hz,
         ],
+        opening: [
+            device.opening.travel_m,
+            device.opening.force_max_n,
+            device.opening.stiffness_max_n_m,
+        ],
+        reserved: 0,
         force_ramp_s: parameters.force_ramp_s,
         force_enabled: parameters.force_enabled.into(),
         paper_iterations,
@@ -188,10 +199,16 @@ pub(crate) fn capabilities(setup: &RunSetup) -> DeviceCapabilities {
         workspace_radius_m,
         rate_hz,
     ] = setup.device;
+    let [travel_m, opening_max_n, opening_max_n_m] = setup.opening;
     DeviceCapabilities {
         force_max_n,
         force_continuous_n,
         torque_max_n_m,
+        opening: Opening {
+            travel_m,
+            force_max_n: opening_max_n,
+            stiffness_max_n_m: opening_max_n_m,
+        },
         stiffness_max_n_m,
         damping_max_n_s_m,
         damping_n_s_m,
@@ -267,7 +284,7 @@ mod tests {
         #[test]
         fn samples_come_back_from_their_record(
             now_ns in any::<u64>(),
-            device in polls((poses(), prop::option::of(prop::array::uniform3(-9.0f32..9.0)), any::<(u8, u16, u64)>())),
+            device in polls((poses(), prop::option::of(prop::array::uniform3(-9.0f32..9.0)), prop::option::of(0.0f32..1.0), any::<(u8, u16, u64)>())),
             tracker in polls((poses(), any::<u64>())),
             pedal in polls(any::<(bool, bool, bool, u64)>()),
             command in commands(),
@@ -281,10 +298,11 @@ mod tests {
             }
             let given = Samples {
                 now_ns,
-                device: map(device, |(device_from_handle, velocity, (buttons, sequence, at_ns))| DeviceSample {
+                device: map(device, |(device_from_handle, velocity, opening, (buttons, sequence, at_ns))| DeviceSample {
                     device_from_handle,
                     velocity_m_s: velocity.map(Vec3::from),
                     buttons: Buttons(buttons),
+                    opening,
                     sequence,
                     at_ns,
                 }),
@@ -304,7 +322,14 @@ mod tests {
 
     #[test]
     fn a_run_is_set_up_again_as_it_was() {
-        let device = crate::devices::NO_DEVICE;
+        let device = DeviceCapabilities {
+            opening: Opening {
+                travel_m: 0.025,
+                force_max_n: 8.0,
+                stiffness_max_n_m: 900.0,
+            },
+            ..crate::devices::NO_DEVICE
+        };
         let room = Room {
             gravity_m_s2: Vec3::zeros(),
             world_from_device: Pose::translation(1.0, 2.0, 3.0),

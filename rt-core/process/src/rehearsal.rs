@@ -110,6 +110,7 @@ impl Rehearsal<'_> {
         world.samples = Samples {
             now_ns: at_ns,
             device: Polled::Fresh(DeviceSample {
+                opening: None,
                 device_from_handle: measured.device_from_handle,
                 velocity_m_s: Some(measured.velocity_m_s),
                 buttons: measured.buttons,

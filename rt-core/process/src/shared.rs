@@ -27,6 +27,8 @@ pub(crate) struct Shared {
     pub(crate) scheduled_ns: AtomicU64,
     /// End of the newest tick, which the watch checks.
     pub(crate) heartbeat_ns: AtomicU64,
+    /// Longest time between the ends of two ticks since the watch last looked.
+    pub(crate) stood_ns: AtomicU64,
     pub(crate) deadline_misses: AtomicU64,
     pub(crate) overruns: AtomicU64,
     /// `u64::MAX`: not counted.

@@ -1,7 +1,7 @@
 //! The tick's access to devices, clock and queues. Nothing here blocks or allocates.
 
 use core::ops::ControlFlow;
-use core::sync::atomic::Ordering::Relaxed;
+use core::sync::atomic::Ordering::{Relaxed, Release};
 use std::sync::Arc;
 
 use heapless::spsc::{Consumer, Producer};
@@ -314,7 +314,14 @@ impl Tick {
         if world.ends.records.enqueue(world.record).is_err() {
             Shared::count(&shared.records_lost);
         }
-        shared.heartbeat_ns.store(end, Relaxed);
+        let before = shared.heartbeat_ns.load(Relaxed);
+        if before > 0 {
+            // Before the heartbeat: the watch that sees this one knows the length.
+            shared
+                .stood_ns
+                .fetch_max(end.saturating_sub(before), Relaxed);
+        }
+        shared.heartbeat_ns.store(end, Release);
         shared.ticks.fetch_add(1, Relaxed);
         self.periods += 1 + u64::from(due.missed);
         if self.periods_max.is_some_and(|max| self.periods >= max) {

@@ -183,6 +183,7 @@ mod tests {
             self.polls += 1;
             (self.step)(poll);
             Polled::Fresh(DeviceSample {
+                opening: None,
                 device_from_handle: Pose::translation(0.0, 0.0, 0.1),
                 velocity_m_s: None,
                 buttons: rt_core::port::Buttons(0),
@@ -314,6 +315,7 @@ mod tests {
     }
 
     const ZERO: ForceCommand = ForceCommand {
+        opening_n: 0.0,
         force_n: Vec3::new(0.0, 0.0, 0.0),
         torque_n_m: Vec3::new(0.0, 0.0, 0.0),
     };

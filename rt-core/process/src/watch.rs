@@ -1,6 +1,6 @@
 //! The main thread's checks of the tick: it must keep beating and stay realtime.
 
-use core::sync::atomic::Ordering::Relaxed;
+use core::sync::atomic::Ordering::{Acquire, Relaxed};
 
 use core::time::Duration;
 
@@ -24,7 +24,7 @@ const STANDING_EVERY_NS: u64 = 50_000_000;
 /// Reports each standstill once, and its length.
 #[derive(Debug, Default)]
 pub(crate) struct Watch {
-    silent_since_ns: Option<u64>,
+    is_silent: bool,
     stalls_seen: u64,
     standing_at_ns: u64,
 }
@@ -44,7 +44,9 @@ impl Watch {
 
     /// Checks the heartbeat and reports findings on standard error.
     pub(crate) fn look(&mut self, shared: &Shared) {
-        match self.find(shared.heartbeat_ns.load(Relaxed), monotonic_ns()) {
+        let heartbeat_ns = shared.heartbeat_ns.load(Acquire);
+        let stood_ns = shared.stood_ns.swap(0, Relaxed);
+        match self.find(heartbeat_ns, stood_ns, monotonic_ns()) {
             Finding::Nothing => {}
             Finding::Stopped { silent_ms } => {
                 crate::say!("calot rt: the tick has stood still for {silent_ms} ms");
@@ -75,23 +77,27 @@ impl Watch {
         self.stalls_seen
     }
 
-    fn find(&mut self, heartbeat_ns: u64, now_ns: u64) -> Finding {
+    /// `stood_ns` is the longest time between two ticks since the last look. A process that was
+    /// stopped as a whole may tick again before the watch wakes: that length alone shows it.
+    fn find(&mut self, heartbeat_ns: u64, stood_ns: u64, now_ns: u64) -> Finding {
         // There is no heartbeat before the first tick.
         let silent_ns = match heartbeat_ns {
             0 => 0,
             beat => now_ns.saturating_sub(beat),
         };
-        match self.silent_since_ns {
-            None if silent_ns > STALL_NS => {
-                self.silent_since_ns = Some(heartbeat_ns);
+        if stood_ns > STALL_NS {
+            self.stalls_seen += u64::from(!self.is_silent);
+            self.is_silent = false;
+            return Finding::WentOn {
+                stood_ms: stood_ns / 1_000_000,
+            };
+        }
+        match self.is_silent {
+            false if silent_ns > STALL_NS => {
+                self.is_silent = true;
                 self.stalls_seen += 1;
                 let silent_ms = silent_ns / 1_000_000;
                 Finding::Stopped { silent_ms }
-            }
-            Some(since_ns) if heartbeat_ns != since_ns => {
-                self.silent_since_ns = None;
-                let stood_ms = heartbeat_ns.saturating_sub(since_ns) / 1_000_000;
-                Finding::WentOn { stood_ms }
             }
             _ => Finding::Nothing,
         }
@@ -108,17 +114,21 @@ mod tests {
     fn a_standstill_is_reported_once_and_its_end_too() {
         let mut watch = Watch::new();
         assert_eq!(
-            watch.find(0, 900 * MS),
+            watch.find(0, 0, 900 * MS),
             Finding::Nothing,
             "before the start"
         );
-        assert_eq!(watch.find(1000 * MS, 1040 * MS), Finding::Nothing);
+        assert_eq!(watch.find(1000 * MS, MS, 1040 * MS), Finding::Nothing);
         let stopped = Finding::Stopped { silent_ms: 60 };
-        assert_eq!(watch.find(1000 * MS, 1060 * MS), stopped);
-        assert_eq!(watch.find(1000 * MS, 1070 * MS), Finding::Nothing);
+        assert_eq!(watch.find(1000 * MS, 0, 1060 * MS), stopped);
+        assert_eq!(watch.find(1000 * MS, 0, 1070 * MS), Finding::Nothing);
         let went_on = Finding::WentOn { stood_ms: 100 };
-        assert_eq!(watch.find(1100 * MS, 1101 * MS), went_on);
-        assert_eq!(watch.find(1101 * MS, 1102 * MS), Finding::Nothing);
+        assert_eq!(watch.find(1100 * MS, 100 * MS, 1101 * MS), went_on);
+        assert_eq!(watch.find(1101 * MS, MS, 1102 * MS), Finding::Nothing);
         assert_eq!(watch.stalls_seen(), 1);
+        // The whole process was stopped, and the tick woke first.
+        let went_on = Finding::WentOn { stood_ms: 5000 };
+        assert_eq!(watch.find(6101 * MS, 5000 * MS, 6102 * MS), went_on);
+        assert_eq!(watch.stalls_seen(), 2);
     }
 }

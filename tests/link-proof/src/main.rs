@@ -12,7 +12,7 @@ use core::cell::UnsafeCell;
 use core::hint::black_box;
 
 use rt_core::math::{Pose, Vec3};
-use rt_core::port::{DeviceCapabilities, ForceCommand};
+use rt_core::port::{DeviceCapabilities, ForceCommand, Opening};
 use rt_core::scene::{
     Attachment, Cell, Column, Layers, Link, Organ, RestSphere, Room, Scene, Skin, TetraBatch,
 };
@@ -100,6 +100,7 @@ extern "C" fn _start() -> ! {
         breath_s: 0.0,
     });
     let device = anything(DeviceCapabilities {
+        opening: Opening::NONE,
         force_max_n: 1.0,
         force_continuous_n: 1.0,
         torque_max_n_m: 0.0,

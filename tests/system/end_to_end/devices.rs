@@ -21,15 +21,15 @@ use system_tests::{calot, compiled, finish, said, station_name, summary, wait_un
 const TRIES: usize = 10;
 
 /// Emulated devices in a folder, for a scene compiled there.
-struct Emulated(Child);
+pub(super) struct Emulated(pub(super) Child);
 
 impl Emulated {
-    fn start(folder: &Path) -> Self {
+    pub(super) fn start(folder: &Path) -> Self {
         Self::led(folder, &[])
     }
 
     /// Starts the emulator with additional arguments.
-    fn led(folder: &Path, more: &[&str]) -> Self {
+    pub(super) fn led(folder: &Path, more: &[&str]) -> Self {
         let child = calot()
             .arg("emulate")
             .arg("--scene")
@@ -573,4 +573,71 @@ fn a_rig_with_a_mistake_is_told_which() {
     let output = finish(calot().args(wrong));
     assert!(!output.status.success());
     assert!(said(&output).contains("force-negated"), "{}", said(&output));
+}
+
+/// Rows of a table by the names of its columns, empty fields as NaN.
+fn rows(text: &str, names: [&str; 4]) -> Vec<[f64; 4]> {
+    let mut lines = text.lines();
+    let head: Vec<&str> = lines.next().expect("a head").split(',').collect();
+    let at = names.map(|name| head.iter().position(|it| *it == name).expect("a column"));
+    let row = |line: &str| {
+        let fields: Vec<&str> = line.split(',').collect();
+        at.map(|i| fields[i].parse().unwrap_or(f64::NAN))
+    };
+    lines.map(row).collect()
+}
+
+#[test]
+fn the_jaws_follow_a_handle_that_opens_and_its_motor_pushes_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let _emulated = Emulated::led(folder, &["--handle", "opening"]);
+    let (out, table) = (folder.join("run"), folder.join("ticks.csv"));
+    let run = finish(
+        calot()
+            .args(["run", "--headless", "--frames", "0", "--seconds", "12"])
+            .args(["--gamepad", "off", "--station"])
+            .arg(station_name("handle"))
+            .arg("--haptic")
+            .arg(folder.join("haptic"))
+            .arg("--out")
+            .arg(&out),
+    );
+    assert!(run.status.success(), "{}", said(&run));
+    let summary = summary(&out);
+    let devices = summary["devices"].as_array().expect("devices");
+    let device = devices
+        .iter()
+        .find(|it| it["kind"] == "haptic")
+        .expect("one");
+    assert_eq!(device["name"], "emulated handle", "{device:#}");
+    let travel_m = device["capabilities"]["opening_travel_m"].as_f64();
+    assert!(
+        travel_m.is_some_and(|it| (it - 0.03).abs() < 1e-6),
+        "{device:#}"
+    );
+    let replay = finish(
+        calot()
+            .arg("replay")
+            .arg(out.join("session.mcap"))
+            .arg("--csv")
+            .arg(&table),
+    );
+    assert!(replay.status.success(), "{}", said(&replay));
+    let text = std::fs::read_to_string(&table).expect("a table");
+    let rows = rows(&text, ["handle_opening", "jaw", "opening_n", "time_s"]);
+    let shut = rows.iter().filter(|[hand, ..]| *hand < 0.1).count();
+    assert!(
+        shut > 500,
+        "the hand shuts the handle for seconds: {shut} ticks"
+    );
+    for [hand, jaw, opening_n, at_s] in &rows {
+        assert!(
+            hand.is_nan() || *jaw >= hand - 0.05,
+            "jaws are nowhere more shut than the hand: {at_s} s"
+        );
+        assert!(*opening_n >= 0.0, "{opening_n} N at {at_s} s");
+    }
+    let most_n = rows.iter().fold(0.0f64, |most, [.., n, _]| most.max(*n));
+    assert!((0.1..=5.0).contains(&most_n), "{most_n} N");
 }

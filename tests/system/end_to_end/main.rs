@@ -13,4 +13,5 @@ mod lost;
 mod main_job;
 mod operation;
 mod replay;
+mod returned;
 mod swept;

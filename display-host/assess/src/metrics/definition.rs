@@ -42,7 +42,7 @@ macro_rules! metrics {
 
 metrics! {
     Time "time_s" "s"
-        "Time of the task without pauses, gaps in the recording, and times in which a device was gone."
+        "Time of the task without pauses, gaps in the recording, and times without a device that the hand needs."
         "LAP Mentor, LapSim: time"
     Gaps "gaps_s" "s"
         "Time in gaps of the recording: more than 0.25 s without a recorded movement, pauses not counted."
@@ -51,7 +51,7 @@ metrics! {
         "Time in pauses; no other metric counts it."
         "own"
     DeviceLost "device_lost_s" "s"
-        "Time in which a device that had been there was gone or silent; no other metric counts it."
+        "Time in which a device that had been there was gone or silent: haptic device, tracker, or, with the hook in hand, the pedal; no other metric counts it."
         "own"
     Noise "noise_mm" "mm"
         "Noise of the handle at rest: its deviation from a straight line over 0.25 s, in the calmest tenth of the time, standard deviation an axis. Device or tremor."
@@ -164,7 +164,20 @@ metrics! {
     Alarms "alarms" "n" "Alarms of any kind." "paper, evaluation"
 }
 
+/// Shortest time that is mentioned where it is not the trainee's, s: one record of a device that
+/// answers late is shorter. Tables of all metrics have it all the same.
+const MENTIONED_S: f64 = 0.1;
+
 impl Metric {
+    /// True for a value that is worth a sentence beside the table of all metrics.
+    #[must_use]
+    pub fn is_worth_mention(self, value: f64) -> bool {
+        match self {
+            Self::Paused | Self::Gaps | Self::DeviceLost => value >= MENTIONED_S,
+            _ => value > 0.0,
+        }
+    }
+
     /// The metric of this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {

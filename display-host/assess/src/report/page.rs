@@ -266,20 +266,20 @@ const NOISE_MAX_MM: f64 = 0.4;
 /// Times that are not the trainee's, and the noise of the handle.
 fn not_counted(page: &mut Page, values: &Values) {
     let times = [
-        (Metric::Paused, "in pauses"),
-        (Metric::Gaps, "in gaps of the recording"),
-        (Metric::DeviceLost, "without a device that was lost"),
+        (Metric::Paused, "The task was paused for"),
+        (Metric::Gaps, "The recording has gaps of"),
+        (Metric::DeviceLost, "A device was missing for"),
     ];
     let times: Vec<String> = times
         .into_iter()
-        .map(|(metric, of_what)| (values.get(metric), of_what))
-        .filter(|(seconds, _)| *seconds > 0.0)
-        .map(|(seconds, of_what)| format!("{seconds:.2} s {of_what}"))
+        .map(|(metric, sentence)| (metric, values.get(metric), sentence))
+        .filter(|(metric, seconds, _)| metric.is_worth_mention(*seconds))
+        .map(|(_, seconds, sentence)| format!("{sentence} {seconds:.1} s."))
         .collect();
     if !times.is_empty() {
         page.add(format_args!(
-            "<p class=\"open\">Not counted as time, path or rest of the trainee: {}.</p>",
-            times.join(", ")
+            "<p class=\"open\">{} The trainee's time, path and rest do not count that.</p>",
+            times.join(" ")
         ));
     }
     let noise_mm = values.get(Metric::Noise);

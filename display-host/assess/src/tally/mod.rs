@@ -48,7 +48,7 @@ pub(crate) struct Tally {
     time_s: f64,
     gaps_s: f64,
     paused_s: f64,
-    /// Time in which a device of `seen` was gone, s.
+    /// Time in which a device that the hand needs was gone, s.
     device_lost_s: f64,
     /// Devices that were there, or silent, in this attempt: bits as in `Movement::live`.
     seen: u8,
@@ -80,6 +80,10 @@ pub(crate) struct Tally {
 
 /// Bit of the haptic device in `Movement::live`.
 const HAPTIC: u8 = 1;
+/// Bit of the endoscope's tracker in `Movement::live`.
+const TRACKER: u8 = 2;
+/// Bit of the foot pedal in `Movement::live`.
+const PEDAL: u8 = 4;
 /// Most leaks that are kept. More than that come from one vessel that flickers.
 const LEAKS_MAX: usize = 64;
 
@@ -158,7 +162,9 @@ impl Tally {
     }
 
     /// Sum to which this time belongs if it is not the trainee's: a pause, a gap, or a device that
-    /// is gone.
+    /// is gone and that the hand needs. Without haptic device or tracker nobody can work. Without
+    /// the pedal there is no current, which the hook alone uses: with any other instrument the
+    /// hands go on, and so does the time.
     fn not_the_trainees(
         &mut self,
         moved: &Movement,
@@ -166,7 +172,9 @@ impl Tally {
         seconds: f64,
     ) -> Option<&mut f64> {
         self.seen |= before.live | moved.live;
-        let gone = self.seen & !(before.live & moved.live);
+        let burns = [before, moved].map(|it| it.instrument() == Some(Instrument::Hook));
+        let needed = HAPTIC | TRACKER | if burns == [true; 2] { PEDAL } else { 0 };
+        let gone = self.seen & needed & !(before.live & moved.live);
         if (moved.switches() | before.switches()).contains(Switches::PAUSED) {
             Some(&mut self.paused_s)
         } else if seconds > GAP_S {

@@ -5,6 +5,7 @@
 
 mod page;
 mod recorder;
+mod standstill;
 mod unrest;
 
 pub use recorder::{Course, Recorder};

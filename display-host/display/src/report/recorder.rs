@@ -8,6 +8,7 @@ use shared_mem::message::{DeviceHealth, STAGES, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::Fault;
 
+use super::standstill::Standstills;
 use super::unrest::{Unrest, UnrestFinding};
 use super::{DeviceSummary, HeldBack, LineSummary, Range, Summary};
 use crate::feed::hex;
@@ -73,6 +74,7 @@ pub struct Recorder {
     force_min_max: Option<(f32, f32)>,
     events: BTreeMap<&'static str, u64>,
     unrest: Unrest,
+    standstills: Standstills,
     records: u64,
     /// Haptic device, tracker and pedal in the newest tool state.
     lines: [Option<DeviceHealth>; 3],
@@ -126,12 +128,19 @@ impl Recorder {
         self.unrest.findings(scene)
     }
 
+    /// Standstills of the controller, as one of the run's warnings.
+    #[must_use]
+    pub fn standstills(&self) -> Option<String> {
+        self.standstills.warning()
+    }
+
     fn take_timing(&mut self, batch: &TimingBatch) {
         let Some(records) = batch.records() else {
             return;
         };
         for record in records {
             self.records += 1;
+            self.standstills.take(record);
             self.wake_latency.record(u64::from(record.wake_latency_ns));
             self.tick.record(u64::from(record.tick_ns));
             if record.motion_to_force_ns > 0 {
@@ -273,6 +282,7 @@ impl Recorder {
             adapter: outcome.adapter.clone(),
             warnings: (outcome.warnings.iter().cloned())
                 .chain(self.unrest(scene).into_iter().map(|it| it.warning))
+                .chain(self.standstills())
                 .collect(),
             unrest: self.unrest(scene),
             machine,

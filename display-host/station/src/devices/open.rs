@@ -3,15 +3,43 @@
 use std::path::Path;
 
 use hardware::HardwareError;
-use hardware::dhd::DhdHaptic;
-use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
-use hardware::inverse3::Inverse3Haptic;
-use hardware::rig::RigHaptic;
-use hardware::touch::TouchHaptic;
-use hardware::woody::WoodyHaptic;
+use hardware::hapi::pantograph::Pantograph;
+use hardware::station::{HapticDriver, HapticSpec, Limits};
 use rt_core::port::HapticDevice;
 
 use super::args::LineDriver;
+
+/// The haptic device at `path`, whole and as it declares itself.
+///
+/// # Errors
+///
+/// If the driver is one of another kind of device.
+pub(super) fn haptic_spec(path: &Path, driver: LineDriver) -> Result<HapticSpec, HardwareError> {
+    let driver = match driver {
+        LineDriver::Rig => HapticDriver::Rig,
+        LineDriver::Woody => HapticDriver::Woody,
+        LineDriver::HapiGen2 => HapticDriver::Hapi(Pantograph::GEN2),
+        LineDriver::HapiGen3 => HapticDriver::Hapi(Pantograph::GEN3),
+        LineDriver::HapiGen31 => HapticDriver::Hapi(Pantograph::GEN3_1),
+        LineDriver::ForceDimension => HapticDriver::ForceDimension { serial: None },
+        LineDriver::Touch => HapticDriver::Touch { device: None },
+        LineDriver::Inverse3 => HapticDriver::Inverse3 { device: None },
+        LineDriver::Evdev | LineDriver::Modem | LineDriver::Bird | LineDriver::Trakstar => {
+            return Err(HardwareError::WrongDevice {
+                path: path.to_path_buf(),
+                expected: "haptic device",
+                found: "the driver of a pedal or a tracker".to_owned(),
+            });
+        }
+    };
+    Ok(HapticSpec {
+        driver,
+        path: path.to_path_buf(),
+        limits: Limits::default(),
+        motion_scale: None,
+        is_felt: false,
+    })
+}
 
 /// Opens the haptic device at `path`.
 ///
@@ -22,21 +50,30 @@ pub(super) fn open_haptic(
     path: &Path,
     driver: LineDriver,
 ) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
-    Ok(match driver {
-        LineDriver::Rig => Box::new(RigHaptic::open(path)?),
-        LineDriver::Woody => Box::new(WoodyHaptic::open(path)?),
-        LineDriver::HapiGen2 => Box::new(HapiHaptic::open(path, Pantograph::GEN2)?),
-        LineDriver::HapiGen3 => Box::new(HapiHaptic::open(path, Pantograph::GEN3)?),
-        LineDriver::HapiGen31 => Box::new(HapiHaptic::open(path, Pantograph::GEN3_1)?),
-        LineDriver::ForceDimension => Box::new(DhdHaptic::open(path, None)?),
-        LineDriver::Touch => Box::new(TouchHaptic::open(path, None)?),
-        LineDriver::Inverse3 => Box::new(Inverse3Haptic::open(path, None)?),
-        LineDriver::Evdev | LineDriver::Modem | LineDriver::Bird | LineDriver::Trakstar => {
-            return Err(HardwareError::WrongDevice {
-                path: path.to_path_buf(),
-                expected: "haptic device",
-                found: "the driver of a pedal or a tracker".to_owned(),
-            });
+    haptic_spec(path, driver)?.open()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_driver_of_another_kind_of_device_is_refused() {
+        for driver in [
+            LineDriver::Evdev,
+            LineDriver::Modem,
+            LineDriver::Bird,
+            LineDriver::Trakstar,
+        ] {
+            let error = haptic_spec("/dev/null".as_ref(), driver).unwrap_err();
+            let error = error.to_string();
+            assert!(
+                error.contains("the driver of a pedal or a tracker"),
+                "{error}"
+            );
         }
-    })
+        let spec = haptic_spec("/dev/ttyACM0".as_ref(), LineDriver::HapiGen2).unwrap();
+        assert_eq!(spec.driver, HapticDriver::Hapi(Pantograph::GEN2));
+        assert_eq!(spec.limits, Limits::default());
+    }
 }

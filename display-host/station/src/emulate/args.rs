@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use hardware::emulate::{Holding, Mistake};
+use hardware::emulate::{HapticModel, Holding, Mistake};
 
 use crate::args::{GamepadArgs, parse_station};
 
@@ -24,6 +24,24 @@ impl From<HandName> for Holding {
             HandName::Script => Self::Script,
             HandName::None => Self::Nobody,
             HandName::Press => Self::Press,
+        }
+    }
+}
+
+/// Handle of the emulated haptic device.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum HandleName {
+    /// Stylus with two buttons, one of which closes the jaws
+    Stylus,
+    /// Handle that opens and shuts: the jaws follow it, and the fingers feel what they hold
+    Opening,
+}
+
+impl From<HandleName> for HapticModel {
+    fn from(name: HandleName) -> Self {
+        match name {
+            HandleName::Stylus => Self::TouchRig,
+            HandleName::Opening => Self::HandleRig,
         }
     }
 }
@@ -50,6 +68,9 @@ pub(crate) struct EmulateArgs {
     /// Hand at the handle
     #[arg(long, value_enum, value_name = "WHO", default_value_t = HandName::Script)]
     pub(crate) hand: HandName,
+    /// Handle of the haptic device
+    #[arg(long, value_enum, value_name = "KIND", default_value_t = HandleName::Stylus)]
+    pub(crate) handle: HandleName,
     /// Station whose displays may lead the hand by mouse and keyboard
     #[arg(long, value_name = "NAME", value_parser = parse_station)]
     pub(crate) station: Option<String>,

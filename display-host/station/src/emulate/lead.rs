@@ -168,6 +168,7 @@ mod tests {
                 gamepad: GamepadName::Off,
             },
             mistake: None,
+            handle: crate::emulate::args::HandleName::Stylus,
             hand: crate::emulate::args::HandName::Script,
             with_parent: None,
         }

@@ -30,7 +30,7 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
         directory: args.dir.clone(),
         script: rehearsal::script(scene.room()),
         seed: args.seed,
-        haptic: hardware::emulate::HapticModel::default(),
+        haptic: args.handle.into(),
         mistake: args.mistake,
         holding: args.hand.into(),
         faults: hardware::emulate::LineFaults::default(),

@@ -11,8 +11,8 @@ use shared_mem::inputs::InputRecord;
 /// otherwise.
 const HEAD: &str = "tick,time_s,device_x_m,device_y_m,device_z_m,device_vx_m_s,\
     device_vy_m_s,device_vz_m_s,device_qx,device_qy,device_qz,device_qw,tip_x_m,tip_y_m,tip_z_m,\
-    force_x_n,force_y_n,force_z_n,torque_x_n_m,torque_y_n_m,torque_z_n_m,jaw,buttons,cut,\
-    coagulate,camera_lock,contacts,instrument";
+    force_x_n,force_y_n,force_z_n,torque_x_n_m,torque_y_n_m,torque_z_n_m,opening_n,handle_opening,\
+    jaw,buttons,cut,coagulate,camera_lock,contacts,instrument";
 
 /// A table under construction.
 pub(super) struct Table {
@@ -21,6 +21,8 @@ pub(super) struct Table {
     pub(super) failed: Option<std::io::Error>,
     /// Newest sample of the device: a tick without one repeats it.
     device: [f32; 10],
+    /// Opening of the handle in that sample.
+    opening: f32,
 }
 
 impl Table {
@@ -31,6 +33,7 @@ impl Table {
             to,
             failed: None,
             device: [f32::NAN; 10],
+            opening: f32::NAN,
         })
     }
 
@@ -49,11 +52,14 @@ impl Table {
                 false => [f32::NAN; 3],
             };
             self.device = [x, y, z, vx, vy, vz, qx, qy, qz, qw];
+            let opens = record.bits & InputRecord::HAS_OPENING != 0;
+            self.opening = if opens { record.opening } else { f32::NAN };
         }
         let mut line = format!("{},{at_s:.6}", replayed.view.tick);
         let vectors = [tool.tip_m, tool.force_n, tool.torque_n_m];
         let numbers = vectors.iter().flat_map(|it| it.iter());
-        for number in self.device.iter().chain(numbers) {
+        let opening = [&tool.opening_n, &self.opening];
+        for number in self.device.iter().chain(numbers).chain(opening) {
             // An unknown value is an empty field.
             line += ",";
             if number.is_finite() {

@@ -63,6 +63,7 @@ impl Shown<'_> {
         let mut summary = self.recorder.summary(&self.scene, outcome, Machine::read());
         let unrest = summary.unrest.iter().map(|it| it.warning.clone());
         outcome.warnings.extend(unrest);
+        outcome.warnings.extend(self.recorder.standstills());
         if let Some(recorded) = &recorded {
             // A controller that died before the display saw a tick has still run these ticks.
             summary.ticks = summary.ticks.max(recorded.ticks);

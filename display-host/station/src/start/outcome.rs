@@ -164,12 +164,12 @@ fn rows(
     let pass = Task::from_name(task).map_or_else(Vec::new, |task| rules.pass(task));
     let ruled = pass.iter().map(|(name, ..)| *name);
     let usual = SHOWN.iter().map(|it| it.name());
-    let any = |name: &&str| {
-        summary["metrics"][*name]
+    let any = |metric: &&Metric| {
+        summary["metrics"][metric.name()]
             .as_f64()
-            .is_some_and(|it| it > 0.0)
+            .is_some_and(|it| metric.is_worth_mention(it))
     };
-    let extra = SHOWN_IF_ANY.iter().map(|it| it.name()).filter(any);
+    let extra = SHOWN_IF_ANY.iter().filter(any).map(|it| it.name());
     let usual = usual.chain(extra);
     let usual = usual.filter(|name| pass.iter().all(|(it, ..)| it != name));
     ruled
@@ -228,7 +228,7 @@ mod tests {
                 "reason_kinds": [{"kind": "bored"}, {"kind": "too-long", "seconds": 60.0}],
                 "score": 61.0, "session": "s", "metrics_version": 1, "warnings": ["\u001b[31mred"],
                 "alarms": [{"at_s": 75.5, "kind": "burnt", "organ": "liver"}],
-                "metrics": {"time_s": 80.0, "economy": null}}"#,
+                "metrics": {"time_s": 80.0, "economy": null, "paused_s": 0.2, "gaps_s": 0.05}}"#,
         );
         let (debrief, session) = read_it(folder.path(), "").unwrap();
         assert_eq!((&*session, &*debrief.outcome), ("s", "failed"));
@@ -243,6 +243,8 @@ mod tests {
         assert_eq!(named.len(), debrief.metrics.len(), "each once");
         let time = debrief.metrics.iter().find(|it| it.name == "time_s");
         assert_eq!(time.unwrap().value, Some(80.0));
+        assert!(named.contains(&"paused_s".to_owned()));
+        assert!(!named.contains(&"gaps_s".to_owned()), "too short");
     }
 
     #[test]

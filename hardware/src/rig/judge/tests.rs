@@ -58,6 +58,7 @@ impl Bench {
 }
 
 const SAMPLE: State = State {
+    opening: None,
     status: super::super::wire::Status(0),
     buttons: 0,
     applied_force: 0,
@@ -237,4 +238,36 @@ fn a_velocity_that_is_left_zero_does_not_hide_a_throw() {
         "{}",
         bench.fastest_m_s
     );
+}
+
+/// `cargo test --release -p hardware --lib cost_of_judging -- --ignored --nocapture`
+#[test]
+#[ignore = "measures, for the report"]
+fn cost_of_judging_a_sample() {
+    const POLLS: u32 = 1_000_000;
+    let mut best_ns = f64::INFINITY;
+    for _ in 0..10 {
+        let (mut judge, mut admitted) = (Judge::default(), 0);
+        let start = std::time::Instant::now();
+        for at in 1..=POLLS {
+            let now_ns = u64::from(at) * MS;
+            judge.begin(now_ns);
+            // To and fro by 10 mm at 10 mm/s.
+            let state = State {
+                device_time_us: at * 1000,
+                applied_force: at as u16,
+                position_m: [(at % 2000).abs_diff(1000) as f32 * 1.0e-5, 0.0, 0.0],
+                velocity_m_s: [0.01, 0.0, 0.0],
+                ..SAMPLE
+            };
+            let velocity_m_s = judge.take(std::hint::black_box(&state), true, now_ns);
+            admitted += u32::from(velocity_m_s.is_some());
+            judge.end(50);
+            std::hint::black_box(judge.findings());
+            judge.sent(now_ns);
+        }
+        best_ns = best_ns.min(start.elapsed().as_secs_f64() * 1.0e9 / f64::from(POLLS));
+        assert_eq!(admitted, POLLS);
+    }
+    println!("judging a sample, bundles included: {best_ns:.0} ns a tick");
 }

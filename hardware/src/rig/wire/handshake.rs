@@ -1,6 +1,6 @@
 //! `HELLO` and its answer, `CAPABILITIES`.
 
-use super::{Frame, Kind, Message, VERSION, WireError, Writer};
+use super::{Frame, Kind, Message, WireError, Writer};
 
 /// Offsets of the fields of `HELLO` in the payload.
 mod hello {
@@ -27,10 +27,16 @@ mod capabilities {
     pub(super) const SERIAL: usize = 25;
     pub(super) const NAME: usize = 29;
     pub(super) const END: usize = 45;
+    // Version 2.
+    pub(super) const OPENING_TRAVEL: usize = 45;
+    pub(super) const OPENING_FORCE: usize = 47;
+    pub(super) const OPENING_STIFFNESS: usize = 49;
+    pub(super) const OPENING_END: usize = 51;
 }
 
 pub(super) const HELLO_BYTES: usize = hello::END - super::field::BODY;
 pub(super) const CAPABILITIES_BYTES: usize = capabilities::END - super::field::BODY;
+pub(super) const OPENING_BYTES: usize = capabilities::OPENING_END - capabilities::END;
 
 const MAGIC: [u8; 5] = *b"CALOT";
 const MEASURES_VELOCITY: u8 = 2;
@@ -40,6 +46,7 @@ const DAMPING_UNIT_N_S_M: f32 = 1e-3;
 const WORKSPACE_UNIT_M: f32 = 1e-4;
 const TORQUE_UNIT_N_M: f32 = 1e-4;
 const DELAY_UNIT_S: f32 = 1e-5;
+const TRAVEL_UNIT_M: f32 = 1e-5;
 
 /// The host's greeting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,6 +89,17 @@ pub enum DeviceKind {
     Pedal = 2,
 }
 
+/// A handle that opens and shuts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Opening {
+    /// Travel of the fingers from shut to wide open, m; in steps of 10 µm.
+    pub travel_m: f32,
+    /// Peak force along the opening, N; in steps of 1 mN. 0: none is rendered.
+    pub force_max_n: f32,
+    /// Largest stable stiffness along the opening, N/m; in steps of 1 N/m.
+    pub stiffness_max_n_m: f32,
+}
+
 /// Capabilities that a device reports. A pedal leaves the haptic fields zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Capabilities {
@@ -116,10 +134,12 @@ pub struct Capabilities {
     pub serial: u32,
     /// Name, ASCII, padded with zeros.
     pub name: [u8; 16],
+    /// Opening of the handle, with which the message is one of version 2.
+    pub opening: Option<Opening>,
 }
 
 impl Capabilities {
-    /// Parses a message of kind `CAPABILITIES`.
+    /// Parses a message of kind `CAPABILITIES`. Its length must be that of its version.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         use capabilities as at;
         if message.kind() != Kind::Capabilities {
@@ -131,8 +151,13 @@ impl Capabilities {
             _ => return Err(WireError::Range),
         };
         let flags = message.u8(at::FLAGS);
+        let version = message.u8(at::VERSION);
+        let of_opening = if message.has_opening() { 2 } else { 1 };
+        if matches!(version, 1 | 2) && version != of_opening {
+            return Err(WireError::Range);
+        }
         Ok(Self {
-            version: message.u8(at::VERSION),
+            version,
             kind,
             measures_velocity: flags & MEASURES_VELOCITY != 0,
             watchdog_ms: message.u8(at::WATCHDOG),
@@ -147,6 +172,12 @@ impl Capabilities {
             delay_s: f32::from(message.u16(at::DELAY)) * DELAY_UNIT_S,
             serial: message.u32(at::SERIAL),
             name: message.bytes(at::NAME),
+            opening: message.has_opening().then(|| Opening {
+                travel_m: f32::from(message.u16(at::OPENING_TRAVEL)) * TRAVEL_UNIT_M,
+                force_max_n: f32::from(message.u16(at::OPENING_FORCE)) * FORCE_UNIT_N,
+                stiffness_max_n_m: f32::from(message.u16(at::OPENING_STIFFNESS))
+                    * STIFFNESS_UNIT_N_M,
+            }),
         })
     }
 
@@ -171,6 +202,11 @@ impl Capabilities {
         writer.put_u16(self.delay_s, DELAY_UNIT_S);
         writer.put(&self.serial.to_le_bytes());
         writer.put(&self.name);
+        if let Some(opening) = &self.opening {
+            writer.put_u16(opening.travel_m, TRAVEL_UNIT_M);
+            writer.put_u16(opening.force_max_n, FORCE_UNIT_N);
+            writer.put_u16(opening.stiffness_max_n_m, STIFFNESS_UNIT_N_M);
+        }
         writer.frame()
     }
 
@@ -178,7 +214,7 @@ impl Capabilities {
     #[must_use]
     pub const fn touch_class() -> Self {
         Self {
-            version: VERSION,
+            version: 1,
             kind: DeviceKind::Haptic,
             measures_velocity: true,
             watchdog_ms: 50,
@@ -193,6 +229,22 @@ impl Capabilities {
             delay_s: crate::touch::DELAY_S,
             serial: 1,
             name: *b"emulated touch\0\0",
+            opening: None,
+        }
+    }
+
+    /// A Touch-class device with a handle that opens by 30 mm, as scissors' rings do, with 5 N.
+    #[must_use]
+    pub const fn touch_class_with_opening() -> Self {
+        Self {
+            version: 2,
+            name: *b"emulated handle\0",
+            opening: Some(Opening {
+                travel_m: 0.03,
+                force_max_n: 5.0,
+                stiffness_max_n_m: 1000.0,
+            }),
+            ..Self::touch_class()
         }
     }
 
@@ -200,7 +252,7 @@ impl Capabilities {
     #[must_use]
     pub const fn pedal(rate_hz: u16) -> Self {
         Self {
-            version: VERSION,
+            version: 1,
             kind: DeviceKind::Pedal,
             measures_velocity: false,
             watchdog_ms: 0,
@@ -215,6 +267,7 @@ impl Capabilities {
             delay_s: 0.0,
             serial: 2,
             name: *b"emulated pedal\0\0",
+            opening: None,
         }
     }
 }
@@ -243,8 +296,24 @@ mod tests {
     }
 
     #[test]
+    fn a_version_that_contradicts_the_length_is_refused() {
+        for (sent, version) in [
+            (Capabilities::touch_class(), 2),
+            (Capabilities::touch_class_with_opening(), 1),
+        ] {
+            let bytes = payload(&Capabilities { version, ..sent }.frame(0));
+            let read = Capabilities::parse(&Message::new(&bytes).unwrap());
+            assert_eq!(read, Err(WireError::Range));
+        }
+    }
+
+    #[test]
     fn capabilities_come_back() {
-        for sent in [Capabilities::touch_class(), Capabilities::pedal(100)] {
+        for sent in [
+            Capabilities::touch_class(),
+            Capabilities::touch_class_with_opening(),
+            Capabilities::pedal(100),
+        ] {
             let bytes = payload(&sent.frame(0));
             let read = Capabilities::parse(&Message::new(&bytes).unwrap()).unwrap();
             assert!((read.force_max_n - sent.force_max_n).abs() < 1e-6);

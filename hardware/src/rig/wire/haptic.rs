@@ -12,6 +12,8 @@ mod state {
     pub(super) const VELOCITY: usize = 23;
     pub(super) const ROTATION: usize = 35;
     pub(super) const END: usize = 43;
+    /// Version 2.
+    pub(super) const OPENING: usize = 43;
 }
 
 /// Offsets of the fields of `FORCE` in the payload.
@@ -19,14 +21,19 @@ mod force {
     pub(super) const FORCE: usize = 3;
     pub(super) const TORQUE: usize = 9;
     pub(super) const END: usize = 15;
+    /// Version 2.
+    pub(super) const OPENING: usize = 15;
 }
 
 pub(super) const STATE_BYTES: usize = state::END - field::BODY;
 pub(super) const FORCE_BYTES: usize = force::END - field::BODY;
+/// A version 2 message of either kind has a 16-bit opening more.
+pub(super) const OPENING_BYTES: usize = 2;
 
 const POSITION_UNIT_M: f32 = 1e-7;
 const SPEED_UNIT_M_S: f32 = 1e-6;
 const ROTATION_UNIT: f32 = 1.0 / 32767.0;
+const OPENING_UNIT: f32 = 1.0 / 65535.0;
 const FORCE_UNIT_N: f32 = 1e-3;
 const TORQUE_UNIT_N_M: f32 = 1e-4;
 
@@ -68,6 +75,9 @@ pub struct State {
     pub velocity_m_s: [f32; 3],
     /// Unit quaternion x y z w; in steps of 1/32767.
     pub rotation_xyzw: [f32; 4],
+    /// Opening of the handle, 0 shut to 1 wide open; in steps of 1/65535. With it the message is
+    /// one of version 2.
+    pub opening: Option<f32>,
 }
 
 impl State {
@@ -101,6 +111,9 @@ impl State {
             rotation_xyzw: unit_quaternion([0, 2, 4, 6].map(|offset| {
                 f32::from(i16::from_le_bytes(message.bytes(at::ROTATION + offset))) * ROTATION_UNIT
             }))?,
+            opening: message
+                .has_opening()
+                .then(|| (f32::from(message.u16(at::OPENING)) * OPENING_UNIT).min(1.0)),
         })
     }
 
@@ -119,6 +132,9 @@ impl State {
         }
         for part in self.rotation_xyzw {
             writer.put_i16(part, ROTATION_UNIT);
+        }
+        if let Some(opening) = self.opening {
+            writer.put_u16(opening, OPENING_UNIT);
         }
         writer.frame()
     }
@@ -146,6 +162,8 @@ pub struct Force {
     pub force_n: [f32; 3],
     /// Torque, N m; in steps of 0.1 mN m. A device without torque ignores it.
     pub torque_n_m: [f32; 3],
+    /// Force that opens the handle, N; in steps of 1 mN. With it the message is one of version 2.
+    pub opening_n: Option<f32>,
 }
 
 impl Force {
@@ -157,6 +175,9 @@ impl Force {
         Ok(Self {
             force_n: message.i16_triple(force::FORCE, FORCE_UNIT_N),
             torque_n_m: message.i16_triple(force::TORQUE, TORQUE_UNIT_N_M),
+            opening_n: message.has_opening().then(|| {
+                f32::from(i16::from_le_bytes(message.bytes(force::OPENING))) * FORCE_UNIT_N
+            }),
         })
     }
 
@@ -169,6 +190,9 @@ impl Force {
         }
         for torque in self.torque_n_m {
             writer.put_i16(torque, TORQUE_UNIT_N_M);
+        }
+        if let Some(opening_n) = self.opening_n {
+            writer.put_i16(opening_n, FORCE_UNIT_N);
         }
         writer.frame()
     }
@@ -189,6 +213,7 @@ mod tests {
             position_m: [0.01, -0.02, 0.03],
             velocity_m_s: [0.1, 0.0, -0.1],
             rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
+            opening: None,
         }
     }
 
@@ -203,6 +228,25 @@ mod tests {
         }
         expected.extend_from_slice(&[0, 0, 0, 0, 0, 0, 0xFF, 0x7F]);
         assert_eq!(payload(&sample().frame(9)), expected);
+    }
+
+    #[test]
+    fn an_opening_follows_the_rest() {
+        let state = State {
+            opening: Some(0.4),
+            ..sample()
+        };
+        let bytes = payload(&state.frame(9));
+        assert_eq!(bytes.get(..43), payload(&sample().frame(9)).get(..));
+        assert_eq!(bytes.get(43..), Some(&26214u16.to_le_bytes()[..]));
+        let force = Force {
+            opening_n: Some(-1.5),
+            ..Force::default()
+        };
+        let bytes = payload(&force.frame(5));
+        assert_eq!(bytes.get(15..), Some(&(-1500i16).to_le_bytes()[..]));
+        let read = Force::parse(&Message::new(&bytes).unwrap()).unwrap();
+        assert!((read.opening_n.unwrap() + 1.5).abs() < 1e-6, "{read:?}");
     }
 
     #[test]
@@ -224,6 +268,7 @@ mod tests {
         let force = Force {
             force_n: [1.0, -2.0, 3.3],
             torque_n_m: [0.01, 0.0, 0.0],
+            opening_n: None,
         };
         let expected = [
             0x02, 5, 0, 0xE8, 0x03, 0x30, 0xF8, 0xE4, 0x0C, 100, 0, 0, 0, 0, 0,
@@ -236,6 +281,7 @@ mod tests {
         let force = Force {
             force_n: [f32::NAN; 3],
             torque_n_m: [f32::NAN; 3],
+            opening_n: None,
         };
         assert_eq!(force.frame(0), Force::default().frame(0));
     }
@@ -243,7 +289,7 @@ mod tests {
     proptest! {
         #[test]
         fn forces_come_back_within_half_a_step(force_n in prop::array::uniform3(-32.7..32.7f32)) {
-            let bytes = payload(&Force { force_n, torque_n_m: [0.0; 3] }.frame(0));
+            let bytes = payload(&Force { force_n, ..Force::default() }.frame(0));
             let read = Force::parse(&Message::new(&bytes).unwrap()).unwrap();
             for (read, sent) in read.force_n.iter().zip(force_n) {
                 prop_assert!((read - sent).abs() <= 0.51e-3);

@@ -8,14 +8,15 @@ mod handshake;
 mod haptic;
 mod pedal;
 
-pub use handshake::{Capabilities, DeviceKind, Hello};
+pub use handshake::{Capabilities, DeviceKind, Hello, Opening};
 pub use haptic::{Force, State, Status};
 pub use pedal::Switches;
 
 use super::frame::{Frame, MAX_PAYLOAD};
 
-/// Version of the protocol in this file.
-pub const VERSION: u8 = 1;
+/// Newest version of the protocol in this file: its messages carry the handle's opening. A device
+/// without one speaks version 1.
+pub const VERSION: u8 = 2;
 
 /// Offsets of the header's fields.
 mod field {
@@ -30,6 +31,7 @@ mod field {
 pub struct Message<'a> {
     payload: &'a [u8],
     kind: Kind,
+    has_opening: bool,
 }
 
 /// Kind of a message. Host to device below 0x80, device to host above.
@@ -51,6 +53,7 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// Bytes of the body in version 1.
     const fn body_bytes(self) -> usize {
         match self {
             Self::Hello => handshake::HELLO_BYTES,
@@ -62,9 +65,14 @@ impl Kind {
         }
     }
 
-    /// Bytes of a payload of this kind.
-    pub(super) const fn payload_bytes(self) -> usize {
-        field::BODY + self.body_bytes()
+    /// Bytes of a payload of this kind in version 1, and those that version 2 adds for the opening.
+    pub(super) const fn payload_bytes(self) -> (usize, usize) {
+        let opening = match self {
+            Self::Capabilities => handshake::OPENING_BYTES,
+            Self::Force | Self::State => haptic::OPENING_BYTES,
+            Self::Hello | Self::Stop | Self::Switches => 0,
+        };
+        (field::BODY + self.body_bytes(), opening)
     }
 
     /// Name in `PROTOCOL.md`.
@@ -108,16 +116,28 @@ impl<'a> Message<'a> {
     pub fn new(payload: &'a [u8]) -> Result<Self, WireError> {
         let byte = *payload.get(field::KIND).ok_or(WireError::Length)?;
         let kind = Kind::from_byte(byte).ok_or(WireError::Kind(byte))?;
-        if payload.len() != kind.payload_bytes() {
+        let (plain, opening) = kind.payload_bytes();
+        let has_opening = opening > 0 && payload.len() == plain + opening;
+        if payload.len() != plain && !has_opening {
             return Err(WireError::Length);
         }
-        Ok(Self { payload, kind })
+        Ok(Self {
+            payload,
+            kind,
+            has_opening,
+        })
     }
 
     /// Kind of the message.
     #[must_use]
     pub const fn kind(&self) -> Kind {
         self.kind
+    }
+
+    /// True for a message of version 2, which carries the handle's opening.
+    #[must_use]
+    pub const fn has_opening(&self) -> bool {
+        self.has_opening
     }
 
     /// Sequence number: counts the messages of one sender; wraps.
@@ -222,8 +242,8 @@ pub fn stop_frame(sequence: u16) -> Frame {
 }
 
 const _: () = assert!(
-    field::BODY + haptic::STATE_BYTES <= MAX_PAYLOAD
-        && field::BODY + handshake::CAPABILITIES_BYTES <= MAX_PAYLOAD
+    field::BODY + haptic::STATE_BYTES + haptic::OPENING_BYTES <= MAX_PAYLOAD
+        && field::BODY + handshake::CAPABILITIES_BYTES + handshake::OPENING_BYTES <= MAX_PAYLOAD
 );
 
 #[cfg(test)]
@@ -267,19 +287,23 @@ mod tests {
         fn arbitrary_payloads_parse_to_sane_values_or_to_errors(
             kind in prop::sample::select(vec![1u8, 2, 3, 0x81, 0x82, 0x83]),
             body in prop::collection::vec(any::<u8>(), MAX_PAYLOAD),
+            opens in any::<bool>(),
         ) {
             let mut bytes = vec![kind];
             bytes.extend_from_slice(&body);
-            bytes.truncate(field::BODY + Kind::from_byte(kind).unwrap().body_bytes());
+            let (plain, opening) = Kind::from_byte(kind).unwrap().payload_bytes();
+            bytes.truncate(plain + if opens { opening } else { 0 });
             let message = Message::new(&bytes).unwrap();
             if let Ok(state) = State::parse(&message) {
                 prop_assert!(state.position_m.iter().all(|x| x.abs() <= State::POSITION_LIMIT_M));
                 prop_assert!(state.velocity_m_s.iter().all(|v| v.abs() <= State::SPEED_LIMIT_M_S));
                 let norm: f32 = state.rotation_xyzw.iter().map(|x| x * x).sum();
                 prop_assert!((norm - 1.0).abs() < 1e-4, "{norm}");
+                prop_assert!(state.opening.is_none_or(|it| (0.0..=1.0).contains(&it)));
             }
             if let Ok(force) = Force::parse(&message) {
                 prop_assert!(force.force_n.iter().all(|f| f.abs() <= 32.768));
+                prop_assert!(force.opening_n.is_none_or(|f| f.abs() <= 32.768));
             }
             if let Ok(capabilities) = Capabilities::parse(&message) {
                 prop_assert!(capabilities.force_max_n.is_finite());

@@ -6,7 +6,7 @@ use hardware::rig::wire::{DeviceKind, Force, Hello, Switches, stop_frame};
 use proptest::prelude::*;
 
 use super::compiler::Language;
-use super::twin::{Firmware, Pair, figured, with_torque};
+use super::twin::{Firmware, Pair, figured, with_opening, with_torque};
 
 /// One event of a device's life.
 #[derive(Debug, Clone)]
@@ -15,16 +15,19 @@ enum Event {
     Time(u32),
     Report(bool, bool),
     Switches(u8),
-    State([f32; 10], u8),
+    State([f32; 11], u8),
 }
 
 fn bytes() -> impl Strategy<Value = Vec<u8>> {
     let number = prop_oneof![0u16..6, 0x7FFDu16..0x8004, 0xFFFCu16..=0xFFFF];
     let part = prop_oneof![Just(0.0f32), -4.0..4.0f32, -40.0..40.0f32];
-    let force = (prop::array::uniform6(part), number).prop_map(|([x, y, z, a, b, c], number)| {
+    let opening_n = prop::option::of(-9.0..9.0f32);
+    let parts = (prop::array::uniform6(part), opening_n, number);
+    let force = parts.prop_map(|([x, y, z, a, b, c], opening_n, number)| {
         Force {
             force_n: [x, y, z],
             torque_n_m: [a / 10.0, b / 10.0, c / 10.0],
+            opening_n,
         }
         .frame(number)
     });
@@ -37,7 +40,7 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
     });
     let frame = prop_oneof![
         8 => force,
-        2 => any::<u16>().prop_map(|number| Hello { version: 1 }.frame(number)),
+        2 => (any::<u16>(), 1u8..4).prop_map(|(number, version)| Hello { version }.frame(number)),
         1 => any::<u16>().prop_map(stop_frame),
         1 => framed,
         1 => kinds,
@@ -70,8 +73,8 @@ fn event() -> impl Strategy<Value = Event> {
         3 => prop_oneof![0u32..2000, 45_000u32..55_000, any::<u32>()].prop_map(Event::Time),
         1 => (any::<bool>(), prop::bool::weighted(0.2)).prop_map(|(a, b)| Event::Report(a, b)),
         1 => any::<u8>().prop_map(Event::Switches),
-        4 => (prop::collection::vec(part(), 10), any::<u8>()).prop_map(|(parts, buttons)| {
-            Event::State(parts.try_into().expect("ten"), buttons)
+        4 => (prop::collection::vec(part(), 11), any::<u8>()).prop_map(|(parts, buttons)| {
+            Event::State(parts.try_into().expect("eleven"), buttons)
         }),
     ]
 }
@@ -88,12 +91,13 @@ fn live(pair: &mut Pair<'_>, event: Event) {
                 camera_lock: bits & 4 != 0,
             });
         }
-        Event::State([x, y, z, u, v, w, a, b, c, d], buttons) => {
+        Event::State([x, y, z, u, v, w, a, b, c, d, opening], buttons) => {
             pair.state(&Motion {
                 position_m: [x, y, z],
                 velocity_m_s: [u, v, w],
                 rotation_xyzw: [a, b, c, d],
                 buttons,
+                opening,
             });
         }
     }
@@ -109,9 +113,10 @@ fn config() -> ProptestConfig {
 fn alike(language: Language) {
     let firmware = Firmware::new(language);
     let life = prop::collection::vec((event(), any::<bool>()), 0..60);
-    proptest!(config(), |(life in life, start_us in any::<u32>())| {
-        let mut pair = Pair::new(&firmware, with_torque(), start_us);
-        pair.receive(Hello { version: 1 }.frame(1).as_bytes());
+    proptest!(config(), |(life in life, start_us in any::<u32>(), opens in any::<bool>(), version in 1u8..3)| {
+        let can = if opens { with_opening() } else { with_torque() };
+        let mut pair = Pair::new(&firmware, can, start_us);
+        pair.receive(Hello { version }.frame(1).as_bytes());
         for (event, asks) in life {
             live(&mut pair, event);
             if asks {
@@ -143,7 +148,7 @@ fn any_description_is_sent_alike() {
         let mut pair = Pair::new(&firmware, can, 0);
         pair.receive(Hello { version: 1 }.frame(1).as_bytes());
         pair.answer();
-        let force = Force { force_n: [30.0, -20.0, 0.5], torque_n_m: [1.0, 0.0, -3.0] };
+        let force = Force { force_n: [30.0, -20.0, 0.5], torque_n_m: [1.0, 0.0, -3.0], opening_n: None };
         pair.receive(force.frame(1).as_bytes());
         pair.force();
         pair.now_us = 100_001;

@@ -54,6 +54,9 @@ void twin_init(twin *it, uint8_t kind, uint8_t watchdog_ms, uint16_t rate_hz, ui
     can.torque_max_n_m = figures[5];
     can.damping_n_s_m = figures[6];
     can.delay_s = figures[7];
+    can.opening_travel_m = figures[8];
+    can.opening_force_max_n = figures[9];
+    can.opening_stiffness_max_n_m = figures[10];
     can.serial = serial;
     can.name = it->name;
     calot_rig_init(&it->rig, &can);
@@ -74,6 +77,7 @@ void twin_force(twin *it, uint32_t now_us, float *out)
     const calot_force force = calot_rig_force(&it->rig, now_us);
     memcpy(out, force.force_n, sizeof force.force_n);
     memcpy(out + 3, force.torque_n_m, sizeof force.torque_n_m);
+    out[6] = force.opening_n;
 }
 
 size_t twin_state(twin *it, const float *motion, uint8_t buttons, uint32_t now_us, uint8_t *out)
@@ -83,6 +87,7 @@ size_t twin_state(twin *it, const float *motion, uint8_t buttons, uint32_t now_u
     memcpy(moved.velocity_m_s, motion + 3, sizeof moved.velocity_m_s);
     memcpy(moved.rotation_xyzw, motion + 6, sizeof moved.rotation_xyzw);
     moved.buttons = buttons;
+    moved.opening = motion[10];
     return calot_rig_state(&it->rig, &moved, now_us, out);
 }
 

@@ -74,6 +74,9 @@ impl Twin<'_> {
             can.torque_max_n_m,
             can.damping_n_s_m,
             can.delay_s,
+            can.opening.map_or(0.0, |it| it.travel_m),
+            can.opening.map_or(0.0, |it| it.force_max_n),
+            can.opening.map_or(0.0, |it| it.stiffness_max_n_m),
         ];
         type Init = extern "C" fn(Memory, u8, u8, u16, u32, *const c_char, *const f32);
         self.call::<Init>(b"twin_init")(
@@ -106,12 +109,13 @@ impl Twin<'_> {
 
     pub(super) fn force(&mut self, now_us: u32) -> Force {
         type Rendered = extern "C" fn(Memory, u32, *mut f32);
-        let mut out = [0.0; 6];
+        let mut out = [0.0; 7];
         self.call::<Rendered>(b"twin_force")(self.memory(), now_us, out.as_mut_ptr());
-        let [x, y, z, torques @ ..] = out;
+        let [x, y, z, tx, ty, tz, opening_n] = out;
         Force {
+            opening_n: Some(opening_n),
             force_n: [x, y, z],
-            torque_n_m: torques,
+            torque_n_m: [tx, ty, tz],
         }
     }
 
@@ -121,6 +125,7 @@ impl Twin<'_> {
         let mut parts = Vec::from(motion.position_m);
         parts.extend(motion.velocity_m_s);
         parts.extend(motion.rotation_xyzw);
+        parts.push(motion.opening);
         self.framed(|memory, out| state(memory, parts.as_ptr(), motion.buttons, now_us, out))
     }
 
@@ -202,7 +207,9 @@ impl<'a> Pair<'a> {
 
     pub(super) fn force(&mut self) -> Force {
         let force = self.rust.force(self.now_us);
-        assert_eq!(self.c.force(self.now_us), force);
+        // In C, a force without an opening has 0 N there.
+        let opening_n = Some(force.opening_n.unwrap_or_default());
+        assert_eq!(self.c.force(self.now_us), Force { opening_n, ..force });
         assert_eq!(self.c.counters(), self.rust.counters());
         force
     }
@@ -225,6 +232,14 @@ pub(super) fn with_torque() -> Capabilities {
     Capabilities {
         torque_max_n_m: 0.1,
         ..Capabilities::touch_class()
+    }
+}
+
+/// A haptic device with torque and a handle that opens.
+pub(super) fn with_opening() -> Capabilities {
+    Capabilities {
+        torque_max_n_m: 0.1,
+        ..Capabilities::touch_class_with_opening()
     }
 }
 

@@ -30,8 +30,15 @@ fn the_checksum_is_the_catalogued_crc_32c() {
 }
 
 fn device_says_the_printed_bytes(language: Language) {
-    let [hello, force, stop, capabilities, state, switches] =
-        <[Vec<u8>; 6]>::try_from(printed()).expect("six vectors");
+    let [
+        hello,
+        force,
+        stop,
+        capabilities,
+        state,
+        switches,
+        opening @ ..,
+    ] = <[Vec<u8>; 9]>::try_from(printed()).expect("nine vectors");
     let firmware = Firmware::new(language);
     let mut twin = firmware.device(&Capabilities::touch_class());
     twin.receive(&hello, 0);
@@ -40,6 +47,7 @@ fn device_says_the_printed_bytes(language: Language) {
 
     twin.receive(&force, 0);
     let wanted = Force {
+        opening_n: None,
         force_n: [1.0, -2.0, 3.3],
         torque_n_m: [0.01, 0.0, 0.0],
     };
@@ -69,6 +77,27 @@ fn device_says_the_printed_bytes(language: Language) {
     twin.receive(&stop, now_us);
     assert!(twin.state(&motion, now_us).is_empty(), "after a stop");
     assert_eq!(twin.counters().messages, 4);
+
+    let mut twin = firmware.device(&Capabilities::touch_class_with_opening());
+    twin.receive(&hello, 0);
+    assert_eq!(twin.answer(), opening[0]);
+    for _ in 2..9 {
+        twin.state(&Motion::default(), 0);
+    }
+    let newest = Force {
+        opening_n: Some(0.0),
+        ..Force::default()
+    };
+    twin.receive(newest.frame(515).as_bytes(), now_us);
+    let half = Motion {
+        opening: 0.5,
+        ..motion
+    };
+    assert_eq!(twin.state(&half, now_us), opening[1]);
+    twin.receive(&hello, now_us);
+    twin.receive(&opening[2], now_us);
+    let opening_n = twin.force(now_us).opening_n.expect("it opens");
+    assert!((opening_n - 1.5).abs() < 1e-6, "{opening_n}");
 
     let mut twin = firmware.device(&Capabilities::pedal(100));
     twin.receive(&hello, 0);

@@ -15,6 +15,11 @@
 //! Salisbury 1995, on a spring that bears the device's limit and no more). Contact and picture use
 //! this proxy pose. Below the limit it is the device pose.
 //!
+//! # Opening
+//!
+//! Jaws follow a handle that opens and shuts, through a spring of the device's stiffness. The
+//! fingers feel the squeezed tissue, and scissors feel the cut (`procedure::opening`).
+//!
 //! # Transition
 //!
 //! A decision may end a force: a pause, another instrument, opening jaws, a reset. The missing part

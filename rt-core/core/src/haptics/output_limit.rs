@@ -41,8 +41,9 @@ const FADES: f32 = 0.98;
 const SCALE_MIN: f32 = 1.0e-4;
 /// Longest delay of a device for which a stiffness is computed, s.
 const DELAY_MAX_S: f32 = 0.1;
-/// Largest change of torque in a tick, as a share of the peak: as quick as that of force.
-const TORQUE_SLEW: f32 = 0.3;
+/// Largest change of torque and of the opening force in a tick, as a share of the peak: as quick as
+/// that of force.
+const SLEW_SHARE: f32 = 0.3;
 /// Speed of the handle above which the force trips, m/s.
 const SPEED_TRIP_M_S: f32 = 1.2;
 /// Time constant of the motors' heating, s. Assumed: makers do not publish it. After 4 s at the
@@ -62,6 +63,8 @@ pub struct Demand {
     pub force_n: Vec3,
     /// Torque on the handle, N m, in the same frame.
     pub torque_n_m: Vec3,
+    /// Force that opens the handle, N.
+    pub opening_n: f32,
     /// Stiffness of the contact at the handle, N/m.
     pub stiffness_n_m: f32,
     /// Position of the handle, m, in that frame, if this tick brought a sample.
@@ -82,6 +85,7 @@ pub struct OutputLimit {
     peak_n: f32,
     continuous_n: f32,
     torque_max_n_m: f32,
+    opening_max_n: f32,
     stiffness_max_n_m: f32,
     passivity: Passivity,
     ramp_s: f32,
@@ -124,6 +128,11 @@ impl OutputLimit {
             peak_n,
             continuous_n: safe(device.force_continuous_n).min(peak_n),
             torque_max_n_m: safe(device.torque_max_n_m),
+            opening_max_n: if device.opening.is_rendered() {
+                safe(device.opening.force_max_n)
+            } else {
+                0.0
+            },
             stiffness_max_n_m: stiffness_max_n_m(device),
             passivity: Passivity::new(device),
             ramp_s: safe(ramp_s).max(TICK_S),
@@ -190,12 +199,16 @@ impl OutputLimit {
     /// Passes a demand through all gates. The result is in the demand's frame, finite, and never
     /// above the device's peaks.
     pub fn apply(&mut self, demand: &Demand, faults: &mut FaultSet) -> ForceCommand {
-        faults.raise_if(demand.device == Status::Stale, Fault::StaleDevice);
+        // Of a device whose fault is known, nobody is told that samples came late.
+        let is_late = demand.device == Status::Stale && !faults.explains_silence();
+        faults.raise_if(is_late, Fault::StaleDevice);
         faults.raise_if(demand.device == Status::Lost, Fault::LostDevice);
         self.trip(demand, faults);
         let is_finite = is_sound(demand);
         faults.raise_if(!is_finite, Fault::BadForce);
-        let wants = demand.force_n != Vec3::zeros() || demand.torque_n_m != Vec3::zeros();
+        let wants = demand.force_n != Vec3::zeros()
+            || demand.torque_n_m != Vec3::zeros()
+            || demand.opening_n.abs() > 0.0;
         faults.raise_if(wants && !self.enabled, Fault::NotEnabled);
         self.passivity
             .observe(demand.handle_m.filter(math::is_finite));
@@ -209,6 +222,7 @@ impl OutputLimit {
             ForceCommand {
                 force_n: self.limit_force(&force_n, faults),
                 torque_n_m: self.limit_torque(&(demand.torque_n_m * share), faults),
+                opening_n: self.limit_opening(demand.opening_n * self.gain, faults),
             }
         } else {
             // Cut at once: a force that is not safe must not fade.
@@ -226,6 +240,11 @@ impl OutputLimit {
         let out = ForceCommand {
             force_n: or_none(out.force_n),
             torque_n_m: or_none(out.torque_n_m),
+            opening_n: if out.opening_n.is_finite() {
+                out.opening_n
+            } else {
+                0.0
+            },
         };
         self.heat_n2 += (out.force_n.norm_squared() - self.heat_n2) * (TICK_S / HEAT_TIME_S);
         self.passivity.note_sent(&out.force_n);
@@ -311,7 +330,25 @@ impl OutputLimit {
             return Vec3::zeros(); // the device says that it drops torque: nothing is cut off
         }
         let torque = clamp(torque, peak, Fault::Clamped, faults);
-        slew(&self.last.torque_n_m, &torque, TORQUE_SLEW * peak, faults)
+        slew(&self.last.torque_n_m, &torque, SLEW_SHARE * peak, faults)
+    }
+
+    /// The handle's opening has a stiffness of its own, which bounds the demand, so that the
+    /// contact's gate does not act on it.
+    fn limit_opening(&self, opening_n: f32, faults: &mut FaultSet) -> f32 {
+        let peak = self.opening_max_n;
+        if peak <= 0.0 {
+            return 0.0; // the device says that it renders none: nothing is cut off
+        }
+        let as_vector = |newtons: f32| Vec3::new(newtons, 0.0, 0.0);
+        let force = clamp(&as_vector(opening_n), peak, Fault::Clamped, faults);
+        slew(
+            &as_vector(self.last.opening_n),
+            &force,
+            SLEW_SHARE * peak,
+            faults,
+        )
+        .x
     }
 
     /// Present limit of the force, N: the peak while the motors are cold, falling to the continuous
@@ -344,7 +381,7 @@ fn stiffness_max_n_m(device: &DeviceCapabilities) -> f32 {
 fn is_sound(demand: &Demand) -> bool {
     let finite = math::is_finite(&demand.force_n) && math::is_finite(&demand.torque_n_m);
     let handle = demand.handle_m.is_none_or(|at_m| math::is_finite(&at_m));
-    finite && handle && !demand.stiffness_n_m.is_nan()
+    finite && handle && demand.opening_n.is_finite() && !demand.stiffness_n_m.is_nan()
 }
 
 /// `wanted`, shortened to `limit`.

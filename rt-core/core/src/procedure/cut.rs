@@ -3,9 +3,9 @@
 //! Links of tubes, bands and sutures are damaged by as much as the blades close on them, from the
 //! moment at which the gap is as narrow as they are thick. A link that slides out from between the
 //! blades is damaged by as much as they had closed on it. The edges grip: tissue between them moves
-//! with them. The hand does not feel the cutting force, because the handle closes by a button and
-//! the force is in balance between the blades. It feels that the severed tissue no longer pulls.
-//! Tetrahedra are not cut yet.
+//! with them. The arm does not feel the cutting force, because it is in balance between the blades.
+//! It feels that the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel
+//! the force ([`crate::procedure::opening`]). Tetrahedra are not cut yet.
 
 use crate::math::Vec3;
 use crate::procedure::clip::guards;
@@ -14,9 +14,19 @@ use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::damage::{Apart, damage_all, sparing_none};
 
+/// Work of closing blades.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Cutting {
+    /// Tissue remains between the edges.
+    pub(crate) is_cutting: bool,
+    /// Energy that the links between the edges take for a full closing of the blades at this rate,
+    /// J.
+    pub(crate) full_closing_j: f32,
+}
+
 /// Cuts links between these blades, which have closed by `closed` of their opening, except at clips
-/// (`clips`: links and places, world frame, m). `cut` receives each severed link. Returns true if
-/// tissue remains between the edges. O(attachments and elastic links of organs that move).
+/// (`clips`: links and places, world frame, m). `cut` receives each severed link. O(attachments and
+/// elastic links of organs that move).
 pub(crate) fn cut_all(
     blades: &Jaws<'_>,
     closed: f32,
@@ -24,8 +34,8 @@ pub(crate) fn cut_all(
     scene: &Scene<'_>,
     bodies: &mut Bodies,
     cut: impl FnMut(Apart),
-) -> bool {
-    let mut is_cutting = false;
+) -> Cutting {
+    let mut work = Cutting::default();
     damage_all(scene, bodies, sparing_none, cut, |bar, parted| {
         let Some(crossing) = blades.crossing(&bar.ends_m, bar.radius_m) else {
             return parted;
@@ -38,12 +48,15 @@ pub(crate) fn cut_all(
         let open_m = 2.0 * blades.instrument.jaw_opening_m() * crossing.along;
         let gap_m = open_m * blades.jaw;
         if gap_m >= thick_m {
-            is_cutting |= parted < 1.0 && blades.meets(&crossing, bar.radius_m);
+            work.is_cutting |= parted < 1.0 && blades.meets(&crossing, bar.radius_m);
             return parted;
         }
         let parted = (parted + open_m * closed / thick_m).max(1.0 - gap_m / thick_m);
-        is_cutting |= parted < 1.0;
+        if parted < 1.0 {
+            work.is_cutting = true;
+            work.full_closing_j += bar.tear_j * open_m / thick_m;
+        }
         parted
     });
-    is_cutting
+    work
 }

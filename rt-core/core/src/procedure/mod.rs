@@ -5,15 +5,15 @@
 //! Closed jaws hold each sphere between them by a spring of its own (XPBD). `bite` computes three
 //! things: the resistance of the tissue, a neo-Hookean slab between two plates, `A G (1/λ² − λ)`;
 //! the friction that it bears; and the stiffness of the tissue behind it, a half-space under a disc
-//! as wide as the bite. A pull beyond the friction makes the grip slide. The squeeze is not
-//! rendered, because the handle closes by a button, but the tissue keeps the jaws open.
+//! as wide as the bite. A pull beyond the friction makes the grip slide, and the tissue keeps the
+//! jaws open. A handle that opens and shuts renders the squeeze; one with a button does not.
 //!
 //! # Scissors
 //!
 //! Closing blades damage the links of tubes, bands and sutures by as much as they close on them,
-//! from the moment at which the gap is as narrow as the link is thick. The hand does not feel the
+//! from the moment at which the gap is as narrow as the link is thick. The arm does not feel the
 //! cutting force, which is in balance between the blades. It feels that the severed tissue no
-//! longer pulls.
+//! longer pulls. Fingers in a handle that opens and shuts feel the cut.
 //!
 //! # Current
 //!
@@ -57,5 +57,6 @@ pub mod clip;
 pub(crate) mod cut;
 pub(crate) mod grasp;
 pub(crate) mod journal;
+pub(crate) mod opening;
 pub(crate) mod unrest;
 pub(crate) mod vessel;

@@ -12,6 +12,7 @@ use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
 use crate::procedure::journal::Journal;
+use crate::procedure::opening::Drive;
 use crate::procedure::unrest::Unrest;
 use crate::sim::sample::Inputs;
 use crate::state::State;
@@ -29,6 +30,7 @@ pub struct Checkpoint {
     inputs: Inputs,
     tool: ToolState,
     proxy: Proxy,
+    drive: Drive,
     bounds: [Bounds; MAX_ORGANS],
     contacts: ToolContacts,
     grasp: Grasp,
@@ -57,6 +59,7 @@ impl Sim<'_> {
             inputs,
             tool,
             proxy,
+            drive,
             bounds,
             contacts,
             grasp,
@@ -78,6 +81,7 @@ impl Sim<'_> {
             inputs: *inputs,
             tool: tool.clone(),
             proxy: *proxy,
+            drive: *drive,
             bounds: *bounds,
             contacts: contacts.clone(),
             grasp: grasp.clone(),
@@ -104,6 +108,7 @@ impl Sim<'_> {
             inputs,
             tool,
             proxy,
+            drive,
             bounds,
             contacts,
             grasp,
@@ -123,6 +128,7 @@ impl Sim<'_> {
         self.inputs = *inputs;
         self.tool = tool.clone();
         self.proxy = *proxy;
+        self.drive = *drive;
         self.bounds = *bounds;
         self.contacts = contacts.clone();
         self.grasp = grasp.clone();

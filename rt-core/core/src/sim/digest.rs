@@ -13,8 +13,8 @@ use crate::words::SphereBits;
 /// Hashes of the results of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Digest {
-    /// Hash of the tools (poses, jaw, force and torque on the hand, counts, switches) and of the
-    /// history of cells.
+    /// Hash of the tools (poses, jaw, force, torque and opening force on the hand, counts,
+    /// switches) and of the history of cells.
     pub tools: u32,
     /// Hash of all spheres: displacement, velocity and flags.
     pub spheres: u32,
@@ -52,6 +52,9 @@ impl TickView<'_> {
         hash.vector(&tool.force_n);
         hash.vector(&tool.torque_n_m);
         hash.float(tool.jaw);
+        if tool.opening_n.abs() > 0.0 {
+            hash.float(tool.opening_n);
+        }
         hash.word(u32::from(tool.instrument as u8));
         hash.word(tool.contact_count);
         hash.word(tool.grasped_count);

@@ -66,6 +66,7 @@ use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
 use crate::procedure::journal::Journal;
+use crate::procedure::opening::Drive;
 use crate::procedure::unrest::Unrest;
 use crate::scene::{Anchor, Attachment, Scene};
 use crate::sim::sample::Inputs;
@@ -109,6 +110,7 @@ pub struct Sim<'a> {
     inputs: Inputs,
     tool: ToolState,
     proxy: Proxy,
+    drive: Drive,
     bounds: [Bounds; MAX_ORGANS],
     contacts: ToolContacts,
     grasp: Grasp,
@@ -151,6 +153,7 @@ impl<'a> Sim<'a> {
             inputs: Inputs::of(&device),
             tool: ToolState::new(room.instrument_port_m, room.world_from_camera),
             proxy: Proxy::AT_HAND,
+            drive: Drive::new(device.opening),
             bounds: [Bounds::EMPTY; MAX_ORGANS],
             contacts: ToolContacts::default(),
             grasp: Grasp::default(),
@@ -272,6 +275,11 @@ impl<'a> Sim<'a> {
             tool.world_from_handle = room.world_from_device * sample.device_from_handle;
             tool.handle_velocity_m_s = room.world_from_device.rotation * self.inputs.velocity_m_s;
             tool.buttons = sample.buttons;
+            let takes_up = self.inputs.takes_up() && self.grasp.count() == 0;
+            self.drive.follow(sample.opening, takes_up);
+            if let (Some(hand), true) = (self.drive.hand(), takes_up) {
+                tool.jaw = hand; // where a gap has left the handle, nothing is bitten or cut
+            }
             let handle = &self.proxy.handle(&tool.world_from_handle);
             let length = tool.instrument.jaw_length_m();
             tool.tip_m = self.kinematics.tip(handle);
@@ -429,10 +437,12 @@ impl<'a> Sim<'a> {
             self.renders_torque,
         );
         let wrench = self.transition.felt(&felt.wrench);
+        self.drive.settle(&procedure::jaws(&self.tool), &self.grasp);
         let world_from_device = &self.scene.room().world_from_device.rotation;
         let demand = Demand {
             force_n: world_from_device.inverse() * wrench.force_n,
             torque_n_m: world_from_device.inverse() * wrench.torque_n_m,
+            opening_n: self.drive.force_n(),
             stiffness_n_m: felt.stiffness_n_m,
             handle_m: self.inputs.fresh_handle_m(),
             speed_m_s: math::norm(&self.tool.handle_velocity_m_s),
@@ -440,7 +450,7 @@ impl<'a> Sim<'a> {
             device_fails: findings.faults.contains(Fault::DeviceFault),
             paused,
         };
-        self.asks_force = wrench != Wrench::ZERO && !paused;
+        self.asks_force = (wrench != Wrench::ZERO || demand.opening_n > 0.0) && !paused;
         let command = self.limit.apply(&demand, faults);
         if let (Some(limit_n), false) = (self.limit.rendered_n(), paused) {
             let force_n = &felt.wrench.force_n;
@@ -448,6 +458,7 @@ impl<'a> Sim<'a> {
         }
         self.tool.force_n = world_from_device * command.force_n;
         self.tool.torque_n_m = world_from_device * command.torque_n_m;
+        self.tool.opening_n = command.opening_n;
         self.tool.switches.force_enabled = self.limit.is_open();
         command
     }

@@ -8,27 +8,23 @@ use crate::procedure::clip::Clips;
 use crate::procedure::cut::cut_all;
 use crate::procedure::grasp::Jaws;
 use crate::sim::Sim;
-use crate::time::TICK_S;
 use crate::tissue::damage::tear_all;
 use crate::tool::{Instrument, Tool, ToolState};
 use crate::words::{Event, EventKind};
 
-/// Time in which the jaws close or open fully, s.
-const JAW_TIME_S: f32 = 0.15;
 /// Opening at which closing jaws grasp the tissue between them, as a share.
 const JAW_HOLDS: f32 = 0.35;
 
 impl Sim<'_> {
-    /// Acts on the buttons: closes and opens the jaws, changes the instrument.
+    /// Acts on the handle: closes and opens the jaws, changes the instrument.
     pub(super) fn work_instrument(&mut self, faults: &mut FaultSet) {
         let pressed = self.inputs.newly_pressed();
         if pressed.contains(Buttons::CHANGE) {
             self.change_instrument(self.tool.instrument.next());
         }
-        let closing = self.tool.buttons.contains(Buttons::GRASP);
-        let step = TICK_S / JAW_TIME_S * if closing { -1.0 } else { 1.0 };
-        let jaw = (self.tool.jaw + step).clamp(0.0, 1.0);
-        let jaw = self.grasp.stop(&jaws(&self.tool), jaw);
+        let pressed = self.tool.buttons.contains(Buttons::GRASP);
+        let closing = self.drive.hand().map_or(pressed, |hand| hand <= JAW_HOLDS);
+        let jaw = (self.drive).jaw(pressed, &jaws(&self.tool), &self.grasp);
         let bites = self.tool.jaw > JAW_HOLDS && jaw <= JAW_HOLDS;
         let closed = self.tool.jaw - jaw;
         self.tool.jaw = jaw;
@@ -78,11 +74,12 @@ impl Sim<'_> {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let blades = jaws(&self.tool);
         let (clips, vessels) = (self.clips.places(bodies), &mut self.state.vessels);
-        let is_cutting = cut_all(&blades, closed, &clips, scene, bodies, |apart| {
+        let work = cut_all(&blades, closed, &clips, scene, bodies, |apart| {
             vessels.note_change();
             journal.raise(apart.reported(EventKind::Cut));
         });
-        match (is_cutting, self.grasp.count()) {
+        self.drive.note_cut(work.full_closing_j);
+        match (work.is_cutting, self.grasp.count()) {
             (true, 0) => self.grasp.close(&blades, |_| true, scene, bodies, faults),
             (false, 1..) => {
                 self.grasp.open(bodies);
@@ -139,7 +136,9 @@ impl Sim<'_> {
         };
         let (held, force_n) = (self.grasp.count(), math::norm(&self.grasp.pull_n()));
         // Tissue that slides out of opening jaws is released, and reported as such.
-        if self.grasp.hold(&jaws(&self.tool), &mut self.state.bodies) && closing {
+        let most_n = self.drive.grip_max_n(self.tool.instrument);
+        let slipped = (self.grasp).hold(&jaws(&self.tool), most_n, &mut self.state.bodies);
+        if slipped && closing {
             self.tell_of_grasp(EventKind::Slip, force_n);
         }
         if let Some((sphere, grip_n)) = self.grasp.crush(&self.scene, &self.state.bodies) {
@@ -181,7 +180,9 @@ impl Sim<'_> {
         // Persistent contacts of the old instrument do not belong to the new one.
         self.contacts.clear();
         self.tool.instrument = instrument;
-        self.tool.jaw = 1.0;
+        // New jaws are as open as the handle, so that they neither bite nor cut by the change.
+        self.tool.jaw = self.drive.hand().unwrap_or(1.0);
+        self.drive.note_cut(0.0);
     }
 
     pub(super) fn note_events(&mut self, faults: &mut FaultSet) {
@@ -198,7 +199,7 @@ impl Sim<'_> {
     }
 }
 
-fn jaws(tool: &ToolState) -> Jaws<'_> {
+pub(super) fn jaws(tool: &ToolState) -> Jaws<'_> {
     Jaws {
         instrument: tool.instrument,
         world_from_instrument: &tool.world_from_instrument,

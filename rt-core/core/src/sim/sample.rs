@@ -109,6 +109,8 @@ pub(crate) struct Inputs {
     /// Velocity of the handle in the device's frame, m/s: measured, else from the last two samples.
     pub(crate) velocity_m_s: Vec3,
     newly_pressed: Buttons,
+    /// The newest sample does not continue those before: the first, or the first after a gap.
+    takes_up: bool,
     /// Age at which a device sample is stale, ns.
     stale_ns: u64,
     stood_still: bool,
@@ -152,11 +154,13 @@ impl Inputs {
         self.came_back = self.device.is_lost && matches!(device, Polled::Fresh(_));
         self.device.take(device, |sample| sample.at_ns);
         self.newly_pressed = Buttons::default();
+        self.takes_up = false;
         if let Polled::Fresh(sample) = device {
             let before_gap = self.is_settling();
             self.velocity_m_s = sample
                 .velocity_m_s
                 .unwrap_or_else(|| velocity(before.filter(|_| !before_gap).as_ref(), &sample));
+            self.takes_up = before.is_none() || self.has_leapt();
             // A button that is pressed at the start acts only after it was released.
             let held = before.map_or(sample.buttons, |before| before.buttons);
             self.newly_pressed = Buttons(sample.buttons.0 & !held.0);
@@ -188,6 +192,12 @@ impl Inputs {
     /// Buttons that were pressed with this tick's sample.
     pub(crate) const fn newly_pressed(&self) -> Buttons {
         self.newly_pressed
+    }
+
+    /// True if this tick's sample does not continue those before, so that the handle may have
+    /// opened or shut unseen.
+    pub(crate) const fn takes_up(&self) -> bool {
+        self.takes_up
     }
 
     /// True if the hand may have moved anywhere: no tick ran for long (a stopped process, a stalled
@@ -249,4 +259,7 @@ fn is_device_sample(sample: &DeviceSample) -> bool {
         && sample
             .velocity_m_s
             .is_none_or(|velocity| math::is_finite(&velocity))
+        && sample
+            .opening
+            .is_none_or(|opening| (0.0..=1.0).contains(&opening))
 }

@@ -126,7 +126,7 @@ pub(crate) struct BarView {
     pub(crate) area_m2: f32,
     rest_length_m: f32,
     /// Energy that tears it, J; 0 if it cannot tear.
-    tear_j: f32,
+    pub(crate) tear_j: f32,
     compliance_m_n: f32,
 }
 

@@ -56,6 +56,8 @@ pub struct ToolState {
     pub force_n: Vec3,
     /// Torque on the hand as sent to the device, N m.
     pub torque_n_m: Vec3,
+    /// Force that opens the handle as sent to the device, N.
+    pub opening_n: f32,
     /// Contacts of the instrument, with tissue or with the endoscope.
     pub contact_count: u32,
     /// Spheres between closed jaws.
@@ -82,6 +84,7 @@ impl ToolState {
             endoscope: None,
             force_n: Vec3::zeros(),
             torque_n_m: Vec3::zeros(),
+            opening_n: 0.0,
             contact_count: 0,
             grasped_count: 0,
             switches: Switches::default(),

@@ -6,10 +6,11 @@ use proptest::prelude::*;
 use rt_core::fault::{Fault, FaultSet};
 use rt_core::haptics::output_limit::{Demand, OutputLimit};
 use rt_core::math::{Vec3, is_finite, norm};
-use rt_core::port::DeviceCapabilities;
+use rt_core::port::{DeviceCapabilities, ForceCommand, Opening};
 use rt_core::words::Status;
 
 const DEVICE: DeviceCapabilities = DeviceCapabilities {
+    opening: Opening::NONE,
     force_max_n: 3.0,
     force_continuous_n: 1.0,
     torque_max_n_m: 0.0,
@@ -22,6 +23,7 @@ const DEVICE: DeviceCapabilities = DeviceCapabilities {
 };
 
 const HALF: Demand = Demand {
+    opening_n: 0.0,
     force_n: Vec3::new(0.0, 0.0, 0.5),
     torque_n_m: Vec3::new(0.0, 0.0, 0.0),
     stiffness_n_m: 100.0,
@@ -176,6 +178,77 @@ fn too_strong_is_clamped_after_the_slew() {
 }
 
 #[test]
+fn the_force_on_the_fingers_passes_the_same_gates() {
+    let device = DeviceCapabilities {
+        opening: Opening {
+            travel_m: 0.03,
+            force_max_n: 5.0,
+            stiffness_max_n_m: 1000.0,
+        },
+        ..DEVICE
+    };
+    let opened = |device: &DeviceCapabilities| {
+        let mut limit = OutputLimit::new(device, 0.0);
+        limit.enable(true);
+        limit
+    };
+    let opens = Demand {
+        opening_n: 9.0,
+        ..HALF
+    };
+    let mut limit = opened(&device);
+    let mut faults = FaultSet::NONE;
+    // 0.3 of the peak a tick, up to the peak.
+    for expected in [1.5, 3.0, 4.5, 5.0, 5.0] {
+        let command = limit.apply(&opens, &mut faults);
+        assert!(near(command.opening_n, expected), "{command:?}");
+    }
+    assert!(faults.contains(Fault::Clamped) && faults.contains(Fault::Slewed));
+    for cut in [
+        Demand {
+            device: Status::Lost,
+            ..opens
+        },
+        Demand {
+            device_fails: true,
+            ..opens
+        },
+        Demand {
+            speed_m_s: 2.0,
+            ..opens
+        },
+        Demand {
+            opening_n: f32::NAN,
+            ..HALF
+        },
+    ] {
+        let command = limit.apply(&cut, &mut faults);
+        assert_eq!(command, ForceCommand::default());
+        limit = opened(&device);
+        limit.apply(&opens, &mut faults);
+    }
+    // A pause lets it fall with the ramp.
+    let paused = Demand {
+        paused: true,
+        ..opens
+    };
+    for _ in 0..5 {
+        limit.apply(&opens, &mut faults);
+    }
+    let mut last = limit.apply(&opens, &mut faults).opening_n;
+    for _ in 0..20 {
+        let now = limit.apply(&paused, &mut faults).opening_n;
+        assert!(now <= last);
+        last = now;
+    }
+    assert!(last.abs() < 1.0e-6, "{last}");
+    // A handle without a motor gets nothing, and that is no fault.
+    let (mut none, mut faults) = (opened(&DEVICE), FaultSet::NONE);
+    assert!(none.apply(&opens, &mut faults).opening_n.abs() < f32::MIN_POSITIVE);
+    assert!(!faults.contains(Fault::Clamped));
+}
+
+#[test]
 fn the_gates_stand_in_their_order() {
     let strong = Demand {
         force_n: Vec3::new(0.0, 900.0, 0.0),
@@ -296,6 +369,31 @@ fn stale_fades_in_20_ms_lost_is_zero_at_once_and_both_ramp_up_again() {
 }
 
 #[test]
+fn a_device_whose_fault_is_known_is_not_called_late_too() {
+    let mut limit = open();
+    let stale = Demand {
+        device: Status::Stale,
+        ..HALF
+    };
+    for known in [
+        Fault::SilentDevice,
+        Fault::FrozenDevice,
+        Fault::DeviceClock,
+        Fault::DeviceBundles,
+        Fault::DeafDevice,
+    ] {
+        let mut faults = only(known);
+        limit.apply(&stale, &mut faults);
+        assert!(!faults.contains(Fault::StaleDevice), "{known:?}");
+    }
+    for other in [Fault::DeviceLeap, Fault::LostPedal] {
+        let mut faults = only(other);
+        limit.apply(&stale, &mut faults);
+        assert!(faults.contains(Fault::StaleDevice), "{other:?}");
+    }
+}
+
+#[test]
 fn a_pause_fades_and_alarms_nobody() {
     let mut limit = open();
     apply(&mut limit, &HALF);
@@ -403,6 +501,7 @@ fn demand() -> impl Strategy<Value = Demand> {
     let force = (hostile(), hostile(), hostile(), hostile());
     (force, hostile(), hostile(), status, any::<bool>()).prop_map(|(f, k, v, device, paused)| {
         Demand {
+            opening_n: 0.0,
             force_n: Vec3::new(f.0, f.1, f.2),
             torque_n_m: Vec3::new(f.3, f.0, 0.0),
             stiffness_n_m: k,

@@ -374,6 +374,7 @@ fn in_colours(links: &[(f32, u32, u32)], spheres: usize) -> Vec<(f32, u32, u32)>
 /// A device sample with the instrument's tip at `tip_m`.
 pub(crate) fn at_tip(tip_m: &Vec3, buttons: Buttons, at_ns: u64) -> DeviceSample {
     DeviceSample {
+        opening: None,
         device_from_handle: LEVER.handle_from_tip(tip_m, &Vec3::new(0.0, 1.0, 0.0)),
         velocity_m_s: None,
         buttons,

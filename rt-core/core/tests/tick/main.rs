@@ -8,6 +8,7 @@ mod endoscope;
 mod energy;
 mod grip;
 mod motion;
+mod opening;
 mod proxy;
 #[path = "../rig/mod.rs"]
 mod rig;

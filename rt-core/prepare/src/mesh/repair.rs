@@ -6,6 +6,7 @@ use std::fmt;
 use super::pieces::{gaps, piece_meshes, pieces};
 use super::weld::{Welded, weld};
 use super::{Mesh, close, sides, touch, wrap};
+use crate::Vec3;
 use crate::error::MeshProblem;
 use crate::field::{Grid, overlap};
 use crate::recipe::Closing;
@@ -41,6 +42,9 @@ const TWICE_SHARE: f64 = 1.3;
 
 /// Share of its volume that a surface may enclose twice before it counts as overlapping itself.
 const OVERLAP_SHARE: f64 = 0.02;
+/// Largest share of an open surface's own area that the lids of a body's holes have. Half a ball
+/// has one half, and a flat sheet 1.
+const LID_SHARE_MAX: f64 = 0.6;
 /// Grid lines across the mesh's longest side, along which the overlap is measured.
 const OVERLAP_LINES: f64 = 120.0;
 
@@ -58,9 +62,17 @@ pub struct Mended {
     hollow: bool,
     merged: bool,
     parted_edges: usize,
-    inner: Dropped,
+    inner: Vec<Inner>,
     tiny: Dropped,
     unwanted: Dropped,
+}
+
+/// A piece that was dropped because it lay inside another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Inner {
+    /// One of its vertices.
+    at: Vec3,
+    volume_m3: f64,
 }
 
 /// Pieces that were dropped for one reason.
@@ -72,18 +84,16 @@ struct Dropped {
 }
 
 impl Dropped {
-    fn add(&mut self, piece: &Mesh) {
-        let volume_m3 = piece.volume().abs();
+    fn add(&mut self, volume_m3: f64) {
         self.count += 1;
         self.volume_m3 += volume_m3;
         self.largest_m3 = self.largest_m3.max(volume_m3);
     }
 
-    fn and(mut self, other: Self) -> Self {
-        self.count += other.count;
-        self.volume_m3 += other.volume_m3;
-        self.largest_m3 = self.largest_m3.max(other.largest_m3);
-        self
+    fn of(pieces: &[Inner]) -> Self {
+        let mut all = Self::default();
+        pieces.iter().for_each(|piece| all.add(piece.volume_m3));
+        all
     }
 
     /// A note such as `70 tiny pieces dropped, 0.4 mL in all, the largest 0.020 mL`.
@@ -111,7 +121,7 @@ fn millilitres(volume_m3: f64) -> String {
 }
 
 impl Mended {
-    /// Keeps only the largest of its separate pieces.
+    /// Keeps only the largest of its separate pieces, and what is known of its inside.
     #[must_use]
     pub fn largest_piece(mut self) -> Self {
         let all = piece_meshes(&self.mesh);
@@ -129,16 +139,20 @@ impl Mended {
                 self.volume_m3 = piece.volume();
                 self.mesh = piece;
             } else {
-                self.unwanted.add(&piece);
+                self.unwanted.add(piece.volume().abs());
             }
         }
+        let mesh = &self.mesh;
+        self.inner
+            .retain(|inner| wrap::winding(mesh, &inner.at) > 0.5);
         self
     }
 
     /// A sentence about a filled inside, for a person who wanted a hollow organ.
     #[must_use]
     pub fn filled(&self) -> Option<String> {
-        let share = self.inner.volume_m3 / self.volume_m3;
+        let inner_m3 = Dropped::of(&self.inner).volume_m3;
+        let share = inner_m3 / self.volume_m3;
         if !self.hollow && share < CAVITY_SHARE {
             return None;
         }
@@ -148,7 +162,7 @@ impl Mended {
                 "its hollow inside is filled: {by_itself}; `closing = \"fill\"` (--closing) keeps the wall"
             )
         } else {
-            let inside = millilitres(self.inner.volume_m3);
+            let inside = millilitres(inner_m3);
             format!("the {inside} within its inner surface are filled: {by_itself}")
         })
     }
@@ -180,7 +194,7 @@ impl fmt::Display for Mended {
         ];
         let note = |(count, what): &(usize, &str)| (*count > 0).then(|| format!("{count} {what}"));
         let mut notes: Vec<String> = counted.iter().filter_map(note).collect();
-        notes.extend(self.inner.note("inner "));
+        notes.extend(Dropped::of(&self.inner).note("inner "));
         notes.extend(self.tiny.note("tiny "));
         notes.extend(self.unwanted.note("unwanted "));
         notes.extend(mended.iter().filter_map(note));
@@ -214,7 +228,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
         hollow: false,
         merged: false,
         parted_edges: 0,
-        inner: Dropped::default(),
+        inner: Vec::new(),
         tiny: Dropped::default(),
         unwanted: Dropped::default(),
     };
@@ -225,6 +239,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
     }
     let mut many = edges_of_many_triangles(&mesh);
     if many > 0 {
+        orient_consistently(&mut mesh)?;
         let parted = touch::part(&mut mesh);
         many = edges_of_many_triangles(&mesh);
         // An edge stays whole if its bodies also hang together at both of its ends.
@@ -241,6 +256,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
     }
     orient_consistently(&mut mesh)?;
     let loops = close::open_loops(&mesh);
+    let mut lid_share = 0.0;
     if !wrapping && !loops.is_empty() {
         if closing == Closing::Refuse {
             let edges = loops.iter().map(Vec::len).sum();
@@ -249,7 +265,9 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
                 edges,
             });
         }
+        let sheet_m2 = mesh.area();
         close::fill(&mut mesh, &loops);
+        lid_share = mesh.area() / sheet_m2 - 1.0;
         mended.patched_loops = loops.len();
         if !mesh.is_closed() {
             if closing == Closing::Fill {
@@ -267,7 +285,16 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
         mended.wrapped = true;
     }
     let mut mended = finish(mended, mesh)?;
-    if closing == Closing::Auto && is_thin(&mended) {
+    let is_thin = is_thin(&mended);
+    // A body with a hole keeps to one side of its lid. A sheet lies close to it, or crosses it.
+    let is_sheet = || closing == Closing::Auto && lid_share > LID_SHARE_MAX && !mended.wrapped;
+    if is_sheet() && (is_thin || doubled(&mended.mesh).0 > OVERLAP_SHARE) {
+        return Err(MeshProblem::Sheet {
+            loops: loops.len(),
+            percent: 100.0 * lid_share,
+        });
+    }
+    if closing == Closing::Auto && is_thin {
         mended = solid_if_hollow(mended);
     }
     if mended.wrapped || mended.hollow {
@@ -276,19 +303,25 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
     once_only(mended, closing)
 }
 
+/// Share of its volume that a surface encloses twice, and the place where it does so most.
+fn doubled(mesh: &Mesh) -> (f64, Vec3) {
+    let [min, max] = mesh.bounds();
+    let cell_m = (max - min).max() / OVERLAP_LINES;
+    let found = overlap(mesh, &Grid::around([min, max], cell_m, 1));
+    let share = found.doubled_m3 / found.enclosed_m3.max(f64::MIN_POSITIVE);
+    (share, found.at)
+}
+
 /// Wraps or refuses a surface that encloses space twice: its volume and inside would be wrong.
 fn once_only(mended: Mended, closing: Closing) -> Result<Mended, MeshProblem> {
-    let [min, max] = mended.mesh.bounds();
-    let cell_m = (max - min).max() / OVERLAP_LINES;
-    let found = overlap(&mended.mesh, &Grid::around([min, max], cell_m, 1));
-    let share = found.doubled_m3 / found.enclosed_m3.max(f64::MIN_POSITIVE);
+    let (share, at) = doubled(&mended.mesh);
     if share <= OVERLAP_SHARE {
         return Ok(mended);
     }
     if closing != Closing::Auto {
         return Err(MeshProblem::Overlaps {
             percent: 100.0 * share,
-            at_m: found.at.into(),
+            at_m: at.into(),
         });
     }
     let wrapped = wrap::wrap(&mended.mesh).ok_or(MeshProblem::NoVolume { volume_ml: 0.0 })?;
@@ -497,10 +530,9 @@ fn drop_pieces(mesh: &mut Mesh, mended: &mut Mended) -> Result<Vec<usize>, MeshP
     all.sort_by(|(_, a), (_, b)| b.volume().total_cmp(&a.volume()));
     let dust = DUST_SHARE * all[0].1.volume();
     let count = all.len();
-    let (mut inner, mut tiny) = (Dropped::default(), Dropped::default());
     let at = all.partition_point(|(_, piece)| piece.volume() >= dust);
     for (_, piece) in all.drain(at..) {
-        tiny.add(&piece);
+        mended.tiny.add(piece.volume().abs());
     }
     if all.len() > PIECES_MAX {
         return Err(MeshProblem::ManyPieces {
@@ -511,7 +543,10 @@ fn drop_pieces(mesh: &mut Mesh, mended: &mut Mended) -> Result<Vec<usize>, MeshP
     let mut kept: Vec<(usize, Mesh)> = Vec::new();
     for (number, piece) in all {
         if kept.iter().any(|(_, other)| lies_inside(&piece, other)) {
-            inner.add(&piece);
+            mended.inner.push(Inner {
+                at: piece.vertices[0],
+                volume_m3: piece.volume().abs(),
+            });
         } else {
             kept.push((number, piece));
         }
@@ -522,7 +557,5 @@ fn drop_pieces(mesh: &mut Mesh, mended: &mut Mended) -> Result<Vec<usize>, MeshP
             mesh.append(piece);
         }
     }
-    mended.inner = mended.inner.and(inner);
-    mended.tiny = mended.tiny.and(tiny);
     Ok(kept.into_iter().map(|(number, _)| number).collect())
 }

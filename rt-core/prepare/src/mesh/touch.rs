@@ -23,7 +23,8 @@ pub(super) fn part(mesh: &mut Mesh) -> usize {
             around.entry(edge).or_default().push(i as u32);
         }
     }
-    let outward = mesh.volume() > 0.0;
+    let outward = vec![mesh.volume() > 0.0; mesh.triangles.len()];
+    let own = each_outward(mesh, &around);
     let mut corners = Corners::new(mesh.triangles.len());
     let mut parted = HashSet::new();
     let mut edges = 0;
@@ -37,7 +38,10 @@ pub(super) fn part(mesh: &mut Mesh) -> usize {
             [_] => {}
             &[a, b] => join(a, b),
             many => {
-                let Some(pairs) = pairs(mesh, edge, many, outward) else {
+                // The body may lie around a cavity that touches its skin, which runs the other way.
+                // Or bodies side by side run different ways, each of them its own.
+                let found = pairs(mesh, edge, many, &outward);
+                let Some(pairs) = found.or_else(|| pairs(mesh, edge, many, &own)) else {
                     return 0;
                 };
                 for [a, b] in pairs {
@@ -54,6 +58,27 @@ pub(super) fn part(mesh: &mut Mesh) -> usize {
     edges
 }
 
+/// True for the triangles of each shell that encloses a positive volume. A shell reaches across
+/// edges of two triangles.
+fn each_outward(mesh: &Mesh, around: &HashMap<[u32; 2], Vec<u32>>) -> Vec<bool> {
+    let mut shells = Corners::new(mesh.triangles.len());
+    for triangles in around.values() {
+        if let &[a, b] = triangles.as_slice() {
+            shells.join(3 * a as usize, 3 * b as usize);
+        }
+    }
+    let [min, max] = mesh.bounds();
+    let origin = (min + max) / 2.0;
+    let mut volume = vec![0.0; mesh.triangles.len()];
+    for (i, &t) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = mesh.corners(t).map(|p| p - origin);
+        volume[shells.root(3 * i) / 3] += a.dot(&b.cross(&c));
+    }
+    (0..volume.len())
+        .map(|i| volume[shells.root(3 * i) / 3] > 0.0)
+        .collect()
+}
+
 /// Number of a triangle's corner at this vertex.
 fn corner(mesh: &Mesh, triangle: u32, vertex: u32) -> usize {
     let corners = mesh.triangles[triangle as usize];
@@ -61,9 +86,9 @@ fn corner(mesh: &Mesh, triangle: u32, vertex: u32) -> usize {
     3 * triangle as usize + k
 }
 
-/// Triangles at an edge, in pairs with a body between the two. `None` if one of them is a wall
-/// without an inside.
-fn pairs(mesh: &Mesh, [a, b]: [u32; 2], all: &[u32], outward: bool) -> Option<Vec<[u32; 2]>> {
+/// Triangles at an edge, in pairs with a body between the two. `outward` is true for triangles that
+/// face out of their body. `None` if one of them is a wall without an inside.
+fn pairs(mesh: &Mesh, [a, b]: [u32; 2], all: &[u32], outward: &[bool]) -> Option<Vec<[u32; 2]>> {
     let [from, to] = [a, b].map(|i| mesh.vertices[i as usize]);
     let axis = (to - from).try_normalize(0.0)?;
     let least = if axis.x.abs() < 0.6 {
@@ -91,7 +116,7 @@ fn pairs(mesh: &Mesh, [a, b]: [u32; 2], all: &[u32], outward: bool) -> Option<Ve
     });
     // A turn about the edge enters a body through a triangle that runs back along the edge. It
     // leaves the body through one that runs forward.
-    let enters = |leaf: &Leaf| leaf.forward != outward;
+    let enters = |leaf: &Leaf| leaf.forward != outward[leaf.triangle as usize];
     let count = leaves.len();
     let alternate = (0..count).all(|i| enters(&leaves[i]) != enters(&leaves[(i + 1) % count]));
     if !alternate {

@@ -190,6 +190,7 @@ fn dissect(scene: &SceneData, current: bool, depth_m: f32) -> Found {
             hand.samples.now_ns += 1_000_000;
             let at_ns = hand.samples.now_ns;
             hand.samples.device = Polled::Fresh(DeviceSample {
+                opening: None,
                 device_from_handle: lever.handle_from_tip(&tip_m, &Vec3::y()),
                 velocity_m_s: None,
                 buttons: Buttons(0),

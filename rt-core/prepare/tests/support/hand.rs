@@ -307,6 +307,7 @@ impl Hand {
                 sequence = sequence.wrapping_add(1);
                 handle.samples.now_ns += 1_000_000;
                 handle.samples.device = Polled::Fresh(DeviceSample {
+                    opening: None,
                     device_from_handle: lever.handle_from_tip(&tip_m, &Vec3::y()),
                     velocity_m_s: None,
                     buttons: leg.buttons,

@@ -4,7 +4,7 @@
 use nalgebra::Translation3;
 use rt_core::fault::{Fault, FaultCounters};
 use rt_core::math::{Pose, Vec3};
-use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled};
+use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Opening, Polled};
 use rt_core::scene::Scene;
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
@@ -188,6 +188,7 @@ impl Law for Product<'_> {
         samples.device = x_m.map_or(Polled::Nothing, |x_m| {
             let at = Vec3::new(0.0, 0.0, (self.handle_at_0_m + x_m) as f32);
             Polled::Fresh(DeviceSample {
+                opening: None,
                 device_from_handle: Pose::from(Translation3::from(at)),
                 velocity_m_s: None,
                 buttons: Buttons::GRASP,
@@ -209,6 +210,7 @@ pub(super) fn stated(device: &Device) -> DeviceCapabilities {
     // Viscous damping that takes as much energy from a tremor of 0.2 m/s as the dry friction does.
     let friction_n_s_m = 4.0 * device.friction_n / (std::f64::consts::PI * 0.2);
     DeviceCapabilities {
+        opening: Opening::NONE,
         force_max_n: device.peak_n as f32,
         force_continuous_n: 0.88,
         torque_max_n_m: 0.0,

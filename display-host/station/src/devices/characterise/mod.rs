@@ -4,7 +4,7 @@ mod page;
 mod place;
 mod table;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -15,14 +15,14 @@ use hardware::HardwareError;
 use hardware::characterise::{
     Characterised, Clock, FORCE_N, Halt, Options, Records, Wall, echo_s, measure, wall,
 };
-use hardware::hapi::pantograph::Pantograph;
 use hardware::rig::RigHaptic;
 use hardware::station::{HapticDriver, HapticSpec, Limits, StationFile};
 use rt_core::port::HapticDevice;
 use rt_process::realtime;
 use rt_process::time_driver::now_ns;
 
-use super::args::{AxisName, CharacteriseArgs, LineDriver};
+use super::args::{AxisName, CharacteriseArgs};
+use super::open::haptic_spec;
 use super::typed::typed_lines;
 use crate::output::{self, Format};
 use crate::problem::Problem;
@@ -171,34 +171,9 @@ fn spec(args: &CharacteriseArgs) -> Result<HapticSpec, Problem> {
             ..named
         });
     }
-    let path: PathBuf = args
-        .path
-        .clone()
-        .ok_or("name a PATH, or a --station-file")?;
-    let driver = match args.driver {
-        LineDriver::Rig => HapticDriver::Rig,
-        LineDriver::Woody => HapticDriver::Woody,
-        LineDriver::HapiGen2 => HapticDriver::Hapi(Pantograph::GEN2),
-        LineDriver::HapiGen3 => HapticDriver::Hapi(Pantograph::GEN3),
-        LineDriver::HapiGen31 => HapticDriver::Hapi(Pantograph::GEN3_1),
-        LineDriver::Touch => HapticDriver::Touch { device: None },
-        LineDriver::ForceDimension => HapticDriver::ForceDimension { serial: None },
-        LineDriver::Inverse3 => HapticDriver::Inverse3 { device: None },
-        LineDriver::Evdev | LineDriver::Modem | LineDriver::Bird | LineDriver::Trakstar => {
-            return Err(
-                "this driver is a pedal's or a tracker's: only haptic devices have forces to \
-                        measure; name another --driver"
-                    .into(),
-            );
-        }
-    };
-    Ok(HapticSpec {
-        driver,
-        path,
-        limits: Limits::default(),
-        motion_scale: None,
-        is_felt: false,
-    })
+    let path = args.path.as_deref();
+    let path = path.ok_or("name a PATH, or a --station-file")?;
+    Ok(haptic_spec(path, args.driver)?)
 }
 
 /// Records of all experiments.

@@ -1,6 +1,7 @@
 //! `calot devices feel`: a person, or a program with a sensor, tests axes, units and signs before
 //! anybody trusts a device.
 
+mod pace;
 mod page;
 mod script;
 mod terminal;

@@ -4,15 +4,15 @@ use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
 
 use hardware::feel::{Answer, Direction, Guide, Step};
 use rt_core::math::Vec3;
-use rt_process::time_driver::now_ns;
 use serde_json::{Value, json};
 
+use super::pace::Pace;
 use crate::problem::Problem;
 
 /// Longest time that the program may take for an answer.
@@ -23,9 +23,7 @@ pub(super) struct Script {
     program: Child,
     asks: ChildStdin,
     answers: Receiver<Value>,
-    stop: Arc<AtomicBool>,
-    is_over: bool,
-    due: Instant,
+    pace: Pace,
 }
 
 impl Script {
@@ -56,23 +54,23 @@ impl Script {
             program,
             asks,
             answers,
-            stop,
-            is_over: false,
-            due: Instant::now(),
+            pace: Pace::new(stop),
         })
     }
 
     fn write(&mut self, ask: &Value) {
         let line = format!("{ask}\n");
         let written = self.asks.write_all(line.as_bytes());
-        self.is_over |= written.and_then(|()| self.asks.flush()).is_err();
+        if written.and_then(|()| self.asks.flush()).is_err() {
+            self.pace.end();
+        }
     }
 
     /// Asks, and waits for an answer that `read` understands.
     fn ask<T>(&mut self, ask: &Value, read: impl Fn(&Value) -> Option<T>) -> Option<T> {
         self.write(ask);
         let start = Instant::now();
-        while !self.is_stopped() && start.elapsed() < PATIENCE {
+        while !self.pace.is_stopped() && start.elapsed() < PATIENCE {
             match self.answers.recv_timeout(Duration::from_millis(100)) {
                 Ok(answer) => {
                     if let Some(answer) = read(&answer) {
@@ -80,7 +78,7 @@ impl Script {
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => self.is_over = true,
+                Err(RecvTimeoutError::Disconnected) => self.pace.end(),
             }
         }
         None
@@ -115,7 +113,7 @@ impl Guide for Script {
             Ok(answer) => answer["done"] == true,
             Err(TryRecvError::Empty) => false,
             Err(TryRecvError::Disconnected) => {
-                self.is_over = true;
+                self.pace.end();
                 false
             }
         }
@@ -141,16 +139,11 @@ impl Guide for Script {
     }
 
     fn wait(&mut self) -> u64 {
-        self.due += Duration::from_millis(1);
-        match self.due.checked_duration_since(Instant::now()) {
-            Some(early) => std::thread::sleep(early),
-            None => self.due = Instant::now(),
-        }
-        now_ns()
+        self.pace.wait()
     }
 
     fn is_stopped(&self) -> bool {
-        self.is_over || self.stop.load(Relaxed)
+        self.pace.is_stopped()
     }
 }
 

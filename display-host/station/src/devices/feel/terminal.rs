@@ -2,13 +2,13 @@
 
 use std::io::Write as _;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use hardware::feel::{Answer, Direction, Guide, Step};
-use rt_process::time_driver::now_ns;
 
+use super::pace::Pace;
 use crate::devices::typed::typed_lines;
 use crate::say;
 
@@ -20,34 +20,30 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// A person at a terminal.
 pub(super) struct Terminal {
     typed: Receiver<String>,
-    stop: Arc<AtomicBool>,
-    is_over: bool,
-    due: Instant,
+    pace: Pace,
 }
 
 impl Terminal {
     pub(super) fn new(stop: Arc<AtomicBool>) -> Self {
         Self {
             typed: typed_lines(),
-            stop,
-            is_over: false,
-            due: Instant::now(),
+            pace: Pace::new(stop),
         }
     }
 
     /// Asks until `read` understands the answer. `None`: the test must end.
     fn ask<T>(&mut self, question: &str, read: impl Fn(&str) -> Option<T>) -> Option<T> {
-        while !self.is_stopped() {
+        while !self.pace.is_stopped() {
             let mut to = std::io::stderr();
             let _ = write!(to, "{question} ").and_then(|()| to.flush());
             let line = loop {
-                if self.is_stopped() {
+                if self.pace.is_stopped() {
                     return None;
                 }
                 match self.typed.recv_timeout(LOOK_EVERY) {
                     Ok(line) => break line,
                     Err(RecvTimeoutError::Timeout) => {}
-                    Err(RecvTimeoutError::Disconnected) => self.is_over = true,
+                    Err(RecvTimeoutError::Disconnected) => self.pace.end(),
                 }
             };
             if let Some(answer) = read(line.trim()) {
@@ -87,7 +83,7 @@ impl Guide for Terminal {
             Ok(_) => true,
             Err(TryRecvError::Empty) => false,
             Err(TryRecvError::Disconnected) => {
-                self.is_over = true;
+                self.pace.end();
                 false
             }
         }
@@ -128,15 +124,10 @@ impl Guide for Terminal {
     }
 
     fn wait(&mut self) -> u64 {
-        self.due += Duration::from_millis(1);
-        match self.due.checked_duration_since(Instant::now()) {
-            Some(early) => std::thread::sleep(early),
-            None => self.due = Instant::now(),
-        }
-        now_ns()
+        self.pace.wait()
     }
 
     fn is_stopped(&self) -> bool {
-        self.is_over || self.stop.load(Relaxed)
+        self.pace.is_stopped()
     }
 }

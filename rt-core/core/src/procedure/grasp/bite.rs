@@ -5,10 +5,10 @@ use crate::math::{self, Vec3};
 use crate::scene::{Inside, Scene};
 use crate::tissue::Bodies;
 
-/// Largest force of the jaws, N. A profiled jaw then holds bowel against a pull of 5 N (3 N, and 22
-/// N between smooth jaws); it is a fifth of the force that harms bowel (15 N and more;
-/// 10.1007/s00464-003-9153-2).
-pub(super) const GRIP_MAX_N: f32 = 4.0;
+/// Largest force of jaws that a button closes, N. A profiled jaw then holds bowel against a pull of
+/// 5 N (3 N, and 22 N between smooth jaws); it is a fifth of the force that harms bowel (15 N and
+/// more; 10.1007/s00464-003-9153-2).
+pub(crate) const GRIP_MAX_N: f32 = 4.0;
 /// Friction of a profiled jaw relative to a smooth one: between 1 and the best profile (22 N / 3 N,
 /// the source above), as for the teeth of an atraumatic jaw.
 const PROFILE: f32 = 4.0;

@@ -1,8 +1,9 @@
 //! Grasp: spheres between closed jaws move with the instrument until the jaws open or the spheres
 //! slip out.
 //!
-//! The jaws squeeze the tissue between them ([`bite`]); the resulting friction bears a pull. The
-//! handle closes by a button, so the squeeze is not rendered, but the tissue keeps the jaws open.
+//! The jaws squeeze the tissue between them ([`bite`]); the resulting friction bears a pull, and
+//! the tissue keeps the jaws open. A handle that closes by a button does not render the squeeze.
+//! One that opens and shuts does ([`crate::procedure::opening`]).
 
 mod bite;
 
@@ -18,7 +19,8 @@ use crate::tissue::Bodies;
 use crate::tool::Instrument;
 use crate::tool::cylinder::meets;
 use crate::words::SphereBits;
-use bite::{Bite, GRIP_MAX_N, GRIP_N_M, crushed_by_pa};
+pub(crate) use bite::GRIP_MAX_N;
+use bite::{Bite, GRIP_N_M, crushed_by_pa};
 
 /// Distance from the middle of the jaws within which spheres are grasped, m. Inner spheres lie up
 /// to some mm under the skin that the trainee sees.
@@ -30,8 +32,6 @@ const OUT_M: f32 = 0.001;
 const OUT_STEP: f32 = 0.005;
 /// Distance that tissue slides through the jaws until a slip is reported, m.
 const SLIP_M: f32 = 0.002;
-/// Bisection steps that find the opening at which the jaws stop.
-const STOP_HALVINGS: u32 = 10;
 
 /// A held sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -193,17 +193,24 @@ impl Grasp {
         *self = Self::default();
     }
 
-    /// Opening at which the tissue stops jaws that close to `to`.
-    pub(crate) fn stop(&self, jaws: &Jaws<'_>, to: f32) -> f32 {
+    /// Opening at which the tissue stops jaws that close from `open` to `to`. `push_n` is the force
+    /// of the jaws at an opening, N. It is found in `halvings` bisections.
+    pub(crate) fn stop(
+        &self,
+        jaws: &Jaws<'_>,
+        (mut open, to): (f32, f32),
+        halvings: u32,
+        push_n: impl Fn(f32) -> f32,
+    ) -> f32 {
         let is_stopped = |jaw: f32| {
             let closed = Jaws { jaw, ..*jaws };
-            self.bite.squeeze_n(closed.gap_m()) > GRIP_MAX_N
+            self.bite.squeeze_n(closed.gap_m()) > push_n(jaw)
         };
-        if self.count() == 0 || self.is_sharp || to >= jaws.jaw || !is_stopped(to) {
+        if self.count() == 0 || self.is_sharp || to >= open || !is_stopped(to) {
             return to;
         }
-        let (mut stopped, mut open) = (to, jaws.jaw);
-        for _ in 0..STOP_HALVINGS {
+        let mut stopped = to;
+        for _ in 0..halvings {
             let middle = 0.5 * (stopped + open);
             if is_stopped(middle) {
                 stopped = middle;
@@ -215,8 +222,9 @@ impl Grasp {
     }
 
     /// Updates force and losses after the jaws have moved. Returns true if tissue has slipped.
-    pub(crate) fn hold(&mut self, jaws: &Jaws<'_>, bodies: &mut Bodies) -> bool {
-        self.grip_n = self.bite.squeeze_n(jaws.gap_m()).min(GRIP_MAX_N);
+    /// The jaws press with `most_n` at most, N.
+    pub(crate) fn hold(&mut self, jaws: &Jaws<'_>, most_n: f32, bodies: &mut Bodies) -> bool {
+        self.grip_n = self.bite.squeeze_n(jaws.gap_m()).min(most_n);
         let (joint_m, tip_m) = (Vec3::zeros(), jaws.tip_in_instrument_m());
         for held in &mut self.held {
             let radius_m = *bodies.radius_m.at(held.sphere);

@@ -1,0 +1,76 @@
+//! Milliseconds of a test, until it must end.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+use rt_process::time_driver::now_ns;
+
+/// Paces a test. It ends on Ctrl-C, or when nobody can answer any more.
+pub(super) struct Pace {
+    stop: Arc<AtomicBool>,
+    is_over: bool,
+    due: Instant,
+}
+
+impl Pace {
+    /// A test that `stop` ends.
+    pub(super) fn new(stop: Arc<AtomicBool>) -> Self {
+        Self {
+            stop,
+            is_over: false,
+            due: Instant::now(),
+        }
+    }
+
+    /// Waits for the next millisecond and returns its time, ns. Milliseconds that were missed are
+    /// not made up for.
+    pub(super) fn wait(&mut self) -> u64 {
+        self.due += Duration::from_millis(1);
+        match self.due.checked_duration_since(Instant::now()) {
+            Some(early) => std::thread::sleep(early),
+            None => self.due = Instant::now(),
+        }
+        now_ns()
+    }
+
+    /// Ends the test, because nobody can answer.
+    pub(super) const fn end(&mut self) {
+        self.is_over = true;
+    }
+
+    /// True if the test must end.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.is_over || self.stop.load(Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_test_ends_on_ctrl_c_or_when_nobody_answers() {
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut pace = Pace::new(Arc::clone(&stop));
+        let before_ns = pace.wait();
+        assert!(pace.wait() >= before_ns && !pace.is_stopped());
+        stop.store(true, Relaxed);
+        assert!(pace.is_stopped());
+        stop.store(false, Relaxed);
+        pace.end();
+        assert!(pace.is_stopped());
+    }
+
+    #[test]
+    fn milliseconds_last_as_long_and_missed_ones_are_not_made_up_for() {
+        let mut pace = Pace::new(Arc::default());
+        let start = Instant::now();
+        std::thread::sleep(Duration::from_millis(20));
+        for _ in 0..10 {
+            pace.wait();
+        }
+        // The first returns at once, as late as it is.
+        assert!(start.elapsed() >= Duration::from_millis(29));
+    }
+}

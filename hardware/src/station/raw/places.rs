@@ -1,0 +1,83 @@
+//! The sections that say where things are: `[frames]`, `[ports]` and `[[landmarks]]`.
+
+use nalgebra::{Quaternion, UnitQuaternion};
+use rt_core::math::{Pose, Vec3};
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::File;
+use crate::HardwareError;
+use crate::station::Landmark;
+
+/// Farthest position of a station, m.
+const ROOM_M: f32 = 5.0;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawFrames {
+    pub(super) world_from_device: Option<RawPose>,
+    pub(super) world_from_tracker: Option<RawPose>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPose {
+    position_m: Spanned<[f32; 3]>,
+    rotation_xyzw: Spanned<[f32; 4]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawPorts {
+    pub(super) instrument_m: Option<Spanned<[f32; 3]>>,
+    pub(super) endoscope_m: Option<Spanned<[f32; 3]>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawLandmark {
+    name: String,
+    position_m: Spanned<[f32; 3]>,
+}
+
+impl File<'_> {
+    /// Checks a position in the room.
+    pub(super) fn place(&self, name: &str, raw: &Spanned<[f32; 3]>) -> Result<Vec3, HardwareError> {
+        let position = Vec3::from(*raw.get_ref());
+        if position
+            .iter()
+            .all(|part| (-ROOM_M..=ROOM_M).contains(part))
+        {
+            return Ok(position);
+        }
+        let what = format!("{name} lies outside ±{ROOM_M} m; is it in metres?");
+        Err(self.error(raw.span().start, what))
+    }
+
+    pub(super) fn landmarks(&self, raw: Vec<RawLandmark>) -> Result<Vec<Landmark>, HardwareError> {
+        let landmark = |raw: RawLandmark| {
+            let position_m = self.place("landmarks.position_m", &raw.position_m)?;
+            let name = raw.name;
+            Ok(Landmark { name, position_m })
+        };
+        raw.into_iter().map(landmark).collect()
+    }
+
+    pub(super) fn pose(
+        &self,
+        name: &str,
+        raw: Option<RawPose>,
+    ) -> Result<Option<Pose>, HardwareError> {
+        let Some(raw) = raw else { return Ok(None) };
+        let position = self.place(&format!("{name}.position_m"), &raw.position_m)?;
+        let [x, y, z, w] = *raw.rotation_xyzw.get_ref();
+        let quaternion = Quaternion::new(w, x, y, z);
+        let norm = quaternion.norm();
+        if !(0.99..=1.01).contains(&norm) {
+            let what = format!("{name}.rotation_xyzw has length {norm}, a rotation has length 1");
+            return Err(self.error(raw.rotation_xyzw.span().start, what));
+        }
+        let rotation = UnitQuaternion::new_normalize(quaternion);
+        Ok(Some(Pose::from_parts(position.into(), rotation)))
+    }
+}
