@@ -80,8 +80,6 @@ impl InputRecord {
     pub const DEVICE_FAILED: u32 = 1 << 13;
     /// The haptic device measured its opening.
     pub const HAS_OPENING: u32 = 1 << 14;
-    /// All bits.
-    pub const ALL: u32 = (1 << 15) - 1;
 }
 
 /// Setup of a run. With the scene and the inputs it decides all results.

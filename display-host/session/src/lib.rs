@@ -31,7 +31,7 @@
 //! the file ends, whole up to there.
 //!
 //! Beside the inputs stands the course of the operation (`course`): where both hands are, 100 times
-//! a second, and the events. An assessment is made from it alone. Inputs are packed to 60 to 80
+//! a second, and the events. An assessment is made from it alone. Inputs are packed to 62 to 82
 //! bytes a tick, so there is no compression, and no C code. The compiled scene is attached:
 //! prepared again by another version it would be another one.
 //!

@@ -20,8 +20,8 @@ use shared_mem::message::PoseMsg;
 const ORGANS: u32 = 1 << 29;
 const COMMAND: u32 = 1 << 30;
 const LONG: u32 = 1 << 31;
-
-const _: () = assert!(InputRecord::ALL & (ORGANS | COMMAND | LONG) == 0);
+/// Bits of `InputRecord` that a packed tick keeps: all below its own.
+const KEPT: u32 = ORGANS - 1;
 
 /// Packs the records at the front that follow one another without a gap. Returns their number.
 pub fn pack(records: &[InputRecord], into: &mut Vec<u8>) -> usize {
@@ -66,7 +66,7 @@ fn pack_one(record: &InputRecord, before: &InputRecord, into: &mut Vec<u8>) {
     let is_long = used.chain([passed_ns]).any(|ns| u32::try_from(ns).is_err());
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
     let organs = record.organ_hashes != before.organ_hashes;
-    let bits = (record.bits & InputRecord::ALL)
+    let bits = (record.bits & KEPT)
         | flag(organs, ORGANS)
         | flag(record.command != 0, COMMAND)
         | flag(is_long, LONG);
@@ -126,7 +126,7 @@ fn unpack_one(tick: u64, before: &InputRecord, rest: &mut Rest<'_>) -> Option<In
     let mut record = InputRecord {
         tick,
         now_ns: before.now_ns.wrapping_add(rest.time(is_long)?),
-        bits: bits & InputRecord::ALL,
+        bits: bits & KEPT,
         tools_hash: u32::from_le_bytes(rest.take()?),
         spheres_hash: u32::from_le_bytes(rest.take()?),
         organ_hashes: before.organ_hashes,
@@ -197,7 +197,7 @@ mod tests {
                 record.organ_hashes = [7; 16];
             }
             let has = |bits: u32, bit: u32| bits & bit != 0;
-            record.bits &= InputRecord::ALL;
+            record.bits &= KEPT;
             if times > 0 {
                 // Usual times: shortly before the tick.
                 record.now_ns >>= 20;

@@ -170,8 +170,8 @@ impl Openings {
             |(least, most)| format!("{:.0} to {:.0} % open", least * 100.0, most * 100.0),
         );
         let detail = format!(
-            "{seen} while watched, of {:.0} mm, with {:.1} N; {missing} samples without, {wrong} \
-             outside 0 to 100 %. Open and shut it during a test to see its range",
+            "{seen} while watched; it opens by {:.0} mm with up to {:.1} N; {missing} samples said \
+             nothing, {wrong} were outside 0 to 100 %. Open and shut it during a test to see its range",
             declared.travel_m * 1e3,
             declared.force_max_n
         );

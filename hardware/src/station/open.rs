@@ -3,7 +3,7 @@
 use rt_core::math::Vec3;
 use rt_core::port::{
     DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice, Identity,
-    LineCounters, Pedal, Polled,
+    LineCounters, Opening, Pedal, Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -115,6 +115,10 @@ impl HapticDevice for Limited {
             force_continuous_n: least(own.force_continuous_n, self.limits.force_continuous_n)
                 .min(force_max_n),
             stiffness_max_n_m: least(own.stiffness_max_n_m, self.limits.stiffness_max_n_m),
+            opening: Opening {
+                force_max_n: least(own.opening.force_max_n, self.limits.force_max_n),
+                ..own.opening
+            },
             damping_n_s_m: self.limits.damping_n_s_m.unwrap_or(own.damping_n_s_m),
             delay_s: self.limits.delay_s.unwrap_or(own.delay_s),
             ..own
@@ -131,11 +135,12 @@ impl HapticDevice for Limited {
 
     /// A force above the station's limit is shortened here too, whatever the caller did.
     fn send(&mut self, mut command: ForceCommand, now_ns: TimeNs) {
-        let norm = command.force_n.norm();
-        if let Some(limit) = self.limits.force_max_n
-            && norm > limit
-        {
-            command.force_n *= limit / norm;
+        if let Some(limit) = self.limits.force_max_n {
+            let norm = command.force_n.norm();
+            if norm > limit {
+                command.force_n *= limit / norm;
+            }
+            command.opening_n = command.opening_n.max(-limit).min(limit);
         }
         self.device.send(command, now_ns);
     }
@@ -154,5 +159,58 @@ impl HapticDevice for Limited {
 
     fn counters(&self) -> LineCounters {
         self.device.counters()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Arc, Mutex};
+
+    /// A device with a strong handle that remembers its last command.
+    struct Strong(Arc<Mutex<ForceCommand>>);
+
+    impl HapticDevice for Strong {
+        fn capabilities(&self) -> DeviceCapabilities {
+            DeviceCapabilities {
+                opening: Opening {
+                    travel_m: 0.03,
+                    force_max_n: 5.0,
+                    stiffness_max_n_m: 1000.0,
+                },
+                ..DeviceCapabilities::TOUCH
+            }
+        }
+        fn poll(&mut self, _: TimeNs) -> Polled<DeviceSample> {
+            Polled::Nothing
+        }
+        fn send(&mut self, command: ForceCommand, _: TimeNs) {
+            *self.0.lock().unwrap() = command;
+        }
+        fn counters(&self) -> LineCounters {
+            LineCounters::default()
+        }
+    }
+
+    #[test]
+    fn the_station_s_limit_holds_for_the_fingers_too() {
+        let sent = Arc::new(Mutex::new(ForceCommand::default()));
+        let mut device = Limited {
+            device: Box::new(Strong(Arc::clone(&sent))),
+            limits: Limits {
+                force_max_n: Some(1.0),
+                ..Limits::default()
+            },
+        };
+        assert!((device.capabilities().opening.force_max_n - 1.0).abs() < 1e-6);
+        for (asked, rendered) in [(9.0, 1.0), (-9.0, -1.0), (0.5, 0.5)] {
+            let command = ForceCommand {
+                opening_n: asked,
+                ..ForceCommand::default()
+            };
+            device.send(command, 1);
+            let opening_n = sent.lock().unwrap().opening_n;
+            assert!((opening_n - rendered).abs() < 1e-6, "{opening_n}");
+        }
     }
 }

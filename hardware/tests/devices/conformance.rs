@@ -133,7 +133,7 @@ fn the_emulated_handle_that_opens_passes() {
     let report = once_good(|| hardware::conformance::haptic(&emulator.lines.haptic, &mut moving()));
     let said = &report.check("opening").expect("judged").detail;
     assert!(
-        said.contains("of 30 mm, with 5.0 N; 0 samples without"),
+        said.contains("opens by 30 mm with up to 5.0 N; 0 samples said nothing"),
         "{said}"
     );
 }

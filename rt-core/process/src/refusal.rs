@@ -28,6 +28,8 @@ pub enum Cause {
     Seccomp,
     /// Other deadline threads have the time.
     Busy,
+    /// The machine's settings leave realtime threads too little time, or none.
+    Throttle,
     /// No rule above explains the refusal.
     Unknown,
 }
@@ -89,14 +91,23 @@ pub struct Circumstances {
     pub seccomp: bool,
     /// Realtime runtime of its control group, and the file that holds it.
     pub rt_runtime: Option<(i64, String)>,
-    /// Cores that it may use, as the kernel lists them.
+    /// Cores that the calling thread may use, as the kernel lists them.
     pub cores: String,
+    /// Cores that run, as the kernel lists them.
+    pub online: String,
+    /// `kernel.sched_rt_runtime_us` and `kernel.sched_rt_period_us`; a negative runtime sets no
+    /// limit.
+    pub throttle_us: Option<[i64; 2]>,
 }
 
 const CAP_IPC_LOCK: u64 = 1 << 14;
 const CAP_SYS_NICE: u64 = 1 << 23;
 const DOCKER: &str = "start the container with `--cap-add SYS_NICE --cap-add IPC_LOCK --ulimit \
                       rtprio=99 --ulimit memlock=-1`";
+const SYSCTL: &str =
+    "sudo sysctl kernel.sched_rt_period_us=1000000 kernel.sched_rt_runtime_us=950000";
+/// Share of its core's time that the tick asks of `SCHED_DEADLINE`.
+const DEADLINE_SHARE: f64 = 0.9;
 const LIMITS: &str = "run `sudo setcap cap_ipc_lock,cap_sys_nice+ep $(command -v calot)`, or \
                       `calot check --install | sudo sh` and log in again";
 
@@ -115,7 +126,12 @@ impl Circumstances {
     #[must_use]
     pub fn of_files(root: &Path) -> Self {
         let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap_or_default();
-        let status = read("proc/self/status");
+        // The affinity is the thread's own.
+        let status = read("proc/thread-self/status");
+        let number = |path: &str| read(path).trim().parse::<i64>().ok();
+        let throttle_us = number("proc/sys/kernel/sched_rt_runtime_us")
+            .zip(number("proc/sys/kernel/sched_rt_period_us"))
+            .map(<[i64; 2]>::from);
         let field = |name: &str| {
             let line = status.lines().find_map(|line| line.strip_prefix(name));
             line.map_or("", |line| line.trim_start_matches(':').trim())
@@ -149,6 +165,8 @@ impl Circumstances {
             seccomp: field("Seccomp") == "2",
             rt_runtime,
             cores: field("Cpus_allowed_list").to_owned(),
+            online: read("sys/devices/system/cpu/online").trim().to_owned(),
+            throttle_us,
         }
     }
 
@@ -198,8 +216,21 @@ impl Circumstances {
         }
     }
 
+    /// The kernel asks for the capability, then for all cores of the scheduling domain and for
+    /// time that the machine leaves to realtime threads, then for what other deadline threads left
+    /// of it.
     fn deadline(&self, error: Errno) -> (Cause, String) {
+        let is_whole = self.cores == self.online || self.online.is_empty();
+        let throttle = self.throttle_us.filter(|[runtime, _]| *runtime >= 0);
+        let share = throttle.map_or(1.0, |[runtime, period]| runtime as f64 / period as f64);
+        let settings = throttle.map_or(String::new(), |[runtime, period]| {
+            format!("kernel.sched_rt_runtime_us is {runtime} of {period} µs")
+        });
         match error {
+            Errno::BUSY if share < DEADLINE_SHARE => (
+                Cause::Throttle,
+                format!("{error}: {settings}, and the tick asks for 90 % of a core"),
+            ),
             Errno::BUSY => (
                 Cause::Busy,
                 format!("{error}: other deadline threads have the time"),
@@ -211,11 +242,17 @@ impl Circumstances {
                 Cause::UserNamespace,
                 format!("{error}: CAP_SYS_NICE counts inside this user namespace only"),
             ),
-            Errno::PERM => (
+            Errno::PERM if share <= 0.0 => (Cause::Throttle, format!("{error}: {settings}")),
+            Errno::PERM if !is_whole => (
                 Cause::CpuSet,
                 format!(
-                    "{error}: it takes all cores, and allowed are {}",
-                    self.cores
+                    "{error}: it takes all cores, which are {}, and allowed are {}{}",
+                    self.online,
+                    self.cores,
+                    match self.seccomp {
+                        true => "; or the seccomp filter refused",
+                        false => "",
+                    }
                 ),
             ),
             _ => self.other(error),
@@ -262,6 +299,17 @@ impl Circumstances {
 
     fn mend(&self, call: &Call, cause: Cause) -> String {
         match cause {
+            Cause::Limit if *call == Call::Deadline => match self.container {
+                true => "start the container with `--cap-add SYS_NICE`, or take --scheduler fifo".to_owned(),
+                false => "run `sudo setcap cap_ipc_lock,cap_sys_nice+ep $(command -v calot)` (no limit of \
+                    the user allows it), or take --scheduler fifo"
+                    .to_owned(),
+            },
+            Cause::UserNamespace if *call == Call::Deadline => {
+                "no capability given inside helps, nor does a limit of the user: take --scheduler fifo"
+                    .to_owned()
+            }
+            Cause::Throttle => SYSCTL.to_owned(),
             Cause::Limit if self.container => format!("{DOCKER}; outside of a container {LIMITS}"),
             Cause::Limit => LIMITS.to_owned(),
             Cause::UserNamespace => "no capability given inside helps: raise rtprio to 95 and \
@@ -277,7 +325,7 @@ impl Circumstances {
                     .to_owned()
             }
             Cause::CpuSet => format!("choose one of {} with --core", self.cores),
-            Cause::Seccomp => "allow sched_setscheduler, sched_setaffinity and mlockall in the \
+            Cause::Seccomp => "allow sched_setscheduler, sched_setattr, sched_setaffinity and mlockall in the \
                 profile (Docker: --security-opt seccomp=PROFILE)"
                 .to_owned(),
             Cause::Busy => "end them (`ps -eo cls,pid,comm | grep DLN`)".to_owned(),
@@ -389,6 +437,41 @@ mod tests {
     }
 
     #[test]
+    fn a_refused_deadline_is_explained_by_what_refused_it() {
+        let deadline = || Call::Deadline;
+        let perm = Errno::PERM;
+        let words = ["takes CAP_SYS_NICE", "no limit of the user", "setcap"];
+        is(&poor(), deadline(), perm, Cause::Limit, &words);
+        let mut boxed = poor();
+        boxed.container = true;
+        let words = ["--cap-add SYS_NICE", "--scheduler fifo"];
+        is(&boxed, deadline(), perm, Cause::Limit, &words);
+        let mut root = poor();
+        (root.may_nice, root.online) = (true, "0-1".to_owned());
+        root.throttle_us = Some([950_000, 1_000_000]);
+        let words = ["security module", "journalctl"];
+        is(&root, deadline(), perm, Cause::Unknown, &words);
+        root.seccomp = true;
+        let words = ["the seccomp filter refused", "sched_setattr"];
+        is(&root, deadline(), perm, Cause::Seccomp, &words);
+        root.online = "0-3".to_owned();
+        let words = [
+            "which are 0-3",
+            "allowed are 0-1; or the seccomp",
+            "taskset",
+        ];
+        is(&root, deadline(), perm, Cause::CpuSet, &words);
+        root.throttle_us = Some([0, 1_000_000]);
+        let words = ["sched_rt_runtime_us is 0 of 1000000 µs", "sudo sysctl"];
+        is(&root, deadline(), perm, Cause::Throttle, &words);
+        root.throttle_us = Some([950_000, 2_000_000]);
+        let words = ["950000 of 2000000 µs", "90 % of a core"];
+        is(&root, deadline(), Errno::BUSY, Cause::Throttle, &words);
+        root.throttle_us = Some([-1, 1_000_000]);
+        is(&root, deadline(), Errno::BUSY, Cause::Busy, &["end them"]);
+    }
+
+    #[test]
     fn a_control_group_without_runtime_is_not_explained_by_capabilities() {
         let mut root = poor();
         (root.may_nice, root.may_lock) = (true, true);
@@ -433,17 +516,21 @@ mod tests {
             std::fs::write(path, text).unwrap();
         };
         write(
-            "proc/self/status",
+            "proc/thread-self/status",
             "Name:\tcalot\nCapEff:\t0000000000804000\nSeccomp:\t2\nCpus_allowed_list:\t0,2-3\n",
         );
         write("proc/self/uid_map", "         0       1000          1\n");
         write("proc/self/cgroup", "4:cpu,cpuacct:/box\n1:name=systemd:/\n");
         write("proc/1/cgroup", "0::/docker/12\n");
+        write("proc/sys/kernel/sched_rt_runtime_us", "950000\n");
+        write("proc/sys/kernel/sched_rt_period_us", "1000000\n");
+        write("sys/devices/system/cpu/online", "0-3\n");
         write("sys/fs/cgroup/cpu/box/cpu.rt_runtime_us", "0\n");
         let found = Circumstances::of_files(folder.path());
         assert!(found.may_nice && found.may_lock && found.user_namespace);
         assert!(found.container && found.seccomp);
-        assert_eq!(found.cores, "0,2-3");
+        assert_eq!((&*found.cores, &*found.online), ("0,2-3", "0-3"));
+        assert_eq!(found.throttle_us, Some([950_000, 1_000_000]));
         let file = "/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us";
         assert_eq!(found.rt_runtime, Some((0, file.to_owned())));
         write("proc/self/uid_map", "         0          0 4294967295\n");

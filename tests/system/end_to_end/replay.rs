@@ -197,9 +197,9 @@ fn alter(session: &Path, to: &Path) -> u64 {
     let first_tick = u64_at(data + 2);
     // A record holds bits, time, two hashes, the hashes of the organs if present, age, and then the
     // handle position.
-    let organs = if bytes[data + 19] & 0x20 != 0 { 16 } else { 0 };
+    let organs = if bytes[data + 21] & 0x20 != 0 { 16 } else { 0 };
     bytes[chunk + 24..chunk + 28].fill(0);
-    bytes[data + 18 + 14 + organs + 5] ^= 0x10;
+    bytes[data + 18 + 16 + organs + 5] ^= 0x10;
     std::fs::write(to, bytes).expect("written");
     first_tick
 }

@@ -13,8 +13,8 @@ use super::finding::{Finding, Verdict};
 const TICK_PRIORITY: u8 = 80;
 /// Time after which calot stops a runaway tick, µs.
 const RTTIME_MIN_US: u64 = 200_000;
-/// Default runtime that the kernel grants realtime threads, µs per second.
-const RT_RUNTIME_US: i64 = 950_000;
+/// Share of each period that the kernel grants realtime threads by default.
+const RT_SHARE: f64 = 0.95;
 /// Longest exit latency of an idle state that is not deep, µs.
 const IDLE_EXIT_MAX_US: u64 = 10;
 /// Longest good setting of an FTDI chip's latency timer, ms. The chip holds bytes back that long.
@@ -293,30 +293,28 @@ fn compaction(system: &System) -> Finding {
 fn throttling(system: &System) -> Finding {
     let name = "realtime throttling";
     let should = "95 % or off: calot itself stops a runaway tick";
-    let mend = "sudo sysctl kernel.sched_rt_runtime_us=950000";
-    match system.number("proc/sys/kernel/sched_rt_runtime_us") {
-        None => finding(name, Verdict::Unknown, "cannot be read", should, ""),
-        Some(0) => finding(
+    let mend = "sudo sysctl kernel.sched_rt_period_us=1000000 kernel.sched_rt_runtime_us=950000";
+    let number = |name: &str| system.number(&format!("proc/sys/kernel/{name}"));
+    let period = number("sched_rt_period_us").filter(|us| *us > 0);
+    match (number("sched_rt_runtime_us"), period) {
+        (Some(0), _) => finding(
             name,
             Verdict::Bad,
             "realtime threads may not run at all",
             should,
             mend,
         ),
-        Some(us) if us < 0 => finding(name, Verdict::Good, "off", should, ""),
-        Some(us) => {
-            let verdict = match us >= RT_RUNTIME_US {
+        (Some(us), _) if us < 0 => finding(name, Verdict::Good, "off", should, ""),
+        (Some(us), Some(period_us)) => {
+            let share = us as f64 / period_us as f64;
+            let verdict = match share >= RT_SHARE {
                 true => Verdict::Good,
                 false => Verdict::Better,
             };
-            finding(
-                name,
-                verdict,
-                format!("after {us} µs in a second"),
-                should,
-                mend,
-            )
+            let is = format!("after {us} of each {period_us} µs ({:.0} %)", share * 100.0);
+            finding(name, verdict, is, should, mend)
         }
+        _ => finding(name, Verdict::Unknown, "cannot be read", should, ""),
     }
 }
 
@@ -641,9 +639,34 @@ mod tests {
     }
 
     #[test]
+    fn throttling_is_a_share_of_the_machines_own_period() {
+        for (runtime, period, verdict, words) in [
+            (
+                "950000",
+                "2000000",
+                Verdict::Better,
+                "950000 of each 2000000 µs (48 %)",
+            ),
+            ("95000", "100000", Verdict::Good, "(95 %)"),
+            ("-1", "100000", Verdict::Good, "off"),
+            ("0", "100000", Verdict::Bad, "not run at all"),
+            ("950000", "", Verdict::Unknown, "cannot be read"),
+        ] {
+            let (_folder, system) = machine(&[
+                ("proc/sys/kernel/sched_rt_period_us", period),
+                ("proc/sys/kernel/sched_rt_runtime_us", runtime),
+            ]);
+            let found = throttling(&system);
+            assert_eq!(found.verdict, verdict, "{found:?}");
+            assert!(found.is.contains(words), "{found:?}");
+        }
+    }
+
+    #[test]
     fn a_well_kept_machine_is_good_in_everything() {
         let (_folder, mut system) = machine(&[
             ("proc/sys/kernel/version", "#1 SMP PREEMPT_RT Debian"),
+            ("proc/sys/kernel/sched_rt_period_us", "1000000"),
             ("proc/sys/kernel/sched_rt_runtime_us", "950000"),
             ("proc/sys/vm/compact_unevictable_allowed", "0"),
             ("proc/cpuinfo", "flags\t\t: fpu tsc"),

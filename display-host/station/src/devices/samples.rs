@@ -13,7 +13,7 @@ use crate::say;
 
 /// Names of the columns, with units, in the device's base frame.
 const HEAD: &str = "time_s,x_m,y_m,z_m,qx,qy,qz,qw,reported_vx_m_s,reported_vy_m_s,\
-    reported_vz_m_s,buttons,sequence,faults";
+    reported_vz_m_s,opening,buttons,sequence,faults";
 
 /// A table under construction.
 pub(super) struct Samples {
@@ -53,10 +53,11 @@ impl Samples {
         };
         // A velocity that is not measured is three empty fields.
         let said = said_m_s.map_or(",,".to_owned(), |it| numbers(it.as_slice()));
+        let opening = sample.opening.map_or(String::new(), |it| it.to_string());
         let faults = Fault::ALL.iter().filter(|it| found.faults.contains(**it));
         let faults: Vec<&str> = faults.map(|it| it.name()).collect();
         let line = format!(
-            "{at_s:.6},{},{},{said},{},{},{}",
+            "{at_s:.6},{},{},{said},{opening},{},{},{}",
             numbers(pose.translation.vector.as_slice()),
             numbers(pose.rotation.coords.as_slice()),
             sample.buttons.0,

@@ -177,6 +177,10 @@ impl Watched {
                     self.words =
                         format!("{}  buttons {:08b}", pose_in_words(pose), sample.buttons.0);
                     self.said = json!({ "pose": pose_as_json(pose), "buttons": sample.buttons.0 });
+                    if let Some(opening) = sample.opening {
+                        self.words += &format!("  {:3.0} % open", opening * 100.0);
+                        self.said["opening"] = opening.into();
+                    }
                     self.at_ns = sample.at_ns;
                 }
             }
