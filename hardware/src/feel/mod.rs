@@ -16,6 +16,8 @@ use crate::conformance::Report;
 use bench::Bench;
 
 pub use bench::Broken;
+pub use moves::COUNT as MOVES;
+pub use pushes::COUNT as PUSHES;
 pub use response::Point;
 
 /// Force of a push, N: above the friction of a good handle, and harmless.

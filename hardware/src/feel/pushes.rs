@@ -6,8 +6,10 @@ use super::bench::{Bench, Broken};
 use super::{Answer, Direction, PUSH_N, Step};
 use crate::conformance::Report;
 
+/// Number of pushes.
+pub const COUNT: usize = 3;
 /// Pushes, with the names of their checks.
-const PUSHES: [(Direction, &str); 3] = [
+const PUSHES: [(Direction, &str); COUNT] = [
     (Direction::Right, "push right"),
     (Direction::Up, "push up"),
     (Direction::Towards, "push towards"),

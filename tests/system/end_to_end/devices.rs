@@ -255,14 +255,14 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
 }
 
 /// A display that leads the emulated hand from a thread of its own.
-struct Lead {
+pub(super) struct Lead {
     message: Arc<Mutex<HandMsg>>,
     over: Arc<AtomicBool>,
     thread: Option<std::thread::JoinHandle<()>>,
 }
 
 impl Lead {
-    fn start(station: &Station) -> Self {
+    pub(super) fn start(station: &Station) -> Self {
         let station = station.clone();
         let first = HandMsg {
             began_ns: 1,

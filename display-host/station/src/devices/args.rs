@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::args::parse_seconds;
+use crate::args::{LanguageName, parse_seconds};
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -266,6 +266,9 @@ The test leads you through four parts:
 
 The pushes rise and fall in 0.3 s. Every force ends at once when the handle runs off by 4 cm.
 
+`--window` shows the same steps in a window, with the handle's position and force. Esc ends every
+force and the test. So does closing the window.
+
 A rig with a sensor of its own may do without a person: `--script PROGRAM`. The program reads one
 JSON object per line, such as
   {\"step\": \"move\", \"direction\": \"right\", \"way_m\": 0.05}
@@ -276,6 +279,7 @@ the user). {\"ask\": \"scale\"} wants {\"scale\": true} or false.
 
 Examples:
   calot devices feel /dev/ttyACM0 --page feel.html
+  calot devices feel /dev/ttyACM0 --window
   calot devices feel --station-file station.toml --out station.toml --overwrite")]
 pub(crate) struct FeelArgs {
     /// Serial device, e.g. /dev/ttyACM0
@@ -298,6 +302,12 @@ pub(crate) struct FeelArgs {
     /// Program that moves the handle and measures its forces, instead of a person
     #[arg(long, value_name = "PROGRAM")]
     pub(crate) script: Option<PathBuf>,
+    /// Lead through the test in a window, instead of the terminal
+    #[arg(long, conflicts_with = "script")]
+    pub(crate) window: bool,
+    /// Language of the window [default: that of LANG]
+    #[arg(long, value_enum, requires = "window")]
+    pub(crate) language: Option<LanguageName>,
     /// Print one JSON object instead of a list
     #[arg(long)]
     pub(crate) json: bool,

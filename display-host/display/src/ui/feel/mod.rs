@@ -163,6 +163,12 @@ pub enum Wish {
 }
 
 impl View {
+    /// Title of the window.
+    #[must_use]
+    pub fn title(&self) -> String {
+        format!("Calot: {}", self.headline())
+    }
+
     /// The instruction, in a few words.
     #[must_use]
     pub fn headline(&self) -> String {
@@ -253,8 +259,8 @@ fn instruction(ui: &mut Ui, view: &View, wishes: &mut Vec<Wish>) {
                 .desired_width(160.0)
                 .font(egui::FontId::proportional(1.6 * BODY));
             let response = ui.add(field);
-            ui.label(RichText::new("g").size(1.6 * BODY));
-            response
+            let unit = ui.label(RichText::new("g").size(1.6 * BODY));
+            response.labelled_by(unit.id)
         });
         let field = response.inner;
         if text != *grams {

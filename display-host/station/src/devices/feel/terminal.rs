@@ -9,11 +9,10 @@ use std::time::Duration;
 use hardware::feel::{Answer, Direction, Guide, Step};
 
 use super::pace::Pace;
+use super::weight::weight_n;
 use crate::devices::typed::typed_lines;
 use crate::say;
 
-/// Weight of a gram, N.
-const GRAM_N: f32 = 9.81e-3;
 /// Interval at which a question looks whether it must end.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 
@@ -117,10 +116,9 @@ impl Guide for Terminal {
     fn pressed_n(&mut self) -> Option<f32> {
         let read = |line: &str| match line {
             "" => Some(None),
-            grams => grams.replace(',', ".").parse::<f32>().ok().map(Some),
+            grams => weight_n(grams).map(Some),
         };
-        let grams = self.ask("Grams on the scale (Enter: not read):", read)??;
-        Some(grams * GRAM_N)
+        self.ask("Grams on the scale (Enter: not read):", read)?
     }
 
     fn wait(&mut self) -> u64 {
