@@ -53,13 +53,20 @@ fn apart<T: Send + 'static>(
         let _ = tell.send(window());
     };
     let named = std::thread::Builder::new().name("calot-window".to_owned());
-    if let Err(error) = named.stack_size(STACK_BYTES).spawn(window) {
-        let detail = format!("its thread cannot be started: {error}");
-        return Err(DisplayError::NoWindow { detail });
-    }
+    let thread = match named.stack_size(STACK_BYTES).spawn(window) {
+        Ok(thread) => thread,
+        Err(error) => {
+            let detail = format!("its thread cannot be started: {error}");
+            return Err(DisplayError::NoWindow { detail });
+        }
+    };
     loop {
         match told.recv_timeout(LOOK_EVERY) {
-            Ok(outcome) => return outcome,
+            Ok(outcome) => {
+                // Its drivers clean up as it ends. The process must not end meanwhile.
+                let _ = thread.join();
+                return outcome;
+            }
             Err(RecvTimeoutError::Timeout) if server::is_lost() => {
                 return lost("the X server ended");
             }
