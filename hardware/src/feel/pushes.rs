@@ -18,6 +18,8 @@ const PUSHES: [(Direction, &str); COUNT] = [
 const RISE_MS: u32 = 300;
 /// Time for which it stays, ms: a person feels a direction in half a second.
 const STAY_MS: u32 = 1000;
+/// Time of a whole push, ms.
+pub(super) const PUSH_MS: u32 = 2 * RISE_MS + STAY_MS;
 /// Force on a scale, N: 51 g on one for the kitchen.
 const PRESS_N: f32 = 0.5;
 /// Allowed size of a measured force as a share of the one asked for.
@@ -36,7 +38,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         bench.until_done(&Step::Hold, Vec3::zeros(), |_| {})?;
         bench.guide().tell(&Step::Push { force_n });
         let full_n = direction.vector() * force_n;
-        bench.pushed(2 * RISE_MS + STAY_MS, |ms| full_n * share(ms), |_, _| {})?;
+        bench.pushed(PUSH_MS, |ms| full_n * share(ms), |_, _| {})?;
         let answer = bench.pushed_which_way()?;
         judged.push((name, judge(direction, force_n, answer)));
     }
@@ -48,9 +50,9 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
 }
 
 /// Share of a push's force at this time.
-fn share(ms: u32) -> f32 {
+pub(super) fn share(ms: u32) -> f32 {
     let rise = ms as f32 / RISE_MS as f32;
-    let fall = (2 * RISE_MS + STAY_MS).saturating_sub(ms) as f32 / RISE_MS as f32;
+    let fall = PUSH_MS.saturating_sub(ms) as f32 / RISE_MS as f32;
     rise.min(fall).min(1.0)
 }
 

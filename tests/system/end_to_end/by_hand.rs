@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 use shared_mem::service::Station;
+use shared_mem::words::Buttons;
 use system_tests::screen::VirtualScreen;
 use system_tests::{Program, calot, finish, said, station_name, turn, wait_until};
 
@@ -16,10 +17,14 @@ use crate::launcher::screen;
 /// Attempts with a device that does not answer in time.
 const TRIES: usize = 5;
 
+/// Time in which a hand shuts the handle and holds it for the test.
+const SQUEEZE: Duration = Duration::from_millis(1500);
+
 /// An emulated rig in a hand that holds it where it is.
 fn held(folder: &Path) -> (Emulated, Lead) {
     let name = station_name("by-hand");
-    let emulated = Emulated::led(folder, &["--station", &name, "--gamepad", "off"]);
+    let words = ["--station", &name, "--gamepad", "off"];
+    let emulated = Emulated::led(folder, &words);
     let lead = Lead::start(&Station::new(&name).expect("a plain name"));
     (emulated, lead)
 }
@@ -43,8 +48,9 @@ fn shown(screen: &VirtualScreen) -> Option<(String, String)> {
     screen.windows().pop()
 }
 
-/// Answers with keys until the title begins with one of `ends`. Returns the window.
-fn lead(screen: &VirtualScreen, feel: &mut Program, ends: &[&str]) -> Option<String> {
+/// Answers with keys until the title begins with `end`. The hand shuts and opens the handle.
+/// Returns the window.
+fn lead(screen: &VirtualScreen, feel: &mut Program, hand: &Lead, end: &str) -> Option<String> {
     let mut found = None;
     wait_until("the step", || {
         if feel.ended().is_some() {
@@ -54,12 +60,20 @@ fn lead(screen: &VirtualScreen, feel: &mut Program, ends: &[&str]) -> Option<Str
             return false;
         };
         let step = title.strip_prefix("Calot: ").unwrap_or_default();
-        if ends.iter().any(|it| step.starts_with(it)) {
+        if step.starts_with(end) {
             found = Some(window);
             return true;
         }
+        if let Some(shut) = [("Shut", true), ("Open", false)]
+            .into_iter()
+            .find_map(|(first, shut)| step.starts_with(first).then_some(shut))
+        {
+            hand.ask(|message| message.buttons = if shut { Buttons::GRASP.bits() } else { 0 });
+            std::thread::sleep(SQUEEZE);
+        }
         let key = match step.split_whitespace().next() {
-            Some("Move" | "Hold" | "Stand") => Some("Return"),
+            Some("Move" | "Hold" | "Shut" | "Open" | "Stand") => Some("Return"),
+            Some("Which") if step.contains("fingers") => Some("o"),
             Some("Which") => Some("u"),
             Some("Is") => Some("n"),
             _ => None,
@@ -92,7 +106,7 @@ fn the_window_leads_to_the_outcome_and_the_results_go_where_the_terminal_puts_th
     let Some(screen) = screen(folder) else {
         return;
     };
-    let _held = held(folder);
+    let (_emulated, hand) = held(folder);
     let file = folder.join("station.toml");
     let haptic = folder.join("haptic");
     let text = format!("# mine\n[haptic]\ndriver = \"rig\"\npath = {haptic:?}\n");
@@ -102,19 +116,32 @@ fn the_window_leads_to_the_outcome_and_the_results_go_where_the_terminal_puts_th
     // A busy machine may hold samples back until the test ends by itself.
     let report = (0..TRIES).find_map(|_| {
         let mut feel = feel(&screen, folder, &words);
-        let window = lead(&screen, &mut feel, &["The device"]);
+        let window = lead(&screen, &mut feel, &hand, "The device");
         if let Some(window) = &window {
             screen.leave(window, &mut feel);
         }
         let output = feel.finish();
         assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-        window.map(|_| json(&output))
+        let report = window.map(|_| json(&output))?;
+        match check(&report, "end") {
+            None => Some(report),
+            Some(end) => {
+                println!("it ended early: {end}");
+                None
+            }
+        }
     });
     let report = report.expect("an outcome");
-    println!("{report:#}");
     assert_eq!(report["passed"], false, "{report}");
     let right = check(&report, "move right").expect("a check");
-    assert!(right["said"].is_string(), "{report}");
+    assert_eq!(right["result"], "fail", "nobody moved it: {report}");
+    // The key said "up" to each push.
+    for (name, result) in [("push up", "pass"), ("push right", "fail")] {
+        let push = check(&report, name).unwrap_or_else(|| panic!("{report}"));
+        assert_eq!(push["result"], result, "{report}");
+    }
+    let scale = check(&report, "scale").expect("a check");
+    assert_eq!(scale["result"], "skipped", "{report}");
     let written = std::fs::read_to_string(&file).expect("it is written");
     assert!(written.starts_with("# mine\n[haptic]"), "{written}");
     assert!(
@@ -123,7 +150,7 @@ fn the_window_leads_to_the_outcome_and_the_results_go_where_the_terminal_puts_th
     );
 }
 
-/// How a person ends a test early.
+/// Early end of a test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum End {
     Esc,
@@ -140,9 +167,9 @@ fn a_test_that_ends_early_has_stopped_as_in_the_terminal() {
         let Some(mut screen) = screen(folder) else {
             return;
         };
-        let _held = held(folder);
+        let (_emulated, hand) = held(folder);
         let mut feel = feel(&screen, folder, &[]);
-        let Some(window) = lead(&screen, &mut feel, &["Move"]) else {
+        let Some(window) = lead(&screen, &mut feel, &hand, "Move") else {
             panic!("{end:?}: {}", said(&feel.finish()));
         };
         match end {

@@ -288,7 +288,7 @@ impl Lead {
         }
     }
 
-    fn ask(&self, change: impl FnOnce(&mut HandMsg)) {
+    pub(super) fn ask(&self, change: impl FnOnce(&mut HandMsg)) {
         change(&mut self.message.lock().expect("nobody panics"));
     }
 }

@@ -1,38 +1,47 @@
 //! Screens of the test by hand, by accessible name, by pointer and by keyboard.
 
 use display_host::ui::feel::{
-    CheckLine, CheckResult, Ended, Live, Progress, Screen, View, Way, Wish, feel,
+    CheckLine, CheckResult, Ended, Live, Part, Progress, Screen, View, Way, Wish, feel,
 };
 use display_host::words::{Language, Words};
 use egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 
-/// Part of the test that a screen belongs to.
-const fn part(screen: &Screen) -> usize {
-    match screen {
-        Screen::Waiting | Screen::Move { .. } => 0,
-        Screen::Hold | Screen::Push { .. } | Screen::AskPushed => 1,
-        Screen::AskScale | Screen::Scale | Screen::Press { .. } | Screen::AskPressed { .. } => 2,
-        Screen::Response | Screen::Ended(_) => 3,
-    }
+/// Part of the test that a screen belongs to, and its place there.
+const fn progress(screen: &Screen) -> Progress {
+    let (part, step) = match screen {
+        Screen::Waiting => (Part::Move, [0, 0]),
+        Screen::Move { .. } => (Part::Move, [2, 3]),
+        Screen::Hold | Screen::Push { .. } | Screen::AskPushed => (Part::Push, [2, 3]),
+        Screen::Shut => (Part::Opening, [1, 4]),
+        Screen::Open => (Part::Opening, [2, 4]),
+        Screen::HoldFingers | Screen::PushFingers { .. } | Screen::AskFingers => {
+            (Part::Opening, [3, 4])
+        }
+        Screen::AskScale | Screen::Scale | Screen::Press { .. } | Screen::AskPressed { .. } => {
+            (Part::Scale, [1, 1])
+        }
+        Screen::Response | Screen::Ended(_) => (Part::Response, [1, 1]),
+    };
+    Progress { part, step }
 }
 
 fn view(screen: Screen) -> View {
-    let part = part(&screen);
+    let progress = progress(&screen);
     View {
         words: Words::new(Language::English),
-        progress: Progress {
-            part,
-            step: if part < 2 { [2, 3] } else { [1, 1] },
-        },
+        progress,
         screen,
         live: Live {
             at_m: Some([0.0512, 0.0304, -0.0207]),
             velocity_m_s: Some([0.012, -0.003, 0.0]),
             force_n: [0.0, -0.3, 0.0],
+            opening: Some(0.42),
+            opening_n: -0.75,
         },
         radius_m: 0.08,
+        opens: matches!(progress.part, Part::Opening),
     }
 }
 
@@ -81,6 +90,11 @@ pub(crate) fn views() -> Vec<(&'static str, View)> {
         ("feel-hold", Screen::Hold),
         ("feel-push", Screen::Push { force_n: 0.3 }),
         ("feel-pushed", Screen::AskPushed),
+        ("feel-shut", Screen::Shut),
+        ("feel-open", Screen::Open),
+        ("feel-hold-fingers", Screen::HoldFingers),
+        ("feel-push-fingers", Screen::PushFingers { force_n: 1.0 }),
+        ("feel-fingers", Screen::AskFingers),
         ("feel-has-scale", Screen::AskScale),
         ("feel-scale", Screen::Scale),
         ("feel-press", Screen::Press { force_n: 0.5 }),
@@ -97,7 +111,7 @@ pub(crate) fn views() -> Vec<(&'static str, View)> {
     all.push(("feel-outside", outside));
     let mut last = view(Screen::Hold);
     last.progress = Progress {
-        part: 3,
+        part: Part::Response,
         step: [1, 1],
     };
     last.live = Live::default();
@@ -163,6 +177,9 @@ fn escape_and_a_button_stop_the_test_on_every_screen() {
 fn enter_ends_a_step_and_answers_no_question() {
     for screen in [
         Screen::Hold,
+        Screen::Shut,
+        Screen::Open,
+        Screen::HoldFingers,
         Screen::Scale,
         Screen::Press { force_n: 0.5 },
         Screen::Move {
@@ -176,6 +193,8 @@ fn enter_ends_a_step_and_answers_no_question() {
         Screen::Waiting,
         Screen::Push { force_n: 0.3 },
         Screen::AskPushed,
+        Screen::PushFingers { force_n: 1.0 },
+        Screen::AskFingers,
         Screen::AskScale,
         Screen::Response,
     ] {
@@ -200,6 +219,20 @@ fn directions_are_answered_by_letters_and_by_buttons() {
         desk.get_by_label(button).click();
         desk.run_steps(2);
         assert_eq!(desk.state().wishes, [Wish::Felt(way)]);
+    }
+    for (key, button, open) in [
+        (Key::O, "Open (O)", Some(true)),
+        (Key::S, "Shut (S)", Some(false)),
+        (Key::N, "Nothing felt (N)", None),
+    ] {
+        assert_eq!(
+            wishes(Screen::AskFingers, &[key]),
+            [Wish::FeltFingers(open)]
+        );
+        let mut desk = shown(Screen::AskFingers);
+        desk.get_by_label(button).click();
+        desk.run_steps(2);
+        assert_eq!(desk.state().wishes, [Wish::FeltFingers(open)]);
     }
     for (key, has) in [(Key::Y, true), (Key::J, true), (Key::N, false)] {
         assert_eq!(wishes(Screen::AskScale, &[key]), [Wish::HasScale(has)]);
@@ -234,6 +267,12 @@ fn the_answer_is_hidden_while_the_handle_pushes() {
         assert!(desk.query_by_label("-0.30").is_none());
     }
     shown(Screen::Hold).get_by_label("-0.30");
+    for screen in [Screen::PushFingers { force_n: 1.0 }, Screen::AskFingers] {
+        let desk = shown(screen);
+        assert_eq!(desk.query_all_by_label("hidden").count(), 5);
+        assert!(desk.query_by_label("-0.75").is_none());
+    }
+    shown(Screen::Open).get_by_label("-0.75");
 }
 
 #[test]

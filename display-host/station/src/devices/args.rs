@@ -258,11 +258,12 @@ pub(crate) struct WatchArgs {
 
 #[derive(Debug, Clone, Args)]
 #[command(after_long_help = "\
-The test leads you through four parts:
+The test leads you through these parts:
   1. Move the handle to the right, up and towards you: axes, units and the sign of velocity.
   2. The handle pushes with 0.3 N three times. You say which way: sign and axes of force.
-  3. The handle presses on a kitchen scale with 0.5 N: size of force. You may leave this out.
-  4. It pushes to and fro for 9 s: steps, a sine, a chirp. `--page` draws the answer.
+  3. Shut and open a handle that opens; it pushes your fingers with 1 N: range and sign.
+  4. The handle presses on a kitchen scale with 0.5 N: size of force. You may leave this out.
+  5. It pushes to and fro for 9 s: steps, a sine, a chirp. `--page` draws the answer.
 
 The pushes rise and fall in 0.3 s. Every force ends at once when the handle runs off by 4 cm.
 
@@ -272,9 +273,10 @@ force and the test. So does closing the window.
 A rig with a sensor of its own may do without a person: `--script PROGRAM`. The program reads one
 JSON object per line, such as
   {\"step\": \"move\", \"direction\": \"right\", \"way_m\": 0.05}
-and answers {\"done\": true}, also to the steps hold, scale and press. During {\"step\": \"push\"} it
+and answers {\"done\": true}, also to the steps hold, shut, open, hold_fingers, scale and press. During {\"step\": \"push\"} it
 measures, and answers {\"ask\": \"pushed\"} with {\"force_n\": [0.3, 0.0, 0.0]} (x right, y up, z towards
 the user). {\"ask\": \"scale\"} wants {\"scale\": true} or false.
+{\"ask\": \"pushed_fingers\"} wants {\"opening_n\": 0.9} or {\"felt\": \"open\"}, \"shut\", \"nothing\".
 {\"ask\": \"pressed\"} wants {\"pressed_n\": 0.5} or null.
 
 Examples:

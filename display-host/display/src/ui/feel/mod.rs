@@ -10,7 +10,7 @@ mod parts;
 mod picture;
 
 pub use outcome::{CheckLine, CheckResult, Ended};
-pub use parts::{PARTS, Progress};
+pub use parts::{Part, Progress};
 
 use egui::{Key, RichText, TextEdit, Ui};
 
@@ -21,6 +21,13 @@ use crate::words::Words;
 
 /// Smallest width at which words and picture stand side by side, points.
 const SIDE_BY_SIDE: f32 = 1000.0;
+
+/// Answers of fingers, with the key and the name of each: it opened them, shut them, or neither.
+const FINGERS: [(Key, &str, Option<bool>); 3] = [
+    (Key::O, "open", Some(true)),
+    (Key::S, "shut", Some(false)),
+    (Key::N, "nothing", None),
+];
 
 /// A direction, as the person sees it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,8 +100,21 @@ pub enum Screen {
         /// Size of the force, N.
         force_n: f32,
     },
-    /// Which way did it push?
+    /// Question: which way did it push?
     AskPushed,
+    /// Shut the handle.
+    Shut,
+    /// Open it.
+    Open,
+    /// Hold it half open before it pushes the fingers.
+    HoldFingers,
+    /// It pushes the fingers.
+    PushFingers {
+        /// Size of the force, N.
+        force_n: f32,
+    },
+    /// Question: which way did it push the fingers?
+    AskFingers,
     /// Is there a scale?
     AskScale,
     /// Stand the handle on the scale.
@@ -104,7 +124,7 @@ pub enum Screen {
         /// Size of the force, N.
         force_n: f32,
     },
-    /// What did the scale show?
+    /// Question: what did the scale show?
     AskPressed {
         /// Text in the field.
         grams: String,
@@ -126,6 +146,10 @@ pub struct Live {
     pub velocity_m_s: Option<[f32; 3]>,
     /// Commanded force, N.
     pub force_n: [f32; 3],
+    /// Opening of the handle, 0 shut to 1 wide open.
+    pub opening: Option<f32>,
+    /// Commanded force that opens it, N.
+    pub opening_n: f32,
 }
 
 /// State of the window.
@@ -141,6 +165,8 @@ pub struct View {
     pub live: Live,
     /// Radius of its workspace, m.
     pub radius_m: f32,
+    /// True if its handle opens and shuts.
+    pub opens: bool,
 }
 
 /// A wish of the person.
@@ -150,6 +176,8 @@ pub enum Wish {
     Done,
     /// It pushed this way; `None`: nothing was felt.
     Felt(Option<Way>),
+    /// It opened the fingers (true) or shut them; `None`: nothing was felt.
+    FeltFingers(Option<bool>),
     /// There is a scale, or none.
     HasScale(bool),
     /// The field of grams has this text now.
@@ -184,6 +212,13 @@ impl View {
             Screen::Hold => words.say("feel-hold"),
             Screen::Push { force_n } => words.say_with("feel-push", &newton(*force_n)),
             Screen::AskPushed => words.say("feel-ask-pushed"),
+            Screen::Shut => words.say("feel-shut"),
+            Screen::Open => words.say("feel-open"),
+            Screen::HoldFingers => words.say("feel-hold-fingers"),
+            Screen::PushFingers { force_n } => {
+                words.say_with("feel-push-fingers", &newton(*force_n))
+            }
+            Screen::AskFingers => words.say("feel-ask-fingers"),
             Screen::AskScale => words.say("feel-ask-scale"),
             Screen::Scale => words.say("feel-scale"),
             Screen::Press { force_n } => words.say_with("feel-press", &newton(*force_n)),
@@ -193,26 +228,34 @@ impl View {
         }
     }
 
-    /// What to know for the step.
+    /// Note on the step.
     fn note(&self) -> Option<String> {
         let id = match &self.screen {
             Screen::Move { .. } => "feel-move-note",
-            Screen::Hold if self.progress.is_response() => "feel-hold-note-response",
+            Screen::Shut | Screen::Open => "feel-ends-note",
+            Screen::HoldFingers => "feel-hold-note-push",
+            Screen::Hold if self.progress.part == Part::Response => "feel-hold-note-response",
             Screen::Hold => "feel-hold-note-push",
-            Screen::Push { .. } | Screen::AskPushed => "feel-push-note",
+            _ if self.is_secret() => "feel-push-note",
             Screen::AskScale => "feel-ask-scale-note",
             Screen::Scale => "feel-scale-note",
             Screen::Press { .. } => "feel-press-note",
             Screen::AskPressed { .. } => "feel-ask-pressed-note",
             Screen::Response => "feel-response-note",
-            Screen::Waiting | Screen::Ended(_) => return None,
+            _ => return None,
         };
         Some(self.words.say(id))
     }
 
     /// True while the person must feel what the picture would tell.
     const fn is_secret(&self) -> bool {
-        matches!(self.screen, Screen::Push { .. } | Screen::AskPushed)
+        matches!(
+            self.screen,
+            Screen::Push { .. }
+                | Screen::AskPushed
+                | Screen::PushFingers { .. }
+                | Screen::AskFingers
+        )
     }
 }
 
@@ -227,7 +270,7 @@ pub fn feel(ui: &mut Ui, view: &View) -> Vec<Wish> {
     keys(ui, view, &mut wishes);
     let (name, meant, buttons) = buttons(view);
     screen(ui, name, meant, &buttons, &mut wishes, |ui, wishes| {
-        parts::show(ui, &view.words, &view.progress);
+        parts::show(ui, &view.words, &view.progress, view.opens);
         ui.add_space(12.0);
         if ui.available_width() < SIDE_BY_SIDE {
             instruction(ui, view, wishes);
@@ -285,6 +328,9 @@ fn buttons(view: &View) -> (&'static str, Option<usize>, Vec<(String, Wish)>) {
     let (name, meant, mut buttons) = match &view.screen {
         Screen::Move { .. } => ("move", Some(0), done()),
         Screen::Hold => ("hold", Some(0), done()),
+        Screen::Shut => ("shut", Some(0), done()),
+        Screen::Open => ("open", Some(0), done()),
+        Screen::HoldFingers => ("hold fingers", Some(0), done()),
         Screen::Scale => ("scale", Some(0), done()),
         Screen::Press { .. } => ("press", Some(0), done()),
         Screen::AskPushed => {
@@ -296,6 +342,13 @@ fn buttons(view: &View) -> (&'static str, Option<usize>, Vec<(String, Wish)>) {
             answers.push((words.say("feel-answer-nothing"), Wish::Felt(None)));
             ("pushed", None, answers)
         }
+        Screen::AskFingers => {
+            let answer = |(_, name, open): (Key, &str, Option<bool>)| {
+                let text = words.say(&format!("feel-answer-{name}"));
+                (text, Wish::FeltFingers(open))
+            };
+            ("fingers", None, FINGERS.map(answer).into())
+        }
         Screen::AskScale => {
             let yes = (words.say("feel-yes"), Wish::HasScale(true));
             let no = (words.say("feel-no"), Wish::HasScale(false));
@@ -305,9 +358,11 @@ fn buttons(view: &View) -> (&'static str, Option<usize>, Vec<(String, Wish)>) {
             let take = (words.say("feel-take"), Wish::TakeGrams);
             ("pressed", None, vec![take])
         }
-        Screen::Waiting | Screen::Push { .. } | Screen::Response | Screen::Ended(_) => {
-            ("watch", None, Vec::new())
-        }
+        Screen::Waiting
+        | Screen::Push { .. }
+        | Screen::PushFingers { .. }
+        | Screen::Response
+        | Screen::Ended(_) => ("watch", None, Vec::new()),
     };
     buttons.push((words.say("feel-stop"), Wish::Stop));
     (name, meant, buttons)
@@ -324,6 +379,10 @@ fn keys(ui: &Ui, view: &View, wishes: &mut Vec<Wish>) {
             if pressed(ui, Key::N) {
                 wishes.push(Wish::Felt(None));
             }
+        }
+        Screen::AskFingers => {
+            let felt = FINGERS.into_iter().filter(|(key, ..)| pressed(ui, *key));
+            wishes.extend(felt.map(|(.., open)| Wish::FeltFingers(open)));
         }
         Screen::AskScale => {
             for (key, has) in [(Key::Y, true), (Key::J, true), (Key::N, false)] {

@@ -1,9 +1,12 @@
 //! Position, velocity and force, live.
 
-use egui::{Grid, RichText, Ui};
+use egui::{Align, Grid, Layout, RichText, Ui, vec2};
 
 use super::View;
 use crate::ui::screens::BODY;
+
+/// Width of a column of numbers, points.
+const COLUMN: f32 = 96.0;
 
 /// Shows the numbers. A secret direction hides them.
 pub(super) fn show(ui: &mut Ui, view: &View) {
@@ -48,10 +51,40 @@ pub(super) fn show(ui: &mut Ui, view: &View) {
                 }
                 ui.end_row();
             }
+            if view.opens {
+                opening(ui, view);
+            }
         });
 }
 
+/// Opening of the handle, and the force that opens it.
+fn opening(ui: &mut Ui, view: &View) {
+    let (words, live) = (&view.words, &view.live);
+    let percent = live.opening.map(|it| format!("{:.0}", it * 100.0));
+    let rows = [
+        ("feel-opening", percent),
+        (
+            "feel-opening-force",
+            Some(format!("{:+.2}", live.opening_n)),
+        ),
+    ];
+    for (name, number) in rows {
+        ui.label(RichText::new(words.say(name)).size(0.85 * BODY));
+        match number {
+            _ if view.is_secret() => ui.label(words.say("feel-hidden")),
+            None => ui.label(words.say("feel-none")),
+            Some(number) => {
+                right(ui, RichText::new(number).monospace().size(0.95 * BODY));
+                ui.label("")
+            }
+        };
+        ui.end_row();
+    }
+}
+
+/// A number at the right of its column, or the column's name.
 fn right(ui: &mut Ui, text: RichText) {
-    let place = egui::Layout::right_to_left(egui::Align::Center);
-    ui.with_layout(place, |ui| ui.label(text));
+    let place = Layout::right_to_left(Align::Center);
+    let size = vec2(COLUMN, ui.spacing().interact_size.y);
+    ui.allocate_ui_with_layout(size, place, |ui| ui.label(text));
 }

@@ -28,7 +28,7 @@ pub struct CheckLine {
     pub name: String,
     /// Its result.
     pub result: CheckResult,
-    /// What was found. In English, as in the terminal.
+    /// Finding. In English, as in the terminal.
     pub detail: String,
 }
 

@@ -1,12 +1,45 @@
-//! Progress: the four parts of the test, and the place in the present one.
+//! Progress: the parts of the test, and the place in the present one.
 
 use egui::{Color32, Frame, Margin, RichText, Stroke, Ui};
 
 use crate::ui::screens::BODY;
 use crate::words::Words;
 
-/// Parts of the test, by the ends of their messages' names.
-pub const PARTS: [&str; 4] = ["move", "push", "scale", "response"];
+/// A part of the test, in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Part {
+    /// The person moves the handle.
+    #[default]
+    Move,
+    /// The handle pushes.
+    Push,
+    /// The handle opens and shuts.
+    Opening,
+    /// It presses on a scale.
+    Scale,
+    /// It pushes to and fro.
+    Response,
+}
+
+impl Part {
+    const ALL: [Self; 5] = [
+        Self::Move,
+        Self::Push,
+        Self::Opening,
+        Self::Scale,
+        Self::Response,
+    ];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Move => "move",
+            Self::Push => "push",
+            Self::Opening => "opening",
+            Self::Scale => "scale",
+            Self::Response => "response",
+        }
+    }
+}
 
 /// Colours of a part that is done, of the present one, and of a later one.
 const DONE: Color32 = Color32::from_rgb(35, 70, 45);
@@ -16,29 +49,23 @@ const LATER: Color32 = Color32::from_gray(38);
 /// Place in the test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Progress {
-    /// Index of the present part in [`PARTS`].
-    pub part: usize,
+    /// Present part.
+    pub part: Part,
     /// Number of the present step of the part, from 1, and how many it has.
     pub step: [usize; 2],
 }
 
-impl Progress {
-    /// True in the last part.
-    pub(super) const fn is_response(&self) -> bool {
-        self.part + 1 == PARTS.len()
-    }
-}
-
-/// Shows the parts in a row.
-pub(super) fn show(ui: &mut Ui, words: &Words, progress: &Progress) {
+/// Shows the parts in a row; that of the opening only if the handle `opens`.
+pub(super) fn show(ui: &mut Ui, words: &Words, progress: &Progress, opens: bool) {
     ui.horizontal_wrapped(|ui| {
-        for (index, part) in PARTS.into_iter().enumerate() {
-            let name = words.say(&format!("feel-part-{part}"));
+        let has = |part: &Part| opens || *part != Part::Opening;
+        for part in Part::ALL.into_iter().filter(has) {
+            let name = words.say(&format!("feel-part-{}", part.name()));
             let [number, of] = progress.step.map(|it| it.to_string());
-            let (fill, text) = if index < progress.part {
+            let (fill, text) = if part < progress.part {
                 let values = [("part", name.into())];
                 (DONE, words.say_with("feel-part-done", &values))
-            } else if index == progress.part && progress.step[1] > 1 {
+            } else if part == progress.part && progress.step[1] > 1 {
                 let values = [
                     ("part", name.into()),
                     ("number", number.into()),
@@ -46,9 +73,9 @@ pub(super) fn show(ui: &mut Ui, words: &Words, progress: &Progress) {
                 ];
                 (NOW, words.say_with("feel-part-now", &values))
             } else {
-                (if index == progress.part { NOW } else { LATER }, name)
+                (if part == progress.part { NOW } else { LATER }, name)
             };
-            let now = index == progress.part;
+            let now = part == progress.part;
             let edge = if now { Color32::WHITE } else { fill };
             let frame = Frame::new()
                 .fill(fill)

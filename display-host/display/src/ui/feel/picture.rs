@@ -95,7 +95,7 @@ fn axes(painter: &Painter, place: &Place, view: &View) {
     let thin = Stroke::new(1.0, Color32::from_gray(55));
     painter.add(egui::Shape::line(round.collect(), thin));
     for (axis, name, at) in [
-        ([1.0, 0.0, 0.0], "feel-axis-x", Align2::RIGHT_BOTTOM),
+        ([1.0, 0.0, 0.0], "feel-axis-x", Align2::LEFT_TOP),
         ([0.0, 1.0, 0.0], "feel-axis-y", Align2::LEFT_TOP),
         ([0.0, 0.0, 1.0], "feel-axis-z", Align2::CENTER_TOP),
     ] {
@@ -104,7 +104,7 @@ fn axes(painter: &Painter, place: &Place, view: &View) {
         painter.line_segment([back, place.middle], Stroke::new(1.0, AXIS));
         arrow(painter, place.middle, end, 1.5, AXIS);
         let away = match name {
-            "feel-axis-x" => vec2(0.0, -8.0),
+            "feel-axis-x" => vec2(-24.0, 8.0),
             "feel-axis-y" => vec2(12.0, -4.0),
             _ => vec2(0.0, 8.0),
         };

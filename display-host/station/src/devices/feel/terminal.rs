@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::Duration;
 
-use hardware::feel::{Answer, Direction, Guide, Step};
+use hardware::feel::{Answer, Direction, Guide, Squeezed, Step};
 
 use super::pace::Pace;
 use super::weight::weight_n;
@@ -67,6 +67,15 @@ impl Guide for Terminal {
                  gently for a second.",
             ),
             Step::Push { force_n } => say::note(format_args!("It pushes with {force_n:.1} N …")),
+            Step::Shut => say::note("\nShut the handle fully, and press Enter."),
+            Step::Open => say::note("\nOpen the handle fully, and press Enter."),
+            Step::HoldFingers => say::note(
+                "\nHold the handle half open with loose fingers, and press Enter. It will push them \
+                 gently for a second.",
+            ),
+            Step::PushFingers { force_n } => {
+                say::note(format_args!("It pushes your fingers with {force_n:.1} N …"));
+            }
             Step::Scale => say::note(
                 "\nStand the handle's tip on the scale and set the scale to zero. Then press Enter.",
             ),
@@ -100,6 +109,19 @@ impl Guide for Terminal {
             }
         })
         .unwrap_or(Answer::Nothing)
+    }
+
+    fn squeezed(&mut self) -> Squeezed {
+        let question = "Which way did it push your fingers? [o]pen [s]hut [n]othing:";
+        self.ask(question, |line| {
+            match line.chars().next()?.to_ascii_lowercase() {
+                'o' => Some(Squeezed::Open),
+                's' => Some(Squeezed::Shut),
+                'n' => Some(Squeezed::Nothing),
+                _ => None,
+            }
+        })
+        .unwrap_or(Squeezed::Nothing)
     }
 
     fn has_scale(&mut self) -> bool {

@@ -8,7 +8,8 @@ use std::time::Duration;
 use display_host::ui::feel::{Live, Progress, Screen, View, Wish, feel};
 use display_host::window::Page;
 use display_host::words::Words;
-use hardware::feel::Answer;
+use hardware::feel::{Answer, Squeezed};
+use rt_core::port::DeviceCapabilities;
 
 use super::guide::{Said, Turn, Windowed, direction};
 use super::signs::Signs;
@@ -33,7 +34,7 @@ impl Desk {
     /// A page, and the guide that leads its person. Ctrl-C sets `stop`.
     pub(super) fn new(
         words: Words,
-        radius_m: f32,
+        can: &DeviceCapabilities,
         signs: &Arc<Signs>,
         stop: &Arc<AtomicBool>,
     ) -> (Self, Windowed) {
@@ -53,7 +54,8 @@ impl Desk {
                 progress: Progress::default(),
                 screen: Screen::Waiting,
                 live: Live::default(),
-                radius_m,
+                radius_m: can.workspace_radius_m,
+                opens: can.opening.is_measured(),
             },
             number: 0,
             turns,
@@ -72,6 +74,11 @@ impl Desk {
                 let answer = way.map_or(Answer::Nothing, |it| Answer::Felt(direction(it)));
                 self.say(Said::Pushed(answer));
             }
+            Wish::FeltFingers(open) => self.say(Said::Squeezed(match open {
+                Some(true) => Squeezed::Open,
+                Some(false) => Squeezed::Shut,
+                None => Squeezed::Nothing,
+            })),
             Wish::HasScale(has) => self.say(Said::HasScale(has)),
             Wish::Grams(text) => {
                 self.view.screen = Screen::AskPressed {

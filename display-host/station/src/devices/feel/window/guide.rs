@@ -4,9 +4,13 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::sync::{Arc, Mutex};
 
-use display_host::ui::feel::{CheckLine, CheckResult, Ended, Live as Shown, Progress, Screen, Way};
+use display_host::ui::feel::{
+    CheckLine, CheckResult, Ended, Live as Shown, Part, Progress, Screen, Way,
+};
 use hardware::conformance::{Outcome, Report};
-use hardware::feel::{Answer, Direction, Guide, Live, MOVES, PUSHES, Question, Step};
+use hardware::feel::{
+    Answer, Direction, Guide, Live, MOVES, PUSHES, Question, SQUEEZES, Squeezed, Step,
+};
 
 use super::signs::Signs;
 use crate::devices::feel::pace::Pace;
@@ -25,6 +29,8 @@ pub(super) enum Said {
     Done,
     /// It pushed like this.
     Pushed(Answer),
+    /// It pushed the fingers like this.
+    Squeezed(Squeezed),
     /// There is a scale, or none.
     HasScale(bool),
     /// The scale showed this, N; `None`: it was not read.
@@ -42,6 +48,7 @@ pub(super) struct Windowed {
     progress: Progress,
     moves: usize,
     pushes: usize,
+    squeezes: usize,
     answer: Option<Said>,
 }
 
@@ -63,6 +70,7 @@ impl Windowed {
             progress: Progress::default(),
             moves: 0,
             pushes: 0,
+            squeezes: 0,
             answer: None,
         }
     }
@@ -122,27 +130,32 @@ impl Windowed {
 
     /// Place of a step in the test.
     fn advance(&mut self, step: &Step) {
-        self.progress = match step {
+        // The ends of an opening come before its pushes.
+        const SHUT: usize = 1;
+        const OPEN: usize = 2;
+        let (part, step) = match step {
             Step::Move { .. } => {
                 self.moves += 1;
-                Progress {
-                    part: 0,
-                    step: [self.moves, MOVES],
-                }
+                (Part::Move, [self.moves, MOVES])
             }
-            Step::Hold if self.pushes == PUSHES => Progress {
-                part: 3,
-                step: [1, 1],
-            },
+            Step::Hold if self.pushes == PUSHES => (Part::Response, [1, 1]),
             Step::Hold => {
                 self.pushes += 1;
-                Progress {
-                    part: 1,
-                    step: [self.pushes, PUSHES],
-                }
+                (Part::Push, [self.pushes, PUSHES])
             }
-            Step::Push { .. } | Step::Scale | Step::Press { .. } | Step::Response => self.progress,
+            Step::Shut => (Part::Opening, [SHUT, OPEN + SQUEEZES]),
+            Step::Open => (Part::Opening, [OPEN, OPEN + SQUEEZES]),
+            Step::HoldFingers => {
+                self.squeezes += 1;
+                (Part::Opening, [OPEN + self.squeezes, OPEN + SQUEEZES])
+            }
+            Step::Push { .. }
+            | Step::PushFingers { .. }
+            | Step::Scale
+            | Step::Press { .. }
+            | Step::Response => return,
         };
+        self.progress = Progress { part, step };
     }
 }
 
@@ -150,12 +163,13 @@ impl Guide for Windowed {
     fn ask(&mut self, question: Question) {
         if question == Question::HasScale {
             self.progress = Progress {
-                part: 2,
+                part: Part::Scale,
                 step: [1, 1],
             };
         }
         self.show(match question {
             Question::Pushed => Screen::AskPushed,
+            Question::Squeezed => Screen::AskFingers,
             Question::HasScale => Screen::AskScale,
             Question::Pressed => Screen::AskPressed {
                 grams: String::new(),
@@ -177,6 +191,8 @@ impl Guide for Windowed {
             at_m: live.at_m.map(Into::into),
             velocity_m_s: live.velocity_m_s.map(Into::into),
             force_n: live.force_n.into(),
+            opening: live.opening,
+            opening_n: live.opening_n,
         };
     }
 
@@ -189,6 +205,10 @@ impl Guide for Windowed {
             },
             Step::Hold => Screen::Hold,
             Step::Push { force_n } => Screen::Push { force_n },
+            Step::Shut => Screen::Shut,
+            Step::Open => Screen::Open,
+            Step::HoldFingers => Screen::HoldFingers,
+            Step::PushFingers { force_n } => Screen::PushFingers { force_n },
             Step::Scale => Screen::Scale,
             Step::Press { force_n } => Screen::Press { force_n },
             Step::Response => Screen::Response,
@@ -203,6 +223,13 @@ impl Guide for Windowed {
         match self.answer {
             Some(Said::Pushed(answer)) => answer,
             _ => Answer::Nothing,
+        }
+    }
+
+    fn squeezed(&mut self) -> Squeezed {
+        match self.answer {
+            Some(Said::Squeezed(squeezed)) => squeezed,
+            _ => Squeezed::Nothing,
         }
     }
 

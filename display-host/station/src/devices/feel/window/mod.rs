@@ -70,9 +70,9 @@ pub(super) fn lead(
         seed,
         stop,
     } = bench;
-    let radius_m = device.capabilities().workspace_radius_m;
+    let can = device.capabilities();
     let signs = Arc::new(Signs::default());
-    let (desk, mut guide) = Desk::new(Words::new(language), radius_m, &signs, &stop);
+    let (desk, mut guide) = Desk::new(Words::new(language), &can, &signs, &stop);
     let no_window = &AtomicBool::new(false);
     let test = move || {
         keep_quiet(&mut *device, &mut guide);

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use display_host::ui::feel::{Ended, Screen, Way, Wish};
 use display_host::window::Page as _;
-use hardware::feel::{Answer, Direction, Question, Step};
+use hardware::feel::{Answer, Direction, Question, Squeezed, Step};
 use rt_core::math::Pose;
 use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, LineCounters, Polled};
 
@@ -44,7 +44,12 @@ impl HapticDevice for Still {
 
 fn led() -> (Desk, Windowed, Arc<Signs>) {
     let signs = Arc::new(Signs::default());
-    let (desk, guide) = Desk::new(Words::default(), 0.1, &signs, &Arc::default());
+    let (desk, guide) = Desk::new(
+        Words::default(),
+        &DeviceCapabilities::TOUCH,
+        &signs,
+        &Arc::default(),
+    );
     (desk, guide, signs)
 }
 
@@ -162,6 +167,12 @@ fn questions_are_answered_without_waiting() {
     desk.take(Wish::Felt(Some(Way::Towards)));
     assert!(guide.has_answer());
     assert_eq!(guide.pushed(), Answer::Felt(Direction::Towards));
+
+    guide.ask(Question::Squeezed);
+    desk.look_about();
+    desk.take(Wish::FeltFingers(Some(false)));
+    assert!(guide.has_answer());
+    assert_eq!(guide.squeezed(), Squeezed::Shut);
 
     guide.ask(Question::HasScale);
     desk.look_about();
