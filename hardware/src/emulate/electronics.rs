@@ -7,7 +7,7 @@ use super::touch::{Body, Touch};
 use crate::hapi::device::Board;
 use crate::hapi::pantograph::{Pantograph, swapped};
 use crate::rig::device::Motion;
-use crate::rig::wire::Capabilities;
+use crate::rig::wire::{Capabilities, Opening};
 use crate::woody::device::Firmware;
 use crate::woody::mechanism::Mechanism;
 
@@ -189,6 +189,14 @@ impl Electronics {
         match self {
             Self::Rig(firmware) => firmware.opening_n(now_us),
             Self::Woody(_) | Self::Hapi(_) => 0.0,
+        }
+    }
+
+    /// Opening of its handle, if it has one.
+    pub(super) fn opening(model: HapticModel) -> Option<Opening> {
+        match model {
+            HapticModel::HandleRig => Capabilities::touch_class_with_opening().opening,
+            HapticModel::TouchRig | HapticModel::Woody | HapticModel::Hapi => None,
         }
     }
 

@@ -32,6 +32,10 @@ pub enum Mistake {
     ForceWeak,
     /// No force at all.
     ForceMissing,
+    /// Opening 1 shut and 0 wide open.
+    OpeningReversed,
+    /// Force along the opening with the wrong sign.
+    OpeningForceNegated,
     /// Clock in milliseconds.
     ClockInMilliseconds,
     /// Clock that stands at zero.
@@ -72,7 +76,7 @@ pub enum Mistake {
 
 impl Mistake {
     /// All of them.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 31] = [
         Self::PositionsInMillimetres,
         Self::PositionsTenfold,
         Self::AxesExchanged,
@@ -84,6 +88,8 @@ impl Mistake {
         Self::ForceExchanged,
         Self::ForceWeak,
         Self::ForceMissing,
+        Self::OpeningReversed,
+        Self::OpeningForceNegated,
         Self::ClockInMilliseconds,
         Self::ClockZero,
         Self::ClockFast,
@@ -236,7 +242,11 @@ impl RigFirmware {
     /// Force of the motor that opens the handle, N.
     pub(super) fn opening_n(&mut self, now_us: u32) -> f32 {
         let seen_us = self.watched_us(now_us);
-        self.device.force(seen_us).opening_n.unwrap_or_default()
+        let opening_n = self.device.force(seen_us).opening_n.unwrap_or_default();
+        if self.has(Mistake::OpeningForceNegated) {
+            return -opening_n;
+        }
+        opening_n
     }
 
     /// The next sample as bytes, if one is due.
@@ -301,6 +311,7 @@ impl RigFirmware {
             Some(Mistake::VelocityNegated) => {
                 motion.velocity_m_s = scale(motion.velocity_m_s, -1.0);
             }
+            Some(Mistake::OpeningReversed) => motion.opening = 1.0 - motion.opening,
             Some(Mistake::Frozen) => {
                 motion.position_m = *self.frozen_at_m.get_or_insert(motion.position_m);
             }

@@ -7,6 +7,7 @@ use rt_core::math::Vec3;
 use rt_core::port::HapticDevice;
 
 use super::electronics::{Electronics, HapticModel};
+use super::fingers::Fingers;
 use super::mistake::Mistake;
 use super::touch::{Body, Grip, Touch};
 use crate::HardwareError;
@@ -34,6 +35,9 @@ struct End {
 struct Device {
     electronics: Electronics,
     touch: Touch,
+    /// Fingers in a handle that opens.
+    fingers: Option<Fingers>,
+    is_shut: bool,
     motion: Motion,
     now_ns: u64,
 }
@@ -104,7 +108,15 @@ impl Played {
         mistake: Option<Mistake>,
         grip: Grip,
     ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
-        let model = HapticModel::TouchRig;
+        Self::open_held(HapticModel::TouchRig, mistake, grip)
+    }
+
+    /// Makes a rig of this model as [`open_rig`](Self::open_rig) does.
+    pub fn open_held(
+        model: HapticModel,
+        mistake: Option<Mistake>,
+        grip: Grip,
+    ) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
         let held = PlayedBody {
             grip,
             ..PlayedBody::free(model)
@@ -137,6 +149,8 @@ impl Played {
             device: Mutex::new(Device {
                 electronics,
                 touch,
+                fingers: Electronics::opening(model).map(Fingers::new),
+                is_shut: false,
                 motion,
                 now_ns: now_ns(),
             }),
@@ -188,10 +202,16 @@ impl Played {
         let Device {
             electronics,
             touch,
+            fingers,
+            is_shut,
             motion,
             ..
         } = &mut *device;
         let force_n = electronics.receive(&[], touch, now_us, false, |_| {});
+        if let Some(fingers) = fingers {
+            fingers.step(*is_shut, electronics.opening_n(now_us));
+            motion.opening = fingers.opening();
+        }
         touch.step(target_m, Vec3::zeros(), force_n);
         motion.position_m = touch.measured_m().into();
         motion.velocity_m_s = touch.measured_velocity_m_s().into();
@@ -201,6 +221,19 @@ impl Played {
             });
         }
         force_n
+    }
+
+    /// Lets the fingers shut a handle that opens, or open it.
+    pub fn squeeze(&self, shut: bool) {
+        self.end.device().is_shut = shut;
+    }
+
+    /// Force of the motor that opens the handle now, N.
+    #[must_use]
+    pub fn opening_n(&self) -> f32 {
+        let mut device = self.end.device();
+        let now_us = device.now_us();
+        device.electronics.opening_n(now_us)
     }
 
     /// Pulls the plug.

@@ -9,7 +9,7 @@ use rt_core::math::{Pose, Vec3};
 use rt_core::port::Buttons;
 use rustix::fs::{FlockOperation, flock};
 
-use super::electronics::{Electronics, HapticModel};
+use super::electronics::Electronics;
 use super::fault::{Faults, FaultyLine};
 use super::fingers::Fingers;
 use super::hand::{Hand, REPEAT_S};
@@ -103,10 +103,7 @@ impl Station {
             silent_ms: 0,
             touch: Touch::new(haptic.body(), grip, start),
             haptic,
-            fingers: (config.haptic == HapticModel::HandleRig)
-                .then(|| Capabilities::touch_class_with_opening().opening)
-                .flatten()
-                .map(Fingers::new),
+            fingers: Electronics::opening(config.haptic).map(Fingers::new),
             holding: config.holding,
             force_n: Vec3::zeros(),
             strain: 0.0,

@@ -5,7 +5,7 @@ use rt_core::math::Vec3;
 use rt_core::port::{DeviceCapabilities, ForceCommand, HapticDevice, Polled};
 use rt_core::time::TimeNs;
 
-use super::{Guide, Step};
+use super::{Answer, Guide, Live, Question, Squeezed, Step};
 
 /// Way that the handle may go while it is pushed, m. A hand that holds it loosely yields less.
 const RUN_OFF_M: f32 = 0.04;
@@ -60,6 +60,8 @@ pub(super) struct Seen {
     pub(super) at_m: Vec3,
     /// Velocity as the device reports it, m/s.
     pub(super) said_m_s: Option<Vec3>,
+    /// Opening of the handle, 0 to 1.
+    pub(super) opening: Option<f32>,
 }
 
 /// The device and its guide.
@@ -68,6 +70,7 @@ pub(super) struct Bench<'a> {
     guide: &'a mut dyn Guide,
     silent_ms: u32,
     before: Option<Seen>,
+    live: Live,
 }
 
 impl<'a> Bench<'a> {
@@ -77,6 +80,7 @@ impl<'a> Bench<'a> {
             guide,
             silent_ms: 0,
             before: None,
+            live: Live::default(),
         }
     }
 
@@ -104,11 +108,18 @@ impl<'a> Bench<'a> {
         }
         let polled = self.device.poll(now_ns);
         let command = ForceCommand {
-            opening_n: 0.0,
+            opening_n: self.live.opening_n,
             force_n,
             torque_n_m: Vec3::zeros(),
         };
         self.device.send(command, now_ns);
+        self.live.force_n = force_n;
+        if let Polled::Fresh(sample) = &polled {
+            self.live.at_m = Some(sample.device_from_handle.translation.vector);
+            self.live.opening = sample.opening;
+            self.live.velocity_m_s = self.device.reported_velocity_m_s();
+        }
+        self.guide.live(&self.live);
         self.silent_ms += 1;
         let faults = self.device.findings().faults;
         let grave = [Fault::DeviceFault, Fault::FrozenDevice, Fault::DeviceClock];
@@ -124,7 +135,8 @@ impl<'a> Bench<'a> {
                 let seen = Seen {
                     at_ns: sample.at_ns,
                     at_m: sample.device_from_handle.translation.vector,
-                    said_m_s: self.device.reported_velocity_m_s(),
+                    said_m_s: self.live.velocity_m_s,
+                    opening: sample.opening,
                 };
                 self.before = Some(seen);
                 Ok(Some(seen))
@@ -177,12 +189,70 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
+    /// Tells a step and waits without force until it is done.
+    pub(super) fn until_still(&mut self, step: &Step) -> Result<(), Broken> {
+        self.until_done(step, Vec3::zeros(), |_| {})
+    }
+
+    /// `ms` milliseconds with the force along the opening that `opening_n` gives for each.
+    pub(super) fn squeezed(
+        &mut self,
+        ms: u32,
+        opening_n: impl Fn(u32) -> f32,
+    ) -> Result<(), Broken> {
+        let ticked = (0..ms).try_for_each(|at_ms| {
+            self.live.opening_n = opening_n(at_ms);
+            self.tick(Vec3::zeros()).map(drop)
+        });
+        self.live.opening_n = 0.0;
+        ticked
+    }
+
+    /// Asks which way the handle pushed the fingers.
+    pub(super) fn squeezed_which_way(&mut self) -> Result<Squeezed, Broken> {
+        self.until_answered(Question::Squeezed)?;
+        Ok(self.guide.squeezed())
+    }
+
+    /// Asks which way the handle pushed.
+    pub(super) fn pushed_which_way(&mut self) -> Result<Answer, Broken> {
+        self.until_answered(Question::Pushed)?;
+        Ok(self.guide.pushed())
+    }
+
+    /// Asks whether there is a scale.
+    pub(super) fn has_scale(&mut self) -> Result<bool, Broken> {
+        self.until_answered(Question::HasScale)?;
+        Ok(self.guide.has_scale())
+    }
+
+    /// Asks for the reading of the scale, N.
+    pub(super) fn pressed_n(&mut self) -> Result<Option<f32>, Broken> {
+        self.until_answered(Question::Pressed)?;
+        Ok(self.guide.pressed_n())
+    }
+
+    /// Shows a question and goes on without force until the guide has the answer.
+    fn until_answered(&mut self, question: Question) -> Result<(), Broken> {
+        self.guide.ask(question);
+        for _ in 0..PATIENCE_MS {
+            if self.guide.has_answer() {
+                return Ok(());
+            }
+            self.tick(Vec3::zeros())?;
+        }
+        Err(Broken::Stopped)
+    }
+
     /// Ends every force.
     pub(super) fn rest(&mut self) {
         for _ in 0..3 {
             let now_ns = self.guide.wait();
             self.device.send(ForceCommand::default(), now_ns);
         }
+        self.live.force_n = Vec3::zeros();
+        self.live.opening_n = 0.0;
+        self.guide.live(&self.live);
     }
 }
 

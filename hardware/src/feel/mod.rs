@@ -1,9 +1,11 @@
 //! Tests axes, units and signs of positions and forces, before anybody trusts a device.
 //!
 //! A person moves the handle and says which way it pushes. A program with a sensor may do both.
-//! Forces are 0.5 N at most, and end at once when the handle runs off.
+//! Forces are 0.5 N at most, 1 N along a handle's opening. They end at once when the handle runs
+//! off.
 
 mod bench;
+mod fingers;
 mod moves;
 mod pushes;
 mod response;
@@ -16,6 +18,9 @@ use crate::conformance::Report;
 use bench::Bench;
 
 pub use bench::Broken;
+pub use fingers::COUNT as SQUEEZES;
+pub use moves::COUNT as MOVES;
+pub use pushes::COUNT as PUSHES;
 pub use response::Point;
 
 /// Force of a push, N: above the friction of a good handle, and harmless.
@@ -122,6 +127,17 @@ pub enum Step {
         /// Size of the force, N. The direction is a secret.
         force_n: f32,
     },
+    /// Shut the handle fully, then say that it is done.
+    Shut,
+    /// Open the handle fully, then say that it is done.
+    Open,
+    /// Hold the handle half open with loose fingers, then say that it is done.
+    HoldFingers,
+    /// The handle pushes the fingers now.
+    PushFingers {
+        /// Size of the force, N. Its sign is a secret.
+        force_n: f32,
+    },
     /// Stand the handle's tip on a scale, then say that it is done.
     Scale,
     /// The handle presses down on the scale now. Say that it is done once the scale is read.
@@ -144,14 +160,88 @@ pub enum Answer {
     Nothing,
 }
 
+/// Way in which the handle pushed the fingers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Squeezed {
+    /// It opened.
+    Open,
+    /// It shut.
+    Shut,
+    /// A sensor measured this force, N; positive opens.
+    Measured(f32),
+    /// Nothing was felt.
+    Nothing,
+}
+
+impl Squeezed {
+    /// Sign of the force.
+    const fn sign(self) -> f32 {
+        match self {
+            Self::Shut => -1.0,
+            _ => 1.0,
+        }
+    }
+
+    /// Words for a person.
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Shut => "shut",
+            Self::Measured(_) => "by a sensor",
+            Self::Nothing => "nothing",
+        }
+    }
+}
+
+/// Question that a step ends with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Question {
+    /// Direction in which the handle pushed.
+    Pushed,
+    /// Way in which the handle pushed the fingers.
+    Squeezed,
+    /// Is there a scale to press on?
+    HasScale,
+    /// Reading of the scale.
+    Pressed,
+}
+
+/// State of the device at one moment, to be shown.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Live {
+    /// Position of the handle in the base frame, m. `None`: there was no sample yet.
+    pub at_m: Option<Vec3>,
+    /// Velocity as the device reports it, m/s. `None`: it measures none.
+    pub velocity_m_s: Option<Vec3>,
+    /// Commanded force, N.
+    pub force_n: Vec3,
+    /// Opening of the handle, 0 shut to 1 wide open. `None`: it measures none.
+    pub opening: Option<f32>,
+    /// Commanded force that opens it, N.
+    pub opening_n: f32,
+}
+
 /// Person, or program with a sensor, that is led through the test.
 pub trait Guide {
+    /// Shows a question whose answer the device does not wait for: see [`has_answer`].
+    ///
+    /// [`has_answer`]: Self::has_answer
+    fn ask(&mut self, _question: Question) {}
+    /// True once the question that was shown last is answered. Called every millisecond, while the
+    /// device goes on without force. A guide that waits in its answers is always ready.
+    fn has_answer(&mut self) -> bool {
+        true
+    }
+    /// Takes the device's state. Called every millisecond; it must not wait.
+    fn live(&mut self, _live: &Live) {}
     /// Tells the next step.
     fn tell(&mut self, step: &Step);
     /// True once the step that was told last is done. Called every millisecond.
     fn is_done(&mut self) -> bool;
     /// Asks which way the handle pushed. May wait.
     fn pushed(&mut self) -> Answer;
+    /// Asks which way the handle pushed the fingers. May wait.
+    fn squeezed(&mut self) -> Squeezed;
     /// Asks whether there is a scale to press on. May wait.
     fn has_scale(&mut self) -> bool;
     /// Asks for the reading of the scale, N. May wait. `None` if it could not be read.
@@ -194,6 +284,7 @@ fn run(bench: &mut Bench<'_>, felt: &mut Felt, seed: u64) -> Result<(), Broken> 
     let way_m = MOVE_M.min(MOVE_SHARE * radius_m);
     moves::test(bench, &mut felt.report, way_m)?;
     pushes::test(bench, &mut felt.report, seed)?;
+    fingers::test(bench, &mut felt.report, seed)?;
     pushes::test_scale(bench, &mut felt.report)?;
     felt.response = response::test(bench, &mut felt.report)?;
     Ok(())

@@ -6,8 +6,10 @@ use super::bench::{Bench, Broken, Seen};
 use super::{Direction, Step};
 use crate::conformance::{Motion, Report};
 
+/// Number of moves.
+pub const COUNT: usize = 3;
 /// Moves, with the names of their checks.
-const MOVES: [(Direction, &str); 3] = [
+const MOVES: [(Direction, &str); COUNT] = [
     (Direction::Right, "move right"),
     (Direction::Up, "move up"),
     (Direction::Towards, "move towards"),

@@ -6,8 +6,10 @@ use super::bench::{Bench, Broken};
 use super::{Answer, Direction, PUSH_N, Step};
 use crate::conformance::Report;
 
+/// Number of pushes.
+pub const COUNT: usize = 3;
 /// Pushes, with the names of their checks.
-const PUSHES: [(Direction, &str); 3] = [
+const PUSHES: [(Direction, &str); COUNT] = [
     (Direction::Right, "push right"),
     (Direction::Up, "push up"),
     (Direction::Towards, "push towards"),
@@ -16,6 +18,8 @@ const PUSHES: [(Direction, &str); 3] = [
 const RISE_MS: u32 = 300;
 /// Time for which it stays, ms: a person feels a direction in half a second.
 const STAY_MS: u32 = 1000;
+/// Time of a whole push, ms.
+pub(super) const PUSH_MS: u32 = 2 * RISE_MS + STAY_MS;
 /// Force on a scale, N: 51 g on one for the kitchen.
 const PRESS_N: f32 = 0.5;
 /// Allowed size of a measured force as a share of the one asked for.
@@ -34,8 +38,8 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         bench.until_done(&Step::Hold, Vec3::zeros(), |_| {})?;
         bench.guide().tell(&Step::Push { force_n });
         let full_n = direction.vector() * force_n;
-        bench.pushed(2 * RISE_MS + STAY_MS, |ms| full_n * share(ms), |_, _| {})?;
-        let answer = bench.guide().pushed();
+        bench.pushed(PUSH_MS, |ms| full_n * share(ms), |_, _| {})?;
+        let answer = bench.pushed_which_way()?;
         judged.push((name, judge(direction, force_n, answer)));
     }
     judged.sort_by_key(|(name, _)| PUSHES.iter().position(|(_, it)| it == name));
@@ -46,9 +50,9 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
 }
 
 /// Share of a push's force at this time.
-fn share(ms: u32) -> f32 {
+pub(super) fn share(ms: u32) -> f32 {
     let rise = ms as f32 / RISE_MS as f32;
-    let fall = (2 * RISE_MS + STAY_MS).saturating_sub(ms) as f32 / RISE_MS as f32;
+    let fall = PUSH_MS.saturating_sub(ms) as f32 / RISE_MS as f32;
     rise.min(fall).min(1.0)
 }
 
@@ -94,7 +98,7 @@ fn judge(asked: Direction, asked_n: f32, answer: Answer) -> (bool, String) {
 
 /// Judges the size of a force that presses down on a scale.
 pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), Broken> {
-    if !bench.guide().has_scale() {
+    if !bench.has_scale()? {
         report.skip("scale", "there is no scale");
         return Ok(());
     }
@@ -108,7 +112,7 @@ pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(
         |ms| down_n * share(ms + RISE_MS + STAY_MS),
         |_, _| {},
     )?;
-    match bench.guide().pressed_n() {
+    match bench.pressed_n()? {
         None => report.skip("scale", "it was not read"),
         Some(read_n) => report.judge(
             "scale",

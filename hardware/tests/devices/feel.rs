@@ -2,8 +2,8 @@
 //! its reason.
 
 use hardware::conformance::Outcome;
-use hardware::emulate::{Grip, Mistake, Played};
-use hardware::feel::{Answer, Direction, Felt, Guide, Step, feel};
+use hardware::emulate::{Grip, HapticModel, Mistake, Played};
+use hardware::feel::{Answer, Direction, Felt, Guide, Squeezed, Step, feel};
 use rt_core::math::Vec3;
 
 /// A hand that holds the handle loosely.
@@ -24,6 +24,8 @@ struct Person<'a> {
     told_ms: u32,
     is_pressed: bool,
     strongest_n: Vec3,
+    /// Strongest push of the fingers, N; positive opens.
+    squeezed_n: f32,
     pressed_n: f32,
     has_scale: bool,
     /// Time after which she stops the test, ms.
@@ -40,6 +42,7 @@ impl<'a> Person<'a> {
             told_ms: 0,
             is_pressed: false,
             strongest_n: Vec3::zeros(),
+            squeezed_n: 0.0,
             pressed_n: 0.0,
             has_scale: true,
             stops_ms: None,
@@ -56,6 +59,9 @@ impl Guide for Person<'_> {
             Step::Move { direction, way_m } => {
                 self.goal_m = self.at_m + direction.vector() * *way_m;
             }
+            Step::Shut => self.played.squeeze(true),
+            Step::Open | Step::HoldFingers => self.played.squeeze(false),
+            Step::PushFingers { .. } => self.squeezed_n = 0.0,
             Step::Hold | Step::Scale => self.goal_m = Vec3::zeros(),
             Step::Push { .. } | Step::Press { .. } | Step::Response => {
                 self.strongest_n = Vec3::zeros();
@@ -72,6 +78,14 @@ impl Guide for Person<'_> {
             return Answer::Nothing;
         }
         Answer::Felt(Direction::nearest(&self.strongest_n).0)
+    }
+
+    fn squeezed(&mut self) -> Squeezed {
+        match self.squeezed_n {
+            felt_n if felt_n > NOTICED_N => Squeezed::Open,
+            felt_n if felt_n < -NOTICED_N => Squeezed::Shut,
+            _ => Squeezed::Nothing,
+        }
     }
 
     fn has_scale(&mut self) -> bool {
@@ -92,6 +106,10 @@ impl Guide for Person<'_> {
         if force_n.norm() > self.strongest_n.norm() {
             self.strongest_n = force_n;
         }
+        let opening_n = self.played.opening_n();
+        if opening_n.abs() > self.squeezed_n.abs() {
+            self.squeezed_n = opening_n;
+        }
         if self.is_pressed {
             self.pressed_n = self.pressed_n.max(-force_n.y);
         }
@@ -106,11 +124,16 @@ impl Guide for Person<'_> {
 }
 
 fn felt(mistake: Option<Mistake>, seed: u64) -> Felt {
-    let (mut device, played) = Played::open_rig(mistake, LOOSE).expect("a rig");
+    felt_of(HapticModel::TouchRig, mistake, seed)
+}
+
+fn felt_of(model: HapticModel, mistake: Option<Mistake>, seed: u64) -> Felt {
+    let (mut device, played) = Played::open_held(model, mistake, LOOSE).expect("a rig");
     let mut person = Person::at(&played);
     let felt = feel(&mut *device, &mut person, seed);
     let left_n = played.move_on(Vec3::zeros()).norm();
     assert!(left_n < 1e-3, "{left_n} N are left");
+    assert!(played.opening_n().abs() < 1e-3, "the fingers are free");
     felt
 }
 
@@ -123,8 +146,54 @@ fn a_good_rig_passes_in_any_order() {
     }
 }
 
+#[test]
+fn a_good_handle_that_opens_passes_in_any_order() {
+    for seed in [0, 6] {
+        let felt = felt_of(HapticModel::HandleRig, None, seed);
+        assert!(felt.report.passed(), "{}", felt.report);
+        for name in ["opening", "push open", "push shut"] {
+            let check = felt.report.check(name).map(|it| it.outcome);
+            assert_eq!(check, Some(Outcome::Pass), "{name}: {}", felt.report);
+        }
+    }
+    let plain = felt(None, 0);
+    assert!(plain.report.check("opening").is_none(), "{}", plain.report);
+}
+
+#[test]
+fn an_opening_that_runs_the_wrong_way_fails() {
+    let mistake = Mistake::OpeningReversed;
+    fails_of(
+        HapticModel::HandleRig,
+        mistake,
+        "opening",
+        "runs the wrong way",
+    );
+}
+
+#[test]
+fn a_force_along_the_opening_with_the_wrong_sign_fails() {
+    let mistake = Mistake::OpeningForceNegated;
+    for (check, words) in [
+        (
+            "push open",
+            "1.0 N open, felt shut: the force has the wrong",
+        ),
+        (
+            "push shut",
+            "1.0 N shut, felt open: the force has the wrong",
+        ),
+    ] {
+        fails_of(HapticModel::HandleRig, mistake, check, words);
+    }
+}
+
 fn fails(mistake: Mistake, check: &str, words: &str) {
-    let felt = felt(Some(mistake), 1);
+    fails_of(HapticModel::TouchRig, mistake, check, words);
+}
+
+fn fails_of(model: HapticModel, mistake: Mistake, check: &str, words: &str) {
+    let felt = felt_of(model, Some(mistake), 1);
     let report = &felt.report;
     let found = report.check(check);
     assert!(

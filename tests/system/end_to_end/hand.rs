@@ -17,14 +17,14 @@ use system_tests::{calot, station_name, wait_until};
 use crate::devices::Emulated;
 
 /// A display that leads the emulated hand from a thread of its own.
-struct Lead {
+pub(super) struct Lead {
     message: Arc<Mutex<HandMsg>>,
     over: Arc<AtomicBool>,
     thread: Option<std::thread::JoinHandle<()>>,
 }
 
 impl Lead {
-    fn start(station: &Station) -> Self {
+    pub(super) fn start(station: &Station) -> Self {
         let station = station.clone();
         let first = HandMsg {
             began_ns: 1,
@@ -50,7 +50,7 @@ impl Lead {
         }
     }
 
-    fn ask(&self, change: impl FnOnce(&mut HandMsg)) {
+    pub(super) fn ask(&self, change: impl FnOnce(&mut HandMsg)) {
         change(&mut self.message.lock().expect("nobody panics"));
     }
 }

@@ -2,6 +2,7 @@
 //! networks.
 
 mod bad_input;
+mod by_hand;
 mod devices;
 mod disks;
 mod drill;

@@ -1,10 +1,12 @@
 //! The panel: a pure function from the state to widgets and the user's requests.
 
 mod asked;
+pub mod feel;
 mod health;
 mod instructor;
 pub mod launcher;
 mod overlay;
+mod page;
 mod panel;
 mod recording;
 mod replay;

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
-use super::{WindowConfig, run, server};
+use super::{Page, WindowConfig, run, server, show_page};
 use crate::DisplayError;
 use crate::headless::{Observed, Outcome};
 
@@ -24,6 +24,25 @@ pub fn run_apart(
     stop: Arc<AtomicBool>,
     mut observer: impl FnMut(Observed<'_>) + Send + 'static,
 ) -> Result<Outcome, DisplayError> {
+    apart(move || run(&config, &stop, &mut observer))
+}
+
+/// Shows a page as [`show_page`] does, on a thread of its own as [`run_apart`] does: the caller
+/// outlives the screen.
+///
+/// # Errors
+/// See [`DisplayError`].
+pub fn show_page_apart(
+    size: [u32; 2],
+    stop: Arc<AtomicBool>,
+    mut page: impl Page + Send + 'static,
+) -> Result<(), DisplayError> {
+    apart(move || show_page(size, &stop, &mut page))
+}
+
+fn apart<T: Send + 'static>(
+    window: impl FnOnce() -> Result<T, DisplayError> + Send + 'static,
+) -> Result<T, DisplayError> {
     let lost = |detail: &str| {
         let detail = detail.to_owned();
         Err(DisplayError::WindowLost { detail })
@@ -31,16 +50,23 @@ pub fn run_apart(
     server::survive_its_loss();
     let (tell, told) = mpsc::channel();
     let window = move || {
-        let _ = tell.send(run(&config, &stop, &mut observer));
+        let _ = tell.send(window());
     };
     let named = std::thread::Builder::new().name("calot-window".to_owned());
-    if let Err(error) = named.stack_size(STACK_BYTES).spawn(window) {
-        let detail = format!("its thread cannot be started: {error}");
-        return Err(DisplayError::NoWindow { detail });
-    }
+    let thread = match named.stack_size(STACK_BYTES).spawn(window) {
+        Ok(thread) => thread,
+        Err(error) => {
+            let detail = format!("its thread cannot be started: {error}");
+            return Err(DisplayError::NoWindow { detail });
+        }
+    };
     loop {
         match told.recv_timeout(LOOK_EVERY) {
-            Ok(outcome) => return outcome,
+            Ok(outcome) => {
+                // Its drivers clean up as it ends. The process must not end meanwhile.
+                let _ = thread.join();
+                return outcome;
+            }
             Err(RecvTimeoutError::Timeout) if server::is_lost() => {
                 return lost("the X server ended");
             }

@@ -23,7 +23,7 @@ use winit::event::{DeviceEvent, DeviceId, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::WindowId;
 
-pub use self::apart::run_apart;
+pub use self::apart::{run_apart, show_page_apart};
 pub use self::page::{Page, show_page};
 use self::screen::{Kept, Screen, Shown};
 pub use self::server::answers;

@@ -4,15 +4,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use winit::application::ApplicationHandler;
-use winit::event::WindowEvent;
+use winit::event::{ElementState, KeyEvent, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
+use winit::keyboard::{Key, NamedKey};
 use winit::window::WindowId;
 
 use super::canvas::Canvas;
 use super::{event_loop, no_window};
 use crate::DisplayError;
 
-/// Polling period of an idle page.
+/// Usual polling period of an idle page.
 const LOOK_ABOUT: Duration = Duration::from_millis(100);
 
 /// Content of such a window.
@@ -23,8 +24,16 @@ pub trait Page {
     /// Shows the widgets and carries out requests.
     fn show(&mut self, ui: &mut egui::Ui);
 
-    /// Polls, ten times a second. Returns true if the content has changed.
+    /// Polls, once in a [`period`](Self::period). Returns true if the content has changed.
     fn look_about(&mut self) -> bool;
+
+    /// Period of its polls.
+    fn period(&self) -> Duration {
+        LOOK_ABOUT
+    }
+
+    /// Takes Esc before the next picture is drawn, because a picture may be late.
+    fn escape(&mut self) {}
 
     /// True if the window is to close.
     fn is_over(&self) -> bool;
@@ -71,6 +80,11 @@ struct App<'a> {
 }
 
 impl App<'_> {
+    fn fail(&mut self, events: &ActiveEventLoop, error: DisplayError) {
+        self.error.get_or_insert(error);
+        events.exit();
+    }
+
     fn draw(&mut self) -> Result<(), DisplayError> {
         let Some(canvas) = &mut self.canvas else {
             return Ok(());
@@ -106,10 +120,7 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
                 canvas.show();
                 self.canvas = Some(canvas);
             }
-            Err(error) => {
-                self.error.get_or_insert(error);
-                events.exit();
-            }
+            Err(error) => self.fail(events, error),
         }
     }
 
@@ -118,12 +129,19 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             return;
         };
         canvas.take_event(&event);
+        if is_escape(&event) {
+            self.page.escape();
+        }
         match event {
             WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::Destroyed => {
+                let detail = "another program closed it".to_owned();
+                self.canvas = None;
+                self.fail(events, DisplayError::WindowLost { detail });
+            }
             WindowEvent::RedrawRequested => {
                 if let Err(error) = self.draw() {
-                    self.error.get_or_insert(error);
-                    events.exit();
+                    self.fail(events, error);
                 }
             }
             _ => canvas.window.request_redraw(),
@@ -147,6 +165,16 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
         {
             canvas.window.request_redraw();
         }
-        events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK_ABOUT));
+        events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + self.page.period()));
     }
+}
+
+fn is_escape(event: &WindowEvent) -> bool {
+    let WindowEvent::KeyboardInput { event, .. } = event else {
+        return false;
+    };
+    let KeyEvent {
+        logical_key, state, ..
+    } = event;
+    *logical_key == Key::Named(NamedKey::Escape) && *state == ElementState::Pressed
 }

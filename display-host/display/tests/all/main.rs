@@ -3,6 +3,7 @@
 
 mod effects;
 mod feed;
+mod feel;
 mod gallery;
 mod headless;
 mod inside;

@@ -5,6 +5,7 @@
 use std::path::PathBuf;
 
 use assess::{Advice, Hint, Instrument, Metric, Reason, Step};
+use display_host::ui::feel::{View, feel};
 use display_host::ui::launcher::{
     Asking, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, MetricRow, Points,
     Running, Screen, Start, StartForm, launcher,
@@ -19,6 +20,8 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use shared_mem::message::{DeviceHealth, ToolFrame};
 
+use crate::feel::views;
+
 /// Width and height, pixels; size of the text, per cent.
 const SIZES: [[u16; 3]; 4] = [
     [800, 600, 100],
@@ -30,6 +33,7 @@ const SIZES: [[u16; 3]; 4] = [
 enum Shown {
     Launcher(Box<Screen>),
     Window(Box<UiState>),
+    Feel(Box<View>),
 }
 
 fn texts(all: &[&str]) -> Vec<String> {
@@ -319,6 +323,11 @@ fn harness(language: Language, shown: Shown, size: [u16; 3]) -> Harness<'static,
             };
             launcher(area, &state);
         }
+        Shown::Feel(view) => {
+            area.ctx().set_zoom_factor(f32::from(text_percent) * 0.01);
+            view.words = words.clone();
+            feel(area, view);
+        }
         Shown::Window(state) => {
             let texture = picture.get_or_insert_with(|| {
                 let red = ColorImage::filled([4, 3], Color32::from_rgb(120, 40, 30));
@@ -345,7 +354,9 @@ fn words_are_not_cut_off_and_do_not_cover_each_other() {
     let mut wrong = Vec::new();
     for language in Language::ALL {
         for size in SIZES {
-            for (name, shown) in screens() {
+            let views = views().into_iter();
+            let feel = views.map(|(name, view)| (name, Shown::Feel(Box::new(view))));
+            for (name, shown) in screens().into_iter().chain(feel) {
                 let is_window = matches!(shown, Shown::Window(_));
                 let mut desk = harness(language, shown, size);
                 desk.run_steps(4);

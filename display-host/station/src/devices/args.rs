@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::args::parse_seconds;
+use crate::args::{LanguageName, parse_seconds};
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -258,24 +258,30 @@ pub(crate) struct WatchArgs {
 
 #[derive(Debug, Clone, Args)]
 #[command(after_long_help = "\
-The test leads you through four parts:
+The test leads you through these parts:
   1. Move the handle to the right, up and towards you: axes, units and the sign of velocity.
   2. The handle pushes with 0.3 N three times. You say which way: sign and axes of force.
-  3. The handle presses on a kitchen scale with 0.5 N: size of force. You may leave this out.
-  4. It pushes to and fro for 9 s: steps, a sine, a chirp. `--page` draws the answer.
+  3. Shut and open a handle that opens; it pushes your fingers with 1 N: range and sign.
+  4. The handle presses on a kitchen scale with 0.5 N: size of force. You may leave this out.
+  5. It pushes to and fro for 9 s: steps, a sine, a chirp. `--page` draws the answer.
 
 The pushes rise and fall in 0.3 s. Every force ends at once when the handle runs off by 4 cm.
+
+`--window` shows the same steps in a window, with the handle's position and force. Esc ends every
+force and the test. So does closing the window.
 
 A rig with a sensor of its own may do without a person: `--script PROGRAM`. The program reads one
 JSON object per line, such as
   {\"step\": \"move\", \"direction\": \"right\", \"way_m\": 0.05}
-and answers {\"done\": true}, also to the steps hold, scale and press. During {\"step\": \"push\"} it
+and answers {\"done\": true}, also to the steps hold, shut, open, hold_fingers, scale and press. During {\"step\": \"push\"} it
 measures, and answers {\"ask\": \"pushed\"} with {\"force_n\": [0.3, 0.0, 0.0]} (x right, y up, z towards
 the user). {\"ask\": \"scale\"} wants {\"scale\": true} or false.
+{\"ask\": \"pushed_fingers\"} wants {\"opening_n\": 0.9} or {\"felt\": \"open\"}, \"shut\", \"nothing\".
 {\"ask\": \"pressed\"} wants {\"pressed_n\": 0.5} or null.
 
 Examples:
   calot devices feel /dev/ttyACM0 --page feel.html
+  calot devices feel /dev/ttyACM0 --window
   calot devices feel --station-file station.toml --out station.toml --overwrite")]
 pub(crate) struct FeelArgs {
     /// Serial device, e.g. /dev/ttyACM0
@@ -298,6 +304,12 @@ pub(crate) struct FeelArgs {
     /// Program that moves the handle and measures its forces, instead of a person
     #[arg(long, value_name = "PROGRAM")]
     pub(crate) script: Option<PathBuf>,
+    /// Lead through the test in a window, instead of the terminal
+    #[arg(long, conflicts_with = "script")]
+    pub(crate) window: bool,
+    /// Language of the window [default: that of LANG]
+    #[arg(long, value_enum, requires = "window")]
+    pub(crate) language: Option<LanguageName>,
     /// Print one JSON object instead of a list
     #[arg(long)]
     pub(crate) json: bool,

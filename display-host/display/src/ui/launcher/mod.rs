@@ -13,9 +13,9 @@ pub use points::{Asking, Points};
 pub use running::Running;
 pub use start::{DeviceLine, DeviceState, Start, StartForm};
 
-use egui::{Button, Color32, Response, RichText, Ui};
+use egui::Ui;
 
-use super::screens::{BODY, legible};
+use super::page::{drop_repeats, pressed, screen, typed};
 use super::task::minutes;
 use crate::words::Words;
 
@@ -105,108 +105,4 @@ pub fn launcher(ui: &mut Ui, state: &Launcher) -> Vec<Wish> {
         Screen::Failed(it) => failed::show(ui, words, it, &mut wishes),
     }
     wishes
-}
-
-/// A screen: its content, and below it the buttons, always visible; Enter presses the meant one, if
-/// any.
-fn screen(
-    ui: &mut Ui,
-    name: &'static str,
-    meant: Option<usize>,
-    buttons: &[(String, Wish)],
-    wishes: &mut Vec<Wish>,
-    add: impl FnOnce(&mut Ui, &mut Vec<Wish>),
-) {
-    // Nothing can be focused on a screen's first frame.
-    let none_chosen = ui.memory(|memory| memory.focused().is_none());
-    if let Some((_, wish)) = meant.and_then(|it| buttons.get(it))
-        && none_chosen
-        && pressed(ui, egui::Key::Enter)
-    {
-        wishes.push(wish.clone());
-    }
-    egui::Panel::bottom("launcher buttons")
-        .resizable(false)
-        .show(ui, |ui| {
-            legible(ui);
-            ui.add_space(10.0);
-            // Widget ids of this screen alone: the focus of the previous one does not carry over.
-            ui.push_id(name, |ui| {
-                ui.horizontal_wrapped(|ui| {
-                    for (number, (text, wish)) in buttons.iter().enumerate() {
-                        let response = match meant == Some(number) {
-                            true => first(ui, text),
-                            false => ui.button(text.as_str()),
-                        };
-                        if response.clicked() {
-                            wishes.push(wish.clone());
-                        }
-                    }
-                });
-            });
-            ui.add_space(6.0);
-        });
-    egui::CentralPanel::default().show(ui, |ui| {
-        egui::ScrollArea::vertical().id_salt(name).show(ui, |ui| {
-            legible(ui);
-            bright(ui);
-            ui.set_width(ui.available_width());
-            add(ui, wishes);
-        });
-    });
-}
-
-/// Text bright enough to be read from a distance.
-fn bright(ui: &mut Ui) {
-    ui.visuals_mut().widgets.noninteractive.fg_stroke.color = Color32::from_gray(215);
-}
-
-/// The default button: Enter presses it unless another widget has the focus.
-fn first(ui: &mut Ui, text: &str) -> Response {
-    let text = RichText::new(text).size(1.2 * BODY).strong();
-    let response =
-        ui.add(Button::new(text.color(Color32::WHITE)).fill(Color32::from_rgb(25, 95, 60)));
-    if ui.memory(|memory| memory.focused().is_none()) {
-        response.request_focus();
-    }
-    response
-}
-
-/// Drops key repeats: a held key asks once, and does not act on the next screen. Editing and
-/// navigation keys repeat.
-fn drop_repeats(ui: &Ui) {
-    use egui::Key;
-    let goes_on = |key: &Key| {
-        matches!(
-            key,
-            Key::Backspace
-                | Key::Delete
-                | Key::Tab
-                | Key::ArrowLeft
-                | Key::ArrowRight
-                | Key::ArrowUp
-                | Key::ArrowDown
-        )
-    };
-    ui.input_mut(|input| {
-        input.events.retain(|event| match event {
-            egui::Event::Key { repeat, key, .. } => !repeat || goes_on(key),
-            _ => true,
-        });
-    });
-}
-
-fn pressed(ui: &Ui, key: egui::Key) -> bool {
-    ui.input(|input| input.key_pressed(key))
-}
-
-/// Keys pressed since the last frame, in order: on a slow machine there may be several.
-fn typed(ui: &Ui) -> Vec<egui::Key> {
-    let key = |event: &egui::Event| match event {
-        egui::Event::Key {
-            key, pressed: true, ..
-        } => Some(*key),
-        _ => None,
-    };
-    ui.input(|input| input.events.iter().filter_map(key).collect())
 }

@@ -5,6 +5,8 @@ mod pace;
 mod page;
 mod script;
 mod terminal;
+mod weight;
+mod window;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -19,6 +21,7 @@ use super::args::FeelArgs;
 use super::conformance::as_json;
 use super::open::open_haptic;
 use super::sections::{Section, with_sections};
+use crate::args::LanguageName;
 use crate::clock::now_unix_s;
 use crate::output::{self, Format};
 use crate::problem::Problem;
@@ -27,6 +30,9 @@ use crate::say;
 use crate::stop;
 
 pub(super) fn run(args: &FeelArgs) -> Result<ExitCode, Problem> {
+    if args.window {
+        window::check()?;
+    }
     let stop = stop::flag()?;
     say::keep_answers_apart()?;
     if let Some(page) = &args.page {
@@ -39,18 +45,26 @@ pub(super) fn run(args: &FeelArgs) -> Result<ExitCode, Problem> {
     let mut device = opened(args, text.as_deref())?;
     if args.script.is_none() && !args.json {
         say::note(
-            "This takes about three minutes. Forces are 0.5 N at most. Ctrl-C ends them at once.",
+            "This takes about three minutes. Forces are 0.5 N at most, and 1 N on the fingers of a handle that \
+             opens. Ctrl-C ends them at once.",
         );
     }
     let seed = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs();
-    let mut guide: Box<dyn Guide> = match &args.script {
-        Some(program) => Box::new(script::Script::start(program, stop)?),
-        None => Box::new(terminal::Terminal::new(stop)),
+    let passed = if args.window {
+        let language = LanguageName::or_users(args.language);
+        let bench = window::Bench { device, seed, stop };
+        window::lead(bench, language, |felt| report(args, text.as_deref(), felt))?
+    } else {
+        let mut guide: Box<dyn Guide> = match &args.script {
+            Some(program) => Box::new(script::Script::start(program, stop)?),
+            None => Box::new(terminal::Terminal::new(stop)),
+        };
+        let felt = feel(&mut *device, &mut *guide, seed);
+        drop(device);
+        report(args, text.as_deref(), &felt)?;
+        felt.report.passed()
     };
-    let felt = feel(&mut *device, &mut *guide, seed);
-    drop(device);
-    report(args, text.as_deref(), &felt)?;
-    Ok(match felt.report.passed() {
+    Ok(match passed {
         true => ExitCode::SUCCESS,
         false => ExitCode::FAILURE,
     })

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
 
-use hardware::feel::{Answer, Direction, Guide, Step};
+use hardware::feel::{Answer, Direction, Guide, Squeezed, Step};
 use rt_core::math::Vec3;
 use serde_json::{Value, json};
 
@@ -101,6 +101,10 @@ impl Guide for Script {
             }
             Step::Hold => json!({ "step": "hold" }),
             Step::Push { force_n } => json!({ "step": "push", "force_n": force_n }),
+            Step::Shut => json!({ "step": "shut" }),
+            Step::Open => json!({ "step": "open" }),
+            Step::HoldFingers => json!({ "step": "hold_fingers" }),
+            Step::PushFingers { force_n } => json!({ "step": "push_fingers", "force_n": force_n }),
             Step::Scale => json!({ "step": "scale" }),
             Step::Press { force_n } => json!({ "step": "press", "force_n": force_n }),
             Step::Response => json!({ "step": "response" }),
@@ -122,6 +126,11 @@ impl Guide for Script {
     fn pushed(&mut self) -> Answer {
         self.ask(&json!({ "ask": "pushed" }), answer)
             .unwrap_or(Answer::Nothing)
+    }
+
+    fn squeezed(&mut self) -> Squeezed {
+        self.ask(&json!({ "ask": "pushed_fingers" }), squeezed)
+            .unwrap_or(Squeezed::Nothing)
     }
 
     fn has_scale(&mut self) -> bool {
@@ -168,6 +177,20 @@ fn answer(said: &Value) -> Option<Answer> {
     }
 }
 
+/// Answer to a push of the fingers: `{"opening_n": 0.9}` or `{"felt": "open"}`.
+fn squeezed(said: &Value) -> Option<Squeezed> {
+    match said["felt"].as_str() {
+        Some("open") => Some(Squeezed::Open),
+        Some("shut") => Some(Squeezed::Shut),
+        Some("nothing") => Some(Squeezed::Nothing),
+        Some(_) => None,
+        None => {
+            let opening_n = said["opening_n"].as_f64()?;
+            Some(Squeezed::Measured(opening_n as f32))
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -181,5 +204,19 @@ mod tests {
         assert_eq!(measured, Some(Answer::Measured(Vec3::new(0.0, 0.25, 0.0))));
         assert_eq!(answer(&json!({ "force_n": [0.0] })), None);
         assert_eq!(answer(&json!({ "felt": "sideways" })), None);
+    }
+
+    #[test]
+    fn fingers_answer_by_a_force_or_a_word() {
+        for (said, wanted) in [
+            (json!({ "felt": "open" }), Some(Squeezed::Open)),
+            (json!({ "felt": "shut" }), Some(Squeezed::Shut)),
+            (json!({ "felt": "nothing" }), Some(Squeezed::Nothing)),
+            (json!({ "opening_n": -0.5 }), Some(Squeezed::Measured(-0.5))),
+            (json!({ "felt": "up" }), None),
+            (json!({ "done": true }), None),
+        ] {
+            assert_eq!(squeezed(&said), wanted, "{said}");
+        }
     }
 }

@@ -6,14 +6,13 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::Duration;
 
-use hardware::feel::{Answer, Direction, Guide, Step};
+use hardware::feel::{Answer, Direction, Guide, Squeezed, Step};
 
 use super::pace::Pace;
+use super::weight::weight_n;
 use crate::devices::typed::typed_lines;
 use crate::say;
 
-/// Weight of a gram, N.
-const GRAM_N: f32 = 9.81e-3;
 /// Interval at which a question looks whether it must end.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 
@@ -68,6 +67,15 @@ impl Guide for Terminal {
                  gently for a second.",
             ),
             Step::Push { force_n } => say::note(format_args!("It pushes with {force_n:.1} N …")),
+            Step::Shut => say::note("\nShut the handle fully, and press Enter."),
+            Step::Open => say::note("\nOpen the handle fully, and press Enter."),
+            Step::HoldFingers => say::note(
+                "\nHold the handle half open with loose fingers, and press Enter. It will push them \
+                 gently for a second.",
+            ),
+            Step::PushFingers { force_n } => {
+                say::note(format_args!("It pushes your fingers with {force_n:.1} N …"));
+            }
             Step::Scale => say::note(
                 "\nStand the handle's tip on the scale and set the scale to zero. Then press Enter.",
             ),
@@ -103,6 +111,19 @@ impl Guide for Terminal {
         .unwrap_or(Answer::Nothing)
     }
 
+    fn squeezed(&mut self) -> Squeezed {
+        let question = "Which way did it push your fingers? [o]pen [s]hut [n]othing:";
+        self.ask(question, |line| {
+            match line.chars().next()?.to_ascii_lowercase() {
+                'o' => Some(Squeezed::Open),
+                's' => Some(Squeezed::Shut),
+                'n' => Some(Squeezed::Nothing),
+                _ => None,
+            }
+        })
+        .unwrap_or(Squeezed::Nothing)
+    }
+
     fn has_scale(&mut self) -> bool {
         say::note("");
         let question = "Is there a kitchen scale at hand? [y]es [n]o:";
@@ -117,10 +138,9 @@ impl Guide for Terminal {
     fn pressed_n(&mut self) -> Option<f32> {
         let read = |line: &str| match line {
             "" => Some(None),
-            grams => grams.replace(',', ".").parse::<f32>().ok().map(Some),
+            grams => weight_n(grams).map(Some),
         };
-        let grams = self.ask("Grams on the scale (Enter: not read):", read)??;
-        Some(grams * GRAM_N)
+        self.ask("Grams on the scale (Enter: not read):", read)?
     }
 
     fn wait(&mut self) -> u64 {

@@ -1,0 +1,396 @@
+//! Screens of `calot devices feel --window`: a pure function from the state of the test to widgets
+//! and the person's wishes.
+//!
+//! While the handle pushes, and until the person has said which way, the picture hides force and
+//! handle: the person must feel the answer, not read it.
+
+mod numbers;
+mod outcome;
+mod parts;
+mod picture;
+
+pub use outcome::{CheckLine, CheckResult, Ended};
+pub use parts::{Part, Progress};
+
+use egui::{Key, RichText, TextEdit, Ui};
+
+use super::page::{drop_repeats, pressed, screen};
+use super::screens::BODY;
+use super::widgets::{Mark, line};
+use crate::words::Words;
+
+/// Smallest width at which words and picture stand side by side, points.
+const SIDE_BY_SIDE: f32 = 1000.0;
+
+/// Answers of fingers, with the key and the name of each: it opened them, shut them, or neither.
+const FINGERS: [(Key, &str, Option<bool>); 3] = [
+    (Key::O, "open", Some(true)),
+    (Key::S, "shut", Some(false)),
+    (Key::N, "nothing", None),
+];
+
+/// A direction, as the person sees it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Positive x.
+    Right,
+    /// Negative x.
+    Left,
+    /// Positive y.
+    Up,
+    /// Negative y.
+    Down,
+    /// Positive z.
+    Towards,
+    /// Negative z.
+    Away,
+}
+
+impl Way {
+    /// Each with the key that names it, as in the terminal.
+    const KEYS: [(Self, Key); 6] = [
+        (Self::Right, Key::R),
+        (Self::Left, Key::L),
+        (Self::Up, Key::U),
+        (Self::Down, Key::D),
+        (Self::Towards, Key::T),
+        (Self::Away, Key::A),
+    ];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::Left => "left",
+            Self::Up => "up",
+            Self::Down => "down",
+            Self::Towards => "towards",
+            Self::Away => "away",
+        }
+    }
+
+    /// Unit vector: x right, y up, z towards the person.
+    const fn vector(self) -> [f32; 3] {
+        match self {
+            Self::Right => [1.0, 0.0, 0.0],
+            Self::Left => [-1.0, 0.0, 0.0],
+            Self::Up => [0.0, 1.0, 0.0],
+            Self::Down => [0.0, -1.0, 0.0],
+            Self::Towards => [0.0, 0.0, 1.0],
+            Self::Away => [0.0, 0.0, -1.0],
+        }
+    }
+}
+
+/// The step or question that the person sees.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Screen {
+    /// The test has not begun.
+    Waiting,
+    /// Move the handle.
+    Move {
+        /// Direction.
+        way: Way,
+        /// Length, m.
+        way_m: f32,
+    },
+    /// Hold the handle loosely before it pushes.
+    Hold,
+    /// It pushes.
+    Push {
+        /// Size of the force, N.
+        force_n: f32,
+    },
+    /// Question: which way did it push?
+    AskPushed,
+    /// Shut the handle.
+    Shut,
+    /// Open it.
+    Open,
+    /// Hold it half open before it pushes the fingers.
+    HoldFingers,
+    /// It pushes the fingers.
+    PushFingers {
+        /// Size of the force, N.
+        force_n: f32,
+    },
+    /// Question: which way did it push the fingers?
+    AskFingers,
+    /// Is there a scale?
+    AskScale,
+    /// Stand the handle on the scale.
+    Scale,
+    /// It presses on the scale.
+    Press {
+        /// Size of the force, N.
+        force_n: f32,
+    },
+    /// Question: what did the scale show?
+    AskPressed {
+        /// Text in the field.
+        grams: String,
+        /// True if the text that was entered is no weight.
+        wrong: bool,
+    },
+    /// It pushes to and fro.
+    Response,
+    /// The test is over.
+    Ended(Ended),
+}
+
+/// State of the device, to be shown.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Live {
+    /// Position of the handle, m.
+    pub at_m: Option<[f32; 3]>,
+    /// Velocity as the device reports it, m/s.
+    pub velocity_m_s: Option<[f32; 3]>,
+    /// Commanded force, N.
+    pub force_n: [f32; 3],
+    /// Opening of the handle, 0 shut to 1 wide open.
+    pub opening: Option<f32>,
+    /// Commanded force that opens it, N.
+    pub opening_n: f32,
+}
+
+/// State of the window.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Words in the user's language.
+    pub words: Words,
+    /// Progress of the test.
+    pub progress: Progress,
+    /// The step or question.
+    pub screen: Screen,
+    /// The device.
+    pub live: Live,
+    /// Radius of its workspace, m.
+    pub radius_m: f32,
+    /// True if its handle opens and shuts.
+    pub opens: bool,
+}
+
+/// A wish of the person.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Wish {
+    /// The step is done.
+    Done,
+    /// It pushed this way; `None`: nothing was felt.
+    Felt(Option<Way>),
+    /// It opened the fingers (true) or shut them; `None`: nothing was felt.
+    FeltFingers(Option<bool>),
+    /// There is a scale, or none.
+    HasScale(bool),
+    /// The field of grams has this text now.
+    Grams(String),
+    /// Take the field of grams as the answer.
+    TakeGrams,
+    /// End every force, and the test.
+    Stop,
+    /// Close the window.
+    Close,
+}
+
+impl View {
+    /// Title of the window.
+    #[must_use]
+    pub fn title(&self) -> String {
+        format!("Calot: {}", self.headline())
+    }
+
+    /// The instruction, in a few words.
+    #[must_use]
+    pub fn headline(&self) -> String {
+        let words = &self.words;
+        let newton = |force_n: f32| [("newton", format!("{force_n:.1}").into())];
+        match &self.screen {
+            Screen::Waiting => words.say("feel-waiting"),
+            Screen::Move { way, way_m } => {
+                let way = words.say(&format!("feel-way-{}", way.name()));
+                let mm = format!("{:.0}", way_m * 1e3);
+                words.say_with("feel-move", &[("mm", mm.into()), ("way", way.into())])
+            }
+            Screen::Hold => words.say("feel-hold"),
+            Screen::Push { force_n } => words.say_with("feel-push", &newton(*force_n)),
+            Screen::AskPushed => words.say("feel-ask-pushed"),
+            Screen::Shut => words.say("feel-shut"),
+            Screen::Open => words.say("feel-open"),
+            Screen::HoldFingers => words.say("feel-hold-fingers"),
+            Screen::PushFingers { force_n } => {
+                words.say_with("feel-push-fingers", &newton(*force_n))
+            }
+            Screen::AskFingers => words.say("feel-ask-fingers"),
+            Screen::AskScale => words.say("feel-ask-scale"),
+            Screen::Scale => words.say("feel-scale"),
+            Screen::Press { force_n } => words.say_with("feel-press", &newton(*force_n)),
+            Screen::AskPressed { .. } => words.say("feel-ask-pressed"),
+            Screen::Response => words.say("feel-response"),
+            Screen::Ended(ended) => ended.headline(words),
+        }
+    }
+
+    /// Note on the step.
+    fn note(&self) -> Option<String> {
+        let id = match &self.screen {
+            Screen::Move { .. } => "feel-move-note",
+            Screen::Shut | Screen::Open => "feel-ends-note",
+            Screen::HoldFingers => "feel-hold-note-push",
+            Screen::Hold if self.progress.part == Part::Response => "feel-hold-note-response",
+            Screen::Hold => "feel-hold-note-push",
+            _ if self.is_secret() => "feel-push-note",
+            Screen::AskScale => "feel-ask-scale-note",
+            Screen::Scale => "feel-scale-note",
+            Screen::Press { .. } => "feel-press-note",
+            Screen::AskPressed { .. } => "feel-ask-pressed-note",
+            Screen::Response => "feel-response-note",
+            _ => return None,
+        };
+        Some(self.words.say(id))
+    }
+
+    /// True while the person must feel what the picture would tell.
+    const fn is_secret(&self) -> bool {
+        matches!(
+            self.screen,
+            Screen::Push { .. }
+                | Screen::AskPushed
+                | Screen::PushFingers { .. }
+                | Screen::AskFingers
+        )
+    }
+}
+
+/// Shows the window. Returns the person's wishes.
+pub fn feel(ui: &mut Ui, view: &View) -> Vec<Wish> {
+    let mut wishes = Vec::new();
+    drop_repeats(ui);
+    if let Screen::Ended(ended) = &view.screen {
+        outcome::show(ui, view, ended, &mut wishes);
+        return wishes;
+    }
+    keys(ui, view, &mut wishes);
+    let (name, meant, buttons) = buttons(view);
+    screen(ui, name, meant, &buttons, &mut wishes, |ui, wishes| {
+        parts::show(ui, &view.words, &view.progress, view.opens);
+        ui.add_space(12.0);
+        if ui.available_width() < SIDE_BY_SIDE {
+            instruction(ui, view, wishes);
+            picture::show(ui, view, 0.5 * ui.ctx().content_rect().height());
+            numbers::show(ui, view);
+            return;
+        }
+        ui.columns_const(|[left, right]| {
+            instruction(left, view, wishes);
+            numbers::show(left, view);
+            picture::show(right, view, 0.72 * right.ctx().content_rect().height());
+        });
+    });
+    wishes
+}
+
+fn instruction(ui: &mut Ui, view: &View, wishes: &mut Vec<Wish>) {
+    ui.label(RichText::new(view.headline()).size(2.0 * BODY).strong());
+    if let Some(note) = view.note() {
+        ui.add_space(6.0);
+        ui.label(RichText::new(note).size(1.1 * BODY));
+    }
+    if let Screen::AskPressed { grams, wrong } = &view.screen {
+        ui.add_space(6.0);
+        let mut text = grams.clone();
+        let response = ui.horizontal(|ui| {
+            let field = TextEdit::singleline(&mut text)
+                .char_limit(12)
+                .desired_width(160.0)
+                .font(egui::FontId::proportional(1.6 * BODY));
+            let response = ui.add(field);
+            let unit = ui.label(RichText::new("g").size(1.6 * BODY));
+            response.labelled_by(unit.id)
+        });
+        let field = response.inner;
+        if text != *grams {
+            wishes.push(Wish::Grams(text));
+        }
+        // Enter takes the focus from the field.
+        if field.lost_focus() && pressed(ui, Key::Enter) {
+            wishes.push(Wish::TakeGrams);
+        }
+        field.request_focus();
+        if *wrong {
+            line(ui, Mark::Bad, &view.words.say("feel-grams-wrong"));
+        }
+    }
+    ui.add_space(12.0);
+}
+
+/// Name of the screen for its widgets, the button that Enter presses, and the buttons.
+fn buttons(view: &View) -> (&'static str, Option<usize>, Vec<(String, Wish)>) {
+    let words = &view.words;
+    let done = || vec![(words.say("feel-done"), Wish::Done)];
+    let (name, meant, mut buttons) = match &view.screen {
+        Screen::Move { .. } => ("move", Some(0), done()),
+        Screen::Hold => ("hold", Some(0), done()),
+        Screen::Shut => ("shut", Some(0), done()),
+        Screen::Open => ("open", Some(0), done()),
+        Screen::HoldFingers => ("hold fingers", Some(0), done()),
+        Screen::Scale => ("scale", Some(0), done()),
+        Screen::Press { .. } => ("press", Some(0), done()),
+        Screen::AskPushed => {
+            let answer = |(way, _): (Way, Key)| {
+                let text = words.say(&format!("feel-answer-{}", way.name()));
+                (text, Wish::Felt(Some(way)))
+            };
+            let mut answers: Vec<_> = Way::KEYS.into_iter().map(answer).collect();
+            answers.push((words.say("feel-answer-nothing"), Wish::Felt(None)));
+            ("pushed", None, answers)
+        }
+        Screen::AskFingers => {
+            let answer = |(_, name, open): (Key, &str, Option<bool>)| {
+                let text = words.say(&format!("feel-answer-{name}"));
+                (text, Wish::FeltFingers(open))
+            };
+            ("fingers", None, FINGERS.map(answer).into())
+        }
+        Screen::AskScale => {
+            let yes = (words.say("feel-yes"), Wish::HasScale(true));
+            let no = (words.say("feel-no"), Wish::HasScale(false));
+            ("has scale", None, vec![yes, no])
+        }
+        Screen::AskPressed { .. } => {
+            let take = (words.say("feel-take"), Wish::TakeGrams);
+            ("pressed", None, vec![take])
+        }
+        Screen::Waiting
+        | Screen::Push { .. }
+        | Screen::PushFingers { .. }
+        | Screen::Response
+        | Screen::Ended(_) => ("watch", None, Vec::new()),
+    };
+    buttons.push((words.say("feel-stop"), Wish::Stop));
+    (name, meant, buttons)
+}
+
+fn keys(ui: &Ui, view: &View, wishes: &mut Vec<Wish>) {
+    if pressed(ui, Key::Escape) {
+        wishes.push(Wish::Stop);
+    }
+    match &view.screen {
+        Screen::AskPushed => {
+            let felt = Way::KEYS.into_iter().find(|(_, key)| pressed(ui, *key));
+            wishes.extend(felt.map(|(way, _)| Wish::Felt(Some(way))));
+            if pressed(ui, Key::N) {
+                wishes.push(Wish::Felt(None));
+            }
+        }
+        Screen::AskFingers => {
+            let felt = FINGERS.into_iter().filter(|(key, ..)| pressed(ui, *key));
+            wishes.extend(felt.map(|(.., open)| Wish::FeltFingers(open)));
+        }
+        Screen::AskScale => {
+            for (key, has) in [(Key::Y, true), (Key::J, true), (Key::N, false)] {
+                if pressed(ui, key) {
+                    wishes.push(Wish::HasScale(has));
+                }
+            }
+        }
+        _ => {}
+    }
+}

@@ -1,0 +1,91 @@
+//! Progress: the parts of the test, and the place in the present one.
+
+use egui::{Color32, Frame, Margin, RichText, Stroke, Ui};
+
+use crate::ui::screens::BODY;
+use crate::words::Words;
+
+/// A part of the test, in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Part {
+    /// The person moves the handle.
+    #[default]
+    Move,
+    /// The handle pushes.
+    Push,
+    /// The handle opens and shuts.
+    Opening,
+    /// It presses on a scale.
+    Scale,
+    /// It pushes to and fro.
+    Response,
+}
+
+impl Part {
+    const ALL: [Self; 5] = [
+        Self::Move,
+        Self::Push,
+        Self::Opening,
+        Self::Scale,
+        Self::Response,
+    ];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Move => "move",
+            Self::Push => "push",
+            Self::Opening => "opening",
+            Self::Scale => "scale",
+            Self::Response => "response",
+        }
+    }
+}
+
+/// Colours of a part that is done, of the present one, and of a later one.
+const DONE: Color32 = Color32::from_rgb(35, 70, 45);
+const NOW: Color32 = Color32::from_rgb(30, 75, 125);
+const LATER: Color32 = Color32::from_gray(38);
+
+/// Place in the test.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Progress {
+    /// Present part.
+    pub part: Part,
+    /// Number of the present step of the part, from 1, and how many it has.
+    pub step: [usize; 2],
+}
+
+/// Shows the parts in a row; that of the opening only if the handle `opens`.
+pub(super) fn show(ui: &mut Ui, words: &Words, progress: &Progress, opens: bool) {
+    ui.horizontal_wrapped(|ui| {
+        let has = |part: &Part| opens || *part != Part::Opening;
+        for part in Part::ALL.into_iter().filter(has) {
+            let name = words.say(&format!("feel-part-{}", part.name()));
+            let [number, of] = progress.step.map(|it| it.to_string());
+            let (fill, text) = if part < progress.part {
+                let values = [("part", name.into())];
+                (DONE, words.say_with("feel-part-done", &values))
+            } else if part == progress.part && progress.step[1] > 1 {
+                let values = [
+                    ("part", name.into()),
+                    ("number", number.into()),
+                    ("of", of.into()),
+                ];
+                (NOW, words.say_with("feel-part-now", &values))
+            } else {
+                (if part == progress.part { NOW } else { LATER }, name)
+            };
+            let now = part == progress.part;
+            let edge = if now { Color32::WHITE } else { fill };
+            let frame = Frame::new()
+                .fill(fill)
+                .stroke(Stroke::new(1.5, edge))
+                .corner_radius(4.0)
+                .inner_margin(Margin::symmetric(12, 5));
+            frame.show(ui, |ui| {
+                let text = RichText::new(text).size(0.9 * BODY);
+                ui.label(if now { text.strong() } else { text });
+            });
+        }
+    });
+}

@@ -1,0 +1,277 @@
+//! The bench's end of the window: it sends screens and takes answers, and never waits.
+
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError};
+use std::sync::{Arc, Mutex};
+
+use display_host::ui::feel::{
+    CheckLine, CheckResult, Ended, Live as Shown, Part, Progress, Screen, Way,
+};
+use hardware::conformance::{Outcome, Report};
+use hardware::feel::{
+    Answer, Direction, Guide, Live, MOVES, PUSHES, Question, SQUEEZES, Squeezed, Step,
+};
+
+use super::signs::Signs;
+use crate::devices::feel::pace::Pace;
+
+/// A screen with its number. An answer names it: that to an earlier screen counts no more.
+pub(super) struct Turn {
+    pub(super) number: u32,
+    pub(super) progress: Progress,
+    pub(super) screen: Screen,
+}
+
+/// Answer of the person.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Said {
+    /// The step is done.
+    Done,
+    /// It pushed like this.
+    Pushed(Answer),
+    /// It pushed the fingers like this.
+    Squeezed(Squeezed),
+    /// There is a scale, or none.
+    HasScale(bool),
+    /// The scale showed this, N; `None`: it was not read.
+    Pressed(Option<f32>),
+}
+
+/// A person at a window.
+pub(super) struct Windowed {
+    turns: Sender<Turn>,
+    answers: Receiver<(u32, Said)>,
+    live: Arc<Mutex<Shown>>,
+    signs: Arc<Signs>,
+    pace: Pace,
+    number: u32,
+    progress: Progress,
+    moves: usize,
+    pushes: usize,
+    squeezes: usize,
+    answer: Option<Said>,
+}
+
+impl Windowed {
+    pub(super) fn new(
+        turns: Sender<Turn>,
+        answers: Receiver<(u32, Said)>,
+        live: Arc<Mutex<Shown>>,
+        signs: Arc<Signs>,
+        stop: Arc<AtomicBool>,
+    ) -> Self {
+        Self {
+            turns,
+            answers,
+            live,
+            signs,
+            pace: Pace::new(stop),
+            number: 0,
+            progress: Progress::default(),
+            moves: 0,
+            pushes: 0,
+            squeezes: 0,
+            answer: None,
+        }
+    }
+
+    /// True once the person has seen the window.
+    pub(super) fn is_seen(&self) -> bool {
+        self.signs.is_seen()
+    }
+
+    fn show(&mut self, screen: Screen) {
+        self.number += 1;
+        self.answer = None;
+        let turn = Turn {
+            number: self.number,
+            progress: self.progress,
+            screen,
+        };
+        if self.turns.send(turn).is_err() {
+            self.pace.end();
+        }
+    }
+
+    /// True once the screen that was shown last has an answer.
+    fn is_answered(&mut self) -> bool {
+        while self.answer.is_none() {
+            match self.answers.try_recv() {
+                Ok((number, said)) if number == self.number => self.answer = Some(said),
+                Ok(_) => {}
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => {
+                    self.pace.end();
+                    break;
+                }
+            }
+        }
+        self.answer.is_some()
+    }
+
+    /// Shows the results.
+    pub(super) fn end(&mut self, report: &Report) {
+        let line = |check: &hardware::conformance::Check| CheckLine {
+            name: check.name.to_owned(),
+            result: match check.outcome {
+                Outcome::Pass => CheckResult::Pass,
+                Outcome::Fail => CheckResult::Fail,
+                Outcome::NotJudged => CheckResult::Open,
+                Outcome::Skipped => CheckResult::Skipped,
+            },
+            detail: check.detail.clone(),
+        };
+        self.show(Screen::Ended(Ended {
+            device: report.device.clone(),
+            passed: report.passed(),
+            checks: report.checks.iter().map(line).collect(),
+        }));
+    }
+
+    /// Place of a step in the test.
+    fn advance(&mut self, step: &Step) {
+        // The ends of an opening come before its pushes.
+        const SHUT: usize = 1;
+        const OPEN: usize = 2;
+        let (part, step) = match step {
+            Step::Move { .. } => {
+                self.moves += 1;
+                (Part::Move, [self.moves, MOVES])
+            }
+            Step::Hold if self.pushes == PUSHES => (Part::Response, [1, 1]),
+            Step::Hold => {
+                self.pushes += 1;
+                (Part::Push, [self.pushes, PUSHES])
+            }
+            Step::Shut => (Part::Opening, [SHUT, OPEN + SQUEEZES]),
+            Step::Open => (Part::Opening, [OPEN, OPEN + SQUEEZES]),
+            Step::HoldFingers => {
+                self.squeezes += 1;
+                (Part::Opening, [OPEN + self.squeezes, OPEN + SQUEEZES])
+            }
+            Step::Push { .. }
+            | Step::PushFingers { .. }
+            | Step::Scale
+            | Step::Press { .. }
+            | Step::Response => return,
+        };
+        self.progress = Progress { part, step };
+    }
+}
+
+impl Guide for Windowed {
+    fn ask(&mut self, question: Question) {
+        if question == Question::HasScale {
+            self.progress = Progress {
+                part: Part::Scale,
+                step: [1, 1],
+            };
+        }
+        self.show(match question {
+            Question::Pushed => Screen::AskPushed,
+            Question::Squeezed => Screen::AskFingers,
+            Question::HasScale => Screen::AskScale,
+            Question::Pressed => Screen::AskPressed {
+                grams: String::new(),
+                wrong: false,
+            },
+        });
+    }
+
+    fn has_answer(&mut self) -> bool {
+        self.is_answered()
+    }
+
+    fn live(&mut self, live: &Live) {
+        // The window reads it now. The next millisecond brings a newer one.
+        let Ok(mut shown) = self.live.try_lock() else {
+            return;
+        };
+        *shown = Shown {
+            at_m: live.at_m.map(Into::into),
+            velocity_m_s: live.velocity_m_s.map(Into::into),
+            force_n: live.force_n.into(),
+            opening: live.opening,
+            opening_n: live.opening_n,
+        };
+    }
+
+    fn tell(&mut self, step: &Step) {
+        self.advance(step);
+        self.show(match *step {
+            Step::Move { direction, way_m } => Screen::Move {
+                way: way(direction),
+                way_m,
+            },
+            Step::Hold => Screen::Hold,
+            Step::Push { force_n } => Screen::Push { force_n },
+            Step::Shut => Screen::Shut,
+            Step::Open => Screen::Open,
+            Step::HoldFingers => Screen::HoldFingers,
+            Step::PushFingers { force_n } => Screen::PushFingers { force_n },
+            Step::Scale => Screen::Scale,
+            Step::Press { force_n } => Screen::Press { force_n },
+            Step::Response => Screen::Response,
+        });
+    }
+
+    fn is_done(&mut self) -> bool {
+        self.is_answered()
+    }
+
+    fn pushed(&mut self) -> Answer {
+        match self.answer {
+            Some(Said::Pushed(answer)) => answer,
+            _ => Answer::Nothing,
+        }
+    }
+
+    fn squeezed(&mut self) -> Squeezed {
+        match self.answer {
+            Some(Said::Squeezed(squeezed)) => squeezed,
+            _ => Squeezed::Nothing,
+        }
+    }
+
+    fn has_scale(&mut self) -> bool {
+        self.answer == Some(Said::HasScale(true))
+    }
+
+    fn pressed_n(&mut self) -> Option<f32> {
+        match self.answer {
+            Some(Said::Pressed(pressed_n)) => pressed_n,
+            _ => None,
+        }
+    }
+
+    fn wait(&mut self) -> u64 {
+        self.pace.wait()
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.pace.is_stopped() || self.signs.is_halted()
+    }
+}
+
+const fn way(direction: Direction) -> Way {
+    match direction {
+        Direction::Right => Way::Right,
+        Direction::Left => Way::Left,
+        Direction::Up => Way::Up,
+        Direction::Down => Way::Down,
+        Direction::Towards => Way::Towards,
+        Direction::Away => Way::Away,
+    }
+}
+
+/// Direction of the bench that the person named.
+pub(super) const fn direction(way: Way) -> Direction {
+    match way {
+        Way::Right => Direction::Right,
+        Way::Left => Direction::Left,
+        Way::Up => Direction::Up,
+        Way::Down => Direction::Down,
+        Way::Towards => Direction::Towards,
+        Way::Away => Direction::Away,
+    }
+}

@@ -1,0 +1,147 @@
+//! A handle that opens: its ends, its range, and the sign of its motor.
+
+use super::bench::{Bench, Broken};
+use super::pushes::{PUSH_MS, share};
+use super::{Squeezed, Step};
+use crate::conformance::Report;
+
+/// Force along the opening, N: above the friction of a good handle, and harmless to fingers.
+const PUSH_N: f32 = 1.0;
+/// Pushes of the fingers: towards open, towards shut, with the names of their checks.
+const PUSHES: [(Squeezed, &str); COUNT] =
+    [(Squeezed::Open, "push open"), (Squeezed::Shut, "push shut")];
+/// Number of pushes.
+pub const COUNT: usize = 2;
+/// Openings that a shut handle may have, and those of one that is wide open.
+const SHUT_MAX: f32 = 0.2;
+const OPEN_MIN: f32 = 0.8;
+/// Samples that make an end.
+const END_SAMPLES: usize = 50;
+/// Allowed size of a measured force as a share of the one asked for.
+const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;
+
+/// Judges a handle that opens, if the device has one. `seed` decides the order of the pushes.
+pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Result<(), Broken> {
+    let can = bench.capabilities().opening;
+    if !can.is_measured() {
+        return Ok(());
+    }
+    let shut = end(bench, &Step::Shut)?;
+    let open = end(bench, &Step::Open)?;
+    let (good, words) = judge_ends(shut, open);
+    report.judge("opening", good, words);
+    if !can.is_rendered() {
+        for (_, name) in PUSHES {
+            report.skip(name, "the device renders no force along its opening");
+        }
+        return Ok(());
+    }
+    let force_n = PUSH_N.min(can.force_max_n);
+    let mut order = PUSHES;
+    if seed / 6 % 2 == 1 {
+        order.reverse();
+    }
+    let mut judged = Vec::new();
+    for (way, name) in order {
+        bench.until_still(&Step::HoldFingers)?;
+        bench.guide().tell(&Step::PushFingers { force_n });
+        bench.squeezed(PUSH_MS, |ms| way.sign() * force_n * share(ms))?;
+        let answer = bench.squeezed_which_way()?;
+        judged.push((name, judge_push(way, force_n, answer)));
+    }
+    judged.sort_by_key(|(name, _)| PUSHES.iter().position(|(_, it)| it == name));
+    for (name, (good, words)) in judged {
+        report.judge(name, good, words);
+    }
+    Ok(())
+}
+
+/// Opening at the end of a step, 0 to 1.
+fn end(bench: &mut Bench<'_>, step: &Step) -> Result<Option<f32>, Broken> {
+    let mut openings: Vec<f32> = Vec::new();
+    bench.until_done(step, rt_core::math::Vec3::zeros(), |seen| {
+        openings.extend(seen.opening);
+    })?;
+    let last = openings.len().saturating_sub(END_SAMPLES);
+    let last = openings.get(last..).unwrap_or(&[]);
+    let sum: f32 = last.iter().sum();
+    Ok((!last.is_empty()).then(|| sum / last.len() as f32))
+}
+
+fn judge_ends(shut: Option<f32>, open: Option<f32>) -> (bool, String) {
+    let (Some(shut), Some(open)) = (shut, open) else {
+        let words = "the device declares an opening and its samples have none";
+        return (false, words.to_owned());
+    };
+    let measured = format!("it says {shut:.2} shut and {open:.2} wide open");
+    if shut >= OPEN_MIN && open <= SHUT_MAX {
+        let words = format!("{measured}: it runs the wrong way. 0 is shut, 1 is wide open");
+        return (false, words);
+    }
+    if shut > SHUT_MAX || open < OPEN_MIN {
+        let words = format!(
+            "{measured}, allowed is up to {SHUT_MAX} and from {OPEN_MIN}. Is the travel right?"
+        );
+        return (false, words);
+    }
+    (true, measured)
+}
+
+fn judge_push(asked: Squeezed, asked_n: f32, answer: Squeezed) -> (bool, String) {
+    let asked_words = asked.words();
+    let is = match answer {
+        Squeezed::Nothing => {
+            let words =
+                format!("{asked_n:.1} N {asked_words} and nothing was felt. Is the motor on?");
+            return (false, words);
+        }
+        Squeezed::Measured(opening_n) if opening_n < 0.0 => Squeezed::Shut,
+        Squeezed::Measured(_) => Squeezed::Open,
+        felt => felt,
+    };
+    let words = format!("{asked_n:.1} N {asked_words}, felt {}", is.words());
+    if is != asked {
+        return (false, format!("{words}: the force has the wrong sign"));
+    }
+    match answer {
+        Squeezed::Measured(is_n) => (
+            SIZE.contains(&(is_n.abs() / asked_n)),
+            format!("{words}, measured {is_n:.2} N, allowed is 0.8 to 1.25 of it"),
+        ),
+        _ => (true, words),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_must_be_far_apart_and_the_right_way_round() {
+        for (shut, open, good, words) in [
+            (Some(0.01), Some(0.98), true, "0.01 shut"),
+            (Some(0.98), Some(0.01), false, "the wrong way"),
+            (Some(0.01), Some(0.5), false, "the travel"),
+            (Some(0.4), Some(1.0), false, "the travel"),
+            (None, Some(1.0), false, "samples have none"),
+        ] {
+            let (is_good, said) = judge_ends(shut, open);
+            assert!(is_good == good && said.contains(words), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_push_is_judged_by_its_sign_and_its_measured_size() {
+        for (asked, answer, good, words) in [
+            (Squeezed::Open, Squeezed::Open, true, "felt open"),
+            (Squeezed::Open, Squeezed::Shut, false, "wrong sign"),
+            (Squeezed::Shut, Squeezed::Nothing, false, "nothing was felt"),
+            (Squeezed::Shut, Squeezed::Measured(-0.9), true, "-0.90 N"),
+            (Squeezed::Shut, Squeezed::Measured(-0.4), false, "allowed"),
+            (Squeezed::Shut, Squeezed::Measured(0.9), false, "wrong sign"),
+        ] {
+            let (is_good, said) = judge_push(asked, 1.0, answer);
+            assert!(is_good == good && said.contains(words), "{said}");
+        }
+    }
+}
