@@ -91,6 +91,8 @@ pub struct Circumstances {
     pub seccomp: bool,
     /// Realtime runtime of its control group, and the file that holds it.
     pub rt_runtime: Option<(i64, String)>,
+    /// Control group of version 2 that shares out the processor, unless it is the root.
+    pub shared_group: Option<String>,
     /// Cores that the calling thread may use, as the kernel lists them.
     pub cores: String,
     /// Cores that run, as the kernel lists them.
@@ -151,6 +153,8 @@ impl Circumstances {
             let us = read(&file).trim().parse().ok()?;
             Some((us, format!("/{file}")))
         });
+        let shared_group = cgroup.lines().find_map(|line| line.strip_prefix("0::"));
+        let shared_group = shared_group.filter(|path| shares_processor(root, path));
         let first = read("proc/1/cgroup");
         let container = ["docker", "kubepods", "libpod", "lxc"];
         Self {
@@ -164,6 +168,7 @@ impl Circumstances {
                 || container.iter().any(|it| first.contains(it)),
             seccomp: field("Seccomp") == "2",
             rt_runtime,
+            shared_group: shared_group.map(str::to_owned),
             cores: field("Cpus_allowed_list").to_owned(),
             online: read("sys/devices/system/cpu/online").trim().to_owned(),
             throttle_us,
@@ -202,7 +207,7 @@ impl Circumstances {
             Some((0, file)) if error == Errno::PERM && (by_limit || by_right) => {
                 (Cause::ControlGroup, format!("{error}: {file} is 0"))
             }
-            _ if error != Errno::PERM || by_limit || by_right => self.other(error),
+            _ if error != Errno::PERM || by_limit || by_right => self.other_fifo(error),
             _ if self.may_nice => (
                 Cause::UserNamespace,
                 format!(
@@ -213,6 +218,21 @@ impl Circumstances {
                 Cause::Limit,
                 format!("{error}: the limit rtprio is {limit}, without CAP_SYS_NICE"),
             ),
+        }
+    }
+
+    /// Kernels with `CONFIG_RT_GROUP_SCHED` give groups of version 2 no realtime runtime, and no
+    /// file says so. Seen on Linux 6.18: refused in a group, granted in the root.
+    fn other_fifo(&self, error: Errno) -> (Cause, String) {
+        match &self.shared_group {
+            Some(group) if error == Errno::PERM && !self.seccomp => (
+                Cause::ControlGroup,
+                format!(
+                    "{error}: limits and capabilities allow it, but this process is in the control group \
+                     {group}, and a kernel with CONFIG_RT_GROUP_SCHED grants realtime in the root group only"
+                ),
+            ),
+            _ => self.other(error),
         }
     }
 
@@ -316,6 +336,11 @@ impl Circumstances {
                 memlock to unlimited for this user outside (`calot check --install` there), or use \
                 a container that is not rootless"
                 .to_owned(),
+            Cause::ControlGroup if self.rt_runtime.is_none() => {
+                "run `echo $$ | sudo tee /sys/fs/cgroup/cgroup.procs` and start calot from that shell; in a \
+                 container, have its host do so"
+                    .to_owned()
+            }
             Cause::ControlGroup => {
                 let file = self.rt_runtime.as_ref().map_or("", |(_, file)| file);
                 format!("echo 950000 | sudo tee {file}   # Docker: --cpu-rt-runtime=950000")
@@ -332,6 +357,17 @@ impl Circumstances {
             Cause::Unknown => "ask the system's journal (`journalctl -k`)".to_owned(),
         }
     }
+}
+
+/// True if the group of version 2, or one above it, has a share of the processor. The root has
+/// none, and a container that sees its own group as the root has.
+fn shares_processor(root: &Path, group: &str) -> bool {
+    let folder = Path::new(group.trim_start_matches('/'));
+    let mut groups = folder.ancestors();
+    groups.any(|group| {
+        let folder = root.join("sys/fs/cgroup").join(group);
+        folder.join("cpu.weight").exists()
+    })
 }
 
 fn shown(limit: Option<u64>) -> String {
@@ -500,6 +536,15 @@ mod tests {
             Cause::Seccomp,
             &["seccomp filter"],
         );
+        (root.seccomp, root.shared_group) = (false, Some("/box/7".to_owned()));
+        is(
+            &root,
+            Call::Fifo(80),
+            Errno::PERM,
+            Cause::ControlGroup,
+            &["/box/7", "CONFIG_RT_GROUP_SCHED", "cgroup.procs"],
+        );
+        root.seccomp = true;
         let text = root.judge(Call::Lock, Errno::PERM).to_string();
         assert!(
             !text.contains("setcap") && text.contains("seccomp"),
@@ -533,6 +578,12 @@ mod tests {
         assert_eq!(found.throttle_us, Some([950_000, 1_000_000]));
         let file = "/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us";
         assert_eq!(found.rt_runtime, Some((0, file.to_owned())));
+        assert_eq!(found.shared_group, None);
+        write("proc/self/cgroup", "0::/box/7\n");
+        assert_eq!(Circumstances::of_files(folder.path()).shared_group, None);
+        write("sys/fs/cgroup/box/cpu.weight", "100\n");
+        let found = Circumstances::of_files(folder.path());
+        assert_eq!(found.shared_group.as_deref(), Some("/box/7"));
         write("proc/self/uid_map", "         0          0 4294967295\n");
         assert!(!Circumstances::of_files(folder.path()).user_namespace);
     }
