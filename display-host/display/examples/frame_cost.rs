@@ -1,21 +1,22 @@
 //! Measures the cost of a frame in every quality, and with `--views` of every picture of the
 //! gallery: `cargo run --release -p display-host --example frame_cost -- [SCENE.calot]
-//! [--size WxH]... [--frames N] [--views] [--json FILE]`. `display_host::render::cost` says what
+//! [--size WxH]... [--frames N] [--views] [--csv FILE]`. `display_host::render::cost` says what
 //! is timed. Without a scene it draws the tests' blobs. Without `--frames` it times 200 on a
 //! graphics card and 3 on a software driver.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use display_host::effects::{Effect, Kind};
 use display_host::gallery;
 use display_host::render::cost::{FrameCost, measure, read_back_ms, tiers};
 use display_host::render::gpu::Gpu;
+use display_host::render::timing::PASSES;
 use display_host::render::{Quality, Renderer};
 use glam::Vec3;
-use serde_json::{Value, json};
 use shared_mem::scene::SceneFile;
 
 type Error = Box<dyn std::error::Error>;
@@ -25,7 +26,15 @@ struct Asked {
     sizes: Vec<[u32; 2]>,
     frames: Option<usize>,
     views: bool,
-    json: Option<PathBuf>,
+    csv: Option<PathBuf>,
+}
+
+/// Cost of one quality or view.
+struct Row {
+    what: String,
+    frame: FrameCost,
+    /// Time to read the picture back, ms.
+    back_ms: Option<f32>,
 }
 
 fn main() -> Result<(), Error> {
@@ -42,37 +51,22 @@ fn main() -> Result<(), Error> {
         scene.vertices().len(),
         scene.triangles().len(),
     );
-    let mut by_tier = Vec::new();
+    let mut rows = Vec::new();
     for &size in &asked.sizes {
-        by_tier.extend(every_tier(&gpu, scene, size, frames)?);
+        rows.extend(every_tier(&gpu, scene, size, frames)?);
     }
-    let mut views = Vec::new();
-    if asked.views {
-        for &size in &asked.sizes {
-            views.extend(every_view(&gpu, scene, size, frames)?);
-        }
+    if let (true, Some(&size)) = (asked.views, asked.sizes.first()) {
+        rows.extend(every_view(&gpu, scene, size, frames)?);
     }
-    if let Some(path) = asked.json {
-        let measured = json!({
-            "card": gpu.info.name,
-            "driver": gpu.info.driver_info,
-            "backend": format!("{:?}", gpu.info.backend),
-            "is_software": gpu.is_software(),
-            "scene": scene.name(),
-            "spheres": scene.spheres().len(),
-            "vertices": scene.vertices().len(),
-            "triangles": scene.triangles().len(),
-            "tiers": by_tier,
-            "views": views,
-        });
-        std::fs::write(path, serde_json::to_vec_pretty(&measured)?)?;
+    if let Some(path) = asked.csv {
+        std::fs::write(path, table(&gpu, scene, &rows)?)?;
     }
     Ok(())
 }
 
 fn asked() -> Result<Asked, Error> {
     let (mut scene, mut sizes, mut frames) = (None, Vec::new(), None);
-    let (mut views, mut json) = (false, None);
+    let (mut views, mut csv) = (false, None);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
@@ -84,7 +78,7 @@ fn asked() -> Result<Asked, Error> {
             }
             "--frames" => frames = Some(value()?.parse()?),
             "--views" => views = true,
-            "--json" => json = Some(value()?.into()),
+            "--csv" => csv = Some(value()?.into()),
             path => scene = Some(SceneFile::open(path.as_ref())?),
         }
     }
@@ -96,7 +90,7 @@ fn asked() -> Result<Asked, Error> {
         sizes,
         frames,
         views,
-        json,
+        csv,
     })
 }
 
@@ -106,7 +100,7 @@ fn every_tier(
     scene: &SceneFile,
     size: [u32; 2],
     frames: usize,
-) -> Result<Vec<Value>, Error> {
+) -> Result<Vec<Row>, Error> {
     let tiers = tiers(gpu, size);
     let mut renderer = Renderer::new(gpu, scene, tiers[0])?;
     let tools = support::tools(scene, 0.0, 0.5);
@@ -130,7 +124,11 @@ fn every_tier(
         let back_ms = read_back_ms(gpu, &renderer, frames.min(20))?;
         say(&format!("tier {tier}"), &frame);
         println!("{:>44}{back_ms:>8.2} ms to read it back", "");
-        rows.push(json!({"tier": tier, "frame": frame, "read_back_ms": back_ms}));
+        rows.push(Row {
+            what: format!("tier {tier}"),
+            frame,
+            back_ms: Some(back_ms),
+        });
     }
     Ok(rows)
 }
@@ -141,7 +139,7 @@ fn every_view(
     scene: &SceneFile,
     size: [u32; 2],
     frames: usize,
-) -> Result<Vec<Value>, Error> {
+) -> Result<Vec<Row>, Error> {
     let best = Quality {
         size,
         ..tiers(gpu, size)[0]
@@ -150,9 +148,51 @@ fn every_view(
     let mut rows = Vec::new();
     for cost in costs {
         say(&cost.title, &cost.frame);
-        rows.push(serde_json::to_value(cost)?);
+        rows.push(Row {
+            what: format!("{}: {}", cost.chapter, cost.title),
+            frame: cost.frame,
+            back_ms: None,
+        });
     }
     Ok(rows)
+}
+
+fn table(gpu: &Gpu, scene: &SceneFile, rows: &[Row]) -> Result<String, Error> {
+    let mut text = "card,driver,scene,what,width,height,drawn_ms,drawn_p99_ms,submitted_ms,\
+                    per_second,read_back_ms"
+        .to_owned();
+    for pass in PASSES {
+        write!(text, ",{pass}_ms")?;
+    }
+    text.push('\n');
+    for Row {
+        what,
+        frame,
+        back_ms,
+    } in rows
+    {
+        let (card, driver, scene) = (&gpu.info.name, &gpu.info.driver_info, scene.name());
+        let [width, height] = frame.size;
+        write!(
+            text,
+            "\"{card}\",\"{driver}\",\"{scene}\",\"{what}\",{width},{height}"
+        )?;
+        for ms in [frame.drawn_ms, frame.drawn_p99_ms, frame.submitted_ms] {
+            write!(text, ",{ms:.3}")?;
+        }
+        let back_ms = back_ms.map_or(String::new(), |ms| format!("{ms:.3}"));
+        write!(text, ",{:.1},{back_ms}", frame.per_second)?;
+        for pass in PASSES {
+            let ms = frame.passes_ms.iter().find(|(name, _)| *name == pass);
+            write!(
+                text,
+                ",{}",
+                ms.map_or(String::new(), |(_, ms)| format!("{ms:.3}"))
+            )?;
+        }
+        text.push('\n');
+    }
+    Ok(text)
 }
 
 fn say(what: &str, frame: &FrameCost) {

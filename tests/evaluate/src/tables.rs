@@ -3,6 +3,8 @@
 //! A table stands between `<!-- table: NAME -->` and `<!-- end -->`. [`rewrite`] replaces the text
 //! between these two marks. Everything else in the file is written by hand.
 
+mod drawing;
+
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -74,7 +76,11 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
         "force steps" => force_steps(&read("force_steps.csv")?),
         "slow work" => slow_work(&read("slow_work.csv")?),
         "collision" => collision(&read("collision.csv")?),
-        "collision by size" => collision_by_size(&read("collision.csv")?),
+        "collision by size" => {
+            collision_by_size(&[read("collision.csv")?, read("collision-h200.csv")?])
+        }
+        "drawing" => drawing::by_tier(&read("drawing-h200.csv")?),
+        "views" => drawing::by_view(&read("drawing-h200.csv")?),
         "haptics" => haptics(&read("haptics.csv")?),
         "skinning" => skinning(&read("skinning.csv")?),
         "packing" => packing(&read("packing.csv")?),
@@ -305,17 +311,27 @@ fn collision(csv: &Csv) -> Table {
     table
 }
 
-fn collision_by_size(csv: &Csv) -> Table {
-    let mut table = Table::new(&["spheres", "one core, p50 µs", "through wgpu, p50 µs"]);
-    let balls = || csv.rows().filter(|r| r.text("organ") == "balls");
-    for count in csv.distinct("spheres") {
-        let of = |end: &str| {
-            balls()
-                .find(|r| r.text("spheres") == count && r.text("way").contains(end))
+/// The paper's kernel alone: on the machine of the other tables, and on one with a graphics card.
+fn collision_by_size(machines: &[Csv; 2]) -> Table {
+    let mut table = Table::new(&[
+        "spheres",
+        "one core, p50 µs",
+        "software driver, p50 µs",
+        "one core of the H200's host, p50 µs",
+        "H200, p50 µs",
+    ]);
+    for count in machines[0].distinct("spheres") {
+        let of = |machine: &Csv, way: &str| {
+            machine
+                .rows()
+                .filter(|r| r.text("organ") == "balls")
+                .find(|r| r.text("spheres") == count && r.text("way").contains(way))
                 .map(|r| format!("{:.0}", r.number("p50_us")))
         };
-        if let (Some(core), Some(graphics)) = (of("CPU"), of("GPU")) {
-            table.row([count.clone(), core, graphics]);
+        let cells = machines.each_ref().map(|it| [of(it, "CPU"), of(it, "GPU")]);
+        let cells: Option<Vec<String>> = cells.into_iter().flatten().collect();
+        if let Some(cells) = cells {
+            table.row(core::iter::once(count).chain(cells));
         }
     }
     table

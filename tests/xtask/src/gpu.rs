@@ -31,20 +31,24 @@ pub(crate) fn measure(args: &[String]) -> Result<(), String> {
     std::fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
     let (scene, drawing, collision) = (
         file("triangle.calot"),
-        file("drawing.json"),
+        file("drawing.csv"),
         file("collision"),
     );
     let prepare = ["prepare", "triangle", "--overwrite", "--out", &scene];
     run(&built.join("calot"), &prepare)?;
-    let draw = [&scene, "--size", "1920x1080", "--views", "--json", &drawing];
+    let mut draw = vec![&*scene, "--views", "--csv", &drawing];
+    // The views are drawn in the first of these sizes.
+    for size in ["1920x1080", "1280x720", "3840x2160"] {
+        draw.extend(["--size", size]);
+    }
     run(&built.join("examples/frame_cost"), &draw)?;
     run(&built.join("evaluate"), &["collision", "--out", &collision])?;
     let read = |path: PathBuf| {
         std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
     };
-    let rows = rows(&read(Path::new(&collision).join("collision.csv"))?);
-    let drawing = read(drawing.into())?;
-    let json = format!("{{\"drawing\": {drawing}, \"collision\": {rows}}}\n");
+    let collision = read(Path::new(&collision).join("collision.csv"))?;
+    let [drawing, collision] = [read(drawing.into())?, collision].map(|table| rows(&table));
+    let json = format!("{{\"drawing\": {drawing},\n\"collision\": {collision}}}\n");
     let path = out.join("gpu.json");
     std::fs::write(&path, json).map_err(|error| format!("{}: {error}", path.display()))?;
     println!("\n{}", path.display());

@@ -1,6 +1,5 @@
 //! Cost of drawing, for every view of a scene.
 
-use serde::Serialize;
 use shared_mem::scene::SceneFile;
 
 use super::shot;
@@ -10,7 +9,7 @@ use crate::render::gpu::Gpu;
 use crate::render::{Quality, Renderer};
 
 /// Cost of one of the gallery's pictures.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ViewCost {
     /// Its chapter.
     pub chapter: &'static str,

@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use serde::Serialize;
 use shared_mem::message::{SphereState, ToolFrame};
 
 use super::gpu::Gpu;
@@ -16,7 +15,7 @@ const WARM_UP: usize = 4;
 const FRAME_S: f32 = 1.0 / 60.0;
 
 /// Cost of a frame.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FrameCost {
     /// Measured frames.
     pub frames: usize,
