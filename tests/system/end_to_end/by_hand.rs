@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use serde_json::Value;
 use shared_mem::service::Station;
-use shared_mem::words::Buttons;
 use system_tests::screen::VirtualScreen;
 use system_tests::{Program, calot, finish, said, station_name, turn, wait_until};
 
@@ -17,9 +16,6 @@ use crate::launcher::screen;
 
 /// Attempts with a device that does not answer in time.
 const TRIES: usize = 5;
-
-/// Time in which a hand shuts the handle and holds it for the test.
-const SQUEEZE: Duration = Duration::from_millis(1500);
 
 /// An emulated rig in a hand that holds it where it is.
 fn held(folder: &Path) -> (Emulated, Lead) {
@@ -49,9 +45,8 @@ fn shown(screen: &VirtualScreen) -> Option<(String, String)> {
     screen.windows().pop()
 }
 
-/// Answers with keys until the title begins with `end`. The hand shuts and opens the handle.
-/// Returns the window.
-fn lead(screen: &VirtualScreen, feel: &mut Program, hand: &Lead, end: &str) -> Option<String> {
+/// Answers with keys until the title begins with `end`. Returns the window.
+fn lead(screen: &VirtualScreen, feel: &mut Program, end: &str) -> Option<String> {
     let mut found = None;
     wait_until("the step", || {
         if feel.ended().is_some() {
@@ -65,16 +60,8 @@ fn lead(screen: &VirtualScreen, feel: &mut Program, hand: &Lead, end: &str) -> O
             found = Some(window);
             return true;
         }
-        if let Some(shut) = [("Shut", true), ("Open", false)]
-            .into_iter()
-            .find_map(|(first, shut)| step.starts_with(first).then_some(shut))
-        {
-            hand.ask(|message| message.buttons = if shut { Buttons::GRASP.bits() } else { 0 });
-            std::thread::sleep(SQUEEZE);
-        }
         let key = match step.split_whitespace().next() {
-            Some("Move" | "Hold" | "Shut" | "Open" | "Stand") => Some("Return"),
-            Some("Which") if step.contains("fingers") => Some("o"),
+            Some("Move" | "Hold" | "Stand") => Some("Return"),
             Some("Which") => Some("u"),
             Some("Is") => Some("n"),
             _ => None,
@@ -107,7 +94,7 @@ fn the_window_leads_to_the_outcome_and_the_results_go_where_the_terminal_puts_th
     let Some(screen) = screen(folder) else {
         return;
     };
-    let (_emulated, hand) = held(folder);
+    let _held = held(folder);
     let file = folder.join("station.toml");
     let haptic = folder.join("haptic");
     let text = format!("# mine\n[haptic]\ndriver = \"rig\"\npath = {haptic:?}\n");
@@ -117,7 +104,7 @@ fn the_window_leads_to_the_outcome_and_the_results_go_where_the_terminal_puts_th
     // A busy machine may hold samples back until the test ends by itself.
     let report = (0..TRIES).find_map(|_| {
         let mut feel = feel(&screen, folder, &words);
-        let window = lead(&screen, &mut feel, &hand, "The device");
+        let window = lead(&screen, &mut feel, "The device");
         if let Some(window) = &window {
             screen.leave(window, &mut feel);
         }
@@ -168,9 +155,9 @@ fn a_test_that_ends_early_has_stopped_as_in_the_terminal() {
         let Some(mut screen) = screen(folder) else {
             return;
         };
-        let (_emulated, hand) = held(folder);
+        let _held = held(folder);
         let mut feel = feel(&screen, folder, &[]);
-        let Some(window) = lead(&screen, &mut feel, &hand, "Move") else {
+        let Some(window) = lead(&screen, &mut feel, "Move") else {
             panic!("{end:?}: {}", said(&feel.finish()));
         };
         match end {

@@ -50,7 +50,7 @@ impl Lead {
         }
     }
 
-    pub(super) fn ask(&self, change: impl FnOnce(&mut HandMsg)) {
+    fn ask(&self, change: impl FnOnce(&mut HandMsg)) {
         change(&mut self.message.lock().expect("nobody panics"));
     }
 }
