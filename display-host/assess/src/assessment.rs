@@ -1,4 +1,5 @@
-//! Assessment of an operation: takes the entries of its course, and yields status and result.
+//! Assessment of an operation. It takes the entries of the session's course, and gives a status at
+//! any time and a result at the end.
 
 use session::{Entry, Movement, What};
 use shared_mem::message::EventMsg;
@@ -16,19 +17,19 @@ use crate::vector::{Vec3, distance, looking_off, wide};
 
 /// Version of the metrics' definitions and of the tasks' built-in requirements.
 pub const VERSION: u32 = 5;
-/// Task number in `CommandMsg::START` from which the triangle is cleared.
+/// Least task number in `CommandMsg::START` at which the controller has cleared the triangle.
 const START_CLAMP: u8 = 2;
-/// Most alarms and moments that are kept.
+/// Largest number of alarms that are kept, and of moments.
 const KEPT_MAX: usize = 5000;
-/// Distance between points of the paths kept for pictures, m.
+/// Least distance between neighbouring points of a path that is kept for pictures, m.
 const PATH_STEP_M: f64 = 2e-3;
-/// Most points of such a path.
+/// Largest number of points in such a path.
 const PATH_MAX: usize = 20_000;
 
 /// An event on the time line.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Moment {
-    /// Time since the task began, s.
+    /// Counted time since the task began, s. Pauses and gaps do not count.
     pub at_s: f64,
     /// The event's name.
     pub what: String,
@@ -38,7 +39,7 @@ pub struct Moment {
     pub value: f32,
 }
 
-/// A path for pictures: x, y, z in the world frame, m, and the time, s.
+/// A path for pictures: x, y, z in the world frame, m, and the time since the first movement, s.
 pub type Path = Vec<[f32; 4]>;
 
 /// Present status of a task.
@@ -69,7 +70,7 @@ pub struct Assessed {
     pub version: u32,
     /// The task.
     pub task: Task,
-    /// Amount of help.
+    /// Degree of help that the trainee gets.
     pub difficulty: Difficulty,
     /// Outcome of the task.
     pub outcome: Outcome,
@@ -87,7 +88,8 @@ pub struct Assessed {
     pub alarms: Vec<Alarm>,
     /// All metrics; `null` where a metric has no value.
     pub metrics: Values,
-    /// Time at each force while the instrument touched, in bins of [`crate::BIN_N`], s.
+    /// Time for which the instrument touched with each force, s. A bin of force is [`crate::BIN_N`]
+    /// wide.
     pub force_histogram_s: Vec<f64>,
     /// Events for the time line.
     pub moments: Vec<Moment>,
@@ -110,11 +112,12 @@ pub struct Assessment {
     paths: [Path; 2],
     began_ns: Option<u64>,
     newest: Option<Movement>,
-    /// Angle between the endoscope's view and its shaft, and its direction about the shaft, rad.
+    /// Angle between the endoscope's view and its shaft, and the turn of the view about the shaft,
+    /// rad.
     sight_rad: [f64; 2],
     restarts: u32,
     is_prepared: bool,
-    /// Number of the next event, known after the first.
+    /// Number that the next event should have. `None` before the first event.
     next_event: Option<u64>,
     lost_events: u64,
     over: Option<(Outcome, Vec<Reason>)>,
@@ -153,12 +156,13 @@ impl Assessment {
         match &entry.what {
             What::Device { force_max_n } => self.tally.device(f64::from(*force_max_n)),
             What::Reset => {
-                // Before the first movement there is no attempt to restart.
+                // Before the first movement no attempt has begun, so nothing is restarted.
                 self.restarts += u32::from(self.began_ns.is_some());
                 self.restart();
             }
             What::Start { task } => {
-                // The first such command prepares the task; a later one restarts it.
+                // The first start prepares the task. A later start counts as a restart if the hands
+                // have moved since the last start or reset.
                 self.restarts += u32::from(self.is_prepared && self.began_ns.is_some());
                 self.is_prepared = true;
                 self.restart();
@@ -194,7 +198,7 @@ impl Assessment {
 
     fn moved(&mut self, at_ns: u64, moved: &Movement) {
         self.began_ns.get_or_insert(at_ns);
-        // The view decides what is in the picture, not the shaft.
+        // The picture follows the view, and the view may be inclined to the shaft.
         let moved = &Movement {
             world_from_camera: looking_off(&moved.world_from_camera, self.sight_rad),
             ..*moved
@@ -215,13 +219,13 @@ impl Assessment {
     }
 
     fn event(&mut self, event: &EventMsg) {
-        // A smaller number comes from another controller.
+        // A number below the expected one comes from another controller, and counts as no loss.
         let expected = self.next_event.unwrap_or(event.sequence);
         let lost = event.sequence.saturating_sub(expected);
         self.lost_events = self.lost_events.saturating_add(lost);
         self.next_event = Some(event.sequence.saturating_add(1));
         self.tally.event(event, &self.anatomy);
-        // Like all assessed times: without pauses and gaps.
+        // All assessed times leave out pauses and gaps.
         let at_s = self.tally.time_s();
         let wrong = self
             .procedure
@@ -291,7 +295,7 @@ impl Assessment {
         self.tally.time_s()
     }
 
-    /// True if the critical view of safety is present, or was before the vessels were divided.
+    /// True if the critical view of safety is present, or has been since the task began.
     #[must_use]
     pub fn has_critical_view(&self) -> bool {
         self.procedure
@@ -335,7 +339,8 @@ impl Assessment {
         }
     }
 
-    /// Ends the assessment. A task that is not over is aborted and scores nothing.
+    /// Ends the assessment. A task that is not over is aborted and scores 0. Free practice is never
+    /// aborted, and keeps its score.
     #[must_use]
     pub fn end(self) -> Assessed {
         let metrics = self.values();

@@ -21,12 +21,14 @@ const VESSELS: [(OrganKind, &str); 2] = [
     (OrganKind::CysticArtery, "cystic artery"),
 ];
 
-/// Task numbers in `CommandMsg::START`: no suture is placed; from `START_CUT` on the vessels are
-/// clipped; from `START_DISCONNECT` on they are divided.
+/// Task number in `CommandMsg::START` at which no suture is placed: the trainee places them.
 const START_HANG: u8 = 0;
+/// Least task number at which the controller has clipped both vessels.
 const START_CUT: u8 = 3;
+/// Least task number at which the controller has divided both vessels.
 const START_DISCONNECT: u8 = 4;
-/// Clips on each vessel at such a start (`rt_core::sim`, `CLIPS_AT`).
+/// Number of clips that the controller has put on each vessel from `START_CUT` on (`CLIPS_AT` in
+/// `rt_core::sim`).
 const GIVEN_CLIPS: usize = 3;
 
 /// State of a running task.
@@ -44,15 +46,15 @@ pub(crate) struct Procedure {
     touches_wrong: u32,
     burns_wrong: u32,
     burn_wrong_j: f64,
-    /// Heat that protected structures have taken since the last counted burn, by organ, J.
+    /// Heat that each protected organ has taken since its last counted burn, J.
     warmed_j: Vec<(u32, f64)>,
     cuts_wrong: u32,
     unclamped: [bool; 2],
-    /// Time until which an alarm of this kind on this organ is not repeated, s.
+    /// Kind and organ of each raised alarm, and the time until which it is not repeated, s.
     quiet: Vec<(AlarmKind, u32, f64)>,
 }
 
-/// Errors of an event.
+/// Errors of the trainee that an event shows.
 #[derive(Debug, Default)]
 pub(crate) struct Wrong(pub(crate) Vec<Alarm>);
 
@@ -75,7 +77,7 @@ impl Procedure {
         }
     }
 
-    /// Takes the controller's preparation of a task (`CommandMsg::START`).
+    /// Takes over the state in which the controller has begun a task (`CommandMsg::START`).
     pub(crate) fn prepare(&mut self, task: u8) {
         self.hangs = task == START_HANG;
         for vessel in &mut self.vessels {
@@ -88,7 +90,7 @@ impl Procedure {
         }
     }
 
-    /// Takes a movement of the hands, in counted time.
+    /// Takes a movement of the hands. `seconds` is the counted time since the last one.
     pub(crate) fn moved(
         &mut self,
         moved: &Movement,
@@ -164,9 +166,9 @@ impl Procedure {
                 }
             }
             Ok(Event::Cut { .. }) => match vessel {
-                // A partial cut: division has an event of its own.
+                // A cut of a vessel is no error yet: its division has an event of its own.
                 Some(_) => {}
-                // Sutures and bands bear the name of an organ that they hold.
+                // The event of a cut suture or band names an organ that it holds.
                 None if is_target(kind) || kind.is_none() => {}
                 None if matches!(kind, Some(OrganKind::Gallbladder | OrganKind::Liver)) => {}
                 None => {
@@ -231,7 +233,7 @@ impl Procedure {
         is_burnt
     }
 
-    /// True if this alarm has not been raised recently.
+    /// Returns true if the quiet time of this alarm is over. Each call begins the quiet time anew.
     fn is_new(&mut self, kind: AlarmKind, organ: u32, at_s: f64, rules: &Rules) -> bool {
         let until_s = at_s + rules.quiet_s;
         let known = self
@@ -269,13 +271,14 @@ impl Procedure {
         self.vessels.iter().all(Vessel::is_whole)
     }
 
-    /// True if the removed tissue gives the critical view of safety.
+    /// True if the critical view of safety is present: enough tissue is removed, and both vessels
+    /// are whole.
     fn view(&self, anatomy: &Anatomy, rules: &Rules, tally: &Tally) -> bool {
         let [triangle, lower_bed] = self.cleared(anatomy, rules, tally);
         triangle && lower_bed && self.are_whole()
     }
 
-    /// True if the critical view of safety is or was present.
+    /// True if the critical view of safety is present, or has been since the task began.
     pub(crate) fn has_view(&self, anatomy: &Anatomy, rules: &Rules, tally: &Tally) -> bool {
         self.had_view || self.view(anatomy, rules, tally)
     }
@@ -292,6 +295,7 @@ impl Procedure {
         vessel.is_some_and(|vessel| vessel.clips() >= rules.done.clips)
     }
 
+    /// True if the vessel was divided long enough ago and does not leak.
     fn is_divided(&self, which: usize, at_s: f64, rules: &Rules) -> bool {
         let Some(vessel) = self.vessels.get(which) else {
             return false;
@@ -318,7 +322,7 @@ impl Procedure {
         }
         if wants(Task::Identify) {
             let [triangle, lower_bed] = self.cleared(anatomy, rules, tally);
-            // In the whole operation the view is needed once; then the vessels are divided.
+            // The whole operation needs the view only once, because dividing the vessels ends it.
             let had = self.task == Task::Full && self.had_view;
             steps.push((Step::Triangle, triangle || had));
             steps.push((Step::LowerBed, lower_bed || had));

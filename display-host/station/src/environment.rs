@@ -6,8 +6,8 @@
 /// libwayland would complain on standard error.
 const NO_SELECTION: &str = "NODEVICE_SELECT";
 
-/// Variables of which one is enough to leave the layer alone: there may be a screen, or the user
-/// chooses.
+/// We leave the layer alone if any of these variables is set: there may then be a screen, or the
+/// user chooses.
 const KEEPS_SELECTION: [&str; 8] = [
     "XDG_RUNTIME_DIR",
     "DISPLAY",
@@ -19,8 +19,8 @@ const KEEPS_SELECTION: [&str; 8] = [
     NO_SELECTION,
 ];
 
-/// Disables that layer if there can be no compositor and the user does not choose a card with it.
-/// Call this before the first thread starts.
+/// Disables Mesa's layer if none of [`KEEPS_SELECTION`] is set: there can then be no compositor,
+/// and the user does not choose a card. Call this before the first thread starts.
 pub(crate) fn prepare() {
     let is_set = |name| std::env::var_os(name).is_some();
     if KEEPS_SELECTION.into_iter().any(is_set) {

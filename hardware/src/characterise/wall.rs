@@ -1,8 +1,9 @@
-//! A virtual wall under the handle that a person taps and presses lightly: it stiffens until it
-//! buzzes.
+//! A virtual wall that a person taps and presses lightly with the handle. It becomes stiffer until
+//! it buzzes.
 //!
-//! Every wall is met from above. On a handle that rests in a wall while it stiffens, dry friction
-//! hides the limit: a Touch then bears three times the stiffness at which a tap makes it buzz.
+//! The handle meets every wall from above. If it rested in a wall that becomes stiffer, dry
+//! friction would hide the limit: a Touch then stays still up to three times the stiffness at which
+//! a tap makes it buzz.
 
 use rt_core::port::HapticDevice;
 
@@ -10,18 +11,19 @@ use super::bench::{Bench, Clock, Now, Vector};
 use super::buzz::Buzz;
 use super::halt::Halt;
 
-/// Softest wall, N/m: the map of `evaluate haptics` begins here as well.
+/// Stiffness of the softest wall, N/m. The walls of `evaluate haptics` begin with this one too.
 const SOFTEST_N_M: f64 = 100.0;
-/// Stiffest wall, N/m: the map ends here.
+/// Stiffness of the stiffest wall, N/m. The walls of `evaluate haptics` end with this one too.
 pub const STIFFEST_N_M: f64 = 20e3;
-/// Ratio of the wall that buzzed to the one that was still at which the search ends.
+/// The search ends when the softest wall that buzzed is at most this many times as stiff as the
+/// stiffest wall that was still.
 const RATIO: f64 = 1.1;
-/// Time for which a wall must be still under pressure, s.
+/// Time for which a person must press a wall without a buzz before the wall counts as still, s.
 const STILL_S: f64 = 0.8;
 /// Time for which the handle must be above the wall before the next one, s.
 const ABOVE_S: f64 = 0.1;
-/// Least and largest pressure, as shares of the largest force. Above it the force no longer grows,
-/// which would hide the stiffness.
+/// Least and largest force of a press that counts, as shares of the force limit. At the limit the
+/// force no longer grows with depth, which would hide the stiffness.
 const PRESSURE: [f64; 2] = [0.1, 0.95];
 /// Longest wait for a person, s.
 const PATIENCE_S: f64 = 30.0;
@@ -33,7 +35,7 @@ const ASK_S: f64 = 5.0;
 pub struct Trial {
     /// Stiffness, N/m.
     pub stiffness_n_m: f64,
-    /// Frequency, Hz, and swing, m, if it buzzed.
+    /// Frequency, Hz, and swing, m, of the buzz. `None` if the wall was still.
     pub buzz: Option<(f64, f64)>,
 }
 
@@ -46,12 +48,13 @@ pub struct Wall {
     pub still_n_m: Option<f64>,
     /// Softest wall that buzzed, N/m.
     pub buzzes_n_m: Option<f64>,
-    /// True if nobody pressed any more before the search was done.
+    /// True if nobody lifted or pressed the handle in time, so that the search ended early.
     pub was_left: bool,
 }
 
 impl Wall {
-    /// Stiffness of the next wall: twice the last one until it buzzes, then in between.
+    /// Stiffness of the next wall, N/m. It doubles until a wall buzzes. Then it is the geometric
+    /// mean of the stiffest still wall and the softest that buzzed. `None` ends the search.
     fn next_n_m(&self) -> Option<f64> {
         match (self.still_n_m, self.buzzes_n_m) {
             (None, None) => Some(SOFTEST_N_M),
@@ -80,8 +83,8 @@ enum Outcome {
     Left,
 }
 
-/// Lays a wall across the middle of the workspace, facing up, and asks a person to press it.
-/// `force_n` is the largest force that a person allows.
+/// Lays one wall after the other across the middle of the workspace, facing up, and asks a person
+/// to press each. `force_n` is the largest force that a person allows.
 pub fn wall(
     device: &mut dyn HapticDevice,
     clock: &mut dyn Clock,
@@ -90,7 +93,7 @@ pub fn wall(
 ) -> Result<Wall, Halt> {
     let mut bench = Bench::new(device, clock, force_n)?;
     let mut walls = Wall::default();
-    // The last wall stays under the hand until it is lifted, unless it buzzed.
+    // A still wall stays until the handle is above it. A wall that buzzed is gone at once.
     let mut stays_n_m = 0.0;
     while let Some(stiffness_n_m) = walls.next_n_m() {
         let outcome = if lifted(&mut bench, stays_n_m, tell)? {
@@ -120,14 +123,14 @@ fn said(stiffness_n_m: f64, buzz: Option<(f64, f64)>) -> String {
     match buzz {
         None => format!("  {stiffness_n_m:.0} N/m: still"),
         Some((hz, swing_m)) => format!(
-            "  {stiffness_n_m:.0} N/m: buzzes with {hz:.0} Hz and {:.2} mm",
+            "  {stiffness_n_m:.0} N/m: buzzes with {hz:.0} Hz and swings by {:.2} mm",
             swing_m * 1e3
         ),
     }
 }
 
-/// Waits until the handle is above the wall, of which this stiffness stays meanwhile. Returns false
-/// if nobody lifts it.
+/// Waits until the handle is above the last wall. Meanwhile that wall stays with the stiffness
+/// `stays_n_m`. Returns false if nobody lifts the handle.
 fn lifted(bench: &mut Bench<'_>, stays_n_m: f64, tell: &mut dyn FnMut(&str)) -> Result<bool, Halt> {
     let mut now = bench.now();
     let begun_s = now.at_s;

@@ -1,13 +1,13 @@
 //! The compiled scene: one file that preparation writes and both processes map read-only.
 //!
 //! ```text
-//! header   magic, layout version, section count, identity (BLAKE3 of all that follows)
+//! header   magic, layout version, section count, identity, length in bytes
 //! table    kind, element size, offset, count of each section
 //! sections plain records, each 64-byte aligned
 //! ```
 //!
-//! A file may hold several levels of detail: complete scenes one after another, each from a
-//! 64-byte border on, finest first. Each has its own identity.
+//! A file may hold several levels of detail, finest first. Each level is a complete scene with its
+//! own identity, and begins at a multiple of 64 bytes.
 //!
 //! The file is hostile input: [`SceneFile::open`] checks sizes, alignment, identity, every index
 //! and every number before anything is used.
@@ -32,11 +32,12 @@ pub use write::SceneData;
 
 /// First eight bytes of a compiled scene.
 pub const MAGIC: [u8; 8] = *b"CALOTSCN";
-/// Changes with any record.
+/// Version of the file's layout. It changes when any record changes.
 pub const LAYOUT_VERSION: u32 = 7;
-/// Stands for no contact vertex.
+/// Index that means: there is no contact vertex.
 pub const NO_CONTACT_VERTEX: u16 = u16::MAX;
-/// Stands for no cell.
+/// Index that means: there is no cell.
 pub const NO_CELL: u16 = u16::MAX;
-/// BLAKE3 of table and sections: two processes run the same scene iff it is equal.
+/// Identity of a scene: BLAKE3 of table and sections. Two processes run the same scene exactly if
+/// their identities are equal.
 pub type SceneId = [u8; 32];

@@ -1,31 +1,32 @@
-//! Every message of an error is triggered by a test: a test names its variant, or looks for words
-//! of its text. A variant that hands on the message of the error inside must be named. What no test
-//! can bring about is listed with the reason.
+//! A test triggers every error message: it names the message's variant, or looks for words of the
+//! message. A transparent variant shows the message of the error inside, so a test must name it.
+//! `UNTRIGGERED` lists the messages that no test can trigger, each with the reason.
 
 use std::collections::BTreeSet;
 
 use tidy::{Tracked, report, tracked};
 
-/// Messages that no test brings about, and the reason.
+/// Messages that no test triggers, and the reason.
 const UNTRIGGERED: &[(&str, &str)] = &[
     ("Error::Mcap", "a defect of this program, by definition"),
     ("Error::Thread", "needs a system without a free thread"),
-    ("HardwareError::UsbPermission", "needs a unit on the USB"),
+    ("HardwareError::UsbPermission", "needs a tracker on USB"),
     (
         "RtError::Core",
-        "needs a forged scene: `prepare` checks the same",
+        "needs a forged scene: `prepare` makes the same checks",
     ),
 ];
 
-/// Fewest bytes of a text in a test that counts as words of a message.
+/// A text counts as words of a message only if it has at least this many bytes.
 const WORDS: usize = 8;
 
 /// A message with the variant that raises it.
 struct Message {
     place: String,
     variant: String,
-    /// Its text between the values. None if it hands on the message of the error inside.
+    /// Pieces of its text between the inserted values. Empty for a transparent variant.
     fragments: Vec<String>,
+    /// True for a transparent variant, which shows the message of the error inside.
     hands_on: bool,
 }
 
@@ -42,7 +43,7 @@ fn every_message_is_triggered_by_a_test() {
     };
     let mut findings = Vec::new();
     let mut known = BTreeSet::new();
-    // A message of a few characters only joins other messages.
+    // A message with very few characters of its own only joins others, and is not checked.
     let says =
         |it: &Message| it.hands_on || it.fragments.iter().any(|text| text.trim().len() >= WORDS);
     for message in files.iter().flat_map(messages).filter(says) {
@@ -59,7 +60,7 @@ fn every_message_is_triggered_by_a_test() {
                 }
             )),
             (true, true) => findings.push(format!(
-                "{place}: a test triggers {variant}; take it from the list"
+                "{place}: a test triggers {variant}; remove it from UNTRIGGERED"
             )),
             _ => {}
         }
@@ -67,13 +68,15 @@ fn every_message_is_triggered_by_a_test() {
     assert!(known.len() > 100, "{} messages found", known.len());
     for (listed, _) in UNTRIGGERED {
         if !known.contains(*listed) {
-            findings.push(format!("{listed} is listed, but there is no such message"));
+            findings.push(format!(
+                "UNTRIGGERED lists {listed}, but there is no such message"
+            ));
         }
     }
     report(&findings);
 }
 
-/// True if the code contains the variant, and not as the end of another type's.
+/// True if the code contains the variant. A longer name that ends like it does not count.
 fn names(code: &str, variant: &str) -> bool {
     let mut found = code.match_indices(variant);
     found.any(|(at, _)| {
@@ -82,7 +85,8 @@ fn names(code: &str, variant: &str) -> bool {
     })
 }
 
-/// True if one contains the other. A fragment of a message must be long to be recognised.
+/// True if the fragment contains the text, or the text contains the fragment. In the second case
+/// the fragment must have at least ten bytes.
 fn shares(fragment: &str, text: &str) -> bool {
     let fragment = fragment.trim_matches(|c: char| !c.is_alphanumeric());
     fragment.contains(text) || (fragment.len() > 9 && text.contains(fragment))
@@ -132,7 +136,8 @@ fn messages(file: &Tracked) -> Vec<Message> {
     found
 }
 
-/// The type that was opened last, and the variant after the attribute.
+/// Name of the variant after the attribute, as `Type::Variant`. The type is the last enum that is
+/// declared before it.
 fn variant(before: &str, after: &str) -> String {
     let word = |text: &str| {
         let is_letter = |c: &char| c.is_alphanumeric() || *c == '_';
@@ -147,7 +152,7 @@ fn variant(before: &str, after: &str) -> String {
     let mut lines = after.lines().skip(1).map(str::trim_start);
     let next = lines.find(|it| it.starts_with(|c: char| c.is_ascii_alphabetic()));
     let next = next.unwrap_or_default();
-    // A struct is an error by itself.
+    // An error that is a struct has no variants.
     match next.split_once("struct ") {
         Some((_, name)) => word(name),
         None => {
@@ -157,7 +162,7 @@ fn variant(before: &str, after: &str) -> String {
     }
 }
 
-/// The text of a string at the front, and the rest behind it.
+/// Content of the string literal with which the code begins, and the code after it.
 fn literal(text: &str) -> Option<(String, &str)> {
     let mut content = String::new();
     let mut chars = text.strip_prefix('"')?.char_indices();
@@ -186,7 +191,7 @@ fn literal(text: &str) -> Option<(String, &str)> {
 
 /// The text of every string in a piece of code.
 fn literals(code: &str) -> Vec<String> {
-    // A quotation mark as a character opens no text.
+    // A quotation mark in a character literal opens no string.
     let code = code.replace("'\"'", "' '");
     let mut found = Vec::new();
     let mut rest = code.as_str();
@@ -201,7 +206,7 @@ fn literals(code: &str) -> Vec<String> {
     found
 }
 
-/// A message's text between its values.
+/// Pieces of a message between the values that are inserted into it.
 fn fragments(message: &str) -> Vec<String> {
     let parts = message.split('{').enumerate();
     let text = parts.map(|(n, part)| match (n, part.split_once('}')) {

@@ -2,19 +2,22 @@
 //!
 //! # Noise and sampling rates
 //!
-//! A hand at rest still moves in the numbers: a device's noise is some tenths of a millimetre, and
-//! a path that sums it grows by metres a minute. Movements that are counted by a threshold of speed
-//! depend on the tracker's noise and rate (ICSAD). So each track is measured in four steps:
+//! Even a hand at rest moves in the samples, because a device's noise is some tenths of a
+//! millimetre. A path that sums this noise grows by metres a minute. A count of movements by a
+//! threshold of speed, as in ICSAD, depends on the tracker's noise and rate. So each track is
+//! measured in four steps:
 //!
-//! 1. The mean over each [`GRID_S`]: the later steps see one rate, whatever that of the samples.
-//! 2. Two low-pass stages of 10 Hz, above what a hand does on purpose. White noise of a standard
-//!    deviation σ a sample at 100 Hz keeps 0.41 σ.
-//! 3. A point on a leash of [`LEASH_M`] follows. It stands still until the hand has gone that far,
-//!    so the noise that is left does not move it. The path is the point's path.
-//! 4. Movement and rest are the point's path in the last 0.1 s, with a threshold for each. Tremor
-//!    turns back sixteen times a second but does not rest between, so it is one movement.
+//! 1. The mean over each interval of [`GRID_S`] is taken. The later steps then see one rate,
+//!    however fast the samples come.
+//! 2. Two low-pass stages of 10 Hz follow. A hand does nothing so fast on purpose. White noise with
+//!    a standard deviation of σ in each sample at 100 Hz keeps 0.41 σ.
+//! 3. A point follows the hand on a leash of [`LEASH_M`]. The point stands still until the hand has
+//!    gone that far, so the noise that is left does not move it. The path is the point's path.
+//! 4. The point's path in the last 0.1 s tells movement from rest. Each has a threshold of its own.
+//!    Tremor turns back sixteen times a second, but it does not rest at the turns, so it is one
+//!    movement.
 //!
-//! With noise of 0.3 mm, the leash is four standard deviations long.
+//! Noise of 0.3 mm keeps 0.12 mm after the second step. The leash is four times as long.
 
 use crate::vector::{Vec3, distance};
 
@@ -24,11 +27,11 @@ const GRID_S: f64 = 0.01;
 const KEPT: f64 = 0.533_488_091_091_103_2;
 /// Length of the leash, m.
 const LEASH_M: f64 = 0.5e-3;
-/// Points over which speed is measured: 0.1 s.
+/// Number of points over which speed is measured: 0.1 s.
 const WINDOW: usize = 10;
-/// Path in the window above which a movement begins, m: 20 mm/s.
+/// A movement begins when the path in the window is longer than this, m: 20 mm/s.
 const MOVES_M: f64 = 2e-3;
-/// Path in the window below which a movement ends, m: 5 mm/s.
+/// A movement ends when the path in the window is shorter than this, m: 5 mm/s.
 const RESTS_M: f64 = 0.5e-3;
 /// Shortest rest that counts as idle, s.
 const IDLE_S: f64 = 1.0;
@@ -45,10 +48,11 @@ pub(crate) struct Track {
     /// The point's last steps: where each began, and its length.
     steps: [(Vec3, f64); WINDOW],
     oldest: usize,
-    /// Start of the present movement, and the path until then.
+    /// Place at which the present movement began, and [`Track::path_m`] at that time, m.
     moving_from: Option<(Vec3, f64)>,
-    /// Straight distances and path lengths of the finished movements.
+    /// Sum of the straight distances of the finished movements, m.
     straight_m: f64,
+    /// Sum of their path lengths, m.
     moved_m: f64,
 }
 
@@ -77,7 +81,8 @@ impl Track {
         self.judge()
     }
 
-    /// Begins or ends a movement.
+    /// Begins or ends a movement if the path in the window asks for it. Returns true if the hand
+    /// rests.
     fn judge(&mut self) -> bool {
         let gone_m: f64 = self.steps.iter().map(|(_, step_m)| step_m).sum();
         match self.moving_from {
@@ -100,7 +105,7 @@ impl Track {
         }
     }
 
-    /// Begins anew at another position, after a gap.
+    /// Ends the present movement. The track begins anew at the first position after the gap.
     fn gap(&mut self) {
         self.end_movement();
         self.stages = None;
@@ -126,15 +131,16 @@ fn blend(from: Vec3, to: Vec3, share: f64) -> Vec3 {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Hands {
     pub(crate) tracks: [Track; 2],
-    /// Integrals of the positions over the present part of the grid, m·s, and its length, s.
+    /// Time integrals of the positions in the present interval of the grid, m·s.
     sums: [Vec3; 2],
+    /// Length of the present interval so far, s.
     part_s: f64,
     rest_s: f64,
     idle_s: f64,
 }
 
 impl Hands {
-    /// Takes the way of both hands from one position to the next, and its duration.
+    /// Takes a straight movement of both hands, which lasts `seconds`.
     pub(crate) fn step(&mut self, from: [Vec3; 2], to: [Vec3; 2], seconds: f64) {
         let numbers = || from.iter().chain(&to).flatten();
         if !numbers().all(|x| x.is_finite()) {
@@ -143,7 +149,8 @@ impl Hands {
         }
         let mut done_s = 0.0;
         while done_s < seconds {
-            // The last part takes all that is left: by rounding, the sum could stop short.
+            // The last part ends exactly at `seconds`. By rounding, the sum of the parts could stop
+            // short of it.
             let left_s = seconds - done_s;
             let part_s = (GRID_S - self.part_s).min(left_s);
             let middle = (done_s + 0.5 * part_s) / seconds;
@@ -163,7 +170,7 @@ impl Hands {
         }
     }
 
-    /// Ends a part of the grid.
+    /// Ends an interval of the grid, and gives the mean positions to the tracks.
     fn point(&mut self) {
         let part_s = core::mem::take(&mut self.part_s);
         let sums = core::mem::take(&mut self.sums);

@@ -1,4 +1,4 @@
-//! Effects caused by a scene's organs and the electrode, and their course between two pictures.
+//! Effects that events and the electrode cause, and their order in time between two pictures.
 
 use std::time::Instant;
 
@@ -10,15 +10,17 @@ use shared_mem::words::EventKind;
 use super::Effect;
 use crate::render::Renderer;
 
-/// Sampling period of the electrode between two pictures, s.
+/// Interval at which the electrode is sampled between two pictures, s. No time step in which
+/// effects are played is longer.
 const LOOK_S: f32 = 1.0 / 30.0;
-/// If two pictures are farther apart than this, only the last part is played, s: no particle lives
-/// longer.
+/// Longest time between two pictures that is played, s. Of a longer time only the end is played,
+/// because no particle lives longer.
 const STRETCH_MAX_S: f32 = 20.0;
-/// Most effects between two pictures.
+/// Largest number of effects that are kept between two pictures.
 const MOST: usize = 4096;
 
-/// Kinds of a scene's organs, and radii of its spheres, m.
+/// Data of a scene that turn an event or a sample into effects: the kinds of its organs, and the
+/// radii of its spheres, m.
 #[derive(Debug)]
 pub(crate) struct Causes {
     organ_kinds: Vec<Option<OrganKind>>,
@@ -40,7 +42,7 @@ impl Causes {
         Effect::of_event(event, kind.flatten())
     }
 
-    /// Effect of the electrode during `seconds`.
+    /// Effects of the electrode during `seconds`.
     pub(crate) fn electrode(
         &self,
         state: &StateFrame,
@@ -55,11 +57,14 @@ impl Causes {
     }
 }
 
-/// Effects since the last picture of a run without a window.
+/// Collects the effects since the last picture, in a run without a window.
 pub(crate) struct Course {
     causes: Causes,
+    /// New effects, and the time of each since the last picture, s.
     began: Vec<(f32, Effect)>,
+    /// Time of the last picture.
     since: Instant,
+    /// Time of the electrode's last sample since the last picture, s.
     looked_s: f32,
     cleared: bool,
 }
@@ -69,7 +74,7 @@ pub(crate) struct Stretch {
     seconds: f32,
     /// New effects, and the time of each since the start of the stretch, s.
     began: Vec<(f32, Effect)>,
-    /// The organs were reset: all earlier effects are gone.
+    /// True if the organs were reset. All earlier effects are then gone.
     cleared: bool,
 }
 
@@ -103,7 +108,7 @@ impl Course {
         }
     }
 
-    /// Samples the electrode when it is due.
+    /// Samples the electrode if the last sample is at least [`LOOK_S`] old.
     pub(crate) fn look(&mut self, state: &StateFrame, tools: &ToolFrame) {
         let now_s = self.now_s();
         if now_s - self.looked_s >= LOOK_S {
@@ -114,7 +119,7 @@ impl Course {
         }
     }
 
-    /// Clears everything: the organs were reset.
+    /// Drops all effects, because the organs were reset.
     pub(crate) fn clear(&mut self) {
         self.began.clear();
         self.cleared = true;
@@ -133,7 +138,7 @@ impl Course {
 }
 
 impl Stretch {
-    /// Plays the effects in time steps as short as a window's.
+    /// Plays the effects in time steps of at most [`LOOK_S`], which are as short as a window's.
     pub(crate) fn play(&self, renderer: &mut Renderer, spheres: &[SphereState]) {
         if self.cleared {
             renderer.effects_mut().clear();

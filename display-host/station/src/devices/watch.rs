@@ -24,10 +24,11 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Interval between two lines: at a terminal, and below in a file or pipe.
+/// Interval between two lines at a terminal.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
+/// Interval between two lines in a file or pipe, or of JSON.
 const TOLD_EVERY: Duration = Duration::from_secs(1);
-/// Interval between two commands to a haptic device, ns: a tick.
+/// Least interval between two commands to a haptic device, ns: a little shorter than a tick.
 const COMMAND_EVERY_NS: u64 = 900_000;
 
 pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
@@ -80,7 +81,7 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
         if watched.iter().all(|device| device.is_lost) {
             return Err("every device is gone".into());
         }
-        // A table gets every sample of a device that sends up to 4000 a second.
+        // A table takes every sample, and a device may send 4000 a second.
         sleep(match &table {
             Some(_) => Duration::from_micros(200),
             None => Duration::from_millis(1),
@@ -115,10 +116,13 @@ enum Port {
 /// A device and its last sample.
 struct Watched {
     port: Port,
+    /// The last sample as JSON.
     said: Value,
+    /// The last sample in words.
     words: String,
     /// Number of frames when it was last shown.
     frames: u64,
+    /// Time of the last sample, ns; 0 before the first.
     at_ns: u64,
     commanded_ns: u64,
     is_lost: bool,
@@ -141,7 +145,7 @@ impl Watched {
         Ok(Self::new(match driver {
             LineDriver::Rig => match open_haptic(path, driver) {
                 Ok(haptic) => Port::Haptic(haptic),
-                // The device says what it is.
+                // Another device answered: a rig may also be a pedal.
                 Err(HardwareError::WrongDevice { .. }) => {
                     Port::Pedal(Box::new(RigPedal::open(path)?))
                 }
@@ -169,7 +173,8 @@ impl Watched {
                 }
                 if now.saturating_sub(self.commanded_ns) >= COMMAND_EVERY_NS {
                     self.commanded_ns = now;
-                    // Some devices answer only to a command. This one leaves the hand free.
+                    // Some devices send a sample only after a command. This command has zero
+                    // force, so it leaves the hand free.
                     haptic.send(ForceCommand::default(), now);
                 }
                 if let Some(sample) = self.take(polled) {
@@ -243,7 +248,7 @@ impl Watched {
         }
     }
 
-    /// Good frames per second since the last call.
+    /// Good frames per second since the last call, which was `since_s` ago.
     fn rate_hz(&mut self, since_s: f64) -> f64 {
         let frames = self.counters().frames;
         let before = std::mem::replace(&mut self.frames, frames);

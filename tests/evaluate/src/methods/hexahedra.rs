@@ -1,5 +1,5 @@
-//! Corotational linear hexahedra with implicit Euler and conjugate gradients: the paper's
-//! comparator "FEM, hexahedra".
+//! Corotational linear hexahedra, stepped by implicit Euler with conjugate gradients. The paper
+//! compares its method with such a one under the name "FEM, hexahedra".
 
 use nalgebra::{Matrix3, Quaternion, SMatrix, UnitQuaternion};
 
@@ -10,14 +10,15 @@ type Stiffness = SMatrix<f32, 24, 24>;
 
 /// Iterations of the linear solver in a step, at most.
 const ITERATIONS_MAX: usize = 30;
-/// The solver stops when the residual is this share of the right-hand side's norm.
+/// The solver stops when the residual's norm is at most this share of the right-hand side's norm.
 const TOLERANCE: f32 = 1e-3;
 
-/// The method's state. All cells are the same cube.
+/// The method's state. All cells are equal cubes, so one stiffness matrix serves them all.
 pub(crate) struct Hexahedra {
     stiffness: Stiffness,
     /// Derivatives of the shape functions in the middle of a cell, 1/m.
     slopes: [V3; 8],
+    /// Rotation of each cell from rest.
     turned: Vec<UnitQuaternion<f32>>,
 }
 
@@ -27,7 +28,8 @@ fn corner(i: usize) -> V3 {
     V3::new(side(0), side(1), side(2))
 }
 
-/// Derivatives by position of the eight shape functions, at a place in the cube (−1 to 1), 1/m.
+/// Derivatives of the eight shape functions by position, 1/m, at the point `at`. The coordinates of
+/// `at` run from −1 to 1 in the cube.
 fn slopes(at: &V3, edge_m: f32) -> [V3; 8] {
     std::array::from_fn(|i| {
         let c = corner(i);
@@ -63,7 +65,8 @@ impl Hexahedra {
         }
     }
 
-    /// Product of the turned stiffness with a field, summed at the nodes.
+    /// Writes to `out` the product of the stiffness with a field, summed at the nodes. The
+    /// stiffness of each cell turns with the cell.
     fn apply(&self, body: &Body, field: &[V3], out: &mut [V3]) {
         out.fill(V3::zeros());
         for (cell, turn) in body.cells.iter().zip(&self.turned) {
@@ -131,7 +134,8 @@ fn dot(a: &[V3], b: &[V3]) -> f32 {
 }
 
 impl Method for Hexahedra {
-    /// Solves `(M + dt² K) Δv = dt (f(u + dt v) + m g)`.
+    /// Solves `(M + dt² K) Δv = dt (f(u + dt v) + M g)` for the free nodes. `v` is the damped
+    /// velocity, `K` the stiffness of the turned cells, and `M` the masses.
     fn step(&mut self, body: &Body, state: &mut State, env: &Env) {
         let (n, dt) = (body.rest_m.len(), env.dt_s);
         self.turn(body, &state.u_m);
