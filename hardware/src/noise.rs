@@ -1,30 +1,33 @@
 //! Measures how noisy the positions of a device are.
 //!
-//! A position is compared with the straight line between its neighbours in time. A hand's smooth
-//! way leaves that line to one side for many samples in a row: its acceleration is up to 50 m/s²,
-//! which deviates by 0.025 mm at 1 kHz. Noise leaves it to one side, then to the other. If it is
-//! independent from sample to sample, a deviation times the next is -1 times the noise's mean
-//! square on average, and times the next but one 0.25. For a smooth way both products are nearly
-//! equal. So the difference of the two tells the noise, whatever the hand does.
+//! Each position is compared with the straight line between the positions before and after it. Its
+//! distance from that line is the deviation. The smooth motion of a hand deviates to one side for
+//! many samples in a row. A hand accelerates with up to 50 m/s², which deviates by 0.025 mm at
+//! 1 kHz. Noise deviates to one side, then to the other.
+//!
+//! If the noise is independent from sample to sample, the product of a deviation and the next one
+//! is on average -1 times the mean square of the noise. The product of a deviation and the next but
+//! one is 0.25 times that mean square. For smooth motion both products are nearly equal. So their
+//! difference is 1.25 times the mean square of the noise, whatever the hand does.
 
 use rt_core::math::Vec3;
 
 /// Length of a window, µs.
 const WINDOW_US: u32 = 1_000_000;
-/// Fewest deviations of a window that are judged. Their mean then is right within a tenth or so.
+/// Fewest products with which a window is judged. Their mean is then right within a tenth or so.
 const FEWEST: u32 = 90;
-/// Longest time between two samples that follow each other, µs. A hand's way over three samples of
-/// 100 Hz is still smooth.
+/// Longest time between two samples that are compared, µs. The motion of a hand over three samples
+/// at 100 Hz is still smooth.
 const GAP_US: u32 = 12_000;
-/// Rms length of the noise above which a device is noisy, m. The finest step of an encoder that
-/// passes for good is 0.1 mm, which makes noise of 0.05 mm rms in space. At 1000 N/m this noise
-/// makes force steps of 0.14 N rms.
+/// Rms length of the noise above which a window is noisy, m. At 1000 N/m, noise of this length
+/// makes force steps of 0.14 N rms. An encoder with steps of 0.1 mm still passes: its steps make noise of
+/// only 0.05 mm rms in space.
 pub(crate) const NOISY_M: f32 = 1.0e-4;
-/// Noisy windows in a row after which the device is noisy. A knock, or a leap of a few samples,
-/// spoils one window, or two that it lies between.
+/// Number of noisy windows in a row after which the device is noisy. A knock, or a leap of a few
+/// samples, spoils one window. It spoils two if it lies where they meet.
 const WINDOWS: u32 = 3;
 
-/// A sample by the device's clock.
+/// A position, and its time by the device's clock.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
     us: u32,
@@ -38,9 +41,10 @@ pub(crate) struct Noise {
     before: Option<Sample>,
     /// The last deviation and the one before.
     deviations_m: [Option<Vec3>; 2],
-    /// Sum of a deviation's products with the last but one, less those with the last, m², and their
-    /// number.
+    /// Sum over the deviations of the window, m²: the product with the last but one, less the
+    /// product with the last.
     sum_m2: f32,
+    /// Number of terms in that sum.
     count: u32,
     /// Length of the window so far, µs.
     window_us: u32,
@@ -50,7 +54,7 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    /// Takes a good sample.
+    /// Takes a sample without a fault.
     pub(crate) fn take(&mut self, us: u32, at_m: &Vec3) {
         let now = Sample { us, at_m: *at_m };
         let Some(last) = self.last else {
@@ -81,7 +85,7 @@ impl Noise {
         }
     }
 
-    /// Forgets the last samples: the next does not continue them.
+    /// Forgets the last samples, because the next one does not continue their motion.
     pub(crate) const fn part(&mut self) {
         (self.last, self.before, self.deviations_m) = (None, None, [None; 2]);
     }
@@ -91,7 +95,8 @@ impl Noise {
         self.noisy_windows >= WINDOWS
     }
 
-    /// Rms length of the noise in the last whole window, or in the first so far, m.
+    /// Rms length of the noise in the last whole window, m. During the first window: so far. `None`
+    /// if there are too few samples.
     pub(crate) fn rms_m(&self) -> Option<f32> {
         self.rms_m.or_else(|| self.measured_m())
     }
@@ -118,12 +123,13 @@ mod tests {
     use super::*;
     use crate::emulate::Random;
 
-    /// A device of this rate along a way, with noise of this rms length, for 5 s.
+    /// Judgement of a device after 5 s. It moves along `way_m`, sends `hz` samples a second, and
+    /// has noise of this rms length.
     fn judged(hz: u32, noise_m: f32, mut way_m: impl FnMut(f32) -> f32) -> Noise {
         let (mut noise, mut random) = (Noise::default(), Random::new(3, 0));
         for n in 0..5 * hz {
             let us = n * (1_000_000 / hz);
-            // An even spread of ±1 has a mean square of a third, so three axes have 1.
+            // A number spread evenly from -1 to 1 has the mean square 1/3, so three axes have 1.
             let mut part = || noise_m * (2.0 * random.unit() - 1.0);
             let off_m = Vec3::new(part(), part(), part());
             let x_m = way_m(us as f32 * 1.0e-6);
@@ -153,12 +159,12 @@ mod tests {
     fn a_hand_an_encoder_and_a_knock_are_no_noise() {
         let still = [
             judged(1000, 0.0, |s| 0.05 * (s * 31.0).sin()),
-            // A tremor of 12 Hz, larger than any patient's instrument shows.
+            // A strong tremor: 2 mm at 12 Hz.
             judged(100, 0.0, |s| 0.002 * (s * 75.0).sin()),
-            // A coarse encoder under a slow hand.
+            // A coarse encoder, with steps of 0.1 mm, under a slow hand.
             judged(1000, 0.0, |s| (s * 0.03 * 1.0e4).round() * 1.0e-4),
             judged(1000, 0.00005, |_| 0.0),
-            // A leap of 3 mm once in 2 s.
+            // A leap of 3 mm, one sample long, every 2 s.
             judged(1000, 0.0, |s| if s % 2.0 < 0.001 { 0.003 } else { 0.0 }),
         ];
         for (number, noise) in still.iter().enumerate() {

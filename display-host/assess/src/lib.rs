@@ -1,6 +1,6 @@
-//! Assessment of a trainee: tasks, metrics, score. It sees only the course of an operation as a
-//! session records it ([`session::Entry`]), so an assessment of the recording yields the numbers of
-//! the running operation bit for bit.
+//! Assessment of a trainee: tasks, metrics, score. It reads only the entries that a session records
+//! of an operation ([`session::Entry`]). So the recording yields the numbers of the running
+//! operation, bit for bit.
 //!
 //! ```text
 //! session::Entry ─► Assessment ─┬─ Tally      metrics (definitions: metrics/definition.rs)
@@ -9,25 +9,29 @@
 //!                                     └─► Status while it runs, Assessed at its end
 //! ```
 //!
-//! Pass rules and weights come from a file; `rules.toml` in this package is the built-in one.
+//! Pass rules and weights come from a file. The built-in one is `rules.toml` in this package.
 //!
 //! # Why it can be repeated
 //!
-//! A pure library: the course of an operation goes in entry by entry (`session::Entry`), status and
-//! result come out. `calot run --task` gives it what the recorder writes, as it writes it; `calot
-//! report` gives it what the file holds. The entries are the same, so the numbers are, bit for bit.
+//! This is a pure library: the entries of an operation go in one by one, status and result come
+//! out. `calot run --task` gives it each entry that the recorder writes. `calot report` gives it
+//! the entries of the file. The entries are the same, so the numbers are too.
 //!
-//! Metrics are one table with a version (`metrics/definition.rs`). Weights, pass rules, forbidden
-//! structures and flows are one file (`rules.toml`, or `--rules`), which the session keeps. The
-//! controller tells of each division how far clips leave its worse side open. A vessel was divided
-//! unclamped if that is not closed, if it had too few clips, or if it leaks. The critical view of
-//! safety is the share of removed cells by region (`CellRecord::region`), never the picture. Each
-//! alarm, the score and the task's end reach the panel as a `TaskView`, steps and reasons by kind;
-//! the display knows nothing of rules.
+//! One table with a version defines all metrics (`metrics/definition.rs`). One file holds weights,
+//! pass rules, forbidden structures and flows (`rules.toml`, or `--rules`). The session keeps a
+//! copy of it.
 //!
-//! The store keeps results under a chosen name, no recordings. Whoever is forgotten is overwritten
-//! in the file. Sessions are named by UUIDs of version 7, and the same name is the same person, so
-//! that merging again changes nothing.
+//! When a vessel is divided, the controller reports how far clips leave its worse side open. The
+//! vessel counts as divided unclamped if that side is not closed, if it had too few clips, or if it
+//! leaks. The critical view of safety is judged by the share of removed cells in each region
+//! (`CellRecord::region`), never by the picture.
+//!
+//! A `TaskView` brings each alarm, the score and the end of the task to the panel. It names steps
+//! and reasons by their kind, so the display needs no rules.
+//!
+//! The store keeps results under a name that the trainee chose. It keeps no recordings. To forget a
+//! trainee, it overwrites the data in its file. The name of a session is a UUID of version 7,
+//! and trainees with equal names are one person. So merging the same store again changes nothing.
 
 mod alarm;
 mod anatomy;

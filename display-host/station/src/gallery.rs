@@ -1,4 +1,4 @@
-//! `calot gallery`.
+//! `calot gallery`: pictures of everything that a scene can show.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,13 +17,13 @@ use crate::scene;
 Example:
   calot gallery --out gallery      writes pictures and gallery/index.html")]
 pub(crate) struct GalleryArgs {
-    /// Scene, named as for `calot run`
+    /// Scene: a name or a file, as for `calot run`
     #[arg(long, value_name = "NAME|FILE", default_value = "triangle")]
     pub(crate) scene: String,
     /// Folder with the meshes that the recipe names, e.g. /data/hra [default: folder of the recipe]
     #[arg(long, value_name = "DIR")]
     pub(crate) meshes: Option<PathBuf>,
-    /// Folder for the pictures and their page
+    /// Folder for the pictures and for index.html, which shows them
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
     #[command(flatten)]
@@ -34,7 +34,8 @@ pub(crate) struct GalleryArgs {
     pub(crate) size: Option<[u32; 2]>,
 }
 
-/// Draws every organ, instrument and view of a scene, and names the page.
+/// Draws every organ, instrument and view of a scene, and prints the path of the page with all of
+/// them.
 pub(crate) fn run(args: &GalleryArgs) -> Result<ExitCode, Problem> {
     output::check_folder("--out", &args.out, Format::of_gallery, args.overwrite)?;
     let scene = scene::in_memory(&SceneArgs {

@@ -1,17 +1,19 @@
-//! The linkage: two near arms on motors, and two far arms that join them at the handle, in a plane.
+//! The linkage, which moves in a plane. Each of two motors turns a near arm. Two far arms join the
+//! ends of the near arms at the handle.
 //!
-//! In the makers' frame, x runs along the line from motor 1 to motor 2, and y to the side that the
-//! arms reach. Near arm 1 turns about (0, 0), near arm 2 about (`apart_m`, 0). On the table, with
-//! the motors away from the user, the makers' x points to the user's left and y to the user. Our
-//! frame is x right, y up, z to the user. Nothing is measured or rendered along our y.
+//! In the makers' frame, x points from motor 1 to motor 2, and y to the side of the handle. Near
+//! arm 1 turns about (0, 0), near arm 2 about (`apart_m`, 0). The device lies on the table with its
+//! motors away from the user. So the makers' x points to the user's left, and their y to the user.
+//! In our frame x points right, y up and z to the user. The device neither measures nor renders
+//! anything along our y.
 
 use nalgebra::{Matrix2, Vector2};
 use rt_core::math::Vec3;
 
 use super::wire::{ARMS, Port};
 
-/// Smallest sine of the angle between the far arms at which force is rendered. Closer to a line,
-/// the motors could not bear it.
+/// Smallest sine of the angle between the far arms at which force is rendered. If the far arms are
+/// nearer to one line, the torques for a force grow beyond what the motors bear.
 const STRETCHED: f64 = 0.1;
 
 /// Arms, encoders, drives and limits of one generation.
@@ -27,11 +29,11 @@ pub struct Pantograph {
     pub home_deg: [f32; ARMS],
     /// Encoder counts per turn of the arm.
     pub counts_per_turn: f32,
-    /// True if the motor of arm 1 or 2 turns the other way.
+    /// For arms 1 and 2: true if the board has to reverse the motor.
     pub motor_reversed: [bool; ARMS],
-    /// True if the encoder of arm 1 or 2 counts the other way.
+    /// For arms 1 and 2: true if the board has to reverse the encoder's count.
     pub encoder_reversed: [bool; ARMS],
-    /// Ratio of the torque sent to the board to the torque at the arm.
+    /// Torque to send to the board, divided by the torque at the arm.
     pub motor_share: f64,
     /// Torque limit of the board, N m.
     pub torque_max_n_m: f64,
@@ -49,16 +51,17 @@ pub struct Pantograph {
     pub damping_max_n_s_m: f64,
     /// Damping of the device itself, N s/m.
     pub damping_n_s_m: f64,
-    /// Delay from a movement to its sample plus delay from a command to its force, s.
+    /// Sum of two delays, s: from a movement to its sample, and from a command to its force.
     pub delay_s: f64,
 }
 
 impl Pantograph {
     /// The second generation, both motors on one axis.
     ///
-    /// Arms and encoders as published. The gear is not published: of the makers' factors (1 and
-    /// 0.1) the lower one is used, so that up to a gear of 10 the force is too low rather than too
-    /// high. Force, stiffness, damping and delay are not published either; low values are assumed.
+    /// Arms and encoders are as published. The gear is not published. The makers use two factors
+    /// for the torque, 1 and 0.1, and Calot uses the lower one. So the force is too high only if
+    /// the gear is above 10. Force, stiffness, damping and delay are not published either; low
+    /// values are assumed.
     pub const GEN2: Self = Self {
         near_m: 0.07,
         far_m: 0.09,
@@ -120,16 +123,16 @@ impl Pantograph {
         swapped(arms)
     }
 
-    /// Position of the handle, base frame, m. `None` if arms of these lengths do not meet.
+    /// Position of the handle, base frame, m. `None` if the far arms do not meet at these angles.
     #[must_use]
     pub fn position_m(&self, angles_deg: [f32; ARMS]) -> Option<Vec3> {
         let joint = self.joint(&self.elbows(angles_deg))?;
         Some(self.ours(&joint))
     }
 
-    /// Torques to send for arms 1 and 2, N m, which render the part of `force_n` (base frame) in
-    /// the plane. Both are lowered together when a motor cannot bear its share. `None` if the arms
-    /// are stretched.
+    /// Torques to send for arms 1 and 2, N m. They render the part of `force_n` (base frame) that
+    /// lies in the plane. If one of them exceeds the board's limit, both are scaled down alike, so
+    /// the force keeps its direction. `None` if the far arms are nearly in line or do not meet.
     #[must_use]
     pub fn torques_n_m(&self, angles_deg: [f32; ARMS], force_n: Vec3) -> Option<[f32; ARMS]> {
         let makers_n = Vector2::new(-f64::from(force_n.x), f64::from(force_n.z));
@@ -143,8 +146,8 @@ impl Pantograph {
         Some((told * scale).cast().into())
     }
 
-    /// Force that these torques render with the assumed gear, base frame, N. `None` if the arms are
-    /// stretched.
+    /// Force that these torques render if the gear is as assumed, base frame, N. `None` if the far
+    /// arms are nearly in line or do not meet.
     #[must_use]
     pub fn force_n(&self, angles_deg: [f32; ARMS], told_n_m: [f32; ARMS]) -> Option<Vec3> {
         let arms_n_m = Vector2::from(told_n_m).cast::<f64>() / self.motor_share;
@@ -152,8 +155,9 @@ impl Pantograph {
         Some(Vec3::new(-makers_n.x as f32, 0.0, makers_n.y as f32))
     }
 
-    /// Angles of arms 1 and 2, degrees, for a handle position in the base frame, whatever its
-    /// height. Beyond the reach: the angles of the nearest reachable position.
+    /// Angles of arms 1 and 2, degrees, for a handle position in the base frame. The height of the
+    /// position is ignored. If an arm does not reach it, the angle is that for the nearest distance
+    /// that the arm reaches.
     #[must_use]
     pub fn angles_deg(&self, position_m: Vec3) -> [f32; ARMS] {
         let [x, y] = self.origin_m;
@@ -185,7 +189,7 @@ impl Pantograph {
         })
     }
 
-    /// Point at which the far arms meet, on their side.
+    /// Point at which the far arms meet, on the side of the handle. `None` if they do not meet.
     fn joint(&self, [one, two]: &[Vector2<f64>; ARMS]) -> Option<Vector2<f64>> {
         let between = two - one;
         let half = between.norm() / 2.0;
@@ -198,7 +202,7 @@ impl Pantograph {
     }
 
     /// Velocity of the handle per turning speed of the arms, makers' frame, m/rad. A far arm keeps
-    /// its length, so along it the handle moves as its elbow does.
+    /// its length, so handle and elbow have the same velocity along that arm.
     fn jacobian(&self, angles_deg: [f32; ARMS]) -> Option<Matrix2<f64>> {
         let elbows = self.elbows(angles_deg);
         let joint = self.joint(&elbows)?;
@@ -242,7 +246,7 @@ mod tests {
             assert!(home.x.abs() < 1e-3 && home.z < -0.03, "{home}");
             assert!(home.y.abs() < 1e-9);
         }
-        // Angles 180° and 0° of the third generation, by hand: 89 mm to each side of the middle.
+        // By hand: at 180° and 0° each elbow is 89 mm to one side of the middle.
         let home = Pantograph::GEN3.position_m([180.0, 0.0]).unwrap();
         let height = (0.09f32.powi(2) - 0.089f32.powi(2)).sqrt();
         assert!((home.z - (height - 0.095)).abs() < 1e-6, "{home}");

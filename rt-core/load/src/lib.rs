@@ -1,5 +1,6 @@
-//! The compiled scene in the form of the core. The realtime process runs it. The preparation asks
-//! beforehand whether that process will take it.
+//! Converts the records of a compiled scene to the types of `rt_core`. The realtime process runs
+//! the result. The preparation converts too, to learn beforehand if that process will accept the
+//! scene.
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
@@ -13,7 +14,7 @@ use shared_mem::scene::{
     OrganRecord, RoomRecord, SceneData, SceneFile, SphereRecord, TetraRecord, WORLD,
 };
 
-/// Records of a scene that the core needs.
+/// Those records of a scene that the core needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Records<'a> {
     organs: &'a [OrganRecord],
@@ -48,7 +49,7 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// Records that are not written yet; `None` without a room.
+    /// Records of a scene that is not written to a file yet. `None` if it has no room.
     #[must_use]
     pub fn of_data(data: &'a SceneData) -> Option<Self> {
         Some(Self {
@@ -67,7 +68,7 @@ impl<'a> Records<'a> {
     }
 }
 
-/// A scene of the core with its storage.
+/// Owns the data that a scene of the core borrows.
 #[derive(Debug)]
 pub struct SceneStorage {
     organs: Vec<Organ>,
@@ -80,7 +81,7 @@ pub struct SceneStorage {
     skin_nearest: Vec<u16>,
     cells: Vec<Cell>,
     columns: Vec<Column>,
-    /// The room, which a station may arrange anew.
+    /// The room. A station may move its devices and ports.
     pub room: Room,
 }
 
@@ -95,7 +96,7 @@ impl SceneStorage {
         let mut packed = Vec::new();
         for (organ, record) in organs.iter_mut().zip(records.organs) {
             let [first, count] = record.tetrahedra.map(|n| n as usize);
-            // Records that are not checked yet may name tetrahedra beyond the last.
+            // Unchecked records may name tetrahedra beyond the last; those are left out.
             let own = records.tetrahedra.iter().skip(first).take(count);
             let own: Vec<Tetra> = own.map(tetra).collect();
             organ.batch_start = packed.len() as u32;
@@ -120,7 +121,7 @@ impl SceneStorage {
     /// The scene, checked by the core.
     ///
     /// # Errors
-    /// Names the value that the core refuses.
+    /// The error names the value that the core refuses.
     pub fn scene(&self) -> Result<Scene<'_>, SceneError> {
         Scene::new(&self.organs, &self.spheres, &self.links, self.room)?
             .with_tetrahedra(&self.batches)?
@@ -213,7 +214,7 @@ fn column(record: &CellColumnRecord) -> Column {
     }
 }
 
-/// Converts an organ; its batches of tetrahedra are not yet known.
+/// Converts an organ. [`SceneStorage::new`] then fills in its batches of tetrahedra.
 fn organ(record: &OrganRecord) -> Organ {
     let material = &record.material;
     Organ {
@@ -267,11 +268,11 @@ fn room(record: &RoomRecord) -> Room {
     }
 }
 
-/// A pose of a checked file.
+/// Converts a pose of a checked file.
 #[must_use]
 pub fn pose(message: &PoseMsg) -> Pose {
     let [x, y, z, w] = message.orientation;
-    // The check of the file ensures a length near one.
+    // The quaternion can be normalised: the check of the file ensures a length near one.
     let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     Pose::from_parts(Vec3::from(message.position_m).into(), rotation)
 }

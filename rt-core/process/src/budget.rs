@@ -1,23 +1,24 @@
 //! Time budget of each stage, and the work that a late tick drops.
 //!
-//! A tick must end before the next one starts. The force always leaves after stage `force`; work
-//! for the picture is optional. A tick with too little time for its remaining stages drops optional
-//! work in this order:
+//! A tick must end before the next one starts. The force always leaves after stage `force`. If a
+//! tick has too little time for its remaining stages, it drops optional work in this order:
 //!
 //! 1. self-collision, before stage `contact`;
 //! 2. far organs, before stage `solve`: those that the instrument neither touches nor holds;
-//! 3. publishing: frames for the display, at most [`DROPPED_MAX`] in a row, so that the display
-//!    goes on. Events and timing records are never dropped.
+//! 3. publishing: frames for the display, at most [`DROPPED_MAX`] in a row, so that the picture
+//!    does not stop. Events and timing records are never dropped.
 //!
-//! The remaining stages need the time of the scene's worst tick as measured at admission, or else
-//! their budgets. Each drop is counted and recorded in the tick's record.
+//! For steps 1 and 2, a tick needs the time from that stage to the end of stage `force`. That time
+//! was measured at admission, in the scene's worst tick. If it was not measured, the stages'
+//! budgets count. For step 3, the budget of stage `publish` counts. Each drop is counted, and
+//! the tick's record names it.
 
 use rt_core::sim::Stage;
 use shared_mem::message::STAGES;
 
 /// Share of the period for each stage, ‰: sample, tool, contact, solve, force, procedure, publish.
-/// The rest is for late wake-ups. From measured ticks (`stage_ns` of a run's summary.json): solving
-/// is two thirds of the work, reading and writing serial lines a tenth.
+/// The rest is for late wake-ups. The shares come from measured ticks (`stage_ns` in a run's
+/// `summary.json`): solving was two thirds of the work, reading and writing serial lines a tenth.
 pub const STAGE_PER_MILLE: [u64; STAGES] = [80, 20, 200, 400, 50, 30, 80];
 
 const _: () = {
@@ -30,7 +31,7 @@ const _: () = {
     assert!(sum <= 900, "a tenth of the period is for late wake-ups");
 };
 
-/// Most frames that may be dropped in a row: 100 ms at one frame in four ticks.
+/// Most frames that may be dropped in a row. If every fourth tick has a frame, that is 100 ms.
 pub const DROPPED_MAX: u32 = 25;
 
 /// Budget of `stage` in a period, ns.
@@ -41,8 +42,8 @@ pub fn stage_ns(stage: usize, period_ns: u64) -> u64 {
         .map_or(0, |share| share * period_ns / 1000)
 }
 
-/// Time needed by the stages from `first` to the end of the force, ns; `needs_ns` holds that of
-/// each.
+/// Time that the stages from `first` to `force` need together, ns. `needs_ns` holds the time that
+/// each stage needs.
 pub(crate) fn until_force_ns(needs_ns: &[u64; STAGES], first: Stage) -> u64 {
     let upto_force = needs_ns.iter().take(Stage::Force as usize + 1);
     upto_force.skip(first as usize).sum()
@@ -60,7 +61,8 @@ pub(crate) struct PublishGate {
 }
 
 impl PublishGate {
-    /// Returns true if there is time for the frame before `deadline_ns`, or too many were dropped.
+    /// Returns true if there is time for the frame before `deadline_ns`, or if the last
+    /// [`DROPPED_MAX`] frames were dropped.
     pub(crate) fn may_publish(&mut self, now_ns: u64, deadline_ns: u64, period_ns: u64) -> bool {
         let publish_ns = stage_ns(STAGES - 1, period_ns);
         let in_time = now_ns + publish_ns <= deadline_ns;

@@ -8,19 +8,19 @@ use crate::render::cost::{FrameCost, measure};
 use crate::render::gpu::Gpu;
 use crate::render::{Quality, Renderer};
 
-/// Cost of one of the gallery's pictures.
+/// A picture of the gallery and the cost of drawing it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewCost {
-    /// Its chapter.
+    /// Chapter of the gallery that shows the picture.
     pub chapter: &'static str,
-    /// Its caption.
+    /// Caption of the picture.
     pub title: String,
-    /// Cost of a frame of it.
+    /// Cost of drawing the picture once.
     pub frame: FrameCost,
 }
 
-/// Draws every picture of the gallery many times and measures it. `say` receives the next caption
-/// and the share done.
+/// Measures the cost of every picture of the gallery over `frames` frames. Before each picture,
+/// `say` receives its caption and the share of pictures done so far, 0 to 1.
 ///
 /// # Errors
 /// [`DisplayError`]: a scene too large for the adapter, a size out of range, a lost device.

@@ -1,5 +1,5 @@
-//! Leads the emulated hand: by a display's mouse and keyboard, by a gamepad, or otherwise by the
-//! script.
+//! The wishes of a person who leads the emulated hand, by a display's mouse and keyboard or by a
+//! gamepad. The script leads the hand until the first wish.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
@@ -17,23 +17,24 @@ use crate::args::GamepadName;
 use crate::problem::Problem;
 use crate::say;
 
-/// After this silence a display has released the hand, ns.
+/// A display that has sent nothing for this long no longer leads the hand, ns.
 const SILENT_NS: u64 = 500_000_000;
 /// Interval of the search for a gamepad.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
 
-/// Source of the hand's motion.
+/// The display and the gamepad that may lead the hand, and the sum of their motion.
 pub(super) struct Lead {
     display: Option<HandReceiver>,
     message: Option<HandMsg>,
-    /// Motion by earlier displays.
+    /// Sum of the motion by displays before the present one.
     earlier: Wish,
     gamepad: Option<Gamepad>,
-    /// Receives a gamepad that is plugged in.
+    /// Receives each gamepad that [`look_for_gamepads`] finds.
     found: Option<Receiver<Gamepad>>,
     polled: Instant,
-    /// Motion by earlier gamepads.
+    /// Sum of the motion by gamepads before the present one.
     before: Wish,
+    /// Sum of the motion by all gamepads.
     latest: Wish,
 }
 
@@ -56,7 +57,7 @@ impl Lead {
         })
     }
 
-    /// Motion requested now.
+    /// Sum of all motion that was asked for so far. `None` if nobody leads now.
     pub(super) fn wish(&mut self) -> Option<Wish> {
         let seconds = self.polled.elapsed().as_secs_f64().min(0.1);
         self.polled = Instant::now();
@@ -76,7 +77,7 @@ impl Lead {
             (said, is_heard(&message))
         });
         let gamepad = self.gamepad(seconds);
-        // Always the sum of both: motion by one source stays when it falls silent.
+        // A source that falls silent keeps its motion in the sum. So the hand does not jump back.
         match (display, gamepad) {
             (None, None) | (Some((_, false)), None) => None,
             (None, gamepad) => gamepad,
@@ -106,7 +107,7 @@ impl Lead {
 }
 
 /// Looks for a gamepad in a thread of its own, because opening every input device takes a while.
-/// When it finds one, it waits until that gamepad is taken.
+/// After it finds one, it looks no further until [`Lead`] has taken that gamepad.
 fn look_for_gamepads() -> Receiver<Gamepad> {
     let (sender, found): (SyncSender<Gamepad>, _) = sync_channel(0);
     std::thread::spawn(move || {
@@ -127,7 +128,7 @@ fn look_for_gamepads() -> Receiver<Gamepad> {
     found
 }
 
-/// Keeps the motion, opens the jaws and takes the foot off the pedal.
+/// This wish with open jaws and without a foot on the pedal. The motion stays.
 fn let_go(wish: &Wish) -> Wish {
     Wish {
         buttons: Buttons(0),
@@ -136,7 +137,7 @@ fn let_go(wish: &Wish) -> Wish {
     }
 }
 
-/// Sum of both.
+/// Adds the motion of both. What either presses is pressed.
 fn both(one: &Wish, other: &Wish) -> Wish {
     let [a, b] = [one, other];
     Wish {
@@ -200,7 +201,7 @@ mod tests {
         let wish = lead.wish().unwrap();
         assert_eq!(millimetres(&wish), 20);
         assert!(wish.switches.coagulate && wish.buttons.contains(Buttons::GRASP));
-        // Another display starts its sums from zero.
+        // Another display starts its sums from zero: the 20 mm of the first display remain.
         assert!(sender.send(message(2, 0.0)));
         assert_eq!(millimetres(&lead.wish().unwrap()), 20);
         assert!(sender.send(message(2, -0.01)));

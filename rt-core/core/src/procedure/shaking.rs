@@ -1,36 +1,42 @@
 //! Organs that shake while a hand moves them.
 //!
-//! A hand that moves excuses an organ that moves as the hand does. It does not excuse an organ that
-//! turns back many times a second and is much faster than the hand was within the last half second.
-//! Tissue that is pulled, slips or swings keeps a way for longer, or keeps to the hand's speed.
+//! A moving hand moves organs, which is no fault. An organ shakes only if it reverses many times a
+//! second, and is much faster than the hand was at any time in the last half second. Tissue that is
+//! pulled, slips or swings does not do both: it reverses less often, or is about as fast as the
+//! hand.
 //!
 //! Nothing here feeds back into the simulation.
 
 use crate::capacity::MAX_ORGANS;
 use crate::math::{self, Vec3};
 
-/// Length of a part, ticks. The hand's speed is the largest of this part and the two before, so of
-/// at least the last 0.5 s.
+/// Length of a part, ticks: organs are judged at the end of each part. The speed of the hand is its
+/// largest in this part and the two before, so in at least the last 0.5 s.
 const PART_TICKS: u16 = 250;
-/// Parts in a row after which an organ shakes: 6 s, as long as without a hand.
+/// Number of parts in a row that must count as shaking before an organ is reported: 6 s. An organ
+/// that no hand moves is reported after as long.
 const PARTS: u8 = 24;
-/// Reversals of the watched sphere in a part that count as shaking: those of 8 Hz. A hand goes back
-/// and forth up to 5 times a second, and what hangs swings once or twice.
+/// Fewest reversals of the watched sphere in a part that count as shaking. A swing of 8 Hz makes
+/// as many. A hand goes back and forth at most 5 times a second. Hanging tissue swings once or twice.
 const REVERSALS: u8 = 3;
-/// Speed of an organ in speeds of the hand above which the hand does not explain it. It is a choice
-/// with room for what a tip drags or lets slip; nobody has measured how fast that gets.
+/// Multiple of the hand's speed up to which the hand explains the speed of an organ. The factor is
+/// our choice. It leaves room for tissue that a tip drags or lets slip. Nobody has measured how
+/// fast such tissue gets.
 const HAND_FACTOR: f32 = 3.0;
 
 /// One organ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Organ {
-    /// The sphere whose ways are watched: the fastest at the end of the last part.
+    /// Sphere whose reversals are counted: the fastest one at the end of the last part. `None` if
+    /// the organ was slow in that part.
     sphere: Option<u32>,
-    /// Its velocity when it last turned back, m/s.
+    /// Its last velocity that counted, m/s.
     turned_m_s: Vec3,
+    /// Its reversals in this part.
     reversals: u8,
     /// Largest speed in this part, m/s.
     peak_m_s: f32,
+    /// Parts in a row that counted as shaking.
     parts: u8,
 }
 
@@ -68,13 +74,14 @@ impl Shaking {
         }
     }
 
-    /// The sphere of an organ whose ways are watched, if the organ is fast.
+    /// Sphere of the organ whose velocity must be noted. `None` if the organ was slow in the last
+    /// part.
     pub(crate) fn watched(&self, organ: usize) -> Option<u32> {
         self.organs.get(organ)?.sphere
     }
 
-    /// Records the velocity of an organ's watched sphere. It counts if it is faster than
-    /// `slowest_m_s`.
+    /// Records the velocity of an organ's watched sphere, and counts a reversal. A velocity up to
+    /// `slowest_m_s` does not count.
     pub(crate) fn note_velocity(&mut self, organ: usize, velocity_m_s: &Vec3, slowest_m_s: f32) {
         let Some(organ) = self.organs.get_mut(organ) else {
             return;
@@ -86,8 +93,9 @@ impl Shaking {
         }
     }
 
-    /// Ends a tick in which the hand had this speed. At the end of a part, hands organs that have
-    /// shaken for long, and their speed, to `tell`. `fastest` names the fastest sphere of an organ.
+    /// Ends a tick in which the hand had this speed. At the end of a part, calls `tell` with each
+    /// organ that has shaken for [`PARTS`] parts, and with its largest speed in the last of them.
+    /// `fastest` gives the fastest sphere of an organ.
     pub(crate) fn look(
         &mut self,
         hand_m_s: f32,
@@ -128,8 +136,8 @@ mod tests {
 
     const SLOWEST_M_S: f32 = 0.03;
 
-    /// Ticks at which an organ is found that swings so often a second with this speed, under a hand
-    /// of this speed.
+    /// First tick at which shaking is found. The organ swings `hz` times a second and reaches
+    /// `speed_m_s`. `hand` gives the speed of the hand in each tick.
     fn found(ticks: u32, hz: f32, speed_m_s: f32, hand: impl Fn(u32) -> f32) -> Option<u32> {
         let mut shaking = Shaking::NONE;
         let mut first = None;
@@ -157,7 +165,7 @@ mod tests {
     fn an_organ_that_turns_back_often_and_outruns_a_moving_hand_shakes() {
         for (hz, hand_m_s) in [(8.0, 0.02), (40.0, 0.02), (180.0, 0.08)] {
             let at = found(20_000, hz, 0.3, |_| hand_m_s);
-            // A part passes before a sphere is watched.
+            // No sphere is watched in the first part, so 24 more parts must pass.
             assert_eq!(at, Some(25 * 250 - 1), "{hz} Hz");
         }
     }
@@ -168,7 +176,7 @@ mod tests {
         assert_eq!(found(20_000, 5.0, 0.3, |_| 0.02), None, "a hand's own pace");
         assert_eq!(found(20_000, 40.0, 0.02, |_| 0.0), None, "it is slow");
         assert_eq!(found(20_000, 40.0, 0.3, |_| 0.11), None, "the hand is fast");
-        // A jerk of the hand in every sixth second excuses what follows it.
+        // A jerk of the hand every 6 s breaks the row of parts before it is 6 s long.
         let jerks = |tick: u32| if tick % 6000 == 3000 { 0.5 } else { 0.0 };
         assert_eq!(found(40_000, 40.0, 0.3, jerks), None);
     }

@@ -6,8 +6,8 @@ use shared_mem::scene::{CellRecord, OrganKind, WORLD};
 use crate::built_in::deepest_overlap;
 use crate::sound::check;
 
-/// In both courses of duct and artery, tubes are few spheres in a row, held at both ends and free
-/// between them. No organ lies inside another.
+/// Duct and artery have two courses. In both, each tube is a row of 12 to 80 spheres, and at least
+/// two of them are held or tied to other organs. No organ lies inside another.
 #[test]
 fn triangle_of_calot_is_sound_in_both_courses() {
     for variant in [false, true] {
@@ -15,7 +15,8 @@ fn triangle_of_calot_is_sound_in_both_courses() {
         check(prepared);
         let scene = &prepared.scene;
         for (organ, report) in scene.organs.iter().zip(&prepared.report.organs) {
-            // A layer one sphere thick has no tetrahedra either.
+            // Only tubes are left: they have no tetrahedra. Nor has connective tissue, a layer one
+            // sphere thick.
             if report.tetrahedra > 0 || organ.kind == OrganKind::ConnectiveTissue as u32 {
                 continue;
             }
@@ -43,8 +44,8 @@ fn triangle_of_calot_is_sound_in_both_courses() {
     }
 }
 
-/// Spheres of duct and artery are numbered along them, because prepared tasks put clips at shares
-/// of the way.
+/// The spheres of duct and artery are numbered from end to end. Prepared tasks need that: they put
+/// clips at given shares of the length.
 fn check_order(scene: &shared_mem::scene::SceneData) {
     for kind in [OrganKind::CysticDuct, OrganKind::CysticArtery] {
         let organ = scene.organs.iter().find(|organ| organ.kind == kind as u32);
@@ -60,7 +61,7 @@ fn check_order(scene: &shared_mem::scene::SceneData) {
     }
 }
 
-/// Thousands of cells fill fat and connective tissue. Every region has its share of them.
+/// Fat and connective tissue are filled by 3000 to 6000 cells. Each region has over 200 of them.
 fn check_cells(prepared: &scene_prepare::Prepared) {
     let scene = &prepared.scene;
     assert!(
@@ -90,16 +91,18 @@ fn check_cells(prepared: &scene_prepare::Prepared) {
             let center_m = scene.spheres[usize::from(sphere)].center_m;
             at += Vec3::from(center_m.map(f64::from)) * f64::from(weight);
         }
-        // Spheres that fill a solid carry its middle exactly under every affine motion. Spheres in
-        // a sheet do not carry it across the sheet.
+        // The weighted mean of a cell's spheres is the cell's middle. In fat this is almost exact,
+        // because spheres fill it. Connective tissue has a single sheet of spheres,
+        // and the mean of spheres in a sheet does not leave the sheet.
         let off = (at - Vec3::from(cell.center_m.map(f64::from))).norm();
         let fat = cell.region <= CellRecord::TRIANGLE;
         assert!(off < if fat { 0.000_1 } else { 0.002 }, "{off} {cell:?}");
     }
 }
 
-/// Ties join different organs and are as long as their ends are apart. Each gives as a bar of
-/// tissue would: more than nothing, and no more than the softest tissue, fat.
+/// Two threads hang from the world. Every other tie joins two organs, and its rest length is the
+/// distance between its ends. Its compliance is that of a bar of tissue: above zero, and not above
+/// that of fat, the softest tissue.
 fn check_ties(scene: &shared_mem::scene::SceneData) {
     assert!(!scene.attachments.is_empty());
     let organ_of = |i: u32| {
