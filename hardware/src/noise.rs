@@ -20,8 +20,8 @@ const FEWEST: u32 = 90;
 /// at 100 Hz is still smooth.
 const GAP_US: u32 = 12_000;
 /// Rms length of the noise above which a window is noisy, m. At 1000 N/m, noise of this length
-/// makes force steps of 0.14 N rms. An encoder with steps of 0.1 mm still passes: its steps make noise of
-/// only 0.05 mm rms in space.
+/// makes force steps of 0.14 N rms. An encoder with steps of 0.1 mm still passes: its steps make
+/// noise of only 0.05 mm rms in space.
 pub(crate) const NOISY_M: f32 = 1.0e-4;
 /// Number of noisy windows in a row after which the device is noisy. A knock, or a leap of a few
 /// samples, spoils one window. It spoils two if it lies where they meet.

@@ -30,8 +30,8 @@
 //! and reasons by their kind, so the display needs no rules.
 //!
 //! The store keeps results under a name that the trainee chose. It keeps no recordings. To forget a
-//! trainee, it overwrites the data in its file. The name of a session is a UUID of version 7,
-//! and trainees with equal names are one person. So merging the same store again changes nothing.
+//! trainee, it overwrites the data in its file. The name of a session is a UUID of version 7, and
+//! trainees with equal names are one person. So merging the same store again changes nothing.
 
 mod alarm;
 mod anatomy;

@@ -10,8 +10,8 @@
 //!
 //! For steps 1 and 2, a tick needs the time from that stage to the end of stage `force`. That time
 //! was measured at admission, in the scene's worst tick. If it was not measured, the stages'
-//! budgets count. For step 3, the budget of stage `publish` counts. Each drop is counted, and
-//! the tick's record names it.
+//! budgets count. For step 3, the budget of stage `publish` counts. Each drop is counted, and the
+//! tick's record names it.
 
 use rt_core::sim::Stage;
 use shared_mem::message::STAGES;

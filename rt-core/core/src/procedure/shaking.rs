@@ -16,8 +16,8 @@ const PART_TICKS: u16 = 250;
 /// Number of parts in a row that must count as shaking before an organ is reported: 6 s. An organ
 /// that no hand moves is reported after as long.
 const PARTS: u8 = 24;
-/// Fewest reversals of the watched sphere in a part that count as shaking. A swing of 8 Hz makes
-/// as many. A hand goes back and forth at most 5 times a second. Hanging tissue swings once or twice.
+/// Fewest reversals of the watched sphere in a part that count as shaking. A swing of 8 Hz makes as
+/// many. A hand goes back and forth at most 5 times a second. Hanging tissue swings once or twice.
 const REVERSALS: u8 = 3;
 /// Multiple of the hand's speed up to which the hand explains the speed of an organ. The factor is
 /// our choice. It leaves room for tissue that a tip drags or lets slip. Nobody has measured how
