@@ -1,14 +1,15 @@
-//! Holds back implausible jumps, for protocols without a checksum: a damaged number is still a
-//! number.
+//! Holds back implausible jumps, for protocols without a checksum. There, a damaged number still
+//! parses as a number.
 
 use rt_core::time::TimeNs;
 
-/// Number of consecutive samples that must agree with each other before a jump is believed. Damage
-/// does not turn so many different numbers into the same one.
+/// Number of consecutive samples that must agree with each other before a jump is admitted. Damage
+/// does not move so many samples to the same place.
 const AGREEING: u32 = 8;
-/// After a gap this long the device may be elsewhere…
+/// Time without an admitted sample after which there is a gap, ns. The device may have moved anywhere
+/// in it.
 const FORGET_NS: u64 = 100_000_000;
-/// …and this many samples that agree are enough.
+/// Number of consecutive samples that must agree with each other after a gap.
 const AGREEING_AFTER_GAP: u32 = 2;
 
 /// Plausibility check of `N` numbers that move together.
@@ -16,10 +17,12 @@ const AGREEING_AFTER_GAP: u32 = 2;
 pub(crate) struct Gate<const N: usize> {
     /// Fastest plausible change, units per second.
     speed: f32,
-    /// Noise on top of the change.
+    /// Noise allowed on top of that change, units.
     noise: f32,
     admitted: Option<([f32; N], TimeNs)>,
+    /// Newest values that were held back since the last admitted ones.
     held_back: Option<([f32; N], TimeNs)>,
+    /// Number of held-back values that agreed in a row.
     agreeing: u32,
 }
 
@@ -39,23 +42,23 @@ impl<const N: usize> Gate<N> {
         self.admitted.map(|(values, _)| values)
     }
 
-    /// Admits values that are known to be true.
+    /// Admits values without a check.
     pub(crate) fn begin(&mut self, values: [f32; N], at_ns: TimeNs) {
         self.admitted = Some((values, at_ns));
         self.held_back = None;
     }
 
-    /// True if nothing was admitted for so long that a jump at this time is no wonder.
+    /// True if nothing was admitted in the last [`FORGET_NS`], so that a jump is plausible.
     pub(crate) fn is_gap(&self, at_ns: TimeNs) -> bool {
         self.admitted
             .is_none_or(|(_, then_ns)| at_ns.saturating_sub(then_ns) > FORGET_NS)
     }
 
-    /// Returns true if the values are plausible.
+    /// Returns true, and admits the values, if they are plausible.
     pub(crate) fn admit(&mut self, values: [f32; N], at_ns: TimeNs) -> bool {
         let near = |(last, then_ns): ([f32; N], TimeNs)| {
             let reach = self.noise + self.speed * at_ns.saturating_sub(then_ns) as f32 * 1e-9;
-            // NaN is far.
+            // The comparison is false for NaN, so NaN is never near.
             let is_near = |(a, b): (&f32, &f32)| (a - b).abs() <= reach;
             values.iter().zip(&last).all(is_near)
         };
@@ -110,7 +113,7 @@ mod tests {
             gate.begin([0.0], 0);
             for (at, (kind, wrong)) in damage.into_iter().enumerate() {
                 let now_ns = (at as u64 + 1) * MS;
-                // Never eight damaged samples in a row.
+                // At most seven damaged samples in a row.
                 let value = if kind == 0 && at % 8 != 0 { wrong } else { 0.0 };
                 if gate.admit([value], now_ns) {
                     prop_assert!(value.abs() <= 0.3, "{value}");

@@ -9,28 +9,29 @@
 //! woody    WoodenHaptics' text protocol and linkage
 //! hapi     Haply's hAPI boards and their flat two-armed linkage
 //! inverse3 Haply Inverse3, through its maker's service on this computer
-//! list     what is plugged in
+//! list     lists the devices that are plugged in
 //! igtlink  OpenIGTLink server: poses for 3D Slicer and PLUS, outside of the realtime process
 //! station  the file that names a station's devices, and opens them
 //! line     a serial line that neither blocks nor allocates
-//! gate     holds back samples that cannot be true
-//! vendor   opening a vendor's library: limits, guards, and errors with their remedy
-//! slot     the newest value, from one thread to another
-//! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
-//! conformance  one suite for every driver, emulated device and real device
-//! feel     a person tests axes, units and signs of positions and forces
-//! characterise  friction, inertia, damping, delay and stiffness limit of a haptic device
+//! gate     holds back implausible jumps on lines without a checksum
+//! vendor   opens a vendor's library: limits, guards, and errors with their remedy
+//! slot     hands the newest value from one thread to another
+//! emulate  emulates a station's devices behind ptys, with a scripted hand at the handle
+//! conformance  tests every driver with an emulated or a real device
+//! feel     leads a person through a test of axes, units and signs of positions and forces
+//! characterise  measures friction, inertia, damping, delay and stiffness limit of a haptic device
 //! ```
 //!
-//! Drivers implement the ports of `rt-core` ([`rt_core::port`]). The main thread opens a device
-//! (handshake, time-outs, error messages). The tick calls `poll` and `send`, which neither block
-//! nor allocate; the bytes that one call reads are bounded.
+//! Drivers implement the ports (traits) of `rt-core` ([`rt_core::port`]). Opening a device may wait:
+//! handshake, time-outs, error messages. So a thread other than the tick's opens it. The tick calls
+//! `poll` and `send`, which neither block nor allocate. The number of bytes that one call reads is
+//! bounded.
 //!
-//! All bytes from a line are untrusted until a wire module has parsed them. It checks lengths,
-//! checksums and ranges; beyond it there are only finite SI values.
+//! Bytes from a line are untrusted until a wire module has parsed them. It checks lengths, ranges
+//! and, if the protocol has them, checksums. It passes on only finite values in SI units.
 //!
 //! Without the default feature `std` only [`rig::frame`], [`rig::wire`], [`rig::device`] and the
-//! figures of a Touch remain: `no_std`, no `alloc`, for the firmware of a rig.
+//! figures of a Touch remain. They are for the firmware of a rig: `no_std` and without `alloc`.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(unsafe_code)]
 

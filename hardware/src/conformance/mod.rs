@@ -1,9 +1,10 @@
-//! One conformance suite for every device, emulated or real, to be run on the bench.
+//! Conformance tests of every device, emulated or real.
 //!
 //! [`haptic()`], [`woody()`], [`hapi()`], [`inverse3()`], [`touch()`], [`force_dimension()`],
-//! [`tracker()`] and [`pedal()`] open a line, watch the device and check the watchdog, silence
-//! after closing, a second opening, and an unplugged cable. They command zero force only, so the
-//! device may stand free on a table.
+//! [`tracker()`] and [`pedal()`] open a device and watch its samples. As far as the device has
+//! them, they check its watchdog, its silence after closing, a second opening, and an unplugged
+//! cable. They command zero force only, so the device may stand free
+//! on a table.
 
 mod answers;
 mod force_dimension;
@@ -35,7 +36,7 @@ pub use woody::woody;
 pub struct Options<'a> {
     /// Time for which samples are watched.
     pub watch: Duration,
-    /// Unplugs the device, or asks a person to; without it the check is skipped.
+    /// Unplugs the device, or asks a person to do so. If it is `None`, that check is skipped.
     pub unplug: Option<&'a mut dyn FnMut()>,
 }
 
@@ -64,9 +65,10 @@ pub enum Outcome {
     Pass,
     /// The requirement is violated.
     Fail,
-    /// The check could not be made, or this computer spoilt it. It is no pass.
+    /// The check could not be made, or this computer was too late to judge it. The device has not
+    /// passed it.
     NotJudged,
-    /// The check does not apply, or nobody asked for it.
+    /// The check does not apply to this device, or the options leave it out.
     Skipped,
 }
 
@@ -98,7 +100,7 @@ impl Report {
         }
     }
 
-    /// True if every check that applies was made and holds.
+    /// True if no check failed and none was left unjudged. Skipped checks do not count.
     #[must_use]
     pub fn passed(&self) -> bool {
         !self.has(Outcome::Fail) && !self.has(Outcome::NotJudged)
@@ -132,7 +134,7 @@ impl Report {
         });
     }
 
-    /// Judges a check that depends on time, unless this computer itself was late.
+    /// Judges a check that depends on time. A failure is left open if this computer was late itself.
     fn judge_time(&mut self, name: &'static str, good: bool, detail: String, host: watch::Host) {
         match host.excuse() {
             Some(excuse) if !good => self.leave_open(name, &format!("{detail}; {excuse}")),
@@ -140,7 +142,7 @@ impl Report {
         }
     }
 
-    /// Notes a check that applies and could not be made.
+    /// Notes a check that applies but cannot be judged.
     pub(crate) fn leave_open(&mut self, name: &'static str, why: &str) {
         self.checks.push(Check {
             name,
@@ -149,7 +151,7 @@ impl Report {
         });
     }
 
-    /// Adds words to a check.
+    /// Appends `words` to the detail of a check.
     fn add_to(&mut self, name: &str, words: &str) {
         if let Some(check) = self.checks.iter_mut().find(|it| it.name == name) {
             check.detail += words;

@@ -1,8 +1,8 @@
 //! Tests axes, units and signs of positions and forces, before anybody trusts a device.
 //!
-//! A person moves the handle and says which way it pushes. A program with a sensor may do both.
-//! Forces are 0.5 N at most, 1 N along a handle's opening. They end at once when the handle runs
-//! off.
+//! A person moves the handle and says in which direction it pushes. A program with a sensor may do
+//! both. A force is at most 0.5 N; a force that opens or shuts the handle is at most 1 N. The test
+//! ends a force when the handle moves too far or too fast.
 
 mod bench;
 mod fingers;
@@ -25,9 +25,9 @@ pub use response::Point;
 
 /// Force of a push, N: above the friction of a good handle, and harmless.
 pub const PUSH_N: f32 = 0.3;
-/// Way of a move, m: a third of the smallest usual workspace.
+/// Distance of a move, m: a third of the smallest usual workspace.
 const MOVE_M: f32 = 0.05;
-/// Share of the workspace's radius that a move may take.
+/// Largest distance of a move as a share of the workspace's radius.
 const MOVE_SHARE: f32 = 0.5;
 
 /// A direction in the base frame, as the person sees it.
@@ -97,7 +97,7 @@ impl Direction {
         }
     }
 
-    /// Direction nearest to `vector`, and the share of its length along it.
+    /// Direction nearest to `vector`, and the share of the vector's length along that direction.
     #[must_use]
     pub fn nearest(vector: &Vec3) -> (Self, f32) {
         let along = |it: Self| it.vector().dot(vector);
@@ -110,21 +110,21 @@ impl Direction {
     }
 }
 
-/// A step that the guide leads through.
+/// A step of the test, as the guide shows it to the person.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
-    /// Move the handle so far in this direction, then say that it is done.
+    /// Move the handle by `way_m` in this direction, then say that it is done.
     Move {
         /// Direction of the move.
         direction: Direction,
-        /// Its length, m.
+        /// Distance of the move, m.
         way_m: f32,
     },
     /// Hold the handle loosely in the middle, then say that it is done.
     Hold,
     /// The handle pushes now.
     Push {
-        /// Size of the force, N. The direction is a secret.
+        /// Size of the force, N. The person must find out its direction.
         force_n: f32,
     },
     /// Shut the handle fully, then say that it is done.
@@ -135,7 +135,7 @@ pub enum Step {
     HoldFingers,
     /// The handle pushes the fingers now.
     PushFingers {
-        /// Size of the force, N. Its sign is a secret.
+        /// Size of the force, N. The person must find out its sign.
         force_n: f32,
     },
     /// Stand the handle's tip on a scale, then say that it is done.
@@ -145,11 +145,11 @@ pub enum Step {
         /// Size of the force, N.
         force_n: f32,
     },
-    /// The handle pushes to and fro now.
+    /// The handle pushes back and forth along x now.
     Response,
 }
 
-/// Answer to the question for a push.
+/// Answer to the question after a push.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Answer {
     /// The person felt this direction.
@@ -160,7 +160,7 @@ pub enum Answer {
     Nothing,
 }
 
-/// Way in which the handle pushed the fingers.
+/// Answer to the question after a push of the fingers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Squeezed {
     /// It opened.
@@ -174,7 +174,7 @@ pub enum Squeezed {
 }
 
 impl Squeezed {
-    /// Sign of the force.
+    /// Sign of a felt force: 1 opens, −1 shuts. A measured force has its own sign, so it gives 1.
     const fn sign(self) -> f32 {
         match self {
             Self::Shut => -1.0,
@@ -193,16 +193,16 @@ impl Squeezed {
     }
 }
 
-/// Question that a step ends with.
+/// Question that the guide asks the person.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Question {
     /// Direction in which the handle pushed.
     Pushed,
-    /// Way in which the handle pushed the fingers.
+    /// Way in which the handle pushed the fingers: open or shut.
     Squeezed,
     /// Is there a scale to press on?
     HasScale,
-    /// Reading of the scale.
+    /// Reading of the scale, N.
     Pressed,
 }
 
@@ -221,30 +221,30 @@ pub struct Live {
     pub opening_n: f32,
 }
 
-/// Person, or program with a sensor, that is led through the test.
+/// Interface to the person, or to a program with a sensor, who takes the test.
 pub trait Guide {
-    /// Shows a question whose answer the device does not wait for: see [`has_answer`].
+    /// Shows a question. It must not wait for the answer: see [`has_answer`].
     ///
     /// [`has_answer`]: Self::has_answer
     fn ask(&mut self, _question: Question) {}
-    /// True once the question that was shown last is answered. Called every millisecond, while the
-    /// device goes on without force. A guide that waits in its answers is always ready.
+    /// True once the question that was shown last is answered. Called every millisecond; meanwhile
+    /// the device gets zero force. A guide that waits in [`Self::pushed`] and the like returns true.
     fn has_answer(&mut self) -> bool {
         true
     }
     /// Takes the device's state. Called every millisecond; it must not wait.
     fn live(&mut self, _live: &Live) {}
-    /// Tells the next step.
+    /// Shows the next step.
     fn tell(&mut self, step: &Step);
-    /// True once the step that was told last is done. Called every millisecond.
+    /// True once the step that was shown last is done. Called every millisecond.
     fn is_done(&mut self) -> bool;
-    /// Asks which way the handle pushed. May wait.
+    /// Returns the direction in which the handle pushed. May wait.
     fn pushed(&mut self) -> Answer;
-    /// Asks which way the handle pushed the fingers. May wait.
+    /// Returns how the handle pushed the fingers. May wait.
     fn squeezed(&mut self) -> Squeezed;
-    /// Asks whether there is a scale to press on. May wait.
+    /// True if there is a scale to press on. May wait.
     fn has_scale(&mut self) -> bool;
-    /// Asks for the reading of the scale, N. May wait. `None` if it could not be read.
+    /// Returns the reading of the scale, N. May wait. `None` if it could not be read.
     fn pressed_n(&mut self) -> Option<f32>;
     /// Waits for the next millisecond and returns the time.
     fn wait(&mut self) -> TimeNs;
@@ -257,11 +257,12 @@ pub trait Guide {
 pub struct Felt {
     /// The checks.
     pub report: Report,
-    /// Course of the steps, the sine and the chirp.
+    /// Recorded force and position during the force steps, the sine and the chirp.
     pub response: Vec<Point>,
 }
 
-/// Leads through all steps. `seed` decides the order of the pushes, so that nobody can guess it.
+/// Runs all steps of the test. `seed` decides the order of the pushes, so that the person does not
+/// know it.
 pub fn feel(device: &mut dyn HapticDevice, guide: &mut dyn Guide, seed: u64) -> Felt {
     let identity = device.identity();
     let mut felt = Felt {

@@ -1,6 +1,9 @@
-//! Judges the samples of a rig by the device's own clock: that clock, frozen positions, leaps,
-//! bundles, noise, and the confirmation of forces. Arrival times depend on this computer, so a late
-//! host is never taken for a fault of the device.
+//! Judges the samples of a rig: the device's clock, frozen positions, leaps (jumps), bundles (bursts
+//! of samples), noise, and the confirmation of forces.
+//!
+//! Times are those of the device's own clock as far as possible. Arrival times also depend on this
+//! computer (the host). They serve only for bundles, silence and the unit of the device's clock.
+//! After a pause of the host, bundles and the unit are not judged until the backlog is drained.
 
 use rt_core::fault::{Fault, FaultSet};
 use rt_core::math::Vec3;
@@ -12,46 +15,49 @@ use super::trail::Trail;
 use super::wire::{State, Status};
 use crate::noise::Noise;
 
-/// Consecutive samples that must agree before a leap, or a clock that was wrong, is believed.
-/// Damage on the line does not move so many samples to one place.
+/// Consecutive samples that must agree with each other before a leap is accepted. As many forward
+/// steps of the clock must follow a backward one before the clock is trusted again. Damage on the
+/// line does not move so many samples to one place.
 const AGREEING: u32 = 8;
-/// Samples in a row that repeat one clock reading before the clock counts as standing still. Two
-/// samples may fall into one microsecond; twenty never do.
+/// Samples in a row that repeat the clock reading before them, after which the clock counts as
+/// stopped. Two samples may fall into one microsecond; twenty never do.
 const STUCK: u32 = 20;
-/// Distance that a sample may add to the way at [`FASTEST_M_S`] from the one before, m: noise.
+/// Noise of a position, m. A sample may be this much farther away than a handle gets at
+/// [`FASTEST_M_S`].
 const NOISE_M: f32 = 0.003;
-/// Speed above which a hand leaps, m/s. Thrown handles reach 3 m/s.
+/// Speed above which a change of position is a leap, m/s. Thrown handles reach 3 m/s.
 const FASTEST_M_S: f32 = 10.0;
-/// Way that a measured velocity must promise before a standing position is frozen, m. Encoders
-/// resolve a tenth of it.
+/// Distance above which a position counts as frozen, m. It is the reported velocity summed over the
+/// time in which the position does not change. Encoders resolve a tenth of it.
 const PROMISED_M: f32 = 0.0005;
-/// Slowest measured velocity that promises a way, m/s: slower ones are noise of a resting hand.
+/// Slowest reported velocity that counts for [`PROMISED_M`], m/s. A slower one is the noise of a
+/// resting hand.
 const MOVING_M_S: f32 = 0.005;
-/// Pause of the host after which samples may have waited, ns.
+/// Time between two polls above which samples may have waited in this computer, ns.
 const HOST_PAUSE_NS: u64 = 20_000_000;
-/// Polls without a backlog after which it counts as drained: the reading thread, which stood still
-/// as well, has had its turn.
+/// Polls in a row of at most [`CALM_BYTES`] after which the backlog counts as drained. The reading
+/// thread, which may have stood still as well, has run by then.
 const CALM_POLLS: u32 = 3;
 /// Most bytes of a poll without a backlog: ten frames.
 const CALM_BYTES: usize = 512;
 /// Length of a window in which the device's clock is compared with this computer's, ns.
 const UNIT_WINDOW_NS: u64 = 400_000_000;
-/// Bad windows in a row after which the clock's unit is wrong. One may begin with a sample that
-/// waited while this computer stood still.
+/// Bad windows in a row after which the clock's unit counts as wrong. One bad window is no proof: it
+/// may begin with a sample that waited while this computer stood still.
 const UNIT_WINDOWS: u32 = 2;
-/// Silence that ends such a window, ns.
+/// Time without a sample after which the device is silent, ns. It also ends such a window.
 const UNIT_GAP_NS: u64 = 100_000_000;
-/// Device time without a confirmed force after which the device is deaf, µs.
+/// Device time without a newly confirmed force after which the device may count as deaf, µs.
 const DEAF_US: u32 = 250_000;
-/// Forces that the device must have been sent in that time.
+/// Forces that the host must have sent in that time before the device counts as deaf.
 const DEAF_SENDS: u32 = 100;
-/// Refused forces in a row after which the device counts as deaf: as many as leave in the time that
-/// the force of a stale sample takes to fade.
+/// Forces in a row that the line refused, after which the device counts as deaf. At one force per
+/// tick, this is the time in which the force fades after the samples become stale.
 const REFUSALS: u32 = 20;
-/// Age of the last force sent at which the host no longer expects an answer, ns.
+/// Time after the last force was sent in which the host expects a confirmation, ns.
 const SENT_LATELY_NS: u64 = 20_000_000;
 
-/// A sample as it is judged.
+/// Time and position of a sample, as far as later samples are compared with it.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     us: u32,
@@ -62,7 +68,7 @@ struct Seen {
 #[derive(Debug, Default)]
 pub(super) struct Judge {
     polled_ns: TimeNs,
-    /// Polls that must still be calm.
+    /// Polls of at most [`CALM_BYTES`] that are still needed until the backlog counts as drained.
     unsettled: u32,
     seen: Option<Seen>,
     admitted: Option<Seen>,
@@ -81,10 +87,10 @@ pub(super) struct Judge {
     confirmed: Option<(u16, u32)>,
     sends: u32,
     sent_ns: TimeNs,
-    /// Forces that the line refused since it last took one.
+    /// Forces that the line refused since it last accepted one.
     refusals: u32,
     is_deaf: bool,
-    /// True if a fault other than a leap dropped a sample since the last admitted one.
+    /// True if a fault other than a leap dropped a sample since [`Self::take`] last returned one.
     broke_off: bool,
     /// True if the last sample was dropped for a fault.
     dropped: bool,
@@ -105,7 +111,7 @@ impl Judge {
             self.unsettled = CALM_POLLS;
             self.unit_from = None;
         }
-        // What waited for the host is no bundle of the device.
+        // Samples that waited for the host are not a bundle that the device made.
         self.bundles.begin(if self.unsettled > 0 {
             u64::MAX
         } else {
@@ -114,7 +120,7 @@ impl Judge {
         self.polled_ns = now_ns;
         self.quiet = true;
         self.findings.leapt = false;
-        // Silence has a name of its own.
+        // Another fault stands for silence, so earlier faults end here.
         self.is_silent = now_ns.saturating_sub(self.arrived_ns) > UNIT_GAP_NS;
         if self.is_silent {
             self.findings.faults = FaultSet::NONE;
@@ -139,7 +145,7 @@ impl Judge {
         let mut faults = FaultSet::NONE;
         let before = self.seen.replace(now);
         self.judge_clock(before, now, at_ns, &mut faults);
-        // The velocity counts here even if the device says that it does not measure one.
+        // This check uses the velocity even if the device declares that it measures none.
         self.judge_rest(before, now, &state.velocity_m_s.into(), &mut faults);
         self.judge_answer(state, &mut faults);
         let continues = self.judge_leap(before, now, &mut faults);
@@ -157,7 +163,7 @@ impl Judge {
             self.broke_off |= !faults.without(leap).is_empty();
             return None;
         }
-        // The sample belongs to the time in which nobody listened.
+        // The sample may have waited while the host paused, so it is too old to use.
         if self.unsettled > 0 {
             self.admitted = Some(now);
             self.trail.clear();
@@ -173,7 +179,7 @@ impl Judge {
         self.admitted = Some(now);
         self.noise.take(now.us, &now.at_m);
         let moved_m_s = self.trail.add(now.us, &now.at_m);
-        // The faster one: the device may leave its velocity empty, or use another unit.
+        // The faster of the two counts: the device may send zero, or use another unit.
         Some(match measured_m_s {
             Some(said_m_s) if moved_m_s.norm() <= said_m_s.norm() => said_m_s,
             _ => moved_m_s,
@@ -185,7 +191,7 @@ impl Judge {
         self.dropped
     }
 
-    /// Ends a poll that read so many bytes.
+    /// Ends a poll that read `bytes` bytes.
     pub(super) fn end(&mut self, bytes: usize) {
         if bytes <= CALM_BYTES {
             self.unsettled = self.unsettled.saturating_sub(1);
@@ -199,7 +205,7 @@ impl Judge {
         }
     }
 
-    /// Notes that a force left.
+    /// Notes that the line accepted a force.
     pub(super) fn sent(&mut self, now_ns: TimeNs) {
         self.refusals = 0;
         self.sends = self.sends.saturating_add(1);
@@ -211,8 +217,9 @@ impl Judge {
         self.refusals = self.refusals.saturating_add(1);
     }
 
-    /// Faults of the last poll that brought a sample, with those of the device's status. A leap
-    /// lasts for its own poll only.
+    /// Faults of the last poll that brought a sample, with those of the device's status, and the
+    /// findings about noise and bundles. A leap lasts for its own poll only. While the device is
+    /// silent, there are no faults.
     pub(super) fn findings(&self) -> Findings {
         let mut findings = self.findings;
         findings.noise_um = self.noise.rms_m().map(|rms_m| (rms_m * 1.0e6) as u32);
@@ -260,7 +267,8 @@ impl Judge {
         faults.raise_if(is_bad && !is_still, Fault::DeviceClock);
     }
 
-    /// Compares the device's clock with this computer's. A factor of ten allows for any delay.
+    /// Compares the device's clock with this computer's. They may differ by a factor of ten, so that
+    /// delays do not matter but a wrong unit is found.
     fn judge_unit(&mut self, now: Seen, at_ns: TimeNs) {
         if at_ns.saturating_sub(self.arrived_ns) > UNIT_GAP_NS || self.unsettled > 0 {
             self.unit_from = None;
@@ -306,18 +314,18 @@ impl Judge {
                 us
             }
         };
-        // A deaf device stays deaf until it confirms a force, or, if its line refused forces, until
-        // the line takes one.
+        // A deaf device stays deaf until it confirms a new force. If it is deaf only because the line
+        // refused forces, it stays deaf until the line accepts one.
         let waits = self.is_deaf || self.polled_ns.saturating_sub(self.sent_ns) <= SENT_LATELY_NS;
         let confirms_none = self.sends >= DEAF_SENDS && us.wrapping_sub(since_us) >= DEAF_US;
-        // A device at fault renders no force, and says so itself.
+        // A device at fault renders no force. Its status already reports that.
         let is_at_fault = state.status.contains(Status::FAULT);
         self.is_deaf = !is_at_fault && ((waits && confirms_none) || self.refusals >= REFUSALS);
         faults.raise_if(self.is_deaf, Fault::DeafDevice);
     }
 
-    /// Returns true if the sample continues the last good one. A leap is a fault until enough
-    /// samples agree.
+    /// Returns true if a handle can have moved here from the last admitted sample. If not, the sample
+    /// is a leap. A leap is a fault until [`AGREEING`] samples in a row agree with each other.
     fn judge_leap(&mut self, before: Option<Seen>, now: Seen, faults: &mut FaultSet) -> bool {
         let passed_us = |then: Seen| now.us.wrapping_sub(then.us).cast_signed().max(0);
         let is_near = |then: Seen, passed_us: i32| {
@@ -325,7 +333,8 @@ impl Judge {
             (now.at_m - then.at_m).norm() <= reach_m
         };
         let step_us = before.map_or(0, passed_us);
-        // During a leap, the reach around the last good place does not grow with time.
+        // During a leap, the reach around the last admitted place is that of one step. It does not
+        // grow with the time since then.
         let since = |then: Seen| {
             if self.agreeing > 0 {
                 step_us

@@ -1,6 +1,7 @@
-//! The core and the border agree on limits, bits and numbers, or this file does not compile.
+//! Compares limits, bits and numbers of `rt-core` with those of `shared-mem`. If they differ, this
+//! file does not compile.
 //!
-//! `rt-core` and `shared-mem` do not know each other. Each defines its own limits
+//! Neither crate depends on the other. Each defines its own limits
 //! (`rt_core::capacity`, `shared_mem::limits`); this is the only place that compares them.
 
 use rt_core::capacity;

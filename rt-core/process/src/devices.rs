@@ -1,7 +1,8 @@
-//! The station's devices behind the core's ports. A device that is not configured is absent.
+//! The station's devices behind the core's ports (traits). A device that is not configured is
+//! absent.
 //!
-//! A lost device moves from the tick to the thread that opens devices ([`crate::reconnect`]) and
-//! returns open.
+//! The tick hands a lost device to the thread that opens devices ([`crate::reconnect`]). That thread
+//! closes it, opens it anew and hands it back.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -25,7 +26,7 @@ use crate::held_pedal::HeldPedal;
 use crate::silence::Silence;
 use crate::summary::DeviceReport;
 
-/// Capabilities for the core without a haptic device; nothing is rendered then.
+/// Capabilities that the core gets if no haptic device is configured. No force is sent then.
 pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities::TOUCH;
 
 /// Number of device kinds. Their order is that of the [`DeviceHealth`]s.
@@ -53,7 +54,8 @@ impl Device {
         })
     }
 
-    /// Opens a lost device anew, although nobody holds its handle at home now.
+    /// Opens a lost device anew. Nobody holds its handle at the home position now, so a haptic device
+    /// that must be held there is refused.
     pub(crate) fn reopen(
         kind: usize,
         config: &RtConfig,
@@ -163,8 +165,9 @@ fn pedal(config: &RtConfig, file: &StationFile) -> Result<Option<Box<dyn Pedal +
     })
 }
 
-/// The tick's ends of the queues to the thread that opens devices. Each queue has room for one
-/// device of every kind. That is enough, because a lost device returns once.
+/// The tick's ends of the two queues that connect it to the thread that opens devices. Each queue
+/// has room for one device of every kind. That is enough: a kind has one device, which is either
+/// here, lost or on its way back.
 pub(crate) struct Exchange {
     pub(crate) lost: Producer<'static, Device>,
     pub(crate) reopened: Consumer<'static, Device>,
@@ -175,8 +178,9 @@ pub(crate) struct Exchange {
 struct Slot {
     device: Option<Device>,
     is_lost: bool,
-    /// Sum of the counters of earlier devices, which were lost.
+    /// Sum of the line counters of this kind's earlier devices, which were lost.
     before: LineCounters,
+    /// True once a device of this kind was put here.
     configured: bool,
 }
 
@@ -205,7 +209,7 @@ impl Devices {
         Ok(devices)
     }
 
-    /// From now on, lost devices leave and return through `exchange`.
+    /// Makes lost devices leave and return through `exchange`. Without it, they stay here.
     pub(crate) fn with_exchange(mut self, exchange: Exchange) -> Self {
         self.exchange = Some(exchange);
         self
@@ -238,7 +242,8 @@ impl Devices {
         polled
     }
 
-    /// Faults that the last poll found in the haptic device and the pedal.
+    /// Findings of the haptic device's last poll, and the fault of a pedal that is held down. Without
+    /// an open haptic device, only the latter.
     pub(crate) fn findings(&self) -> Findings {
         let mut findings = match self.slots.first().and_then(|slot| slot.device.as_ref()) {
             Some(Device::Haptic(haptic)) => self.silence.complete(haptic.findings()),
@@ -279,22 +284,22 @@ impl Devices {
                 Polled::Nothing
             };
         };
-        // The device stays in its slot meanwhile: a driver that panics must still get its zero
-        // force.
+        // The device stays in its slot while it is polled. If the driver panics, the thread still
+        // sends it zero force.
         let polled = poll(device);
         if let (Polled::Lost, Some(exchange)) = (&polled, &mut self.exchange)
             && let Some(lost) = slot.device.take()
         {
             slot.is_lost = true;
             slot.before = slot.before.plus(lost.counters());
-            // The queue is never full. If it were, the device would stay and be lost again in the
-            // next tick.
+            // The queue is never full. If it were, the device would stay in its slot, and the next
+            // poll would find it lost again.
             slot.device = exchange.lost.enqueue(lost).err();
         }
         polled
     }
 
-    /// True if a haptic device is configured, lost or not.
+    /// True if a haptic device is configured, even if it is lost now.
     pub(crate) fn has_haptic(&self) -> bool {
         self.slots.first().is_some_and(|slot| slot.configured)
     }
@@ -307,7 +312,7 @@ impl Devices {
         }
     }
 
-    /// Capabilities of the haptic device.
+    /// Capabilities of the haptic device; [`NO_DEVICE`] if none is open.
     pub(crate) fn capabilities(&self) -> DeviceCapabilities {
         match self.slots.first().and_then(|slot| slot.device.as_ref()) {
             Some(Device::Haptic(haptic)) => haptic.capabilities(),
@@ -315,7 +320,7 @@ impl Devices {
         }
     }
 
-    /// Sends zero force, the safe state, three times, because a line may drop one.
+    /// Sends zero force, which is the safe state. It sends three messages, because a line may drop one.
     pub(crate) fn make_safe(&mut self, now_ns: TimeNs) {
         for _ in 0..3 {
             self.send(ForceCommand::default(), now_ns);
@@ -329,7 +334,7 @@ impl Devices {
             .collect()
     }
 
-    /// Counters of haptic device, tracker and pedal; `None` for an absent one.
+    /// Line counters of haptic device, tracker and pedal; `None` for one that is not configured.
     pub(crate) fn counters(&self) -> [Option<LineCounters>; KINDS] {
         self.slots.each_ref().map(|slot| {
             let now = slot.device.as_ref().map(Device::counters);
@@ -339,7 +344,7 @@ impl Devices {
     }
 }
 
-/// Capabilities by the names of their fields.
+/// Capabilities as a map from field name to value, for reports.
 fn by_name(can: DeviceCapabilities) -> BTreeMap<&'static str, f32> {
     [
         ("force_max_n", can.force_max_n),
@@ -372,7 +377,7 @@ pub(crate) fn health(health: rt_core::words::Health, line: Option<LineCounters>)
     DeviceHealth {
         status: match (line, health.status) {
             (None, _) => DeviceHealth::ABSENT,
-            // Open, but no sample has come yet, or none of late.
+            // Configured, but no sample has come yet, or the newest one is too old.
             (Some(_), rt_core::words::Status::Absent | rt_core::words::Status::Stale) => {
                 DeviceHealth::STALE
             }

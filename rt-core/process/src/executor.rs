@@ -1,8 +1,9 @@
-//! embassy's raw executor on the calling thread, with a pender of our own and an idle loop that
-//! sleeps to absolute deadlines.
+//! embassy's raw executor on the calling thread. This file adds the pender (embassy's wake-up
+//! function) and an idle loop that sleeps to absolute deadlines.
 //!
-//! Tasks must not use `yield_now` or other futures that wake themselves. Tasks that are ready at
-//! the same time run in reverse order of waking, so work with an order belongs in one task.
+//! Tasks must not use `yield_now` or other futures that wake themselves: the loop polls again
+//! instead of sleeping while a task is ready. Tasks that are ready at the same time run in reverse
+//! order of waking, so work that needs an order belongs in one task.
 #![expect(
     unsafe_code,
     reason = "the pender is a symbol that gets a raw pointer; polling is unsafe by contract"
@@ -14,7 +15,8 @@ use embassy_executor::raw;
 
 use crate::time_driver;
 
-/// embassy's executor. It and its tasks live for ever, as embassy demands: create one per thread.
+/// embassy's executor. It and its tasks are leaked, because embassy needs them to be `'static`.
+/// Create one per thread.
 pub struct Executor {
     raw: &'static raw::Executor,
     pending: &'static AtomicBool,
@@ -23,8 +25,8 @@ pub struct Executor {
 /// embassy calls this from any thread when a task of the executor with this context becomes ready.
 #[unsafe(export_name = "__pender")]
 fn pender(context: *mut ()) {
-    // SAFETY: every executor of this program is made in `Executor::new`, whose context points to
-    // a leaked `AtomicBool`.
+    // SAFETY: `Executor::new` makes every executor of this program. Its context points to a leaked
+    // `AtomicBool`.
     let pending = unsafe { &*context.cast::<AtomicBool>() };
     pending.store(true, Ordering::Release);
 }
@@ -47,10 +49,10 @@ impl Executor {
         }
     }
 
-    /// Adds a task. Allocates, so call it before the loop only.
+    /// Adds a task. Call it only before [`Self::run`], because it allocates.
     pub fn spawn<F: Future<Output = ()> + 'static>(&self, task: F) {
         let storage: &'static raw::TaskStorage<F> = Box::leak(Box::new(raw::TaskStorage::new()));
-        // Fails only for storage in use, and this one is new.
+        // It fails only if the storage already holds a task, and this storage is new.
         if let Ok(token) = storage.spawn(|| task) {
             self.raw.spawner().spawn(token);
         }
@@ -60,8 +62,8 @@ impl Executor {
     /// for the rest.
     pub fn run(&self, spin_ns: u64) {
         loop {
-            // SAFETY: the executor was made on this thread (it is not `Send`) and this is the
-            // only call of `poll`; a task cannot reach it, so it is never re-entered.
+            // SAFETY: the executor was made on this thread, because it is not `Send`. This is the
+            // only call of `poll`. No task has access to the executor, so no task re-enters it.
             unsafe { self.raw.poll() };
             let next = time_driver::wake_expired();
             if self.pending.swap(false, Ordering::Acquire) {

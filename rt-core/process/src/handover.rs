@@ -6,8 +6,9 @@
 //! send, loan again ◄───── full ◄──────  give back
 //! ```
 //!
-//! The tick never calls iceoryx2. It takes a slot, fills it and gives it back, without allocation,
-//! page fault or block. With no free slot it skips the frame and reports that.
+//! The tick never calls iceoryx2. It takes a slot, fills it and gives it back. It neither allocates
+//! nor blocks, and the memory was touched before. If no slot is free, the tick skips the frame and
+//! reports that.
 #![expect(
     unsafe_code,
     reason = "loaned samples cross to the tick as pointers: iceoryx2's types are not Send"
@@ -23,30 +24,30 @@ use heapless::spsc::{Consumer, Producer, Queue};
 pub(crate) const SLOTS: usize = 5;
 const QUEUE: usize = SLOTS + 1;
 
-/// Source of slots: a publisher, or memory in tests.
+/// Source of the lent memory: a publisher, or boxes in tests.
 ///
 /// # Safety
-/// A loan's memory is initialised, stays in place, and is written by nobody else until the loan is
-/// sent or dropped. It may be written from another thread.
+/// A loan's memory is initialised and stays in place. Nobody but the loan's holder writes it until
+/// the loan is sent or dropped. Any thread may write it.
 pub(crate) unsafe trait Lender<T> {
-    /// Exclusive use of one sample's memory.
+    /// A loan: the exclusive right to use one sample's memory.
     type Loan;
-    /// Lends a free sample; `None` if there is none just now.
+    /// Lends a free sample; `None` if no sample is free now.
     fn loan(&mut self) -> Option<Self::Loan>;
-    /// Memory of the loan.
+    /// The memory that was lent.
     fn memory(loan: &mut Self::Loan) -> NonNull<T>;
     /// Publishes the sample.
     fn send(&mut self, loan: Self::Loan);
 }
 
-/// A lent sample under way. Its holder may use the memory.
+/// A lent sample in one of the queues or in the tick. Only its holder may use the memory.
 struct Slot<T> {
     index: usize,
     memory: NonNull<T>,
 }
 
-// SAFETY: while a slot travels, it is the only access to its memory, and `Lender` promises that the
-// memory may be written from another thread. `T: Pod` wherever it is used.
+// SAFETY: while the slot exists, nobody reaches its memory in another way. `Lender` promises that
+// any thread may write the memory. Every function that uses it requires `T: Pod`.
 unsafe impl<T: Send> Send for Slot<T> {}
 
 /// The tick's end.
@@ -58,13 +59,14 @@ pub(crate) struct Filler<T: 'static> {
 /// The publishing thread's end, which owns the loans.
 pub(crate) struct Sender<T: 'static, L: Lender<T>> {
     lender: L,
-    /// Never dropped while the tick may still write: see [`Sender::finish`].
+    /// Must not be dropped while the tick may still write: see [`Sender::finish`].
     loans: [Option<ManuallyDrop<L::Loan>>; SLOTS],
     free: Producer<'static, Slot<T>>,
     full: Consumer<'static, Slot<T>>,
 }
 
-/// Both ends of a handover. It allocates and lives for ever, as the threads that use it do.
+/// Both ends of a handover. Its queues are allocated and leaked, so that each thread can own an end
+/// that is `'static`.
 pub(crate) struct Handover<T: 'static> {
     to_tick: (Producer<'static, Slot<T>>, Consumer<'static, Slot<T>>),
     from_tick: (Producer<'static, Slot<T>>, Consumer<'static, Slot<T>>),
@@ -79,7 +81,8 @@ impl<T: Pod + Send> Handover<T> {
         }
     }
 
-    /// Splits it into the two ends. The sender still needs its lender.
+    /// Splits it into the tick's end and the queues of the publishing thread. [`SenderEnds::lend`]
+    /// makes these a [`Sender`].
     pub(crate) fn split(self) -> (Filler<T>, SenderEnds<T>) {
         let (free_in, free_out) = self.to_tick;
         let (full_in, full_out) = self.from_tick;
@@ -102,7 +105,7 @@ pub(crate) struct SenderEnds<T: 'static> {
 }
 
 impl<T: Pod + Send> SenderEnds<T> {
-    /// Starts lending. Every sample is touched before the tick gets it.
+    /// Lends the first samples to the tick. The pages of each sample are touched before.
     pub(crate) fn lend<L: Lender<T>>(self, lender: L) -> Sender<T, L> {
         let mut sender = Sender {
             lender,
@@ -116,14 +119,14 @@ impl<T: Pod + Send> SenderEnds<T> {
 }
 
 impl<T: Pod + Send> Filler<T> {
-    /// Lets `fill` write the next free sample and returns it for sending. The memory holds an
-    /// earlier frame. Returns false without calling `fill` when no sample is free.
+    /// Lets `fill` write the next free sample, then gives the sample back for sending. The memory may
+    /// hold an earlier frame. If no sample is free, returns false and does not call `fill`.
     pub(crate) fn fill(&mut self, fill: impl FnOnce(&mut T)) -> bool {
         let Some(mut slot) = self.free.dequeue() else {
             return false;
         };
-        // SAFETY: the sender lent this memory and waits for the slot before it touches it again;
-        // it is initialised (`Lender`) and any content is valid (`Pod`).
+        // SAFETY: the sender lent this memory and does not touch it until the slot is back. The
+        // memory is initialised (`Lender`), and any content is valid (`Pod`).
         fill(unsafe { slot.memory.as_mut() });
         // The queue has room for all slots.
         self.full.enqueue(slot).is_ok()
@@ -131,7 +134,8 @@ impl<T: Pod + Send> Filler<T> {
 }
 
 impl<T: Pod + Send, L: Lender<T>> Sender<T, L> {
-    /// Publishes the filled samples, oldest first, and lends new ones. Returns their number.
+    /// Publishes the filled samples, oldest first, and lends new ones. Returns how many were
+    /// published.
     pub(crate) fn send_filled(&mut self) -> usize {
         let mut sent = 0;
         while let Some(slot) = self.full.dequeue() {
@@ -160,8 +164,9 @@ impl<T: Pod + Send, L: Lender<T>> Sender<T, L> {
         }
     }
 
-    /// Takes the loans back. Only for use after the tick's thread has ended. A sender dropped
-    /// without it (in a panic) leaks the loans instead of taking memory from the tick.
+    /// Publishes what is filled and returns all other loans. Call it only after the tick's thread has
+    /// ended. A sender that is dropped without this call (in a panic) leaks its loans, because the
+    /// tick may still write them.
     pub(crate) fn finish(mut self) {
         self.send_filled();
         for loan in self.loans.iter_mut().filter_map(Option::take) {
@@ -170,7 +175,8 @@ impl<T: Pod + Send, L: Lender<T>> Sender<T, L> {
     }
 }
 
-/// Writes to every page, so that the tick's first write causes no page fault.
+/// Writes one byte in every 4096, from the first on, so that the tick's first write to these pages
+/// causes no page fault.
 fn touch<T>(memory: NonNull<T>) {
     let start = memory.cast::<u8>();
     for offset in (0..size_of::<T>()).step_by(4096) {
@@ -188,7 +194,7 @@ mod tests {
     use std::cell::RefCell;
     use std::rc::Rc;
 
-    /// Boxes as samples: at most `left` loans; sent ones are kept.
+    /// Lends boxes, at most `left` at a time, and stores those that are sent.
     struct Boxes {
         left: usize,
         sent: Rc<RefCell<Vec<[u64; 1024]>>>,

@@ -1,4 +1,5 @@
-//! Counts the ticks in which contact asks for a force and less of it is rendered, by reason.
+//! Counts the ticks in which contact asks for a force while a fault holds it back, or while it rises
+//! again after that fault. Each fault has its own count.
 
 use core::sync::atomic::AtomicU64;
 
@@ -7,7 +8,7 @@ use rt_core::sim::TickView;
 
 use crate::shared::Shared;
 
-/// Faults that hold the force back. The first that happens is the reason.
+/// Faults that hold the force back. If a tick has several, the first in this list is the reason.
 const REASONS: [Fault; 12] = [
     Fault::DeviceFault,
     Fault::LostDevice,
@@ -23,15 +24,16 @@ const REASONS: [Fault; 12] = [
     Fault::StaleDevice,
 ];
 
-/// Reason for which force is held back now.
+/// The reason for which force is held back now, if any.
 #[derive(Debug, Default)]
 pub(crate) struct HeldBack {
     reason: Option<Fault>,
+    /// Faults of the last tick.
     last: FaultSet,
 }
 
 impl HeldBack {
-    /// Notes a tick.
+    /// Counts a tick in `shared`.
     pub(crate) fn note(&mut self, view: &TickView<'_>, shared: &Shared) {
         let begins = self.step(view.faults, view.force_share);
         if !view.asks_force {
@@ -50,10 +52,11 @@ impl HeldBack {
         }
     }
 
-    /// Returns true if a reason begins.
+    /// Updates the reason. `share` is the share of the force that is rendered, 0 to 1. Returns true
+    /// if the reason's fault is present and the last tick did not have it.
     fn step(&mut self, faults: FaultSet, share: f32) -> bool {
         let now = REASONS.into_iter().find(|&it| faults.contains(it));
-        // Force that rises because a person enabled it is not held back.
+        // A person has enabled the force. It rises now, but nothing holds it back.
         let was_enabled = self.reason == Some(Fault::NotEnabled);
         let is_full = share >= 1.0;
         self.reason = now.or(self.reason.filter(|_| !is_full && !was_enabled));

@@ -2,13 +2,15 @@
 //! and the 1 kHz tick, and the publishing thread.
 //!
 //! ```text
-//! run (main thread)   checks, opens, starts; then sleeps and watches
-//!  ├─ tick            FIFO 80, own core: sample → … → force → … → publish; no system call that
-//!  │                  blocks but the sleep to the next absolute deadline, no heap, no iceoryx2
-//!  └─ publishing      FIFO 40, other cores: owns every iceoryx2 object
+//! run (main thread)   checks, starts the threads; then sleeps and watches the tick
+//!  ├─ tick            FIFO 80, own core: sample → … → force → … → publish. It blocks only in the
+//!  │                  sleep to the next absolute deadline. It uses no heap and no iceoryx2
+//!  ├─ publishing      FIFO 40, other cores: owns every iceoryx2 object
+//!  └─ devices         FIFO 81, other cores: opens the devices and reopens lost ones
 //! ```
 //!
-//! The threads share only lock-free queues (loan handover for frames) and atomics.
+//! The priorities are the defaults. While the tick runs, the threads share only lock-free queues
+//! and atomics. Frames for the display pass through the queues of the loan handover.
 
 mod account;
 pub mod admission;

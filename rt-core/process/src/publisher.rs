@@ -1,5 +1,5 @@
-//! The publishing thread owns every iceoryx2 object, sends the tick's frames and passes commands
-//! on. A timer wakes it late in each period, when the tick should be done.
+//! The publishing thread. It owns every iceoryx2 object, sends the tick's frames and passes commands
+//! to the tick. It sleeps until late in each period, when the tick should be done.
 
 use core::mem::MaybeUninit;
 use core::ptr::NonNull;
@@ -24,13 +24,13 @@ use crate::shared::Shared;
 use crate::summary::Ended;
 use crate::time_driver::{monotonic_ns, sleep_until};
 
-/// Capacity for events: 32 ticks full of them.
+/// Size of the queue for events. A queue of `N` holds `N − 1`: the most events of 32 ticks.
 pub(crate) const EVENT_QUEUE: usize = 1025;
-/// Capacity for timing records, and for inputs: one second.
+/// Size of the queue for timing records, and of that for inputs: 1024 ticks, about a second.
 pub(crate) const RECORD_QUEUE: usize = 1025;
-/// Capacity for commands; the tick takes one per tick.
+/// Size of the queue for commands: it holds eight. The tick takes at most one in each period.
 pub(crate) const COMMAND_QUEUE: usize = 9;
-/// Interval at which dead hosts are removed.
+/// Interval at which hosts that died are forgotten, ns.
 const FORGET_DEAD_NS: u64 = 1_000_000_000;
 
 /// The publishing thread's ends of all queues.
@@ -41,11 +41,11 @@ pub(crate) struct Ends {
     pub(crate) records: Consumer<'static, TickRecord>,
     pub(crate) inputs: Consumer<'static, InputRecord>,
     pub(crate) commands: Producer<'static, Command>,
-    /// Tick at which each command took effect, in the order of the commands.
+    /// Tick that took each command, in the order of the commands.
     pub(crate) accepted: Consumer<'static, u64>,
 }
 
-/// Publishes until the tick's thread has ended and everything it left is sent.
+/// Publishes until the tick's thread has ended. What is left in the queues then is still sent.
 pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, period_ns: u64) {
     let mut state = ends.state.lend(Samples(&controller.state));
     let mut tools = ends.tools.lend(Samples(&controller.tools));
@@ -59,12 +59,12 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
     };
     let mut forget_at_ns = monotonic_ns() + FORGET_DEAD_NS;
     loop {
-        // Read this first, so that everything the tick left is still sent below.
+        // Read this before the queues. If the tick has ended, this round then sends all that it left.
         let last_round = shared.tick_ended.load(Acquire);
         state.send_filled();
         tools.send_filled();
         while let Some(event) = events.dequeue() {
-            // Sending fails only when the service is gone; the reader then sees the gap.
+            // Sending fails only when the service is gone. A reader sees the gap in the numbers.
             let _ = controller.events.send_copy(event);
         }
         controller.greet();
@@ -86,8 +86,8 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
     tools.finish();
 }
 
-/// Time of the next round: eight tenths into a period of the tick, when the frames of that period
-/// are complete.
+/// Time of the next round, ns: eight tenths of a period after the start of one. The frames of that
+/// period should be complete then.
 fn next_round_ns(shared: &Shared, period_ns: u64) -> u64 {
     let now = monotonic_ns();
     let phase = shared.scheduled_ns.load(Relaxed) + period_ns / 10 * 8;
@@ -98,15 +98,14 @@ fn next_round_ns(shared: &Shared, period_ns: u64) -> u64 {
     now + period_ns - behind % period_ns
 }
 
-/// iceoryx2 samples as lent memory.
+/// Lends the memory of iceoryx2 samples.
 struct Samples<'a, T: core::fmt::Debug + ZeroCopySend + 'static>(
     &'a Publisher<ipc::Service, T, ()>,
 );
 
 #[expect(unsafe_code, reason = "promises what iceoryx2's loans are")]
-// SAFETY: a loaned sample is memory mapped from a file, hence initialised; it stays where it is
-// and belongs to nobody else until it is sent or dropped; plain memory may be written by any
-// thread.
+// SAFETY: a loaned sample is memory that is mapped from a file, so it is initialised. It stays
+// where it is, and nobody else uses it until it is sent or dropped. Any thread may write it.
 unsafe impl<T: Pod + core::fmt::Debug + ZeroCopySend> Lender<T> for Samples<'_, T> {
     type Loan = SampleMutUninit<ipc::Service, MaybeUninit<T>, ()>;
 
@@ -119,7 +118,7 @@ unsafe impl<T: Pod + core::fmt::Debug + ZeroCopySend> Lender<T> for Samples<'_, 
     }
 
     fn send(&mut self, loan: Self::Loan) {
-        // SAFETY: the tick filled it, and any content is valid (`Pod`).
+        // SAFETY: the memory is initialised (see above), and any content is valid (`Pod`).
         let sample = unsafe { loan.assume_init() };
         // Fails only when the service is gone.
         let _ = sample.send();
@@ -212,7 +211,7 @@ impl Inputs {
         }
     }
 
-    /// Also tells a recorder that this is the end, and the number of ticks.
+    /// Sends what is left. The last batch gives the number of ticks, which marks the end of the run.
     fn send_rest(&mut self, controller: &Controller, shared: &Shared) {
         self.send_full(controller, shared);
         self.batch.ran = u32::try_from(shared.ticks.load(Relaxed)).unwrap_or(u32::MAX);
@@ -225,13 +224,13 @@ impl Inputs {
         };
         self.batch.setup = *setup;
         self.batch.lost = shared.inputs_lost.load(Relaxed);
-        // Without a recorder, this only checks an empty list.
+        // If no recorder is connected, this costs only the check of an empty list.
         let _ = controller.inputs.send_copy(*self.batch);
         self.batch.count = 0;
     }
 }
 
-/// Receives commands and sends replies.
+/// Receives commands from hosts and sends replies.
 struct Desk {
     commands: Producer<'static, Command>,
     accepted: Consumer<'static, u64>,
@@ -276,7 +275,7 @@ fn reply(outcome: u32, tick: u64) -> ReplyMsg {
     }
 }
 
-/// Parses a command, or returns the outcome that refuses it.
+/// Parses a command. The error is the outcome for the reply that refuses it.
 fn parse(message: CommandMsg) -> Result<Asked, u32> {
     let flag = match message.argument {
         0 => Ok(false),

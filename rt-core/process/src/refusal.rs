@@ -1,9 +1,9 @@
 //! Refusals of realtime: which rule of Linux refused a call, and the remedy.
 //!
-//! Nothing here predicts. A call was made and refused. Its error number alone tells no cause: EPERM
-//! comes from a limit, a control group, a user namespace or a seccomp filter alike. So the
-//! circumstances are read, and the first rule that refuses, in the kernel's order, is named.
-//! `calot check` and the controller both judge here.
+//! This module does not predict. It explains a call that Linux has refused. The error number alone
+//! does not give the cause: EPERM may come from a limit, a control group, a user namespace or a
+//! seccomp filter. So this module reads the state of the process and tries the rules in the kernel's
+//! order. It names the first rule that refuses. `calot check` and the controller both use it.
 
 use std::fmt;
 use std::path::Path;
@@ -16,19 +16,20 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
-    /// The user's limit (`rtprio`, `memlock`), and no capability lifts it.
+    /// The resource limit (`rtprio`, `memlock`) is too low, and the process lacks the capability that
+    /// would lift it.
     Limit,
-    /// The capability is given inside a user namespace only.
+    /// The process has the capability inside a user namespace only, where it does not count.
     UserNamespace,
-    /// The control group's realtime runtime is 0.
+    /// The control group has no realtime runtime.
     ControlGroup,
-    /// The process's CPU set lacks the core; for `SCHED_DEADLINE`, any core.
+    /// The process may not use the core. For `SCHED_DEADLINE`: it may not use all cores.
     CpuSet,
     /// A seccomp filter.
     Seccomp,
-    /// Other deadline threads have the time.
+    /// Other `SCHED_DEADLINE` threads have reserved the processor time.
     Busy,
-    /// The machine's settings leave realtime threads too little time, or none.
+    /// `kernel.sched_rt_runtime_us` leaves realtime threads too little time, or none.
     Throttle,
     /// No rule above explains the refusal.
     Unknown,
@@ -72,30 +73,32 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// State of the process that decides if Linux grants realtime.
+/// State of the process and the machine by which Linux grants or refuses realtime.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Circumstances {
     /// Effective capability `CAP_SYS_NICE`.
     pub may_nice: bool,
     /// Effective capability `CAP_IPC_LOCK`.
     pub may_lock: bool,
-    /// Highest priority of this user; `None`: unlimited.
+    /// Soft limit `RLIMIT_RTPRIO`, the highest realtime priority; `None`: unlimited.
     pub rtprio: Option<u64>,
-    /// Memory that this user may lock, bytes; `None`: unlimited.
+    /// Soft limit `RLIMIT_MEMLOCK`, the memory that may be locked, bytes; `None`: unlimited.
     pub memlock: Option<u64>,
-    /// The process is in a user namespace, where its capabilities do not count for this.
+    /// The process is in a user namespace other than the initial one. Its capabilities do not count for
+    /// these calls.
     pub user_namespace: bool,
     /// The process is in a container.
     pub container: bool,
-    /// A seccomp filter judges its calls.
+    /// A seccomp filter checks its system calls.
     pub seccomp: bool,
-    /// Realtime runtime of its control group, and the file that holds it.
+    /// Realtime runtime of its control group of version 1, µs, and the file that holds it.
     pub rt_runtime: Option<(i64, String)>,
-    /// Control group of version 2 that shares out the processor, unless it is the root.
+    /// Its control group of version 2, if that group or one above it has a `cpu.weight`. The root has
+    /// none.
     pub shared_group: Option<String>,
     /// Cores that the calling thread may use, as the kernel lists them.
     pub cores: String,
-    /// Cores that run, as the kernel lists them.
+    /// Cores that are online, as the kernel lists them.
     pub online: String,
     /// `kernel.sched_rt_runtime_us` and `kernel.sched_rt_period_us`; a negative runtime sets no
     /// limit.
@@ -108,7 +111,7 @@ const DOCKER: &str = "start the container with `--cap-add SYS_NICE --cap-add IPC
                       rtprio=99 --ulimit memlock=-1`";
 const SYSCTL: &str =
     "sudo sysctl kernel.sched_rt_period_us=1000000 kernel.sched_rt_runtime_us=950000";
-/// Share of its core's time that the tick asks of `SCHED_DEADLINE`.
+/// Share of a core's time that the tick asks for under `SCHED_DEADLINE`.
 const DEADLINE_SHARE: f64 = 0.9;
 const LIMITS: &str = "run `sudo setcap cap_ipc_lock,cap_sys_nice+ep $(command -v calot)`, or \
                       `calot check --install | sudo sh` and log in again";
@@ -124,11 +127,11 @@ impl Circumstances {
         }
     }
 
-    /// Reads the circumstances that files below this root tell.
+    /// Reads the circumstances from the files below `root`. The resource limits are not among them.
     #[must_use]
     pub fn of_files(root: &Path) -> Self {
         let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap_or_default();
-        // The affinity is the thread's own.
+        // Each thread has its own affinity, so this reads the thread's file.
         let status = read("proc/thread-self/status");
         let number = |path: &str| read(path).trim().parse::<i64>().ok();
         let throttle_us = number("proc/sys/kernel/sched_rt_runtime_us")
@@ -175,7 +178,7 @@ impl Circumstances {
         }
     }
 
-    /// Judges a refused call.
+    /// Finds the cause of a refused call, and the remedy.
     #[must_use]
     pub fn judge(&self, call: Call, error: Errno) -> Refusal {
         let (cause, why) = match &call {
@@ -203,7 +206,7 @@ impl Circumstances {
         let by_right = self.may_nice && !self.user_namespace;
         let limit = shown(self.rtprio);
         match &self.rt_runtime {
-            // The kernel checks the control group last, once limit or capability allow the call.
+            // The kernel checks the control group after the limit and the capability.
             Some((0, file)) if error == Errno::PERM && (by_limit || by_right) => {
                 (Cause::ControlGroup, format!("{error}: {file} is 0"))
             }
@@ -221,8 +224,8 @@ impl Circumstances {
         }
     }
 
-    /// Kernels with `CONFIG_RT_GROUP_SCHED` give groups of version 2 no realtime runtime, and no
-    /// file says so. Seen on Linux 6.18: refused in a group, granted in the root.
+    /// A kernel with `CONFIG_RT_GROUP_SCHED` gives control groups of version 2 no realtime runtime. No
+    /// file shows that. Seen on Linux 6.18: refused in a group, granted in the root.
     fn other_fifo(&self, error: Errno) -> (Cause, String) {
         match &self.shared_group {
             Some(group) if error == Errno::PERM && !self.seccomp => (
@@ -236,9 +239,8 @@ impl Circumstances {
         }
     }
 
-    /// The kernel asks for the capability, then for all cores of the scheduling domain and for
-    /// time that the machine leaves to realtime threads, then for what other deadline threads left
-    /// of it.
+    /// The kernel checks in this order: the capability; the affinity (all cores of the scheduling
+    /// domain) and a realtime share above zero; the time that other deadline threads leave.
     fn deadline(&self, error: Errno) -> (Cause, String) {
         let is_whole = self.cores == self.online || self.online.is_empty();
         let throttle = self.throttle_us.filter(|[runtime, _]| *runtime >= 0);
@@ -359,8 +361,8 @@ impl Circumstances {
     }
 }
 
-/// True if the group of version 2, or one above it, has a share of the processor. The root has
-/// none, and a container that sees its own group as the root has.
+/// True if the control group of version 2, or one above it, has the file `cpu.weight`. The real root
+/// group has no such file. A container may see its own group as the root; that one has it.
 fn shares_processor(root: &Path, group: &str) -> bool {
     let folder = Path::new(group.trim_start_matches('/'));
     let mut groups = folder.ancestors();

@@ -1,4 +1,5 @@
-//! The tick's access to devices, clock and queues. Nothing here blocks or allocates.
+//! One control period (a tick), and its access to devices, clock and queues. Nothing here blocks
+//! or allocates.
 
 use core::ops::ControlFlow;
 use core::sync::atomic::Ordering::{Relaxed, Release};
@@ -35,7 +36,7 @@ pub(crate) struct Ends {
     pub(crate) accepted: Producer<'static, u64>,
 }
 
-/// The tick's context besides the simulation.
+/// Everything that the tick uses outside the simulation: devices, queues, counters and budgets.
 pub(crate) struct World {
     devices: Devices,
     ends: Ends,
@@ -44,18 +45,18 @@ pub(crate) struct World {
     publish_every: u64,
     period_ns: u64,
     gate: PublishGate,
-    /// Time that each stage may need, ns.
+    /// Time that each stage needs, ns: measured at admission, or else its budget.
     needs_ns: [u64; STAGES],
-    /// Deadline for the tick's end.
+    /// Time at which this tick must end, ns: the start of the next period.
     deadline_ns: u64,
     next_event: u64,
-    /// Arrival time of the haptic device's sample, if this tick brought one.
+    /// Arrival time of the haptic device's sample, ns. `None` if this tick received none.
     fresh_at_ns: Option<u64>,
     last_stamp_ns: u64,
     record: TickRecord,
     /// Inputs of this tick.
     input: InputRecord,
-    /// Status of haptic device, tracker and pedal.
+    /// Status of haptic device, tracker and pedal, as the last tick had it.
     device_status: [Status; 3],
     held_back: HeldBack,
 }
@@ -135,7 +136,7 @@ impl Ports for World {
         } else {
             let command = self.ends.commands.dequeue();
             if command.is_some() {
-                // The queue has room for all commands under way.
+                // The queue holds eight. The publishing thread empties it in each of its rounds.
                 let _ = self.ends.accepted.enqueue(self.record.tick);
             }
             command
@@ -201,7 +202,7 @@ impl Ports for World {
             self.device_status = status;
             Shared::count(&self.shared.device_changes);
         }
-        // Non-negative floats are ordered like their bits.
+        // The bits of non-negative floats, read as integers, have the same order as the floats.
         let force_n = rt_core::math::norm(&view.tool.force_n).max(0.0);
         self.shared
             .force_max_n
@@ -316,7 +317,8 @@ impl Tick {
         }
         let before = shared.heartbeat_ns.load(Relaxed);
         if before > 0 {
-            // Before the heartbeat: the watch that sees this one knows the length.
+            // Written before the heartbeat. A watch that reads this heartbeat (`Acquire`) then also
+            // sees the time since the one before.
             shared
                 .stood_ns
                 .fetch_max(end.saturating_sub(before), Relaxed);
@@ -333,7 +335,7 @@ impl Tick {
         }
     }
 
-    /// Sends zero force.
+    /// Sends zero force to the haptic device, three times.
     pub(crate) fn make_safe(&mut self) {
         self.world.devices.make_safe(now_ns());
     }

@@ -1,4 +1,5 @@
-//! The tick's thread: becomes realtime, builds the simulation, arms the counters, runs.
+//! The tick's thread: it becomes realtime, builds the simulation and runs the executor. The
+//! executor's accounting task arms the counters.
 
 use core::cell::RefCell;
 use core::ops::ControlFlow;
@@ -45,8 +46,8 @@ pub(crate) struct Start {
     pub(crate) settings: Settings,
 }
 
-/// Body of the thread. Reports its realtime privileges just before the first tick. The force is
-/// zero when it returns or unwinds.
+/// Body of the thread. It reports its realtime privileges to `told` when everything is built, before
+/// the first tick. It commands zero force before it returns or unwinds.
 pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     let shared = Arc::clone(&start.shared);
     let settings = start.settings;
@@ -58,7 +59,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
         .tick_thread
         .store(thread.as_raw_nonzero().get(), Relaxed);
 
-    // Both live as long as the process, as embassy's tasks must.
+    // Leaked, because embassy's tasks must be `'static` and one of them borrows it.
     let storage: &'static mut Storage =
         Box::leak(Box::new(Storage::new(settings.paper_iterations)));
     let capabilities = start.devices.capabilities();
@@ -98,7 +99,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
 
     let outcome = catch_unwind(AssertUnwindSafe(|| executor.run(settings.spin_ns)));
     alloc_counter::disarm();
-    // Unwinding has released the borrow of a panicking tick.
+    // A tick that panicked has released its borrow while it unwound.
     if let Ok(mut tick) = tick.try_borrow_mut() {
         tick.make_safe();
     }
@@ -108,7 +109,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     }
 }
 
-/// Turns an ordinary thread into a realtime one.
+/// Asks Linux to make the calling thread realtime, and notes in `standing` what it granted.
 fn become_realtime(mut standing: Standing, settings: Settings, core: usize) -> Standing {
     match (settings.realtime, settings.scheduler) {
         (Realtime::Never, _) => {}
@@ -127,7 +128,8 @@ fn become_realtime(mut standing: Standing, settings: Settings, core: usize) -> S
     standing
 }
 
-/// Body of the control task.
+/// Returns the body of the control task: one tick, with the oscilloscope's line high while it runs.
+/// It wakes the accounting task after each batch of ticks and after the last tick.
 fn ticking(
     tick: Rc<RefCell<Tick>>,
     batch_done: Rc<BatchDone>,
@@ -167,7 +169,8 @@ mod tests {
     use shared_mem::message::TickRecord;
     use std::sync::{Mutex, mpsc};
 
-    /// A device that answers every poll and keeps the forces; `step` may stall or panic.
+    /// A device that answers every poll with a sample and stores each force that it receives. `step`
+    /// runs in each poll; it may stall or panic.
     struct Fake<F> {
         polls: u64,
         step: F,
@@ -212,7 +215,7 @@ mod tests {
         }
     }
 
-    /// Changes of the oscilloscope's line: time and level.
+    /// Changes of the oscilloscope's line: time, ns, and level.
     type Scoped = Arc<Mutex<Vec<(u64, bool)>>>;
 
     #[global_allocator]
@@ -232,7 +235,7 @@ mod tests {
         run_in_room(periods, Standing::default(), prepare, step)
     }
 
-    /// Runs the thread in the time that `prepare` sets up.
+    /// Runs the thread. `prepare` may switch it to simulated time.
     fn run_in_room(
         periods: u64,
         standing: Standing,
@@ -255,7 +258,7 @@ mod tests {
         let mut config = RtConfig::new("simulated", "none");
         config.realtime = Realtime::Never;
         config.periods_max = Some(periods);
-        // The fake device allocates.
+        // The fake device may allocate in a poll or in a send.
         if standing.bits == 0 {
             config.on_violation = OnViolation::Count;
         }
@@ -350,7 +353,7 @@ mod tests {
         }
     }
 
-    /// Body of a process whose tick breaks a rule again and again, in real time.
+    /// Body of a process whose tick breaks one rule in each poll from the 200th on, in real time.
     #[test]
     #[ignore = "started by another test as a process"]
     fn breaks_a_rule() {
@@ -382,7 +385,7 @@ mod tests {
         let may_lock = realtime::lock_memory().is_ok();
         let _ = rustix::mm::munlockall();
         if OnViolation::BUILD_DEFAULT == OnViolation::Count || !may_lock {
-            return; // a release build counts; without the lock nothing is promised
+            return; // a release build only counts; faults in unlocked memory end no run
         }
         for (rule, said) in [
             ("allocation", "allocated after its start"),
@@ -430,7 +433,8 @@ mod tests {
             advance_simulated(if poll == 50 { 7_300_000 } else { 200_000 });
         });
         assert_eq!(outcome.shared.overruns.load(Relaxed), 1);
-        // Due at 0, done at 7.3: the tick due at 1 starts then; the periods at 2 to 7 are lost.
+        // The slow tick is due at 0 ms and ends at 7.3 ms. The tick that was due at 1 ms starts at
+        // 7.3 ms. No tick runs for the periods that begin at 2 ms to 7 ms.
         assert_eq!(outcome.shared.deadline_misses.load(Relaxed), 6);
         assert_eq!(outcome.shared.ticks.load(Relaxed), 94);
         let overruns = &outcome.shared.faults[rt_core::fault::Fault::Overrun.code() as usize];
@@ -466,7 +470,7 @@ mod tests {
         let shared = &outcome.shared;
         assert_eq!(shared.ticks.load(Relaxed), 400);
         assert_eq!(outcome.forces.len(), 400 + 3);
-        // Of 100 due frames every 26th is published in any case.
+        // 100 frames are due. After 25 dropped ones the next is published in any case.
         assert_eq!(shared.frames_dropped.load(Relaxed), 97);
         assert_eq!(shared.stages_over[0].load(Relaxed), 400, "sampling took it");
         let mut dropped = 0;
@@ -474,15 +478,15 @@ mod tests {
             dropped += u64::from(record.bits & TickRecord::DROPPED_PUBLISH != 0);
         }
         assert_eq!(dropped, 97);
-        // Sampling alone took the time, so all other work was dropped.
+        // Sampling alone took the time, so all optional work was dropped.
         assert_eq!(shared.self_collisions_dropped.load(Relaxed), 400);
         assert_eq!(shared.far_organs_dropped.load(Relaxed), 400);
     }
 
     #[test]
     fn optional_work_is_dropped_in_its_order() {
-        // After 250 µs the budgets of contact to force still fit; after 400 µs only those of solve
-        // and force; after 600 µs none.
+        // After 250 µs the budgets of contact, solve and force still fit into the period. After
+        // 400 µs only those of solve and force fit. After 600 µs these do not fit either.
         for (taken_us, self_collision, far) in [(250, 0, 0), (400, 50, 0), (600, 50, 50)] {
             let outcome = simulate(50, move |_| advance_simulated(taken_us * 1000));
             let shared = &outcome.shared;

@@ -1,4 +1,4 @@
-//! Tools, clips and organ contacts as they act on organs within the tick.
+//! Constraints that tools, clips and contacts between organs impose in each substep.
 
 use crate::contact::tool_contact::ToolContacts;
 use crate::math::Pose;

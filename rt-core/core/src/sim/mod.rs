@@ -3,35 +3,37 @@
 //! | stage | does |
 //! |---|---|
 //! | sample | reads the newest poses, buttons and commands; checks them, and how old they are |
-//! | tool | takes the instrument through the port, opens and closes its jaws |
-//! | contact | finds what tools, clips and other organs touch |
+//! | tool | computes the poses and capsules of instrument and endoscope |
+//! | contact | finds the contacts of organs with tools, with each other and with themselves |
 //! | solve | moves the tissue, in substeps, with every constraint |
 //! | force | sums the wrench on the handle, limits it, and sends it to the device at once |
-//! | procedure | burns, cuts, clips and leaks; raises the events |
+//! | procedure | moves the jaws; grasps, cuts, clips, burns, tears and leaks; raises the events |
 //! | publish | fills a frame, if an empty one is there |
 //!
 //! # Determinism
 //!
-//! Every input of a tick passes through `Ports::sample` and `Ports::may`. A recording of both
-//! reproduces the run bit for bit. The core calls no maths library and uses no fused multiply-add;
-//! square roots are correctly rounded. Measured quantities (time, admission) reach the simulation
-//! as recorded answers only.
+//! Every input of a tick passes through `Ports::sample`, `Ports::findings` and `Ports::may`. A
+//! recording of all three reproduces the run bit for bit. The core calls no maths library and uses
+//! no fused multiply-add; square roots are correctly rounded. The core reads no clock: the time,
+//! and the decision to omit work, are inputs like the samples.
 //!
 //! # Digest
 //!
-//! A tick leaves a hash of the tools, sums of the bits of all spheres, and eight bits of each
-//! organ's. Every sphere counts in every tick, so the first tick that differs is known, and the
-//! organ. A hash of all spheres would take longer than a tick has to spare. What feeds back into
-//! none of these, such as how much a leak lets through, the digest does not see.
+//! The digest of a tick holds a hash of the tools, a hash of the checksums of all organs' spheres,
+//! and eight bits of each organ's checksum. Every sphere counts in every tick. So a comparison of
+//! two runs finds the first tick and the organ that differ. The checksums only add, because a hash
+//! over all spheres would take too long for a tick. The digest does not cover results that act on
+//! neither tools nor spheres, such as the flow of a leak.
 //!
 //! # Checkpoints
 //!
-//! `Sim::checkpoint` keeps what a tick left, 1.7 MB. Any later moment is reached from it bit for
-//! bit.
+//! `Sim::checkpoint` copies the state between two ticks (1.7 MB). From the copy, equal inputs
+//! reproduce every later tick bit for bit.
 //!
 //! # Prepared tasks
 //!
-//! `Command::Start` puts on clips and divides as the tasks before would have, without events.
+//! `Command::Start` resets the scene and does the work of the earlier tasks: it clears tissue, puts
+//! on clips and divides tubes. The reset raises an event, the prepared work does not.
 
 mod checkpoint;
 mod coupling;
@@ -76,14 +78,14 @@ use crate::tissue::{Bounds, Method, Node, substeps};
 use crate::tool::{Capsule, Kinematics, ToolState, Wrench, capsules, endoscope};
 use crate::words::{Event, EventKind};
 
-/// Distance within which a moving organ wakes a sleeping one, m. Raising it wakes organs earlier,
-/// at more cost.
+/// Gap between the bounding boxes of two organs below which a moving one wakes a sleeping one, m.
+/// Raising it wakes organs earlier, at more cost.
 const STIR_M: f32 = 0.002;
 
 /// Parameters of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
-    /// Time in which the force rises after each enable, s.
+    /// Time in which the force rises from zero to full, s.
     pub force_ramp_s: f32,
     /// True if force may leave from the start, without [`Command::EnableForce`].
     pub force_enabled: bool,
@@ -119,7 +121,7 @@ pub struct Sim<'a> {
     transition: Transition,
     limit: OutputLimit,
     renders_torque: bool,
-    /// True if contact asked for a force in this tick.
+    /// True if tissue or jaws asked for a force in this tick.
     asks_force: bool,
     journal: Journal,
     fault_counters: FaultCounters,
@@ -216,7 +218,8 @@ impl<'a> Sim<'a> {
         ports.stamp(Stage::Force);
 
         self.work_instrument(&mut faults);
-        // Faults before burns and tears: the number of events in a tick is limited.
+        // The journal is bounded. Fault events come first, so that burns and tears cannot displace
+        // them.
         self.note_events(&mut faults);
         self.burn();
         self.tear();
@@ -246,7 +249,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Restores the state of the start.
+    /// Puts every organ back to rest without damage, opens the jaws, and takes off all clips.
     fn reset(&mut self) {
         self.let_go();
         self.contacts.clear();
@@ -267,7 +270,8 @@ impl<'a> Sim<'a> {
         });
     }
 
-    /// Device pose → instrument pose through the port, and its capsules; tracker → camera.
+    /// Computes the instrument's pose, through the port, and capsules from the device's pose. The
+    /// endoscope follows the tracker.
     fn move_tool(&mut self) {
         let room = self.scene.room();
         if let Some(sample) = self.inputs.device.newest() {
@@ -278,7 +282,7 @@ impl<'a> Sim<'a> {
             let takes_up = self.inputs.takes_up() && self.grasp.count() == 0;
             self.drive.follow(sample.opening, takes_up);
             if let (Some(hand), true) = (self.drive.hand(), takes_up) {
-                tool.jaw = hand; // where a gap has left the handle, nothing is bitten or cut
+                tool.jaw = hand; // after a gap the jaws jump to the handle, without a bite or a cut
             }
             let handle = &self.proxy.handle(&tool.world_from_handle);
             let length = tool.instrument.jaw_length_m();
@@ -309,7 +313,7 @@ impl<'a> Sim<'a> {
         } else {
             let mut parts: Vec<Capsule, MAX_CAPSULES> = Vec::new();
             for part in self.tool.capsules.iter().chain(&self.tool.endoscope) {
-                let _ = parts.push(*part); // of both tools there are fewer
+                let _ = parts.push(*part); // both tools together have fewer
             }
             self.contacts
                 .find(&parts, scene, &self.bounds, bodies, faults);
@@ -371,8 +375,8 @@ impl<'a> Sim<'a> {
         bodies.carry_removed(scene);
     }
 
-    /// Organs that are simulated in this tick: those near the instrument or in its jaws, and, if
-    /// there is time, others that do not sleep.
+    /// Organs that are simulated in this tick: those near a tool or in the jaws, and all others that
+    /// are awake if `far_organs`. Wakes organs that something near moves or that breathe.
     fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
         let worked = self.worked_organs();
         let mut moves = worked;
@@ -390,7 +394,7 @@ impl<'a> Sim<'a> {
         moves
     }
 
-    /// True if another organ that moves touches this one or pulls at it.
+    /// True if this organ sleeps, and another one that moves is near it or attached to it.
     fn is_stirred(&self, organ: usize) -> bool {
         let Some(own) = self.bounds.get(organ) else {
             return false;
@@ -412,7 +416,7 @@ impl<'a> Sim<'a> {
             && (others.into_iter().any(near) || self.scene.attachments.iter().any(pulls))
     }
 
-    /// For each organ, true if the instrument is near it or holds part of it.
+    /// For each organ, true if a tool is near it or the jaws hold part of it.
     fn worked_organs(&self) -> [bool; MAX_ORGANS] {
         let mut worked = [false; MAX_ORGANS];
         let bodies = &self.state.bodies;

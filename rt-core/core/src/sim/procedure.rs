@@ -1,4 +1,4 @@
-//! Stage `procedure`: actions of the buttons on the instrument, and the events of the tick.
+//! Stage `procedure`: the work of the jaws and of the current, and the events of the tick.
 
 use crate::fault::{Fault, FaultSet};
 use crate::math;
@@ -12,11 +12,12 @@ use crate::tissue::damage::tear_all;
 use crate::tool::{Instrument, Tool, ToolState};
 use crate::words::{Event, EventKind};
 
-/// Opening at which closing jaws grasp the tissue between them, as a share.
+/// Opening at or below which closing jaws grasp the tissue between them, 0 shut to 1 wide open.
 const JAW_HOLDS: f32 = 0.35;
 
 impl Sim<'_> {
-    /// Acts on the handle: closes and opens the jaws, changes the instrument.
+    /// Follows the handle's buttons and opening: moves the jaws, which then grasp, cut or clip, and
+    /// changes the instrument. Places sutures.
     pub(super) fn work_instrument(&mut self, faults: &mut FaultSet) {
         let pressed = self.inputs.newly_pressed();
         if pressed.contains(Buttons::CHANGE) {
@@ -68,8 +69,8 @@ impl Sim<'_> {
         bodies.tear_cells(&self.scene, |removed| journal.raise(removed.reported()));
     }
 
-    /// Cuts with scissors that have closed by `closed` of their opening; the blades hold the tissue
-    /// that they cut.
+    /// Cuts with scissors that have closed in this tick by the share `closed` of their full opening.
+    /// The blades hold the tissue while they cut it.
     fn cut(&mut self, closed: f32, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let blades = jaws(&self.tool);
@@ -89,7 +90,8 @@ impl Sim<'_> {
         }
     }
 
-    /// Holds tubes between the jaws of a closing applier, and closes the clip when it `bites`.
+    /// Holds the tubes between the closing jaws of the applier. Closes a clip in the tick in which
+    /// the jaws bite.
     fn clip(&mut self, bites: bool, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let (jaws, at_m) = (jaws(&self.tool), self.tool.tip_m);
@@ -113,7 +115,7 @@ impl Sim<'_> {
         }
     }
 
-    /// Spreads pressure and raises the events of leaks.
+    /// Spreads the pressure of blood and bile, and raises the events of leaks.
     pub(super) fn leak(&mut self) {
         if self.tool.switches.paused {
             return;
@@ -129,13 +131,14 @@ impl Sim<'_> {
         self.tell_of_grasp(EventKind::Grasp, self.grasp.count() as f32);
     }
 
-    /// Reports tissue that slips in the jaws, slides out of them, or is released.
+    /// Updates the grip, and lets go of tissue when the jaws open or it has slid out. Raises the
+    /// events of tissue that slips, is crushed or is released.
     fn hold(&mut self, closing: bool) {
         let Some(first) = self.grasp.first() else {
             return;
         };
         let (held, force_n) = (self.grasp.count(), math::norm(&self.grasp.pull_n()));
-        // Tissue that slides out of opening jaws is released, and reported as such.
+        // Slipping in opening jaws is a release: it raises no slip event.
         let most_n = self.drive.grip_max_n(self.tool.instrument);
         let slipped = (self.grasp).hold(&jaws(&self.tool), most_n, &mut self.state.bodies);
         if slipped && closing {
@@ -180,7 +183,7 @@ impl Sim<'_> {
         // Persistent contacts of the old instrument do not belong to the new one.
         self.contacts.clear();
         self.tool.instrument = instrument;
-        // New jaws are as open as the handle, so that they neither bite nor cut by the change.
+        // The new jaws start as open as the handle, so that the change neither bites nor cuts.
         self.tool.jaw = self.drive.hand().unwrap_or(1.0);
         self.drive.note_cut(0.0);
     }

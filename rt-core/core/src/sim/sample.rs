@@ -7,29 +7,31 @@ use crate::sim::Samples;
 use crate::time::TimeNs;
 use crate::words::{Health, Status};
 
-/// Least age at which a device sample is stale, ns: the force begins to fall. Raising it tolerates
-/// longer gaps with an old force.
+/// Lower bound of the age above which a device sample is stale, ns. The force falls while the
+/// sample is stale. Raising it tolerates longer gaps, in which an old force acts.
 const DEVICE_STALE_NS: u64 = 5_000_000;
-/// Periods of the device's own rate after which its sample is stale. With fewer, a slow device
-/// whose samples wait a period on the way would never be live.
+/// Age above which a device sample is stale, in periods of the device's own rate. With fewer, the
+/// samples of a slow device would always be stale, because they may wait a period in transit.
 const STALE_PERIODS: f32 = 3.0;
-/// Largest such age, ns: as long as a device's own watchdog may hold a force.
+/// Upper bound of the age above which a device sample is stale, ns: as long as a device's own
+/// watchdog may hold a force.
 const DEVICE_STALE_MAX_NS: u64 = 100_000_000;
-/// Time between two ticks after which the force starts from zero again, ns: as long as a stale
-/// sample takes to fade.
+/// Time between two ticks above which the force starts from zero again, ns: as long as the force
+/// takes to fall once a sample is stale.
 const STANDSTILL_NS: u64 = 20_000_000;
-/// Time after a standstill, ns, for which no speed is computed from positions and the force stays
-/// zero. What a device sent meanwhile comes all at once: its way belongs to the time of the gap. A
-/// terminal hands on its 4 kB within a few milliseconds, on a busy machine within some ten.
+/// Time after a standstill, ns, for which no speed is computed from positions and the force does
+/// not rise. Samples that the device sent during the gap arrive all at once. The distance between
+/// them was covered during the gap, not in one tick. A serial line delivers its buffer of 4 kB in a
+/// few milliseconds, or in tens of milliseconds on a busy machine.
 const SETTLE_NS: u64 = 50_000_000;
-/// Age at which a tracker sample is stale, ns: the camera stops.
+/// Age above which a tracker sample is stale, ns.
 const TRACKER_STALE_NS: u64 = 100_000_000;
-/// Age at which the pedal's state is stale, ns.
+/// Age above which the pedal's state is stale, ns. A stale state raises [`Fault::LostPedal`].
 const PEDAL_STALE_NS: u64 = 500_000_000;
 /// Largest distance of a pose from its device's origin, m.
 const REACH_MAX_M: f32 = 10.0;
-/// Least time between two samples from which a speed is computed, s. The newest samples of two
-/// ticks are a tick apart, however late the first one arrived.
+/// Least time by which the distance of two samples is divided to compute a speed, s. Each tick
+/// takes one sample, so two samples are a tick apart even if the first one arrived late.
 const SAMPLE_PERIOD_MIN_S: f32 = 0.001;
 
 /// State of one device's line, and its newest sample.
@@ -106,16 +108,17 @@ pub(crate) struct Inputs {
     pub(crate) device: Line<DeviceSample>,
     pub(crate) tracker: Line<TrackerSample>,
     pedal: Line<PedalSample>,
-    /// Velocity of the handle in the device's frame, m/s: measured, else from the last two samples.
+    /// Velocity of the handle in the device's frame, m/s: as the device measures it, or else from
+    /// the last two samples.
     pub(crate) velocity_m_s: Vec3,
     newly_pressed: Buttons,
-    /// The newest sample does not continue those before: the first, or the first after a gap.
+    /// True if this tick's sample is the first one, or the first after a gap.
     takes_up: bool,
     /// Age at which a device sample is stale, ns.
     stale_ns: u64,
     stood_still: bool,
     came_back: bool,
-    /// Time until which the lines hand on what they kept, ns.
+    /// Time until which the lines may still deliver samples that they buffered in a standstill, ns.
     settles_until_ns: TimeNs,
     now_ns: TimeNs,
 }
@@ -123,7 +126,7 @@ pub(crate) struct Inputs {
 impl Inputs {
     /// Inputs of a station with this haptic device.
     pub(crate) fn of(device: &DeviceCapabilities) -> Self {
-        // A rate that is no number, or zero, gives the largest age.
+        // A rate that is not a number, or is below 1 Hz, gives the largest age.
         let period_ns = (1.0e9 * STALE_PERIODS / device.rate_hz.max(1.0)) as u64;
         Self {
             stale_ns: period_ns.clamp(DEVICE_STALE_NS, DEVICE_STALE_MAX_NS),
@@ -131,7 +134,8 @@ impl Inputs {
         }
     }
 
-    /// Takes the samples of the ports. An invalid pose is dropped; the line then becomes stale.
+    /// Takes the samples of the ports. An invalid sample is dropped; without a valid one, the line
+    /// becomes stale.
     pub(crate) fn take(&mut self, samples: &Samples, faults: &mut FaultSet) {
         faults.raise_if(
             self.now_ns > 0 && samples.now_ns <= self.now_ns,
@@ -174,7 +178,7 @@ impl Inputs {
         faults.raise_if(is_lost, Fault::LostPedal);
     }
 
-    /// State of the pedal; a lost pedal reads as released.
+    /// State of the pedal. A lost pedal reads as released; a stale one keeps its last state.
     pub(crate) fn pedal(&self) -> PedalSample {
         self.pedal
             .newest()
@@ -194,8 +198,8 @@ impl Inputs {
         self.newly_pressed
     }
 
-    /// True if this tick's sample does not continue those before, so that the handle may have
-    /// opened or shut unseen.
+    /// True if this tick's sample is the first one, or the first after a gap. The handle may have
+    /// opened or shut unseen before it.
     pub(crate) const fn takes_up(&self) -> bool {
         self.takes_up
     }
@@ -224,7 +228,7 @@ impl Inputs {
     }
 }
 
-/// Velocity between two samples, m/s; none before the second.
+/// Velocity between two samples, m/s; zero without an earlier sample.
 fn velocity(before: Option<&DeviceSample>, now: &DeviceSample) -> Vec3 {
     let Some(before) = before else {
         return Vec3::zeros();

@@ -1,10 +1,10 @@
 //! Attachments between organs, and between an organ and the world.
 //!
 //! An attachment acts in the substeps of the finer of its two organs. A sphere of the coarser organ
-//! is then in the middle of a longer substep: its end of the attachment lies where the sphere has
-//! come to by then, and the impulse acts over the whole of its substep. Were attachments solved
-//! once a tick, in the last of a finer organ's substeps, they would hold it for a sixteenth of the
-//! time and give it sixteen times the speed.
+//! is then in the middle of a longer substep. The attachment uses the position that this sphere has
+//! reached by then, and its impulse acts over the whole of the longer substep. If attachments were
+//! solved once a tick, an organ of 16 substeps would feel them in the last one only: for a
+//! sixteenth of the time, at sixteen times the speed.
 
 use heapless::Vec;
 
@@ -20,7 +20,7 @@ use crate::tissue::multirate::{Multirate, SubstepWindow};
 struct Turn {
     /// Index in the scene.
     tie: u16,
-    /// Number of the suture, if it is one.
+    /// Number of the suture, if the attachment is one.
     suture: Option<u8>,
     /// Number of times that it acts in a tick.
     times: u32,
@@ -54,7 +54,7 @@ impl Ties {
                         tie: i,
                         suture,
                         times,
-                    }); // a scene with more is refused
+                    }); // validation rejects a scene with more
                 }
             }
             times /= 2;
@@ -63,15 +63,15 @@ impl Ties {
 }
 
 /// Projects every attachment that is due in the finest substep `now` as an elastic link. A suture
-/// acts only while it is taut, a severed attachment never. Ends with rest length zero are drawn
-/// into one place.
+/// acts only while it is taut; a severed attachment never acts. An attachment of rest length zero
+/// draws its ends together.
 pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
     for i in 0..bodies.ties.turns.len() {
         let Some(turn) = bodies.ties.turns.get(i).copied() else {
             return;
         };
         let Some(moment) = SubstepWindow::due(now, turn.times, scene) else {
-            return; // nor is any after it
+            return; // later ones act less often, so none is due
         };
         if let Some(tie) = scene.attachments.get(usize::from(turn.tie))
             && let Some(tie) = bodies.sutures.now(tie, turn.suture)

@@ -7,13 +7,14 @@ use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// Largest speed of a sphere, m/s: above the speed of an instrument, below the speed that would
-/// carry a sphere through its neighbour in a tick.
+/// Largest speed of a sphere, m/s. An instrument is slower. A faster sphere could pass through its
+/// neighbour in one tick.
 const SPEED_MAX_M_S: f32 = 3.0;
 /// Largest displacement of a sphere from rest, m. A sphere beyond it has diverged.
 const DISPLACEMENT_MAX_M: f32 = 10.0;
 
-/// Delay of a sphere's trail, ticks. A longer trail ignores slower oscillations.
+/// Time constant of the low-pass filter that gives a sphere's trail, ticks. A longer one also
+/// ignores slower oscillations.
 const TRAIL_TICKS: f32 = 32.0;
 
 /// Bounding box of an organ's spheres, world frame, m.
@@ -70,8 +71,9 @@ impl Bounds {
 }
 
 impl Bodies {
-    /// Applies damping, then gravity (which damping must not weaken), then adds the velocity to the
-    /// displacement. Immovable spheres follow the velocity with which they are led.
+    /// Predicts the free motion of a substep: damps the velocity, then adds gravity, and sets the
+    /// step to velocity times `step_s`. Damping comes first, so that it does not weaken gravity.
+    /// Immovable spheres move with their prescribed velocity.
     pub(crate) fn predict(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) {
         let fall = scene.room.gravity_m_s2 * (organ.gravity_share * step_s);
         let keep = (1.0 - organ.material.damping_per_s * step_s).max(0.0);
@@ -85,9 +87,10 @@ impl Bodies {
         }
     }
 
-    /// Ends a substep: the corrected displacement gives the velocity, `v = d / dt`, at most
-    /// [`SPEED_MAX_M_S`]. A sphere that is not finite, or left the room, goes back to its place
-    /// before the substep and rests. Returns the number of those.
+    /// Ends a substep: adds the corrected step `d` to the displacement, and sets the velocity to
+    /// `d / dt`, at most [`SPEED_MAX_M_S`]. A sphere that is not finite, or is farther from rest
+    /// than [`DISPLACEMENT_MAX_M`], goes back to its place before the substep, at rest. Returns the
+    /// number of such spheres.
     pub(crate) fn advance(&mut self, organ: &Organ, step_s: f32) -> u32 {
         let mut quarantined = 0;
         let per_step = Lanes::splat(step_s.recip());
@@ -110,8 +113,9 @@ impl Bodies {
         quarantined
     }
 
-    /// Speed of the fastest free sphere of an organ over the last ticks, m/s. Heavily loaded
-    /// spheres alternate between places that lie micrometres apart; only their net motion counts.
+    /// Net speed of the fastest free sphere of an organ over the last ticks, m/s. Also advances the
+    /// trails. Heavily loaded spheres alternate between places micrometres apart, which does not
+    /// count.
     pub(crate) fn pace_m_s(&mut self, organ: &Organ) -> f32 {
         let (start, count) = (organ.sphere_start, organ.sphere_count);
         let trails = self.trail_m.range_mut(start, count).iter_mut();
@@ -123,7 +127,7 @@ impl Bodies {
                 farthest = farthest.max(behind_m.norm_squared());
             }
         }
-        // A steady motion is `TRAIL_TICKS` ticks ahead of its trail.
+        // A sphere in steady motion is `TRAIL_TICKS` ticks ahead of its trail.
         math::sqrt(farthest) / (TRAIL_TICKS * TICK_S)
     }
 
@@ -148,7 +152,7 @@ impl Bodies {
         sphere
     }
 
-    /// Ends a tick of an organ: its immovable spheres are no longer led.
+    /// Ends a tick of an organ: sets the prescribed velocity of its immovable spheres to zero.
     pub(crate) fn stop_leading(&mut self, organ: &Organ) {
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             if node.inverse_mass_per_kg() <= 0.0 {
@@ -164,7 +168,8 @@ impl Bodies {
         }
     }
 
-    /// Leads an immovable sphere to this displacement within the coming tick, m.
+    /// Prescribes the velocity that takes an immovable sphere to the displacement `moved_m`, m,
+    /// within one tick.
     pub(crate) fn lead(&mut self, sphere: u32, moved_m: &Vec3) {
         let node = self.nodes.at_mut(sphere);
         let step_m = moved_m - node.moved_m();

@@ -4,17 +4,17 @@
 //!
 //! A centre is stored as its rest position, its displacement, and the change of the displacement in
 //! this substep. Displacement and change are small, so they keep the bits that a centre far from
-//! the origin would lose: a resting organ rests.
+//! the origin would lose. Without them, rounding would keep a resting organ in motion.
 //!
 //! # A substep
 //!
-//! A tick moves an organ in its number of substeps, a power of two. Each predicts the free flight
-//! of every sphere (`predict`), lets a [`Solver`], the attachments and the contacts correct it, and
-//! takes the velocity from the corrected displacement (`advance`). There are substeps and no
-//! iterations: stiffness must not depend on how often the solver ran. It does not while the
-//! stiffness number `E dt² / (ρ h²)` of a substep is at most 0.2. Preparation chooses the substeps
-//! by that number, and twice as many for an organ that does not come to rest after it was shaken: a
-//! few flat tetrahedra are stiffer than the number says.
+//! Each organ has its own number of substeps a tick, a power of two. A substep predicts the free
+//! flight of every sphere (`predict`), lets a [`Solver`], the attachments and the contacts correct
+//! it, and takes the velocity from the corrected displacement (`advance`). A substep makes one pass
+//! and does not iterate, because the apparent stiffness must not depend on the number of passes.
+//! One pass suffices while the stiffness number `E dt² / (ρ h²)` of a substep is at most 0.2.
+//! Preparation chooses the number of substeps by that bound. It doubles the number for an organ
+//! that does not come to rest after a shake: the stiffness number underrates a few flat tetrahedra.
 //!
 //! # The neo-Hookean solid
 //!
@@ -38,46 +38,47 @@
 //!
 //! Preparation orders the tetrahedra so that eight neighbours share no sphere. `kernel` solves a
 //! batch of eight at a time, in AVX registers or in plain arrays, with the same additions,
-//! multiplications, divisions and roots in the same order. The bits are the same.
+//! multiplications, divisions and roots in the same order. So both give the same bits.
 //!
 //! # Links
 //!
 //! Tubes, and tissue that no tetrahedron joins, have elastic links: `C = |p1 − p2| − L` with a
 //! compliance. Attachments between organs, threads, the grip of jaws and contact are constraints of
-//! the same kind. The multiplier of each is its force.
+//! the same kind. The multiplier of each, over `dt²`, is its force.
 //!
 //! # Damage
 //!
-//! A link keeps one number, its damage, from intact to torn. A link is a bundle of fibres that tear
-//! one after another (a cohesive law): its force rises with the stiffness `k` up to a stretch `s`
-//! and falls as fast from there to nothing at `2 s`. That takes the energy `k s²`. So `s = √(G c)`
-//! follows from the compliance `c` and the energy `G` of the tear, toughness times area. A
-//! half-torn link that is let go comes back on a straight line, without the energy that was spent:
-//! no cycle gives energy. Scissors and current damage links too. Tetrahedra neither tear nor are
-//! cut yet.
+//! A link has one damage variable, from 0 (intact) to 1 (torn). It models a bundle of fibres that
+//! tear one after another (a cohesive law). Its force rises with the stiffness `k` up to an
+//! elongation `s`, in m, and falls at the same rate to zero at `2 s`. The whole tear takes the
+//! energy `k s²`. So `s = √(G c)` follows from the compliance `c = 1/k` and the energy `G` of the
+//! tear, which is toughness times area. A half-torn link unloads along a straight line to zero, so
+//! a cycle never yields energy. Scissors and current damage links too. Tetrahedra neither tear nor
+//! are cut yet.
 //!
 //! # Organs in unequal substeps
 //!
 //! A constraint between two organs acts in each substep of the finer one. A sphere of the coarser
-//! organ is then in the middle of a longer substep. Its end of the constraint lies where the sphere
-//! has come to by then, and the impulse acts over the whole of its substep. Were attachments solved
-//! once a tick, in the last of a finer organ's substeps, they would hold it for a sixteenth of the
-//! time and give it sixteen times the speed.
+//! organ is then in the middle of a longer substep. The constraint uses the position that this
+//! sphere has reached by then, and its impulse acts over the whole of the longer substep. If
+//! attachments were solved once a tick, an organ of 16 substeps would feel them in the last one
+//! only: for a sixteenth of the time, at sixteen times the speed.
 //!
 //! # Sleep
 //!
-//! An organ that stays in place for 50 ticks sleeps until something comes near. The measure is how
-//! far a sphere is from its delayed trail, not its speed: heavily loaded spheres alternate between
-//! places micrometres apart.
+//! An organ that stays in place for 50 ticks sleeps until a tool or a moving organ comes near it or
+//! pulls at it. The measure of motion is the distance of a sphere from its low-pass filtered
+//! position (its trail). Its speed would mislead: heavily loaded spheres alternate between places
+//! micrometres apart.
 //!
 //! # Cells
 //!
-//! Fat and connective tissue are divided into cells. Each is carried by the organ's spheres and
-//! stands for the nearest. A cell is removed when it has taken the energy that boils it away, or
-//! when the strand that it stands for has torn. Everything else is a function of the set of removed
-//! cells, not of their order: the contact skin sinks by what is missing under it, a link keeps the
-//! share of its spheres' cells that is left, and a sphere without cells meets nothing and goes
-//! where its neighbours go. Tetrahedra of fat keep their stiffness.
+//! Fat and connective tissue are divided into cells. The organ's spheres carry the cells, and each
+//! cell belongs to the nearest sphere. A cell is removed when it has taken the energy that boils it
+//! away, or when its strand has torn. The effects depend on the set of removed cells, not on the
+//! order of removal. The contact skin sinks by the thickness that is missing under it. A link keeps
+//! the share of stiffness that its spheres have of their cells. A sphere without cells touches
+//! nothing and follows its neighbours. Tetrahedra of fat keep their stiffness.
 //!
 //! # The paper's method
 //!
@@ -162,8 +163,8 @@ pub(crate) struct Node {
     step_m: Lanes,
     /// Centre at rest, world frame, m. Spare lane: zero.
     rest_m: Lanes,
-    /// Velocity at the end of the last substep, m/s; of an immovable sphere the velocity with which
-    /// it is led. Spare lane: zero.
+    /// Velocity at the end of the last substep, m/s. An immovable sphere has a prescribed velocity
+    /// instead. Spare lane: zero.
     velocity_m_s: Lanes,
 }
 
@@ -247,7 +248,8 @@ impl Node {
             + ((self.moved_m - other.moved_m) + (self.step_m - other.step_m))
     }
 
-    /// Centre relative to that of `other` at the start of this substep.
+    /// Centre relative to that of `other` at the start of this substep, m. The spare lane has no
+    /// meaning.
     #[inline(always)]
     pub(crate) fn away_at_start(&self, other: &Self) -> Lanes {
         (self.rest_m - other.rest_m) + (self.moved_m - other.moved_m)
@@ -264,7 +266,7 @@ impl Node {
 /// State of every sphere, and of the structures between them.
 #[derive(Debug, Clone)]
 pub struct Bodies {
-    /// Displacement and velocity of each sphere.
+    /// Rest position, displacement, velocity and inverse mass of each sphere.
     pub(crate) nodes: PerSphere<Node>,
     /// Radius, m.
     pub(crate) radius_m: PerSphere<f32>,
@@ -321,7 +323,7 @@ impl Bodies {
         self.rest(scene);
     }
 
-    /// Starts a tick: marks every organ as simulated or not, and clears the contact flags.
+    /// Starts a tick: marks every organ as simulated if `is_awake`, and clears the contact flags.
     pub(crate) fn begin(&mut self, scene: &Scene<'_>, is_awake: bool) {
         if is_awake {
             self.sutures.draw_in();
@@ -391,7 +393,7 @@ impl Default for Bodies {
     }
 }
 
-/// Inverse mass of a sphere that is not held, 1/kg.
+/// Inverse mass of a sphere, 1/kg; 0 if the scene holds it in place.
 pub(crate) fn inverse_mass_per_kg(rest: &RestSphere) -> f32 {
     if rest.held { 0.0 } else { rest.mass_kg.recip() }
 }

@@ -1,4 +1,4 @@
-//! Sleep: an organ at rest is not simulated, so a scene costs only what is worked on.
+//! Sleep: an organ at rest is not simulated, so that only organs that move cost time.
 
 use crate::capacity::MAX_ORGANS;
 
@@ -27,15 +27,15 @@ impl Sleep {
             .is_some_and(|&ticks| ticks >= DROWSY_TICKS)
     }
 
-    /// Wakes an organ that something touches.
+    /// Wakes an organ: it must rest again for all the ticks before it sleeps.
     pub(crate) fn wake(&mut self, organ: usize) {
         if let Some(ticks) = self.still_ticks.get_mut(organ) {
             *ticks = 0;
         }
     }
 
-    /// Records the speed of an organ after a tick in which it was awake. Returns true if it falls
-    /// asleep now.
+    /// Records the net speed of an organ after a tick in which it was simulated. Returns true if it
+    /// is now asleep.
     pub(crate) fn note_speed(&mut self, organ: usize, speed_m_s: f32) -> bool {
         if let Some(ticks) = self.still_ticks.get_mut(organ) {
             let still = speed_m_s < STILL_M_S;
@@ -44,7 +44,7 @@ impl Sleep {
         self.is_asleep(organ)
     }
 
-    /// True if the organ moves enough to wake an organ that touches it.
+    /// True if the organ moved in its last tick, or was just woken. It then wakes organs next to it.
     pub(crate) fn is_stirring(&self, organ: usize) -> bool {
         self.still_ticks.get(organ) == Some(&0)
     }

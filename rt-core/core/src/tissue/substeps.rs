@@ -6,17 +6,18 @@ use crate::tissue::{Bodies, Solver, attachment};
 
 /// External constraints on organs: tools, clips, and other organs.
 pub(crate) trait Coupling {
-    /// Before the constraints of a substep of this organ.
+    /// Called in each substep of this organ, before its constraints.
     fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies);
-    /// Constraints between organs, in the finest substep `now` of the tick.
+    /// Projects the constraints between organs that are due in the finest substep `now` of the tick.
     fn couple(&mut self, _now: u32, _bodies: &mut Bodies) {}
-    /// After the constraints of each substep of this organ except the last. `share` of the tick has
-    /// passed at its end.
+    /// Called after the constraints of each substep of this organ except the last. The substep ends
+    /// when the share `share` of the tick has passed.
     fn post_solve(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies);
 }
 
-/// Advances every organ that `moves` through the tick. The last substep stays open, so that
-/// constraints that act once a tick can follow. Returns the number of spheres that were reset.
+/// Advances every organ that `moves` through the tick. The caller ends the last substep
+/// (`Bodies::advance`), after the constraints that act once a tick. Returns the number of spheres
+/// that were reset.
 pub(crate) fn run(
     scene: &Scene<'_>,
     solver: &mut impl Solver,
