@@ -6,8 +6,8 @@ use rt_core::time::TimeNs;
 /// Number of consecutive samples that must agree with each other before a jump is admitted. Damage
 /// does not move so many samples to the same place.
 const AGREEING: u32 = 8;
-/// Time without an admitted sample after which there is a gap, ns. The device may have moved anywhere
-/// in it.
+/// Time without an admitted sample after which there is a gap, ns. The device may have moved
+/// anywhere in it.
 const FORGET_NS: u64 = 100_000_000;
 /// Number of consecutive samples that must agree with each other after a gap.
 const AGREEING_AFTER_GAP: u32 = 2;

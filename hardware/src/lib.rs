@@ -22,10 +22,10 @@
 //! characterise  measures friction, inertia, damping, delay and stiffness limit of a haptic device
 //! ```
 //!
-//! Drivers implement the ports (traits) of `rt-core` ([`rt_core::port`]). Opening a device may wait:
-//! handshake, time-outs, error messages. So a thread other than the tick's opens it. The tick calls
-//! `poll` and `send`, which neither block nor allocate. The number of bytes that one call reads is
-//! bounded.
+//! Drivers implement the ports (traits) of `rt-core` ([`rt_core::port`]). Opening a device may
+//! wait: handshake, time-outs, error messages. So a thread other than the tick's opens it. The tick
+//! calls `poll` and `send`, which neither block nor allocate. The number of bytes that one call
+//! reads is bounded.
 //!
 //! Bytes from a line are untrusted until a wire module has parsed them. It checks lengths, ranges
 //! and, if the protocol has them, checksums. It passes on only finite values in SI units.

@@ -134,7 +134,8 @@ impl Report {
         });
     }
 
-    /// Judges a check that depends on time. A failure is left open if this computer was late itself.
+    /// Judges a check that depends on time. A failure is left open if this computer was late
+    /// itself.
     fn judge_time(&mut self, name: &'static str, good: bool, detail: String, host: watch::Host) {
         match host.excuse() {
             Some(excuse) if !good => self.leave_open(name, &format!("{detail}; {excuse}")),

@@ -228,7 +228,8 @@ pub trait Guide {
     /// [`has_answer`]: Self::has_answer
     fn ask(&mut self, _question: Question) {}
     /// True once the question that was shown last is answered. Called every millisecond; meanwhile
-    /// the device gets zero force. A guide that waits in [`Self::pushed`] and the like returns true.
+    /// the device gets zero force. A guide that waits in [`Self::pushed`] and the like returns
+    /// true.
     fn has_answer(&mut self) -> bool {
         true
     }

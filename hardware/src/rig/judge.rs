@@ -1,5 +1,5 @@
-//! Judges the samples of a rig: the device's clock, frozen positions, leaps (jumps), bundles (bursts
-//! of samples), noise, and the confirmation of forces.
+//! Judges the samples of a rig: the device's clock, frozen positions, leaps (jumps), bundles
+//! (bursts of samples), noise, and the confirmation of forces.
 //!
 //! Times are those of the device's own clock as far as possible. Arrival times also depend on this
 //! computer (the host). They serve only for bundles, silence and the unit of the device's clock.
@@ -42,8 +42,8 @@ const CALM_POLLS: u32 = 3;
 const CALM_BYTES: usize = 512;
 /// Length of a window in which the device's clock is compared with this computer's, ns.
 const UNIT_WINDOW_NS: u64 = 400_000_000;
-/// Bad windows in a row after which the clock's unit counts as wrong. One bad window is no proof: it
-/// may begin with a sample that waited while this computer stood still.
+/// Bad windows in a row after which the clock's unit counts as wrong. One bad window is no proof:
+/// it may begin with a sample that waited while this computer stood still.
 const UNIT_WINDOWS: u32 = 2;
 /// Time without a sample after which the device is silent, ns. It also ends such a window.
 const UNIT_GAP_NS: u64 = 100_000_000;
@@ -267,8 +267,8 @@ impl Judge {
         faults.raise_if(is_bad && !is_still, Fault::DeviceClock);
     }
 
-    /// Compares the device's clock with this computer's. They may differ by a factor of ten, so that
-    /// delays do not matter but a wrong unit is found.
+    /// Compares the device's clock with this computer's. They may differ by a factor of ten, so
+    /// that delays do not matter but a wrong unit is found.
     fn judge_unit(&mut self, now: Seen, at_ns: TimeNs) {
         if at_ns.saturating_sub(self.arrived_ns) > UNIT_GAP_NS || self.unsettled > 0 {
             self.unit_from = None;
@@ -314,8 +314,8 @@ impl Judge {
                 us
             }
         };
-        // A deaf device stays deaf until it confirms a new force. If it is deaf only because the line
-        // refused forces, it stays deaf until the line accepts one.
+        // A deaf device stays deaf until it confirms a new force. If it is deaf only because the
+        // line refused forces, it stays deaf until the line accepts one.
         let waits = self.is_deaf || self.polled_ns.saturating_sub(self.sent_ns) <= SENT_LATELY_NS;
         let confirms_none = self.sends >= DEAF_SENDS && us.wrapping_sub(since_us) >= DEAF_US;
         // A device at fault renders no force. Its status already reports that.
@@ -324,8 +324,9 @@ impl Judge {
         faults.raise_if(self.is_deaf, Fault::DeafDevice);
     }
 
-    /// Returns true if a handle can have moved here from the last admitted sample. If not, the sample
-    /// is a leap. A leap is a fault until [`AGREEING`] samples in a row agree with each other.
+    /// Returns true if a handle can have moved here from the last admitted sample. If not, the
+    /// sample is a leap. A leap is a fault until [`AGREEING`] samples in a row agree with each
+    /// other.
     fn judge_leap(&mut self, before: Option<Seen>, now: Seen, faults: &mut FaultSet) -> bool {
         let passed_us = |then: Seen| now.us.wrapping_sub(then.us).cast_signed().max(0);
         let is_near = |then: Seen, passed_us: i32| {

@@ -1,8 +1,8 @@
 //! The station's devices behind the core's ports (traits). A device that is not configured is
 //! absent.
 //!
-//! The tick hands a lost device to the thread that opens devices ([`crate::reconnect`]). That thread
-//! closes it, opens it anew and hands it back.
+//! The tick hands a lost device to the thread that opens devices ([`crate::reconnect`]). That
+//! thread closes it, opens it anew and hands it back.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -54,8 +54,8 @@ impl Device {
         })
     }
 
-    /// Opens a lost device anew. Nobody holds its handle at the home position now, so a haptic device
-    /// that must be held there is refused.
+    /// Opens a lost device anew. Nobody holds its handle at the home position now, so a haptic
+    /// device that must be held there is refused.
     pub(crate) fn reopen(
         kind: usize,
         config: &RtConfig,
@@ -242,8 +242,8 @@ impl Devices {
         polled
     }
 
-    /// Findings of the haptic device's last poll, and the fault of a pedal that is held down. Without
-    /// an open haptic device, only the latter.
+    /// Findings of the haptic device's last poll, and the fault of a pedal that is held down.
+    /// Without an open haptic device, only the latter.
     pub(crate) fn findings(&self) -> Findings {
         let mut findings = match self.slots.first().and_then(|slot| slot.device.as_ref()) {
             Some(Device::Haptic(haptic)) => self.silence.complete(haptic.findings()),
@@ -320,7 +320,8 @@ impl Devices {
         }
     }
 
-    /// Sends zero force, which is the safe state. It sends three messages, because a line may drop one.
+    /// Sends zero force, which is the safe state. It sends three messages, because a line may drop
+    /// one.
     pub(crate) fn make_safe(&mut self, now_ns: TimeNs) {
         for _ in 0..3 {
             self.send(ForceCommand::default(), now_ns);

@@ -119,8 +119,8 @@ impl<T: Pod + Send> SenderEnds<T> {
 }
 
 impl<T: Pod + Send> Filler<T> {
-    /// Lets `fill` write the next free sample, then gives the sample back for sending. The memory may
-    /// hold an earlier frame. If no sample is free, returns false and does not call `fill`.
+    /// Lets `fill` write the next free sample, then gives the sample back for sending. The memory
+    /// may hold an earlier frame. If no sample is free, returns false and does not call `fill`.
     pub(crate) fn fill(&mut self, fill: impl FnOnce(&mut T)) -> bool {
         let Some(mut slot) = self.free.dequeue() else {
             return false;
@@ -164,9 +164,9 @@ impl<T: Pod + Send, L: Lender<T>> Sender<T, L> {
         }
     }
 
-    /// Publishes what is filled and returns all other loans. Call it only after the tick's thread has
-    /// ended. A sender that is dropped without this call (in a panic) leaks its loans, because the
-    /// tick may still write them.
+    /// Publishes what is filled and returns all other loans. Call it only after the tick's thread
+    /// has ended. A sender that is dropped without this call (in a panic) leaks its loans, because
+    /// the tick may still write them.
     pub(crate) fn finish(mut self) {
         self.send_filled();
         for loan in self.loans.iter_mut().filter_map(Option::take) {

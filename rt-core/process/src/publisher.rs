@@ -1,5 +1,5 @@
-//! The publishing thread. It owns every iceoryx2 object, sends the tick's frames and passes commands
-//! to the tick. It sleeps until late in each period, when the tick should be done.
+//! The publishing thread. It owns every iceoryx2 object, sends the tick's frames and passes
+//! commands to the tick. It sleeps until late in each period, when the tick should be done.
 
 use core::mem::MaybeUninit;
 use core::ptr::NonNull;
@@ -59,7 +59,8 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
     };
     let mut forget_at_ns = monotonic_ns() + FORGET_DEAD_NS;
     loop {
-        // Read this before the queues. If the tick has ended, this round then sends all that it left.
+        // Read this before the queues. If the tick has ended, this round then sends all that it
+        // left.
         let last_round = shared.tick_ended.load(Acquire);
         state.send_filled();
         tools.send_filled();
@@ -211,7 +212,8 @@ impl Inputs {
         }
     }
 
-    /// Sends what is left. The last batch gives the number of ticks, which marks the end of the run.
+    /// Sends what is left. The last batch gives the number of ticks, which marks the end of the
+    /// run.
     fn send_rest(&mut self, controller: &Controller, shared: &Shared) {
         self.send_full(controller, shared);
         self.batch.ran = u32::try_from(shared.ticks.load(Relaxed)).unwrap_or(u32::MAX);

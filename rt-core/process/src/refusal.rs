@@ -2,8 +2,9 @@
 //!
 //! This module does not predict. It explains a call that Linux has refused. The error number alone
 //! does not give the cause: EPERM may come from a limit, a control group, a user namespace or a
-//! seccomp filter. So this module reads the state of the process and tries the rules in the kernel's
-//! order. It names the first rule that refuses. `calot check` and the controller both use it.
+//! seccomp filter. So this module reads the state of the process and tries the rules in the
+//! kernel's order. It names the first rule that refuses. `calot check` and the controller both use
+//! it.
 
 use std::fmt;
 use std::path::Path;
@@ -16,8 +17,8 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
-    /// The resource limit (`rtprio`, `memlock`) is too low, and the process lacks the capability that
-    /// would lift it.
+    /// The resource limit (`rtprio`, `memlock`) is too low, and the process lacks the capability
+    /// that would lift it.
     Limit,
     /// The process has the capability inside a user namespace only, where it does not count.
     UserNamespace,
@@ -84,8 +85,8 @@ pub struct Circumstances {
     pub rtprio: Option<u64>,
     /// Soft limit `RLIMIT_MEMLOCK`, the memory that may be locked, bytes; `None`: unlimited.
     pub memlock: Option<u64>,
-    /// The process is in a user namespace other than the initial one. Its capabilities do not count for
-    /// these calls.
+    /// The process is in a user namespace other than the initial one. Its capabilities do not count
+    /// for these calls.
     pub user_namespace: bool,
     /// The process is in a container.
     pub container: bool,
@@ -93,8 +94,8 @@ pub struct Circumstances {
     pub seccomp: bool,
     /// Realtime runtime of its control group of version 1, µs, and the file that holds it.
     pub rt_runtime: Option<(i64, String)>,
-    /// Its control group of version 2, if that group or one above it has a `cpu.weight`. The root has
-    /// none.
+    /// Its control group of version 2, if that group or one above it has a `cpu.weight`. The root
+    /// has none.
     pub shared_group: Option<String>,
     /// Cores that the calling thread may use, as the kernel lists them.
     pub cores: String,
@@ -224,8 +225,8 @@ impl Circumstances {
         }
     }
 
-    /// A kernel with `CONFIG_RT_GROUP_SCHED` gives control groups of version 2 no realtime runtime. No
-    /// file shows that. Seen on Linux 6.18: refused in a group, granted in the root.
+    /// A kernel with `CONFIG_RT_GROUP_SCHED` gives control groups of version 2 no realtime runtime.
+    /// No file shows that. Seen on Linux 6.18: refused in a group, granted in the root.
     fn other_fifo(&self, error: Errno) -> (Cause, String) {
         match &self.shared_group {
             Some(group) if error == Errno::PERM && !self.seccomp => (
@@ -361,8 +362,8 @@ impl Circumstances {
     }
 }
 
-/// True if the control group of version 2, or one above it, has the file `cpu.weight`. The real root
-/// group has no such file. A container may see its own group as the root; that one has it.
+/// True if the control group of version 2, or one above it, has the file `cpu.weight`. The real
+/// root group has no such file. A container may see its own group as the root; that one has it.
 fn shares_processor(root: &Path, group: &str) -> bool {
     let folder = Path::new(group.trim_start_matches('/'));
     let mut groups = folder.ancestors();

@@ -46,8 +46,8 @@ pub(crate) struct Start {
     pub(crate) settings: Settings,
 }
 
-/// Body of the thread. It reports its realtime privileges to `told` when everything is built, before
-/// the first tick. It commands zero force before it returns or unwinds.
+/// Body of the thread. It reports its realtime privileges to `told` when everything is built,
+/// before the first tick. It commands zero force before it returns or unwinds.
 pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     let shared = Arc::clone(&start.shared);
     let settings = start.settings;
@@ -169,8 +169,8 @@ mod tests {
     use shared_mem::message::TickRecord;
     use std::sync::{Mutex, mpsc};
 
-    /// A device that answers every poll with a sample and stores each force that it receives. `step`
-    /// runs in each poll; it may stall or panic.
+    /// A device that answers every poll with a sample and stores each force that it receives.
+    /// `step` runs in each poll; it may stall or panic.
     struct Fake<F> {
         polls: u64,
         step: F,

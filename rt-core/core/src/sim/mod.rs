@@ -375,8 +375,8 @@ impl<'a> Sim<'a> {
         bodies.carry_removed(scene);
     }
 
-    /// Organs that are simulated in this tick: those near a tool or in the jaws, and all others that
-    /// are awake if `far_organs`. Wakes organs that something near moves or that breathe.
+    /// Organs that are simulated in this tick: those near a tool or in the jaws, and all others
+    /// that are awake if `far_organs`. Wakes organs that something near moves or that breathe.
     fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
         let worked = self.worked_organs();
         let mut moves = worked;

@@ -69,8 +69,8 @@ impl Sim<'_> {
         bodies.tear_cells(&self.scene, |removed| journal.raise(removed.reported()));
     }
 
-    /// Cuts with scissors that have closed in this tick by the share `closed` of their full opening.
-    /// The blades hold the tissue while they cut it.
+    /// Cuts with scissors that have closed in this tick by the share `closed` of their full
+    /// opening. The blades hold the tissue while they cut it.
     fn cut(&mut self, closed: f32, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let blades = jaws(&self.tool);

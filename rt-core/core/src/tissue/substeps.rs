@@ -8,7 +8,8 @@ use crate::tissue::{Bodies, Solver, attachment};
 pub(crate) trait Coupling {
     /// Called in each substep of this organ, before its constraints.
     fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies);
-    /// Projects the constraints between organs that are due in the finest substep `now` of the tick.
+    /// Projects the constraints between organs that are due in the finest substep `now` of the
+    /// tick.
     fn couple(&mut self, _now: u32, _bodies: &mut Bodies) {}
     /// Called after the constraints of each substep of this organ except the last. The substep ends
     /// when the share `share` of the tick has passed.
