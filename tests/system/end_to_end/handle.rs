@@ -6,6 +6,9 @@ use system_tests::{calot, finish, said, station_name, summary};
 
 use crate::devices::Emulated;
 
+/// Largest change of the jaws' opening in a tick: they open in 0.15 s.
+const OPENED_IN_A_TICK: f64 = 0.001 / 0.15;
+
 /// Rows of a table by the names of its columns, empty fields as NaN.
 fn rows(text: &str, names: [&str; 4]) -> Vec<[f64; 4]> {
     let mut lines = text.lines();
@@ -62,11 +65,15 @@ fn the_jaws_follow_a_handle_that_opens_and_its_motor_pushes_back() {
         shut > 500,
         "the hand shuts the handle for seconds: {shut} ticks"
     );
+    let mut last = 1.0;
     for [hand, jaw, opening_n, at_s] in &rows {
+        // After samples that came late, the jaws catch up no faster than jaws move.
+        let opens = jaw - last > 0.9 * OPENED_IN_A_TICK;
         assert!(
-            hand.is_nan() || *jaw >= hand - 0.05,
+            hand.is_nan() || *jaw >= hand - 0.05 || opens,
             "jaws are nowhere more shut than the hand: {at_s} s"
         );
+        last = *jaw;
         assert!(*opening_n >= 0.0, "{opening_n} N at {at_s} s");
     }
     let most_n = rows.iter().fold(0.0f64, |most, [.., n, _]| most.max(*n));

@@ -405,7 +405,7 @@ fn a_debrief_leads_on_by_pointer_and_key() {
 }
 
 /// A slow machine receives several keys at once: the last one counts for a task, each for an
-/// answer.
+/// answer, and Return after the last answer keeps them.
 #[test]
 fn keys_of_one_frame_are_taken_in_their_order() {
     let press = |desk: &mut Harness<'_, Seen>, keys: [Key; 2]| {
@@ -428,6 +428,12 @@ fn keys_of_one_frame_are_taken_in_their_order() {
     desk.run();
     press(&mut desk, [Key::Num5, Key::Num2]);
     assert_eq!(desk.state().wishes, [Wish::Answer(5), Wish::Answer(2)]);
+
+    // The last answer, and Return before its picture.
+    let mut desk = harness(Screen::Points(points(1)));
+    desk.run();
+    press(&mut desk, [Key::Num5, Key::Enter]);
+    assert_eq!(desk.state().wishes, [Wish::Answer(5), Wish::Keep]);
 }
 
 #[test]

@@ -109,11 +109,19 @@ pub(super) fn show(ui: &mut Ui, words: &Words, points: &Points, wishes: &mut Vec
 
 fn keys(ui: &Ui, points: &Points, wishes: &mut Vec<Wish>) {
     let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
-    if points.at < points.items.len() {
-        let number = |key: egui::Key| numbers.iter().position(|it| *it == key);
-        let given = typed(ui).into_iter().filter_map(number);
-        let left = points.items.len() - points.at;
-        wishes.extend(given.take(left).map(|it| Wish::Answer(it as u8 + 1)));
+    let mut left = points.items.len() - points.at.min(points.items.len());
+    let is_answered = left == 0;
+    for key in typed(ui) {
+        let number = numbers.iter().position(|it| *it == key);
+        match number {
+            Some(number) if left > 0 => {
+                wishes.push(Wish::Answer(number as u8 + 1));
+                left -= 1;
+            }
+            // Typed ahead of the picture with the button. That button takes it otherwise.
+            None if key == Key::Enter && left == 0 && !is_answered => wishes.push(Wish::Keep),
+            _ => {}
+        }
     }
     if points.at > 0 && pressed(ui, Key::Backspace) {
         wishes.push(Wish::Previous);
