@@ -10,9 +10,10 @@ use heapless::Vec;
 use crate::capacity::{CLIPS, MAX_CLIPPED, MAX_ORGANS};
 use crate::math::{self, Vec3};
 use crate::procedure::grasp::Jaws;
-use crate::scene::{Link, Scene};
+use crate::scene::Scene;
 use crate::tissue::tubes::Step;
-use crate::tissue::{Bodies, bar};
+use crate::tissue::Bodies;
+use crate::tissue::bar::Bar;
 
 /// Length of a closed clip (medium-large, titanium), m. It lies at the jaws' ends.
 const LENGTH_M: f32 = 0.009;
@@ -174,13 +175,12 @@ impl Clips {
                 continue;
             }
             if bodies.parted.left_of_link(clip.link) > 0.0 {
-                let stiff = Link {
+                let stiff = Bar {
                     rest_length_m: link.rest_length_m * bodies.parted.shrunk(own),
                     compliance_m_n: link.compliance_m_n * STIFF,
-                    ..*link
+                    step_s: scene.step_s_of(own),
                 };
-                let step_s = scene.step_s_of(own);
-                bar::project(&mut bodies.nodes, &stiff, 1.0, 0.0, step_s);
+                stiff.project(&mut bodies.nodes, [link.a, link.b], 0.0, &mut 0.0);
             }
             let along = bodies.nodes.at(b).center_m() - bodies.nodes.at(a).center_m();
             let along = math::unit(&along).unwrap_or_else(Vec3::z);

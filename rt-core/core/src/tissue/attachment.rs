@@ -113,11 +113,10 @@ fn project(
     let bar = Bar {
         rest_length_m: tie.rest_length_m,
         compliance_m_n: tie.compliance_m_n / left,
-        rate: 0.0,
         step_s: at.step_s(),
     };
     let b_weight = other.map_or(0.0, |(_, pace)| pace.weight());
-    let push = bar.push(difference, Lanes::ZERO, a_pace.weight() + b_weight);
+    let push = bar.push(difference, a_pace.weight() + b_weight);
     a_pace.push(bodies.nodes.at_mut(tie.sphere), push);
     if let Some((sphere, pace)) = other {
         pace.push(bodies.nodes.at_mut(sphere), push.scaled(-1.0));

@@ -27,11 +27,12 @@
 //! λ = λ₀ + μ        γ = 1 + μ/λ
 //! g_a = cof(F) b_a       h_a = F b_a / √(F:F)       (corner 0: minus the sum)
 //! m11 = (1+r) Σ w|g|² + 1/(λ V dt²)   m12 = (1+r) Σ w g·h   m22 = (1+r) Σ w|h|² + 1/(μ V dt²)
-//! m · (p, q) = −(C + r ∇C·d)          d_a += w_a (p g_a + q h_a)
+//! m · (p, q) = −(C + r (C − C'))      d_a += w_a (p g_a + q h_a)
 //! ```
 //!
 //! Both are solved together, in one pass from zero multipliers. `r` is the material's retardation
-//! time over `dt`: strain rate is damped, rigid motion is not. Linear tetrahedra lock beyond a
+//! time over `dt`, and `C'` what `C` was after its projection in the last substep: the change of
+//! strain is damped, rigid motion is not, and nothing is at rest ([`viscosity`]). Linear tetrahedra lock beyond a
 //! Poisson's ratio of 0.45, so it counts as 0.45 at most (`POISSON_MAX`). They also resist a little
 //! more than the solid that they stand for, so they get 0.965 of Young's modulus
 //! (`STIFFNESS_SHARE`).
@@ -107,6 +108,7 @@ pub(crate) mod sleep;
 pub(crate) mod substeps;
 pub mod suture;
 pub(crate) mod tubes;
+pub(crate) mod viscosity;
 
 pub(crate) use integrate::Bounds;
 
@@ -123,6 +125,7 @@ use neo_hookean::NeoHookean;
 use paper::Paper;
 use per_sphere::PerSphere;
 use suture::Sutures;
+use viscosity::LastStrains;
 
 /// Corrects the predicted displacements of one organ by its inner constraints. Contacts are solved
 /// elsewhere.
@@ -283,6 +286,7 @@ pub struct Bodies {
     /// Sutures that hang organs on the abdominal wall.
     pub(crate) sutures: Sutures,
     ties: Ties,
+    last_strains: LastStrains,
     /// Low-pass filtered displacement of each sphere, m: the trail that sleep compares with.
     trail_m: PerSphere<Lanes>,
 }
@@ -302,6 +306,7 @@ impl Bodies {
             beads: Beads::new(),
             sutures: Sutures::NONE,
             ties: Ties::NONE,
+            last_strains: LastStrains::REST,
             trail_m: PerSphere::new(Lanes::ZERO),
         }
     }
@@ -376,6 +381,7 @@ impl Bodies {
         self.parted.heal(scene);
         self.cells.rest(scene);
         self.sutures.rest(scene);
+        self.last_strains.rest(scene);
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());

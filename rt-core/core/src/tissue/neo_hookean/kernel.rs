@@ -15,6 +15,7 @@
 //! ```
 
 use crate::scene::{LANES, TetraBatch};
+use crate::tissue::viscosity::BatchStrain;
 use crate::tissue::Node;
 use crate::tissue::neo_hookean::wide::{Plain, Wide};
 use crate::tissue::per_sphere::PerSphere;
@@ -43,14 +44,19 @@ pub(super) struct Moduli {
 }
 
 /// Projects every batch in order, with the widest registers that this processor has.
-pub(super) fn project(nodes: &mut PerSphere<Node>, batches: &[TetraBatch], moduli: &Moduli) {
+pub(super) fn project(
+    nodes: &mut PerSphere<Node>,
+    batches: &[TetraBatch],
+    last: &mut [BatchStrain],
+    moduli: &Moduli,
+) {
     #[cfg(target_arch = "x86_64")]
     if has_avx::get() {
         #[allow(unsafe_code)] // the other named place is `wide::avx`
         // SAFETY: the processor has just said that it has AVX.
-        return unsafe { project_avx(nodes, batches, moduli) };
+        return unsafe { project_avx(nodes, batches, last, moduli) };
     }
-    project_plain(nodes, batches, moduli);
+    project_plain(nodes, batches, last, moduli);
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -58,16 +64,26 @@ cpufeatures::new!(has_avx, "avx");
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx")]
-pub(super) fn project_avx(nodes: &mut PerSphere<Node>, batches: &[TetraBatch], moduli: &Moduli) {
-    for batch in batches {
-        project_batch::<super::wide::Avx>(nodes, batch, moduli);
+pub(super) fn project_avx(
+    nodes: &mut PerSphere<Node>,
+    batches: &[TetraBatch],
+    last: &mut [BatchStrain],
+    moduli: &Moduli,
+) {
+    for (batch, last) in batches.iter().zip(last) {
+        project_batch::<super::wide::Avx>(nodes, batch, last, moduli);
     }
 }
 
 /// Projects every batch with plain arrays: the reference for the vector version.
-pub(super) fn project_plain(nodes: &mut PerSphere<Node>, batches: &[TetraBatch], moduli: &Moduli) {
-    for batch in batches {
-        project_batch::<Plain>(nodes, batch, moduli);
+pub(super) fn project_plain(
+    nodes: &mut PerSphere<Node>,
+    batches: &[TetraBatch],
+    last: &mut [BatchStrain],
+    moduli: &Moduli,
+) {
+    for (batch, last) in batches.iter().zip(last) {
+        project_batch::<Plain>(nodes, batch, last, moduli);
     }
 }
 
@@ -81,14 +97,20 @@ type Vec3<W> = [W; 3];
 /// ```text
 /// g_a = cof(F) b_a       h_a = F b_a / √(F:F)       (corner 0: minus the sum)
 /// m11 = (1+r) Σ w|g|² + 1/(λ V dt²)   m12 = (1+r) Σ w g·h   m22 = (1+r) Σ w|h|² + 1/(μ V dt²)
-/// m · (p, q) = −(C + r ∇C·d)          d_a += w_a (p g_a + q h_a)
+/// m · (p, q) = −(C + r (C − C'))      d_a += w_a (p g_a + q h_a)
 /// ```
 ///
-/// `r` is the retardation time over dt: strain rate is damped, rigid motion is not.
+/// `r` is the retardation time over dt. `C'` is what `C` was after its projection in the last
+/// substep ([`crate::tissue::viscosity`]).
 ///
 /// No closure here: one that is not inlined would be compiled without the wide registers.
 #[inline(always)]
-fn project_batch<W: Wide>(nodes: &mut PerSphere<Node>, batch: &TetraBatch, moduli: &Moduli) {
+fn project_batch<W: Wide>(
+    nodes: &mut PerSphere<Node>,
+    batch: &TetraBatch,
+    last: &mut BatchStrain,
+    moduli: &Moduli,
+) {
     let [s0, s1, s2, s3] = &batch.spheres;
     let origin = gather::<W>(nodes, s0);
     let (x, y, z) = (
@@ -96,15 +118,10 @@ fn project_batch<W: Wide>(nodes: &mut PerSphere<Node>, batch: &TetraBatch, modul
         gather::<W>(nodes, s2),
         gather::<W>(nodes, s3),
     );
-    let steps = [
-        sub(x.step, origin.step),
-        sub(y.step, origin.step),
-        sub(z.step, origin.step),
-    ];
     let edges = [
-        add(sub(x.moved, origin.moved), steps[0]),
-        add(sub(y.moved, origin.moved), steps[1]),
-        add(sub(z.moved, origin.moved), steps[2]),
+        sub(x.moved, origin.moved),
+        sub(y.moved, origin.moved),
+        sub(z.moved, origin.moved),
     ];
     let [b1, b2, b3] = &batch.gradients_per_m;
     let b = [load(b1), load(b2), load(b3)];
@@ -132,24 +149,25 @@ fn project_batch<W: Wide>(nodes: &mut PerSphere<Node>, batch: &TetraBatch, modul
     let inverse_volume = W::load(&batch.inverse_volume_per_m3);
     let soft11 = inverse_volume.mul(W::splat(moduli.hydrostatic));
     let soft22 = inverse_volume.mul(W::splat(moduli.deviatoric));
-    let m11 = weighted(&weights, dot(g0, g0), &g, &g)
-        .mul(one_and_rate)
-        .add(soft11);
-    let m12 = weighted(&weights, dot(g0, h0), &g, &h).mul(one_and_rate);
-    let m22 = weighted(&weights, dot(h0, h0), &h, &h)
-        .mul(one_and_rate)
-        .add(soft22);
+    let free11 = weighted(&weights, dot(g0, g0), &g, &g);
+    let free12 = weighted(&weights, dot(g0, h0), &g, &h);
+    let free22 = weighted(&weights, dot(h0, h0), &h, &h);
+    let m11 = free11.mul(one_and_rate).add(soft11);
+    let m12 = free12.mul(one_and_rate);
+    let m22 = free22.mul(one_and_rate).add(soft22);
 
     let c1 = volume
         .sub(W::splat(moduli.rest_volume))
-        .add(along(&g, &steps).mul(rate));
-    let c2 = shape.add(along(&h, &steps).mul(rate));
+        .add(volume.sub(W::load(&last.volume)).mul(rate));
+    let c2 = shape.add(shape.sub(W::load(&last.shape)).mul(rate));
 
     // Eliminates the second row: the product of both diagonals would overflow for tiny masses.
     let share = m12.div(m22);
     let pivot = m11.sub(share.mul(m12)).max(soft11);
     let p = share.mul(c2).sub(c1).div(pivot);
     let q = W::splat(0.0).sub(c2.add(m12.mul(p)).div(m22));
+    last.volume = volume.add(free11.mul(p)).add(free12.mul(q)).store();
+    last.shape = shape.add(free12.mul(p)).add(free22.mul(q)).store();
 
     let minus = W::splat(0.0).sub(origin.weight);
     let mut pushes = [
@@ -198,8 +216,8 @@ fn drawn_together<W: Wide>(edges: &[Vec3<W>; 3], weights: &[W; 4], volume: W) ->
 
 /// One corner of eight tetrahedra.
 struct Corner<W> {
+    /// Displacement from rest as corrected so far.
     moved: Vec3<W>,
-    step: Vec3<W>,
     weight: W,
 }
 
@@ -208,16 +226,20 @@ fn gather<W: Wide>(nodes: &PerSphere<Node>, spheres: &[u16; LANES]) -> Corner<W>
     let [a, b, c, d, e, f, g, h] = *spheres;
     let [a, b, c, d] = [at(nodes, a), at(nodes, b), at(nodes, c), at(nodes, d)];
     let [e, f, g, h] = [at(nodes, e), at(nodes, f), at(nodes, g), at(nodes, h)];
-    let [mx, my, mz, weight] = W::columns([
-        &a.moved_m, &b.moved_m, &c.moved_m, &d.moved_m, &e.moved_m, &f.moved_m, &g.moved_m,
-        &h.moved_m,
-    ]);
-    let [sx, sy, sz, _] = W::columns([
-        &a.step_m, &b.step_m, &c.step_m, &d.step_m, &e.step_m, &f.step_m, &g.step_m, &h.step_m,
-    ]);
+    // The steps have a zero in the lane of the weight.
+    let rows = [
+        a.moved_m + a.step_m,
+        b.moved_m + b.step_m,
+        c.moved_m + c.step_m,
+        d.moved_m + d.step_m,
+        e.moved_m + e.step_m,
+        f.moved_m + f.step_m,
+        g.moved_m + g.step_m,
+        h.moved_m + h.step_m,
+    ];
+    let [mx, my, mz, weight] = W::columns(rows.each_ref());
     Corner {
         moved: [mx, my, mz],
-        step: [sx, sy, sz],
         weight,
     }
 }
@@ -248,13 +270,6 @@ fn weighted<W: Wide>(w: &[W; 4], at_origin: W, a: &[Vec3<W>; 3], b: &[Vec3<W>; 3
     first
         .add(w[2].mul(dot(a[1], b[1])))
         .add(w[3].mul(dot(a[2], b[2])))
-}
-
-/// `∇C·d`; the first corner's gradient is minus the sum of the others.
-#[inline(always)]
-fn along<W: Wide>(gradient: &[Vec3<W>; 3], steps: &[Vec3<W>; 3]) -> W {
-    let first = dot(gradient[0], steps[0]).add(dot(gradient[1], steps[1]));
-    first.add(dot(gradient[2], steps[2]))
 }
 
 #[inline(always)]

@@ -12,6 +12,8 @@ pub(super) trait Wide: Copy {
     fn splat(x: f32) -> Self;
     /// From memory.
     fn load(x: &[f32; LANES]) -> Self;
+    /// To memory.
+    fn store(self) -> [f32; LANES];
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
@@ -57,6 +59,11 @@ impl Wide for Plain {
     #[inline(always)]
     fn load(x: &[f32; LANES]) -> Self {
         Self(*x)
+    }
+
+    #[inline(always)]
+    fn store(self) -> [f32; LANES] {
+        self.0
     }
 
     #[inline(always)]
@@ -146,6 +153,14 @@ mod avx {
             // SAFETY: AVX as above; reads exactly the eight numbers behind the reference,
             // unaligned.
             Self(unsafe { _mm256_loadu_ps(x.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn store(self) -> [f32; LANES] {
+            let mut x = [0.0; LANES];
+            // SAFETY: AVX as above; writes exactly the eight numbers of the array, unaligned.
+            unsafe { _mm256_storeu_ps(x.as_mut_ptr(), self.0) };
+            x
         }
 
         #[inline(always)]
