@@ -58,7 +58,6 @@ impl<'a> Tissue<'a> {
         node.set_inverse_mass_per_kg(if held { 0.0 } else { free });
         let moved_m = node.moved_m();
         node.put(&moved_m, &Vec3::zeros());
-        *self.bodies.warm_start.moved_m.at_mut(sphere) = crate::tissue::lanes::Lanes::ZERO;
     }
 
     /// Leads a held sphere to this displacement from rest within the next tick, m.

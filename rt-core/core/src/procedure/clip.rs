@@ -14,8 +14,6 @@ use crate::scene::Scene;
 use crate::tissue::tubes::Step;
 use crate::tissue::Bodies;
 use crate::tissue::bar::Bar;
-use crate::tissue::lanes::Lanes;
-use crate::tissue::warm_start::LinkMemory;
 
 /// Length of a closed clip (medium-large, titanium), m. It lies at the jaws' ends.
 const LENGTH_M: f32 = 0.009;
@@ -182,7 +180,7 @@ impl Clips {
                     compliance_m_n: link.compliance_m_n * STIFF,
                     step_s: scene.step_s_of(own),
                 };
-                stiff.project(&mut bodies.nodes, [link.a, link.b], 0.0, &mut LinkMemory { length_m: 0.0, push: Lanes::ZERO });
+                stiff.project(&mut bodies.nodes, [link.a, link.b], 0.0, &mut 0.0);
             }
             let along = bodies.nodes.at(b).center_m() - bodies.nodes.at(a).center_m();
             let along = math::unit(&along).unwrap_or_else(Vec3::z);

@@ -4,7 +4,6 @@ use crate::math;
 use crate::tissue::Node;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::per_sphere::PerSphere;
-use crate::tissue::warm_start::{KEPT, LinkMemory};
 
 /// Elastic parameters of a link in one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,18 +55,15 @@ impl Bar {
         nodes: &mut PerSphere<Node>,
         [i, j]: [u32; 2],
         rate: f32,
-        last: &mut LinkMemory,
+        last_m: &mut f32,
     ) {
         let (a, b) = (*nodes.at(i), *nodes.at(j));
         let (wa, wb) = (a.inverse_mass_per_kg(), b.inverse_mass_per_kg());
-        let old = last.push.scaled(KEPT);
-        let difference = a.from(&b) - old.scaled(wa + wb);
+        let difference = a.from(&b);
         let length_m = math::sqrt(difference.norm_squared());
-        let push = self.damped_push(difference, length_m, wa + wb, rate, last.length_m);
-        last.length_m = math::sqrt((difference + push.scaled(wa + wb)).norm_squared());
-        last.push = push;
-        let change = push - old;
-        nodes.at_mut(i).step_m = a.step_m + change.scaled(wa);
-        nodes.at_mut(j).step_m = b.step_m - change.scaled(wb);
+        let push = self.damped_push(difference, length_m, wa + wb, rate, *last_m);
+        *last_m = math::sqrt((difference + push.scaled(wa + wb)).norm_squared());
+        nodes.at_mut(i).step_m = a.step_m + push.scaled(wa);
+        nodes.at_mut(j).step_m = b.step_m - push.scaled(wb);
     }
 }

@@ -110,9 +110,6 @@ impl Bodies {
             }
             node.step_m = Lanes::ZERO;
         }
-        if quarantined > 0 {
-            self.warm_start.forget(organ);
-        }
         quarantined
     }
 

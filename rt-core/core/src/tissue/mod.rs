@@ -32,7 +32,7 @@
 //!
 //! Both are solved together, in one pass from zero multipliers. `r` is the material's retardation
 //! time over `dt`, and `C'` what `C` was after its projection in the last substep: the change of
-//! strain is damped, rigid motion is not, and nothing is at rest ([`warm_start`]). Linear tetrahedra lock beyond a
+//! strain is damped, rigid motion is not, and nothing is at rest ([`viscosity`]). Linear tetrahedra lock beyond a
 //! Poisson's ratio of 0.45, so it counts as 0.45 at most (`POISSON_MAX`). They also resist a little
 //! more than the solid that they stand for, so they get 0.965 of Young's modulus
 //! (`STIFFNESS_SHARE`).
@@ -108,7 +108,7 @@ pub(crate) mod sleep;
 pub(crate) mod substeps;
 pub mod suture;
 pub(crate) mod tubes;
-pub(crate) mod warm_start;
+pub(crate) mod viscosity;
 
 pub(crate) use integrate::Bounds;
 
@@ -125,7 +125,7 @@ use neo_hookean::NeoHookean;
 use paper::Paper;
 use per_sphere::PerSphere;
 use suture::Sutures;
-use warm_start::WarmStart;
+use viscosity::LastStrains;
 
 /// Corrects the predicted displacements of one organ by its inner constraints. Contacts are solved
 /// elsewhere.
@@ -286,7 +286,7 @@ pub struct Bodies {
     /// Sutures that hang organs on the abdominal wall.
     pub(crate) sutures: Sutures,
     ties: Ties,
-    pub(crate) warm_start: WarmStart,
+    last_strains: LastStrains,
     /// Low-pass filtered displacement of each sphere, m: the trail that sleep compares with.
     trail_m: PerSphere<Lanes>,
 }
@@ -306,7 +306,7 @@ impl Bodies {
             beads: Beads::new(),
             sutures: Sutures::NONE,
             ties: Ties::NONE,
-            warm_start: WarmStart::REST,
+            last_strains: LastStrains::REST,
             trail_m: PerSphere::new(Lanes::ZERO),
         }
     }
@@ -381,7 +381,7 @@ impl Bodies {
         self.parted.heal(scene);
         self.cells.rest(scene);
         self.sutures.rest(scene);
-        self.warm_start.rest(scene);
+        self.last_strains.rest(scene);
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());

@@ -15,7 +15,7 @@
 //! ```
 
 use crate::scene::{LANES, TetraBatch};
-use crate::tissue::warm_start::{BatchMemory, KEPT};
+use crate::tissue::viscosity::BatchStrain;
 use crate::tissue::Node;
 use crate::tissue::neo_hookean::wide::{Plain, Wide};
 use crate::tissue::per_sphere::PerSphere;
@@ -47,7 +47,7 @@ pub(super) struct Moduli {
 pub(super) fn project(
     nodes: &mut PerSphere<Node>,
     batches: &[TetraBatch],
-    last: &mut [BatchMemory],
+    last: &mut [BatchStrain],
     moduli: &Moduli,
 ) {
     #[cfg(target_arch = "x86_64")]
@@ -67,7 +67,7 @@ cpufeatures::new!(has_avx, "avx");
 pub(super) fn project_avx(
     nodes: &mut PerSphere<Node>,
     batches: &[TetraBatch],
-    last: &mut [BatchMemory],
+    last: &mut [BatchStrain],
     moduli: &Moduli,
 ) {
     for (batch, last) in batches.iter().zip(last) {
@@ -79,7 +79,7 @@ pub(super) fn project_avx(
 pub(super) fn project_plain(
     nodes: &mut PerSphere<Node>,
     batches: &[TetraBatch],
-    last: &mut [BatchMemory],
+    last: &mut [BatchStrain],
     moduli: &Moduli,
 ) {
     for (batch, last) in batches.iter().zip(last) {
@@ -108,7 +108,7 @@ type Vec3<W> = [W; 3];
 fn project_batch<W: Wide>(
     nodes: &mut PerSphere<Node>,
     batch: &TetraBatch,
-    last: &mut BatchMemory,
+    last: &mut BatchStrain,
     moduli: &Moduli,
 ) {
     let [s0, s1, s2, s3] = &batch.spheres;
@@ -118,13 +118,6 @@ fn project_batch<W: Wide>(
         gather::<W>(nodes, s2),
         gather::<W>(nodes, s3),
     );
-    // The prediction holds the last impulses. The batch takes its own out and finds them anew.
-    let kept = W::splat(KEPT);
-    let old = [
-        scale(load(&last.impulses[0]), kept),
-        scale(load(&last.impulses[1]), kept),
-        scale(load(&last.impulses[2]), kept),
-    ];
     let edges = [
         sub(x.moved, origin.moved),
         sub(y.moved, origin.moved),
@@ -134,7 +127,7 @@ fn project_batch<W: Wide>(
     let b = [load(b1), load(b2), load(b3)];
 
     let f = deformation(&edges, &b);
-    let (det, cofactor) = volume_and_cofactor(&f);
+    let (volume, cofactor) = volume_and_cofactor(&f);
     let shape = norm_squared(&f).sqrt().max(W::splat(1.0e-6));
     let per_shape = W::splat(1.0).div(shape);
 
@@ -163,15 +156,6 @@ fn project_batch<W: Wide>(
     let m12 = free12.mul(one_and_rate);
     let m22 = free22.mul(one_and_rate).add(soft22);
 
-    let minus = W::splat(0.0).sub(origin.weight);
-    let weighted_old = [
-        scale(sum(&old), minus),
-        scale(old[0], x.weight),
-        scale(old[1], y.weight),
-        scale(old[2], z.weight),
-    ];
-    let volume = det.add(along(g0, &g, &weighted_old));
-    let shape = shape.add(along(h0, &h, &weighted_old));
     let c1 = volume
         .sub(W::splat(moduli.rest_volume))
         .add(volume.sub(W::load(&last.volume)).mul(rate));
@@ -185,25 +169,15 @@ fn project_batch<W: Wide>(
     last.volume = volume.add(free11.mul(p)).add(free12.mul(q)).store();
     last.shape = shape.add(free12.mul(p)).add(free22.mul(q)).store();
 
-    let new = [
-        impulse(g[0], h[0], p, q),
-        impulse(g[1], h[1], p, q),
-        impulse(g[2], h[2], p, q),
-    ];
-    last.impulses = [store(new[0]), store(new[1]), store(new[2])];
-    let change = [
-        sub(new[0], old[0]),
-        sub(new[1], old[1]),
-        sub(new[2], old[2]),
-    ];
+    let minus = W::splat(0.0).sub(origin.weight);
     let mut pushes = [
-        scale(sum(&change), minus),
-        scale(change[0], x.weight),
-        scale(change[1], y.weight),
-        scale(change[2], z.weight),
+        push(g0, h0, p, q, minus),
+        push(g[0], h[0], p, q, x.weight),
+        push(g[1], h[1], p, q, y.weight),
+        push(g[2], h[2], p, q, z.weight),
     ];
-    if det.any_below(W::splat(0.0)) {
-        let drawn = drawn_together(&edges, &weights, det);
+    if volume.any_below(W::splat(0.0)) {
+        let drawn = drawn_together(&edges, &weights, volume);
         for (push, drawn) in pushes.iter_mut().zip(drawn) {
             *push = add(*push, drawn);
         }
@@ -298,23 +272,9 @@ fn weighted<W: Wide>(w: &[W; 4], at_origin: W, a: &[Vec3<W>; 3], b: &[Vec3<W>; 3
         .add(w[3].mul(dot(a[2], b[2])))
 }
 
-/// Change of a constraint if the corners went back by `moves`.
 #[inline(always)]
-fn along<W: Wide>(at_origin: Vec3<W>, gradient: &[Vec3<W>; 3], moves: &[Vec3<W>; 4]) -> W {
-    dot(at_origin, moves[0])
-        .sub(dot(gradient[0], moves[1]))
-        .sub(dot(gradient[1], moves[2]))
-        .sub(dot(gradient[2], moves[3]))
-}
-
-#[inline(always)]
-fn impulse<W: Wide>(g: Vec3<W>, h: Vec3<W>, p: W, q: W) -> Vec3<W> {
-    add(scale(g, p), scale(h, q))
-}
-
-#[inline(always)]
-fn store<W: Wide>([x, y, z]: Vec3<W>) -> [[f32; LANES]; 3] {
-    [x.store(), y.store(), z.store()]
+fn push<W: Wide>(g: Vec3<W>, h: Vec3<W>, p: W, q: W, weight: W) -> Vec3<W> {
+    scale(add(scale(g, p), scale(h, q)), weight)
 }
 
 /// `F = I + Σ e_a b_aᵀ`, by rows.

@@ -11,7 +11,6 @@ use kernel::Moduli;
 
 use crate::scene::{Material, Organ, Scene};
 use crate::tissue::bar::Bar;
-use crate::tissue::warm_start::KEPT;
 use crate::tissue::{Bodies, Solver};
 
 /// Largest Poisson's ratio that is used. Linear tetrahedra lock beyond it: at 0.49 they sag a fifth
@@ -34,38 +33,27 @@ impl Solver for NeoHookean {
         let Bodies {
             nodes,
             parted,
-            warm_start,
+            last_strains,
             organ: organs,
             ..
         } = bodies;
-        let (start, count) = (organ.sphere_start, organ.sphere_count);
-        let sums = warm_start.moved_m.range_mut(start, count);
-        for (node, sum) in nodes.range_mut(start, count).iter_mut().zip(sums) {
-            let predicted = node.step_m;
-            node.step_m = predicted + sum.scaled(KEPT);
-            *sum = predicted;
-        }
         let batches = scene.batches_of(organ);
         if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s)) {
-            kernel::project(nodes, batches, warm_start.batches_of(organ), &moduli);
+            kernel::project(nodes, batches, last_strains.batches_of(organ), &moduli);
         }
         let shrunk = parted.shrunk(*organs.at(organ.sphere_start));
         let lefts = parted.left_of_links(organ);
         let links = scene.elastic_links_of(organ).iter().zip(lefts);
-        for ((link, left), memory) in links.zip(warm_start.links_of(organ)) {
-            {
+        for ((link, left), last_m) in links.zip(last_strains.links_of(organ)) {
+            if left > 0.0 {
                 let bar = Bar {
                     rest_length_m: link.rest_length_m * shrunk,
                     compliance_m_n: link.compliance_m_n / left,
                     step_s,
                 };
                 let rate = organ.material.retardation_s / step_s;
-                bar.project(nodes, [link.a, link.b], rate, memory);
+                bar.project(nodes, [link.a, link.b], rate, last_m);
             }
-        }
-        let sums = warm_start.moved_m.range_mut(start, count);
-        for (node, sum) in nodes.range_mut(start, count).iter_mut().zip(sums) {
-            *sum = node.step_m - *sum;
         }
     }
 }
