@@ -12,7 +12,7 @@ use crate::cells::{self, Cells, Regions};
 use crate::elastic::{self, Elastic};
 use crate::error::{MeshError, MeshProblem, PrepareError};
 use crate::held::Plane;
-use crate::mesh::{self, Mended, Mesh};
+use crate::mesh::{self, Mended, Mesh, OwnFrame};
 use crate::pack::{self, Ball, Interior, Quality};
 use crate::prepared::Prepared;
 use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, Surface};
@@ -38,6 +38,7 @@ struct Organ {
     links: Vec<[u32; 2]>,
     elastic: Elastic,
     tets: Vec<Tetra>,
+    frame: OwnFrame,
     vertices: Vec<VertexRecord>,
     skin: ContactSkin,
     quality: Quality,
@@ -152,7 +153,7 @@ fn assemble(
             &gravity,
         )?;
         append(&mut scene, plan, &surfaces[i].mended, &organ, &held);
-        let substeps = steady::substeps(&scene, i);
+        let substeps = steady::substeps(&scene, i, &organ.frame);
         let finer = f64::from(substeps) / f64::from(organ.elastic.substeps);
         organ.elastic.stiffness_number /= finer * finer;
         organ.elastic.substeps = substeps;
@@ -445,6 +446,7 @@ fn build(
         balls,
         links,
         tets,
+        frame: interior.frame,
         because: count.because.clone(),
     })
 }
