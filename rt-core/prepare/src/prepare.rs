@@ -11,7 +11,7 @@ use crate::budget::{self, Count};
 use crate::cells::{self, Cells, Regions};
 use crate::elastic::{self, Elastic};
 use crate::error::{MeshError, MeshProblem, PrepareError};
-use crate::held::Plane;
+use crate::held::{Held, Plane};
 use crate::mesh::{self, Mended, Mesh, OwnFrame};
 use crate::pack::{self, Ball, Interior, Quality};
 use crate::prepared::Prepared;
@@ -43,6 +43,18 @@ struct Organ {
     skin: ContactSkin,
     quality: Quality,
     because: String,
+}
+
+impl Organ {
+    /// Stiffens the tissue between free and held spheres, by the share of it that is held.
+    fn weigh(&mut self, held: &Held) {
+        for tet in &mut self.tets {
+            tet.volume_m3 *= held.stiffer(&tet.spheres);
+        }
+        for (spheres, compliance_m_n) in &mut self.elastic.links {
+            *compliance_m_n /= held.stiffer(spheres);
+        }
+    }
 }
 
 /// Builds the scene that the recipe describes.
@@ -152,7 +164,8 @@ fn assemble(
             skins,
             &gravity,
         )?;
-        append(&mut scene, plan, &surfaces[i].mended, &organ, &held);
+        if std::env::var_os("NOWEIGH").is_none() { organ.weigh(&held); }
+        append(&mut scene, plan, &surfaces[i].mended, &organ, &held.spheres);
         let substeps = steady::substeps(&scene, i, &organ.frame);
         let finer = f64::from(substeps) / f64::from(organ.elastic.substeps);
         organ.elastic.stiffness_number /= finer * finer;
@@ -160,7 +173,7 @@ fn assemble(
         scene.organs[i].substeps = substeps;
         report.organs.push(OrganReport {
             build_s: begun.elapsed().as_secs_f64(),
-            ..figures(plan, &surfaces[i], &organ, &held)
+            ..figures(plan, &surfaces[i], &organ, &held.spheres)
         });
         tetrahedra.push(organ.tets);
     }

@@ -26,6 +26,11 @@ const RADIUS_MAX: f64 = 1.15;
 /// one.
 const REACH: f64 = 1.45;
 
+/// Squared distances that differ by less than this count as equal, cells². Starting points lie on
+/// the grid, so many distances are equal, and rounding must not decide who owns a point: single
+/// precision errs by 5e-6 at the largest distance.
+const EQUAL: f32 = 1e-3;
+
 const NONE: u32 = u32::MAX;
 
 /// Packs this many spheres, or one in each grid point if there are fewer points.
@@ -121,8 +126,8 @@ impl<'a, 'm> Owners<'a, 'm> {
         }
     }
 
-    /// The nearest centre of each point of [`Interior::points`], and of equally near ones the
-    /// first. Centres are places in the organ's own frame.
+    /// The nearest centre of each point of [`Interior::points`], and of about equally near ones
+    /// the first. Centres are places in the organ's own frame.
     pub(super) fn assign(&mut self, centers: &[Vec3]) -> &[u32] {
         for &i in &self.interior.points {
             self.best[i as usize] = f32::INFINITY;
@@ -161,7 +166,7 @@ impl<'a, 'm> Owners<'a, 'm> {
                 for (i, (best, owner)) in best.iter_mut().zip(owner).enumerate() {
                     let dx = first + i as f32;
                     let squared = off_line + dx * dx;
-                    let nearer = squared < *best;
+                    let nearer = squared + EQUAL < *best;
                     *best = if nearer { squared } else { *best };
                     *owner = if nearer { number } else { *owner };
                 }
