@@ -78,6 +78,7 @@ mod steady;
 mod support;
 mod surface_nets;
 pub mod tetra;
+mod thin;
 
 pub use cells::Filling;
 pub use error::{MeshError, PrepareError, RecipeError};

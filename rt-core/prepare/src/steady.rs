@@ -176,7 +176,10 @@ mod tests {
         assert!(!alone.comes_to_rest(1) && alone.comes_to_rest(2));
         assert_eq!(substeps(&scene, fat, &frame), 2);
         assert_eq!(
-            (built.report.organs[fat].substeps, substeps(&scene, liver, &frame)),
+            (
+                built.report.organs[fat].substeps,
+                substeps(&scene, liver, &frame)
+            ),
             (2, 1)
         );
     }

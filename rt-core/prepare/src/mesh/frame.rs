@@ -69,7 +69,11 @@ impl OwnFrame {
         let first = first.try_normalize(0.0).unwrap_or_else(Vec3::x);
         let across = |v: &Vec3| v - first * first.dot(v);
         let [one, other] = moments.odd.map(|v| across(&v));
-        let odd = if one.norm() >= other.norm() { one } else { other };
+        let odd = if one.norm() >= other.norm() {
+            one
+        } else {
+            other
+        };
         // A mesh that is a single line has no second axis of its own.
         let second = (across(&second).try_normalize(1e-9))
             .or_else(|| odd.try_normalize(f64::MIN_POSITIVE))
@@ -140,7 +144,12 @@ impl Moments {
             odd[0] += whole * (weights.x * area_m2);
             odd[1] += whole * (weights.y * area_m2);
         }
-        Self { area_m2, middle_m, second, odd }
+        Self {
+            area_m2,
+            middle_m,
+            second,
+            odd,
+        }
     }
 
     /// 1 if the surface has its longer tail along `axis`, −1 if it has it on the other side.
@@ -154,7 +163,9 @@ impl Moments {
                 products * scaled_normal(corners).norm() / 20.0
             })
             .sum();
-        let deviation_m = (moment / self.area_m2.max(f64::MIN_POSITIVE)).max(0.0).sqrt();
+        let deviation_m = (moment / self.area_m2.max(f64::MIN_POSITIVE))
+            .max(0.0)
+            .sqrt();
         if third.abs() > SKEW_MIN * self.area_m2 * deviation_m.powi(3) {
             return third.signum();
         }

@@ -11,8 +11,7 @@ use scene_prepare::{Prepared, Recipe, Vec3, prepare};
 
 use crate::support::LoadedScene;
 
-/// Ticks until a loaded organ has come to rest: its motion loses 4 of 100 parts of its energy a
-/// tick.
+/// Ticks until a loaded organ has come to rest: three seconds.
 const TICKS: usize = 3000;
 
 /// A turn and a shift of the whole scene.
@@ -66,8 +65,7 @@ fn prepared(case: &Case, turn: &Turn) -> Prepared {
     let mut text = String::new();
     for p in &case.mesh.vertices {
         let p = turn.place(p);
-        let d: usize = std::env::var("DIGITS").map_or(9, |d| d.parse().unwrap());
-        text.push_str(&format!("v {:.d$} {:.d$} {:.d$}\n", p.x, p.y, p.z));
+        text.push_str(&format!("v {:.9} {:.9} {:.9}\n", p.x, p.y, p.z));
     }
     for [a, b, c] in &case.mesh.triangles {
         text.push_str(&format!("f {} {} {}\n", a + 1, b + 1, c + 1));
@@ -106,14 +104,23 @@ fn measure(case: &Case, turn: &Turn) -> Found {
     let loaded = LoadedScene::new(&weightless);
     let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
     let along = |p: &Vec3| p.dot(&case.pressed);
-    let site = case.mesh.vertices.iter().max_by(|a, b| along(a).total_cmp(&along(b)));
+    let site = case
+        .mesh
+        .vertices
+        .iter()
+        .max_by(|a, b| along(a).total_cmp(&along(b)));
     let site = turn.place(site.unwrap());
     let out = single(&(turn.axes * case.pressed.normalize()));
     let mut force_n = 0.0;
     for tick in 0..1000u16 {
         let depth_m = 0.004 * (f32::from(tick) / 300.0).min(1.0);
         let center_m = single(&site) + out * (0.005 - depth_m);
-        let tip = Capsule { a_m: center_m, b_m: center_m, radius_m: 0.005, role: Role::Tip };
+        let tip = Capsule {
+            a_m: center_m,
+            b_m: center_m,
+            radius_m: 0.005,
+            role: Role::Tip,
+        };
         force_n = tissue.press(&[tip]).force_n.dot(&out);
     }
     let organ = &built.report.organs[0];
@@ -132,7 +139,11 @@ fn written(v: &Vec3) -> String {
 
 fn plane(turn: &Turn, point_m: Vec3, normal: Vec3) -> String {
     let (point, normal) = (turn.place(&point_m), turn.axes * normal);
-    format!("{{ plane = {{ point_m = {}, normal = {} }} }}", written(&point), written(&normal))
+    format!(
+        "{{ plane = {{ point_m = {}, normal = {} }} }}",
+        written(&point),
+        written(&normal)
+    )
 }
 
 /// A prism of this many sides, a cube with four.
@@ -141,21 +152,34 @@ fn prism(sides: u32, radius_m: f64, height_m: f64) -> Mesh {
     for i in 0..sides {
         let angle = std::f64::consts::TAU * (f64::from(i) + 0.5) / f64::from(sides);
         let (sin, cos) = libm::sincos(angle);
-        mesh.vertices.push(Vec3::new(cos * radius_m, sin * radius_m, 0.0));
-        mesh.vertices.push(Vec3::new(cos * radius_m, sin * radius_m, height_m));
+        mesh.vertices
+            .push(Vec3::new(cos * radius_m, sin * radius_m, 0.0));
+        mesh.vertices
+            .push(Vec3::new(cos * radius_m, sin * radius_m, height_m));
     }
     let (low, high) = (2 * sides, 2 * sides + 1);
     mesh.vertices.extend([Vec3::zeros(), Vec3::z() * height_m]);
     for i in 0..sides {
         let (a, b) = (2 * i, 2 * ((i + 1) % sides));
-        let around = [[a, b, b + 1], [a, b + 1, a + 1], [low, b, a], [high, a + 1, b + 1]];
+        let around = [
+            [a, b, b + 1],
+            [a, b + 1, a + 1],
+            [low, b, a],
+            [high, a + 1, b + 1],
+        ];
         mesh.triangles.extend(around);
     }
     mesh
 }
 
 fn cases() -> [Case; 4] {
-    let bare = |turn: &Turn| plane(turn, Vec3::new(0.0, 0.36, -0.085), Vec3::new(0.0, 0.5, -0.87));
+    let bare = |turn: &Turn| {
+        plane(
+            turn,
+            Vec3::new(0.0, 0.36, -0.085),
+            Vec3::new(0.0, 0.5, -0.87),
+        )
+    };
     let foot = |turn: &Turn| plane(turn, Vec3::new(0.0, 0.0, 0.012), -Vec3::z());
     [
         Case {
@@ -205,30 +229,12 @@ fn a_scene_turned_and_moved_sags_and_pushes_alike() {
                 ("held", found.held as f64, first.held as f64),
             ] {
                 let share = now / before;
-                if (share - 1.0).abs() > 0.001 { println!("{what} {share}"); }
-                assert!((share - 1.0).abs() < 10.01, "{}, pose {number}: {what} {share}", case.name);
+                assert!(
+                    (share - 1.0).abs() < 0.01,
+                    "{}, pose {number}: {what} {share}",
+                    case.name
+                );
             }
         }
-    }
-}
-
-#[test]
-fn exp_base() {
-    let text_of = |form: &str, n: usize, base: f64| format!("name = \"one organ\"\n[room]\ngravity_m_s2 = [0,0,-1]\n[[organ]]\nname = \"organ\"\nkind = \"liver\"\nspheres = {n}\n\
-         shape = {{ form = \"{form}\" }}\ngravity_share = 1.0\nheld = [{{ base = {base} }}]\n\
-         [organ.material]\nyoung_pa = 5000.0\n");
-    for (form, n, from) in [("stomach", 2500, 0.3), ("stomach", 250, 0.3), ("stomach",581,0.3),("liver", 250, 0.2)] {
-      for k in 0..if n==2500 {1} else {9} {
-        let base = from + 0.005 * f64::from(k);
-        let recipe = Recipe::parse(&text_of(form, n, base), "a test", std::path::Path::new(".")).expect("a good recipe");
-        let built = prepare(&recipe, &mut |_| {}).expect("an organ");
-        let loaded = LoadedScene::new(&built.scene);
-        let mut bodies = Box::new(Bodies::new());
-        let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
-        for _ in 0..TICKS { tissue.step(); }
-        let moved = (0..built.scene.spheres.len() as u32).map(|i| tissue.displacement_m(i).norm());
-        let sag_m = f64::from(moved.fold(0.0, f32::max));
-        println!("{form} {n} {base:.3} sag {:.3} mm held {} substeps {}", sag_m*1e3, built.report.organs[0].held, built.report.organs[0].substeps);
-      }
     }
 }
