@@ -9,7 +9,8 @@ use crate::pack::Interior;
 
 /// Thickness below which a part is thin, spacings of the spheres.
 const THIN_SPACINGS: f64 = 2.0;
-/// Least share of an organ's volume that is worth a warning. Every edge has a little.
+/// Least share of an organ's volume that is worth a warning. Every edge has a little: 0.8 to 1.0 %
+/// of the built-in organs is thin, and 4.6 % of the atlas' liver with 581 spheres.
 const SHARE_MIN: f64 = 0.02;
 
 /// The thin part of an organ.
@@ -34,9 +35,6 @@ pub(crate) fn thin(interior: &Interior<'_>) -> Option<Thin> {
         .map(|(i, thickness_m)| (*i, thickness_m))
         .collect();
     let share = thin.len() as f64 / interior.points.len() as f64;
-    if std::env::var_os("THIN").is_some() {
-        println!("thin {share} spacing {}", interior.spacing_m);
-    }
     if share < SHARE_MIN {
         return None;
     }
