@@ -11,16 +11,15 @@ use crate::budget::{self, Count};
 use crate::cells::{self, Cells, Regions};
 use crate::elastic::{self, Elastic};
 use crate::error::{MeshError, MeshProblem, PrepareError};
-use crate::held::{Held, Plane};
-use crate::mesh::{self, Mended, Mesh, OwnFrame};
+use crate::held::Plane;
+use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
 use crate::prepared::Prepared;
-use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, SPHERES_MAX, Surface};
+use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, Surface};
 use crate::report::{OrganReport, Report};
 use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
-use crate::thin::{self, Thin};
 use crate::{Vec3, attach, bind, cost, held, links, overlap, room, runs, steady, support};
 
 /// Progress of the preparation.
@@ -39,24 +38,10 @@ struct Organ {
     links: Vec<[u32; 2]>,
     elastic: Elastic,
     tets: Vec<Tetra>,
-    frame: OwnFrame,
-    thin: Option<Thin>,
     vertices: Vec<VertexRecord>,
     skin: ContactSkin,
     quality: Quality,
     because: String,
-}
-
-impl Organ {
-    /// Stiffens the tissue between free and held spheres, by the share of it that is held.
-    fn weigh(&mut self, held: &Held) {
-        for tet in &mut self.tets {
-            tet.volume_m3 *= held.stiffer(&tet.spheres);
-        }
-        for (spheres, compliance_m_n) in &mut self.elastic.links {
-            *compliance_m_n /= held.stiffer(spheres);
-        }
-    }
 }
 
 /// Builds the scene that the recipe describes.
@@ -146,7 +131,6 @@ fn assemble(
     let gravity = gravity(recipe);
     let mut scene = SceneData::default();
     let mut tetrahedra = Vec::new();
-    let mut thin_parts = Vec::new();
     let mut report = Report {
         scene: recipe.name.clone(),
         ..Report::default()
@@ -167,25 +151,19 @@ fn assemble(
             skins,
             &gravity,
         )?;
-        organ.weigh(&held);
-        append(&mut scene, plan, &surfaces[i].mended, &organ, &held.spheres);
-        let substeps = steady::substeps(&scene, i, &organ.frame);
+        append(&mut scene, plan, &surfaces[i].mended, &organ, &held);
+        let substeps = steady::substeps(&scene, i);
         let finer = f64::from(substeps) / f64::from(organ.elastic.substeps);
         organ.elastic.stiffness_number /= finer * finer;
         organ.elastic.substeps = substeps;
         scene.organs[i].substeps = substeps;
         report.organs.push(OrganReport {
             build_s: begun.elapsed().as_secs_f64(),
-            ..figures(plan, &surfaces[i], &organ, &held.spheres)
+            ..figures(plan, &surfaces[i], &organ, &held)
         });
-        thin_parts.extend(
-            organ
-                .thin
-                .map(|thin| too_thin(plan, &thin, organ.balls.len())),
-        );
         tetrahedra.push(organ.tets);
     }
-    let tied = attach::attach(&recipe.organs, skins, recipe.ties.len(), &mut scene)?;
+    let tied = attach::attach(&recipe.organs, skins, &mut scene)?;
     attach::sew(&recipe.ties, &recipe.organs, &mut scene)?;
     for (organ, tied) in report.organs.iter_mut().zip(tied) {
         organ.attached = tied;
@@ -204,7 +182,6 @@ fn assemble(
     scene.to_bytes()?;
     runs::check(&scene, &recipe.organs, skins)?;
     report.warnings = support::warnings(&scene, &recipe.organs);
-    report.warnings.extend(thin_parts);
     report.warnings.extend(warning);
     for (plan, skin) in recipe.organs.iter().zip(surfaces) {
         let filled = skin.mended.filled();
@@ -370,21 +347,6 @@ const USUAL_M: [(OrganKind, f64, f64); 3] = [
     (OrganKind::Stomach, 0.10, 0.45),
 ];
 
-/// Warning of a part that is thin for its spheres.
-fn too_thin(plan: &OrganPlan, thin: &Thin, spheres: usize) -> String {
-    let [x, y, z]: [f64; 3] = thin.at.into();
-    format!(
-        "'{}' is thin in {:.0} % of its volume, most around [{x:.3}, {y:.3}, {z:.3}] m: {:.1} mm, {:.1} \
-         spheres, on average; it pushes back too hard there; give it about {} spheres (`spheres`, \
-         --spheres)",
-        plan.name,
-        1e2 * thin.share,
-        1e3 * thin.thickness_m,
-        thin.thickness_m / thin.spacing_m,
-        thin.enough(spheres).min(SPHERES_MAX)
-    )
-}
-
 /// Question about a mesh whose size is not that of its kind of organ.
 fn unusual_size(plan: &OrganPlan, mesh: &Mesh) -> Option<String> {
     if !matches!(plan.surface, Surface::Mesh { .. }) {
@@ -454,9 +416,6 @@ fn build(
         tets,
     } = skeleton(plan, &interior, surface.volume_m3, spheres, planes);
     let mass_kg = plan.material.density_kg_m3 * surface.volume_m3;
-    // Layers are cut to cells, and tubes have one sphere across.
-    let is_solid = !tets.is_empty() && plan.layers.is_none();
-    let thin = is_solid.then(|| thin::thin(&interior));
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
@@ -486,8 +445,6 @@ fn build(
         balls,
         links,
         tets,
-        frame: interior.frame,
-        thin: thin.flatten(),
         because: count.because.clone(),
     })
 }

@@ -9,7 +9,6 @@ use rt_core::tissue::{Bodies, Method};
 use shared_mem::scene::SceneData;
 
 use crate::elastic::SUBSTEPS_MAX;
-use crate::mesh::OwnFrame;
 
 /// Initial speed of every sphere, m/s: 10 µm in a tick. Each has its own direction.
 const SHAKEN_M_S: f32 = 0.01;
@@ -21,9 +20,9 @@ const SHAKES_M_S: f32 = 0.03;
 const TICKS: u32 = 150;
 
 /// The fewest substeps in which the organ with this index comes to rest after it is shaken. There
-/// are no fewer than the organ already has. `frame` turns with the organ.
-pub(crate) fn substeps(scene: &SceneData, organ: usize, frame: &OwnFrame) -> u32 {
-    let Some(alone) = Alone::new(scene, organ, *frame) else {
+/// are no fewer than the organ already has.
+pub(crate) fn substeps(scene: &SceneData, organ: usize) -> u32 {
+    let Some(alone) = Alone::new(scene, organ) else {
         return scene.organs[organ].substeps; // the scene's own check says what is wrong
     };
     let mut substeps = alone.organ.substeps.max(1);
@@ -39,11 +38,10 @@ struct Alone {
     spheres: Vec<RestSphere>,
     links: Vec<Link>,
     batches: Vec<rt_core::scene::TetraBatch>,
-    frame: OwnFrame,
 }
 
 impl Alone {
-    fn new(scene: &SceneData, organ: usize, frame: OwnFrame) -> Option<Self> {
+    fn new(scene: &SceneData, organ: usize) -> Option<Self> {
         let record = scene.organs.get(organ)?;
         fn own<T>(all: &[T], [first, count]: [u32; 2]) -> Option<&[T]> {
             all.get(first as usize..)?.get(..count as usize)
@@ -106,7 +104,6 @@ impl Alone {
             spheres,
             links,
             batches: packed,
-            frame,
         })
     }
 
@@ -127,11 +124,10 @@ impl Alone {
         for i in spheres.clone().filter(|i| !self.spheres[*i as usize].held) {
             // Directions follow the golden ratio: no two are alike, and they are the same in every
             // run.
-            let (sin, cos) = libm::sincos(f64::from(i) * 2.399_963);
-            let up = (f64::from(i) * 0.618_034).fract() * 2.0 - 1.0;
+            let (sin, cos) = libm::sincosf(i as f32 * 2.399_963);
+            let up = (i as f32 * 0.618_034).fract() * 2.0 - 1.0;
             let level = (1.0 - up * up).sqrt();
-            let way = crate::Vec3::new(level * cos, level * sin, up);
-            let way = self.frame.world_way(&way).map(|x| x as f32);
+            let way = Vec3::new(level * cos, level * sin, up);
             tissue.put(i, &Vec3::zeros(), &(way * SHAKEN_M_S));
         }
         let mut quarantined = 0;
@@ -170,16 +166,11 @@ mod tests {
         let named = |name: &str| organs.iter().position(|organ| organ.name == name).unwrap();
         let (fat, liver) = (named("fat"), named("liver"));
         scene.organs[fat].substeps = 1;
-        // Any frame will do.
-        let frame = OwnFrame::of(&crate::mesh::Mesh::default());
-        let alone = Alone::new(&scene, fat, frame).unwrap();
+        let alone = Alone::new(&scene, fat).unwrap();
         assert!(!alone.comes_to_rest(1) && alone.comes_to_rest(2));
-        assert_eq!(substeps(&scene, fat, &frame), 2);
+        assert_eq!(substeps(&scene, fat), 2);
         assert_eq!(
-            (
-                built.report.organs[fat].substeps,
-                substeps(&scene, liver, &frame)
-            ),
+            (built.report.organs[fat].substeps, substeps(&scene, liver)),
             (2, 1)
         );
     }

@@ -16,7 +16,6 @@ mod sound;
 #[path = "../support/mod.rs"]
 mod support;
 mod triangle;
-mod turned;
 
 use std::sync::OnceLock;
 
