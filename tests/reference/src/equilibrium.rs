@@ -70,10 +70,20 @@ pub struct Solution {
     pub reaction_n: Vec<Vec3>,
     /// Force on the tool, N.
     pub tool_force_n: Vec3,
+    /// Torque on the tool about the world's origin, N m. See [`Solution::tool_torque_n_m`].
+    tool_moment_n_m: Vec3,
     /// Elastic energy, J.
     pub energy_j: f64,
     /// Newton iterations since the last solution.
     pub iterations: usize,
+}
+
+impl Solution {
+    /// Torque on the tool about a point of the world, N m.
+    #[must_use]
+    pub fn tool_torque_n_m(&self, about_m: &Vec3) -> Vec3 {
+        self.tool_moment_n_m - about_m.cross(&self.tool_force_n)
+    }
 }
 
 /// Largest unbalanced force that counts as equilibrium, as a share of the largest nodal force.
@@ -481,15 +491,19 @@ impl<'a, 'p> Solver<'a, 'p> {
         }
         let shift = self.shift(state.share);
         let rest = &problem.mesh.nodes;
-        let presses = self
-            .contact
-            .iter()
-            .flat_map(|c| c.presses(rest, &state.u, &shift, true));
+        let (mut tool_force_n, mut tool_moment_n_m) = (Vec3::zeros(), Vec3::zeros());
+        for contact in &self.contact {
+            for press in contact.presses(rest, &state.u, &shift, true) {
+                tool_force_n -= press.force_n;
+                tool_moment_n_m -= press.at_m.cross(&press.force_n);
+            }
+        }
         let parts = self.elements.iter().zip(&problem.mesh.tets);
         Solution {
             share: state.share,
             reaction_n,
-            tool_force_n: presses.map(|p| -p.force_n).sum(),
+            tool_force_n,
+            tool_moment_n_m,
             energy_j: parts
                 .map(|(e, t)| e.energy(&problem.material, t, &state.u))
                 .sum(),
