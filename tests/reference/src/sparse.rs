@@ -196,9 +196,9 @@ impl System {
 }
 
 /// Conjugate gradients end at this share of the right-hand side's norm.
-const TOLERANCE: f64 = 1e-6;
+const TOLERANCE: f64 = 1e-4;
 /// A new matrix is factorised after so many iterations.
-const ITERATIONS_MAX: usize = 40;
+const ITERATIONS_MAX: usize = 25;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()

@@ -19,15 +19,16 @@ type Point = Vector3<f64>;
 pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 const DEEPEST_M: f64 = DEPTHS_MM[DEPTHS_MM.len() - 1] * 1e-3;
 
-/// Size of elements in the contact as a share of its radius, on the finer mesh. The coarser mesh
-/// has elements [`COARSER`] times as large everywhere.
-const SHARE: f64 = 1.0 / 3.0;
+/// Edge of the cubes in the contact as a share of its radius, on the finer mesh: elements, which are
+/// shorter than their cube, have about a third of that radius. The coarser mesh has elements
+/// [`COARSER`] times as large everywhere.
+const SHARE: f64 = 0.37;
 /// Likewise under a tool that touches along a line. Forces hardly change along the tool, and
 /// elements of a third would be too many to solve.
 const LINE_SHARE: f64 = 0.6;
 const COARSER: f64 = 1.5;
 /// Elements far from the tool, as a share of the organ's thickness.
-const LARGEST: f64 = 0.15;
+const LARGEST: f64 = 0.2;
 /// A curve ends where the load needs steps below this share of it.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 /// Number of the mesher that makes the meshes now. Meshers 1 to 3 made elements as large as the
@@ -193,6 +194,7 @@ impl Setup {
             }),
         };
         let stops: Vec<f64> = depths_mm.iter().map(|mm| mm * 1e-3 / DEEPEST_M).collect();
+        eprintln!("  {}: {} nodes", self.case.name(), mesh.nodes.len());
         let start = std::time::Instant::now();
         let mut tell = |share: f64| {
             eprintln!(

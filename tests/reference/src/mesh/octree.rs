@@ -11,9 +11,13 @@ use crate::{FemError, Vec3};
 /// Cubes this many doublings larger than the finest, at most.
 const DOUBLINGS_MAX: u32 = 12;
 
+/// A cube is divided where elements smaller than this share of its edge are wanted. So its edge is
+/// between two thirds and four thirds of the wanted size.
+const LEAST_SHARE: f64 = 0.75;
+
 /// Fills the shape where `distance` (the signed distance to its surface, m) is negative, between
-/// `min_m` and `max_m`. A cube's edge is `finest_m` times a power of two, and at most `size_m` at
-/// its middle unless that is below `finest_m`. Neighbouring cubes differ by a factor of two at
+/// `min_m` and `max_m`. A cube's edge is `finest_m` times a power of two, and about `size_m` at its
+/// middle unless that is below `finest_m`. Neighbouring cubes differ by a factor of two at
 /// most. Elements are about as long as their cube.
 ///
 /// # Errors
@@ -88,22 +92,13 @@ impl Octree {
         }
         while let Some(cube) = open.pop() {
             let edge_m = finest_m * f64::from(1 << cube.0);
-            if cube.0 > 0 && tree.smallest(cube, size_m) < edge_m * (1.0 - 1e-9) {
+            if cube.0 > 0 && size_m(&tree.at(centre(cube))) < edge_m * LEAST_SHARE {
                 open.extend(children(cube));
             } else {
                 tree.cubes.insert(cube);
             }
         }
         tree
-    }
-
-    /// Least wanted size at a cube's middle and half-way to its corners.
-    fn smallest(&self, cube: Cube, size_m: &impl Fn(&Vec3) -> f64) -> f64 {
-        let middle = self.at(centre(cube));
-        let quarter_m = self.finest_m * f64::from(1 << cube.0) / 4.0;
-        let side = |bit: i64| if bit == 0 { -quarter_m } else { quarter_m };
-        let places = (0..8).map(|c| middle + Vec3::new(side(c & 1), side(c & 2), side(c & 4)));
-        places.map(|p| size_m(&p)).fold(size_m(&middle), f64::min)
     }
 
     fn at(&self, place: Place) -> Vec3 {
