@@ -23,7 +23,7 @@ pub(crate) struct Focus {
 }
 
 /// Growth of elements per distance outside of the contact.
-const GROWTH: f64 = 0.8;
+const GROWTH: f64 = 1.5;
 
 impl Focus {
     /// Size of the smallest elements, m.
