@@ -18,8 +18,6 @@ pub(crate) struct System {
     pub(crate) count: usize,
     matrix: SparseColMat<usize, f64>,
     symbolic: SymbolicLlt<usize>,
-    /// Factors of an earlier matrix, if there was one.
-    factor: Option<Llt<usize, f64>>,
     /// For each element, the slots of all pairs of its degrees of freedom (lower triangle).
     slots: Vec<[u32; 465]>,
 }
@@ -84,7 +82,6 @@ impl System {
             count,
             matrix: SparseColMat::new(pattern, values),
             symbolic,
-            factor: None,
             slots,
         })
     }
@@ -127,87 +124,16 @@ impl System {
         }
     }
 
-    /// Solves for a right-hand side; `None` if the matrix is not positive definite. Matrices of
-    /// successive iterations are much alike. So the factors of an earlier one precondition
-    /// conjugate gradients, and a new one is factorised only where these take too long.
-    pub(crate) fn solve(&mut self, right: &[f64]) -> Option<Vec<f64>> {
-        if let Some(x) = self.factor.as_ref().and_then(|f| self.iterate(f, right)) {
-            return Some(x);
-        }
+    /// Solves for a right-hand side; `None` if the matrix is not positive definite.
+    pub(crate) fn solve(&self, right: &[f64]) -> Option<Vec<f64>> {
         let symbolic = self.symbolic.clone();
         let factor =
             Llt::try_new_with_symbolic(symbolic, self.matrix.as_ref(), Side::Lower).ok()?;
-        let x = solved(&factor, right);
-        self.factor = Some(factor);
+        let mut x = faer::Col::from_fn(right.len(), |i| right[i]);
+        factor.solve_in_place(x.as_mat_mut());
+        let x: Vec<f64> = x.iter().copied().collect();
         x.iter().all(|v| v.is_finite()).then_some(x)
     }
-
-    /// Conjugate gradients with the factors of another matrix; `None` if they do not converge soon,
-    /// or meet a direction without positive curvature.
-    fn iterate(&self, factor: &Llt<usize, f64>, right: &[f64]) -> Option<Vec<f64>> {
-        let goal = TOLERANCE * dot(right, right).sqrt();
-        let mut x = vec![0.0; right.len()];
-        let mut residual = right.to_vec();
-        let mut search = solved(factor, right);
-        let mut across = dot(&residual, &search);
-        for _ in 0..ITERATIONS_MAX {
-            let product = self.product(&search);
-            let curvature = dot(&search, &product);
-            if curvature.is_nan() || curvature <= 0.0 {
-                return None;
-            }
-            let by = across / curvature;
-            for i in 0..x.len() {
-                x[i] += by * search[i];
-                residual[i] -= by * product[i];
-            }
-            if dot(&residual, &residual).sqrt() <= goal {
-                return (dot(&x, right) > 0.0).then_some(x);
-            }
-            let next = solved(factor, &residual);
-            let after = dot(&residual, &next);
-            let keep = after / across;
-            across = after;
-            for (search, next) in search.iter_mut().zip(next) {
-                *search = next + keep * *search;
-            }
-        }
-        None
-    }
-
-    /// The matrix times a vector.
-    fn product(&self, x: &[f64]) -> Vec<f64> {
-        let (pattern, values) = (self.matrix.symbolic(), self.matrix.val());
-        let (starts, rows) = (pattern.col_ptr(), pattern.row_idx());
-        let mut product = vec![0.0; x.len()];
-        for column in 0..x.len() {
-            let mut sum = 0.0;
-            for slot in starts[column]..starts[column + 1] {
-                let (row, value) = (rows[slot], values[slot]);
-                sum += value * x[row];
-                if row != column {
-                    product[row] += value * x[column];
-                }
-            }
-            product[column] += sum;
-        }
-        product
-    }
-}
-
-/// Conjugate gradients end at this share of the right-hand side's norm.
-const TOLERANCE: f64 = 1e-4;
-/// A new matrix is factorised after so many iterations.
-const ITERATIONS_MAX: usize = 25;
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn solved(factor: &Llt<usize, f64>, right: &[f64]) -> Vec<f64> {
-    let mut x = faer::Col::from_fn(right.len(), |i| right[i]);
-    factor.solve_in_place(x.as_mat_mut());
-    x.iter().copied().collect()
 }
 
 /// Pairs of the lower triangle of 30 degrees of freedom, row by row.
