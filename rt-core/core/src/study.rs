@@ -28,22 +28,10 @@ const ALL: [bool; MAX_ORGANS] = [true; MAX_ORGANS];
 pub struct Pressed {
     /// Force of the tissue on the tool, world frame, N.
     pub force_n: Vec3,
-    /// Torque of the tissue on the tool about the world's origin, N m. [`Pressed::torque_n_m`] has
-    /// it about another point.
-    moment_n_m: Vec3,
     /// Number of contact places.
     pub contacts: usize,
     /// Spheres that were not finite or left the room, and were reset.
     pub quarantined: u32,
-}
-
-impl Pressed {
-    /// Torque of the tissue on the tool about a point, world frame, N m. About the port, it is what
-    /// the tick's lever carries to the hand.
-    #[must_use]
-    pub fn torque_n_m(&self, about_m: &Vec3) -> Vec3 {
-        self.moment_n_m - about_m.cross(&self.force_n)
-    }
 }
 
 impl<'a> Tissue<'a> {
@@ -133,9 +121,6 @@ impl<'a> Tissue<'a> {
         let forces = &self.contacts.forces;
         Pressed {
             force_n: forces.iter().map(ContactForce::whole_force_n).sum(),
-            moment_n_m: (forces.iter())
-                .map(|force| force.at_m.cross(&force.whole_force_n()))
-                .sum(),
             contacts: forces.len(),
             quarantined,
         }

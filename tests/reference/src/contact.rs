@@ -127,8 +127,6 @@ pub(crate) struct Contact {
 pub(crate) struct Press {
     pub(crate) nodes: [u32; 6],
     pub(crate) shares: [f64; 6],
-    /// Place of the point, world frame, m.
-    pub(crate) at_m: Vec3,
     /// Force on the body, N.
     pub(crate) force_n: Vec3,
     /// Second derivative of the contact energy by the point's position, N/m.
@@ -250,7 +248,6 @@ impl Contact {
             Some(Press {
                 nodes: patch.nodes,
                 shares: patch.values,
-                at_m: Self::at(patch, rest, u),
                 force_n: normal * (pressure * patch.area_m2),
                 stiffness: stiffness * patch.area_m2,
             })

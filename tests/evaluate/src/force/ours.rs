@@ -11,10 +11,8 @@ use scene_prepare::skin::ContactSkin;
 
 use super::case::{Placed, Site};
 use super::reference::DEPTHS_MM;
-use super::wrench::Wrench;
 use crate::body::{self, Body, V3};
 use crate::methods::{Parts, Surroundings};
-use crate::prepared::prepared;
 
 type Point = Vector3<f64>;
 
@@ -58,6 +56,7 @@ pub(crate) struct Rig {
     body: Body,
     parts: Parts,
     skin: ContactSkin,
+    plane: Plane,
 }
 
 impl Rig {
@@ -73,13 +72,18 @@ impl Rig {
             point_m: axis * plane_m,
             normal: -axis,
         };
-        let (body, skin) = prepared(mesh, spheres, tissue, &[plane])?;
-        let around = Surroundings::weightless(&tissue);
+        let packed = Body::with_skin(mesh, spheres, tissue, &[plane]);
+        let (body, skin) = packed.ok_or_else(|| format!("{spheres} spheres cannot be packed"))?;
+        let around = Surroundings {
+            gravity_m_s2: V3::zeros(),
+            damping_per_s: 20.0,
+        };
         let parts = Parts::new(&body, &around, None).map_err(|e| e.to_string())?;
         Ok(Self {
             body,
             parts: parts.with_skin(skin.clone()),
             skin,
+            plane,
         })
     }
 
@@ -88,16 +92,24 @@ impl Rig {
         self.body.rest_m.len()
     }
 
-    /// The organ at rest.
-    fn at_rest(&mut self) -> Result<Run<'_>, String> {
+    /// The organ at rest, with its holds.
+    fn held(&mut self) -> Result<Run<'_>, String> {
+        let mut tissue = self.parts.bare().map_err(|e| e.to_string())?;
+        for (i, x) in (0_u32..).zip(&self.body.rest_m) {
+            // The margin covers the rounding of places to single precision.
+            if self.plane.depth_m(&x.cast()) > -1e-6 {
+                tissue.hold(i, true);
+            }
+        }
         Ok(Run {
-            tissue: self.parts.bare().map_err(|e| e.to_string())?,
+            tissue,
             body: &self.body,
             skin: &self.skin,
         })
     }
 
-    /// Presses the tool, and returns force and torque at the first depths of [`DEPTHS_MM`].
+    /// Presses the tool, and returns the force along its way at the first depths of [`DEPTHS_MM`],
+    /// N.
     ///
     /// # Errors
     /// The reason in words.
@@ -106,10 +118,10 @@ impl Rig {
         placed: &Placed,
         law: Law,
         depths: usize,
-    ) -> Result<Vec<Wrench>, String> {
-        let mut run = self.at_rest()?;
+    ) -> Result<Vec<f64>, String> {
+        let mut run = self.held()?;
         let mut at_m = 0.0;
-        let mut wrenches = Vec::new();
+        let mut forces = Vec::new();
         for depth in DEPTHS_MM.iter().take(depths) {
             let from_m = at_m;
             at_m = depth * 1e-3;
@@ -118,25 +130,21 @@ impl Rig {
                 let now_m = from_m + (at_m - from_m) * i as f64 / ticks as f64;
                 run.tick(&placed.bars_at(&(-placed.outward * now_m)), law);
             }
-            let shift_m = -placed.outward * at_m;
-            let parts = placed.bars_at(&shift_m);
-            let (mut before, mut mean) = (f64::NAN, Felt::default());
+            let parts = placed.bars_at(&(-placed.outward * at_m));
+            let (mut before, mut mean) = (f64::NAN, 0.0);
             for _ in 0..REST_TICKS / 50 {
-                mean = Felt::default();
+                mean = 0.0;
                 for _ in 0..50 {
-                    mean.add(&run.tick(&parts, law), 1.0 / 50.0);
+                    mean += run.tick(&parts, law).dot(&placed.outward) / 50.0;
                 }
-                let out_n = mean.force_n.dot(&placed.outward);
-                if (out_n - before).abs() < STILL_N {
+                if (mean - before).abs() < STILL_N {
                     break;
                 }
-                before = out_n;
+                before = mean;
             }
-            // The port moves with the tool.
-            let torque_n_m = mean.torque_n_m(&(placed.port_m + shift_m));
-            wrenches.push(Wrench::new(placed, &mean.force_n, &torque_n_m));
+            forces.push(mean);
         }
-        Ok(wrenches)
+        Ok(forces)
     }
 
     /// The largest step of the force from one tick to the next, N. Without a speed the motion is a
@@ -149,7 +157,7 @@ impl Rig {
         placed: &Placed,
         slide_m_s: Option<f64>,
     ) -> Result<f64, String> {
-        let mut run = self.at_rest()?;
+        let mut run = self.held()?;
         let along = placed.along * if slide_m_s.is_some() { 0.020 } else { 0.0 };
         let tick_s = f64::from(TICK_S);
         let mut last: Option<Point> = None;
@@ -159,7 +167,7 @@ impl Rig {
         for i in 0..=ticks {
             let depth_m = deepest_m * i as f64 / ticks as f64;
             let parts = placed.bars_at(&(-placed.outward * depth_m - along));
-            let force = run.tick(&parts, Law::Ours).force_n;
+            let force = run.tick(&parts, Law::Ours);
             if slide_m_s.is_none() {
                 largest = largest.max(last.map_or(0.0, |l| (force - l).norm()));
             }
@@ -173,7 +181,7 @@ impl Rig {
         for i in 0..=ticks {
             let side = -(std::f64::consts::PI * i as f64 / ticks as f64).cos();
             let parts = placed.bars_at(&(along * side - placed.outward * deepest_m));
-            let force = run.tick(&parts, Law::Ours).force_n;
+            let force = run.tick(&parts, Law::Ours);
             largest = largest.max(last.map_or(0.0, |l| (force - l).norm()));
             last = Some(force);
         }
@@ -203,57 +211,25 @@ struct Run<'a> {
     skin: &'a ContactSkin,
 }
 
-/// Force of the tissue on a tool in one tick.
-#[derive(Debug, Clone, Copy, Default)]
-struct Felt {
-    /// Force, N.
-    force_n: Point,
-    /// Torque about the world's origin, N m.
-    moment_n_m: Point,
-}
-
-impl Felt {
-    fn add(&mut self, other: &Self, share: f64) {
-        self.force_n += other.force_n * share;
-        self.moment_n_m += other.moment_n_m * share;
-    }
-
-    /// Adds a force at a place.
-    fn push(&mut self, at_m: &V3, force_n: &V3) {
-        let (at_m, force_n): (Point, Point) = (at_m.cast(), force_n.cast());
-        self.force_n += force_n;
-        self.moment_n_m += at_m.cross(&force_n);
-    }
-
-    /// Torque about a point, N m.
-    fn torque_n_m(&self, about_m: &Point) -> Point {
-        self.moment_n_m - about_m.cross(&self.force_n)
-    }
-}
-
 impl Run<'_> {
-    /// Runs one tick.
-    fn tick(&mut self, parts: &[Capsule], law: Law) -> Felt {
+    /// Runs one tick, and returns the force of the tissue on the tool, N.
+    fn tick(&mut self, parts: &[Capsule], law: Law) -> Point {
         let (body, skin) = (self.body, self.skin);
-        let mut felt = Felt::default();
+        let mut force = V3::zeros();
         match law {
-            Law::Ours => {
-                let pressed = self.tissue.press(parts);
-                felt.force_n = pressed.force_n.cast();
-                felt.moment_n_m = pressed.torque_n_m(&V3::zeros()).cast();
-            }
+            Law::Ours => force = self.tissue.press(parts).force_n,
             Law::Spheres => {
                 self.tissue.step_with(|tissue, step_s| {
-                    push_spheres(tissue, body, parts, step_s, &mut felt);
+                    force += push_spheres(tissue, body, parts, step_s);
                 });
             }
             Law::RigidSkin => {
                 self.tissue.step_with(|tissue, step_s| {
-                    push_skin(tissue, skin, parts, step_s, &mut felt);
+                    force += push_skin(tissue, skin, parts, step_s);
                 });
             }
         }
-        felt
+        force.cast()
     }
 }
 
@@ -270,21 +246,17 @@ fn depth(parts: &[Capsule], center_m: &V3, radius_m: f32) -> Option<(f32, V3)> {
     (deepest.0 > 0.0).then(|| (deepest.0, deepest.1.normalize()))
 }
 
-fn push_spheres(
-    tissue: &mut Correction<'_>,
-    body: &Body,
-    parts: &[Capsule],
-    step_s: f32,
-    felt: &mut Felt,
-) {
+fn push_spheres(tissue: &mut Correction<'_>, body: &Body, parts: &[Capsule], step_s: f32) -> V3 {
+    let mut felt = V3::zeros();
     for (i, &radius_m) in (0_u32..).zip(&body.radius_m) {
         if let Some((depth_m, out)) = depth(parts, &tissue.center_m(i), radius_m) {
             let yielding = tissue.inverse_mass_per_kg(i) * step_s * step_s;
             let force_n = SPHERE_N_M * depth_m / (1.0 + SPHERE_N_M * yielding);
             tissue.move_by(i, &(out * (force_n * yielding)));
-            felt.push(&tissue.center_m(i), &(out * -(force_n * step_s / TICK_S)));
+            felt -= out * (force_n * step_s / TICK_S);
         }
     }
+    felt
 }
 
 fn push_skin(
@@ -292,8 +264,8 @@ fn push_skin(
     skin: &ContactSkin,
     parts: &[Capsule],
     step_s: f32,
-    felt: &mut Felt,
-) {
+) -> V3 {
+    let mut felt = V3::zeros();
     for vertex in &skin.vertices {
         let carriers = || {
             vertex
@@ -314,7 +286,8 @@ fn push_skin(
                 let by = tissue.inverse_mass_per_kg(i) * w * pushed;
                 tissue.move_by(i, &(out * by));
             }
-            felt.push(&at_m, &(out * -(pushed / (step_s * TICK_S))));
+            felt -= out * (pushed / (step_s * TICK_S));
         }
     }
+    felt
 }

@@ -72,21 +72,15 @@ impl Parts {
         around: &Surroundings,
         paper: Option<(f32, u32)>,
     ) -> Result<Self, SceneError> {
-        let is_held = |i: usize| body.supported.get(i).copied().unwrap_or(false);
         let spheres: Vec<RestSphere> = body
             .rest_m
             .iter()
             .zip(&body.mass_kg)
-            .enumerate()
-            .map(|(i, (x, mass))| RestSphere {
+            .map(|(x, mass)| RestSphere {
                 center_m: *x,
-                radius_m: if body.supported.is_empty() {
-                    0.5 * body.spacing_m()
-                } else {
-                    body.radius_m[i]
-                },
+                radius_m: 0.5 * body.spacing_m(),
                 mass_kg: *mass,
-                held: is_held(i),
+                held: false,
             })
             .collect();
         let link = |e: &crate::body::Edge| Link {
@@ -98,7 +92,7 @@ impl Parts {
         let links: Vec<Link> = if paper.is_some() {
             body.edges.iter().map(link).collect()
         } else {
-            body.springs.clone()
+            Vec::new()
         };
         let tets: Vec<Tetra> = body
             .tets
@@ -119,18 +113,13 @@ impl Parts {
             sphere_count: spheres.len() as u32,
             link_start: 0,
             link_count: links.len() as u32,
-            elastic_links: if paper.is_some() {
-                0
-            } else {
-                links.len() as u32
-            },
+            elastic_links: 0,
             batch_start: 0,
             batch_count: packed.len() as u32,
             substeps: if paper.is_some() {
                 1
             } else {
-                let substeps = substeps.max(body.substeps).clamp(1, SUBSTEPS_MAX);
-                substeps.next_power_of_two()
+                substeps.clamp(1, SUBSTEPS_MAX).next_power_of_two()
             },
             gravity_share: 1.0,
             breath_m: V3::zeros(),
@@ -138,7 +127,7 @@ impl Parts {
             material: Material {
                 young_pa: body.tissue.young_pa as f32,
                 poisson: body.tissue.poisson as f32,
-                retardation_s: body.tissue.retardation_s() as f32,
+                retardation_s: 0.0,
                 stretch_stiffness: stiffness,
                 laplacian_stiffness: stiffness,
                 damping_per_s: around.damping_per_s,
@@ -172,7 +161,7 @@ impl Parts {
     /// # Errors
     /// The message with which the scene's check refuses it.
     pub(crate) fn tissue(&mut self) -> Result<Product<'_>, SceneError> {
-        let held = self.plan.spheres.iter().map(|s| s.held).collect();
+        let held = vec![false; self.plan.spheres.len()];
         let has_skin = !self.plan.skin.vertices.is_empty();
         let tissue = self.bare()?;
         Ok(Product {
@@ -180,6 +169,16 @@ impl Parts {
             held,
             has_skin,
         })
+    }
+
+    /// Holds the spheres up to this height, m, and gives the tissue this retardation, s.
+    pub(crate) fn settle(&mut self, height_m: f32, retardation_s: f32) {
+        for organ in &mut self.plan.organs {
+            organ.material.retardation_s = retardation_s;
+        }
+        for sphere in &mut self.plan.spheres {
+            sphere.held = sphere.center_m.z <= height_m;
+        }
     }
 
     /// Gives every sphere this radius, m.

@@ -10,7 +10,6 @@ use crate::accuracy;
 use crate::body::{Body, Tissue, V3};
 use crate::methods::Way;
 use crate::organ::Organ;
-use crate::prepared::prepared;
 use crate::scene::{Kind, Scene};
 use rig::Stand;
 
@@ -56,7 +55,7 @@ impl Lab {
     /// When a body cannot be packed, in words.
     pub(crate) fn new(spheres: usize) -> Result<Self, String> {
         let surface = Organ::Liver.mesh()?;
-        let (packed, _) = prepared(&surface, spheres, Tissue::LIVER, &[])?;
+        let packed = Body::packed(&surface, spheres, Tissue::LIVER);
         let scene = Scene::new(Kind::Sag, &surface);
         let cubes = Body::of_cubes(&surface, &scene, spheres / 2, Tissue::LIVER);
         let [min, max] = surface.bounds();
@@ -70,11 +69,11 @@ impl Lab {
             young_pa: DUCT_PA,
             ..Tissue::LIVER
         };
-        let (duct, _) = prepared(&skin(&round, [-room, room], 0.3 * radius), 150, wall, &[])?;
+        let duct = Body::packed(&skin(&round, [-room, room], 0.3 * radius), 150, wall);
         Ok(Self {
-            spheres: packed,
+            spheres: packed.ok_or("the liver cannot be packed")?,
             cubes,
-            duct,
+            duct: duct.ok_or("the duct cannot be packed")?,
             surface,
             length_m: (max.x - min.x) as f32,
             start_x_m: min.x as f32,
