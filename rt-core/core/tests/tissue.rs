@@ -145,16 +145,27 @@ fn stiffness_depends_neither_on_substeps_nor_on_damping() {
         sag_m(&bar)
     };
     let usual = with(1, 0.001);
-    eprintln!(
-        "{usual} {} {} {} {}",
-        with(2, 0.002),
-        with(8, 0.002),
-        with(1, 0.0),
-        with(1, 0.02)
-    );
     assert!((0.003..0.05).contains(&usual), "{usual}");
     for other in [with(2, 0.001), with(8, 0.001), with(1, 0.0), with(1, 0.004)] {
         assert!((other / usual - 1.0).abs() < 0.03, "{other} {usual}");
+    }
+}
+
+/// The rate of strain is zero at rest, so viscosity holds nothing up and lets nothing down.
+#[test]
+fn viscosity_does_not_change_a_sag() {
+    let sag_m = |retardation_s| {
+        let mut bar = Bar::new().with_gravity();
+        bar.organ().material.retardation_s = retardation_s;
+        bar.play(|tissue, spheres| {
+            step(tissue, 12_000);
+            -tissue.displacement_m(tip(spheres)).z
+        })
+    };
+    let plain_m = sag_m(0.0);
+    for retardation_s in [0.00093, 0.0026, 0.02] {
+        let share = sag_m(retardation_s) / plain_m;
+        assert!((share - 1.0).abs() < 0.001, "{retardation_s} s: {share}");
     }
 }
 

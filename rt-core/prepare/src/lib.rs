@@ -70,6 +70,7 @@ mod overlap;
 pub mod pack;
 mod prepare;
 mod prepared;
+mod rest;
 pub mod room;
 mod runs;
 mod skeleton;

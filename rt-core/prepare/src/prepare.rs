@@ -20,7 +20,7 @@ use crate::report::{OrganReport, Report};
 use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
-use crate::{Vec3, attach, bind, cost, held, links, overlap, room, runs, steady, support};
+use crate::{Vec3, attach, bind, cost, held, links, overlap, rest, room, runs, steady, support};
 
 /// Progress of the preparation.
 #[derive(Debug, Clone, PartialEq)]
@@ -182,6 +182,9 @@ fn assemble(
     scene.to_bytes()?;
     runs::check(&scene, &recipe.organs, skins)?;
     report.warnings = support::warnings(&scene, &recipe.organs);
+    report
+        .warnings
+        .extend(rest::bear(&mut scene, &recipe.organs));
     report.warnings.extend(warning);
     for (plan, skin) in recipe.organs.iter().zip(surfaces) {
         let filled = skin.mended.filled();

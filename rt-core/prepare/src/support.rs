@@ -1,12 +1,12 @@
-//! Warnings of organs that nothing holds.
+//! Organs that are held, and warnings of those that nothing holds.
 
 use shared_mem::scene::{SceneData, WORLD};
 
 use crate::recipe::OrganPlan;
 
-/// A warning for each organ that neither held tissue nor a tie to the world holds, directly or
-/// through other organs.
-pub(crate) fn warnings(scene: &SceneData, organs: &[OrganPlan]) -> Vec<String> {
+/// True for each organ that held tissue or a tie to the world holds, directly or through other
+/// organs.
+pub(crate) fn held(scene: &SceneData) -> Vec<bool> {
     let organ_of = |sphere: u32| {
         let mut all = scene.organs.iter();
         all.position(|it| (it.spheres[0]..it.spheres[0] + it.spheres[1]).contains(&sphere))
@@ -32,10 +32,15 @@ pub(crate) fn warnings(scene: &SceneData, organs: &[OrganPlan]) -> Vec<String> {
             (is_held[*a], is_held[*b]) = (either, either);
         }
     }
+    is_held
+}
+
+/// A warning for each organ that is not held.
+pub(crate) fn warnings(scene: &SceneData, organs: &[OrganPlan]) -> Vec<String> {
     let weight = scene.room.as_ref().map_or(0.0, |room| {
         room.gravity_m_s2.iter().map(|x| x * x).sum::<f32>()
     });
-    let loose = organs.iter().zip(&is_held).filter(|(_, held)| !**held);
+    let loose = organs.iter().zip(held(scene)).filter(|(_, held)| !held);
     loose
         .map(|(plan, _)| {
             let then = match plan.gravity_share > 0.0 && weight > 0.0 {

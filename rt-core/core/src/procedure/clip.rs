@@ -11,9 +11,9 @@ use crate::capacity::{CLIPS, MAX_CLIPPED, MAX_ORGANS};
 use crate::math::{self, Vec3};
 use crate::procedure::grasp::Jaws;
 use crate::scene::Scene;
-use crate::tissue::tubes::Step;
 use crate::tissue::Bodies;
 use crate::tissue::bar::Bar;
+use crate::tissue::tubes::Step;
 
 /// Length of a closed clip (medium-large, titanium), m. It lies at the jaws' ends.
 const LENGTH_M: f32 = 0.009;

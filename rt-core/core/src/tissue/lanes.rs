@@ -46,13 +46,6 @@ impl Lanes {
         [pair(x, y), pair(z, spare)]
     }
 
-    /// Scalar product of x, y, z.
-    #[inline(always)]
-    pub(crate) fn dot(self, other: Self) -> f32 {
-        let [x, y, z, _] = (self * other).0;
-        x + y + z
-    }
-
     /// `x` in all four lanes.
     #[must_use]
     #[inline(always)]

@@ -31,11 +31,11 @@
 //! ```
 //!
 //! Both are solved together, in one pass from zero multipliers. `r` is the material's retardation
-//! time over `dt`, and `C'` what `C` was after its projection in the last substep: the change of
-//! strain is damped, rigid motion is not, and nothing is at rest ([`viscosity`]). Linear tetrahedra lock beyond a
-//! Poisson's ratio of 0.45, so it counts as 0.45 at most (`POISSON_MAX`). They also resist a little
-//! more than the solid that they stand for, so they get 0.965 of Young's modulus
-//! (`STIFFNESS_SHARE`).
+//! time over `dt`, and `C'` is `C` right after its projection in the last substep. So the change of
+//! strain is damped, rigid motion is not, and a resting organ is not either (`viscosity`). Linear
+//! tetrahedra lock beyond a Poisson's ratio of 0.45, so it counts as 0.45 at most (`POISSON_MAX`).
+//! They also resist a little more than the solid that they stand for, so they get 0.965 of Young's
+//! modulus (`STIFFNESS_SHARE`).
 //!
 //! Preparation orders the tetrahedra so that eight neighbours share no sphere. `kernel` solves a
 //! batch of eight at a time, in AVX registers or in plain arrays, with the same additions,

@@ -233,6 +233,25 @@ fn an_organ_that_is_held_neither_falls_nor_shakes() {
     assert_eq!(left_alone(&built, 12), []);
 }
 
+/// Tissue of any admitted stiffness comes to rest, with less weight where it cannot bear its own.
+#[test]
+fn an_organ_that_cannot_bear_its_weight_gets_less_of_it() {
+    let built = |young_pa: u32| {
+        let lines = format!(
+            "spheres = 60\nheld = [{{ base = 0.2 }}]\ngravity_share = 1.0\n\
+             material = {{ young_pa = {young_pa}, poisson = 0.45 }}"
+        );
+        prepared(&[(plate(0.0), &lines)]).expect("a good scene")
+    };
+    let soft = built(20);
+    let share = soft.scene.organs[0].gravity_share;
+    let expected = format!("prepared with gravity_share = {share}");
+    assert!(share < 1.0 && soft.report.warnings[0].contains(&expected));
+    for built in [soft, built(1000), built(100_000)] {
+        assert_eq!(left_alone(&built, 12), [], "{:?}", built.report.warnings);
+    }
+}
+
 /// The depth is that of the skins, whatever the spheres.
 #[test]
 fn organs_that_overlap_are_reported_with_place_and_depth() {

@@ -15,10 +15,10 @@
 //! ```
 
 use crate::scene::{LANES, TetraBatch};
-use crate::tissue::viscosity::BatchStrain;
 use crate::tissue::Node;
 use crate::tissue::neo_hookean::wide::{Plain, Wide};
 use crate::tissue::per_sphere::PerSphere;
+use crate::tissue::viscosity::BatchStrain;
 
 /// Squared norm of the cofactor matrix (3 at rest) below which a tetrahedron counts as crushed to a
 /// line or a point. Its volume constraint has no gradient there that leads out.

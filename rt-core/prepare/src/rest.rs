@@ -1,0 +1,86 @@
+//! Test that organs come to rest under their own weight. Tissue that is too soft for it collapses
+//! or shakes without end, so it gets a smaller share of gravity, and a warning says so.
+
+use rt_core::study::Tissue;
+use rt_core::tissue::{Bodies, Method};
+use scene_load::{Records, SceneStorage};
+use shared_mem::scene::SceneData;
+
+use crate::recipe::OrganPlan;
+use crate::support;
+
+/// Time in which organs must come to rest, ticks: 5 s.
+const TICKS: u32 = 5000;
+/// Speed below which a sphere is at rest, m/s.
+const STILL_M_S: f32 = 1.0e-4;
+/// Ticks in a row at rest after which an organ counts as at rest. A sphere that turns back is slow
+/// for a moment only.
+const STILL_TICKS: u32 = 200;
+/// Times that a share of gravity is halved. A share of a 1000th bends nothing.
+const HALVINGS: u32 = 10;
+
+/// Lets every organ that is held and has weight come to rest. Halves the share of gravity of those
+/// that do not, until all do. Returns a warning for each organ whose share it changed.
+pub(crate) fn bear(scene: &mut SceneData, plans: &[OrganPlan]) -> Vec<String> {
+    let held = support::held(scene);
+    let has_weight = |it: &SceneData, i: usize| held[i] && it.organs[i].gravity_share > 0.0;
+    if !(0..plans.len()).any(|i| has_weight(scene, i)) {
+        return Vec::new();
+    }
+    for _ in 0..HALVINGS {
+        let unquiet = unquiet(scene);
+        let mut changed = false;
+        for (i, _) in unquiet.iter().enumerate().filter(|(_, moves)| **moves) {
+            if has_weight(scene, i) {
+                scene.organs[i].gravity_share *= 0.5;
+                changed = true;
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    let pairs = plans.iter().zip(&scene.organs);
+    pairs
+        .filter(|(plan, organ)| organ.gravity_share < plan.gravity_share as f32)
+        .map(|(plan, organ)| {
+            format!(
+                "'{}' cannot bear its weight: with gravity_share {} its tissue of {} Pa does not come to \
+                 rest; it was prepared with gravity_share = {}; give it that, a larger \
+                 material.young_pa, or more held spheres",
+                plan.name, plan.gravity_share, plan.material.young_pa, organ.gravity_share
+            )
+        })
+        .collect()
+}
+
+/// True for each organ that does not come to rest in time.
+fn unquiet(scene: &SceneData) -> Vec<bool> {
+    let all_quiet = vec![false; scene.organs.len()];
+    let Some(records) = Records::of_data(scene) else {
+        return all_quiet;
+    };
+    // The scene's own check says what is wrong.
+    let Ok(storage) = SceneStorage::new(records) else {
+        return all_quiet;
+    };
+    let Ok(loaded) = storage.scene() else {
+        return all_quiet;
+    };
+    let mut bodies = Box::new(Bodies::new());
+    let mut tissue = Tissue::new(loaded, &mut bodies, Method::NeoHookean);
+    let mut still = vec![0; scene.organs.len()];
+    for _ in 0..TICKS {
+        tissue.step();
+        for (still, organ) in still.iter_mut().zip(&scene.organs) {
+            let [first, count] = organ.spheres;
+            let mut spheres = first..first + count;
+            let is_still = spheres.all(|i| tissue.velocity_m_s(i).norm() < STILL_M_S);
+            *still = if is_still { *still + 1 } else { 0 };
+        }
+        if still.iter().all(|ticks| *ticks >= STILL_TICKS) {
+            break;
+        }
+    }
+    still.iter().map(|ticks| *ticks < STILL_TICKS).collect()
+}
