@@ -137,7 +137,7 @@ impl<'a> Tissue<'a> {
         let (scene, bodies) = (self.scene, &mut *self.bodies);
         let mut quarantined = 0;
         for (i, organ) in (0u8..).zip(scene.organs) {
-            quarantined += bodies.advance(organ, scene.step_s_of(i));
+            quarantined += bodies.advance(&scene, organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
         }
         damage::tear_all(&scene, bodies, |_| ());

@@ -169,6 +169,20 @@ fn viscosity_does_not_change_a_sag() {
     }
 }
 
+/// A sphere that is no number for one tick is put back, and the organ goes on as before.
+#[test]
+fn a_sphere_that_is_no_number_spoils_no_later_tick() {
+    Bar::new().with_gravity().play(|tissue, spheres| {
+        step(tissue, 10);
+        let none = Vec3::new(f32::NAN, 0.0, 0.0);
+        tissue.put(tip(spheres), &Vec3::zeros(), &none);
+        assert!(tissue.step() > 0, "it was put back");
+        let again: u32 = (0..200).map(|_| tissue.step()).sum();
+        assert_eq!(again, 0, "and only once");
+        assert!(farthest_m(tissue, spheres) < 0.05);
+    });
+}
+
 #[test]
 fn deflection_goes_with_the_inverse_of_youngs_modulus_by_the_substep_rule() {
     let sag = |young_pa: f32, substeps| {

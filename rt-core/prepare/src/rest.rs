@@ -27,26 +27,35 @@ pub(crate) fn bear(scene: &mut SceneData, plans: &[OrganPlan]) -> Vec<String> {
     if !(0..plans.len()).any(|i| has_weight(scene, i)) {
         return Vec::new();
     }
+    let shakes = |it: &SceneData| -> Vec<usize> {
+        let moving = unquiet(it).into_iter().enumerate();
+        moving
+            .filter(|(i, moves)| *moves && has_weight(it, *i))
+            .map(|(i, _)| i)
+            .collect()
+    };
+    let mut shaking = shakes(scene);
     for _ in 0..HALVINGS {
-        let unquiet = unquiet(scene);
-        let mut changed = false;
-        for (i, _) in unquiet.iter().enumerate().filter(|(_, moves)| **moves) {
-            if has_weight(scene, i) {
-                scene.organs[i].gravity_share *= 0.5;
-                changed = true;
-            }
-        }
-        if !changed {
+        if shaking.is_empty() {
             break;
         }
+        for i in &shaking {
+            scene.organs[*i].gravity_share *= 0.5;
+        }
+        shaking = shakes(scene);
     }
-    let pairs = plans.iter().zip(&scene.organs);
+    let pairs = plans.iter().zip(&scene.organs).enumerate();
     pairs
-        .filter(|(plan, organ)| organ.gravity_share < plan.gravity_share as f32)
-        .map(|(plan, organ)| {
+        .filter(|(_, (plan, organ))| organ.gravity_share < plan.gravity_share as f32)
+        .map(|(i, (plan, organ))| {
+            let even_so = if shaking.contains(&i) {
+                ", and moves even so"
+            } else {
+                ""
+            };
             format!(
                 "'{}' cannot bear its weight: with gravity_share {} its tissue of {} Pa does not come to \
-                 rest; it was prepared with gravity_share = {}; give it that, a larger \
+                 rest; it was prepared with gravity_share = {}{even_so}; give it that, a larger \
                  material.young_pa, or more held spheres",
                 plan.name, plan.gravity_share, plan.material.young_pa, organ.gravity_share
             )
@@ -57,7 +66,12 @@ pub(crate) fn bear(scene: &mut SceneData, plans: &[OrganPlan]) -> Vec<String> {
 /// True for each organ that does not come to rest in time.
 fn unquiet(scene: &SceneData) -> Vec<bool> {
     let all_quiet = vec![false; scene.organs.len()];
-    let Some(records) = Records::of_data(scene) else {
+    // Breath moves held tissue, so it would never be at rest.
+    let mut scene = scene.clone();
+    if let Some(room) = &mut scene.room {
+        room.breath_s = 0.0;
+    }
+    let Some(records) = Records::of_data(&scene) else {
         return all_quiet;
     };
     // The scene's own check says what is wrong.

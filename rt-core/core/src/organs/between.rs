@@ -245,7 +245,7 @@ mod tests {
             let bodies = &mut self.bodies;
             let _ = substeps::run(&scene, &mut NeoHookean, &moves, &mut only, bodies);
             for (organ, number) in self.organs.iter().zip(0..) {
-                let _ = bodies.advance(organ, scene.step_s_of(number));
+                let _ = bodies.advance(&scene, organ, scene.step_s_of(number));
             }
             assert!(faults.is_empty());
         }

@@ -27,7 +27,7 @@
 //!
 //! # Checkpoints
 //!
-//! `Sim::checkpoint` copies the state between two ticks (1.7 MB). From the copy, equal inputs
+//! `Sim::checkpoint` copies the state between two ticks (about 2 MB). From the copy, equal inputs
 //! reproduce every later tick bit for bit.
 //!
 //! # Prepared tasks
@@ -360,7 +360,7 @@ impl<'a> Sim<'a> {
             if !moves {
                 continue;
             }
-            let quarantined = bodies.advance(organ, scene.step_s_of(i));
+            let quarantined = bodies.advance(scene, organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
             faults.raise_if(quarantined > 0, Fault::BadSphere);
             let pace_m_s = bodies.pace_m_s(organ);

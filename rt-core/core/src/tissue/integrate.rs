@@ -91,7 +91,7 @@ impl Bodies {
     /// `d / dt`, at most [`SPEED_MAX_M_S`]. A sphere that is not finite, or is farther from rest
     /// than [`DISPLACEMENT_MAX_M`], goes back to its place before the substep, at rest. Returns the
     /// number of such spheres.
-    pub(crate) fn advance(&mut self, organ: &Organ, step_s: f32) -> u32 {
+    pub(crate) fn advance(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) -> u32 {
         let mut quarantined = 0;
         let per_step = Lanes::splat(step_s.recip());
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
@@ -109,6 +109,9 @@ impl Bodies {
                 quarantined += 1;
             }
             node.step_m = Lanes::ZERO;
+        }
+        if quarantined > 0 {
+            self.last_strains.rest(scene, organ);
         }
         quarantined
     }

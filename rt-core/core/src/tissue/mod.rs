@@ -32,7 +32,7 @@
 //!
 //! Both are solved together, in one pass from zero multipliers. `r` is the material's retardation
 //! time over `dt`, and `C'` is `C` right after its projection in the last substep. So the change of
-//! strain is damped, rigid motion is not, and a resting organ is not either (`viscosity`). Linear
+//! strain is damped, and neither rigid motion nor rest is (`viscosity`). Linear
 //! tetrahedra lock beyond a Poisson's ratio of 0.45, so it counts as 0.45 at most (`POISSON_MAX`).
 //! They also resist a little more than the solid that they stand for, so they get 0.965 of Young's
 //! modulus (`STIFFNESS_SHARE`).
@@ -381,7 +381,9 @@ impl Bodies {
         self.parted.heal(scene);
         self.cells.rest(scene);
         self.sutures.rest(scene);
-        self.last_strains.rest(scene);
+        for organ in scene.organs {
+            self.last_strains.rest(scene, organ);
+        }
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());

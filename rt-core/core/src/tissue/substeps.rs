@@ -45,7 +45,7 @@ pub(crate) fn run(
                 let step_s = scene.step_s_of(i);
                 let share = ended as f32 / finest as f32;
                 coupling.post_solve(i, share, step_s, bodies);
-                quarantined += bodies.advance(organ, step_s);
+                quarantined += bodies.advance(scene, organ, step_s);
             }
         }
     }

@@ -40,11 +40,13 @@ impl LastStrains {
         links_m: [0.0; MAX_LINKS],
     };
 
-    /// Puts every constraint to its strain at rest.
-    pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
-        self.batches.fill(BatchStrain::REST);
+    /// Puts every constraint of an organ to its strain at rest. A strain that is not a number would
+    /// otherwise make that of every later substep none.
+    pub(crate) fn rest(&mut self, scene: &Scene<'_>, organ: &Organ) {
+        self.batches_of(organ).fill(BatchStrain::REST);
         let at_m = |sphere: u32| scene.spheres.get(sphere as usize).map(|it| it.center_m);
-        for (length_m, link) in self.links_m.iter_mut().zip(scene.links) {
+        let links = scene.elastic_links_of(organ);
+        for (length_m, link) in self.links_of(organ).iter_mut().zip(links) {
             *length_m = match (at_m(link.a), at_m(link.b)) {
                 (Some(a_m), Some(b_m)) => math::norm(&(a_m - b_m)),
                 _ => 0.0,

@@ -36,7 +36,8 @@ fn plate(up_m: f64) -> Mesh {
 fn prepared(organs: &[(Mesh, &str)]) -> Result<Prepared, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let mut text = String::from(
-        "name = \"faults\"\n[room]\nlook_at_m = [0.0, 0.0, 0.0]\ngravity_m_s2 = [0.0, 0.0, -9.81]\n",
+        "name = \"faults\"\n[room]\nlook_at_m = [0.0, 0.0, 0.0]\ngravity_m_s2 = [0.0, 0.0, -9.81]\n\
+         breath_s = 4.0\n",
     );
     for (number, (mesh, lines)) in organs.iter().enumerate() {
         let mut obj = String::new();
@@ -233,7 +234,17 @@ fn an_organ_that_is_held_neither_falls_nor_shakes() {
     assert_eq!(left_alone(&built, 12), []);
 }
 
-/// Tissue of any admitted stiffness comes to rest, with less weight where it cannot bear its own.
+/// Breath moves an organ for ever. That is no reason to take its weight.
+#[test]
+fn an_organ_that_breathes_keeps_its_weight() {
+    let lines = "spheres = 60\nheld = [{ base = 0.2 }]\ngravity_share = 1.0\n\
+                 breath_mm = [0.0, 0.0, 5.0]\nmaterial = { young_pa = 5000.0, poisson = 0.45 }";
+    let built = prepared(&[(plate(0.0), lines)]).expect("a good scene");
+    assert_eq!(built.report.warnings, [""; 0]);
+    assert!((built.scene.organs[0].gravity_share - 1.0).abs() < 1.0e-6);
+}
+
+/// Soft and stiff tissue comes to rest, with less weight where it cannot bear its own.
 #[test]
 fn an_organ_that_cannot_bear_its_weight_gets_less_of_it() {
     let built = |young_pa: u32| {
