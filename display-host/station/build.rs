@@ -9,7 +9,7 @@ fn main() {
         let text = String::from_utf8(output.stdout).ok()?;
         output.status.success().then(|| text.trim().to_owned())
     };
-    // A commit, and a change of branch, are noted there.
+    // Git notes every commit and every change of branch in this file.
     if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"])
         && std::path::Path::new(&log).exists()
     {
@@ -17,7 +17,8 @@ fn main() {
     }
     let commit = git(&["describe", "--always", "--tags"]).unwrap_or_else(|| "unknown".to_owned());
     println!("cargo::rustc-env=CALOT_COMMIT={commit}");
-    // `PROFILE` only knows debug and release. OUT_DIR is target/PROFILE/build/calot-HASH/out.
+    // Cargo's `PROFILE` is debug or release only, so take the name of the profile from OUT_DIR,
+    // which is target/PROFILE/build/calot-HASH/out.
     let out = std::env::var_os("OUT_DIR").unwrap_or_default();
     let profile = std::path::Path::new(&out).ancestors().nth(3);
     let profile = profile.and_then(|it| it.file_name()).unwrap_or_default();

@@ -13,7 +13,8 @@ fn main() -> std::io::Result<()> {
         "serving ToolToReference at {}; Ctrl-C ends it",
         server.address()?
     );
-    // The wall clock may be set meanwhile; stamps must not run backwards.
+    // Someone may set the wall clock while the example runs, but time stamps must not run
+    // backwards.
     let began = SystemTime::now()
         .duration_since(UNIX_EPOCH)
         .unwrap_or_default();

@@ -1,9 +1,8 @@
-//! Body of the fuzz target: any bytes arrive on the line of each haptic device in turn. The
-//! driver's samples go through the product's own safety chain, which is asked for far too much
-//! force, and its output goes to the device's firmware. For all bytes: no panic, no implausible
-//! position, no force above the clamp, none while samples are missing, and none after the host has
-//! gone.
-//! when the host goes.
+//! Body of the fuzz target: any bytes arrive on the line of an emulated haptic device. The driver's
+//! samples go through the product's own safety chain, which is asked for far too much force. The
+//! output of the safety chain goes to the device's firmware. For all bytes there must be no panic,
+//! no implausible position and no force above the clamp. No force may remain while samples are
+//! missing or after the host has gone.
 
 use hardware::emulate::{HapticModel, Played};
 use rt_core::fault::FaultSet;
@@ -15,13 +14,15 @@ use rt_core::words::Status;
 const MODELS: [HapticModel; 3] = [HapticModel::TouchRig, HapticModel::Woody, HapticModel::Hapi];
 /// Age at which a sample of a device at 1 kHz is stale; the realtime process uses the same.
 const STALE_MS: u32 = 5;
-/// Time without a sample after which no force is left: 20 ms of fading and the device's watchdog.
+/// Time without a sample after which no force may remain: 20 ms for the fade, then the time of the
+/// device's watchdog.
 const SILENT_MS: u32 = 100;
-/// Farthest handle of any table-top device, m.
+/// Largest distance of a handle from the device's origin, m, for any table-top device.
 const REACH_M: f32 = 0.5;
 
-/// The first byte chooses the device. Then pieces follow: one byte states a piece's length, the
-/// milliseconds that pass after it, and whether the device reports meanwhile.
+/// The first byte chooses the device. Then pieces follow. The first byte of a piece states the
+/// piece's length, the milliseconds that pass after the piece, and whether the device reports
+/// during that time.
 pub(crate) fn run(bytes: &[u8]) {
     let Some((&first, mut rest)) = bytes.split_first() else {
         return;
@@ -29,7 +30,7 @@ pub(crate) fn run(bytes: &[u8]) {
     let model = MODELS[usize::from(first) % MODELS.len()];
     let (driver, line) = Played::open(model).expect("a device in memory answers");
     let mut station = Station::new(driver, line);
-    // The force is on before anything goes wrong.
+    // The force is on before the fuzzed bytes arrive.
     for _ in 0..5 {
         station.tick(true);
     }
@@ -114,7 +115,7 @@ impl Station {
             device_fails: false,
             paused: false,
         };
-        // A person enables the force again after each trip.
+        // The test plays a person who enables the force again after each safety stop.
         if !self.limit.is_open() {
             self.limit.enable(true);
         }

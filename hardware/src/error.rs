@@ -22,7 +22,7 @@ pub enum HardwareError {
         /// Device path as given.
         path: PathBuf,
     },
-    /// No such unit is on the USB.
+    /// No trakSTAR of this name is on the USB.
     #[error("{path}: no trakSTAR on the USB. Plug it in and switch it on; `lsusb` shows it")]
     NoUnit {
         /// Name as given.
@@ -38,7 +38,7 @@ pub enum HardwareError {
         /// Name as given.
         path: PathBuf,
     },
-    /// The library finds no device of Force Dimension or Novint.
+    /// The vendor's library libdhd finds no device of Force Dimension or Novint.
     #[error(
         "{path}: no Force Dimension device or Falcon found. Plug it in and switch it on; `lsusb` shows 1451 or \
          0403:cb48. If it does, this user may not use it: as root put into \
@@ -61,7 +61,7 @@ pub enum HardwareError {
     Held {
         /// Device path as given.
         path: PathBuf,
-        /// The programs, each with its number.
+        /// The programs, each with its process id.
         by: String,
     },
     /// The path is not a serial device.
@@ -106,7 +106,7 @@ pub enum HardwareError {
         /// rate.
         heard: u64,
     },
-    /// No answer, but other bytes.
+    /// The device sent bytes, but no answer.
     #[error("{path}: no answer from a {expected} in {waited_ms} ms. {heard}")]
     Garbled {
         /// Device path as given.
@@ -118,7 +118,7 @@ pub enum HardwareError {
         /// Sentences about the bytes, with the likely mistake and its remedy.
         heard: String,
     },
-    /// The device must pass `feel` before it may render a force.
+    /// The device must pass a test by hand (`calot devices feel`) before it may render a force.
     #[error(
         "{path}: no force before a test by hand: two sources contradict each other about the signs of a \
          WoodenHaptics device. Run `calot devices feel --station-file FILE --out FILE --overwrite` with \
@@ -128,7 +128,7 @@ pub enum HardwareError {
         /// Device path as given.
         path: PathBuf,
     },
-    /// Another device answered.
+    /// A device of another kind answered.
     #[error("{path}: expected a {expected}, found {found}. Correct the path in the station file")]
     WrongDevice {
         /// Device path as given.
@@ -147,7 +147,7 @@ pub enum HardwareError {
         expected: u8,
         /// Version of the device.
         found: u8,
-        /// The older of the two.
+        /// The older of the two, which needs an update.
         older: &'static str,
     },
     /// The device reports a capability that is impossible or unsafe.
@@ -194,7 +194,7 @@ pub enum HardwareError {
         /// Remedy.
         remedy: &'static str,
     },
-    /// A vendor's library does not return.
+    /// A call into a vendor's library does not return.
     #[error(
         "{path}: the vendor's library {library} did not return within {waited_s} s. Unplug the device and \
          plug it in, then start Calot again; if the vendor's own diagnosis hangs too, ask the vendor"
@@ -237,7 +237,7 @@ pub enum HardwareError {
         /// The problem and the allowed values.
         what: String,
     },
-    /// A characterisation was stopped.
+    /// The measurement of a device's properties (`characterise`) was stopped.
     #[error(transparent)]
     Halted(#[from] Halt),
     /// The emulated station cannot be set up.

@@ -1,13 +1,13 @@
-//! Holds back implausible jumps, for protocols without a checksum. There, a damaged number still
-//! parses as a number.
+//! Holds back implausible jumps of values from a protocol without a checksum. In such a protocol a
+//! damaged number still parses as a number.
 
 use rt_core::time::TimeNs;
 
 /// Number of consecutive samples that must agree with each other before a jump is admitted. Damage
 /// does not move so many samples to the same place.
 const AGREEING: u32 = 8;
-/// Time without an admitted sample after which there is a gap, ns. The device may have moved
-/// anywhere in it.
+/// Time without an admitted sample that counts as a gap, ns. During a gap the device may have moved
+/// anywhere.
 const FORGET_NS: u64 = 100_000_000;
 /// Number of consecutive samples that must agree with each other after a gap.
 const AGREEING_AFTER_GAP: u32 = 2;
@@ -22,7 +22,7 @@ pub(crate) struct Gate<const N: usize> {
     admitted: Option<([f32; N], TimeNs)>,
     /// Newest values that were held back since the last admitted ones.
     held_back: Option<([f32; N], TimeNs)>,
-    /// Number of held-back values that agreed in a row.
+    /// Number of consecutive held-back samples that agree with each other.
     agreeing: u32,
 }
 

@@ -1,7 +1,7 @@
 //! Calot's devices: drivers, wire formats, emulators and fault injection.
 //!
 //! ```text
-//! rig      our own serial protocol: haptic devices and pedals of rig builders (PROTOCOL.md)
+//! rig      our own serial protocol, for self-built haptic devices and pedals (PROTOCOL.md)
 //! bird     Ascension Flock-of-Birds protocol: the endoscope's tracker
 //! pedal    foot pedals that are USB keyboards, or switches on a serial line's CTS and DSR
 //! touch    3D Systems' Touch, through its own library opened at run time
@@ -13,7 +13,7 @@
 //! igtlink  OpenIGTLink server: poses for 3D Slicer and PLUS, outside of the realtime process
 //! station  the file that names a station's devices, and opens them
 //! line     a serial line that neither blocks nor allocates
-//! gate     holds back implausible jumps on lines without a checksum
+//! gate     holds back implausible jumps of samples that come without a checksum
 //! vendor   opens a vendor's library: limits, guards, and errors with their remedy
 //! slot     hands the newest value from one thread to another
 //! emulate  emulates a station's devices behind ptys, with a scripted hand at the handle
@@ -22,16 +22,18 @@
 //! characterise  measures friction, inertia, damping, delay and stiffness limit of a haptic device
 //! ```
 //!
-//! Drivers implement the ports (traits) of `rt-core` ([`rt_core::port`]). Opening a device may
-//! wait: handshake, time-outs, error messages. So a thread other than the tick's opens it. The tick
-//! calls `poll` and `send`, which neither block nor allocate. The number of bytes that one call
-//! reads is bounded.
+//! Drivers implement the ports (traits) of `rt-core` ([`rt_core::port`]). Opening a device may take
+//! seconds, because the driver waits for a handshake or a time-out. So a thread other than the
+//! tick's opens the device. The tick calls `poll` and `send`, which neither block nor allocate. The
+//! number of bytes that one call reads is bounded.
 //!
-//! Bytes from a line are untrusted until a wire module has parsed them. It checks lengths, ranges
-//! and, if the protocol has them, checksums. It passes on only finite values in SI units.
+//! Bytes from a line are untrusted until a wire module has parsed them. The wire module checks
+//! lengths, ranges and, if the protocol has them, checksums, and passes on only finite values in SI
+//! units.
 //!
 //! Without the default feature `std` only [`rig::frame`], [`rig::wire`], [`rig::device`] and the
-//! figures of a Touch remain. They are for the firmware of a rig: `no_std` and without `alloc`.
+//! figures of a Touch remain. The firmware of a rig uses them: they are `no_std` and need no
+//! `alloc`.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(unsafe_code)]
 

@@ -6,16 +6,17 @@ use std::path::{Path, PathBuf};
 use nusb::MaybeFuture;
 use serialport::SerialPortType;
 
-/// A possible device of a station.
+/// A connected device that a station could use.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
     /// Present path, e.g. `/dev/ttyACM0`.
     pub path: PathBuf,
-    /// Path that udev keeps stable whatever is plugged in first; use it in the station file.
+    /// Path that udev keeps the same in whatever order devices are plugged in. The station file
+    /// should name this path.
     pub stable_path: Option<PathBuf>,
     /// Name that the device reports.
     pub name: String,
-    /// Likely type, with the driver of the station file that fits.
+    /// Likely type, and the driver to name in the station file.
     pub guess: Option<&'static str>,
 }
 
@@ -49,7 +50,7 @@ fn usb_devices() -> Vec<Found> {
         .filter_map(|unit| {
             let numbers = (unit.vendor_id(), unit.product_id());
             let (path, kind, guess) = usb_device_by_itself(numbers)?;
-            // The number by which libdhd opens a device is another than the USB's.
+            // libdhd opens a device by a number that differs from the serial number on the USB.
             let serial = unit.serial_number().filter(|_| path == "usb");
             Some(Found {
                 path: PathBuf::from(path),
@@ -125,7 +126,7 @@ fn usb_device(vendor: u16, product: u16) -> Option<&'static str> {
         (0x2341, 0x003D | 0x003E) => {
             "Arduino Due: a Haply hAPI board (\"hapi\") or a rig (\"rig\")"
         }
-        // Teensy, by far the most common board of rigs. Haply's Inverse3 has its numbers too.
+        // Teensy, by far the most common board of rigs. Haply's Inverse3 has the same USB ids.
         (0x16C0, 0x0483) => "Teensy: driver \"woody\" or \"rig\" (or an Inverse3)",
         (0x0403, 0x6001) => "FTDI adapter: a tracker (\"bird\"), a rig or a pedal (\"modem\")",
         _ => return None,

@@ -1,9 +1,9 @@
 //! Measures how noisy the positions of a device are.
 //!
-//! Each position is compared with the straight line between the positions before and after it. Its
-//! distance from that line is the deviation. The smooth motion of a hand deviates to one side for
-//! many samples in a row. A hand accelerates with up to 50 m/s², which deviates by 0.025 mm at
-//! 1 kHz. Noise deviates to one side, then to the other.
+//! Each position is compared with the straight line between the positions before and after it. The
+//! distance of the position from that line is called the deviation. The smooth motion of a hand
+//! deviates to one side for many samples in a row. A hand accelerates with up to 50 m/s², which
+//! deviates by 0.025 mm at 1 kHz. Noise deviates to one side, then to the other.
 //!
 //! If the noise is independent from sample to sample, the product of a deviation and the next one
 //! is on average -1 times the mean square of the noise. The product of a deviation and the next but
@@ -14,7 +14,8 @@ use rt_core::math::Vec3;
 
 /// Length of a window, µs.
 const WINDOW_US: u32 = 1_000_000;
-/// Fewest products with which a window is judged. Their mean is then right within a tenth or so.
+/// Fewest products from which the noise of a window is computed. With 90 products the mean is right
+/// to about 10 %.
 const FEWEST: u32 = 90;
 /// Longest time between two samples that are compared, µs. The motion of a hand over three samples
 /// at 100 Hz is still smooth.
@@ -23,8 +24,8 @@ const GAP_US: u32 = 12_000;
 /// makes force steps of 0.14 N rms. An encoder with steps of 0.1 mm still passes: its steps make
 /// noise of only 0.05 mm rms in space.
 pub(crate) const NOISY_M: f32 = 1.0e-4;
-/// Number of noisy windows in a row after which the device is noisy. A knock, or a leap of a few
-/// samples, spoils one window. It spoils two if it lies where they meet.
+/// Number of noisy windows in a row after which the device is noisy. A knock, or a jump of a few
+/// samples, spoils one window, or two if it falls on their common end.
 const WINDOWS: u32 = 3;
 
 /// A position, and its time by the device's clock.
@@ -34,15 +35,15 @@ struct Sample {
     at_m: Vec3,
 }
 
-/// Judgement of one device's positions.
+/// Measurement of the noise in one device's positions.
 #[derive(Debug, Default)]
 pub(crate) struct Noise {
     last: Option<Sample>,
     before: Option<Sample>,
     /// The last deviation and the one before.
     deviations_m: [Option<Vec3>; 2],
-    /// Sum over the deviations of the window, m²: the product with the last but one, less the
-    /// product with the last.
+    /// Sum over the deviations of the window, m². Each term is the product of a deviation with the
+    /// last but one, minus its product with the last.
     sum_m2: f32,
     /// Number of terms in that sum.
     count: u32,
@@ -95,8 +96,8 @@ impl Noise {
         self.noisy_windows >= WINDOWS
     }
 
-    /// Rms length of the noise in the last whole window, m. During the first window: so far. `None`
-    /// if there are too few samples.
+    /// Rms length of the noise in the last whole window, m. During the first window, the value
+    /// covers the samples so far. `None` if there are too few samples.
     pub(crate) fn rms_m(&self) -> Option<f32> {
         self.rms_m.or_else(|| self.measured_m())
     }
@@ -123,8 +124,8 @@ mod tests {
     use super::*;
     use crate::emulate::Random;
 
-    /// Judgement of a device after 5 s. It moves along `way_m`, sends `hz` samples a second, and
-    /// has noise of this rms length.
+    /// Measurement of a device's noise after 5 s. The device moves along `way_m`, sends `hz`
+    /// samples a second, and has noise of this rms length.
     fn judged(hz: u32, noise_m: f32, mut way_m: impl FnMut(f32) -> f32) -> Noise {
         let (mut noise, mut random) = (Noise::default(), Random::new(3, 0));
         for n in 0..5 * hz {

@@ -1,15 +1,16 @@
-//! A value that one thread writes and another reads, neither of which waits: a sequence lock of
-//! atomic words.
+//! A value that one thread writes and another thread reads. Neither thread waits, because a
+//! sequence lock of atomic words guards the value.
 
 use std::sync::atomic::{AtomicU32, Ordering, fence};
 
-/// Attempts of a reader before it gives up. The writer is a thousand times slower than a copy.
+/// Attempts of a reader before it gives up. The time between two writes is a thousand times that of
+/// a copy, so the second attempt usually succeeds.
 const TRIES: u32 = 8;
 
 /// `N` words, written together and read together.
 #[derive(Debug)]
 pub(crate) struct Slot<const N: usize> {
-    /// Odd during a write; 0 before the first one.
+    /// Count of the sequence lock: odd during a write, 0 before the first write.
     turn: AtomicU32,
     words: [AtomicU32; N],
 }
@@ -22,7 +23,7 @@ impl<const N: usize> Slot<N> {
         }
     }
 
-    /// Replaces the value. Only one thread may call it.
+    /// Replaces the value. Only one thread may call this method.
     pub(crate) fn write(&self, words: [u32; N]) {
         let turn = self.turn.load(Ordering::Relaxed);
         self.turn.store(turn.wrapping_add(1), Ordering::Relaxed);
@@ -35,7 +36,8 @@ impl<const N: usize> Slot<N> {
             .store(turn.wrapping_add(2).max(2), Ordering::Release);
     }
 
-    /// Newest value and its turn; `None` before the first write, or when the value keeps changing.
+    /// Newest value and its sequence count. `None` before the first write, or when a write disturbs
+    /// every attempt.
     pub(crate) fn read(&self) -> Option<(u32, [u32; N])> {
         for _ in 0..TRIES {
             let before = self.turn.load(Ordering::Acquire);

@@ -1,9 +1,10 @@
-//! Body of the fuzz target. It may refuse any bytes, and never panics.
+//! Body of the fuzz target. The reader may refuse any bytes, but it must never panic.
 
 use shared_mem::scene::{NO_CELL, SceneFile};
 
-/// Opens the bytes as they are, then with the identity set right, as a forger would: the content
-/// checks must hold by themselves. What is accepted can be walked without looking out of range.
+/// Opens the bytes as they are. Then opens them once more with a correct hash in the header, as a
+/// forger would write it, so that the content checks must catch every fault. In an accepted scene
+/// every index must lie inside its list.
 pub(crate) fn scene_file(bytes: &[u8]) {
     let _ = SceneFile::from_bytes(bytes);
     let mut sealed = bytes.to_vec();

@@ -1,12 +1,12 @@
-//! Service `inputs`: everything that a tick took from the world, and hashes of its results. A
-//! replay feeds the same inputs and compares the hashes.
+//! Service `inputs`: everything that a tick read from the devices and the host, and hashes of its
+//! results. A replay feeds the same inputs and compares the hashes.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::message::PoseMsg;
 
-/// Records that one [`InputBatch`] holds.
+/// Most records in one [`InputBatch`].
 pub const INPUT_BATCH: usize = 64;
 
 /// Inputs of one tick, and hashes of its results. An absent input (no fresh sample, no command) is
@@ -14,9 +14,9 @@ pub const INPUT_BATCH: usize = 64;
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct InputRecord {
-    /// Tick's number; a gap is a loss.
+    /// Number of the tick. A gap in the numbers means that records were lost.
     pub tick: u64,
-    /// The tick's time (`CLOCK_MONOTONIC`).
+    /// Time at which the tick read the devices (`CLOCK_MONOTONIC`).
     pub now_ns: u64,
     /// When the haptic device's sample was read.
     pub device_at_ns: u64,
@@ -24,28 +24,30 @@ pub struct InputRecord {
     pub tracker_at_ns: u64,
     /// When the pedal's sample was read.
     pub pedal_at_ns: u64,
-    /// Handle in the haptic device's base frame.
+    /// Pose of the handle in the haptic device's base frame.
     pub device_from_handle: PoseMsg,
-    /// Its velocity there, m/s, with [`InputRecord::HAS_VELOCITY`].
+    /// Velocity of the handle in the device's base frame, m/s. Valid if `bits` has
+    /// [`InputRecord::HAS_VELOCITY`].
     pub velocity_m_s: [f32; 3],
-    /// Sensor in the tracker's frame.
+    /// Pose of the sensor in the tracker's frame.
     pub tracker_from_sensor: PoseMsg,
     /// Hash of the tools (`rt_core::sim::Digest`).
     pub tools_hash: u32,
     /// Hash of the spheres.
     pub spheres_hash: u32,
-    /// Bits of [`InputRecord`].
+    /// Set of the bits that [`InputRecord`] defines.
     pub bits: u32,
-    /// The sample's number on the haptic device.
+    /// Sequence number that the haptic device gave its sample.
     pub sequence: u16,
-    /// Buttons of the handle.
+    /// Pressed buttons of the handle, one bit each.
     pub buttons: u8,
-    /// The command, a kind of [`crate::message::CommandMsg`] in the low four bits and its argument
-    /// in the high four; 0: none.
+    /// Command of a host: its kind ([`crate::message::CommandMsg`]) in the low four bits and its
+    /// argument in the high four; 0: no command.
     pub command: u8,
-    /// Opening of the handle, 0 shut to 1 wide open, with [`InputRecord::HAS_OPENING`].
+    /// Opening of the handle, 0 shut to 1 wide open. Valid if `bits` has
+    /// [`InputRecord::HAS_OPENING`].
     pub opening: f32,
-    /// Eight bits of the hash of each organ.
+    /// Hash of each organ's spheres, folded to eight bits.
     pub organ_hashes: [u8; 16],
 }
 
@@ -58,7 +60,7 @@ impl InputRecord {
     pub const TRACKER_FRESH: u32 = 1 << 2;
     /// The tracker is lost.
     pub const TRACKER_LOST: u32 = 1 << 3;
-    /// The pedal said how it is.
+    /// The pedal reported its state.
     pub const PEDAL_FRESH: u32 = 1 << 4;
     /// The pedal is lost.
     pub const PEDAL_LOST: u32 = 1 << 5;
@@ -70,19 +72,20 @@ impl InputRecord {
     pub const COAGULATE: u32 = 1 << 8;
     /// Pedal: camera lock.
     pub const CAMERA_LOCK: u32 = 1 << 9;
-    /// There was no time for self-collision.
+    /// The tick left out self-collision, because its time was too short.
     pub const NO_SELF_COLLISION: u32 = 1 << 10;
-    /// There was no time for far organs.
+    /// The tick left out far organs, those that the instrument neither touches nor holds, because
+    /// its time was too short.
     pub const NO_FAR_ORGANS: u32 = 1 << 11;
-    /// The haptic device's sample does not continue those before.
+    /// The haptic device's sample does not continue the earlier ones: the handle may be anywhere.
     pub const LEAPT: u32 = 1 << 12;
     /// The haptic device reported a fault of its own.
     pub const DEVICE_FAILED: u32 = 1 << 13;
-    /// The haptic device measured its opening.
+    /// The haptic device measured the opening of its handle.
     pub const HAS_OPENING: u32 = 1 << 14;
 }
 
-/// Setup of a run. With the scene and the inputs it decides all results.
+/// Setup of a run. The setup, the scene and the inputs together determine every result.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct RunSetup {
@@ -90,41 +93,43 @@ pub struct RunSetup {
     pub scene_id: [u8; 16],
     /// Control period, ns.
     pub period_ns: u64,
-    /// Base of the haptic device, world frame.
+    /// Pose of the haptic device's base, world frame.
     pub world_from_device: PoseMsg,
-    /// Transmitter of the tracker, world frame.
+    /// Pose of the tracker's transmitter, world frame.
     pub world_from_tracker: PoseMsg,
-    /// The instrument's port, m.
+    /// Port of the instrument, world frame, m.
     pub instrument_port_m: [f32; 3],
-    /// The endoscope's, m.
+    /// Port of the endoscope, world frame, m.
     pub endoscope_port_m: [f32; 3],
     /// Capabilities of the haptic device, in the order of `rt_core::port::DeviceCapabilities`,
-    /// without its opening.
+    /// without those of the opening.
     pub device: [f32; 9],
-    /// Its opening: travel, m, peak force, N, stiffness, N/m.
+    /// Capabilities of the handle's opening: travel, m; peak force, N; largest stiffness, N/m.
     pub opening: [f32; 3],
-    /// Time over which the force rises, s.
+    /// Time over which the force rises from zero to full, s.
     pub force_ramp_s: f32,
     /// 1: the force is enabled from the start.
     pub force_enabled: u32,
-    /// Iterations of the paper's method; 0: neo-Hookean tetrahedra.
+    /// Iterations of the paper's method; 0: the run solves neo-Hookean tetrahedra instead.
     pub paper_iterations: u32,
     /// Zero.
     pub reserved: u32,
 }
 
-/// Service `inputs`: batches of records. Complete to itself: a recorder may join at any time.
+/// Service `inputs`: one batch of records. Each batch carries the setup, so that a recorder can
+/// join at any time.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.InputBatch.v3")]
 pub struct InputBatch {
     /// Setup of the run.
     pub setup: RunSetup,
-    /// Records so far that did not fit their queue.
+    /// Number of records lost so far because the queue to the publishing thread was full.
     pub lost: u64,
     /// Number of `records` in use.
     pub count: u32,
-    /// In the last batch of a controller that ends in order: ticks that it ran. Else zero.
+    /// Number of ticks that the controller ran. Only the last batch of a controller that ends in
+    /// order has it; in all others it is zero.
     pub ran: u32,
     /// The records, oldest first.
     pub records: [InputRecord; INPUT_BATCH],
@@ -138,7 +143,7 @@ impl InputBatch {
     }
 }
 
-// The layout is the contract: a change of size is a change of version.
+// Both processes rely on these sizes. Whoever changes one must also change the version.
 const _: () = {
     assert!(size_of::<InputRecord>() == 144);
     assert!(size_of::<RunSetup>() == 168);

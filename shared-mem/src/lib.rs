@@ -1,5 +1,5 @@
-//! Every type and service that crosses Calot's process border, and the compiled scene's layout,
-//! which both processes map.
+//! The types and services by which Calot's two processes communicate, and the layout of the
+//! compiled scene, which both processes map into memory.
 //!
 //! Payloads are `#[repr(C)]`, hold no pointers, and are safe with any bit pattern: a broken peer
 //! can cause wrong values, never undefined behaviour. A reader converts raw numbers with [`words`]

@@ -4,7 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Bytes of text that a [`TaskMsg`] holds.
+/// Most bytes of text in a [`TaskMsg`].
 pub const TASK_TEXT: usize = 8176;
 
 /// State of a task.
@@ -16,9 +16,9 @@ pub struct TaskMsg {
     pub at_ns: u64,
     /// Version of the text's format: [`TaskMsg::VERSION`].
     pub version: u32,
-    /// Bytes of the text that count.
+    /// Length of the text, bytes.
     pub length: u32,
-    /// UTF-8; zero after `length`.
+    /// The text in UTF-8. All bytes after `length` are zero.
     pub text: [u8; TASK_TEXT],
 }
 
@@ -39,7 +39,7 @@ impl TaskMsg {
         Some(message)
     }
 
-    /// Its text; `None` if another version wrote it or it is malformed.
+    /// The text; `None` if another version wrote the message or the message is malformed.
     #[must_use]
     pub fn text(&self) -> Option<&str> {
         let text = self.text.get(..self.length as usize)?;
@@ -48,5 +48,5 @@ impl TaskMsg {
     }
 }
 
-// The layout is the contract: a change of size is a change of version.
+// Both processes rely on these sizes. Whoever changes one must also change the version.
 const _: () = assert!(size_of::<TaskMsg>() == 16 + TASK_TEXT);

@@ -1,7 +1,7 @@
-//! Vocabulary of the border: each number that a message carries, by name.
+//! Names for the numbers that messages carry between the two processes.
 //!
 //! A message stores raw integers, because a broken peer may write any bit pattern. A reader
-//! converts them here. A number without a name is refused, never guessed.
+//! converts them to these types. A number without a name is refused.
 
 use core::ops::BitOr;
 
@@ -9,13 +9,13 @@ use core::ops::BitOr;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("there is no {what} {number}")]
 pub struct Unknown {
-    /// Vocabulary that the number was looked up in.
+    /// The set of names in which the number was looked up.
     pub what: &'static str,
     /// The number.
     pub number: u32,
 }
 
-/// Declares an enum, its numbers on the border, and its names.
+/// Declares an enum, the numbers of its variants in messages, and their names in reports.
 macro_rules! words {
     (
         $(#[$doc:meta])*
@@ -31,16 +31,16 @@ macro_rules! words {
         }
 
         impl $word {
-            /// All of them, by rising number.
+            /// All variants, by rising number.
             pub const ALL: [Self; [$($number),+].len()] = [$(Self::$variant),+];
 
-            /// Its number on the border.
+            /// Number of the variant in messages.
             #[must_use]
             pub const fn number(self) -> u32 {
                 self as u32
             }
 
-            /// Its name in reports.
+            /// Name of the variant in reports.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -65,19 +65,19 @@ macro_rules! words {
 words! {
     /// An instrument in the hand.
     Instrument, "instrument" {
-        /// Two jaws that hold.
+        /// Two jaws that hold tissue.
         Grasper = 0, "grasper";
         /// Electrode with a bent end.
         Hook = 1, "cautery hook";
         /// Two blades.
         Scissors = 2, "scissors";
-        /// Jaws that close clips.
+        /// Jaws that place clips.
         ClipApplier = 3, "clip applier";
     }
 }
 
 words! {
-    /// Part of a tool that a capsule stands in for.
+    /// Part of a tool that a capsule represents.
     CapsuleRole, "role of a capsule" {
         /// The shaft.
         Shaft = 0, "shaft";
@@ -85,7 +85,7 @@ words! {
         UpperJaw = 1, "upper jaw";
         /// The lower jaw.
         LowerJaw = 2, "lower jaw";
-        /// The hook's bare end.
+        /// The uninsulated end of the hook.
         Tip = 3, "tip";
     }
 }
@@ -93,11 +93,11 @@ words! {
 words! {
     /// Electrosurgical current.
     Current, "current" {
-        /// None.
+        /// No current.
         Off = 0, "off";
-        /// It cuts.
+        /// Cutting current.
         Cut = 1, "cut";
-        /// It coagulates.
+        /// Coagulating current.
         Coagulate = 2, "coagulate";
     }
 }
@@ -123,12 +123,13 @@ words! {
         Tear = 8, "tear";
         /// Scissors or current cut a band, a suture or a link of a tube.
         Cut = 9, "cut";
-        /// A clip closed, on the organ or, if none is named, on nothing. A clip on two organs
-        /// raises two events.
+        /// A clip closed on the organ. If the event names no organ, the clip closed on nothing. A
+        /// clip on two organs raises two events.
         Clip = 10, "clip";
         /// An electrode burnt an organ.
         Burn = 11, "burn";
-        /// A vessel, duct or bag leaks. All events of one leak have the place where it began.
+        /// A vessel, a duct or an organ full of bile leaks. All events of one leak have the place
+        /// where the leak began.
         Leak = 12, "leak";
         /// A cell of layered tissue is gone.
         Removed = 13, "removed";
@@ -138,13 +139,14 @@ words! {
         Perforation = 15, "perforation";
         /// A tube was divided, or came off the tissue that it grew to.
         Divided = 16, "divided";
-        /// Everything is as at the start, or as a task begins. Earlier events are void.
+        /// All organs were put back to their state at the start of the run or of a task. Earlier
+        /// events no longer count.
         Reset = 17, "reset";
         /// A suture goes through an organ.
         Stitch = 18, "stitch";
         /// A suture hangs an organ on the abdominal wall.
         Hung = 19, "hung";
-        /// An organ that nobody freed left its place for good.
+        /// An organ that nobody detached left its place and does not return.
         Fall = 20, "fall";
         /// An organ that no tool moves does not come to rest.
         Shake = 21, "shake";
@@ -152,17 +154,18 @@ words! {
 }
 
 words! {
-    /// A fault of the controller. `rt_core::fault::Fault` says how the controller answers each.
+    /// A fault of the controller. `rt_core::fault::Fault` describes the controller's reaction to
+    /// each.
     Fault, "fault" {
-        /// A device sample was not finite, not rigid or out of the room.
+        /// A device's sample was not finite, was no rigid pose, or lay outside the room.
         BadSample = 0, "bad_sample";
         /// The force was not finite.
         BadForce = 1, "bad_force";
         /// A sphere was not finite.
         BadSphere = 2, "bad_sphere";
-        /// The newest device sample is too old.
+        /// The newest sample of the haptic device is too old.
         StaleDevice = 3, "stale_device";
-        /// The device's line is gone.
+        /// The connection to the haptic device is gone.
         LostDevice = 4, "lost_device";
         /// The handle was too fast.
         SpeedTrip = 5, "speed_trip";
@@ -170,27 +173,28 @@ words! {
         Clamped = 6, "clamped";
         /// The force changed too fast.
         Slewed = 7, "slewed";
-        /// Contact was stiffer than the device renders stably.
+        /// Contact was stiffer than the device can render without oscillation.
         StiffnessCapped = 8, "stiffness_capped";
-        /// The motors are warm.
+        /// The motors are warm, and the force is limited.
         ThermalLimited = 9, "thermal_limited";
-        /// A tick had more contacts than fit.
+        /// A tick had more contacts than its list can hold.
         ContactOverflow = 10, "contact_overflow";
-        /// A tick had more pairs of overlapping spheres than fit.
+        /// A tick had more pairs of overlapping spheres than its list can hold.
         PairOverflow = 11, "pair_overflow";
-        /// The jaws held more spheres than fit.
+        /// The jaws held more spheres than their list can hold.
         GraspOverflow = 12, "grasp_overflow";
-        /// A tick had more events or leaks than fit.
+        /// A tick had more events or leaks than their lists can hold.
         EventOverflow = 13, "event_overflow";
         /// A tick ended after its deadline.
         Overrun = 14, "overrun";
         /// Time did not go forward between two ticks.
         BadClock = 15, "bad_clock";
-        /// Contact gave the hand more energy than it took.
+        /// Contact gave the hand more energy than it took from it, and the controller damped the
+        /// force.
         Damped = 16, "damped";
         /// The foot pressed both pedals of the electrosurgical unit.
         BothElectrodes = 17, "both_electrodes";
-        /// Nobody has enabled the force.
+        /// The force is off, and nobody has enabled it.
         NotEnabled = 18, "not_enabled";
         /// The force rises after it was enabled, or falls while the pose is stale.
         Ramped = 19, "ramped";
@@ -202,17 +206,17 @@ words! {
         DeviceClock = 22, "device_clock";
         /// The handle leapt farther than a hand moves.
         DeviceLeap = 23, "device_leap";
-        /// The haptic device's samples come in bundles.
+        /// The haptic device's samples arrive several at once.
         DeviceBundles = 24, "device_bundles";
-        /// The haptic device confirms no force.
+        /// The haptic device confirms none of the forces sent to it.
         DeafDevice = 25, "deaf_device";
-        /// The pedal's line is gone, or silent.
+        /// The connection to the pedal is gone or silent.
         LostPedal = 26, "lost_pedal";
-        /// A pedal has been held down since the start, or since its line returned.
+        /// A pedal has been held down since the start, or since its connection returned.
         HeldPedal = 27, "held_pedal";
         /// The haptic device reports a fault of its own.
         DeviceFault = 28, "device_fault";
-        /// The haptic device's watchdog dropped the force.
+        /// The haptic device's watchdog set the force to zero.
         DeviceWatchdog = 29, "device_watchdog";
         /// The haptic device limits the force itself.
         DeviceLimited = 30, "device_limited";
@@ -248,12 +252,12 @@ macro_rules! bits {
 
         impl $set {
             $($(#[$of])* pub const $name: Self = Self($bit);)+
-            /// None of them.
+            /// No bit.
             pub const NONE: Self = Self(0);
-            /// All of them.
+            /// All named bits.
             pub const ALL: Self = Self($($bit)|+);
 
-            /// Those of a message's bits that have a name.
+            /// The named bits of a message. Other bits are dropped.
             #[must_use]
             pub const fn named(bits: u32) -> Self {
                 Self(bits & Self::ALL.0)
@@ -265,13 +269,13 @@ macro_rules! bits {
                 self.0
             }
 
-            /// Contains all of `these`.
+            /// True if the set contains all of `these`.
             #[must_use]
             pub const fn contains(self, these: Self) -> bool {
                 self.0 & these.0 == these.0
             }
 
-            /// These if `on`, else none.
+            /// This set if `on`, else the empty set.
             #[must_use]
             pub const fn when(self, on: bool) -> Self {
                 if on { self } else { Self::NONE }
@@ -305,7 +309,7 @@ bits! {
         CUT = 1;
         /// Pedal: coagulate.
         COAGULATE = 2;
-        /// Pedal: the endoscope stays still.
+        /// Pedal: the endoscope's camera stays where it is.
         CAMERA_LOCK = 4;
         /// The simulation is paused.
         PAUSED = 8;
@@ -315,10 +319,10 @@ bits! {
 }
 
 impl Switches {
-    /// The pedals of the electrosurgical unit and of the endoscope.
+    /// The three pedals: cut, coagulate and camera lock.
     pub const PEDALS: Self = Self(7);
 
-    /// Current that flows. Both pedals at once give none.
+    /// Current that the pedals ask for. Both pedals at once give none.
     #[must_use]
     pub const fn current(self) -> Current {
         match (self.contains(Self::CUT), self.contains(Self::COAGULATE)) {
@@ -330,7 +334,7 @@ impl Switches {
 }
 
 bits! {
-    /// Buttons of the handle. Devices have up to eight; only one has a name on the border.
+    /// Buttons of the handle. A device has up to eight; only this one has a name in messages.
     Buttons, "set of buttons" {
         /// Closes the jaws.
         GRASP = 1;
@@ -342,7 +346,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Each word comes back from its number, and no other number has a word.
+    /// Checks that each variant is found by its number, and that no other number has a variant.
     macro_rules! is_checked {
         ($($word:ident),+) => {$(
             for word in $word::ALL {

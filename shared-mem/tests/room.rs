@@ -1,6 +1,6 @@
-//! Shared memory that is small, somebody else's, swept away, or left over by a crash.
+//! Shared memory that is too small, of another user, removed while in use, or left by a crash.
 //!
-//! The processes of a test are this test program, started again with the name of a role.
+//! Each process of a test is this test program, started again with the name of a role.
 #![allow(clippy::unwrap_used)]
 
 use std::io::{BufRead as _, BufReader};
@@ -11,17 +11,17 @@ use std::time::Duration;
 
 use shared_mem::service::{Controller, HandReceiver, Host, ServiceError, Station, Tap};
 
-/// Environment variable with the role of a test's process.
+/// Environment variable that gives a test's process its role.
 const ROLE: &str = "CALOT_TEST_ROLE";
-/// And with the name of its station.
+/// Environment variable that gives a test's process the name of its station.
 const STATION: &str = "CALOT_TEST_STATION";
 
 fn name(test: &str) -> String {
     format!("r{}-{test}", std::process::id())
 }
 
-/// Not a test by itself: what a process of a test does. It says what came of it, and waits until
-/// its standard input is closed.
+/// The main function of a test's process, and no test by itself. It prints its result and waits
+/// until its standard input is closed.
 #[test]
 fn role() {
     let Ok(role) = std::env::var(ROLE) else {
@@ -57,7 +57,7 @@ fn role() {
     }
 }
 
-/// A process with a role, and what it said.
+/// A process with a role, and the result that it printed.
 struct Actor {
     child: Child,
     said: String,
@@ -68,12 +68,12 @@ impl Actor {
         Self::start_in(&[], role, station, tmp)
     }
 
-    /// Starts it by another program: `wrapper`, and then its words.
+    /// Starts the process through another program: `wrapper` is the command line that precedes it.
     fn start_in(wrapper: &[&str], role: &str, station: &str, tmp: &Path) -> Self {
         let mut child = Self::spawn(wrapper, role, station, tmp);
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
         let said = lines.find_map(|line| line.unwrap().strip_prefix("SAID ").map(str::to_owned));
-        // The harness goes on to write there.
+        // The test harness goes on to write to this pipe.
         std::thread::spawn(move || lines.for_each(drop));
         let said = said.unwrap_or_else(|| format!("died: {:?}", child.wait()));
         Self { child, said }
@@ -95,7 +95,7 @@ impl Actor {
             .unwrap()
     }
 
-    /// Inode of its only socket.
+    /// Inode of the process's only socket.
     fn socket(&self) -> u64 {
         let files = std::fs::read_dir(format!("/proc/{}/fd", self.child.id())).unwrap();
         let links = files.flatten().filter_map(|it| it.path().read_link().ok());
@@ -119,26 +119,26 @@ impl Actor {
     }
 }
 
-/// Files in shared memory whose names begin so.
+/// Names of files in shared memory that begin with `prefix`.
 fn named(prefix: &str) -> Vec<String> {
     let all = std::fs::read_dir("/dev/shm").unwrap().flatten();
     let names = all.map(|it| it.file_name().to_string_lossy().into_owned());
     names.filter(|name| name.starts_with(prefix)).collect()
 }
 
-/// Those of this user's station.
+/// Names of the iceoryx2 files of this user's station.
 fn shared(station: &str) -> Vec<String> {
     let user = rustix::process::geteuid().as_raw();
     named(&format!("calot_{user}_{station}."))
 }
 
-/// Those of its members.
+/// Names of the files that show the presence of the station's members.
 fn members(station: &str) -> Vec<String> {
     let user = rustix::process::geteuid().as_raw();
     named(&format!("calot-{user}-{station}."))
 }
 
-/// True if a program can be started so. Prints why not.
+/// True if `wrapper` can start a program. If not, prints the reason.
 fn can(wrapper: &[&str]) -> bool {
     let tried = Command::new(wrapper[0])
         .args(&wrapper[1..])
@@ -164,7 +164,8 @@ fn nothing_of_a_station_is_left_after_a_clean_end() {
     assert_eq!(members(&station), [""; 0]);
 }
 
-/// A program in another network, as in a container that shares /dev/shm, sees no abstract socket.
+/// A program in another network namespace, as in a container that shares /dev/shm, sees no abstract
+/// socket.
 #[test]
 fn nobody_sweeps_a_station_of_another_network_away() {
     const NETWORK: [&str; 2] = ["unshare", "--net"];
@@ -207,7 +208,7 @@ fn a_hundred_kills_at_any_moment_leave_a_station_that_starts() {
         let role = ["controller", "host", "all"][(random >> 33) as usize % 3];
         kept.push(Actor::spawn(&[], role, &station, tmp.path()));
         std::thread::sleep(Duration::from_micros((random >> 40) % 60_000));
-        // Up to three live at once, so some die while others join.
+        // Up to three processes live at once, so that some die while others join.
         if kept.len() == 3 || kill == 99 {
             let mut victim = kept.swap_remove((random >> 20) as usize % kept.len());
             victim.kill().unwrap();
@@ -338,7 +339,7 @@ fn two_accounts_have_stations_of_one_name() {
     let tmp = tempfile::tempdir().unwrap();
     let open: std::fs::Permissions = std::os::unix::fs::PermissionsExt::from_mode(0o1777);
     std::fs::set_permissions(tmp.path(), open).unwrap();
-    // The other user must be able to read this program.
+    // The other user must be able to read and run this program.
     let copy = tmp.path().join("room");
     std::fs::copy(std::env::current_exe().unwrap(), &copy).unwrap();
     let copy = copy.to_str().unwrap();
@@ -353,7 +354,7 @@ fn two_accounts_have_stations_of_one_name() {
             if kill { actor.kill() } else { actor.end() }
         };
         let station = name(if kill { "two-k" } else { "two-e" });
-        // One after the other, and beside each other.
+        // The stations run one after the other, then at the same time.
         end(own(&station));
         end(other(&station));
         end(own(&station));
@@ -367,7 +368,8 @@ fn two_accounts_have_stations_of_one_name() {
     }
 }
 
-/// Sizes of /dev/shm from too small for anything to large enough.
+/// /dev/shm has sizes from too small for anything to large enough. Then it is full, read-only or
+/// missing.
 #[test]
 fn shared_memory_that_is_too_small_is_named_before_it_is_used() {
     if !can(&["unshare", "-m"]) {
@@ -410,7 +412,8 @@ fn shared_memory_that_is_too_small_is_named_before_it_is_used() {
     }
 }
 
-/// With `prlimit`, as `ulimit -f` does. The signal is the command's to ignore.
+/// `prlimit` sets the same limit as `ulimit -f`. The check comes before any file is written, so
+/// that the signal SIGXFSZ is never raised.
 #[test]
 fn a_limit_of_file_sizes_is_named() {
     if !can(&["prlimit", "--fsize=2000000"]) {

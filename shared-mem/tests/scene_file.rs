@@ -1,4 +1,4 @@
-//! The compiled scene: round trip, refusals, and hostile bytes.
+//! The compiled scene: written and read back, refused when faulty, and read from random bytes.
 
 use bytemuck::Zeroable;
 use proptest::prelude::*;
@@ -22,7 +22,7 @@ fn contact_vertex(i: u16) -> ContactVertexRecord {
     }
 }
 
-/// One of two cells that lie on each other.
+/// One of two cells of which the second lies on the first.
 fn cell(i: u16) -> CellRecord {
     let mut neighbours = [NO_CELL; 6];
     neighbours[usize::from(5 - i)] = 1 - i;
@@ -278,7 +278,7 @@ fn missing_foreign_old_and_damaged_files_are_told_apart() {
     assert!(SceneFile::from_bytes(&good[..good.len() - 1]).is_err());
 }
 
-/// A scene of one to three levels, the coarser ones with other masses.
+/// A scene of three levels, each with another mass, which tells them apart.
 #[test]
 fn levels_of_detail_in_one_file_are_opened_by_number() {
     let folder = tempfile::tempdir().unwrap();
@@ -305,7 +305,7 @@ fn levels_of_detail_in_one_file_are_opened_by_number() {
         "{refused}"
     );
 
-    // A file that is not levels from end to end is refused whole.
+    // A file that does not consist of whole levels is refused as a whole.
     let whole = std::fs::read(&path).unwrap();
     for damaged in [
         whole[..whole.len() - 1].to_vec(),
@@ -324,7 +324,7 @@ fn levels_of_detail_in_one_file_are_opened_by_number() {
 }
 
 proptest! {
-    /// The fuzz target's body over damaged scenes, some cut short.
+    /// Runs the fuzz target's body over damaged scenes, some of them cut short.
     #[test]
     fn hostile_bytes_never_panic(mut edits in prop::collection::vec((0usize..2000, any::<u8>()), 1..40),
                                  cut in prop::option::of(0usize..2000)) {
@@ -337,7 +337,8 @@ proptest! {
         fuzz::scene_file(&bytes);
     }
 
-    /// Files of levels, damaged and cut: whatever opens is sound, and nothing panics.
+    /// Opens files of several levels, damaged and cut. A level that opens is sound, and nothing
+    /// panics.
     #[test]
     fn hostile_levels_never_panic(edits in prop::collection::vec((0usize..4000, any::<u8>()), 0..6),
                                   cut in prop::option::of(0usize..4000)) {
@@ -359,7 +360,7 @@ proptest! {
     }
 }
 
-/// A slip of the hand (`--out liver.stl`, a device) costs nothing, and leaves nothing behind.
+/// A mistyped path (`--out liver.stl`, a device) destroys nothing and leaves no partial file.
 #[test]
 fn a_scene_replaces_only_a_scene() {
     let folder = tempfile::tempdir().unwrap();
@@ -385,7 +386,7 @@ fn a_scene_replaces_only_a_scene() {
     assert_eq!(SceneFile::open(&at("empty")).unwrap().id(), id);
 }
 
-/// Files that the fuzzer kept, because each reached something new.
+/// Reads the files that the fuzzer kept, each because it reached new code.
 #[test]
 fn the_corpus_is_read_or_refused() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/scene_file");

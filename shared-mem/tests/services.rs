@@ -51,7 +51,7 @@ fn a_host_that_comes_later_gets_the_newest_state_at_once() {
     send_state(&controller, 7);
     let host = Host::open(&station).unwrap();
     let mut frame = zeroed::<StateFrame>();
-    // The connection is made by the publisher's next send or the subscriber's own look.
+    // The publisher's next send or the subscriber's next receive makes the connection.
     assert!(
         host.newest_state(&mut frame) || {
             send_state(&controller, 8);
@@ -113,7 +113,7 @@ fn commands_are_answered() {
     std::thread::scope(|scope| {
         scope.spawn(|| {
             let controller = Controller::open(&station).unwrap();
-            // Bounded, so that a lost command fails the test and does not hang it.
+            // The loop is bounded, so that a lost command fails the test instead of blocking it.
             for _ in 0..30_000 {
                 if let Some(request) = controller.next_request() {
                     let command = request.command();
@@ -232,7 +232,7 @@ fn malformed_frames_are_seen_as_such() {
     assert!(timing.records().is_none());
 }
 
-/// Nobody but the station's user can read or write what passes between the processes.
+/// Only the station's user can read or write the messages between the processes.
 #[test]
 fn shared_memory_of_a_station_is_its_users_alone() {
     use std::os::unix::fs::MetadataExt;
@@ -246,7 +246,7 @@ fn shared_memory_of_a_station_is_its_users_alone() {
     let prefix = station.file_prefix();
     let mut seen = 0;
     for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
-        // A file of it may go while it is looked at.
+        // A file of the station may disappear during the check.
         let is_ours = entry.file_name().to_string_lossy().starts_with(prefix);
         if is_ours && let Ok(mode) = mode(&entry.path()) {
             assert_eq!(mode & 0o077, 0, "{:?} has mode {mode:o}", entry.path());
@@ -256,7 +256,8 @@ fn shared_memory_of_a_station_is_its_users_alone() {
     assert!(seen >= 6, "{seen} of the services' files");
 }
 
-/// Anybody can put a link into /dev/shm under a name that can be guessed.
+/// Any user can put a link into /dev/shm under a name that can be guessed. The station must not
+/// change the file that the link leads to.
 #[test]
 fn a_planted_link_closes_nothing_else() {
     use std::os::unix::fs::PermissionsExt;
@@ -267,7 +268,7 @@ fn a_planted_link_closes_nothing_else() {
     let link = format!("/dev/shm/{}planted", station.file_prefix());
     std::os::unix::fs::symlink(victim.path(), &link).unwrap();
     let opened = Controller::open(&station).map(|_| ());
-    // Whoever comes first sweeps it: the link itself, not what it leads to.
+    // The first end that joins removes the link itself, not the file that it leads to.
     assert!(!std::path::Path::new(&link).is_symlink());
     opened.unwrap();
     let mode = victim.as_file().metadata().unwrap().permissions().mode();
@@ -304,7 +305,7 @@ fn watchers_of_a_task_get_its_newest_word_whenever_they_come() {
     assert_eq!((heard.text(), heard.at_ns), (Some("zwölf"), 5));
     let late = TaskReceiver::open(&station).unwrap();
     let mut heard = zeroed::<TaskMsg>();
-    // The connection is made by the sender's next word or the receiver's own look.
+    // The sender's next message or the receiver's next call makes the connection.
     let told = late.newest(&mut heard) || {
         sender.send(&TaskMsg::new(6, "zwölf").unwrap()) && late.newest(&mut heard)
     };

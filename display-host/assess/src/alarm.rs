@@ -1,4 +1,4 @@
-//! Alarms: the kind of an error, its organ, time and place.
+//! Alarms. Each is an error of the trainee, with its kind, organ, time and place.
 
 /// The kind of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
@@ -20,7 +20,7 @@ pub enum AlarmKind {
     ClipLost,
     /// A clip closed on a structure that must not be clipped.
     ClipMisplaced,
-    /// Clipped before the critical view of safety was achieved.
+    /// A vessel was clipped before the critical view of safety was achieved.
     TooEarly,
     /// Duct or artery was divided without being clamped. The task fails.
     Unclamped,
@@ -48,7 +48,7 @@ impl AlarmKind {
 /// An error of the trainee.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Alarm {
-    /// Time since the task began, s.
+    /// Counted time since the task began, s. Pauses and gaps do not count.
     pub at_s: f64,
     /// Kind of error.
     pub kind: AlarmKind,

@@ -1,4 +1,4 @@
-//! The assessment's knowledge of a scene.
+//! Organs and layered tissue of a scene, as the assessment uses them.
 
 use shared_mem::scene::{AttachmentRecord, CellRecord, OrganKind, SceneFile, WORLD, str_from_name};
 
@@ -28,7 +28,7 @@ impl Region {
     /// Regions whose removed share is reported.
     pub const COUNTED: [Self; 3] = [Self::Triangle, Self::LowerBed, Self::UpperBed];
 
-    /// From the number in a compiled scene ([`CellRecord::region`]).
+    /// The region with this number in a compiled scene ([`CellRecord::region`]).
     #[must_use]
     pub fn from_number(number: u8) -> Self {
         match number {

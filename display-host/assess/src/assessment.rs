@@ -1,5 +1,5 @@
-//! Assessment of an operation. It takes the entries of the session's course, and gives a status at
-//! any time and a result at the end.
+//! Assessment of an operation. It takes the entries that the session records, one after the other,
+//! and gives a status at any time and a result at the end.
 
 use session::{Entry, Movement, What};
 use shared_mem::message::EventMsg;
@@ -19,11 +19,11 @@ use crate::vector::{Vec3, distance, looking_off, wide};
 pub const VERSION: u32 = 5;
 /// Least task number in `CommandMsg::START` at which the controller has cleared the triangle.
 const START_CLAMP: u8 = 2;
-/// Largest number of alarms that are kept, and of moments.
+/// Largest number of alarms that are kept. The same limit holds for moments.
 const KEPT_MAX: usize = 5000;
 /// Least distance between neighbouring points of a path that is kept for pictures, m.
 const PATH_STEP_M: f64 = 2e-3;
-/// Largest number of points in such a path.
+/// Largest number of points in a path that is kept for pictures.
 const PATH_MAX: usize = 20_000;
 
 /// An event on the time line.
@@ -88,8 +88,8 @@ pub struct Assessed {
     pub alarms: Vec<Alarm>,
     /// All metrics; `null` where a metric has no value.
     pub metrics: Values,
-    /// Time for which the instrument touched with each force, s. A bin of force is [`crate::BIN_N`]
-    /// wide.
+    /// Time of contact of the instrument in each bin of force, s. A bin is [`crate::BIN_N`] wide,
+    /// and the first begins at 0 N.
     pub force_histogram_s: Vec<f64>,
     /// Events for the time line.
     pub moments: Vec<Moment>,
@@ -156,7 +156,7 @@ impl Assessment {
         match &entry.what {
             What::Device { force_max_n } => self.tally.device(f64::from(*force_max_n)),
             What::Reset => {
-                // Before the first movement no attempt has begun, so nothing is restarted.
+                // Before the first movement no attempt has begun, so this counts as no restart.
                 self.restarts += u32::from(self.began_ns.is_some());
                 self.restart();
             }
@@ -198,7 +198,8 @@ impl Assessment {
 
     fn moved(&mut self, at_ns: u64, moved: &Movement) {
         self.began_ns.get_or_insert(at_ns);
-        // The picture follows the view, and the view may be inclined to the shaft.
+        // The recorded pose is that of the shaft. The endoscope's view may be inclined to the
+        // shaft.
         let moved = &Movement {
             world_from_camera: looking_off(&moved.world_from_camera, self.sight_rad),
             ..*moved

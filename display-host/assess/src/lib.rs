@@ -1,6 +1,6 @@
 //! Assessment of a trainee: tasks, metrics, score. It reads only the entries that a session records
-//! of an operation ([`session::Entry`]). So the recording yields the numbers of the running
-//! operation, bit for bit.
+//! of an operation ([`session::Entry`]). So the assessment of a recording gives the same numbers as
+//! that of the running operation, bit for bit.
 //!
 //! ```text
 //! session::Entry ─► Assessment ─┬─ Tally      metrics (definitions: metrics/definition.rs)
@@ -11,27 +11,28 @@
 //!
 //! Pass rules and weights come from a file. The built-in one is `rules.toml` in this package.
 //!
-//! # Why it can be repeated
+//! # Why an assessment can be repeated
 //!
-//! This is a pure library: the entries of an operation go in one by one, status and result come
+//! This library is pure: the entries of an operation go in one by one, and status and result come
 //! out. `calot run --task` gives it each entry that the recorder writes. `calot report` gives it
 //! the entries of the file. The entries are the same, so the numbers are too.
 //!
 //! One table with a version defines all metrics (`metrics/definition.rs`). One file holds weights,
 //! pass rules, forbidden structures and flows (`rules.toml`, or `--rules`). The session keeps a
-//! copy of it.
+//! copy of that file.
 //!
 //! When a vessel is divided, the controller reports how far clips leave its worse side open. The
 //! vessel counts as divided unclamped if that side is not closed, if it had too few clips, or if it
 //! leaks. The critical view of safety is judged by the share of removed cells in each region
 //! (`CellRecord::region`), never by the picture.
 //!
-//! A `TaskView` brings each alarm, the score and the end of the task to the panel. It names steps
-//! and reasons by their kind, so the display needs no rules.
+//! The display's panel gets each alarm, the score and the end of the task as a `TaskView`. A
+//! `TaskView` names steps and reasons by their kind, so the display needs no rules.
 //!
-//! The store keeps results under a name that the trainee chose. It keeps no recordings. To forget a
-//! trainee, it overwrites the data in its file. The name of a session is a UUID of version 7, and
-//! trainees with equal names are one person. So merging the same store again changes nothing.
+//! The store (package `store`) keeps results under a name that the trainee chose. It keeps no
+//! recordings. To forget a trainee, it overwrites the trainee's data in its file. The name of a
+//! session is a UUID of version 7, and trainees with equal names are one person. So merging the
+//! same store a second time changes nothing.
 
 mod alarm;
 mod anatomy;

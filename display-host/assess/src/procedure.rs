@@ -15,7 +15,7 @@ use crate::task::Task;
 use crate::vector::wide;
 use crate::vessel::Vessel;
 
-/// The vessels of the procedure, in the order of [`Procedure::vessels`].
+/// The vessels of the procedure and their names, in the order of [`Procedure::vessels`].
 const VESSELS: [(OrganKind, &str); 2] = [
     (OrganKind::CysticDuct, "cystic duct"),
     (OrganKind::CysticArtery, "cystic artery"),
@@ -46,7 +46,8 @@ pub(crate) struct Procedure {
     touches_wrong: u32,
     burns_wrong: u32,
     burn_wrong_j: f64,
-    /// Heat that each protected organ has taken since its last counted burn, J.
+    /// Index of each protected organ, and the heat that it has taken since its last counted burn,
+    /// J.
     warmed_j: Vec<(u32, f64)>,
     cuts_wrong: u32,
     unclamped: [bool; 2],
@@ -168,7 +169,7 @@ impl Procedure {
             Ok(Event::Cut { .. }) => match vessel {
                 // A cut of a vessel is no error yet: its division has an event of its own.
                 Some(_) => {}
-                // The event of a cut suture or band names an organ that it holds.
+                // The event of a cut suture or band names an organ that the suture or band holds.
                 None if is_target(kind) || kind.is_none() => {}
                 None if matches!(kind, Some(OrganKind::Gallbladder | OrganKind::Liver)) => {}
                 None => {
@@ -233,7 +234,8 @@ impl Procedure {
         is_burnt
     }
 
-    /// Returns true if the quiet time of this alarm is over. Each call begins the quiet time anew.
+    /// Returns true if the quiet time of this alarm is over, in which the same alarm is not
+    /// repeated. Each call begins the quiet time anew.
     fn is_new(&mut self, kind: AlarmKind, organ: u32, at_s: f64, rules: &Rules) -> bool {
         let until_s = at_s + rules.quiet_s;
         let known = self

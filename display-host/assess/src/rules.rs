@@ -1,4 +1,4 @@
-//! Pass rules and weights, from a TOML file of any origin.
+//! Pass rules and weights, from a TOML file that is not trusted.
 
 use std::collections::BTreeMap;
 use std::io::Read as _;
@@ -56,7 +56,7 @@ pub struct Rules {
     touch: Vec<OrganKind>,
     burn: Vec<OrganKind>,
     pub(crate) quiet_s: f64,
-    /// Heat above which a structure counts as burnt, J.
+    /// Heat from which on a structure counts as burnt, J.
     pub(crate) burn_j: f64,
     pub(crate) done: Done,
     flow_ml_min: Vec<(OrganKind, f64)>,
@@ -99,19 +99,19 @@ struct Condition {
     at_most: f64,
 }
 
-/// Points lost for something.
+/// Points lost by one metric.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Lost {
     /// The metric.
     pub metric: &'static str,
-    /// Its value.
+    /// Value of the metric.
     pub value: f64,
     /// Lost points.
     pub points: f64,
 }
 
 mod written {
-    //! Form of the file.
+    //! The rules as the file writes them.
     use super::{BTreeMap, Deserialize, Spanned};
 
     #[derive(Deserialize)]
@@ -177,8 +177,8 @@ mod written {
 
 impl Default for Rules {
     fn default() -> Self {
-        // The built-in file is tested; if it were broken, nothing would be required and no point
-        // lost.
+        // A test checks the built-in file. If the file were broken, nothing would be required and
+        // no point lost.
         Self::parse(BUILT_IN).unwrap_or_else(|_| Self {
             text: String::new(),
             touch: Vec::new(),
@@ -218,7 +218,8 @@ impl Rules {
             source,
         };
         let mut text = String::new();
-        // One byte more than allowed tells `parse` that the file is too long; some files never end.
+        // At most one byte more than allowed is read, because some files never end. `parse` refuses
+        // a text that is one byte too long.
         let file = std::fs::File::open(path).map_err(io)?;
         let mut file = file.take(MAX_BYTES as u64 + 1);
         file.read_to_string(&mut text).map_err(io)?;
@@ -380,7 +381,7 @@ impl Rules {
     }
 }
 
-/// Checks the values of a text.
+/// Checks the values of a text, and names the line of a wrong one.
 struct Check<'a> {
     text: &'a str,
 }
@@ -505,7 +506,7 @@ impl Check<'_> {
     }
 }
 
-/// Organs as recipes name them.
+/// Names of organs in rules. Recipes of scenes use the same names.
 const KINDS: [(OrganKind, &str); 11] = [
     (OrganKind::Liver, "liver"),
     (OrganKind::Gallbladder, "gallbladder"),

@@ -17,10 +17,12 @@ const SHOWN: [OrganKind; 6] = [
     OrganKind::Intestine,
     OrganKind::CysticArtery,
 ];
-/// Share of the view's half angle that counts as the middle.
+/// Largest angle between the axis of view and an organ that counts as shown, as a share of the
+/// view's half angle.
 const MIDDLE: f64 = 0.5;
-/// Least and largest distance at which an organ counts as shown, m.
+/// Least distance between the lens and an organ that counts as shown, m.
 const NEAR_M: f64 = 0.01;
+/// Largest distance between the lens and an organ that counts as shown, m.
 const FAR_M: f64 = 0.25;
 
 /// Progress of the drill.

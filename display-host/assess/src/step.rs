@@ -1,5 +1,5 @@
 //! Steps, hints and reasons for the end of a task, each as a kind with values. `Display` gives the
-//! plain English of reports and JSON; the interface has its own words.
+//! plain English of reports and JSON. The user interface has texts of its own.
 
 use core::fmt;
 
@@ -71,7 +71,7 @@ impl Step {
     }
 }
 
-/// An instrument as the status writes it.
+/// Names of the instruments in a written hint.
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(remote = "Instrument", rename_all = "kebab-case")]
 enum InstrumentText {
@@ -86,7 +86,7 @@ enum InstrumentText {
 pub struct Hint {
     /// The step to do.
     pub step: Step,
-    /// Advice for it.
+    /// Advice for the step.
     pub advice: Advice,
 }
 

@@ -8,15 +8,15 @@ use crate::anatomy::{Anatomy, Region};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Task {
-    /// Clear Calot's triangle until the critical view of safety is there (paper, task 1).
+    /// Clear Calot's triangle until the critical view of safety is achieved (paper, task 1).
     Identify,
     /// Clip cystic duct and artery (paper, task 2).
     Clamp,
-    /// Divide both between the clips (paper, task 3).
+    /// Divide duct and artery between the clips (paper, task 3).
     Cut,
     /// Free the gallbladder from the liver (paper, task 4).
     Disconnect,
-    /// All four, in order.
+    /// The four tasks above, in order.
     Full,
     /// Free practice: nothing is required, everything is measured.
     Free,
@@ -70,7 +70,7 @@ impl Task {
         }
     }
 
-    /// True if the trainee may place the sutures: the task begins with nothing done.
+    /// True if the trainee may place the sutures, because the task begins with nothing done.
     #[must_use]
     pub fn may_hang(self) -> bool {
         matches!(self, Self::Identify | Self::Full | Self::Free)
@@ -134,17 +134,17 @@ impl Difficulty {
     }
 }
 
-/// Outcome of a task, or that it is running.
+/// Outcome of a task. A task without an outcome is running.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
-    /// Still running.
+    /// The task is still running.
     Running,
-    /// Done, and all pass rules are met.
+    /// All steps are done, and all pass rules are met.
     Passed,
     /// A critical error happened, or the task is done and a pass rule is not met.
     Failed,
-    /// It ended before it was done.
+    /// The task ended before all steps were done.
     Aborted,
     /// Free practice, which has no pass rules.
     Practised,

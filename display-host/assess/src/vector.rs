@@ -51,7 +51,7 @@ pub(crate) fn axis(pose: &PoseMsg, which: usize) -> Vec3 {
 pub(crate) fn looking_off(shaft: &PoseMsg, [off_rad, turned_rad]: [f64; 2]) -> PoseMsg {
     let [x, y, z, w] = shaft.orientation.map(f64::from);
     let (sin, cos) = (-0.5 * off_rad).sin_cos();
-    // The axis is across the shaft: it has no component along it.
+    // The axis of this rotation is perpendicular to the shaft.
     let [a, b] = [sin * turned_rad.cos(), sin * turned_rad.sin()];
     let orientation = [
         w * a + x * cos - z * b,
@@ -90,7 +90,7 @@ mod tests {
         ] {
             assert!(off_sight(&see(turned), place).0 < 1e-6, "{turned}");
         }
-        // On any shaft, relative to it.
+        // The view is relative to the shaft, whatever the shaft's direction.
         let half = 0.5f32.sqrt();
         let turned = PoseMsg {
             orientation: [0.0, half, 0.0, half],
@@ -108,7 +108,7 @@ mod tests {
         let (angle, far) = off_sight(&straight, [1.0, 0.0, -1.0]);
         assert!((angle - 45f64.to_radians()).abs() < 1e-12 && (far - 2f64.sqrt()).abs() < 1e-12);
         assert!(off_sight(&straight, [0.0, 0.0, 1.0]).0 > 3.0, "behind");
-        // A quarter turn about y: it looks along −x.
+        // After a quarter turn about y the camera looks along −x.
         let half = 0.5f32.sqrt();
         let turned = PoseMsg {
             orientation: [0.0, half, 0.0, half],

@@ -2,8 +2,9 @@
 
 use crate::vector::{Vec3, distance};
 
-/// Leaks within this distance of each other are one, m. At most `LEAKS_MAX` are remembered.
+/// Leaks within this distance of each other are one, m.
 const SAME_LEAK_M: f64 = 0.000_1;
+/// Most leaks that are kept for a vessel.
 const LEAKS_MAX: usize = 64;
 
 /// A clip on a vessel.
@@ -19,15 +20,15 @@ pub(crate) struct Vessel {
     clips: Vec<Clip>,
     /// Clips present when the task began.
     pub(crate) given: usize,
-    /// Time of its first division, s, and the number of clips on it then.
+    /// Time of the vessel's first division, s, and the number of clips on it at that time.
     pub(crate) divided: Option<(f64, usize)>,
-    /// It was divided with clips, none of which closes one of the sides.
+    /// The vessel was divided with clips on it, but no clip closes one of the two sides.
     pub(crate) one_sided: bool,
     /// The division has been judged.
     is_judged: bool,
-    /// Positions of its leaks, m, and their flows: all events of a leak have one position.
+    /// Positions of the vessel's leaks, m, and their flows. All events of a leak have one position.
     leaking: Vec<(Vec3, f64)>,
-    /// It was perforated or torn.
+    /// The vessel was perforated or torn.
     pub(crate) injured: bool,
 }
 
@@ -42,8 +43,8 @@ impl Vessel {
         self.given + self.clips.len()
     }
 
-    /// Records a division. `is_closed` says if clips close both sides; for a tear, a later event
-    /// says it.
+    /// Records a division. `is_closed` says if clips close both sides. It is `None` for a tear, for
+    /// which a later event says so.
     pub(crate) fn divide(&mut self, at_s: f64, is_closed: Option<bool>) {
         let clips = self.clips();
         let (_, clips) = *self.divided.get_or_insert((at_s, clips));

@@ -1,8 +1,8 @@
-//! Measures the cost of a frame in every quality, and with `--views` of every picture of the
-//! gallery: `cargo run --release -p display-host --example frame_cost -- [SCENE.calot]
-//! [--size WxH]... [--frames N] [--views] [--csv FILE]`. `display_host::render::cost` says what
-//! is timed. Without a scene it draws the tests' blobs. Without `--frames` it times 200 on a
-//! graphics card and 3 on a software driver.
+//! Measures the cost of a frame in every quality tier, and with `--views` of every picture of the
+//! gallery: `cargo run --release -p display-host --example frame_cost -- [SCENE.calot] [--size
+//! WxH]... [--frames N] [--views] [--csv FILE]`. The docs of `display_host::render::cost` say what
+//! is timed. Without a scene the example draws the round organs of the tests. Without `--frames` it
+//! times 200 frames on a graphics card and 3 on a software driver.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -29,11 +29,11 @@ struct Asked {
     csv: Option<PathBuf>,
 }
 
-/// Cost of one quality or view.
+/// Cost of a frame in one quality tier, or of one picture of the gallery.
 struct Row {
     what: String,
     frame: FrameCost,
-    /// Time to read the picture back, ms.
+    /// Time to read the picture back from the graphics device, ms; not measured for the gallery.
     back_ms: Option<f32>,
 }
 
@@ -94,7 +94,7 @@ fn asked() -> Result<Asked, Error> {
     })
 }
 
-/// Every tier, with smoke before the target and blood on it.
+/// Measures every quality tier, while the target smokes and bleeds.
 fn every_tier(
     gpu: &Gpu,
     scene: &SceneFile,
@@ -133,7 +133,7 @@ fn every_tier(
     Ok(rows)
 }
 
-/// Every picture of the gallery in the best tier.
+/// Measures every picture of the gallery in the best tier.
 fn every_view(
     gpu: &Gpu,
     scene: &SceneFile,

@@ -2,10 +2,10 @@
 //! display-host --example skinning -- SCENE.calot [--out DIR]` prints a table and writes
 //! `skinning.csv` and `skinning.svg`. `calot prepare built-in --out SCENE.calot` makes a scene.
 //!
-//! Spheres and skin of every organ undergo a bend and a twist of 90° along its longest side, a
-//! dent, and an affine stretch. The error is the distance between the skin as the spheres move it
-//! and the deformed skin. `noise` moves spheres at random by 0.2 mm: the skin's error should be no
-//! larger.
+//! The spheres and the skin of every organ undergo a bend and a twist of 90° along the organ's
+//! longest side, a dent, and an affine stretch. The error is the distance between the skin that the
+//! spheres move and the skin that undergoes the deformation itself. `noise` moves each sphere at
+//! random by up to 0.2 mm along each axis. The skin should move no farther than that.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ use shared_mem::scene::{BINDINGS, SceneFile, WEIGHT_SUM};
 
 type Error = Box<dyn std::error::Error>;
 
-/// Spheres of a vertex, and their weights.
+/// The spheres that move a vertex, and their weights.
 type Binding = [(u16, f32); BINDINGS];
 
 struct Row {
@@ -29,7 +29,7 @@ struct Row {
     rms_mm: f64,
     p99_mm: f64,
     max_mm: f64,
-    /// Time of a frame of the whole scene, µs.
+    /// Time to skin the whole scene once, µs.
     frame_us: f64,
 }
 
@@ -151,7 +151,7 @@ fn errors(
         each.collect()
     };
     let mut motions = Motions::new(scene, follow);
-    // In small steps, as tissue moves from frame to frame.
+    // Move the tissue in small steps, as it moves from frame to frame.
     for step in 1..=8 {
         motions.update(&carried(step as f32 / 8.0));
     }
@@ -181,7 +181,7 @@ fn blend(motions: &[Motion], binding: &Binding, at: Vec3) -> Vec3 {
     display_host::skinning::motion::moved(&rows, at)
 }
 
-/// Median time of a frame of the whole scene on one core, µs.
+/// Median time to skin the whole scene once on one core, µs.
 fn time(scene: &SceneFile, bindings: &[Binding], follow: Follow) -> f64 {
     let mut motions = Motions::new(scene, follow);
     let mut skin = vec![Vec3::ZERO; bindings.len()];
@@ -215,7 +215,7 @@ fn time(scene: &SceneFile, bindings: &[Binding], follow: Follow) -> f64 {
 /// A deformation of the space around an organ.
 struct Deformation<'a> {
     name: &'a str,
-    /// Principal axes as columns, the longest first.
+    /// Coordinate axes as columns, the one along the organ's longest side first.
     axes: Mat3,
     middle: Vec3,
     length: f32,
@@ -260,7 +260,7 @@ impl<'a> Deformation<'a> {
                 Vec3::new(x, y * cos - z * sin, y * sin + z * cos)
             }
             "dent" => {
-                // A quarter of the organ wide, on its side.
+                // A dent in the organ's side, about a quarter of its length wide.
                 let wide = self.length / 8.0;
                 let top = Vec3::Z * self.length * 0.25;
                 let near = (-(local - top).length_squared() / (wide * wide)).exp();
@@ -278,8 +278,9 @@ impl<'a> Deformation<'a> {
     }
 }
 
-/// Weights that carry every affine map exactly (linear precision):
-/// the nearest eight spheres, least squares about the Gaussian of Eq. 9. Some are negative.
+/// Weights that carry affine maps of the spheres over to the skin almost exactly (linear
+/// precision). They fit the nearest eight spheres by least squares, weighted by the Gaussian of Eq.
+/// 9 of the paper. Some weights are negative.
 fn linear_precision(scene: &SceneFile) -> Vec<Binding> {
     let mut bindings = Vec::with_capacity(scene.vertices().len());
     for organ in scene.organs() {
@@ -320,7 +321,7 @@ fn linear_precision(scene: &SceneFile) -> Vec<Binding> {
     bindings
 }
 
-/// Error of the worst organ against time, with one mark for each method and deformation.
+/// Draws the error of the worst organ against time, with one mark for each method and deformation.
 fn chart(rows: &[Row]) -> Result<String, Error> {
     let mut text = String::new();
     {
@@ -369,7 +370,7 @@ fn chart(rows: &[Row]) -> Result<String, Error> {
             if deformation == DEFORMATIONS[0] {
                 let mut marks = marks;
                 marks.sort_by(|a, b| b.1.total_cmp(&a.1));
-                // Names do not overlap.
+                // Move names down so that they do not overlap.
                 let mut placed: Vec<(f64, f64)> = Vec::new();
                 for (us, mm, method) in marks {
                     let near = placed.iter().filter(|p| (p.0 - us).abs() < 0.4 * slowest);

@@ -1,7 +1,7 @@
-//! Draws one picture of a compiled scene, pressed in at its scripted hand's target:
-//! `cargo run -p display-host --example still -- [SCENE] [--size WxH] [--dent M] [--jaw 0..1]
-//! [--instrument 0..3] [--eye X,Y,Z] [--at X,Y,Z] [--live] [--out FILE]`.
-//! Without a scene it draws the tests' blobs.
+//! Draws one picture of a compiled scene, whose tissue is pressed in at the target of the scripted
+//! hand: `cargo run -p display-host --example still -- [SCENE] [--size WxH] [--dent M] [--jaw 0..1]
+//! [--instrument 0..3] [--eye X,Y,Z] [--at X,Y,Z] [--live] [--out FILE]`. Without a scene the
+//! example draws the round organs of the tests.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

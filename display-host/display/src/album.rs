@@ -1,5 +1,5 @@
-//! Pictures of chosen moments of a replayed session, as a display would have shown them, without a
-//! window or a station.
+//! Pictures of chosen moments of a replayed session, as a display would have shown them. No window
+//! and no running controller is needed.
 
 use std::io::Cursor;
 
@@ -17,7 +17,7 @@ pub struct Album {
     gpu: Gpu,
     renderer: Renderer,
     causes: Causes,
-    /// Target of the endoscope, m.
+    /// The scene's target, about which the endoscope turns, world frame, m.
     target_m: Vec3,
 }
 
@@ -39,7 +39,7 @@ impl Album {
             ..Quality::for_adapter(&gpu)
         };
         let mut renderer = Renderer::new(&gpu, scene, quality)?;
-        // The first picture has no predecessor to adapt from.
+        // Each picture has its final exposure at once, because it has no predecessor to adapt from.
         renderer.exposure_mut().adapt = 1.0;
         Ok(Self {
             gpu,
@@ -49,8 +49,8 @@ impl Album {
         })
     }
 
-    /// Advances the effects by `seconds` up to this moment, with the events of that time: smoke
-    /// drifts, blood runs.
+    /// Advances the effects by `seconds` up to this moment: smoke drifts, blood runs. `events` are
+    /// those of this time.
     pub fn pass(
         &mut self,
         state: &StateFrame,
@@ -68,12 +68,13 @@ impl Album {
         self.renderer.play(spheres, &begin, seconds);
     }
 
-    /// Clears all effects: the organs were reset.
+    /// Clears all effects, for use when the organs were reset.
     pub fn clear(&mut self) {
         self.renderer.effects_mut().clear();
     }
 
-    /// Draws this moment as PNG, with the endoscope turned about its target, to its right, rad.
+    /// Draws this moment as a PNG. The endoscope moves around its target by `turned_rad`, to its
+    /// right.
     ///
     /// # Errors
     /// [`DisplayError::Device`].

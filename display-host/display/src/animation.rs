@@ -11,24 +11,25 @@ use crate::DisplayError;
 
 /// Pictures per second.
 const RATE: u16 = 10;
-/// Number of colours, in addition to the one for "unchanged".
+/// Number of colours of the palette, without the entry for an unchanged pixel.
 const COLOURS: usize = 128;
-/// Largest change of a channel at which a pixel counts as unchanged: film grain is ignored.
+/// Largest change of a channel (0 to 255) at which a pixel counts as unchanged. Film grain changes
+/// less.
 const SAME: u8 = 12;
-/// Every `SAMPLE`-th pixel is sampled for the colours, and more rarely if there are more than
-/// `MANY` pictures.
+/// The palette is made from every `SAMPLE`-th pixel of up to `MANY` pictures. Twice as many
+/// pictures are sampled half as densely.
 const SAMPLE: usize = 7;
-/// See [`SAMPLE`].
+/// Number of pictures above which they are sampled more rarely.
 const MANY: usize = 64;
-/// Samples needed for good colours.
+/// Number of samples needed for good colours.
 const LEAST: usize = 100_000;
-/// Label of a GIF's block that holds a comment.
+/// Label of the GIF extension block that holds a comment.
 const COMMENT: u8 = 0xfe;
-/// Bits of each channel in the colour table.
+/// Bits of each channel that are used to look up the nearest colour.
 const BITS: u32 = 5;
 
-/// Writes the pictures, all of one size, in this order into a file that only its owner can read.
-/// Decodes one picture at a time.
+/// Writes the pictures in this order into a file that only its owner can read. All pictures must
+/// have one size. They are decoded one at a time.
 ///
 /// # Errors
 /// There is no picture, one cannot be read or has another size, or the file cannot be written.
@@ -57,7 +58,7 @@ pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> 
     let [Ok(wide), Ok(high)] = sides else {
         return Err(refused(format!("{width}×{height} pixels are too many")));
     };
-    // The quantiser learns once from each sample and needs many, so few samples are repeated.
+    // The quantiser learns once from each sample. If there are too few samples, they are repeated.
     let times = (4 * LEAST).div_ceil(samples.len().max(1));
     let colours = Colours::of(&samples.repeat(times.max(1)));
     let file = session::create_private(path).map_err(|error| refused(error.to_string()))?;
@@ -78,7 +79,8 @@ struct Animation<'a> {
     encoder: Encoder<BufWriter<File>>,
     size: [u16; 2],
     colours: &'a Colours,
-    /// Pixels that the frames so far show, before the reduction to the palette.
+    /// The picture that the frames so far add up to, in colours before the reduction to the
+    /// palette.
     shown: Vec<[u8; 3]>,
 }
 

@@ -8,10 +8,10 @@ pub enum DisplayError {
     /// The compiled scene is invalid.
     #[error(transparent)]
     Scene(#[from] shared_mem::scene::SceneError),
-    /// The services cannot be opened.
+    /// The services in shared memory cannot be opened.
     #[error(transparent)]
     Service(#[from] shared_mem::service::ServiceError),
-    /// No controller published on this station.
+    /// No controller published a state on this station, the name that controller and display share.
     #[error(
         "station '{station}': no controller published a state within {waited_s:.1} s; start one \
          with `calot rt`, or use `calot run`, which starts everything"

@@ -1,5 +1,6 @@
-//! The display's view of its controller: the latest valid frames, and counts of refused and lost
-//! ones. The inputs are plain, so that it can be tested without shared memory.
+//! The display's view of its controller: the latest valid frames, and counts of the frames and
+//! events that were refused or lost. The inputs are plain values, so that a test needs no shared
+//! memory.
 
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
@@ -15,13 +16,13 @@ pub struct FeedCounters {
     pub events: u64,
     /// Valid timing batches.
     pub batches: u64,
-    /// Discarded states, tool frames and batches: a count, a number or a pose is out of range.
+    /// Discarded states, tool frames and batches, with a count, a number or a pose out of range.
     pub malformed: u64,
     /// Discarded frames of another scene.
     pub other_scene: u64,
-    /// Events lost, by their sequence numbers.
+    /// Lost events, counted from gaps in their sequence numbers.
     pub events_lost: u64,
-    /// Timing batches lost, by their sequence numbers.
+    /// Lost timing batches, counted from gaps in their sequence numbers.
     pub batches_lost: u64,
     /// Restarts of the controller.
     pub restarts: u64,
@@ -30,11 +31,11 @@ pub struct FeedCounters {
 /// Result of offering a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Offer {
-    /// Accepted: it is the newest now.
+    /// Accepted: the frame is now the newest.
     Taken,
-    /// Counts or numbers are out of range.
+    /// Refused: counts or numbers are out of range.
     Malformed,
-    /// It belongs to another scene.
+    /// Refused: the frame belongs to another scene.
     OtherScene,
 }
 
@@ -79,7 +80,7 @@ impl Feed {
         self.tools.as_deref()
     }
 
-    /// Identity of the other scene that the controller runs, if the last frame came from one.
+    /// Identity of the scene that the controller runs, if the last frame was of another scene.
     #[must_use]
     pub fn other_scene_id(&self) -> Option<[u8; 16]> {
         self.other_scene_id
@@ -126,13 +127,13 @@ impl Feed {
         Offer::Taken
     }
 
-    /// Counts an event and those missing before it.
+    /// Counts an event, and the events lost before it.
     pub fn note_event(&mut self, event: &EventMsg) {
         self.counters.events_lost += gap(&mut self.next_event, event.sequence);
         self.counters.events += 1;
     }
 
-    /// Counts a timing batch and those missing before it. `false`: malformed.
+    /// Counts a timing batch, and the batches lost before it. Returns `false` if it is malformed.
     pub fn note_timing(&mut self, batch: &TimingBatch) -> bool {
         if batch.records().is_none() {
             self.counters.malformed += 1;
@@ -150,8 +151,8 @@ impl Feed {
     }
 }
 
-/// Number of messages missing before `sequence`. A smaller number than before comes from a
-/// restarted controller. The first number is no gap: a display may join late.
+/// Number of messages lost before `sequence`. A smaller number than before comes from a restarted
+/// controller. The first number shows no loss, because a display may join late.
 fn gap(next: &mut Option<u64>, sequence: u64) -> u64 {
     let expected = next.replace(sequence.wrapping_add(1));
     expected.map_or(0, |expected| sequence.saturating_sub(expected))

@@ -19,22 +19,23 @@ use crate::painter::{Painter, Still};
 
 /// Period at which the services are read.
 const POLL: Duration = Duration::from_millis(2);
-/// Depth of the tip below the skin at rest from which "deepest press" is worth a picture, m.
+/// Least depth of the tip below the skin at rest at which `deepest_press.png` is drawn, m.
 const PRESS_MIN_M: f32 = 0.001;
-/// Presses whose depths differ by less than this count as equally deep, m. The last of them is
-/// shown, in which the tissue has settled.
+/// A press that is shallower than the deepest one by less than this counts as equally deep, m. The
+/// last of equally deep moments is drawn, because by then the tissue has settled.
 const PRESS_SAME_M: f32 = 0.0005;
-/// Most pictures: a state waits in memory (66 kB) until its picture is drawn.
+/// Largest number of pictures. A state waits in memory (66 kB) until its picture is drawn.
 const FRAMES_MAX: u32 = 4096;
 
 /// Configuration of a run without a window.
 #[derive(Debug, Clone)]
 pub struct HeadlessConfig {
-    /// Station to watch.
+    /// Station to watch: the name that its controller and displays share.
     pub station: Station,
     /// Path of the compiled scene.
     pub scene: PathBuf,
-    /// Duration of the run from the first state on, s.
+    /// Duration of the run, s. It starts once the first state has arrived and pictures can be
+    /// drawn.
     pub seconds: f64,
     /// Folder of the pictures, created if missing.
     pub out_dir: PathBuf,
@@ -44,7 +45,7 @@ pub struct HeadlessConfig {
     /// `deepest_press.png`, `before_press.png` (the same view of the untouched tissue) and
     /// `grasp.png` are saved if they occur. 0: no pictures at all.
     pub frames: u32,
-    /// Longest wait for the first state, and longest silence after it.
+    /// Longest wait for the first state, and longest silence of the controller after it.
     pub patience: Duration,
     /// Core of the realtime thread, which the display avoids.
     pub tick_cpu: Option<usize>,
@@ -55,7 +56,7 @@ pub struct HeadlessConfig {
     pub need_pictures: bool,
 }
 
-/// An observation, passed to the owner as it happens.
+/// An observation during a run, passed to the caller as it happens.
 #[derive(Debug)]
 pub enum Observed<'a> {
     /// An event.
@@ -74,7 +75,7 @@ pub enum Observed<'a> {
     Progress(&'a str),
     /// Warning for the user.
     Warning(&'a str),
-    /// The run is over; only drawing remains. The owner may stop the controller now.
+    /// The run is over; only drawing remains. The caller may stop the controller now.
     Over,
 }
 
@@ -82,15 +83,16 @@ pub enum Observed<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ended {
-    /// Its time was up.
+    /// The time of the run was up.
     TimeOver,
-    /// The outcome of its task was decided.
+    /// The outcome of the run's task was decided.
     TaskOver,
     /// A stop was requested, or the window was closed.
     Stopped,
     /// The controller was silent for too long.
     ControllerGone,
-    /// A process of the station died, or did not end on request. Set by the owner of the processes.
+    /// A process of the station died, or did not end on request. Only the program that started the
+    /// processes sets this.
     ProcessDied,
     /// The display failed, or its window or screen was lost.
     DisplayLost,
@@ -129,11 +131,11 @@ impl Outcome {
 }
 
 /// Watches a station for some time and draws pictures of it. Waits for the controller's first state
-/// up to `patience`, and starts nothing itself.
+/// up to `patience`. Starts no other process.
 ///
 /// # Errors
-/// See [`DisplayError`]. After the first state only two things end a run early: a file that cannot
-/// be written, and a failing graphics device when pictures are needed.
+/// See [`DisplayError`]. After the first state only two errors end a run: a file that cannot be
+/// written, and a failing graphics device when pictures are needed.
 pub fn run(
     config: &HeadlessConfig,
     stop: &AtomicBool,
@@ -176,7 +178,7 @@ pub fn run(
     run.finish(ended, observer)
 }
 
-/// A state frame is large, so it is allocated on the heap.
+/// An empty state frame on the heap, because it is large.
 pub(crate) fn zeroed_state() -> Box<StateFrame> {
     bytemuck::allocation::zeroed_box()
 }
@@ -204,13 +206,15 @@ impl Run<'_> {
     ) -> Result<bool, DisplayError> {
         let start = Instant::now();
         let mut progress = Progress::new();
-        // Pictures show the newest state at their time, so the run starts once they can be drawn.
+        // A picture shows the newest state of its moment, so the run starts only when pictures can
+        // be drawn.
         while !self.is_ready() {
             self.receive(observer);
             self.check_painter(observer)?;
             let waited = start.elapsed();
             if let Some(running) = self.feed.other_scene_id() {
-                // A controller that is about to be replaced may still publish: wait a little.
+                // A controller of another scene that is about to be replaced may still publish:
+                // wait a little.
                 if waited > self.config.patience.min(Duration::from_secs(2)) {
                     return Err(self.other_scene(running));
                 }
@@ -236,7 +240,7 @@ impl Run<'_> {
         Ok(true)
     }
 
-    /// True if frames have arrived, and pictures can be drawn or are not wanted.
+    /// True if a state and tools have arrived, and pictures can be drawn or are not wanted.
     fn is_ready(&self) -> bool {
         let painter = self.painter.as_ref().is_none_or(Painter::is_ready);
         painter && self.feed.state().is_some() && self.feed.tools().is_some()
@@ -333,7 +337,7 @@ impl Run<'_> {
         })
     }
 
-    /// Receives everything from the services.
+    /// Receives all messages from the services.
     fn receive(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
         let restarts = self.feed.counters().restarts;
         if self.host.newest_state(&mut self.inbox_state)
@@ -401,7 +405,9 @@ struct Plan {
     next_frame: u32,
     scene: Arc<SceneFile>,
     deepest: Option<Still>,
-    /// Depth of the deepest press so far; the last state before any contact, or rest.
+    /// Depth of the deepest press so far, m.
+    /// Last state without contact before the deepest press was first recorded, or the tissue at
+    /// rest.
     deepest_m: f32,
     untouched: Box<StateFrame>,
     grasp: Option<Still>,
@@ -430,7 +436,8 @@ impl Plan {
         }
     }
 
-    /// Pictures that are due now. The newest one is drawn from this state if the painter is `free`.
+    /// Records the deepest press and the grasp, which are drawn at the end. Returns the picture of
+    /// the series that is due now, if any. It shows this state at once if the painter is `free`.
     fn next(
         &mut self,
         elapsed: Duration,
@@ -464,7 +471,8 @@ impl Plan {
         Some(still)
     }
 
-    /// Depth of the instrument's tip below the skin at rest, m; 0 without a press.
+    /// Depth of the instrument's tip below the skin at rest, m. It is 0 without a contact, and
+    /// while tissue is grasped.
     fn depth_m(&self, state: &StateFrame, tools: &ToolFrame) -> f32 {
         let grasped = |s: &SphereState| s.bits & SphereState::GRASPED != 0;
         if tools.contact_count == 0 || state.spheres().unwrap_or(&[]).iter().any(grasped) {
@@ -516,7 +524,7 @@ fn frame_path(out_dir: &Path, number: u32) -> PathBuf {
     out_dir.join(format!("frame_{number:04}.png"))
 }
 
-/// Reports at most twice a second.
+/// Reports progress at most twice a second.
 struct Progress(Option<Instant>);
 
 impl Progress {

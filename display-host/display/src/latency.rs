@@ -5,7 +5,7 @@ use std::path::PathBuf;
 /// A picture and its times. All times are `CLOCK_MONOTONIC`, ns.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct FrameRecord {
-    /// Tick of the picture.
+    /// Tick of the controller whose state the picture shows.
     pub tick: u64,
     /// Time at which the device sample of that tick was read.
     pub sample_ns: u64,
@@ -15,8 +15,8 @@ pub struct FrameRecord {
     pub submitted_ns: u64,
     /// Time at which the picture was handed to the screen (window) or read back (headless).
     pub shown_ns: u64,
-    /// True if drawn from the newest state at that moment. Others were drawn later from a kept
-    /// state: their latencies mean nothing.
+    /// True if the picture was drawn at once from the newest state. Other pictures were drawn later
+    /// from a kept state, so their latencies mean nothing.
     pub live: bool,
     /// File of the picture, if saved.
     pub path: Option<PathBuf>,

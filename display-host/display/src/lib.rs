@@ -1,5 +1,6 @@
-//! Calot's display: it watches a station's controller over shared memory, moves the organs' skins
-//! with the spheres, and shows them through an endoscope, in a window or in pictures.
+//! Calot's display: it reads the state of a controller from shared memory, moves the organs' skins
+//! with the spheres of the tissue model, and shows them through an endoscope, in a window or in
+//! pictures.
 //!
 //! ```text
 //! shared-mem services ─► feed (newest valid frames, counters) ─► render ─► window / PNG
@@ -9,7 +10,7 @@
 //! ```
 //!
 //! Only [`shared_mem::message::CommandMsg`]s return to the controller. Nothing here is realtime:
-//! every thread of a display stays off the tick's core.
+//! every thread of a display stays off the core of the controller's realtime tick.
 
 pub mod album;
 pub mod animation;

@@ -23,7 +23,8 @@ pub(crate) struct Still {
     pub(crate) path: PathBuf,
     /// True if the state is the newest and is drawn at once.
     pub(crate) live: bool,
-    /// Effects since the previous picture; `None`: a single moment, without smoke and blood.
+    /// Effects since the previous picture. `None` for a single moment, which is drawn without smoke
+    /// and blood.
     pub(crate) effects: Option<Stretch>,
 }
 
@@ -98,7 +99,8 @@ impl Painter {
         })
     }
 
-    /// True if ready with nothing to draw: a still ordered now is drawn at once.
+    /// True if the thread is ready and has nothing to draw, so that it draws the next still at
+    /// once.
     pub(crate) fn is_free(&self) -> bool {
         self.adapter.is_some() && self.left == 0
     }
@@ -221,7 +223,7 @@ fn paint_all(
             path: still.path.clone(),
             detail,
         };
-        // A trainee's performance is private, in pictures as in recordings.
+        // A trainee's performance is private, so only the user may read the picture.
         let file = session::create_private(&still.path).map_err(|it| failed(it.to_string()))?;
         write_png(&picture, file).map_err(|it| failed(it.to_string()))?;
         let frame = FrameRecord {

@@ -18,16 +18,16 @@ use shared_mem::service::{Controller, Station};
 
 /// Resolution of the skins, in both processes.
 const RINGS: usize = 32;
-/// Set in the process that opens the window: path of the scene.
+/// Environment variable of the process that opens the window: path of the scene.
 const IN_CHILD: &str = "CALOT_WINDOW_TEST_SCENE";
-/// Also set there if the window is to be disturbed and its graphics device lost: path of a file
-/// that ends the process.
+/// Environment variable of that process if the window is to be disturbed and its graphics device
+/// lost: path of a file that ends the process.
 const TROUBLED_UNTIL: &str = "CALOT_WINDOW_TEST_UNTIL";
-/// Extension of a further file, created once the device is lost.
+/// Extension of a further file, which is created once the device is lost.
 const LOST: &str = "lost";
-/// Pictures before the loss of the device, and fewest pictures afterwards: in the new window, and
-/// after the halt.
+/// Number of pictures before the loss of the device.
 const LOST_AFTER: u64 = 4;
+/// Least number of pictures after the loss: in the new window, and after the halt.
 const GOES_ON: usize = 2;
 /// Longest wait on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
@@ -71,7 +71,7 @@ impl Drop for VirtualScreen {
     }
 }
 
-/// A process that ends with its test, however that ends.
+/// A process that ends with its test, even if the test fails.
 struct Killed(Child);
 
 impl Drop for Killed {
@@ -95,7 +95,7 @@ fn pixels(dir: &Path) -> image::RgbImage {
     })
 }
 
-/// Number of colours on the screen, beyond those of an empty one.
+/// Number of different colours on the screen.
 fn colours(dir: &Path) -> usize {
     let shown = pixels(dir);
     let distinct: std::collections::HashSet<_> = shown.pixels().map(|p| p.0).collect();
@@ -216,7 +216,7 @@ fn a_window_shows_picture_and_panel() {
     );
 }
 
-/// Runs in the process started above; does nothing by itself.
+/// Runs in the process that a test above starts, and does nothing otherwise.
 #[test]
 fn in_the_window_s_process() {
     let Some(path) = std::env::var_os(IN_CHILD) else {
@@ -260,7 +260,7 @@ fn in_the_window_s_process() {
         replay: None,
         recording: None,
     };
-    // Until some pictures are there: a busy machine takes seconds for each.
+    // Run until some pictures are drawn. A busy machine takes seconds for each.
     let (stop, mut states) = (AtomicBool::new(false), 0);
     let outcome = run(&config, &stop, &mut |seen| {
         states += u32::from(matches!(seen, Observed::State(_)));
@@ -319,7 +319,7 @@ fn without_a_screen_the_error_names_the_way_on() {
     );
 }
 
-/// Runs in the process started above; does nothing by itself.
+/// Runs in the process that the test above starts, and does nothing otherwise.
 #[test]
 fn in_a_process_without_a_screen() {
     if std::env::var_os("CALOT_NO_SCREEN").is_none() {

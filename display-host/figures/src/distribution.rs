@@ -2,7 +2,7 @@
 
 use hdrhistogram::Histogram;
 
-/// Longest duration that is distinguished, 60 s. Longer ones count as 60 s.
+/// Longest duration that a histogram holds, 60 s. Longer ones count as 60 s.
 const MAX_NS: u64 = 60_000_000_000;
 
 /// A histogram of durations in ns: three significant digits, constant memory.
@@ -38,7 +38,7 @@ impl Distribution {
     /// An empty histogram.
     #[must_use]
     pub fn new() -> Self {
-        // The bounds are constants that hdrhistogram accepts; the test below proves it.
+        // hdrhistogram accepts these constant bounds; the tests below prove it.
         Self(Histogram::new_with_bounds(1, MAX_NS, 3).ok())
     }
 

@@ -1,5 +1,5 @@
-//! Figures and how they are shown: distributions of times, the machine that they were measured on,
-//! charts as SVG and parts of HTML pages. It knows no station, scene or method.
+//! Measured figures and their presentation: distributions of times, the machine that they were
+//! measured on, charts as SVG and parts of HTML pages. The package knows no station and no scene.
 //!
 //! ```text
 //! distribution ◄─ times   charts of times: histogram, course, exceedance

@@ -1,4 +1,4 @@
-//! Describes the machine of a measurement, without which its figures mean nothing.
+//! Describes the machine of a measurement. Figures of different machines are not comparable.
 
 use std::fs;
 
@@ -13,7 +13,7 @@ pub struct Machine {
     pub memory_mib: u64,
     /// Release of the kernel.
     pub kernel: String,
-    /// Build line of the kernel, which names its preemption model.
+    /// Build line of the kernel. It names the kernel's preemption model.
     pub kernel_version: String,
     /// True if a hypervisor runs this machine.
     pub virtual_machine: bool,

@@ -1,5 +1,5 @@
-//! Charts as SVG: panels of series over logarithmic or linear axes, and heat maps. They draw data
-//! and know nothing of methods or scenes.
+//! Charts as SVG: panels of series over logarithmic or linear axes, and heat maps. The drawing code
+//! knows numbers and names only, not their meaning.
 
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
@@ -8,9 +8,9 @@ use plotters::prelude::*;
 /// Scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// Steps of equal width.
+    /// Equal differences take equal lengths.
     Linear,
-    /// Decades.
+    /// Equal factors take equal lengths; only decades have labels.
     Log,
 }
 
@@ -21,7 +21,7 @@ pub struct Series {
     pub name: String,
     /// Points. A point whose `y` is not finite becomes a cross on the upper edge.
     pub points: Vec<[f64; 2]>,
-    /// True for a thin line without dots, such as a bound.
+    /// True for a thin line without dots, such as the line of a limit.
     pub is_thin: bool,
 }
 
@@ -43,7 +43,7 @@ pub struct Panel {
 pub struct Cell {
     /// Text to draw.
     pub text: String,
-    /// From 0, bad, to 1, good; `None` if unknown.
+    /// Quality that sets the colour, from 0 (bad) to 1 (good); `None` if unknown.
     pub good: Option<f64>,
 }
 

@@ -51,7 +51,7 @@ pub fn histogram(times: &Distribution, limit_us: Option<f64>) -> Option<String> 
     })
 }
 
-/// Draws a quantity over time. Its axis starts at zero.
+/// Draws a quantity over time. The axis of the quantity starts at zero.
 #[must_use]
 pub fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
     let end = points.last()?.0.max(1.0);
@@ -107,8 +107,9 @@ pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
     })
 }
 
-/// Draws the exceedance of several distributions, which shows the tail that a histogram hides. Both
-/// axes are logarithmic. The better line is further left and lower.
+/// Draws the exceedance of several distributions: how many times in a million are longer than a
+/// given one. It shows the tail that a histogram hides. Both axes are logarithmic. The better line
+/// is further left and lower.
 #[must_use]
 pub fn exceedance(series: &[(String, &Distribution)]) -> Option<String> {
     let lines: Vec<(&str, Vec<(f64, f64)>)> = series
@@ -150,8 +151,8 @@ pub fn exceedance(series: &[(String, &Distribution)]) -> Option<String> {
     })
 }
 
-/// Points (µs, recorded times per million that are longer), one per recorded time. The longest time
-/// counts as exceeded by half a record, because zero has no logarithm.
+/// Points (time in µs, number of recorded times per million that are longer), one per distinct
+/// time. The longest time counts as exceeded by half a record, because zero has no logarithm.
 fn exceeded(times: &Distribution) -> Vec<(f64, f64)> {
     let all = times.count().max(1) as f64;
     let mut left = all;

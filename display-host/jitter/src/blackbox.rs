@@ -1,13 +1,13 @@
-//! Black box: keeps the ticks around the worst moments in constant memory.
+//! Black box: keeps the ticks around the most delayed ones, in constant memory.
 
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use shared_mem::message::{STAGES, TickRecord};
 
-/// Ticks kept before and after each moment.
+/// Ticks kept before and after the late tick that opens an incident.
 const AROUND: usize = 16;
-/// Most moments kept.
+/// Most incidents kept.
 const INCIDENTS_MAX: usize = 32;
 
 /// A tick with its times.
@@ -17,20 +17,20 @@ pub struct Tick {
     pub tick: u64,
     /// Due time, `CLOCK_MONOTONIC`.
     pub scheduled_ns: u64,
-    /// Actual minus scheduled wake-up.
+    /// Wake-up latency: actual minus scheduled wake-up.
     pub wake_latency_ns: u32,
-    /// Duration.
+    /// Duration of the tick.
     pub tick_ns: u32,
-    /// Whole periods skipped before it began.
+    /// Whole periods skipped before the tick began.
     pub missed: u32,
     /// Time of each stage, in the order of a tick.
     pub stage_ns: [u32; STAGES],
-    /// Bits of `TickRecord`.
+    /// Flags, which are the constants of `TickRecord`.
     pub bits: u32,
 }
 
 impl Tick {
-    /// Time from due to end: the lateness of the force, whatever its cause.
+    /// Lateness of the tick: time from its due time to its end, whatever delayed it.
     pub fn late_ns(&self) -> u64 {
         u64::from(self.wake_latency_ns) + u64::from(self.tick_ns)
     }
@@ -63,7 +63,7 @@ impl From<&TickRecord> for Tick {
 /// The ticks around a bad one.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Incident {
-    /// Measured time of the bad tick, ms.
+    /// Time of the bad tick, ms. Only measured time counts; pauses between sessions do not.
     pub at_ms: u64,
     /// Index of the bad tick in `ticks`.
     pub worst: usize,
@@ -99,7 +99,7 @@ pub struct BlackBox {
 }
 
 impl BlackBox {
-    /// Takes the next tick, at a measured time in ms.
+    /// Takes the next tick. `at_ms` is the time measured before it.
     pub fn note(&mut self, tick: Tick, at_ms: u64) {
         if let Some(Open { incident, left }) = &mut self.open {
             incident.ticks.push(tick);
@@ -132,7 +132,8 @@ impl BlackBox {
         self.before.push_back(tick);
     }
 
-    /// Ends the current run of the station. The next tick belongs to a new run.
+    /// Closes the open incident and forgets earlier ticks, because the next tick belongs to a new
+    /// run of the station.
     pub fn interrupt(&mut self) {
         self.close();
         self.before.clear();
@@ -144,7 +145,7 @@ impl BlackBox {
         worst(self.kept.iter().chain(open).cloned().collect())
     }
 
-    /// Least lateness that earns a place among the incidents, ns.
+    /// Lateness that a tick must exceed to open an incident, ns.
     fn least_ns(&self) -> u64 {
         match self.kept.len() < INCIDENTS_MAX {
             true => 0,

@@ -7,7 +7,7 @@ use std::os::unix::fs::FileExt;
 
 /// Model-specific register that counts system management interrupts (Intel).
 const SMI_COUNT: u64 = 0x34;
-/// Unit of times in `/proc/stat`: USER_HZ, which is 1/100 s for every program.
+/// Unit of times in `/proc/stat`, ms: 1/USER_HZ, which is 1/100 s for every program.
 const USER_TICK_MS: u64 = 10;
 
 /// Kernel counters at one moment.
@@ -15,7 +15,7 @@ const USER_TICK_MS: u64 = 10;
 pub struct Counters(BTreeMap<String, u64>);
 
 impl Counters {
-    /// Reads all counters that are accessible. `process` is the one whose thread ticks.
+    /// Reads all counters that are accessible. `process` is the process of the tick's thread.
     pub fn read(core: usize, process: Option<u32>) -> Self {
         let mut all = BTreeMap::new();
         let table = fs::read_to_string("/proc/interrupts").unwrap_or_default();
@@ -36,7 +36,7 @@ impl Counters {
         Self(all)
     }
 
-    /// Increase of each counter since `start`. Omits counters that did not change.
+    /// Increase of each counter since `start`. Omits interrupts that did not occur.
     pub fn since(&self, start: &Self) -> Vec<(String, u64)> {
         let added = self.0.iter().map(|(name, count)| {
             let before = start.0.get(name).copied().unwrap_or(0);
@@ -62,8 +62,8 @@ pub fn resident_kib() -> Option<u64> {
     line.split_whitespace().next()?.parse().ok()
 }
 
-/// Time that the hypervisor took from a core since the machine started, ms, in steps of 10. `None`:
-/// no hypervisor, or it does not report it.
+/// Time that the hypervisor took from a core since the machine started, ms, in steps of 10. `None`
+/// if `/proc/stat` has no such figure for the core.
 pub fn stolen_ms(core: usize) -> Option<u64> {
     stolen(&fs::read_to_string("/proc/stat").ok()?, core)
 }
@@ -91,7 +91,8 @@ fn interrupts(table: &str, core: usize) -> Vec<(String, u64)> {
         let (number, rest) = line.split_once(':')?;
         let words: Vec<&str> = rest.split_whitespace().collect();
         let count: u64 = words.get(column)?.parse().ok()?;
-        // The name is the last word of a device's line, or the letters of a kernel interrupt.
+        // A device's line starts with a number and ends with its name. A kernel interrupt's line
+        // starts with its name.
         let named = number.trim();
         let name = match named.parse::<u32>() {
             Ok(_) => words.last().copied().unwrap_or(named),

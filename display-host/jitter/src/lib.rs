@@ -1,11 +1,11 @@
-//! Measures the ticks of a controller: their wake-up latency, their duration and the share that
-//! misses its period, next to other programs that ran in the same minutes. The package starts no
-//! station and draws no picture; its caller passes in timing records.
+//! Measures the ticks of a controller: their wake-up latency, their duration and the share of
+//! missed periods. Compares them with other programs that ran in the same minutes. The package
+//! starts no station and draws no picture; its caller passes in timing records.
 //!
 //! ```text
-//! timing records ─► tally ─┬─► blackbox   ticks around the worst moments
-//!                          ├─► timeline   worst of each step of time
-//!                          └─► report ◄── rivals   other programs, a turn each
+//! timing records ─► tally ─┬─► blackbox   ticks around the most delayed ones
+//!                          ├─► timeline   worst times of each time step
+//!                          └─► report ◄── rivals   other programs, which take turns
 //!                                │  ◄──── kernel   interrupts, stolen time
 //!                                └─► table (text, CSV), page (HTML), trace (Perfetto), two_runs
 //! ```

@@ -1,10 +1,10 @@
-//! Compares missed periods of the station with those of a bare loop that works as long: how many,
-//! by which cause, and how certain the difference is.
+//! Compares missed periods of the station with those of a bare loop whose work takes as long:
+//! counts them by cause, and estimates how certain the difference is.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-/// Bootstrap draws of the rounds. They estimate the share of chance in a difference.
+/// Bootstrap samples of the rounds. Their spread shows how large a difference chance can make.
 const DRAWS: usize = 4000;
 
 /// Periods missed in one turn.
@@ -12,13 +12,13 @@ const DRAWS: usize = 4000;
 pub struct Missed {
     /// Ticks that ran.
     pub ticks: u64,
-    /// Periods missed while the loop slept after an in-time tick: the machine woke it too late.
+    /// Periods missed although the previous tick ended in time: the machine woke the loop too late.
     pub woken_late: u64,
     /// Periods missed while the previous tick was still at work.
     pub at_work: u64,
-    /// Occasions, each of one missed period or more.
+    /// Ticks before which one period or more was missed.
     pub occasions: u64,
-    /// Ticks that ended after their deadline. Most of them cost no period.
+    /// Ticks that ended after their deadline. Most of them cause no missed period.
     pub overruns: u64,
 }
 
@@ -28,8 +28,8 @@ impl Missed {
         self.woken_late.saturating_add(self.at_work)
     }
 
-    /// Notes a tick of the station: periods missed before it, and overruns of the previous tick and
-    /// of this one.
+    /// Counts a tick of the station. `missed` periods were missed before it. The flags are true if
+    /// the previous tick or this one ended after its deadline.
     pub fn note_tick(&mut self, missed: u32, last_overran: bool, overran: bool) {
         self.ticks += 1;
         self.overruns += u64::from(overran);
@@ -54,13 +54,13 @@ impl Missed {
 pub struct Round {
     /// Number of the round, from 0. Programs of one round ran one after the other.
     pub round: u32,
-    /// `station`, `cyclictest`, ….
+    /// Program that ran: `station`, `cyclictest`, ….
     pub program: String,
     /// Median wake-up latency, ns.
     pub p50: u64,
-    /// 99 % are at most this, ns.
+    /// 99 % of the wake-up latencies are at most this, ns.
     pub p99: u64,
-    /// Greatest, ns.
+    /// Greatest wake-up latency, ns.
     pub max: u64,
     /// Periods missed; `None` for cyclictest.
     #[serde(default)]
@@ -73,7 +73,7 @@ pub struct Round {
 /// Selects one count of a turn.
 type Count = fn(Missed) -> u64;
 
-/// Kinds of misses: key, label, count.
+/// Kinds of misses: key in JSON, label, function that selects the count.
 const KINDS: [(&str, &str, Count); 5] = [
     ("periods", "periods missed", Missed::periods),
     (
@@ -97,14 +97,14 @@ pub struct Line {
     pub words: &'static str,
     /// Misses of the station.
     pub station: f64,
-    /// Misses of `burn`.
+    /// Misses of `burn`, the bare loop.
     pub burn: f64,
-    /// Interval of station − burn that holds 95 of 100 draws.
+    /// Interval that holds station − burn in 95 % of the bootstrap samples.
     pub difference: [f64; 2],
 }
 
-/// Compares the station's misses with those of `burn` over the rounds that both ran. Empty if there
-/// are none.
+/// Compares the station's misses with those of `burn` over the rounds that both ran. Empty if no
+/// round has both.
 pub fn compare(rounds: &[Round]) -> Vec<Line> {
     let pairs = pairs(rounds);
     if pairs.is_empty() {

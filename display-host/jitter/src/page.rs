@@ -11,7 +11,7 @@ use crate::table::{self, Row};
 
 /// Rows in the table of the worst ticks.
 const WORST_SHOWN: usize = 12;
-/// Style for a page wider than a report's: the table has eight columns.
+/// Style that makes the page wider than other reports, because one table has eleven columns.
 const WIDER: &str = "body{max-width:76rem}.two{display:grid;grid-template-columns:repeat(auto-fit,\
 minmax(28rem,1fr));gap:0 1.5rem}td{white-space:nowrap}td:first-child{white-space:normal}";
 

@@ -1,7 +1,8 @@
 //! The report of a `calot jitter` run, and its file `jitter.json`.
 //!
 //! Every figure has a dotted name, as in `summary.json`: `wake_latency_ns`, `stage_ns.solve`,
-//! `cyclictest.wake_latency_ns`. Histograms are stored whole, so that runs add up exactly.
+//! `cyclictest.wake_latency_ns`. The file holds all bins of each histogram, so that the sum of
+//! several runs is exact.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,18 +28,19 @@ pub struct About {
     pub command: String,
     /// Name of the scene.
     pub scene: String,
-    /// True if it ran for its full time; false if it was stopped or killed, or still runs.
+    /// True if the run lasted its full time; false if it was stopped or killed, or still runs.
     pub complete: bool,
     /// Time that the station was measured, s.
     pub seconds: f64,
-    /// Names of the loads. If empty, other programs may have run; see `machine.load_average`.
+    /// Names of the added loads. Programs that this run did not start may load the machine too; see
+    /// `machine.load_average`.
     pub load: Vec<String>,
     /// True if every tick ran under SCHED_FIFO, in locked memory, pinned to a core.
     pub realtime: bool,
     /// Missing realtime properties and other remarks for the reader.
     pub notes: Vec<String>,
-    /// Memory that the measuring program held, KiB: after its first minute, and at the end. If it
-    /// does not grow, a run may last a day.
+    /// Memory that the measuring program held, KiB: after its first minute, and at the end. A run
+    /// of a day is possible only if this memory does not grow.
     #[serde(default)]
     pub memory_kib: Option<[u64; 2]>,
     /// The machine at the start of the run.
@@ -62,7 +64,7 @@ pub struct Report {
     pub incidents: Vec<Incident>,
 }
 
-/// Wake-up latency divided by cyclictest's, median over the rounds.
+/// A program's wake-up latency divided by cyclictest's of the same round: median over the rounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ratio {
     /// Program that took turns with cyclictest.
@@ -73,7 +75,7 @@ pub struct Ratio {
     pub p99: f64,
 }
 
-/// Part of the file that is not a quantile or a count.
+/// Part of the file from which `Report::read` restores a report.
 #[derive(Debug, Serialize, Deserialize)]
 struct Kept {
     #[serde(flatten)]
@@ -119,8 +121,8 @@ impl Report {
         ratios
     }
 
-    /// Returns `jitter.json`: quantiles under the names of `summary.json`, then all that `read`
-    /// needs.
+    /// Returns `jitter.json`: all that `read` needs, then quantiles under the names of
+    /// `summary.json`.
     pub fn to_json(&self) -> Value {
         let kept = Kept {
             about: self.about.clone(),
@@ -189,7 +191,7 @@ impl Report {
         })
     }
 
-    /// Returns the times named `name`, empty when new.
+    /// Returns the distribution called `name`. Creates an empty one if the report has none.
     pub fn times(&mut self, name: &str) -> &mut Distribution {
         if !self.times.contains_key(name) {
             self.times.insert(name.to_owned(), Distribution::new());
@@ -211,7 +213,7 @@ pub fn median(mut values: Vec<f64>) -> Option<f64> {
     Some(f64::midpoint(values[last / 2], values[last.div_ceil(2)]))
 }
 
-/// Inserts a value under a dotted name.
+/// Inserts a value under a dotted name. Each dot leads into a nested object.
 fn put(root: &mut Map<String, Value>, name: &str, value: Value) {
     match name.split_once('.') {
         None => {

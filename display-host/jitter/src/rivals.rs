@@ -12,7 +12,8 @@ use figures::Distribution;
 use crate::misses::Missed;
 use crate::problem::Problem;
 
-/// Built by `tests/embassy-std`: one program cannot link both embassy's driver and ours.
+/// Program of the package `tests/embassy-std`. It is separate because one program cannot link both
+/// embassy's time driver and ours.
 const EMBASSY_STD: &str = "calot-embassy-std";
 
 /// Programs to compare the station with.
@@ -24,15 +25,15 @@ pub enum Rival {
     Executor,
     /// A bare loop of clock_nanosleep
     Sleep,
-    /// The bare loop with the work of the station's last turn: tick for tick as long as that tick
-    /// took
+    /// The bare loop with work, which takes in each period as long as the same tick of the
+    /// station's last turn
     Burn,
     /// Embassy's stock driver for std (install: `cargo install --path tests/embassy-std`)
     EmbassyStd,
 }
 
 impl Rival {
-    /// Name on the command line; JSON keys have `_` instead of `-`.
+    /// Name in JSON keys and reports. On the command line it has `-` instead of `_`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cyclictest => "cyclictest",
@@ -53,21 +54,21 @@ pub struct Terms<'a> {
     pub priority: u8,
     /// Time spent spinning instead of sleeping before each period, µs.
     pub spin_us: u64,
-    /// File with the times that `burn` works.
+    /// File with the working time of `burn` in each period, ns, one per line.
     pub work: &'a Path,
 }
 
 /// Results of a turn.
 #[derive(Debug, Clone, Default)]
 pub struct Turn {
-    /// Actual minus scheduled wake-up.
+    /// Wake-up latency: actual minus scheduled wake-up.
     pub wake_latency: Distribution,
-    /// Time that each tick's work took; empty without work.
+    /// Working time of each tick; empty if the program does no work.
     pub burnt: Distribution,
     /// Periods missed; `None` for cyclictest.
     pub missed: Option<Missed>,
-    /// True if it got the realtime properties that it asked for. `None` for cyclictest, which fails
-    /// without them.
+    /// True if the program got the realtime properties that it asked for. `None` for cyclictest,
+    /// which fails without them.
     pub realtime: Option<bool>,
 }
 
@@ -77,7 +78,7 @@ impl Turn {
     }
 }
 
-/// Runs one turn of a rival. `None`: stopped by the user.
+/// Runs one turn of a rival. Returns `None` if the user stopped it.
 pub fn turn(
     rival: Rival,
     terms: Terms<'_>,
@@ -191,7 +192,8 @@ fn command(rival: Rival, terms: Terms<'_>, seconds: f64) -> Result<Command, Prob
     }
 }
 
-/// Path of a program next to this one, else its name for the search in PATH.
+/// Path of a program in the folder of this program. If that folder lacks it, its bare name, which
+/// the system looks up in PATH.
 fn beside(name: &str) -> PathBuf {
     let here = std::env::current_exe().ok();
     here.and_then(|path| Some(path.parent()?.join(name)))

@@ -20,8 +20,8 @@ pub const STAGE_NAMES: [&str; STAGES] = [
 ];
 /// Stages after the force has been written.
 const AFTER_FORCE: core::ops::Range<usize> = 5..STAGES;
-/// Every fourth tick publishes a frame of 65 kB in its publish stage; in other ticks that stage
-/// takes almost no time. The number of a tick tells which kind it is.
+/// Ticks whose number is a multiple of this publish a frame of 65 kB in their publish stage. In
+/// other ticks that stage takes almost no time.
 pub const PUBLISH_EVERY: u64 = 4;
 
 /// Collects the timing records of a station's sessions, one after another.
@@ -38,10 +38,10 @@ pub struct Tally {
     /// Ticks around the worst moments.
     pub black_box: BlackBox,
     session: Session,
-    /// Counters of the finished sessions.
+    /// Sum of the counters of the finished sessions.
     over: Counters,
     batches_lost: u64,
-    /// Realtime bits that every batch so far had; `None` before the first batch.
+    /// Realtime bits that were set in every batch so far; `None` before the first batch.
     pub realtime_bits: Option<u32>,
 }
 
@@ -49,7 +49,7 @@ pub struct Tally {
 #[derive(Debug, Default)]
 struct Session {
     start_ns: Option<u64>,
-    /// Time measured before this session, s.
+    /// Time measured in earlier sessions, s.
     before_s: f64,
     last: Option<Tick>,
     next_sequence: Option<u64>,
@@ -57,7 +57,7 @@ struct Session {
     /// Wake-up latency of this session alone.
     wake: Distribution,
     missed: Missed,
-    /// Durations of the first ticks, ns.
+    /// Durations of the first `TICKS_KEPT` ticks, ns.
     ticks_ns: Vec<u32>,
 }
 
@@ -72,7 +72,8 @@ pub struct Over {
     pub ticks_ns: Vec<u32>,
 }
 
-/// Ticks whose durations are kept. The limit keeps memory constant in longer sessions.
+/// Most ticks of a session whose durations are kept: two minutes. The limit bounds the memory of
+/// longer sessions.
 const TICKS_KEPT: usize = 120_000;
 
 /// The controller's own counters.
@@ -93,7 +94,8 @@ impl Counters {
             ticks: batch.ticks,
             deadline_misses: batch.deadline_misses,
             overruns: batch.overruns,
-            // Zero would claim that allocations were counted. This program counts them.
+            // `u64::MAX` means that the station does not count allocations. The value is kept as it
+            // is, because zero would claim that they were counted.
             allocations: batch.allocations,
             page_faults: batch.page_faults,
             involuntary_switches: batch.involuntary_switches,
@@ -113,7 +115,7 @@ impl Counters {
 }
 
 impl Tally {
-    /// Takes a batch of the running session. Skips malformed records.
+    /// Takes a batch of the running session. Skips a malformed batch.
     pub fn take(&mut self, batch: &TimingBatch, report: &mut Report) {
         let Some(records) = batch.records() else {
             return;
@@ -177,7 +179,8 @@ impl Tally {
             .note(at_s, Worst::from((tick.wake_latency_ns, tick.tick_ns)));
     }
 
-    /// Ends the session. Later batches belong to the next one.
+    /// Ends the session. Later batches belong to the next one, which starts at `measured_s` of
+    /// measured time.
     pub fn end_session(&mut self, measured_s: f64) -> Over {
         self.black_box.interrupt();
         let session = core::mem::replace(
@@ -305,8 +308,8 @@ mod tests {
         };
         let hour = size_after(0, 3600);
         let day = size_after(3600, 86_400);
-        // The number of ticks grew 24-fold. Memory grows only by filling empty bins, at most all of
-        // them.
+        // The number of ticks grew 24-fold. Memory grows only where a bin of a histogram gets its
+        // first tick.
         assert!(day < 2.0 * hour, "{hour} {day}");
     }
 

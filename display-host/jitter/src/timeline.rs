@@ -1,12 +1,12 @@
-//! Keeps the worst times of each step of a run. Memory is constant: steps get longer as the run
-//! does.
+//! Keeps the worst times of each time step of a run. Memory is constant, because the steps get
+//! longer in a longer run.
 
 use serde::{Deserialize, Serialize};
 
-/// Most steps kept. When they are full, each pair becomes one step of twice the length.
+/// Most steps kept. When the run needs more, each pair becomes one step of twice the length.
 const STEPS_MAX: usize = 600;
 
-/// Worst times of a step, ns. In JSON it is a pair.
+/// Worst times of a step, ns; a pair in JSON.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "(u32, u32)", into = "(u32, u32)")]
 pub struct Worst {
@@ -71,7 +71,7 @@ impl Timeline {
         }
     }
 
-    /// Appends the timeline of the next run to this one, which lasted `seconds`.
+    /// Appends the timeline of the next run. The run of this timeline lasted `seconds`.
     pub fn append(&mut self, seconds: f64, next: &Self) {
         for (i, &worst) in next.worst_ns.iter().enumerate() {
             let at_s = seconds + i as f64 * f64::from(next.step_s);
@@ -79,7 +79,7 @@ impl Timeline {
         }
     }
 
-    /// Points (s, µs) of one of the two times.
+    /// Points (s, µs) of the time that `of` selects, one per step.
     pub fn course(&self, of: fn(&Worst) -> u32) -> Vec<(f64, f64)> {
         let steps = self.worst_ns.iter().enumerate();
         steps

@@ -1,5 +1,5 @@
-//! Writes the black box as a trace for Perfetto (ui.perfetto.dev) or chrome://tracing. It shows the
-//! ticks around each of the worst moments stage by stage, next to the periods as scheduled.
+//! Writes the black box as a trace for Perfetto (ui.perfetto.dev) or chrome://tracing. The trace
+//! shows the ticks around each of the most delayed ones, with wake-up latencies and stages.
 
 use serde_json::{Value, json};
 use shared_mem::message::TickRecord;
@@ -7,9 +7,11 @@ use shared_mem::message::TickRecord;
 use crate::blackbox::{Incident, Tick};
 use crate::tally::STAGE_NAMES;
 
-/// Rows of the trace.
+/// Row of the wake-up latencies: each slice goes from the due time of a tick to its begin.
 const DUE: u32 = 1;
+/// Row of the ticks.
 const TICK: u32 = 2;
+/// Row of the stages of the ticks.
 const STAGES: u32 = 3;
 
 /// Returns the trace as JSON. Each incident is a process of its own with time 0 at the due time of

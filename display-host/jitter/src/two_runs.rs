@@ -8,7 +8,8 @@ use crate::blackbox;
 use crate::report::Report;
 use crate::table::{self, Row};
 
-/// Adds up runs. Histograms and counts are exact; rounds follow one another.
+/// Adds up runs. The sums of histograms and counts are exact. The numbers of the rounds go on from
+/// run to run.
 pub fn merge(runs: Vec<Report>) -> Option<Report> {
     let mut runs = runs.into_iter();
     let mut sum = runs.next()?;

@@ -15,13 +15,13 @@ use crate::error::LinkError;
 pub struct Keys {
     /// Certificate, PEM.
     pub certificate: PathBuf,
-    /// Private key of the certificate, PEM. Only its user may read it.
+    /// Private key of the certificate, PEM. No other user may read it.
     pub key: PathBuf,
     /// Certificate of the authority that signed both peers' certificates, PEM.
     pub authority: PathBuf,
 }
 
-/// Address at which a station's `serve` listens, with the keys of this peer.
+/// Address at which `calot link serve` listens, with the keys of this peer.
 #[derive(Debug, Clone)]
 pub struct Address {
     pub(crate) host: String,
@@ -118,7 +118,7 @@ impl Keys {
         }
     }
 
-    /// Refuses a private key that others can read, because it proves nothing.
+    /// Refuses a private key that others can read, because they could pose as this peer.
     fn check_private(&self) -> Result<(), LinkError> {
         let meta = std::fs::metadata(&self.key);
         let meta = meta.map_err(|error| self.refused(&self.key, &error))?;

@@ -7,7 +7,7 @@
 pub struct RemoteClock {
     /// Our clock minus theirs, ns.
     offset_ns: i64,
-    /// Round trip above which an answer adds no information, ns.
+    /// Round trip above which an answer does not replace the estimate, ns.
     limit_ns: Option<u64>,
 }
 
@@ -16,7 +16,8 @@ impl RemoteClock {
     /// `asked_ns`.
     pub fn learn(&mut self, asked_ns: u64, theirs_ns: u64, arrived_ns: u64) {
         let took_ns = arrived_ns.saturating_sub(asked_ns);
-        // Clocks drift and computers restart, so the estimate loses weight with every answer.
+        // Clocks drift and computers restart. The limit therefore grows with every answer, and a
+        // slower answer can replace an old estimate.
         let limit_ns = self
             .limit_ns
             .map(|limit| limit.saturating_add(limit / 64 + 1000));
@@ -59,7 +60,7 @@ mod tests {
                 clock.learn(asked, theirs(asked + out), asked + out + back);
                 quickest = quickest.min(out + back);
             }
-            // The estimate loses weight: by 1.6 % and 1 µs per answer.
+            // The limit grows by 1.6 % and 1 µs per answer.
             let grown = quickest as f64 * 1.016f64.powi(50) + 100_000.0;
             let off = clock.ours_ns(theirs(start)).abs_diff(start);
             prop_assert!(off as f64 <= grown / 2.0 + 1.0, "{off} of {quickest}");

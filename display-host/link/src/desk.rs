@@ -19,8 +19,8 @@ const BATCHES_KEPT: usize = 64;
 /// Past events that a new watcher receives: as many as a new display gets from shared memory.
 const EVENTS_FIRST: u64 = 64;
 
-/// Age at which an assessor's last message belongs to a finished task, ns. A running task sends one
-/// every 50 ms.
+/// Age at which the last message about a task belongs to a finished task, ns. During a task, the
+/// process that assesses it sends a message every 50 ms.
 const TASK_KEPT_NS: u64 = 5_000_000_000;
 
 /// The newest data of a station, and its last events and timing batches. Its size is bounded.
@@ -71,7 +71,7 @@ impl<T: Copy, const MOST: usize> Kept<T, MOST> {
 }
 
 impl Desk {
-    /// Makes a desk. `server` distinguishes it from other desks of this station.
+    /// Makes a desk. `server` distinguishes this desk from earlier and later ones of the station.
     #[must_use]
     pub fn new(server: u64) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! The watcher's data of a station; it finds what is new in each answer.
+//! Finds what is new in each answer of a station.
 
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
 use shared_mem::task::TaskMsg;
@@ -6,7 +6,7 @@ use shared_mem::task::TaskMsg;
 use crate::clock::RemoteClock;
 use crate::wire::{Answer, Ask, MAGIC};
 
-/// New data, stamped on this computer's clock.
+/// New data. Their time stamps are on this computer's clock.
 #[derive(Debug, Default)]
 pub struct Fresh {
     /// A newer state.
@@ -29,7 +29,7 @@ pub struct Inbox {
     next: Ask,
     /// Number of the newest answer.
     newest: u64,
-    /// Events that the server had already dropped.
+    /// Events that the server had dropped before the watcher asked for them.
     pub events_lost: u64,
 }
 
@@ -70,7 +70,7 @@ impl Inbox {
             batches,
         } = answer;
         if head.server != self.next.server {
-            // Another server counts anew.
+            // Another server counts its answers, events and batches from 0 again.
             *self = Self {
                 next: Ask {
                     server: head.server,
@@ -84,7 +84,7 @@ impl Inbox {
         self.clock.learn(asked_ns, head.now_ns, arrived_ns);
         let clock = self.clock;
         let mut fresh = Fresh::default();
-        // An overtaken answer holds nothing newer.
+        // An answer that arrives after a later one holds no newer state.
         if head.number > self.newest {
             self.newest = head.number;
             fresh.state = state.map(|mut it| {

@@ -4,27 +4,27 @@
 //! station ─ shared memory ─► calot link serve ═ TLS ═► calot link watch ─ shared memory ─► display
 //! ```
 //!
-//! Two processes, of which the realtime process knows nothing. To the station, `serve` is one more
-//! host; to displays, `watch` is a controller. The watcher asks for the newest data ([`wire`]): up
-//! to four questions ahead while answers are quick, one by one while they are late. A slow line
-//! therefore carries fewer pictures, and none of them waits for long. A stopped watcher asks for
-//! nothing. Events are asked for again until they arrive. Everything from the line is checked
-//! before use. Only a peer with a certificate of the same authority can connect.
+//! `serve` and `watch` are processes of their own; the realtime process knows neither. To the
+//! station, `serve` is a reader of shared memory like any display. To displays, `watch` is a
+//! controller that refuses commands.
 //!
-//! # Flow and trust
+//! # Flow
 //!
-//! The realtime process knows nothing of either. To the station `serve` is one more host; to
-//! displays `watch` is a controller that refuses commands.
+//! The watcher asks for data that are newer than its own ([`wire`]). It keeps up to four questions
+//! under way while answers are quick, and one while they are late (`pace`). A slow line therefore
+//! carries fewer pictures, and none of them waits for long. A stopped watcher asks for nothing.
+//! The watcher asks for events by number until they arrive; `serve` keeps the last 4096. `serve`
+//! has a thread for each watcher and stores nothing about it, so that a slow watcher delays only
+//! itself. A message holds only the used part of a frame. The watcher converts time stamps to its
+//! own clock, and the quickest answer sets the offset (`clock`). The compiled scene comes in parts.
+//! The watcher accepts the whole if its identity is the one in the state.
 //!
-//! The watcher asks for what is newer than what it has (`wire`). It has four questions on their way
-//! while answers are quick, one while they are late (`pace`). So it paces itself: a slow line gets
-//! fewer pictures, a stopped one asks for nothing. Events are asked for by number until they came
-//! (4096 are kept). Nothing of a watcher is kept at the station. Each has a thread there, which it
-//! holds up alone. Only the used part of a frame is sent, and it is checked on arrival as if
-//! anybody had sent it. Stamps are turned to the watcher's clock by the quickest answer (`clock`).
-//! The compiled scene comes in parts and is believed by its identity. Both sides prove themselves
-//! in TLS 1.3 by certificates of one authority, a station's for serving, a watcher's for asking
-//! (`make_keys.sh`). Without certificates it works on this computer only.
+//! # Trust
+//!
+//! Everything from the line is checked before use, as if anybody had sent it. Both sides prove
+//! themselves in TLS 1.3 with certificates of one authority (`make_keys.sh`). One kind of
+//! certificate allows a station to serve, another allows a watcher to ask. Without certificates,
+//! both sides must run on the same computer.
 
 mod address;
 mod clock;

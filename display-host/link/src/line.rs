@@ -14,15 +14,15 @@ use rustls::{ClientConfig, ClientConnection, Connection, ServerConfig, ServerCon
 use crate::address::Address;
 use crate::error::LinkError;
 
-/// Longest TLS handshake.
+/// Longest duration of a TLS handshake.
 const HANDSHAKE: Duration = Duration::from_secs(10);
-/// Longest time to reach a computer.
+/// Longest wait for a TCP connection to a computer.
 const REACH: Duration = Duration::from_secs(2);
 /// A peer that takes no byte for this long is disconnected.
 const WRITE_PATIENCE: Duration = Duration::from_secs(5);
 /// A peer that needs longer than this for one message is disconnected.
 const SEND_PATIENCE: Duration = Duration::from_secs(20);
-/// Longest wait of one read, so that its thread can do other work.
+/// Longest wait of one read. After it, the thread can do other work.
 const READ_PATIENCE: Duration = Duration::from_millis(5);
 /// Bytes before a message: four for the length of the content, one for the kind.
 const HEAD: usize = 5;
@@ -103,8 +103,8 @@ impl Line {
     }
 
     /// Returns the next message and its kind, if it is complete within a few milliseconds. A peer
-    /// that sends byte by byte holds up nobody. Memory is bounded by the longest message and one
-    /// read.
+    /// that sends byte by byte therefore cannot block the thread. The buffer holds at most the
+    /// longest message and one read.
     pub(crate) fn receive(&mut self) -> Result<Option<(u8, Vec<u8>)>, Broken> {
         let start = Instant::now();
         loop {
@@ -126,8 +126,8 @@ impl Line {
         }
     }
 
-    /// Reads available bytes, with one look at the socket. The `Stream` of rustls would read until
-    /// a record is complete.
+    /// Reads the available bytes with one call to the socket. The `Stream` of rustls would wait
+    /// until a record is complete.
     fn read(&mut self, part: &mut [u8]) -> Result<usize, Broken> {
         let Some(tls) = &mut self.tls else {
             let count = self.socket.read(part)?;
@@ -176,7 +176,7 @@ fn take_in(tls: &mut Connection, socket: &mut TcpStream) -> Result<(), Broken> {
     let Err(error) = tls.process_new_packets() else {
         return Ok(());
     };
-    // Tell the other side the reason.
+    // Send the other side the TLS alert with the reason.
     let _ = tls.write_tls(socket);
     Err(Broken::other(error))
 }
@@ -220,7 +220,7 @@ impl Door {
         Ok(Self { listener, tls })
     }
 
-    /// A new connection, if there is one. It has proved nothing yet.
+    /// A new connection, if there is one. Its peer is not authenticated yet.
     pub(crate) fn knock(&self) -> Option<TcpStream> {
         self.listener.accept().ok().map(|(stream, _)| stream)
     }
@@ -231,7 +231,7 @@ impl Door {
     }
 }
 
-/// Admits peers that have a certificate.
+/// Admits peers. With TLS, a peer needs a certificate; without TLS, every peer is admitted.
 #[derive(Clone)]
 pub(crate) struct Porter(Option<Arc<ServerConfig>>);
 
@@ -253,7 +253,7 @@ impl Porter {
     }
 }
 
-/// Connects a watcher and verifies the station.
+/// Connects a watcher. If it has keys, it verifies the station's certificate.
 pub(crate) fn connect(
     address: &Address,
     longest: usize,

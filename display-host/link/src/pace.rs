@@ -1,9 +1,10 @@
-//! Number of questions under way at once.
+//! Limits the number of questions that wait for an answer.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Most questions under way: a line with a round trip of 60 ms still carries 60 pictures a second.
+/// Most questions that wait for an answer. With four, a line whose round trip takes 60 ms still
+/// carries 60 pictures a second.
 const MOST: usize = 4;
 
 /// Asks ahead while answers are quick, and one by one while they are late, because data that wait
@@ -13,7 +14,7 @@ pub(crate) struct Pace {
     period_ns: u64,
     /// Times of the open questions, in the order of their answers.
     asked_ns: VecDeque<u64>,
-    /// Quickest answer. It loses weight with time, because lines change.
+    /// Time of the quickest answer. It grows by 1/64 with every answer, because lines change.
     quickest_ns: u64,
     most: usize,
 }
@@ -36,8 +37,8 @@ impl Pace {
         self.asked_ns.push_back(now_ns);
     }
 
-    /// Takes the oldest open question as answered and returns when it was asked; `None` if none is
-    /// open.
+    /// Removes the oldest open question, which an answer has just reached. Returns when the
+    /// question was asked; `None` if none is open.
     pub(crate) fn answered(&mut self, now_ns: u64) -> Option<u64> {
         let asked_ns = self.asked_ns.pop_front()?;
         let took_ns = now_ns.saturating_sub(asked_ns);

@@ -1,4 +1,4 @@
-//! The station's side: a host like any display, which answers watchers.
+//! The station's side: reads the station's shared memory like any display and answers watchers.
 
 use std::net::{Shutdown, TcpStream};
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ const SILENT_WATCHER: Duration = Duration::from_secs(15);
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 /// Delay before a missing scene is searched again: the search is slow and all watchers wait for it.
 const LOOK_AGAIN: Duration = Duration::from_secs(1);
-/// A controller that is silent for this long may have died.
+/// A controller that publishes no state for this long may have died; the process then checks.
 const SILENT: Duration = Duration::from_millis(500);
 
 /// Counts of a served station.
@@ -50,7 +50,7 @@ struct Question {
 
 /// Answers watchers of `station` at `address` until `stop` is set or `seconds` have passed.
 /// Searches the running scene in `places`, which are compiled scenes or folders of them. Calls
-/// `ready` once it listens.
+/// `ready` as soon as watchers can connect.
 ///
 /// # Errors
 /// When it cannot listen, or cannot join the station's shared memory.
@@ -81,7 +81,7 @@ pub fn serve(
     let start = Instant::now();
     let over = AtomicBool::new(false);
     let mut visitors = Visitors::default();
-    // Each watcher waits for its answer before its next question, which bounds the queue.
+    // The thread of each watcher passes on one question at a time, which bounds the queue.
     let (asks, questions) = mpsc::sync_channel(CONNECTIONS_MAX);
     std::thread::scope(|scope| {
         while !stop.load(Relaxed) && seconds.is_none_or(|s| start.elapsed().as_secs_f64() < s) {
@@ -100,7 +100,7 @@ pub fn serve(
             stand.answer_all(&questions, places);
         }
         over.store(true, Relaxed);
-        // Waiting watchers get no answer, and slow ones no rest of theirs.
+        // Watchers that wait get no answer. Watchers that read slowly do not get the rest.
         drop(questions);
         visitors.cut_off();
     });
@@ -119,9 +119,9 @@ struct Visit {
 }
 
 impl Visitors {
-    /// Registers a connection. If all places are taken, it replaces the one that has been unknown
-    /// for longest: a peer that asks nothing keeps nobody out. `None` if every place has a known
-    /// peer.
+    /// Registers a connection. If all places are taken, the connection replaces the oldest one
+    /// whose peer has asked nothing, so that such peers keep nobody out. `None` if the peers of all
+    /// places have asked.
     fn enter(&mut self, stream: &TcpStream) -> Option<Arc<Visit>> {
         let line = stream.try_clone().ok()?;
         self.0.retain(|it| it.strong_count() > 0);
@@ -155,7 +155,7 @@ impl Visit {
     }
 }
 
-/// Serves one watcher on a thread of its own, so that it can hold up only itself.
+/// Serves one watcher on a thread of its own, so that a slow watcher delays only itself.
 fn attend(
     porter: &Porter,
     stream: TcpStream,
@@ -205,20 +205,20 @@ struct Stand {
     heard: Instant,
     /// The last requested scene, if it was found.
     scene: Option<SceneFile>,
-    /// The last scene that was not found, and when.
+    /// Identity of the last scene that was not found, and the time of the search.
     vain: Option<([u8; 16], Instant)>,
     served: Served,
 }
 
 impl Stand {
-    /// Answers questions until shared memory must be read again.
+    /// Reads shared memory, and answers questions for `LOOK_EVERY`.
     fn answer_all(&mut self, questions: &Receiver<Question>, places: &[PathBuf]) {
         let next = Instant::now() + LOOK_EVERY;
         self.refresh();
         loop {
             let left = next.saturating_duration_since(Instant::now());
-            // A zero time-out would still take a waiting question, and with many watchers one
-            // always waits.
+            // With a time-out of zero, `recv_timeout` still takes a waiting question. With many
+            // watchers one always waits, and the loop would never end.
             if left.is_zero() {
                 return;
             }
@@ -284,7 +284,7 @@ impl Stand {
         }
     }
 
-    /// The running scene, if its identity is `id`.
+    /// The running scene, if its identity is `id` and a file in `places` holds it.
     fn scene(&mut self, id: [u8; 16], places: &[PathBuf]) -> Option<&SceneFile> {
         if self.desk.scene_id() != Some(id) {
             return None;

@@ -26,7 +26,7 @@ const GONE: Duration = Duration::from_secs(8);
 const AGAIN: Duration = Duration::from_secs(1);
 /// Delay before a missing scene is asked for again.
 const SCENE_AGAIN: Duration = Duration::from_secs(2);
-/// Longest interval between two questions. A lower or invalid rate is raised to it.
+/// Longest interval between two questions. It replaces the interval of a lower or invalid rate.
 const SLOWEST: Duration = Duration::from_secs(1);
 /// Interval at which commands are read while there is no line.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
@@ -62,11 +62,11 @@ pub enum Seen<'a> {
 /// Counts of a watched station.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Watched {
-    /// States shown.
+    /// States published to displays.
     pub states: u64,
-    /// Events shown.
+    /// Events published to displays.
     pub events: u64,
-    /// Events that the station had already dropped.
+    /// Events that the station had dropped before the watcher asked for them.
     pub events_lost: u64,
     /// Rejected answers: garbled, or of another version.
     pub malformed: u64,
@@ -129,7 +129,7 @@ struct Show {
     inbox: Inbox,
     /// Identity of the scene that is ready for displays.
     scene_id: Option<[u8; 16]>,
-    /// The incoming scene. It is kept when the line breaks, and continued.
+    /// The incoming scene. If the line breaks, the next connection asks for the missing rest.
     coming: Option<Coming>,
     watched: Watched,
     /// Newest tick that was published.
@@ -160,7 +160,7 @@ impl Show {
         let mut due = Instant::now();
         while !is_over() {
             if due <= Instant::now() && pace.may_ask() {
-                // A late period is skipped.
+                // Questions that were due meanwhile are not made up for.
                 due = (due + period).max(Instant::now());
                 pace.asked(monotonic_ns());
                 if let Err(error) = line.send(wire::LOOK, bytemuck::bytes_of(&self.inbox.ask())) {
@@ -231,7 +231,8 @@ impl Show {
             .ask()
     }
 
-    /// Takes a part of the scene. Returns the next request, or the error in the part.
+    /// Takes a part of the scene. Returns the next request, if any. The inner error is a fault of
+    /// the part; the outer error is a failure to write the scene.
     fn take_part(
         &mut self,
         config: &WatchConfig,
@@ -254,11 +255,11 @@ impl Show {
         Ok(Ok(None))
     }
 
-    /// Publishes new data to displays. A send fails only when the service is gone.
+    /// Publishes new data to displays. Ignores a failed send: it means that the service is gone.
     fn show(&mut self, fresh: Fresh) {
         if let Some(state) = fresh.state {
             self.watched.states += 1;
-            // After a restart of the run, the old progress of the task is void.
+            // A lower tick means that the run started again: the old progress of the task is void.
             if state.tick < self.tick
                 && let Some(nothing) = TaskMsg::new(monotonic_ns(), "")
             {
@@ -315,8 +316,8 @@ impl Coming {
         }
     }
 
-    /// Appends a part. Each part was asked for where the last ended, so the buffer never exceeds
-    /// the largest size that a head may state.
+    /// Appends a part. The part must start where the last one ended and lie within the scene, so
+    /// the buffer never exceeds the largest scene.
     fn take(&mut self, message: &[u8]) -> Result<Part, LinkError> {
         let (total, offset, part) = wire::scene_part(message)?;
         if total == 0 {

@@ -5,8 +5,8 @@
 //! | [`LOOK`] | [`Ask`] | [`Head`], then state, tools, task, events and batches as it states |
 //! | [`SCENE`] | [`SceneAsk`] | [`SceneHead`], then a part of the compiled scene |
 //!
-//! Before each message goes its length (four bytes) and its kind (one byte). An answer has the kind
-//! of its question; answers come in the order of the questions. All numbers are little-endian, like
+//! The length (four bytes) and the kind (one byte) precede each message. An answer has the kind of
+//! its question; answers come in the order of the questions. All numbers are little-endian, as on
 //! every computer that Calot runs on. All bytes are untrusted until [`Answer::read`] or
 //! [`scene_part`] has checked them.
 
@@ -77,7 +77,7 @@ pub struct Head {
     pub magic: [u8; 8],
     /// Identity of the server: its start time on its own clock.
     pub server: u64,
-    /// Number of this answer.
+    /// Number of this answer, in the server's count.
     pub number: u64,
     /// Time of this answer on the server's clock.
     pub now_ns: u64,

@@ -13,13 +13,14 @@ use support::{
     AtEnd, Display, Proven, beside_a_station, message, question, tls, wait_until, watched,
 };
 
-/// Answers before the first measurement of memory, and before the second: each about 10 kB, so that
-/// a leak per answer would show.
+/// Answers before the first measurement of memory.
 const BEFORE: u64 = 1_000;
+/// Answers between the two measurements of memory. Each has about 10 kB, so that a leak of every
+/// answer would show.
 const MANY: u64 = 15_000;
-/// Length of a visit without a certificate.
+/// Longest wait of a peer without a certificate before it disconnects.
 const SHORT: Duration = Duration::from_millis(30);
-/// Largest growth of memory for other reasons, bytes.
+/// Largest growth of memory that other causes than a leak explain, bytes.
 const GROWN_MAX_BYTES: u64 = 64 << 20;
 
 /// Resident memory of this program, bytes.
@@ -40,7 +41,7 @@ fn flood(listen: &str, keys: &Keys, over: &AtomicBool, answers: &AtomicU64) {
     }
 }
 
-/// Asks ahead without end, reads nothing, and reconnects when it is cut off.
+/// Sends questions without end, reads no answer, and reconnects when it is cut off.
 fn pile_up(listen: &str, keys: &Keys, over: &AtomicBool) {
     while !over.load(Relaxed) {
         let mut line = tls(listen, keys);
@@ -94,7 +95,7 @@ fn flood_of_questions_and_knocks_keeps_nobody_waiting_and_no_memory() {
             scope.spawn(|| pile_up(&listen, &ours, &over));
             scope.spawn(|| knock(&listen, &over, &noise, SHORT));
             scope.spawn(|| knock(&listen, &over, &[], SHORT));
-            // It connects while all of them are active.
+            // The watcher connects while all these peers are active.
             wait_until("they are answered", || answers.load(Relaxed) > BEFORE);
             watched("calm", &address, copy, |here, _| {
                 let mut display = Display::of(here);

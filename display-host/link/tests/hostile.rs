@@ -190,7 +190,7 @@ proptest! {
                 }
             }
         }
-        // Finally no answer is lost.
+        // From here on no answer is lost, so that every event must arrive.
         for _ in 0..200 {
             let bytes = desk.answer(bytes_of(&inbox.ask()), 1).expect("an answer");
             take(&bytes, &mut inbox);

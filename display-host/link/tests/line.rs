@@ -13,7 +13,7 @@ use shared_mem::scene::SceneFile;
 use shared_mem::service::Host;
 use support::{beside_a_station, keys, make_keys, now_ns, port, scene, wait_until, watched};
 
-/// `beside_a_station` waits for `serve` to end.
+/// `beside_a_station` returns only after `serve` has ended.
 #[test]
 fn peer_that_sends_byte_by_byte_does_not_hold_up_the_end() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -110,8 +110,8 @@ fn station_shows_itself_only_to_certificates_of_its_authority() {
         });
         assert!(right.connections >= 1, "{right:?}");
 
-        // Rejected keys: signed by another authority; trusting another authority; a station's
-        // certificate used by a watcher.
+        // Rejected keys: all of another authority; signed by another authority while trusting ours;
+        // a station's certificate used by a watcher.
         let theirs = keys(other.path(), "desk");
         let mixed = Keys {
             authority: ours.authority,
@@ -150,7 +150,7 @@ fn station_shows_itself_only_to_certificates_of_its_authority() {
         });
         assert!(after.connections >= 1);
     });
-    // A station at an address that its certificate does not name.
+    // The station listens at an address that its certificate does not name.
     let listen = format!("127.0.0.1:{}", port());
     let served = (listen.as_str(), Some(keys(folder.path(), "elsewhere")));
     beside_a_station("misnamed", served, folder.path(), |_| {

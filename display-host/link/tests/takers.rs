@@ -115,7 +115,7 @@ fn server_that_ends_sends_nobody_the_rest() {
                     })
                     .collect();
                 drop(tell);
-                // Each watcher has read 2 MB; more is queued than the system's buffers hold.
+                // Each watcher has read 2 MB. The rest of the answers exceeds the system's buffers.
                 let _ = told.recv();
                 takers
             },

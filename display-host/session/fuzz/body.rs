@@ -5,8 +5,8 @@ use std::path::Path;
 
 use session::{Operation, Session};
 
-/// Reads the bytes as a replay and as a report would, and as one message of packed ticks, which a
-/// checksum keeps from the first two.
+/// Reads the bytes as a replay and as a report would. Reads them also as one message of packed
+/// ticks, because a checksum of the file keeps most damaged messages from the first two.
 pub(crate) fn read(bytes: &[u8]) {
     let mut ticks = Vec::new();
     let _ = session::pack::unpack(bytes, &mut ticks);

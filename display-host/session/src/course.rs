@@ -1,5 +1,5 @@
-//! The course of an operation: positions of both hands, a hundred times a second, and the events.
-//! An assessment uses nothing else, so that a later one yields the same numbers.
+//! The course of an operation: poses of both hands, a hundred times a second, and the events. An
+//! assessment uses nothing else, so that a repeated assessment yields the same numbers.
 //!
 //! ```text
 //! u8 kind, u64 tick, u64 host time ns, then
@@ -8,8 +8,8 @@
 //! 2 event:    u64 sequence; u32 kind; u32 organ; 3 f32 place m; f32 value
 //! 3 device:   f32 greatest force N
 //! 4 reset
-//! 5 start:    u8 task, as `CommandMsg::START` counts
-//! 6 sight:    f32 off the shaft, f32 turned about it, rad
+//! 5 start:    u8 number of the task, as in `CommandMsg::START`
+//! 6 sight:    f32 angle between view and shaft, f32 turn about the shaft, rad
 //! ```
 //!
 //! All little-endian.
@@ -31,10 +31,10 @@ const SIGHT: u8 = 6;
 #[cfg(test)]
 const LONGEST_BYTES: usize = 17 + 3 * 28 + 2 * 12 + 4 + 5;
 
-/// Poses of both hands at one moment.
+/// Poses and state of both hands at one moment: one holds the instrument, one the endoscope.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Movement {
-    /// Handle, world frame.
+    /// Handle of the haptic device, world frame.
     pub world_from_handle: PoseMsg,
     /// Instrument: origin at the jaw joint, −z along the shaft towards the tip.
     pub world_from_instrument: PoseMsg,
@@ -57,11 +57,11 @@ pub struct Movement {
 }
 
 impl Movement {
-    /// From a frame of the tools; `None` if the frame is malformed.
+    /// Makes a movement from a frame of the tools; `None` if the frame is malformed.
     #[must_use]
     pub fn of(tools: &ToolFrame) -> Option<Self> {
         let capsules = tools.capsules()?;
-        // Tips are the hook's bent end or both jaws; shaft and endoscope are none.
+        // The tips are the hook's bent end or both jaws. Shaft and endoscope do not count.
         let bent = capsules.iter().any(|it| it.is(CapsuleRole::Tip));
         let is_tip = |it: &&CapsuleMsg| {
             if bent {
@@ -134,11 +134,12 @@ pub enum What {
     },
     /// The organs were reset to rest.
     Reset,
-    /// The endoscope's view changed its angle to the shaft; at first both are aligned.
+    /// The endoscope's view changed its angle to the shaft. Before the first such entry, the view
+    /// is along the shaft.
     Sight {
         /// Angle between view and shaft, rad: 0 to a quarter turn.
         off_rad: f32,
-        /// Turn of the light cable about the shaft, rad; at 0 the view is inclined downwards.
+        /// Turn of the light cable about the shaft, rad. At 0 an inclined view looks downwards.
         turned_rad: f32,
     },
     /// The organs were prepared for a task: 0 hang, 1 identify, 2 clamp, 3 cut, 4 disconnect.
@@ -153,7 +154,7 @@ pub enum What {
 pub struct Entry {
     /// Tick of the entry.
     pub tick: u64,
-    /// Time (`CLOCK_MONOTONIC` of the recording computer), ns.
+    /// Host time: `CLOCK_MONOTONIC` of the recording computer, ns.
     pub at_ns: u64,
     /// Its content.
     pub what: What,
@@ -263,7 +264,7 @@ impl Entry {
         rest.0.is_empty().then_some(Self { tick, at_ns, what })
     }
 
-    /// From an event; `None` if its numbers are not finite.
+    /// Makes an entry from an event; `None` if the numbers of the event are out of range.
     pub(crate) fn of_event(event: &EventMsg) -> Option<Self> {
         is_sane(event).then_some(Self {
             tick: event.tick,
@@ -272,7 +273,7 @@ impl Entry {
         })
     }
 
-    /// From the tools' newest frame; `None` if it is malformed.
+    /// Makes an entry from the tools' newest frame; `None` if the frame is malformed.
     pub(crate) fn of_tools(tools: &ToolFrame) -> Option<Self> {
         Some(Self {
             tick: tools.tick,
@@ -388,7 +389,7 @@ mod tests {
 
     #[test]
     fn an_hour_of_it_leaves_room_for_the_inputs() {
-        // A message, its head in a chunk, its entry in the index.
+        // An entry, the head of its record (9), the head of its message (22), its index (16).
         let bytes = LONGEST_BYTES + 9 + 22 + 16;
         assert!(bytes * 100 * 3600 < 80_000_000, "{bytes}");
     }

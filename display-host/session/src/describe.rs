@@ -1,4 +1,4 @@
-//! The channels: topics, schemas, and messages for viewers.
+//! Describes the channels of a session: topics, schemas, and the messages for viewers.
 
 use serde_json::{Value, json};
 use shared_mem::message::{Event, EventMsg, PoseMsg, TimingBatch, ToolFrame};

@@ -165,13 +165,13 @@ impl SessionFile {
         })?)
     }
 
-    /// Sends every entry of the course to `course` as well, for a running assessment.
+    /// From now on, sends every entry of the course to `course` as well, for a running assessment.
     pub(crate) fn tell(&mut self, course: Sender<Entry>) {
         self.told = Some(course);
     }
 
     fn course(&mut self, entry: &Entry) -> Result<(), Error> {
-        // The listener is gone: only the file goes on.
+        // If the receiver is gone, only the file takes the entries.
         let gone = |course: &Sender<Entry>| course.send(*entry).is_err();
         if self.told.as_ref().is_some_and(gone) {
             self.told = None;
@@ -225,7 +225,7 @@ impl SessionFile {
             self.put(self.channels.inputs, first.now_ns, &packed)?;
             self.packed = packed;
             self.ticks.recorded += count as u64;
-            // Shared memory may hold any number.
+            // The sum saturates, because shared memory may hold any number.
             self.ticks.expected = first.tick.saturating_add(count as u64);
             records = records.get(count.max(1)..).unwrap_or_default();
         }
@@ -238,15 +238,15 @@ impl SessionFile {
 
     fn gap(&mut self, tick: u64, at_ns: u64) -> Result<(), Error> {
         let from = self.ticks.expected;
-        // A restarted controller counts from 0: earlier ticks belong to another run.
+        // A restarted controller counts from 0 again. That gap counts as one missing tick.
         let missing = tick.saturating_sub(from).max(1);
         self.ticks.missing = self.ticks.missing.saturating_add(missing);
         let gap = serde_json::json!({ "from_tick": from, "to_tick": tick });
         self.json(self.channels.gaps, at_ns, &gap)
     }
 
-    /// Counts the missing events before this number. A smaller number comes from another
-    /// controller.
+    /// Counts the missing events before this number. A number below the expected one comes from
+    /// another controller and adds none.
     fn expect_event(&mut self, number: u64) -> u64 {
         let missing = number.saturating_sub(self.events.expected);
         self.events.missing = self.events.missing.saturating_add(missing);
@@ -254,7 +254,7 @@ impl SessionFile {
         missing
     }
 
-    /// Takes the number of events that happened: those after the last one received are missing too.
+    /// Takes the number of events that happened. Events after the last received one are missing.
     pub(crate) fn heard_of(&mut self, events: u64) {
         self.expect_event(events);
     }
@@ -264,7 +264,7 @@ impl SessionFile {
         Entry::of_tools(tools).map_or(Ok(()), |entry| self.course(&entry))
     }
 
-    /// Writes the endoscope's view from these tools on; invalid angles are left out.
+    /// Writes the endoscope's view, which holds from the tick of `tools` on. Skips invalid angles.
     pub(crate) fn sight(
         &mut self,
         [off, turned]: [f32; 2],
@@ -301,7 +301,7 @@ impl SessionFile {
         self.second.take(batch);
     }
 
-    /// Ends a chunk: everything so far is on disk, or waits for it.
+    /// Ends a chunk. Everything so far is then on disk, or waits in memory for the disk.
     pub(crate) fn flush(&mut self) -> Result<(), Error> {
         if self.newest_ns > 0 {
             let second = core::mem::take(&mut self.second);
@@ -316,7 +316,7 @@ impl SessionFile {
 
     /// Ends the session with index and footer.
     pub(crate) fn finish(&mut self) -> Result<(), Error> {
-        // Ticks missing at the end leave no gap between recorded ticks.
+        // Ticks that are missing at the end leave no gap, so count them here.
         let after_last = match self.ticks.ran {
             Some(ran) => ran.saturating_sub(self.ticks.expected),
             None => self.ticks.lost.saturating_sub(self.ticks.missing),

@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// The writing thread reports its health at every write; without a report for this time it hangs.
+/// Longest silence of the writing thread, which reports once a second. After it, the disk counts as
+/// hanging.
 const SILENT_MAX: Duration = Duration::from_secs(5);
 
 /// State of a running recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Health {
-    /// The disk's acceptance of the recording.
+    /// Response of the disk to the recording.
     pub standing: Standing,
     /// Bytes on disk.
     pub bytes: u64,
@@ -19,12 +20,12 @@ pub struct Health {
     pub missing: u64,
     /// Events that happened and are not recorded.
     pub missing_events: u64,
-    /// Time of the writing thread's report; `None`: its age does not matter.
+    /// Time of the writing thread's last report. `None`: silence does not count as hanging.
     pub told: Option<Instant>,
 }
 
 impl Health {
-    /// State at `now`: a writing thread without a report hangs with its disk.
+    /// State at `now`. If the writing thread was silent for too long, the disk counts as hanging.
     #[must_use]
     pub fn at(mut self, now: Instant) -> Self {
         let silent = self
@@ -43,7 +44,7 @@ impl Health {
     }
 }
 
-/// The disk's acceptance of a recording.
+/// Response of the disk to a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Standing {
     /// The disk takes the data.
@@ -75,7 +76,7 @@ pub struct Recorded {
     pub overflowed: u64,
     /// Number of refused writes.
     pub write_failures: u64,
-    /// Longest time to write one second of the session.
+    /// Longest time to write one second of the session, ms.
     pub slowest_write_ms: u64,
     /// Reason why the recording ends early, if it does.
     pub problem: Option<String>,

@@ -3,17 +3,17 @@
 
 use std::collections::BTreeMap;
 
-/// Name of the metadata record.
+/// Name of the metadata record that holds the description.
 pub(crate) const NAME: &str = "calot";
 
-/// Name of the record at the end.
+/// Name of the metadata record at the end of a properly ended session.
 pub(crate) const FINISH: &str = "calot.end";
 
-/// Name of the record with the session's purpose.
+/// Name of the metadata record with the session's purpose.
 pub(crate) const ASSIGNMENT: &str = "calot.task";
 
-/// Purpose of a session that belongs to a task, sufficient to assess it again. It holds no personal
-/// data.
+/// Purpose of a session that belongs to a task, sufficient to assess the session again. It holds no
+/// personal data.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Assignment {
     /// The task's name.
@@ -45,7 +45,7 @@ impl Assignment {
         Self {
             task: printable(&text("task")),
             difficulty: printable(&text("difficulty")),
-            // The reader checks them as it checks a file.
+            // The program that applies the rules checks them as it checks a rules file.
             rules: text("rules"),
             id: printable(&text("id")),
         }
@@ -79,7 +79,8 @@ impl Info {
         .collect()
     }
 
-    /// Parses the metadata; `Err`: the version of a file that this program cannot read.
+    /// Parses the metadata. If this program cannot read the file's version, the error is that
+    /// version.
     pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, String> {
         let text = |key: &str| map.get(key).cloned().unwrap_or_default();
         if text("version") != crate::FILE_VERSION.to_string() {
@@ -97,8 +98,8 @@ impl Info {
 /// The recorder's final record of a properly ended session.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Finish {
-    /// Number of ticks that the controller reported at its end. `None`: it was killed, or the
-    /// recorder ended first, and ticks may have run after the last recorded one.
+    /// Number of ticks that the controller reported at its end. `None` if the controller was killed
+    /// or the recorder ended first: more ticks may have run after the last recorded one.
     pub ran: Option<u64>,
     /// Ticks known to have run that are not recorded.
     pub missing: u64,
@@ -118,7 +119,7 @@ impl Finish {
         Some(Self {
             ran: map.get("ran").map(|ran| ran.parse()).transpose().ok()?,
             missing: map.get("missing")?.parse().ok()?,
-            // Older programs did not count these.
+            // Older programs did not count missing events.
             missing_events: match map.get("missing_events") {
                 Some(events) => events.parse().ok()?,
                 None => 0,

@@ -16,36 +16,38 @@
 //! | `/timing` | JSON | ticks, misses, slowest tick | every second |
 //! | `/gaps` | JSON | missing ticks or events | at each gap |
 //!
-//! A proper end is the metadata `calot.end`: the number of ticks that ran, as the controller
-//! reported it, and the missing ticks and events.
+//! A properly ended session has the metadata `calot.end`: the number of ticks that ran, as the
+//! controller reported it, and the number of missing ticks and events.
 //!
-//! Times are wall-clock times; host times are [`Info::wall_from_host_ns`] behind. The compiled
-//! scene is attached, because another version would prepare a different one. The file holds no
-//! personal data.
+//! Times are wall-clock times: host time plus [`Info::wall_from_host_ns`]. The compiled scene is
+//! attached, because another version of Calot would compile the scene differently. The file holds
+//! no personal data.
 //!
-//! # Recording and replay
+//! # Recording
 //!
-//! `calot run` records with `--out` or `--record`. One thread listens from before the controller's
-//! start; another writes MCAP, a chunk a second. The tick puts its record into a queue, and a full
-//! queue is a counted gap. The disk can hold up neither: what it refuses waits, 16 MB at most. Then
-//! the file ends, whole up to there.
+//! `calot run` records with `--out` or `--record`. One thread listens to the station from before
+//! the controller's start. Another thread writes MCAP, a chunk a second. The controller puts the
+//! record of each tick into a queue; a full queue leaves a gap, which is counted. A slow or full
+//! disk delays neither the controller nor the listening thread: the bytes wait in memory, 16 MB at
+//! most. If more would wait, the file ends, and is readable up to that point.
 //!
-//! Beside the inputs stands the course of the operation (`course`): where both hands are, 100 times
-//! a second, and the events. An assessment is made from it alone. Inputs are packed to 62 to 82
-//! bytes a tick, so there is no compression, and no C code. The compiled scene is attached:
-//! prepared again by another version it would be another one.
+//! The file also holds the course of the operation (`course`), from which alone an assessment is
+//! made. Inputs are packed to 62 to 82 bytes a tick, so the file needs no compression, and the
+//! program no C library for it.
 //!
-//! A replay ends at the first missing tick and where the file is damaged, and fails. A file that is
-//! only cut at its end does not fail it: a kill leaves such a file. The controller's last batch
-//! says how many ticks ran (`InputBatch::ran`), so ticks that are missing at the end are known;
-//! without that batch, replay says that more may have followed. `--what-if` and `--show` end at the
-//! same places, with a warning. In `--what-if` the hand moves as it was recorded and does not feel
-//! the other force.
+//! # Replay
 //!
-//! `--show` takes the controller's place at a station, so that any display shows a session. It
-//! keeps up to 128 checkpoints, further apart the longer the session is; any earlier moment is run
-//! again from one of them, bit for bit. Of what flies and lies on the skin only leaks are told
-//! again after such a jump, each as it is then.
+//! A replay ends at the first missing tick, or at the first damage of the file, and reports a
+//! failure. A file that is only cut off at its end is no failure, because a killed recorder leaves
+//! such a file. The controller's last batch says how many ticks ran (`InputBatch::ran`), which
+//! reveals missing ticks at the end. Without that batch, the replay says that more ticks may have
+//! followed. `--what-if` and `--show` end at the same places, with a warning. With `--what-if` the
+//! hand moves as it was recorded and does not react to the changed force.
+//!
+//! `--show` acts as the controller of a station, so that any display shows the session. It keeps up
+//! to 128 checkpoints, further apart in a longer session, and simulates any earlier moment again
+//! from one of them, bit for bit. Displays draw fluids in the air and on the organs from events.
+//! After such a jump, only the events of leaks are sent again, each leak in its present state.
 
 mod course;
 mod describe;

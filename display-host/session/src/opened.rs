@@ -1,4 +1,4 @@
-//! An opened session: its description, and its parts up to the first one wanted.
+//! Opens a session: reads its description, and its parts up to the first one that the caller wants.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -38,8 +38,8 @@ pub(crate) fn source(path: &Path) -> Result<(u64, Box<dyn Read>), ReadError> {
 }
 
 impl Opened {
-    /// Reads up to the first part that is `wanted`; `without` is the error for a whole file that
-    /// has none.
+    /// Reads up to the first part that is `wanted`. `without` is the error for a complete file that
+    /// has no such part.
     pub(crate) fn read<T>(
         path: &Path,
         (bytes, source): (u64, Box<dyn Read>),

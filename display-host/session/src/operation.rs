@@ -68,7 +68,7 @@ impl Operation {
         &self.opened.path
     }
 
-    /// Share of it that has been read, 0 to 1.
+    /// Share of the session that has been read, 0 to 1.
     #[must_use]
     pub fn done(&self) -> f64 {
         self.opened.done()
@@ -81,7 +81,7 @@ impl Operation {
         self.opened.finish
     }
 
-    /// The way in which it ended; present once everything is read.
+    /// The way in which the session ended; present once everything is read.
     #[must_use]
     pub fn end(&self) -> Option<&End> {
         self.opened.end()

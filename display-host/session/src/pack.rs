@@ -1,13 +1,14 @@
 //! Packs the inputs of a tick in 62 to 82 bytes: absent fields are left out, times are differences.
 //!
 //! ```text
-//! u16 ticks, u64 first tick, u64 its time before the first distance, then each tick:
+//! u16 number of ticks, u64 first tick, u64 time to which the first difference is added, ns; then
+//! each tick:
 //! u32 bits (those of InputRecord; 1 << 29 hashes of organs, 1 << 30 command, 1 << 31 long times)
 //! time since the tick before: u32 ns, or u64 with long times
 //! u32 tools hash, u32 spheres hash, [16 u8 hashes of organs, unless as before], [u8 command]
 //! [haptic device: age, 3 f32 position, 4 f32 orientation, [3 f32 velocity], u16 number,
 //!     u8 buttons, [f32 opening]]
-//! [tracker: age, 3 f32, 4 f32]  [pedal: age]          ages as the time
+//! [tracker: age, 3 f32, 4 f32]  [pedal: age]          an age has the size of the time
 //! ```
 //!
 //! All little-endian.
@@ -16,14 +17,16 @@ use bytemuck::Zeroable as _;
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::PoseMsg;
 
-/// Bits of a packed tick, in addition to those of `InputRecord`.
+/// Bit of a packed tick: the hashes of the organs follow, because they changed.
 const ORGANS: u32 = 1 << 29;
+/// Bit of a packed tick: a command follows.
 const COMMAND: u32 = 1 << 30;
+/// Bit of a packed tick: its times have 64 bits.
 const LONG: u32 = 1 << 31;
-/// Bits of `InputRecord` that a packed tick keeps: all below its own.
+/// Bits of `InputRecord` that a packed tick keeps: all below the three bits above.
 const KEPT: u32 = ORGANS - 1;
 
-/// Packs the records at the front that follow one another without a gap. Returns their number.
+/// Packs the first records, up to a gap between their ticks. Returns the number of packed records.
 pub fn pack(records: &[InputRecord], into: &mut Vec<u8>) -> usize {
     let Some(first) = records.first() else {
         return 0;

@@ -1,4 +1,5 @@
-//! Reader of a session from the front, a chunk at a time: complete, cut off by a kill, or damaged.
+//! Reads a session from its beginning, a chunk at a time. The session may be complete, cut off by a
+//! kill, or damaged.
 
 use std::io::Read;
 use std::path::Path;
@@ -66,7 +67,7 @@ impl Session {
         &self.opened.path
     }
 
-    /// Share of it that has been read, 0 to 1.
+    /// Share of the session that has been read, 0 to 1.
     #[must_use]
     pub fn done(&self) -> f64 {
         self.opened.done()
@@ -79,7 +80,7 @@ impl Session {
         self.opened.finish
     }
 
-    /// The way in which it ended; present once all ticks are read.
+    /// The way in which the session ended; present once all ticks are read.
     #[must_use]
     pub fn end(&self) -> Option<&End> {
         self.opened.end()

@@ -1,5 +1,5 @@
-//! The recorder: a listening thread, a bounded queue, a writing thread. Neither can delay the
-//! simulation, whose publisher overwrites anything that is not fetched.
+//! The recorder: a listening thread, a bounded queue, a writing thread. Neither thread can delay
+//! the simulation, because its publisher overwrites messages that are not fetched in time.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -23,15 +23,17 @@ use crate::storage::{Storage, check_recording, create_recording};
 
 /// Capacity of the queue to the writing thread, messages: about 40 s of a session.
 const QUEUE: usize = 6144;
-/// Capacity reserved for events: a queue full of ticks still takes an operation's worth of them.
+/// Part of the capacity that only events may use. So a queue full of ticks still takes all events
+/// of an operation.
 const FOR_EVENTS: usize = 1024;
-/// Period at which the services are read; they keep 8 s.
+/// Period at which the services are read. The services keep the messages of 8 s.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
-/// Period of poses and forces for viewers; the course has every one that is read.
+/// Period at which poses and forces are written for viewers. The course gets every pose that is
+/// read.
 const TOOLS_EVERY: Duration = Duration::from_millis(50);
-/// Period of writing: a kill loses no more than this.
+/// Period of writing. A killed recorder loses no more than the data of this time.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
-/// Longest wait for a hanging disk at the end.
+/// Longest silence of a hanging disk for which the end of a recording waits.
 const HANGING_MAX: Duration = Duration::from_secs(30);
 
 /// Checks that a recording can be written to `path`, and changes nothing there.
@@ -47,7 +49,7 @@ pub fn check_target(path: &Path) -> Result<(), Error> {
 
 enum Item {
     Inputs(Box<InputBatch>),
-    /// The tools; true if viewers are to see them.
+    /// The tools. The flag is true if they are also written for viewers.
     Tools(Box<ToolFrame>, bool),
     Event(EventMsg),
     Timing(Box<TimingBatch>),
@@ -58,7 +60,7 @@ enum Item {
 pub struct Sight(Arc<AtomicU64>);
 
 impl Sight {
-    /// Sets the angle between view and shaft, and its turn about the shaft, rad.
+    /// Sets the angle between view and shaft, and the view's turn about the shaft, rad.
     pub fn tell(&self, [off_rad, turned_rad]: [f32; 2]) {
         let (off, turned) = (
             u64::from(off_rad.to_bits()),
@@ -85,7 +87,7 @@ pub struct Config {
     pub assignment: Option<Assignment>,
     /// The endoscope's view relative to its shaft.
     pub sight: Sight,
-    /// Receiver of the course as it is written, entry by entry.
+    /// Channel into which each entry of the course is sent when it is written.
     pub course: Option<Sender<Entry>>,
 }
 
@@ -112,13 +114,13 @@ struct Queue {
     items: SyncSender<Item>,
     waiting: Arc<AtomicUsize>,
     overflowed: Arc<AtomicU64>,
-    /// Number of events that happened: reveals losses at the end.
+    /// Number of events that happened. It reveals events that were lost at the end.
     heard: Arc<AtomicU64>,
 }
 
 impl Queue {
-    /// Queues an item until the writer takes it. When too many wait they are dropped, ticks before
-    /// events.
+    /// Queues an item for the writer. A full queue drops the item. Items other than events are
+    /// dropped earlier, so that room remains for events.
     fn send(&self, item: Item) {
         let is_event = match &item {
             Item::Event(event) => {
@@ -286,8 +288,8 @@ impl Recording {
         self.health.clone()
     }
 
-    /// Ends the recording after the controller has ended: fetches the remaining messages. Waits for
-    /// a hanging disk for a limited time. `None`: a thread panicked.
+    /// Fetches the remaining messages and ends the recording. Call it after the controller has
+    /// ended. Waits for a hanging disk for a limited time. Returns `None` if a thread panicked.
     #[must_use]
     pub fn end(self) -> Option<Recorded> {
         self.end_within(HANGING_MAX)
@@ -324,7 +326,7 @@ fn listen(tap: &Tap, queue: &Queue, stop: &AtomicBool) {
     let mut tools = ToolFrame::zeroed();
     let send = |item: Item| queue.send(item);
     loop {
-        // Read first, so that everything sent before the end is still fetched.
+        // Read the flag first, so that everything sent before the end is still fetched.
         let last = stop.load(Relaxed);
         tap.drain_inputs(|batch| send(Item::Inputs(Box::new(*batch))));
         tap.drain_events(|event| send(Item::Event(*event)));
@@ -425,7 +427,7 @@ fn take_all(
             file.flush()?;
             tell(file.outbox.refused.as_deref(), &mut refused);
             *lock(health) = health_of(file);
-            // From the end of the write: after a slow one the queue is emptied first.
+            // The period starts after the write, so that the queue empties after a slow one.
             flushed = Instant::now();
         }
     }
@@ -556,7 +558,7 @@ mod tests {
         let config = config(folder.path().join("session.mcap"));
         let recording = heard(items, overflowed).record(config).unwrap();
         let recorded = recording.end().unwrap();
-        // No tick is missing, so only the count of events shows it.
+        // No tick is missing, so only the count of events shows the loss.
         assert_eq!(
             (
                 recorded.missing,

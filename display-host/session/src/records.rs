@@ -1,6 +1,6 @@
-//! Records of a session's file. Each is checked before any of it is used: the file may come from
-//! anywhere. The MCAP library only parses what is measured here; false lengths would make it
-//! allocate any amount of memory, or panic.
+//! Reads the records of a session's file. Each record is checked before use, because the file may
+//! come from anywhere. The MCAP library parses only records whose lengths were checked here. A
+//! false length would make it allocate any amount of memory, or panic.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Read;
@@ -17,20 +17,21 @@ use crate::pack::unpack;
 
 /// Longest record accepted, bytes: a scene of real anatomy is a few megabytes.
 const RECORD_MAX_BYTES: u64 = 64 << 20;
-/// Size of opcode and length.
+/// Size of the opcode and the length before each record, bytes.
 const HEAD_BYTES: usize = 9;
-/// Size of a chunk's head without the name of the compression.
+/// Size of a chunk's head without the name of the compression, bytes.
 const CHUNK_HEAD_BYTES: u64 = 40;
 
 /// End of a session.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum End {
-    /// It was ended properly.
+    /// The session was ended properly.
     Whole,
-    /// It breaks off at this place: the recorder was killed, or the disk was full. Everything
-    /// before it is as recorded. A damaged length of the last record outside a chunk looks alike.
+    /// The session breaks off at this place: the recorder was killed, or the disk was full.
+    /// Everything before it is as recorded. A damaged length of the last record outside a chunk
+    /// has the same effect.
     BrokenOff(String),
-    /// It is damaged at this place, in this way. Nothing after it is read.
+    /// The session is damaged at this place, in this way. Nothing after it is read.
     Damaged(String),
 }
 
@@ -137,7 +138,7 @@ impl Records {
             )));
         }
         let body = self.take(length)?;
-        // Before checking that all of it is there: a wrong length is damage, not a cut.
+        // This check precedes the one for completeness: a wrong length is damage, not a cut.
         let agrees = match opcode {
             op::CHUNK => u64_at(&body, 32)
                 .is_none_or(|size| size.checked_add(CHUNK_HEAD_BYTES) == Some(length)),
@@ -161,7 +162,7 @@ impl Records {
                 self.parts.extend(found);
                 Ok(())
             }
-            // The rest is an index, which is not needed.
+            // Only an index follows the data; it is not needed.
             op::DATA_END => Err(End::Whole),
             _ => Ok(()),
         }
@@ -178,8 +179,8 @@ impl Records {
 
     /// Reads a whole chunk, or nothing.
     fn chunk(&mut self, body: &[u8]) -> Result<(), End> {
-        // Start and end 8 bytes each, size 8, CRC 4, length of the compression's name 4 and the
-        // name, compressed size 8.
+        // Layout of the head: start and end time 8 bytes each, size 8, CRC 4, length of the
+        // compression's name 4 and the name, compressed size 8.
         if u32_at(body, 28) != Some(0) {
             return Err(damaged("a compressed chunk; sessions have none"));
         }
@@ -204,7 +205,7 @@ impl Records {
             };
         }
         let mut parts = Vec::new();
-        // Once all records are read it checks the CRC, if there is one.
+        // After the last record, the reader checks the CRC of the chunk, if there is one.
         for record in ChunkReader::new(header, &data).map_err(|error| damaged(error.to_string()))? {
             parts.extend(self.part(record.map_err(|error| damaged(error.to_string()))?)?);
         }

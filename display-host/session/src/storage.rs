@@ -1,4 +1,4 @@
-//! Storage of a session's bytes, and their fate if it fails.
+//! Stores the bytes of a session. Bytes that the disk refuses wait in memory.
 
 use std::fs::{File, Permissions, TryLockError};
 use std::io::{self, Write};
@@ -17,12 +17,12 @@ pub trait Storage: Send {
     /// # Errors
     /// The error of the operating system; part of the bytes may have been written.
     fn put(&mut self, offset: u64, bytes: &[u8]) -> io::Result<()>;
-    /// Truncates it to `length`.
+    /// Truncates the storage to `length` bytes.
     ///
     /// # Errors
     /// The error of the operating system.
     fn cut(&mut self, length: u64) -> io::Result<()>;
-    /// Hands everything to the disk itself, so that a loss of power leaves it.
+    /// Hands all bytes to the disk itself, so that they survive a loss of power.
     ///
     /// # Errors
     /// The error of the operating system: the disk fails.
@@ -49,7 +49,7 @@ impl Storage for File {
     }
 }
 
-/// Creates or empties a file that nobody else can open: a trainee's performance is private.
+/// Creates or empties a file that no other user can open: a trainee's performance is private.
 ///
 /// # Errors
 /// The error of the operating system. Another user's file is left untouched.
@@ -71,7 +71,7 @@ pub(crate) fn check_recording(path: &Path) -> io::Result<()> {
     free
 }
 
-/// Creates or empties a recording: until it is dropped no other recorder can write to it.
+/// Creates or empties a recording. No other recorder can write to it until the file is closed.
 pub(crate) fn create_recording(path: &Path) -> io::Result<File> {
     refuse_pipe(path)?;
     let file = open_private(path)?;
@@ -118,8 +118,8 @@ fn open_private(path: &Path) -> io::Result<File> {
     options.open(path)
 }
 
-/// Empties the file and makes it private. The mode given at opening is for a new file; a replaced
-/// one keeps its own. A pipe or a device may refuse both.
+/// Empties the file and makes it private. The mode given at opening applies to a new file only; an
+/// existing one keeps its mode. Devices are left as they are, because they may refuse both.
 fn make_own(file: &File) -> io::Result<()> {
     if file.metadata()?.is_file() {
         file.set_permissions(Permissions::from_mode(0o600))?;
@@ -137,13 +137,13 @@ pub(crate) struct Outbox {
     /// Number of refused writes.
     pub(crate) failures: u64,
     pub(crate) slowest: Duration,
-    /// Reason for the last refusal; the bytes wait.
+    /// Reason for the last refusal, while bytes wait.
     pub(crate) refused: Option<String>,
     /// Reason why nothing more is written.
     pub(crate) given_up: Option<String>,
 }
 
-/// The MCAP writer's end.
+/// The end of the outbox into which the MCAP writer writes.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Waiting(Arc<Mutex<Vec<u8>>>);
 
@@ -174,7 +174,8 @@ impl Outbox {
     }
 
     /// Writes the waiting bytes. Returns true if the disk has all of them. Refused bytes go on
-    /// waiting, and the file ends where it was complete. With too many waiting, it stays so.
+    /// waiting, and the file is cut back to its last complete state. If too many bytes wait, the
+    /// file keeps that state for good.
     pub(crate) fn send(&mut self) -> bool {
         let mut waiting = lock(&self.waiting);
         if self.given_up.is_some() {

@@ -24,7 +24,7 @@ pub(crate) struct SceneArgs {
     pub(crate) meshes: Option<PathBuf>,
 }
 
-/// Real devices. Without a name `run` emulates the device, and `rt` does without it.
+/// Real devices. `run` emulates a device that is not named; `rt` runs without it.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Devices")]
 pub(crate) struct DeviceArgs {

@@ -1,5 +1,5 @@
 //! `calot bare-loop`: runs a loop without a station and prints a histogram of its latencies in
-//! cyclictest's format. It is a process of its own because it locks its memory.
+//! cyclictest's format. It is a process of its own, because it locks all memory of its process.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ pub(crate) struct BareLoopArgs {
     /// Time to spin before each period, µs, as in `calot rt`
     #[arg(long, default_value_t = 0)]
     pub(crate) spin: u64,
-    /// File of the work in each period, ns, a line each
+    /// File with the working time of each period, ns, one per line
     #[arg(long, value_name = "FILE")]
     pub(crate) work: Option<PathBuf>,
     /// End when the parent process of this id ends
@@ -102,8 +102,8 @@ fn read_work(file: &Path) -> Result<Vec<u32>, Problem> {
     times.map_err(|e| format!("{}: expected a time in ns per line: {e}", file.display()).into())
 }
 
-/// Writes the durations of these ticks as work for a loop. Longer times than 999 of 1000 ticks are
-/// cut: the machine caused them, and it will delay the loop as well.
+/// Writes the durations of these ticks as work for a loop. Of 1000 ticks, the longest one is cut to
+/// the length of the next: the machine caused it, and will delay the loop as well.
 pub(crate) fn write_work(file: &Path, ticks_ns: &[u32]) -> Result<(), Problem> {
     let mut sorted = ticks_ns.to_vec();
     sorted.sort_unstable();

@@ -41,9 +41,11 @@ impl std::error::Error for EndedEarly {}
 
 /// First word of the line that a child prints on standard output when it is ready.
 pub(crate) const READY: &str = "ready";
-/// Line of a child that refuses its task by its own decision.
+/// Line that a child prints on standard output when a rule, such as `--must-fit`, makes it refuse
+/// its task. A child that fails does not print it.
 pub(crate) const REFUSED: &str = "refused";
-/// Time for the last lines of a child that has ended. Its pipe may stay open in another process.
+/// Longest wait for the last lines of a child that has ended. Without a limit, the wait would last
+/// as long as another process holds the pipe open.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
 impl Process {
@@ -153,8 +155,8 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// After an error, a child that was not ended in order is asked to end, and killed if it does
-    /// not, as when it hangs in a device's library.
+    /// After an error, asks a child that still runs to end, and kills it if it does not, for
+    /// example because it hangs in a device's library.
     fn drop(&mut self) {
         if let Ok(None) = self.child.try_wait() {
             self.ask();

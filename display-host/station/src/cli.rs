@@ -114,7 +114,7 @@ mod tests {
     fn a_controller_is_asked_for_what_the_station_was_asked_for() {
         let words = "calot run --core 1 --priority 70 --spin 100 --scheduler deadline --must-fit \
                      --coarser a.calot --coarser b.calot --scope-line dtr --scope-tty /dev/ttyS0";
-        // Who requires realtime cannot do without it.
+        // One of the two at a time: --strict and --no-realtime exclude each other.
         for last in ["--strict", "--no-realtime"] {
             let asked = Cli::parse_from(words.split_whitespace().chain([last]));
             let Some(Command::Run(run)) = asked.command else {

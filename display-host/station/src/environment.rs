@@ -7,7 +7,7 @@
 const NO_SELECTION: &str = "NODEVICE_SELECT";
 
 /// We leave the layer alone if any of these variables is set: there may then be a screen, or the
-/// user chooses.
+/// user chooses a card.
 const KEEPS_SELECTION: [&str; 8] = [
     "XDG_RUNTIME_DIR",
     "DISPLAY",

@@ -8,18 +8,18 @@ use shared_mem::service::{Claim, ServiceError, Station, owner};
 
 use crate::problem::Problem;
 
-/// Attempts to take the lock of a station.
+/// Number of looks at a station's lock until its state is believed.
 const LOCK_LOOKS: u32 = 5;
-/// Pause between two attempts.
+/// Pause between two looks.
 const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
 /// Folder of a running station.
 pub(crate) struct Folder {
     path: PathBuf,
     attached: bool,
-    /// Held while the station runs. The kernel releases it however this process ends.
+    /// Lock that is held while the station runs. The kernel releases it however this process ends.
     _lock: Option<std::fs::File>,
-    /// Held beside the lock, which somebody may sweep away.
+    /// Claim of the station's name. It holds even if a clean-up removes the lock's file.
     _claim: Option<Claim>,
 }
 
@@ -46,7 +46,7 @@ impl Folder {
             .map_err(failed)?;
         let mut locked = lock.try_lock();
         for _ in 0..LOCK_LOOKS {
-            // A process that checks whether the station runs holds the lock for a moment.
+            // Another process may hold the lock for a moment, to check that the station runs.
             if !matches!(locked, Err(std::fs::TryLockError::WouldBlock)) {
                 break;
             }
@@ -55,8 +55,8 @@ impl Folder {
         }
         match locked {
             Ok(()) => {
-                // A killed station left this file behind. It names the wrong scene for the next
-                // run.
+                // A killed station may have left this file behind, which names the scene of that
+                // station.
                 let _ = std::fs::remove_file(path.join(RUNNING));
                 Ok(Self {
                     path,
@@ -89,7 +89,7 @@ impl Folder {
             return Ok(());
         }
         let path = std::path::absolute(scene)?;
-        // A rename puts it in place, so that no reader sees half of it.
+        // A rename puts the file in place, so that no reader sees half of it.
         let half = self.path.join(format!("{RUNNING}.new"));
         let written = std::fs::write(&half, path.as_os_str().as_bytes());
         let written = written.and_then(|()| std::fs::rename(&half, self.path.join(RUNNING)));
@@ -140,7 +140,7 @@ pub(crate) fn running(station: &str) -> Result<Option<PathBuf>, Problem> {
     }
 }
 
-/// True if the station runs, but not with the lock that this process sees.
+/// True if the station runs, but this process cannot see its lock.
 fn is_lost(station: &str, lock: &Path) -> Result<bool, Problem> {
     let station = Station::new(station)?;
     // A station that starts takes its name first, and its lock a moment later.

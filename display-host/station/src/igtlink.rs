@@ -56,7 +56,8 @@ const FORCE_M_N: f32 = 1.0e-3;
 /// After this silence the controller may have died.
 const SILENT: Duration = Duration::from_millis(500);
 
-/// Serves until told to end. It runs outside the realtime process and reads as a display does.
+/// Serves until told to end. Runs outside the realtime process and reads shared memory like a
+/// display.
 pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     let host = Host::open(&Station::new(&args.station)?)?;
@@ -86,7 +87,7 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
             server.publish(&transforms(&tools, clock));
             sent += 1;
         } else {
-            server.publish(&[]); // new clients are let in all the same
+            server.publish(&[]); // sends nothing, but admits new clients
         }
         if heard.elapsed() > SILENT {
             host.forget_dead();
@@ -109,8 +110,9 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The wall clock as it was at the start, carried on by the monotonic clock. Somebody who sets the
-/// wall clock meanwhile moves no stamp; receivers refuse stamps that run backwards.
+/// A wall clock that is read once at the start and then advances with the monotonic clock. If
+/// somebody sets the wall clock meanwhile, the stamps do not jump; receivers refuse stamps that run
+/// backwards.
 #[derive(Debug, Clone, Copy)]
 struct WallClock {
     unix_from_monotonic_ns: i128,

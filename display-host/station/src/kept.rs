@@ -18,8 +18,9 @@ use crate::home;
 /// Most scenes kept.
 const MOST: usize = 12;
 
-/// Most files, and folders, beside a glTF file that are looked at.
+/// Most files near a glTF file that are checked for changes. With more, the scene is not cached.
 const FILES_MAX: usize = 1000;
+/// Most folders that wait to be searched for such files. With more, the scene is not cached.
 const FOLDERS_MAX: usize = 16;
 
 /// Place of a recipe's scene in the cache.
@@ -29,20 +30,21 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// `None`: there is no cache folder, or the recipe's meshes cannot be read.
+    /// Place of the scene of `recipe`. `None` if there is no cache folder, or the recipe's meshes
+    /// cannot be read.
     pub(crate) fn of(recipe: &Recipe) -> Option<Self> {
         Self::within(&home::cache()?.join("scenes"), recipe)
     }
 
     fn within(folder: &Path, recipe: &Recipe) -> Option<Self> {
         let mut hash = DefaultHasher::new();
-        // The debug text has every number to its last digit.
+        // The debug text of a recipe holds every number exactly.
         format!("{recipe:?}").hash(&mut hash);
         stamp(&std::env::current_exe().ok()?)?.hash(&mut hash);
         for organ in &recipe.organs {
             if let Surface::Mesh { path, .. } = &organ.surface {
                 stamp(path)?.hash(&mut hash);
-                // The numbers of a glTF file may stand in others beside it.
+                // A glTF file may keep its numbers in other files next to it.
                 if path
                     .extension()
                     .is_some_and(|it| it.eq_ignore_ascii_case("gltf"))
@@ -57,7 +59,7 @@ impl Kept {
         })
     }
 
-    /// Copies the scene to `target`. Returns true if it was there and intact.
+    /// Copies the scene to `target`. Returns true if the cache held it intact.
     pub(crate) fn fetch(&self, target: &Path) -> bool {
         let is_there = fs::copy(&self.path, target).is_ok() && SceneFile::open(target).is_ok();
         if is_there && let Ok(file) = fs::File::open(&self.path) {
@@ -83,7 +85,8 @@ impl Kept {
     }
 }
 
-/// Identities of all files in a mesh's folder, and in those below it, that may hold its numbers.
+/// Identities of all files in a mesh's folder and below it: any of them may hold its numbers.
+/// `None` if there are too many.
 fn buffers_beside(mesh: &Path) -> Option<Vec<(PathBuf, u64, u128)>> {
     let folder = mesh.parent().filter(|it| !it.as_os_str().is_empty());
     let mut folders = vec![folder.unwrap_or(Path::new(".")).to_owned()];
@@ -98,7 +101,7 @@ fn buffers_beside(mesh: &Path) -> Option<Vec<(PathBuf, u64, u128)>> {
             }
         }
         if found.len() > FILES_MAX || folders.len() > FOLDERS_MAX {
-            return None; // too many to look at each time: not kept
+            return None; // too many to check at every start
         }
     }
     found.sort();

@@ -138,7 +138,7 @@ fn serve(args: &ServeArgs) -> Result<ExitCode, Problem> {
     if let Some(parent) = args.with_parent {
         stop::end_with_parent(parent)?;
     }
-    // Its threads inherit this: none of them may delay the tick.
+    // The threads of the server inherit this low priority: none of them may delay the tick.
     display_host::priority::step_aside(None);
     let places: Vec<PathBuf> = match &args.scene {
         Some(scene) => vec![scene.clone()],
@@ -176,7 +176,7 @@ fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
         stop::end_with_parent(parent)?;
     }
     display_host::priority::step_aside(None);
-    // Take the place of a running station, so that nobody can start one of this name meanwhile.
+    // Claim the name as a running station does, so that nobody can start a station of this name.
     let folder = Folder::open(&args.name, false)?;
     let config = WatchConfig {
         station: Station::new(&args.name)?,

@@ -1,6 +1,6 @@
 //! Work that competes with the tick. Each load is a process of its own (`calot load`) at ordinary
-//! priority and without locked memory. It can therefore be killed and does not affect the
-//! measurement.
+//! priority and without locked memory. It can therefore be killed without effect on the process
+//! that measures.
 
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
@@ -68,14 +68,14 @@ pub(crate) struct LoadArgs {
     pub(crate) with_parent: Option<i32>,
 }
 
-/// Larger than any cache.
+/// Size of one copy, larger than any cache.
 const COPY_BYTES: usize = 64 << 20;
 /// Size of a file that is written and synced at once.
 const FILE_BYTES: usize = 4 << 20;
-/// Lifetime of a display that is killed.
+/// Time after which a display is killed or asked to leave.
 const DISPLAY_LIFE: Duration = Duration::from_secs(1);
 
-/// Working time of a watcher before it leaves or stalls. It must connect first.
+/// Time after which a watcher is stalled, asked to leave or killed. It is enough to connect.
 const WATCHER_LIFE: Duration = Duration::from_secs(2);
 
 /// Time that a load may take to end.
@@ -243,13 +243,14 @@ impl Loads {
         Ok(started)
     }
 
-    /// Describes the first load that ended by itself, if any: the load is then not as requested.
+    /// Describes the first load that ended by itself, if any. The measured load is then not the
+    /// requested one.
     pub(crate) fn died(&mut self) -> Option<String> {
         let ended = self.children.iter_mut().find_map(|c| c.try_wait().ok()?);
         ended.map(|status| format!("a load ended by itself ({status})"))
     }
 
-    /// Ends the loads. Returns how many displays joined and were killed.
+    /// Ends the loads. Returns the number of displays that joined.
     pub(crate) fn end(mut self) -> u64 {
         let churn = self.churn.take().map(|(stop, thread)| {
             stop.store(true, Ordering::Relaxed);
@@ -264,7 +265,7 @@ impl Drop for Loads {
         if let Some((stop, _)) = &self.churn {
             stop.store(true, Ordering::Relaxed);
         }
-        // Ask first: a load may have children of its own.
+        // Ask before killing, because a load may have children that it must end.
         for child in &self.children {
             if let Some(pid) = rustix::process::Pid::from_raw(child.id().cast_signed()) {
                 let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
@@ -289,7 +290,7 @@ fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
     command.args(["load", &load.name(), place, "--with-parent", &parent]);
     command.stdin(Stdio::null()).stdout(Stdio::null());
     if matches!(load, Load::Join | Load::Watch) {
-        // A controller that ends between two rounds is no error.
+        // These loads complain when the controller ends between two rounds, which is no error.
         command.stderr(Stdio::null());
     }
     Ok(command.spawn()?)

@@ -1,6 +1,6 @@
-//! One rule for every file that a command writes: what is there stays. An existing file is replaced
-//! only with `--overwrite`, and then only if Calot wrote it. A command refuses before it begins. A
-//! name that Calot chooses itself gets a number instead, because nobody waits for that file.
+//! One rule for every file that a command writes: an existing file is replaced only with
+//! `--overwrite`, and only if Calot wrote it. A command refuses before it begins. If Calot chooses
+//! the name itself and that name is taken, it adds a number instead of refusing.
 
 use std::fs;
 use std::io::{self, Read as _};
@@ -99,7 +99,8 @@ impl Format {
         }
     }
 
-    /// True if Calot wrote this file in this format, or could have: an empty file holds nothing.
+    /// True if Calot wrote this file in this format, or if the file is empty, so that nothing is
+    /// lost.
     fn is_of_calot(self, path: &Path) -> io::Result<bool> {
         if self == Self::Station {
             return Ok(
@@ -116,7 +117,7 @@ impl Format {
     }
 }
 
-/// Checks that `path` may be written. `option` names it to the user.
+/// Checks that `path` may be written. Errors name the path by `option`.
 pub(crate) fn check(
     option: &str,
     path: &Path,
@@ -157,7 +158,8 @@ pub(crate) fn check(
     }
 }
 
-/// Checks that the files whose names have a format may be written to `folder`.
+/// Checks that a command may write to `folder`. `format_of` returns the format of the file names
+/// that the command writes.
 pub(crate) fn check_folder(
     option: &str,
     folder: &Path,
@@ -299,7 +301,7 @@ mod tests {
             let error = said(check("--out", &path, format, KEEP));
             assert!(error.contains("--overwrite"), "{format:?}: {error}");
             assert!(check("--out", &path, format, REPLACE).is_ok(), "{format:?}");
-            // The same file is not ours where another format belongs.
+            // The same file does not count as ours where another format is expected.
             let other = match format {
                 Format::Session => Format::Page,
                 _ => Format::Session,

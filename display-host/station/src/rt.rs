@@ -1,4 +1,4 @@
-//! `calot rt`.
+//! `calot rt`: runs the realtime process.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -13,8 +13,8 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Exit code for a scene that `--must-fit` refuses. The station then tries a coarser one, if it
-/// also reads [`REFUSED`]: a device's library that ends the process may choose the same code.
+/// Exit code for a scene that `--must-fit` refuses. The station tries a coarser scene only if it
+/// also reads [`REFUSED`], because a device's library may end the process with the same code.
 pub(crate) const DOES_NOT_FIT: u8 = 3;
 
 #[derive(Debug, Clone, Args)]
@@ -38,7 +38,7 @@ pub(crate) struct RtArgs {
     pub(crate) controller: ControllerArgs,
 }
 
-/// Runs the realtime process until it is told to end.
+/// Runs the realtime process until a signal, a command or `--seconds` ends it.
 pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     say::keep_answers_apart()?;

@@ -10,8 +10,8 @@ use std::sync::OnceLock;
 /// Standard output once [`keep_answers_apart`] was called.
 static ANSWERS: OnceLock<File> = OnceLock::new();
 
-/// Keeps standard output for [`answer`]. What else writes there, such as the library of a device's
-/// vendor, appears on standard error, so that answers in JSON stay JSON.
+/// Keeps standard output for [`answer`]. The output of other code, such as the library of a
+/// device's vendor, goes to standard error, so that answers in JSON stay JSON.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! From a scene named by the user to a compiled scene on disk.
+//! Turns a scene that the user names into a compiled scene on disk.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::kept::Kept;
 use crate::problem::Problem;
 use crate::say;
 
-/// Coarser levels to try if a scene does not fit the machine.
+/// Number of coarser levels to try if a scene does not fit the machine.
 const COARSER_LEVELS: u32 = 2;
 
 /// Compiles the named scene to `target`, or returns the path of a scene that is compiled already.
@@ -44,7 +44,7 @@ pub(crate) fn bring(recipe: &Recipe, target: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Finest level of the named scene. If it is not compiled yet, no file is written.
+/// Finest level of the named scene. A scene that is not compiled yet is compiled in memory only.
 pub(crate) fn in_memory(args: &SceneArgs) -> Result<SceneFile, Problem> {
     let file = args.scene.split_once('#').map_or(&*args.scene, |(f, _)| f);
     if has_extension(Path::new(file), &["calot"]) {

@@ -1,4 +1,4 @@
-//! A flag that Ctrl-C, SIGTERM, a closed terminal and a dead parent set.
+//! The flag that ends a command: Ctrl-C, SIGTERM, a closed terminal and a dead parent set it.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -21,14 +21,15 @@ pub(crate) fn flag() -> std::io::Result<Arc<AtomicBool>> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     use signal_hook::flag::{register, register_conditional_shutdown};
     let stop = Arc::new(AtomicBool::new(false));
-    // The order matters: the first Ctrl-C finds the flag clear, and the next handler sets it.
+    // The order matters: at the first Ctrl-C, the handler that ends the process finds the flag
+    // clear, and the next handler sets it.
     let interrupted = Arc::new(AtomicBool::new(false));
     register_conditional_shutdown(SIGINT, 130, interrupted.clone())?;
     register(SIGINT, interrupted)?;
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         register(signal, stop.clone())?;
     }
-    // A file over the limit (`ulimit -f`) is an error of its writer, who names it.
+    // A write beyond the limit of `ulimit -f` then fails with an error that names the file.
     register(rustix::process::Signal::XFSZ.as_raw(), Arc::default())?;
     Ok(stop)
 }

@@ -1,4 +1,4 @@
-//! A scripted surgeon at a station. The real processes are its theatre.
+//! A scripted surgeon that operates at a running station, through its real processes.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,9 +15,9 @@ use surgeon::{Seen, Surgeon, Theatre, operate};
 use crate::problem::Problem;
 use crate::say;
 
-/// Interval at which it looks and moves.
+/// Interval at which the surgeon looks and moves.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// Time within which a command is answered.
+/// Longest wait for the answer to a command.
 const PATIENCE: Duration = Duration::from_secs(8);
 
 /// A surgeon at work.
@@ -27,7 +27,7 @@ pub(crate) struct AtWork {
 }
 
 impl AtWork {
-    /// Begins once the controller publishes.
+    /// Starts the surgeon's thread, which waits for the controller's first state.
     pub(crate) fn begin(
         surgeon: Surgeon,
         task: Task,
@@ -50,7 +50,7 @@ impl AtWork {
         Ok(Self { thread, stop })
     }
 
-    /// Ends it. Returns why it gave up, if it did.
+    /// Ends the work. Returns the reason if the surgeon gave up.
     pub(crate) fn end(self) -> Option<String> {
         self.stop.store(true, Ordering::Relaxed);
         match self.thread.join() {
@@ -94,7 +94,7 @@ impl Theatre for Processes {
         self.host.newest_state(&mut seen.state);
         self.host.newest_tools(&mut seen.tools);
         // Simulated time counts here. A controller that misses ticks lags behind the clock, and
-        // hands that followed the clock would run ahead of what they see.
+        // hands that followed the clock would run ahead of the simulation.
         let waited_s = self.looked.elapsed().as_secs_f64();
         self.looked = Instant::now();
         seen.at_s += match before {

@@ -61,8 +61,7 @@ impl Store {
     }
 
     /// Sessions of one trainee, or of everybody, one per row; each metric is a column. Every line
-    /// ends with `
-    /// `, because strict readers refuse mixed line ends.
+    /// ends with a line feed alone, because strict readers refuse mixed line ends.
     ///
     /// # Errors
     /// When no trainee has this name, or the file cannot be read.
@@ -76,7 +75,7 @@ impl Store {
             rows.iter().flat_map(|(_, it)| it.metrics.keys()).collect();
         let mut text = COLUMNS.join(",");
         for metric in &metrics {
-            // A metric may have the name of a session column.
+            // A metric with the name of a session column gets a prefix.
             let taken = COLUMNS.contains(&metric.as_str());
             let before = if taken { "metric_" } else { "" };
             let _ = write!(text, ",{}", field(&format!("{before}{metric}")));
@@ -112,8 +111,8 @@ impl Store {
     }
 }
 
-/// Escapes a CSV field (RFC 4180). A quote goes before a field that a spreadsheet would read as a
-/// formula.
+/// Escapes a CSV field (RFC 4180). An apostrophe goes before a field that a spreadsheet would read
+/// as a formula.
 fn field(text: &str) -> String {
     let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
     let text = if formula {

@@ -1,6 +1,6 @@
-//! The local store: trainees under names they chose, the results of their sessions, their answers,
-//! and instructors' assessment sheets. It is one SQLite file that only its user can read. The name
-//! is the only personal datum in it.
+//! The local store: trainees under names they chose, the results of their sessions, their answers
+//! to questionnaires, and instructors' assessment sheets. It is one SQLite file that only its user
+//! can read. The chosen name is the only personal datum in it.
 //!
 //! ```text
 //! trainee ─┬─< session ─┬─ metrics (JSON)

@@ -13,8 +13,8 @@ use crate::error::StoreError;
 use crate::open::{Store, check_is_store, refused};
 use crate::sessions::{check_id, check_name, check_text, shown};
 
-/// Example query of a training centre, for any program that reads SQLite: sessions of every trainee
-/// and task, with one metric out of the JSON.
+/// Example query of a training centre, for any program that reads SQLite: number of sessions of
+/// every trainee and task, and the means of the score and of one metric in the JSON.
 pub const EXAMPLE_SQL: &str = "\
 SELECT trainee.name, session.task, count(*) AS sessions, avg(session.score) AS score,
        avg(json_extract(session.metrics, '$.time_s')) AS time_s
@@ -48,7 +48,7 @@ impl Store {
     /// session; when this store cannot be written.
     pub fn merge(&mut self, other: &Path) -> Result<Merged, StoreError> {
         let theirs = open_to_read(other)?;
-        // Read one snapshot, because its own program may go on writing.
+        // Read one snapshot, because another program may go on writing to `other`.
         let still = theirs.execute_batch("BEGIN");
         still.map_err(|error| refused(other, error))?;
         let own = self.path().to_owned();
@@ -211,7 +211,7 @@ fn merge_sheets(
     Ok(())
 }
 
-/// Trims the name: an earlier version kept the spaces around it.
+/// Trims the name, because an earlier version of Calot stored the spaces around it.
 fn name_of(row: &rusqlite::Row<'_>) -> rusqlite::Result<String> {
     Ok(row.get::<_, String>(0)?.trim().to_owned())
 }

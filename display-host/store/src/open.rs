@@ -25,7 +25,8 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens a store. Makes the file and its folder if they are missing. Only its user can read it.
+    /// Opens a store. Makes the file and its folder if they are missing. No other user can read
+    /// the file.
     ///
     /// # Errors
     /// See [`StoreError`]; a refused file is not changed.
@@ -74,9 +75,10 @@ impl Store {
             .execute_batch("PRAGMA foreign_keys = ON; PRAGMA secure_delete = ON;")
             .map_err(|error| opening(path, error))?;
         Self::make_or_check(&mut connection, path)?;
-        // Another tool may have left the store with a log file. [`Store::forget`] tries again.
+        // Another tool may have left the store with a log file, and may still hold it open. The
+        // failure is ignored here, because [`Store::forget`] tries again.
         let _ = one_file(&connection);
-        // A file that was copied here may be readable by others.
+        // A file that was copied here may be readable by other users.
         file.set_permissions(Permissions::from_mode(0o600))
             .map_err(io)?;
         Ok(Self {
@@ -116,7 +118,7 @@ impl Store {
     }
 }
 
-/// Application id, version, and number of tables.
+/// Application id, version, and number of tables and indices.
 fn marks(connection: &Connection, path: &Path) -> Result<(i64, i64, i64), StoreError> {
     let broken = |error| opening(path, error);
     let number = |name: &str| {
@@ -151,7 +153,7 @@ pub(crate) fn check_is_store(connection: &Connection, path: &Path) -> Result<(),
     }
 }
 
-/// Keeps all data in one file and returns the resulting journal mode. It is "delete", unless
+/// Keeps all data in one file and returns the resulting journal mode. The mode is "delete", unless
 /// another program holds the store open with a log file.
 pub(crate) fn one_file(connection: &Connection) -> rusqlite::Result<String> {
     connection.query_row("PRAGMA journal_mode = DELETE", [], |row| row.get(0))
@@ -172,9 +174,9 @@ pub(crate) fn refused(path: &Path, error: rusqlite::Error) -> StoreError {
     }
 }
 
-/// Translates an error of the first queries to a file. Every undamaged database can answer them, so
-/// an answer that makes no sense means damage. A file that is locked, or that the machine cannot
-/// read, is not damaged.
+/// Translates an error of the first queries to a file. Every undamaged database can answer these
+/// queries, so an answer that makes no sense means damage. A file that is locked, or that the
+/// machine cannot read, is not damaged.
 fn opening(path: &Path, error: rusqlite::Error) -> StoreError {
     use rusqlite::ErrorCode::{ApiMisuse, TypeMismatch, Unknown};
     match error.sqlite_error_code() {

@@ -1,5 +1,5 @@
-//! Questionnaires: the paper's fourteen items or those of a file, the answers, their mean and
-//! standard deviation.
+//! Questionnaires: the fourteen items of the paper whose simulator Calot re-implements, or those of
+//! a file; the answers, their mean and standard deviation.
 
 use std::fmt::Display;
 use std::io::Read as _;
@@ -64,7 +64,7 @@ pub struct ItemSummary {
 
 impl Default for Questionnaire {
     fn default() -> Self {
-        // Never the empty one: a test parses the built-in file.
+        // The empty questionnaire is never used: a test parses the built-in file.
         Self::parse(BUILT_IN).unwrap_or_else(|_| Self {
             name: String::new(),
             title: String::new(),

@@ -2,7 +2,7 @@
 
 /// Version of the tables.
 pub const SCHEMA_VERSION: i64 = 1;
-/// "Calo": SQLite's application id, which marks the owner of the file.
+/// SQLite's application id, "Calo" in ASCII. It marks the file as a store of Calot.
 pub(crate) const APPLICATION: i64 = 0x4361_6c6f;
 
 /// SQL that makes the tables.

@@ -19,7 +19,7 @@ pub struct SessionRecord {
     pub began_unix_s: i64,
     /// The task's name.
     pub task: String,
-    /// Level of help.
+    /// Difficulty: the degree of help during the task.
     pub difficulty: String,
     /// Outcome: `passed`, `failed`, `aborted`, `practised` or `cut-short`.
     pub outcome: String,
@@ -128,7 +128,7 @@ impl Store {
     }
 
     /// Adds the result of a session from its recording, which may come from any source. Returns
-    /// `false` if the session is already there; it then stays unchanged.
+    /// `false` if the store already holds the session, which then stays unchanged.
     ///
     /// # Errors
     /// As [`Store::add_session`]; also when the session belongs to another trainee, or its id or
@@ -170,7 +170,8 @@ impl Store {
         found.optional().map_err(|error| self.refused(error))
     }
 
-    /// Returns true if the session was added. `conflict` is SQLite's action when the id exists.
+    /// Adds a session; returns true if it was added. `conflict` is SQLite's action when the store
+    /// already holds the id.
     fn insert(
         &self,
         conflict: &str,

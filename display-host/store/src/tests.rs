@@ -412,7 +412,7 @@ fn stores_of_several_stations_become_one() {
     assert_eq!(answers[0]["value"], 5, "the newer answer is kept");
     assert_eq!(std::fs::read(other("second.sqlite")).unwrap(), before);
 
-    // The query of a training centre.
+    // The example query of a training centre.
     let mut statement = store.connection.prepare(EXAMPLE_SQL).unwrap();
     let rows = statement.query_map([], |row| {
         Ok((row.get(0)?, row.get(2)?, row.get(3)?, row.get(4)?))
@@ -467,7 +467,7 @@ fn store_that_cannot_be_merged_changes_nothing() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
-    /// Any damage: the store is refused or read, and never loses undamaged data.
+    /// Any damage: the store is read or refused without a panic. A refused merge adds nothing.
     #[test]
     fn a_damaged_store_is_read_or_refused(
         flips in prop::collection::vec((0.0f64..1.0, any::<u8>()), 1..40), cut in 0.0f64..2.0,

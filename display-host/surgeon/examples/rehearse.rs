@@ -1,7 +1,7 @@
 //! Runs a scripted surgeon on a task in the simulation alone, faster than real time. If the file
-//! SCENE.calot does not exist, Calot's triangle is compiled into it. LATE_MS delays what the
-//! surgeon sees, as a display would. KEPT.inputs receives the simulation's inputs. In `hang+full`,
-//! the surgeon first places the sutures, then performs `full`.
+//! SCENE.calot does not exist, the scene of Calot's triangle is compiled into it. LATE_MS delays
+//! what the surgeon sees, as a display would. KEPT.inputs receives the simulation's inputs. In
+//! `hang+full`, the surgeon first places the sutures, then performs `full`.
 //!
 //! ```text
 //! cargo run --release -p surgeon --example rehearse -- \
@@ -23,7 +23,7 @@ use shared_mem::scene::SceneFile;
 use shared_mem::words::EventKind;
 use surgeon::Surgeon;
 
-/// Prefix of a task's name: the surgeon places the sutures first.
+/// Prefix of a task's name that makes the surgeon place the sutures first.
 const HANGS: &str = "hang+";
 /// Period of the progress lines, s.
 const SAY_EVERY_S: f64 = 10.0;

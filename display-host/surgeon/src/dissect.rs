@@ -9,50 +9,61 @@ use crate::sight::{Bar, between, off_line};
 use crate::vector::Vec3;
 use crate::work::{BACK_M, COAGULATE, Work};
 
-/// Distance to a structure that must not be burnt, at which the current is switched off, m.
+/// Distance between the electrode and a structure that must not be burnt at which the current is
+/// switched off, m.
 const CLEAR_M: f64 = 0.001;
-/// Within `CLOSE_M` of a delicate structure, the hook moves at most `SLOW_M` in a quarter of a
-/// second: pedal and picture lag.
+/// Distance to a delicate structure within which the hook moves slowly, and takes a cell from the
+/// side that faces away from the structure, m.
 const CLOSE_M: f64 = 0.003;
+/// Longest movement within `CLOSE_M` in a quarter of a second, m. It is short because pedal and
+/// picture lag.
 const SLOW_M: f64 = 0.003;
-/// A cell farther from the hook's end than this is approached from in front, m.
+/// If a cell is farther than this from the hook's working point, the hook withdraws and approaches
+/// the cell from the port's side, m.
 const NEAR_M: f64 = 0.010;
-/// Anything within this distance of the path of shaft and hook obstructs it, m.
+/// A cell within this distance of the path of the shaft obstructs the path, m.
 const WAY_M: f64 = 0.0018;
-/// Length of the path checked from a cell towards the port, m.
+/// Length of the path from a cell towards the port that is checked, m.
 const LOOK_M: f64 = 0.04;
-/// Cells within this distance of that path are considered, m.
+/// Delicate structures within this distance of that path are considered, m.
 const BESIDE_M: f64 = 0.012;
-/// Detour charged for an obstructing cell outside the regions to remove, m.
+/// Cost of first removing an obstructing cell outside the regions to remove, expressed as a detour,
+/// m.
 const OTHER_M: f64 = 0.02;
-/// Detour charged for a cell at which the hook has no room, m. A cell with less room than `ROOMY_M`
-/// is charged `NARROW_M`.
+/// Cost of a cell at which the hook has no room, expressed as a detour, m.
 const CRAMPED_M: f64 = 0.1;
+/// Room of the hook at a cell from which on it costs nothing, m.
 const ROOMY_M: f64 = 0.0015;
+/// Cost of a cell with less room than `ROOMY_M`, expressed as a detour, m.
 const NARROW_M: f64 = 0.04;
 /// Depth to which the electrode sinks into the tissue that it burns, m.
 const SUNK_M: f64 = 0.0004;
-/// Number of candidates examined closely, and of hook orientations tried for each.
+/// Number of nearest candidates that are examined closely. About as many are sampled from all
+/// candidates.
 const CLOSELY: usize = 16;
+/// Number of directions of the bent end that are tried for each candidate.
 const TURNS: u32 = 12;
-/// Largest lead of the hand over a tip that is held in the bed, m. In fat the lead stays below
-/// `PUSH_M`: ducts lie in it and spring back when it gives way.
+/// Largest lead of the hand over a tip that tissue holds in the gallbladder's bed, m.
 const LAG_M: f64 = 0.006;
+/// Largest lead of the hand over a tip that fat holds, m. It is smaller, because ducts lie in the
+/// fat and spring back when the fat gives way.
 const PUSH_M: f64 = 0.005;
-/// A cell displaced by more than this is no longer attached to anything, m.
+/// A cell that is displaced from rest by more than this counts as loose and is left out, m.
 const ADRIFT_M: f64 = 0.025;
 /// A cell is given up after this time, s.
 const LONG_S: f64 = 4.0;
-/// A cell within `AROUND_M` of the target may lie in front of it, m. The electrode touches tissue
-/// within `REACHED_M`, m.
+/// A cell within this distance of the target may lie in front of the target, m.
 const AROUND_M: f64 = 0.010;
+/// The electrode touches tissue within this distance, m.
 const REACHED_M: f64 = 0.0002;
-/// A cell is tried `TRIES` times, and again once a further share `WORTH` of the tissue is gone.
+/// Most times that a cell is tried.
 const TRIES: u8 = 3;
+/// Share of the tissue that must be removed in the meantime before all cells are tried again.
 const WORTH: f64 = 0.01;
-/// With nothing in reach, the surgeon backs off, lets the tissue settle for this time, s, and looks
-/// again, at most `RESTS` times.
+/// If no cell is in reach, the surgeon withdraws, lets the tissue settle for this time, s, and
+/// tries all cells again.
 const REST_S: f64 = 1.5;
+/// Most such pauses in one dissection.
 const RESTS: u32 = 3;
 
 /// The scene as seen before a cell is chosen.
@@ -85,7 +96,7 @@ impl Work<'_> {
             }
             let Some(choice) = self.choose(regions) else {
                 if gone > before + WORTH {
-                    // With the cells in front of it gone, it may be reachable.
+                    // The cells in front of a cell may be gone now, so that it is within reach.
                     before = gone;
                     self.field.begin();
                     continue;
@@ -104,7 +115,7 @@ impl Work<'_> {
             };
             if !self.take_away(&choice)? {
                 self.field.give_up(choice.cell);
-                // Off whatever held it up, or came along.
+                // The hook leaves whatever held it up or came along.
                 self.withdraw(0.01)?;
             }
             self.goes_on()?;
@@ -128,7 +139,7 @@ impl Work<'_> {
         }
     }
 
-    /// Chooses the next cell: near, with little in front of it.
+    /// Chooses the next cell: a near one with little in front of it.
     fn choose(&self, regions: &[u8]) -> Option<Choice> {
         let now = self.now();
         let (tip, port) = (self.works(), self.sight.port());
@@ -145,7 +156,7 @@ impl Work<'_> {
             }
         }
         candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // The nearest ones, and a sample of all.
+        // The nearest candidates, and a sample of all.
         let step = (candidates.len() / CLOSELY).max(1);
         let near = candidates.iter().take(CLOSELY);
         let chosen = near.chain(candidates.iter().step_by(step));
@@ -173,7 +184,8 @@ impl Work<'_> {
         chosen.min_by(|a, b| a.cost_m.total_cmp(&b.cost_m))
     }
 
-    /// Obstruction between a cell and the port as a detour, m, and the cell to remove first.
+    /// Obstruction between a cell and the port, expressed as a detour, m, and the cell to remove
+    /// first.
     fn in_way(&self, now: &Now, index: usize, at: Vec3) -> (f64, Option<(usize, Vec3)>) {
         let out = (self.sight.port() - at).normalize();
         let line = [at, at + out * LOOK_M];
@@ -196,7 +208,7 @@ impl Work<'_> {
         (cost_m, first.map(|(_, first)| first))
     }
 
-    /// Best direction of the bent end for a cell, and its cost as a detour, m.
+    /// Best direction of the bent end for a cell, and its cost, expressed as a detour, m.
     fn hold(&self, now: &Now, at: Vec3, radius_m: f64) -> Option<(f64, Vec3)> {
         let [heel, end] = self.electrode()?;
         let port = self.sight.port();
@@ -272,7 +284,7 @@ impl Work<'_> {
         let around = self.field.around(index, AROUND_M);
         let began_s = self.seen.at_s;
         let (mut nearest_m, mut warmest) = (f64::MAX, 0);
-        // Lead of the hand over the tip.
+        // Lead of the hand over the tip, and the tip's last position.
         let (mut pulled, mut tip) = (Vec3::zeros(), self.works());
         let mut gone = false;
         let (mut nearing, mut hanging) = (Nearing::default(), None);
@@ -303,7 +315,8 @@ impl Work<'_> {
             let is_clear = nearing.soon(room_m, seconds) > CLEAR_M;
             let reach_m = radius_m + ELECTRODE_M;
             let touches = off_m < reach_m + REACHED_M;
-            // Burn what lies in front of it as well, or it would be pushed along.
+            // Cells in front of the target are burnt as well. Otherwise the hook would push them
+            // along.
             let burns = is_clear && (touches || work.touches_any(&around, electrode));
             work.asked.switches = if burns { COAGULATE } else { 0 };
             if burns && touches {
@@ -322,7 +335,8 @@ impl Work<'_> {
                 way = way.cap_magnitude(SLOW_M);
             }
             let is_held = work.seen.tools.contact_count > 0;
-            // In fat, between duct and artery, it stops at a touch; in the bed it pushes.
+            // In fat, between duct and artery, the hand soon stops at a touch. In the bed the tip's
+            // own movement is subtracted from the lead, so that the hand pushes on.
             pulled = match (is_held, is_bed) {
                 (true, true) => pulled - (work.works() - tip),
                 (true, false) => pulled,

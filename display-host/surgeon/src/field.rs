@@ -6,14 +6,14 @@ use shared_mem::scene::{NO_CELL, SceneFile};
 use crate::sight::Sight;
 use crate::vector::{Vec3, wide};
 
-/// Cells within this distance of one that was given up count as tried too, m.
+/// Cells that are within this distance of a given-up cell at rest count as tried too, m.
 const BESIDE_M: f64 = 0.002;
 
 /// Layered tissue at rest.
 #[derive(Debug)]
 pub(crate) struct Field {
     pub(crate) cells: Vec<Cell>,
-    /// Number of times each cell was given up.
+    /// Number of times that each cell was given up.
     tries: Vec<u8>,
 }
 
@@ -23,7 +23,7 @@ pub(crate) struct Cell {
     pub(crate) center: Vec3,
     spheres: Vec<(usize, f64)>,
     neighbours: [u16; 6],
-    /// Radius of a ball of the cell's volume, m.
+    /// Half of the cell's longest edge, m.
     pub(crate) radius_m: f64,
     volume_m3: f64,
     pub(crate) region: u8,
@@ -57,7 +57,7 @@ impl Field {
         }
     }
 
-    /// Gives up a cell and its neighbours: they are held up by the same obstacle.
+    /// Gives up a cell and its neighbours, which the same obstacle blocks.
     pub(crate) fn give_up(&mut self, index: usize) {
         let Some(at) = self.cells.get(index).map(|cell| cell.center) else {
             return;
@@ -91,7 +91,7 @@ impl Field {
         self.tries.fill(0);
     }
 
-    /// Number of times a cell was given up.
+    /// Number of times that a cell was given up.
     pub(crate) fn tries(&self, index: usize) -> u8 {
         self.tries.get(index).copied().unwrap_or(u8::MAX)
     }

@@ -1,16 +1,16 @@
-//! Gentle motion of the hook among structures that must not be touched: it slows as it comes
-//! nearer, and finds its way back out.
+//! Gentle motion of the hook among structures that must not be touched. The hook slows as it comes
+//! nearer to one, and finds its way back out.
 
 use crate::hold::{Hook, WORKS};
 use crate::sight::Bar;
 use crate::vector::Vec3;
 use crate::work::Work;
 
-/// Least distance between the hook and a structure that it must not touch, m. Within `SHY_M` it
-/// turns more slowly. In a quarter of a second it approaches by at most `SLOWS` times the room
-/// left.
+/// Least distance between the hook and a structure that it must not touch, m.
 pub(crate) const ROOM_M: f64 = 0.0007;
+/// Room beyond `ROOM_M` below which the hook turns more slowly, m.
 const SHY_M: f64 = 0.0015;
+/// Largest approach in a quarter of a second, as a multiple of the room beyond `ROOM_M`.
 const SLOWS: f64 = 3.0;
 /// Largest rate of turn, rad/s.
 const TURN_RAD_S: f64 = 1.9;
@@ -18,23 +18,27 @@ const TURN_RAD_S: f64 = 1.9;
 pub(crate) const STUCK_S: f64 = 0.7;
 /// Smallest approach that counts as getting nearer, m.
 pub(crate) const CLOSER_M: f64 = 0.0002;
-/// To free a caught hook, the surgeon moves in by `UNHOOK_M`, m, carries the caught tube back by at
-/// most `HOME_M`, m, and turns a quarter, `UNHOOKS` times at most.
+/// Distance that the surgeon moves in to free a caught hook, m.
 const UNHOOK_M: f64 = 0.005;
+/// Largest distance that the surgeon carries the caught tube back towards its place, m.
 const HOME_M: f64 = 0.02;
+/// Most attempts to free a caught hook. Each turns the hook by a quarter.
 const UNHOOKS: u32 = 5;
-/// A movement has arrived within `THERE_M`, m, and `TURNED_RAD`, rad. A short movement and a turn
-/// take at most the times below, s.
+/// Distance within which a movement has arrived, m.
 const THERE_M: f64 = 0.0015;
+/// Angle within which a turn has arrived, rad.
 const TURNED_RAD: f64 = 0.3;
+/// Longest time for a short movement, s.
 const SHORT_WAY_S: f64 = 1.0;
+/// Longest time for a turn, s.
 const TURN_WAY_S: f64 = 1.5;
-/// A way out ends within this distance, m, or after `LONG_WAY_S`, s.
+/// A far withdrawal is done when less than this is left of it, m.
 const OUT_ENOUGH_M: f64 = 0.006;
+/// Longest time for one attempt at a far withdrawal, s.
 const LONG_WAY_S: f64 = 6.0;
-/// A duct or vessel within `HANGS_M` of the hook may hang on it, m. It does if it has moved along
-/// by `COMES_ALONG_M`, m.
+/// A duct or vessel within this distance of the hook may hang on the hook, m.
 const HANGS_M: f64 = 0.0012;
+/// A duct or vessel that has moved along with the hook by this distance hangs on the hook, m.
 const COMES_ALONG_M: f64 = 0.004;
 
 /// A sphere of a duct or vessel that may hang on the hook, and its position when the hook came
@@ -70,7 +74,8 @@ impl Work<'_> {
     }
 
     /// Withdraws along the shaft to within `enough_m` of the whole way; returns true if it came
-    /// out. A bent end that is caught behind a tube lets go first: pulling would tear the tube.
+    /// out. A bent end that is caught behind a tube is freed first, because pulling would tear the
+    /// tube.
     fn back(&mut self, by_m: f64, enough_m: f64, seconds: f64) -> Result<bool, String> {
         self.asked.switches = 0;
         let out = -self.along();
@@ -85,8 +90,8 @@ impl Work<'_> {
             if hanging.is_none() && (to - self.works()).dot(&out) < enough_m {
                 return Ok(true);
             }
-            // The same position each time, turned farther: otherwise the caught tube would be led
-            // away step by step.
+            // Each attempt goes to the same position and turns the hook farther. New positions
+            // would lead the caught tube away step by step.
             let free = *free.get_or_insert_with(|| self.loose(hanging) - out * UNHOOK_M);
             self.steer(free, bend, SHORT_WAY_S)?;
             self.steer(free, out.cross(&bend), TURN_WAY_S)?;
@@ -100,8 +105,8 @@ impl Work<'_> {
         self.works() + home.unwrap_or_default().cap_magnitude(HOME_M)
     }
 
-    /// Moves and turns the hook for at most this time, whatever it touches: keeping clear of a duct
-    /// in its crook would drag the duct along.
+    /// Moves and turns the hook for at most this time, whatever it touches. If the hook kept clear
+    /// of a duct in its crook, it would drag the duct along.
     fn steer(&mut self, to: Vec3, bend: Vec3, seconds: f64) -> Result<(), String> {
         let mut before_s = self.seen.at_s;
         self.look_for(seconds, |work| {
@@ -115,8 +120,8 @@ impl Work<'_> {
         self.goes_on()
     }
 
-    /// Moves the hook to a place as far as there is room, and turns it, for at most this time.
-    /// Returns the tube that came along, at which it stopped.
+    /// Moves the hook to a place as far as there is room, and turns it, for at most this time. If a
+    /// tube comes along, the hook stops, and the tube is returned.
     pub(crate) fn travel(
         &mut self,
         to: &dyn Fn(&Self) -> Vec3,
@@ -137,7 +142,7 @@ impl Work<'_> {
             if hangs {
                 return true;
             }
-            // A structure that it must not touch is in the way, or it has arrived.
+            // A structure that the hook must not touch is in the way, or the hook has arrived.
             if work.seen.at_s - nearer_s > STUCK_S {
                 return true;
             }
@@ -212,7 +217,7 @@ mod tests {
                 at(moved_mm)
             })
         };
-        // It came near at 2 mm; later another of its spheres may be the nearest.
+        // The tube came near at 2 mm. Later another of its spheres may be the nearest.
         assert!(!look(Some(7), 2.0) && !look(Some(8), 5.0));
         assert!(look(Some(8), 6.5));
         // A tube that the hook has left no longer hangs, however far it goes.

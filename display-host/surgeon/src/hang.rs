@@ -9,14 +9,14 @@ use crate::work::{COAGULATE, Work};
 
 /// Distance in front of the organ at which a stitch begins, m.
 const BEFORE_M: f64 = 0.03;
-/// Distance that the thread is carried towards the wall, m: the longer, the better it sets the
-/// thread's direction.
+/// Distance that the thread is carried towards the wall, m. A longer distance fixes the thread's
+/// direction better.
 const CARRIED_M: f64 = 0.06;
 /// Duration of a pedal press, and of the pause after it, s.
 const STEP_S: f64 = 0.15;
 /// A stitch is given up after this time, s.
 const GIVE_UP_S: f64 = 6.0;
-/// Attempts of a needle that has met nothing.
+/// Number of attempts at a stitch whose needle meets nothing.
 const TRIES: usize = 3;
 
 impl Work<'_> {

@@ -3,15 +3,20 @@
 use crate::sight::{Bar, between};
 use crate::vector::Vec3;
 
-/// Lengths of the bent end and its parts from the heel, and their radii, m (`rt_core::tool`).
+/// Length of the hook's bent end, from heel to end, m. This size and those below are as in
+/// `rt_core::tool`.
 pub(crate) const BEND_M: f64 = 0.004;
+/// Length of the neck between the heel and the shaft, m.
 const STEM_M: f64 = 0.012;
+/// Radius of the bent end, m.
 pub(crate) const ELECTRODE_M: f64 = 0.0008;
+/// Radius of the neck, m.
 const NECK_M: f64 = 0.001;
+/// Radius of the shaft, m.
 const SHAFT_M: f64 = 0.0025;
 /// Length of shaft that is checked, m.
 const SEEN_M: f64 = 0.05;
-/// Working point of the bent end, as a share of its length from the heel.
+/// Distance of the working point from the heel, as a share of the bent end's length.
 pub(crate) const WORKS: f64 = 0.7;
 
 /// A hook as the surgeon models it: the axes of its parts, end to end, and their radii, m.
@@ -44,7 +49,8 @@ impl Hook {
         Self { parts }
     }
 
-    /// Room between the hook and the nearest of these bars, m, and the direction away from it.
+    /// Room between the hook and the nearest of these bars, m, and the direction away from that
+    /// bar.
     pub(crate) fn room<'a>(&self, bars: impl IntoIterator<Item = &'a Bar>) -> (f64, Vec3) {
         let mut least = (f64::MAX, Vec3::zeros());
         for bar in bars {
@@ -60,8 +66,8 @@ impl Hook {
     }
 }
 
-/// Directions of the bent end about a shaft along `along`, from the present one, each with its
-/// angle, rad.
+/// Directions of the bent end about a shaft along `along`. The first is the present direction
+/// `bend`. Each comes with its angle from the first, rad.
 pub(crate) fn turns(bend: Vec3, along: Vec3, count: u32) -> impl Iterator<Item = (Vec3, f64)> {
     let first = (bend - along * bend.dot(&along)).normalize();
     let side = along.cross(&first);
@@ -85,8 +91,9 @@ pub(crate) fn electrode_room_m<'a>(
     room_m.fold(f64::MAX, f64::min)
 }
 
-/// Point at which the hook takes a cell: `off_m` off its centre, on the side that faces away from
-/// the nearest of these bars, if one is near, m.
+/// Point at which the hook takes a cell, m. If one of these bars is within `near_m`, the point is
+/// `off_m` from the cell's centre, on the side that faces away from the bar. Otherwise it is the
+/// centre.
 pub(crate) fn free_side<'a>(
     at: Vec3,
     off_m: f64,

@@ -16,41 +16,46 @@ const JAW_RADIUS_M: f64 = 0.0015;
 const ATTEMPTS: u32 = 4;
 /// A clip that closes less than this share of a vessel leaves it open.
 const CLOSED: f32 = 0.99;
-/// A careful surgeon may take a vessel beside the intended place, sampled in `STEPS` steps. Clips
-/// stay on their side of the cut, at least `CLIP_APART` from it; the cut moves at most `CUT_ASIDE`.
-/// Both are shares of the vessel's length.
+/// Number of steps along a vessel at which a careful surgeon looks for another place than the
+/// intended one.
 const STEPS: u32 = 25;
+/// Least distance between a clip and the cut, as a share of the vessel's length. A clip stays on
+/// its own side of the cut.
 const CLIP_APART: f64 = 0.12;
+/// Largest distance between a cut and its intended place, as a share of the vessel's length.
 const CUT_ASIDE: f64 = 0.1;
-/// Distance along the vessel, as a share, between two attempts: after a clip that does not close, a
-/// cut without effect, or another tube between the jaws.
+/// Least distance between two attempts, as a share of the vessel's length. Another attempt follows
+/// a clip that does not close, a cut without effect, or another tube between the jaws.
 const BITTEN_APART: f64 = 0.035;
-/// Nearer to a clip than this there is no room to cut, m: scissors do not cut under a clip, on any
-/// vessel.
+/// Least distance between a cut and any clip, m. Scissors do not cut a vessel under a clip.
 const GUARDED_M: f64 = 0.0035;
-/// Length of the approach that is checked for room, m. More room than `ROOM_M` is enough, m.
+/// Length of the approach that is checked for room, m.
 const WAY_M: f64 = 0.05;
+/// Room on the approach that is enough, m. More room makes a place no better.
 const ROOM_M: f64 = 0.008;
-/// Room charged for a place one vessel length away from the intended one, m.
+/// Room that a place loses in the comparison for each vessel length between it and the intended
+/// place, m.
 const ASIDE_M: f64 = 0.01;
-/// A tube farther than this from the midpoint between the jaws stays outside them, m: half their
-/// opening and the error of aim.
+/// A tube farther than this from the axis midway between the jaws stays outside the jaws, m. It is
+/// half of the jaws' opening and the error of aim.
 const ALONE_M: f64 = 0.006;
-/// A place is being pushed if it recedes by this during the approach, m; every attempt tolerates
-/// more.
+/// A place that moves by this distance during the approach counts as pushed, m. Each further
+/// attempt allows half as much more.
 const PUSHED_M: f64 = 0.008;
-/// At a larger distance the jaws would close on nothing, m.
+/// Largest distance between the place and the jaws' biting point at which the jaws are closed, m.
+/// Beyond it they would close on nothing.
 const MISSED_M: f64 = 0.004;
 
 impl Work<'_> {
-    /// Clips or cuts at a share of the way along an organ. Repeats beside it until a clip or a cut
-    /// succeeds.
+    /// Clips or cuts at a share of the way along an organ. Repeats next to that place until a clip
+    /// or a cut succeeds.
     pub(crate) fn bite(&mut self, kind: OrganKind, share: f64) -> Result<(), String> {
         if self.sight.along(kind, share, &self.seen.state).is_none() {
             return Err("the scene has no such vessel".to_owned());
         }
         let before = match self.seen.tools.instrument() {
-            // Both vessels may have been between the blades.
+            // Both vessels may have been between the blades, so that an earlier cut has divided
+            // this one.
             Ok(Instrument::Scissors) if self.worked(kind) > 0 => return Ok(()),
             _ => self.worked(kind),
         };
@@ -62,7 +67,7 @@ impl Work<'_> {
             let at = self.attempted(kind, share, attempt, &bitten);
             let missed = self.approach(kind, at, attempt).err();
             self.goes_on()?;
-            // The last attempt also takes what lies beside it.
+            // The last attempt closes the jaws even if another tube lies between them.
             let is_last = attempt + 1 == ATTEMPTS;
             let is_there = self.is_worth_closing(kind, at);
             let takes_another = is_there && self.takes_another(kind);
@@ -98,13 +103,14 @@ impl Work<'_> {
         attempt: u32,
     ) -> Result<(), String> {
         let place = |work: &Self| work.sight.along(kind, share, &work.seen.state);
-        // First to a point in front of it, so that nothing is swept along on the way.
+        // The jaws first go to a point in front of the place, so that they sweep nothing along on
+        // the way.
         self.reach(&place, BACK_M, true)?;
         let Some(before) = place(self).filter(|_| self.looks_first()) else {
             return self.reach(&place, 0.0, false);
         };
         let most_m = PUSHED_M * (1.0 + 0.5 * f64::from(attempt));
-        // A place that is pushed ahead is never reached, and tears.
+        // A place that the jaws push ahead is never reached, and its tissue tears.
         let unless_pushed = |work: &Self| {
             let stays = |now: &Place| (now.at - before.at).norm() < most_m;
             place(work).filter(stays)
@@ -112,8 +118,8 @@ impl Work<'_> {
         self.reach(&unless_pushed, 0.0, false)
     }
 
-    /// Place for this attempt: tissue gives way, and other tubes may lie in front of a place or
-    /// beside it.
+    /// Place for this attempt. It differs from the intended place, because tissue gives way, and
+    /// other tubes may lie in front of a place or next to it.
     fn attempted(&self, kind: OrganKind, share: f64, attempt: u32, bitten: &[f64]) -> f64 {
         if !self.looks_first() {
             let side = if attempt.is_multiple_of(2) {
@@ -125,7 +131,8 @@ impl Work<'_> {
         }
         let is_cut = self.has_scissors();
         let is_guarded = |place: f64| is_cut && self.clip_m(kind, place) < GUARDED_M;
-        // First the intended place, if nothing else lies there, then the one with the most room.
+        // The first attempt takes the intended place, if nothing else lies there. Other attempts
+        // take the place with the most room.
         if attempt == 0 && self.alone_m(kind, share) > ALONE_M && !is_guarded(share) {
             return share;
         }
@@ -164,8 +171,8 @@ impl Work<'_> {
         room_m.fold(f64::MAX, f64::min)
     }
 
-    /// Room between the straight path from port to place and structures that must not be touched,
-    /// m.
+    /// Room between the straight path from the port to a place and structures that must not be
+    /// touched, m.
     fn room_on_the_way(&self, kind: OrganKind, share: f64) -> f64 {
         let state = &self.seen.state;
         let Some(Place { at, .. }) = self.sight.along(kind, share, state) else {
@@ -183,7 +190,7 @@ impl Work<'_> {
     /// True if a careful surgeon would be cutting a vessel that clips do not close on both sides.
     fn is_cut_unclipped(&self, kind: OrganKind) -> bool {
         let is_cut = self.has_scissors();
-        // It does not know of clips placed before it began.
+        // The surgeon does not know of clips that were placed before the task began.
         let has_clipped = self.clipped.iter().any(|organ| *organ != u32::MAX);
         let is_closed = [true, false].map(|side| self.closed.contains(&(kind, side)));
         self.looks_first() && is_cut && has_clipped && is_closed != [true; 2]
@@ -226,7 +233,7 @@ impl Work<'_> {
             && closes.is_some_and(|share| share < CLOSED)
     }
 
-    /// Number of times an organ was clipped or, with scissors in hand, divided.
+    /// Number of times that an organ was clipped or, with scissors in hand, divided.
     fn worked(&self, kind: OrganKind) -> usize {
         let organ = self.sight.organ(kind);
         let of = |index: &&u32| Some(**index as usize) == organ;
@@ -239,7 +246,7 @@ impl Work<'_> {
 }
 
 /// Place along a vessel with the most room, as `room_m` gives it, among those allowed for a clip or
-/// cut meant for `share`. None is near those `bitten`.
+/// cut meant for `share`. Places near those in `bitten` are left out.
 fn roomiest(share: f64, is_cut: bool, bitten: &[f64], room_m: impl Fn(f64) -> f64) -> f64 {
     let fits = |place: f64| match is_cut {
         true => (place - share).abs() < CUT_ASIDE,
@@ -335,7 +342,7 @@ mod tests {
             assert!(apart.fold(f64::MAX, f64::min) > BITTEN_APART, "{place}");
             bitten.push(place);
         }
-        // With no place left, the intended one is taken.
+        // If no place is left, the intended one is taken.
         let all: Vec<f64> = (0..100).map(|it| 0.01 * f64::from(it)).collect();
         let last = roomiest(0.45, false, &all, everywhere);
         assert!((last - 0.45).abs() < 1.0e-9, "{last}");

@@ -1,13 +1,13 @@
-//! Prediction of shrinking room: yielding tissue springs back faster than a picture is seen and a
-//! hand answers.
+//! Prediction of the room between the hook and a structure. When tissue gives way, the room shrinks
+//! faster than the surgeon sees the picture and moves the hand.
 
 /// Delay of picture and hand together, s.
 const LATE_S: f64 = 0.05;
 /// Largest assumed speed of approach, m/s.
 const SPEED_MAX_M_S: f64 = 0.15;
-/// Larger distances count as this, m.
+/// Larger rooms count as this, m.
 const FAR_M: f64 = 0.1;
-/// Weight of a new speed sample.
+/// Weight of a new sample in the smoothed speed.
 const BELIEVED: f64 = 0.7;
 
 /// Estimate of the rate at which the room changes.

@@ -28,11 +28,12 @@ pub(crate) enum Act {
     Take(Instrument),
     /// Move to this share of the way along an organ.
     Reach(OrganKind, f64),
-    /// Close the jaws there and withdraw, until a clip or a cut succeeds.
+    /// Close the jaws at this share of the way along an organ and withdraw. Repeat until a clip or
+    /// a cut succeeds.
     Work(OrganKind, f64),
     /// Close and open the jaws.
     Close,
-    /// Press the pedal, s.
+    /// Press the pedal for this time, s.
     Burn(f64),
     /// Withdraw along the shaft.
     Retreat,
@@ -77,7 +78,7 @@ impl Surgeon {
                 }
             }
             Self::Unclamped => {
-                // Beside the clips with which task `cut` begins.
+                // The place is not between the clips with which task `cut` begins.
                 let share = if task == Task::Cut { 0.92 } else { 0.65 };
                 plan.push(Act::Take(Instrument::Scissors));
                 plan.extend(vessels.map(|kind| Act::Work(kind, share)));
@@ -103,8 +104,10 @@ impl Surgeon {
 
 /// Place of the cut, as a share of a vessel's length; clips go on both sides.
 pub(crate) const CUT: f64 = 0.65;
-/// Share of tissue that is removed, a little more than the pass rules require (`rules.toml`).
+/// Share of the tissue of the triangle and of the lower bed that is removed, a little more than the
+/// pass rules require (`rules.toml`).
 const VIEW: f64 = 0.91;
+/// Share of the tissue of the whole bed that is removed, a little more than the pass rules require.
 const WHOLE: f64 = 0.985;
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ pub(crate) struct Place {
 pub(crate) struct Bar {
     pub(crate) ends: [Vec3; 2],
     pub(crate) radius_m: f64,
-    /// Must not even be touched by an instrument.
+    /// True if no instrument may even touch the structure.
     pub(crate) is_touchy: bool,
     /// For a duct or vessel: the sphere at its first end.
     pub(crate) tube: Option<usize>,
@@ -27,8 +27,8 @@ pub(crate) struct Bar {
 #[derive(Debug)]
 pub(crate) struct Sight {
     scene: SceneFile,
-    /// Bands that fasten ducts and vessels to other organs: each burns as its tube does, and is as
-    /// wide.
+    /// Bands that fasten ducts and vessels to other organs. Current burns such a band as it burns
+    /// the tube, and the band is as wide as the tube.
     bands: Vec<AttachmentRecord>,
 }
 
@@ -120,7 +120,8 @@ impl Sight {
         self.now(sphere, state) - self.rest(sphere)
     }
 
-    /// Place along a tube, whose spheres are in order; shares count towards the gallbladder.
+    /// Place along a tube whose spheres are in order. The share is 0 at the end away from the
+    /// gallbladder and rises towards the gallbladder.
     pub(crate) fn along(&self, kind: OrganKind, share: f64, state: &StateFrame) -> Option<Place> {
         let own = self.spheres_of(self.organ(kind)?);
         let bag = self
@@ -222,7 +223,7 @@ impl Sight {
         }
     }
 
-    /// Structures near a place that must not even be touched.
+    /// Structures near a place that no instrument may even touch.
     pub(crate) fn touchy(&self, near: Vec3, within_m: f64, state: &StateFrame) -> Vec<Bar> {
         let mut bars = self.delicate(near, within_m, state);
         bars.retain(|bar| bar.is_touchy);
@@ -275,7 +276,7 @@ mod tests {
         let line = |a: [f64; 3], b: [f64; 3]| [Vec3::from(a), Vec3::from(b)];
         let level = line([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
         for (other, way) in [
-            // Across it, in line with it, beside it, and a point.
+            // A line across `level`, one in line with it, one parallel to it, and a point.
             (line([0.3, -1.0, 2.0], [0.3, 1.0, 2.0]), [0.0, 0.0, -2.0]),
             (line([3.0, 0.0, 0.0], [4.0, 0.0, 0.0]), [-2.0, 0.0, 0.0]),
             (line([-1.0, 1.0, 0.0], [1.0, 1.0, 0.0]), [0.0, -1.0, 0.0]),

@@ -16,7 +16,7 @@ use crate::{Seen, Theatre};
 
 /// Length of the jaws of scissors and clip applier, m (`rt_core::tool::Instrument`).
 pub(crate) const JAW_M: f64 = 0.015;
-/// Place of the vessel in the jaws, as a share of their length.
+/// Place of the vessel in the jaws, as a share of their length from the hinge.
 pub(crate) const BITE: f64 = 0.7;
 /// Withdrawal along the shaft before moving to another place, m.
 pub(crate) const BACK_M: f64 = 0.03;
@@ -24,13 +24,15 @@ pub(crate) const BACK_M: f64 = 0.03;
 const AWAY_M: f64 = 0.12;
 /// Withdrawal before an exchange of instruments, m.
 const OUT_M: f64 = 0.05;
-/// A movement ends within `THERE_M`, m, and `ALIGNED_RAD`, rad, or is given up after `GIVE_UP_S`,
-/// s.
+/// Distance within which a movement has arrived, m.
 const THERE_M: f64 = 0.0015;
+/// Angle within which the jaws are lined up, rad.
 const ALIGNED_RAD: f64 = 0.12;
+/// A movement is given up after this time, s.
 const GIVE_UP_S: f64 = 8.0;
 /// Time to close or open the jaws, s.
 const JAWS_S: f64 = 0.9;
+/// Largest rate of turn about the shaft, rad/s.
 const TURN_RAD_S: f64 = 1.5;
 /// Longest wait for a controller, s.
 const PATIENCE_S: f64 = 64.0;
@@ -72,7 +74,8 @@ pub fn operate(
     let hangs = work.must_hang() && matches!(surgeon, Surgeon::Careful | Surgeon::Hurried);
     let first = hangs.then_some(Act::Hang);
     for act in first.into_iter().chain(surgeon.plan(task)) {
-        // The tissue has moved by now: try again with the same instrument.
+        // Before the next exchange, the missed acts are tried again with the same instrument,
+        // because the tissue has moved by now.
         let again = match act {
             Act::Take(_) if surgeon == Surgeon::Careful => std::mem::take(&mut missed),
             _ => Vec::new(),
@@ -94,7 +97,7 @@ pub fn operate(
             }
         }
     }
-    // Keep hold: the hand stays still until the run ends.
+    // The hand stays still until the run ends.
     work.look_for(f64::MAX, |_| false);
     Ok(())
 }
@@ -106,17 +109,19 @@ pub(crate) struct Work<'a> {
     pub(crate) theatre: &'a mut dyn Theatre,
     pub(crate) asked: HandMsg,
     pub(crate) seen: Seen,
-    /// Organs that were clipped, and those completely divided, one entry an event.
+    /// Organs that were clipped, one entry for each event.
     pub(crate) clipped: Vec<u32>,
+    /// Organs that were completely divided, one entry for each event.
     pub(crate) divided: Vec<u32>,
-    /// Vessels that it clipped, and true for the body's side of the cut.
+    /// Vessels that the surgeon has closed with a clip, each with true for the body's side of the
+    /// cut.
     pub(crate) closed: Vec<(OrganKind, bool)>,
     pub(crate) is_over: bool,
     /// Predicted room to structures that must not be touched.
     pub(crate) nearing: Nearing,
 }
 
-/// Reason of a run that was ended from outside.
+/// Reason that an act returns when the run was ended from outside.
 const OVER: &str = "the operation is over";
 
 impl Work<'_> {
@@ -130,7 +135,8 @@ impl Work<'_> {
                 self.asked.buttons = Buttons::GRASP.bits();
                 self.wait(JAWS_S)?;
                 if self.surgeon == Surgeon::Hurried {
-                    // Away before they have opened, and what they hold comes along.
+                    // The surgeon withdraws before the jaws have opened, and the tissue that they
+                    // hold comes along.
                     self.retreat(AWAY_M)?;
                 }
                 self.asked.buttons = Buttons::NONE.bits();
@@ -186,7 +192,7 @@ impl Work<'_> {
     /// Takes an instrument. Withdraws first: the next one has another shape and comes from the
     /// port.
     pub(crate) fn take(&mut self, instrument: Instrument) -> Result<(), String> {
-        // However far it gets.
+        // It does not matter how far the withdrawal gets.
         let _ = self.retreat(OUT_M);
         self.goes_on()?;
         self.theatre.command(CommandMsg {
@@ -231,7 +237,7 @@ impl Work<'_> {
             let Some(Place { at, along: runs }) = place(work) else {
                 return true;
             };
-            // A place with a direction goes between the jaws; otherwise the tip goes there.
+            // A place with a direction is taken between the jaws. To any other place the tip goes.
             let from = match runs.is_some() && work.has_jaws() {
                 true => work.bite_at(),
                 false => work.tip(),
@@ -267,12 +273,12 @@ impl Work<'_> {
         }
     }
 
-    /// Turns the instrument about its shaft by this error.
+    /// Turns the instrument about its shaft to reduce this error.
     fn turn(&mut self, off_rad: f64, seconds: f64) {
         self.turn_within(off_rad, seconds, TURN_RAD_S);
     }
 
-    /// As [`Self::turn`], at a limited rate, rad/s.
+    /// Turns as [`Self::turn`], at most at this rate, rad/s.
     pub(crate) fn turn_within(&mut self, off_rad: f64, seconds: f64, most_rad_s: f64) {
         let most = most_rad_s * seconds;
         self.asked.rolled_rad += (4.0 * off_rad * seconds).clamp(-most, most);
@@ -283,7 +289,7 @@ impl Work<'_> {
     pub(crate) fn off(&self, runs: Vec3) -> f64 {
         let turned = self.to_instrument(runs);
         let angle = turned.y.atan2(turned.x);
-        // Either direction of the tube.
+        // A tube may run in either direction, so the angle is brought within a quarter turn.
         let half = std::f64::consts::FRAC_PI_2;
         match angle {
             angle if angle > half => angle - 2.0 * half,
@@ -309,7 +315,7 @@ impl Work<'_> {
         rotation(&self.seen.tools.world_from_instrument) * -Vec3::z()
     }
 
-    /// Ends of the closed jaws, or the middle of the hook's bare end, m.
+    /// End of the closed jaws, or the middle of the hook's uninsulated end, m.
     pub(crate) fn tip(&self) -> Vec3 {
         if self.seen.tools.has(Instrument::Hook)
             && let Some([heel, end]) = self.electrode()
@@ -331,7 +337,7 @@ impl Work<'_> {
         self.tip() - self.along() * ((1.0 - BITE) * JAW_M)
     }
 
-    /// Bare part of the hook, from heel to end.
+    /// Uninsulated part of the hook, from heel to end, m.
     pub(crate) fn electrode(&self) -> Option<[Vec3; 2]> {
         let tools = &self.seen.tools;
         let parts = tools.capsules.iter().take(tools.capsule_count as usize);

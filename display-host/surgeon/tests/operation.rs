@@ -1,5 +1,5 @@
-//! Scripted surgeons perform every task of the operation in the simulation alone, bit for bit the
-//! same each time.
+//! Scripted surgeons perform every task of the operation in the simulation alone. The result is bit
+//! for bit the same each time.
 
 mod recorded;
 mod theatre;
@@ -41,7 +41,7 @@ fn operate(surgeon: Surgeon, task: Task, seconds: u64) -> Performance {
     result
 }
 
-/// Tasks of the hook, and their time limits, s.
+/// Long tasks, in which the hook dissects, and their time limits, s.
 const LONG: [(Task, u64); 3] = [
     (Task::Identify, 400),
     (Task::Disconnect, 300),
@@ -107,7 +107,7 @@ fn careful_surgeon_hangs_the_gallbladder_and_the_dropper_does_not() {
     assert!(sutures.iter().all(|it| it.placed == SutureMsg::HUNG));
     let hung = assessed.moments.iter().filter(|it| it.what == "hung");
     assert_eq!(hung.count(), 2);
-    // Close to the points given by the scene.
+    // The sutures hang close to the points given by the scene.
     for (own, given) in sutures.iter().zip(
         triangle()
             .attachments()
@@ -126,8 +126,8 @@ fn careful_surgeon_hangs_the_gallbladder_and_the_dropper_does_not() {
     assert!(!is_done && sutures.iter().all(|it| it.placed == SutureMsg::AWAY));
 }
 
-/// Works the beginnings of the long tasks; [`the_careful_completes_the_long_tasks`] works them to
-/// the end.
+/// Works only the beginnings of the long tasks. [`the_careful_completes_the_long_tasks`] works them
+/// to the end.
 #[test]
 fn careful_surgeon_dissects_without_harm_and_repeats_bit_by_bit() {
     let begin = |task, seconds, metric, least| {
@@ -161,9 +161,10 @@ fn the_burner_of_the_bile_duct_is_alarmed_and_does_not_pass() {
     assert_ne!(result.assessed.outcome, Outcome::Passed);
 }
 
-/// Replays operations recorded by a release build: clips and scissors at duct and artery, the hook
-/// at the bed. The solver must reproduce them bit for bit in every build and on every processor.
-/// Record them anew after a deliberate change; SCENE.calot is a file that does not exist yet:
+/// Replays operations that a release build recorded: the scissors at duct and artery with clips,
+/// and the hook at the bed. The solver must reproduce them bit for bit in every build and on every
+/// processor. Record them anew after a deliberate change; SCENE.calot is a file that does not exist
+/// yet:
 ///
 /// ```text
 /// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful cut 150 0 \
@@ -210,7 +211,8 @@ fn recording_of_an_operation_comes_back() {
     assert!(recorded::read(&path).is_err(), "it breaks off");
 }
 
-/// At a task's start, assessment and controller agree on the cleared tissue.
+/// At a task's start, the assessment and the controller agree on the tissue that is already
+/// cleared.
 #[test]
 fn tissue_cleared_before_a_task_counts() {
     let scene = triangle();
@@ -230,7 +232,7 @@ fn tissue_cleared_before_a_task_counts() {
         seen_gone = volume(&gone) / volume(&|_| true);
         told = assessment.clone().end().metrics.get(Metric::CvsTriangle);
     };
-    // Nothing is removed in this time.
+    // The surgeon removes nothing in this time.
     work(
         start(Task::Clamp),
         Surgeon::Careful,

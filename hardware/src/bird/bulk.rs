@@ -13,9 +13,9 @@ use super::transport::Transport;
 use crate::HardwareError;
 use crate::line::{Bytes, Read, Written, now_ns};
 
-/// A device's two pipes, one packet at a time.
+/// The two USB pipes of a device, one in each direction. Each call moves one packet.
 pub trait BulkPipe: Send {
-    /// Sends one packet and waits until it is gone.
+    /// Sends one packet and waits until the device has taken the packet.
     fn write(&mut self, packet: &[u8]) -> io::Result<()>;
     /// Waits at most `wait` for a packet; returns 0 when none came.
     fn read(&mut self, packet: &mut [u8; PACKET_BYTES], wait: Duration) -> io::Result<usize>;
@@ -23,15 +23,16 @@ pub trait BulkPipe: Send {
 
 /// Most bytes of a packet.
 pub const PACKET_BYTES: usize = 64;
-/// Interval between two requests for a record: the unit's own measurement rate.
+/// Interval between two requests for a record. The unit measures at the same interval.
 const ASK_EVERY: Duration = Duration::from_millis(10);
-/// A request without an answer for this long is repeated. Sooner would upset the unit.
+/// Time without an answer after which a request is repeated. An earlier repetition would disturb
+/// the unit.
 const GIVE_UP: Duration = Duration::from_millis(100);
 /// Longest wait for a packet before the next command is sent.
 const WAIT: Duration = Duration::from_millis(2);
 /// Most commands queued for the thread.
 const ROOM: usize = 64;
-/// Longest command.
+/// Longest command, bytes.
 const COMMAND_BYTES: usize = 16;
 
 /// A command queued for the thread.
@@ -39,7 +40,7 @@ const COMMAND_BYTES: usize = 16;
 struct Command {
     bytes: [u8; COMMAND_BYTES],
     len: usize,
-    /// True for a request that the thread repeats.
+    /// True if the command requests a record. The thread repeats such a command.
     is_point: bool,
 }
 
@@ -61,7 +62,8 @@ impl Command {
     }
 }
 
-/// A pipe and its thread. Dropping it sends the queued commands and ends the thread.
+/// A pipe and the thread that serves the pipe. Dropping a `Bulk` sends the queued commands and ends
+/// the thread.
 pub(super) struct Bulk {
     path: PathBuf,
     heard: Arc<Bytes>,
@@ -156,7 +158,8 @@ fn serve(pipe: &mut dyn BulkPipe, to_send: &Receiver<Command>, into: &Bytes) -> 
         match to_send.try_recv() {
             Ok(command) if command.is_point => point = Some(command),
             Ok(command) => {
-                // Any other command ends the repeated request, as it ends a stream.
+                // Any other command ends the repeated requests, just as it ends a stream on a
+                // serial line.
                 point = None;
                 pipe.write(command.as_bytes())?;
             }

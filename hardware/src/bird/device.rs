@@ -10,7 +10,7 @@ pub struct Bird {
     streaming: bool,
     scale: Scale,
     group: bool,
-    /// Number of birds counted into the group.
+    /// Number of birds taken into the group.
     counted: u8,
     error: u8,
     command: Partial,
@@ -24,7 +24,8 @@ pub struct Bird {
 struct Sensor {
     pose: Record,
     hemisphere: Hemisphere,
-    /// True if its records hold position and quaternion; otherwise position and angles.
+    /// True if the bird's records hold position and quaternion. Otherwise they hold position and
+    /// angles.
     with_quaternion: bool,
 }
 
@@ -49,7 +50,8 @@ impl Bird {
         Self::flock(&[pose])
     }
 
-    /// Reports this error until it is read, as a bird with a broken part does at its start.
+    /// Reports the error `code` until the host reads the error. A bird with a broken part does the
+    /// same after power-up.
     #[cfg(test)]
     pub(crate) const fn fail(&mut self, code: u8) {
         self.error = code;
@@ -248,7 +250,8 @@ impl Sensor {
         }
         let mut bytes = record.bytes(scale).to_vec();
         if !self.with_quaternion {
-            // The words of the angles are never read.
+            // The host never reads the three angles, so these words just hold a part of the
+            // quaternion.
             bytes.truncate(ANGLES_BYTES);
         }
         bytes
@@ -303,7 +306,7 @@ mod tests {
     #[test]
     fn the_wrong_hemisphere_mirrors() {
         let mut bird = bird();
-        answers(&mut bird, b"]L\x0C\x00"); // lower, but z is negative
+        answers(&mut bird, b"]L\x0C\x00"); // selects the lower half, but z is negative
         let parse =
             |bytes: Vec<u8>| Record::parse(&bytes.try_into().unwrap(), Scale::Inches36).unwrap();
         let mirrored = parse(bird.record());
@@ -320,7 +323,7 @@ mod tests {
             rotation: UnitQuaternion::identity(),
         };
         let mut flock = Bird::flock(&[pose(0.1), pose(0.2), pose(0.3)]);
-        // Two birds are counted, both send quaternions, group mode is on.
+        // Takes two birds into the group, lets both send quaternions and switches group mode on.
         answers(&mut flock, b"P\x32\x02\xF1]\xF2]P\x23\x01");
         let all = answers(&mut flock, b"B");
         assert_eq!((all.len(), all[14], all[29]), (30, 1, 2));

@@ -1,5 +1,5 @@
-//! A mild filter for the camera. A tracker's noise of 0.1 mm makes a close-up picture tremble; a
-//! fixed low pass strong enough to hide that would lag behind the hand.
+//! Low-pass filter for the pose of the camera. A tracker's noise of 0.1 mm makes a close-up picture
+//! tremble. A fixed low pass strong enough to hide the tremble would lag behind the hand.
 //!
 //! Method: the 1 € filter of Casiez, Roussel and Vogel (CHI 2012), a low pass whose corner
 //! frequency rises with speed.
@@ -12,13 +12,13 @@ use super::wire::Record;
 
 /// Default corner frequency at rest, Hz.
 pub(super) const REST_HZ: f32 = 3.0;
-/// Corner frequency added per speed, Hz per m/s: at 0.1 m/s the picture lags by 2 ms.
+/// Increase of the corner frequency per speed, Hz per m/s. At 0.1 m/s the picture lags by 2 ms.
 const HZ_PER_M_S: f32 = 700.0;
-/// Corner frequency added per turning speed, Hz per rad/s.
+/// Increase of the corner frequency per turning speed, Hz per rad/s.
 const HZ_PER_RAD_S: f32 = 70.0;
-/// Corner frequency of the speed's own low pass, Hz.
+/// Corner frequency of the low pass that smooths the measured speeds, Hz.
 const SPEED_HZ: f32 = 3.0;
-/// A gap this long restarts the filter.
+/// Time between two records from which on the filter restarts, ns.
 const GAP_NS: u64 = 200_000_000;
 
 /// The filter and its state.
@@ -74,7 +74,8 @@ impl Filter {
 
 impl State {
     fn followed(self, raw: (Vec3, UnitQuaternion<f32>), at_ns: TimeNs, rest_hz: f32) -> Self {
-        // Records of one batch have equal times; assume 1 ms between them.
+        // Records that are read in one batch have equal times. The filter assumes 1 ms between
+        // them.
         let dt_s = (at_ns.saturating_sub(self.at_ns) as f32 * 1e-9).max(1e-3);
         let turned = (self.raw.1.inverse() * raw.1).scaled_axis();
         let of_speed = share(SPEED_HZ, dt_s);
@@ -97,7 +98,7 @@ impl State {
     }
 }
 
-/// Weight of the new value in a low pass of this corner frequency after `dt_s`.
+/// Weight of the new value in a low pass of this corner frequency, `dt_s` after the previous value.
 fn share(corner_hz: f32, dt_s: f32) -> f32 {
     let turns = std::f32::consts::TAU * corner_hz * dt_s;
     turns / (1.0 + turns)

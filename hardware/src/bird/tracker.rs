@@ -16,29 +16,31 @@ use super::wire::{Hemisphere, Record, RecordReader, Scale, command, parameter, s
 use crate::HardwareError;
 use crate::line::{Line, Read, Written};
 
-/// Fastest rate of a serial bird: a record takes 1.2 ms on the wire.
+/// Fastest bit rate of a serial bird, baud. A record then takes 1.2 ms on the wire.
 pub(crate) const BAUD: u32 = 115_200;
-/// Longest wait for an answer. A bird needs milliseconds, longer if it sleeps or resets.
+/// Longest wait for an answer. A bird answers within milliseconds, but later while it wakes up or
+/// resets.
 const ANSWER: Duration = Duration::from_millis(500);
-/// Attempts per question: bytes of an old stream may precede the first answer.
+/// Attempts per question. The first attempts may fail because bytes of an old stream precede the
+/// answer.
 const TRIES: u32 = 4;
-/// A stopped stream has ended when the line is quiet for this long. Each failed attempt multiplies
-/// the time by `QUIETER`: on a busy computer an emulated bird is late, and old answers come before
-/// new ones.
+/// Silence on the line after which a stopped stream counts as ended.
 const QUIET: Duration = Duration::from_millis(30);
+/// Factor by which each failed attempt prolongs that silence. An emulated bird on a busy computer
+/// answers late, so an old answer may arrive before the new one.
 const QUIETER: u32 = 4;
 /// Most bytes that one poll reads: 36 records.
 const BYTES_PER_POLL: usize = 512;
-/// Fastest plausible movement of an endoscope, m/s…
+/// Fastest plausible movement of an endoscope, m/s.
 const SPEED_LIMIT_M_S: f32 = 2.0;
-/// …on top of this much noise, m.
+/// Noise of a position, m, allowed on top of that movement.
 const NOISE_M: f32 = 0.003;
-/// After this long without a record, any position is plausible.
+/// Time after an admitted record, ns, beyond which any position is plausible.
 const FORGET_NS: u64 = 500_000_000;
-/// Errors after which the manual forbids use of the bird.
+/// Error codes after which the manual forbids the use of the bird.
 const FATAL: [u8; 12] = [1, 2, 15, 16, 20, 21, 22, 23, 24, 25, 26, 27];
 
-/// Silence that a group needs before and after it is configured.
+/// Pause that the birds need before and after the command that configures a group.
 const CONFIGURED: Duration = Duration::from_millis(600);
 /// Most birds of a group.
 const BIRDS_MAX: u8 = 14;
@@ -84,8 +86,8 @@ pub struct BirdTracker {
 }
 
 impl BirdTracker {
-    /// Opens a serial line, identifies the bird and starts the stream. Not for the tick: takes
-    /// about 1 s, for a group 2 s more.
+    /// Opens a serial line, identifies the bird and starts the stream. This takes about 1 s, for a
+    /// group 2 s more, so the tick must not call it.
     pub fn open(path: &Path, setup: BirdSetup) -> Result<Self, HardwareError> {
         Self::start(Box::new(Line::open(path, BAUD)?), setup)
     }
@@ -183,7 +185,8 @@ impl BirdTracker {
     }
 
     fn identify(&mut self) -> Result<(), HardwareError> {
-        // End a stream that an earlier host left on. A bird at rest answers with one record.
+        // `POINT` ends a stream that an earlier host left on. A bird that does not stream answers
+        // `POINT` with one record.
         self.tell(&[command::RUN])?;
         self.tell(&[command::POINT])?;
         let model: [u8; 10] = self.ask(parameter::MODEL)?;
@@ -277,7 +280,7 @@ impl BirdTracker {
                 return Ok(answer);
             }
             if rest > 0 {
-                // More bytes than the answer: a stream is still on.
+                // Bytes after the answer mean that a stream is still on.
                 self.tell(&[command::POINT])?;
             }
             quiet = ANSWER.min(quiet * QUIETER);
@@ -290,8 +293,8 @@ impl BirdTracker {
         })
     }
 
-    /// Discards input until the line is quiet for `quiet`, at most for that and half a second.
-    /// Returns the number of bytes discarded.
+    /// Discards input until the line has been silent for `quiet`, but for no longer than `quiet`
+    /// and half a second. Returns the number of bytes discarded.
     fn drain(&mut self, quiet: Duration) -> Result<u64, HardwareError> {
         let start = Instant::now();
         let mut last = start;
@@ -323,7 +326,7 @@ const NAME: &str = "Flock-of-Birds tracker";
 
 impl Drop for BirdTracker {
     fn drop(&mut self) {
-        // A packet holds one command only.
+        // Two writes, because a USB packet holds only one command.
         self.line.write(&[command::POINT]);
         self.line.write(&[command::SLEEP]);
     }
@@ -370,8 +373,8 @@ impl Tracker for BirdTracker {
     }
 }
 
-/// Holds back a record that is implausibly far from the last one until a second one agrees with it,
-/// because records have no checksum.
+/// Holds back a record that is implausibly far from the last admitted one, until a second record
+/// agrees with it. Records have no checksum, so a damaged record may look valid.
 #[derive(Debug, Default)]
 struct Gate {
     admitted: Option<(Vec3, TimeNs)>,

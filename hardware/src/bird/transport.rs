@@ -6,7 +6,8 @@ use std::path::Path;
 use super::wire::command;
 use crate::line::{Line, Read, Written};
 
-/// A serial line or USB packets. No method waits; none allocates once records flow.
+/// Carries commands and records over a serial line or in USB packets. No method waits. Once records
+/// flow, no method allocates.
 pub(super) trait Transport: fmt::Debug + Send {
     /// Path that was opened.
     fn path(&self) -> &Path;
@@ -18,7 +19,7 @@ pub(super) trait Transport: fmt::Debug + Send {
     fn write(&mut self, bytes: &[u8]) -> Written;
     /// Starts the flow of records; `point` is the command for one record.
     fn begin(&mut self, point: &[u8]) -> Written;
-    /// True if a single bird also needs its address and a configured group.
+    /// True if even a single bird needs its address before each command and a configured group.
     fn is_addressed(&self) -> bool;
 }
 

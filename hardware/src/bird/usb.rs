@@ -1,7 +1,7 @@
 //! A trakSTAR's pipes on the USB.
 //!
-//! Source of device and endpoint numbers: two open drivers of medSAFE and trakSTAR units. Not
-//! tested on every unit, so start with `calot devices conformance`.
+//! Source of device and endpoint numbers: two open-source drivers of medSAFE and trakSTAR units.
+//! The numbers were not tested on every unit, so run `calot devices conformance` first.
 
 use std::io;
 use std::path::Path;
@@ -86,7 +86,7 @@ impl BulkPipe for UsbPipe {
     }
 
     fn read(&mut self, packet: &mut [u8; PACKET_BYTES], wait: Duration) -> io::Result<usize> {
-        // Keep one transfer pending at the unit, so that nothing is lost between calls.
+        // Keep one transfer pending, so that no packet is lost between two calls.
         if self.from_unit.pending() == 0 {
             self.from_unit.submit(Buffer::new(PACKET_BYTES));
         }

@@ -1,15 +1,15 @@
 //! Commands and records of the bird protocol.
 //!
-//! A record is a row of 16-bit words of which the upper 14 bits are sent: seven in each of two
-//! bytes, low part first. Bit 7 is set only in the first byte of a record, so a reader that lost
-//! its place finds the next record. There is no checksum, so implausible records are held back.
-//! Source: laserBIRD manual, drivers of VRPN and IGSTK.
+//! A record is a row of 16-bit words. Only the upper 14 bits of a word are sent, in two bytes of
+//! seven bits each, the lower seven bits first. Bit 7 is set only in the first byte of a record, so
+//! a reader that lost a byte finds the start of the next record. A record has no checksum, so the
+//! driver holds back implausible records. Source: laserBIRD manual, drivers of VRPN and IGSTK.
 
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Commands from host to bird: one byte each, some with arguments.
 pub mod command {
-    /// Requests one record; ends the stream.
+    /// Requests one record. While a stream is on, ends the stream instead.
     pub const POINT: u8 = b'B';
     /// Streams records until `POINT`.
     pub const STREAM: u8 = b'@';
@@ -21,8 +21,8 @@ pub mod command {
     pub const EXAMINE: u8 = b'O';
     /// Sets a parameter; its number and its bytes follow.
     pub const CHANGE: u8 = b'P';
-    /// Upper four bits of a prefix; the lower four are the address of the bird that gets the next
-    /// command.
+    /// Upper four bits of the prefix byte that addresses a bird. The lower four bits are the
+    /// address of the bird that gets the next command.
     pub const TO_BIRD: u8 = 0xF0;
     /// Wakes the bird.
     pub const RUN: u8 = b'F';
@@ -57,8 +57,8 @@ pub mod status {
     pub const STREAMING: u16 = 1;
 }
 
-/// Half of the room around the transmitter in which the sensor stays. The fields of the two halves
-/// differ in sign only, so the bird must know its half.
+/// Half of the room around the transmitter in which the sensor stays. The magnetic fields in the
+/// two halves differ in sign only, so the host must state the half.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hemisphere {
     /// x > 0.
@@ -86,7 +86,7 @@ impl Hemisphere {
         Self::Upper,
     ];
 
-    /// Arguments of the command.
+    /// Argument bytes of the command `HEMISPHERE`.
     #[must_use]
     pub const fn bytes(self) -> [u8; 2] {
         match self {
@@ -99,7 +99,7 @@ impl Hemisphere {
         }
     }
 
-    /// Hemisphere with these arguments of the command.
+    /// Hemisphere with these argument bytes of the command `HEMISPHERE`.
     #[must_use]
     pub fn from_bytes(bytes: [u8; 2]) -> Option<Self> {
         Self::ALL
@@ -107,7 +107,8 @@ impl Hemisphere {
             .find(|hemisphere| hemisphere.bytes() == bytes)
     }
 
-    /// Distance of a position inside this half, in the position's unit; negative outside.
+    /// Distance of a position from the plane between the halves, in the position's unit. Negative
+    /// outside this half.
     #[must_use]
     pub fn depth(self, position: [f32; 3]) -> f32 {
         let [x, y, z] = position;
@@ -142,7 +143,7 @@ impl Scale {
         }
     }
 
-    /// The two bytes of the parameter.
+    /// The two bytes of the parameter `SCALING`.
     #[must_use]
     pub const fn bytes(self) -> [u8; 2] {
         match self {
@@ -151,7 +152,7 @@ impl Scale {
         }
     }
 
-    /// Scale with these bytes of the parameter.
+    /// Scale with these bytes of the parameter `SCALING`.
     #[must_use]
     pub fn from_bytes(bytes: [u8; 2]) -> Option<Self> {
         [Self::Inches36, Self::Inches72]
@@ -172,13 +173,13 @@ const PHASE: u8 = 0x80;
 pub struct Record {
     /// Position of the sensor in the transmitter's frame, m.
     pub position_m: [f32; 3],
-    /// Rotation of the sensor, in steps of 1/8192.
+    /// Rotation of the sensor. On the wire its quaternion has steps of 1/8192.
     pub rotation: UnitQuaternion<f32>,
 }
 
 impl Record {
     /// Parses the words of a record. `None` when the length of the quaternion differs from 1 by
-    /// more than 1 %, the only sign of damage.
+    /// more than 1 %. A record shows no other sign of damage.
     #[must_use]
     pub fn parse(bytes: &[u8; RECORD_BYTES], scale: Scale) -> Option<Self> {
         let words = words(bytes);
@@ -231,7 +232,8 @@ pub struct RecordReader {
     len: usize,
     /// True if each record ends with its bird's address.
     is_group: bool,
-    /// True while bytes without a start are dropped; they are counted once.
+    /// True while bytes are dropped because no record has started. A run of such bytes counts as
+    /// one error.
     lost: bool,
 }
 

@@ -1,4 +1,5 @@
-//! From records of an axis to its parameters, their errors, and the courses for charts.
+//! Computes the parameters of an axis, their errors, and the curves for charts from the records of
+//! the axis.
 
 use super::bench::Step;
 use super::curve::friction_curve;
@@ -8,7 +9,7 @@ use super::friction::Broken;
 use super::model::{COUNT, Course, Model, Window};
 use super::result::{Axis, Estimate, Trace};
 
-/// Damping with which the search begins, N s/m.
+/// Damping with which the fit begins, N s/m.
 const GUESS_N_S_M: f64 = 0.1;
 /// Parts of a chirp that charts show: first and last time, s.
 const SHOWN_S: [[f64; 2]; 2] = [[0.2, 1.0], [1.6, 1.8]];
@@ -32,7 +33,7 @@ impl Repetition {
     }
 }
 
-/// Parameters of an axis. `None`: the handle moved too little.
+/// Parameters of an axis. `None` if the handle moved too little.
 pub(super) fn axis_of(
     rough: &Rough,
     broken: &[[Broken; 2]],
@@ -79,7 +80,7 @@ pub(super) fn axis_of(
     })
 }
 
-/// Mean and its standard error by the spread.
+/// Mean of the values and its standard error, which follows from their spread.
 fn spread(values: &[f64]) -> Estimate {
     let count = values.len().max(1) as f64;
     let value = values.iter().sum::<f64>() / count;
@@ -107,7 +108,7 @@ fn shown(fit: &Fit, course: &Course, [from_s, to_s]: [f64; 2]) -> Trace {
     trace
 }
 
-/// The first handle that runs out, and the model that begins with its place and speed.
+/// The first run-out as measured, and as computed by the model from the same position and speed.
 fn run_out(model: &Model, repetitions: &[Repetition]) -> Option<Trace> {
     let first = repetitions.first()?;
     let (course, released_s) = (first.courses.get(1)?, *first.released_s.first()?);

@@ -1,4 +1,5 @@
-//! The device under test behind guards: every force of every experiment passes [`Bench::tick`].
+//! Keeps the device under test within limits: every force of every experiment passes
+//! [`Bench::tick`].
 
 use std::collections::VecDeque;
 
@@ -12,36 +13,40 @@ use super::halt::Halt;
 
 /// Time of the experiments: real or simulated.
 pub trait Clock {
-    /// Waits for the next millisecond and returns its time, ns. `None`: a person asks to stop.
+    /// Waits for the next millisecond and returns its time, ns. `None` if a person asks to stop.
     fn next(&mut self) -> Option<TimeNs>;
 }
 
-/// Largest force unless a person allows more, N: the weight of 100 g. A hand that it meets by
-/// surprise follows or stops it without effort, and it exceeds the dry friction of desktop devices
-/// (0.1 to 0.3 N) several times, so that it also moves them.
+/// Largest force unless a person allows more, N: the weight of 100 g. A hand that this force
+/// surprises gives way or stops it without effort. The force is several times the dry friction of
+/// desktop devices (0.1 to 0.3 N), so it moves their handles.
 pub const FORCE_N: f64 = 1.0;
-/// Share of the peak that no experiment exceeds: a device that declares half of its true peak still
-/// stays below it.
+/// Share of the declared peak force that no experiment exceeds. A device that declares half of its
+/// true peak may give twice the force that was sent, and then still stays within the declared peak.
 const PEAK_SHARE: f64 = 0.5;
 /// Least force with which anything can be measured, N.
 const FORCE_MIN_N: f64 = 0.05;
-/// Largest change of force in a tick, N. A chirp of 50 Hz and 0.88 N changes by 0.28 N.
+/// Largest change of force per tick, N. A chirp of 50 Hz and 0.88 N changes by up to 0.28 N per
+/// tick.
 const SLEW_N: f64 = 0.3;
 /// Age of a sample above which no force is sent, s.
 const STALE_S: f64 = 0.02;
-/// Time without a sample that ends everything, s; the force has been zero for most of it…
+/// Time without a sample after which the measurement ends, s, if `QUIET_POLLS` was exceeded as
+/// well. The force has been zero for most of this time.
 const SILENT_S: f64 = 0.3;
-/// …if the device was also asked so often: after a pause of this computer it must get its turn.
+/// Number of polls without a sample that must also have passed. So a pause of this computer does
+/// not count as silence of the device.
 const QUIET_POLLS: u32 = 30;
 /// Time in which the first sample must come, s.
 const FIRST_S: f64 = 1.0;
-/// Time over which speed is measured, s: an encoder step of 0.055 mm is 7 mm/s of it.
+/// Time over which speed is measured, s. Over this time an encoder step of 0.055 mm looks like 7
+/// mm/s.
 const SPEED_S: f64 = 0.008;
 
 /// Record of a tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
-    /// Time at which a sample was taken over and a force was sent, s.
+    /// Time at which the force was sent, and the new sample, if any, was taken, s.
     pub(super) at_s: f64,
     /// Force sent, N.
     pub(super) force_n: Vector,
@@ -49,7 +54,8 @@ pub(super) struct Step {
     pub(super) at_m: Option<Vector>,
 }
 
-/// The guarded device. It ends without force, however it ends.
+/// The device within its limits. Dropping a `Bench` sets the force to zero, whatever ended the
+/// measurement.
 pub(super) struct Bench<'a> {
     device: &'a mut dyn HapticDevice,
     clock: &'a mut dyn Clock,
@@ -131,12 +137,12 @@ impl<'a> Bench<'a> {
         self.now
     }
 
-    /// Ends everything if the handle goes farther than `reach_m` from `at_m`.
+    /// Sets the leash: the measurement ends if the handle goes farther than `reach_m` from `at_m`.
     pub(super) const fn leash(&mut self, at_m: Vector, reach_m: f64) {
         self.guard.leash = Some((at_m, reach_m));
     }
 
-    /// Forgets the leash.
+    /// Removes the leash.
     pub(super) const fn unleash(&mut self) {
         self.guard.leash = None;
     }
@@ -151,7 +157,7 @@ impl<'a> Bench<'a> {
         std::mem::take(&mut self.record)
     }
 
-    /// Sends a force, shortened to the limits, and waits for the next millisecond and its sample.
+    /// Sends a force, reduced to the limits, and waits for the next millisecond and its sample.
     pub(super) fn tick(&mut self, force_n: Vector) -> Result<Now, Halt> {
         let is_stale = self.now.at_s - self.sampled_s > STALE_S;
         let wanted_n = if is_stale || !force_n.norm().is_finite() {
@@ -183,7 +189,8 @@ impl<'a> Bench<'a> {
         self.last_n = force_n;
     }
 
-    /// Sends zero force. A line that refuses is asked again; the device's watchdog does the rest.
+    /// Sends zero force, and tries again if the line refuses. If every attempt fails, the device's
+    /// watchdog ends the force.
     pub(super) fn cut(&mut self) {
         const TRIES: u32 = 3;
         for _ in 0..TRIES {
@@ -195,7 +202,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Waits for the next millisecond, takes its sample and judges it.
+    /// Waits for the next millisecond, takes the new sample and checks it against all limits.
     fn wait(&mut self, patience_s: f64) -> Result<(), Halt> {
         self.now_ns = self.clock.next().ok_or(Halt::Asked)?;
         self.now.at_s = self.now_ns.saturating_sub(self.start_ns) as f64 * 1e-9;
@@ -236,7 +243,7 @@ impl<'a> Bench<'a> {
         while is_old(self.past.get(1)) {
             self.past.pop_front();
         }
-        // A few samples are too few: one encoder step within a millisecond looks fast.
+        // A shorter time is not enough: one encoder step within a millisecond looks fast.
         let then = self.past.front().filter(|it| at_s - it.0 >= 0.5 * SPEED_S);
         self.now.v_m_s = then.map_or(Vector::zeros(), |it| (at_m - it.1) / (at_s - it.0));
     }

@@ -1,28 +1,29 @@
-//! Recognises a handle that buzzes: a movement that turns round again and again, faster than a hand
-//! trembles.
+//! Detects a handle that buzzes, which means that its movement reverses again and again, faster
+//! than a hand trembles.
 
 use std::collections::VecDeque;
 
-/// Smallest swing that counts, m. `evaluate haptics` calls a contact still up to this one, which is
-/// five encoder steps of a Touch.
+/// Smallest swing that counts, m: five encoder steps of a Touch. `evaluate haptics` calls a contact
+/// still up to the same swing.
 pub const SWING_M: f64 = 0.275e-3;
-/// Swings in a row that are a buzz…
+/// Number of consecutive swings that make a buzz, if they all happen within `WITHIN_S`.
 const SWINGS: usize = 6;
-/// …if they take no longer than this, s: 12 Hz. A tremor has 8 to 12 Hz and swings by less, and a
-/// person who moves the handle on purpose stays below 5 Hz.
+/// Longest time for these swings, s. Six swings in this time are 12 Hz. A tremor has 8 to 12 Hz,
+/// but swings by less than `SWING_M`. A person who moves the handle on purpose stays below 5 Hz.
 const WITHIN_S: f64 = 0.25;
 
-/// Ratio of the last swings to the first below which the movement dies away: it is the echo of an
-/// impact, and the wall may be still afterwards…
+/// Ratio of the last two swings to the first two below which the movement dies away. Such a
+/// movement is the ringing of an impact, and the wall may be still afterwards.
 const DIES: f64 = 0.97;
-/// …unless it goes on for so long, s.
+/// Time after which quick swings count as a buzz even if they die away, s.
 const LASTS_S: f64 = 0.5;
 
 /// The turning points of a movement along one line.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Buzz {
-    /// Farthest place since the last turning point, m, and the direction towards it.
+    /// Farthest position since the last turning point, m.
     far_m: Option<f64>,
+    /// Sign of the movement towards that position; 0 before the first movement.
     direction: f64,
     /// Times, s, and sizes, m, of the last swings.
     swings: VecDeque<(f64, f64)>,

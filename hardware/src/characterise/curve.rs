@@ -1,18 +1,20 @@
-//! Friction over speed, straight from the measurement: the force that inertia and weight leave.
+//! Friction over speed, computed from the measurement: the force that remains after inertia and
+//! weight.
 
 use super::model::{Course, Model};
 
-/// Samples on each side of a place from which its speed and acceleration are taken: with 10 of
-/// them, steps of 0.055 mm leave an error of 10 mN on 45 g.
+/// Number of samples on each side of a position from which speed and acceleration there are
+/// computed. With 10 samples, encoder steps of 0.055 mm cause an error of 10 mN on 45 g.
 const SIDE: usize = 10;
 /// Width of a bin of speeds, m/s.
 const BIN_M_S: f64 = 0.02;
-/// Fewest places of a bin.
+/// Fewest positions in a bin that becomes a point of the curve.
 const BIN_MIN: usize = 5;
-/// Samples at each end that must show movement, the least movement, m, and the least share of the
-/// speed in the middle.
+/// Number of sample intervals at each end over which the handle must move.
 const END: usize = 5;
+/// Least movement over these intervals, m.
 const END_MIN_M: f64 = 0.06e-3;
+/// Least speed over these intervals, as a share of the speed in the middle.
 const END_SHARE: f64 = 0.25;
 /// Largest gap between samples, s.
 const GAP_S: f64 = 0.003;
@@ -43,8 +45,8 @@ pub(super) fn friction_curve(courses: &[Course], model: &Model) -> Vec<[f64; 2]>
     .collect()
 }
 
-/// True if the handle moves in one direction at both ends. Next to a stop or a reversal friction is
-/// not one force.
+/// True if the handle moves in the same direction at both ends. Near a stop or a reversal, friction
+/// has no single value.
 fn moves_throughout(around: &[(f64, f64)], v_m_s: f64) -> bool {
     let ends = [&around[..=END], &around[around.len() - 1 - END..]];
     ends.iter().all(|end| {
@@ -54,7 +56,8 @@ fn moves_throughout(around: &[(f64, f64)], v_m_s: f64) -> bool {
     })
 }
 
-/// Time, speed and acceleration in the middle of samples, by a parabola of least squares.
+/// Time, speed and acceleration in the middle of the samples, from a parabola fitted by least
+/// squares.
 fn motion(around: &[(f64, f64)]) -> Option<[f64; 3]> {
     let middle = around.get(SIDE)?;
     let has_gap = around.windows(2).any(|pair| pair[1].0 - pair[0].0 > GAP_S);
@@ -73,7 +76,7 @@ fn motion(around: &[(f64, f64)]) -> Option<[f64; 3]> {
     Some([middle.0, found[1], found[2]])
 }
 
-/// Mean force around a time, weighted as the parabola weighs accelerations.
+/// Mean force around a time, weighted in the same way as the parabola weights accelerations.
 fn mean_force_n(course: &Course, at_s: f64, half_s: f64) -> f64 {
     const PARTS: i32 = 40;
     let (mut sum_n, mut weights) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! The time there and back on the line of a rig: from a command to the sample that confirms it.
+//! Round-trip time on the line of a rig, from a command to the sample that confirms the command.
 
 use rt_core::port::{ForceCommand, HapticDevice, Polled};
 
@@ -6,13 +6,13 @@ use super::bench::Clock;
 use super::halt::Halt;
 use crate::rig::RigHaptic;
 
-/// Echoes that are measured.
+/// Number of echoes to measure.
 const ECHOES: usize = 200;
-/// Ticks after which the device counts as deaf.
+/// Most ticks for all echoes. A device without an echo in this time confirms no commands.
 const TICKS_MAX: u32 = 3000;
 
-/// Median time from a command of zero force to the sample that confirms it, s. `None`: the device
-/// confirms none.
+/// Median time from a command of zero force to the sample that confirms the command, s. `None` if
+/// the device confirms no commands.
 ///
 /// # Errors
 /// If the line is lost, or a person asks to stop.

@@ -1,5 +1,5 @@
-//! Forces along one axis that make the handle's inertia, damping, friction and delay show: a chirp,
-//! and a push after which the handle runs out freely.
+//! Forces along one axis that reveal the handle's inertia, damping, friction and delay: a chirp,
+//! and a push after which the handle runs out, which means that it coasts without a driving force.
 
 use std::f64::consts::TAU;
 
@@ -7,44 +7,47 @@ use super::bench::{Bench, Now, Step, Vector};
 use super::halt::Halt;
 use super::hold::Hold;
 
-/// First and last frequency of a chirp, Hz. Inertia hides damping at the last and delay at the
-/// first: a delay of 0.1 ms acts on 45 g at 4 Hz as 0.003 N s/m, at 50 Hz as 0.4 N s/m.
+/// First and last frequency of a chirp, Hz. Damping shows best at the first frequency, delay at the
+/// last. A delay of 0.1 ms acts on 45 g at 4 Hz like a damping of 0.003 N s/m, at 50 Hz like 0.4 N
+/// s/m.
 const CHIRP_HZ: [f64; 2] = [4.0, 50.0];
 /// Length of a chirp, s.
 const CHIRP_S: f64 = 2.0;
-/// Time over which its amplitude grows and fades, s.
+/// Time over which the amplitude of a chirp grows at its start and fades at its end, s.
 const FADE_S: f64 = 0.2;
-/// Largest speed that an experiment aims at, m/s: half of the speed that ends it.
+/// Largest speed that an experiment aims at, m/s: half of the speed that ends the experiment.
 const SPEED_M_S: f64 = 0.25;
-/// Speeds between which a force along the movement fades to nothing, m/s. A chirp that begins or
-/// meets less friction than expected would otherwise swing up to twice as fast.
+/// Speeds between which a force along the movement fades to zero, m/s. Otherwise a chirp would
+/// swing up to twice as fast at its start, or where friction is less than expected.
 const GOVERNED_M_S: [f64; 2] = [0.25, 0.4];
-/// Largest amplitude of movement that a chirp aims at, as a share of the region.
+/// Largest amplitude of movement that a chirp aims at, as a share of the region, which is the
+/// radius in which experiments take place.
 const AMPLITUDE: f64 = 0.15;
-/// Stiffness that keeps a chirp in its place, N/m: a small part of inertia's forces.
+/// Stiffness of the spring that keeps a chirp in its place, N/m. The spring's force is a small part
+/// of the inertial forces.
 const CENTRE_N_M: f64 = 15.0;
-/// Distance that a chirp may go, as a share of the region.
+/// Largest distance of the handle from the start of a chirp, as a share of the region.
 const CHIRP_LEASH: f64 = 0.5;
-/// Share of the force that remains for an axis.
+/// Share of the remaining force that an experiment uses along its axis.
 const SPARE: f64 = 0.95;
 /// Least force beyond friction and weight with which the handle can be moved, N.
 const ROOM_MIN_N: f64 = 0.03;
-/// Distance in which a push reaches its speed, m.
+/// Distance over which a push accelerates the handle to its speed, m.
 const PUSH_M: f64 = 0.006;
 /// Distance that the handle may run out, as a share of the region.
 const RUN_OUT: f64 = 0.25;
 /// Longest push, s.
 const PUSH_S: f64 = 0.2;
-/// Time in which a push's force grows, s.
+/// Time over which the force of a push grows to its full value, s.
 const GROW_S: f64 = 0.01;
 /// Longest run-out, s.
 const RUN_OUT_S: f64 = 0.8;
-/// Speed at which the handle counts as still, m/s.
+/// Largest speed at which the handle counts as still, m/s.
 const STILL_M_S: f64 = 0.004;
-/// Time for which it must be still, s.
+/// Time for which the handle must be still before a run-out ends, s.
 const STILL_S: f64 = 0.02;
 
-/// First knowledge of an axis, from break-away.
+/// Rough values of an axis, from the break-away experiment.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rough {
     /// Mass, kg.
@@ -53,7 +56,7 @@ pub(super) struct Rough {
     pub(super) friction_n: f64,
 }
 
-/// Force along `axis` that is left beside the weight, N.
+/// Force along `axis` that remains after the forces that carry the weight, N.
 fn room_n(bench: &Bench<'_>, hold: &Hold, axis: usize) -> f64 {
     let mut across_n = hold.carries_n;
     across_n[axis] = 0.0;
@@ -66,14 +69,14 @@ pub(super) fn is_movable(bench: &Bench<'_>, hold: &Hold, axis: usize, rough: &Ro
     room_n(bench, hold, axis) >= rough.friction_n + ROOM_MIN_N
 }
 
-/// The hold's force with another one along `axis`.
+/// The force of `hold`, with its part along `axis` replaced by `along_n`.
 fn with_axis(hold: &Hold, now: &Now, axis: usize, along_n: f64) -> Vector {
     let mut force_n = hold.force_n(now);
     force_n[axis] = along_n;
     force_n
 }
 
-/// `force_n`, or less of it where it makes a fast handle faster.
+/// `force_n`, reduced where it would make a fast handle faster.
 fn governed_n(force_n: f64, v_m_s: f64) -> f64 {
     if force_n * v_m_s <= 0.0 {
         return force_n;
@@ -106,7 +109,7 @@ pub(super) fn chirp(
         let share = at_s / CHIRP_S;
         let turn = TAU * first_hz * (octaves * share).exp();
         let phase = TAU * first_hz * CHIRP_S / octaves * ((octaves * share).exp() - 1.0);
-        // The inertia's and the friction's forces at the speed that is aimed at.
+        // Force that overcomes friction and inertia at the speed aimed at.
         let amplitude_n = (rough.friction_n + rough.mass_kg * turn * SPEED_M_S).min(room_n);
         let fade = (at_s / FADE_S).min((CHIRP_S - at_s) / FADE_S).min(1.0);
         let off_m = now.at_m[axis] - start.at_m[axis];
@@ -122,7 +125,7 @@ pub(super) fn chirp(
 /// A push, and the handle that runs out.
 #[derive(Debug, Clone)]
 pub(super) struct Push {
-    /// Record from its start.
+    /// Record from the start of the push.
     pub(super) steps: Vec<Step>,
     /// Time at which the push ended, s.
     pub(super) released_s: f64,
@@ -138,7 +141,7 @@ pub(super) fn push(
 ) -> Result<Push, Halt> {
     let start = bench.now();
     let run_out_m = RUN_OUT * bench.region_m();
-    // Friction alone must stop the handle within two thirds of the way.
+    // Friction alone must stop the handle within two thirds of `run_out_m`.
     let stopped_m_s = (1.3 * rough.friction_n / rough.mass_kg * run_out_m).sqrt();
     let goal_m_s = SPEED_M_S.min(stopped_m_s);
     let push_n = rough.friction_n + rough.mass_kg * goal_m_s.powi(2) / (2.0 * PUSH_M);

@@ -1,31 +1,33 @@
-//! Least squares of a [`Model`] to measured positions. Each window starts anew from a place and a
-//! speed that are fitted as well (multiple shooting). So positions are never differentiated, whose
-//! encoder steps would be noise of 50 m/s², and reversals need no special treatment.
+//! Fits a [`Model`] to measured positions by least squares. The positions are split into windows.
+//! In each window the model starts anew from a position and a speed that are fitted as well
+//! (multiple shooting). So the fit never differentiates positions, because their encoder steps
+//! would cause noise of 50 m/s². Reversals need no special treatment.
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
 use super::model::{COUNT, Course, DELAY_MAX_S, Model, Window};
 
-/// Changes of the parameters for derivatives: kg, N s/m, N, N, s.
+/// Changes of the parameters for numerical derivatives: kg, N s/m, N, N, s.
 const CHANGES: [f64; COUNT] = [2e-4, 2e-3, 2e-3, 1e-3, 2e-5];
-/// Change of a start's speed for derivatives, m/s.
+/// Change of a window's initial speed for numerical derivatives, m/s.
 const CHANGE_M_S: f64 = 1e-4;
-/// Steps of the search for the delay, s. The fit finds its way over half of a step: that is a tenth
-/// of a swing of 50 Hz.
+/// Step of the search for the delay, s. The fit then corrects the delay by at most half a step,
+/// which is a tenth of a period at 50 Hz.
 const SEARCH_S: f64 = 4e-3;
 /// Most windows that this search uses.
 const SEARCH_WINDOWS: usize = 24;
 /// Iterations at each delay of the search.
 const SEARCH_ITERATIONS: u32 = 4;
-/// Iterations afterwards.
+/// Most iterations of the fit after the search.
 const ITERATIONS: u32 = 25;
-/// Iterations for a window's place and speed.
+/// Most iterations for a window's initial position and speed.
 const START_ITERATIONS: u32 = 6;
-/// Ratio to the middle window's residual above which a window is an outlier.
+/// Ratio of a window's rms residual to the median of all windows above which the window is an
+/// outlier.
 const OUTLIER: f64 = 4.0;
-/// Least effect of a parameter, m² per its unit squared.
+/// Least diagonal element of the normal matrix, m² per squared unit of the parameter.
 const LEAST: f64 = 1e-9;
-/// Relative gain below which a fit is done.
+/// Relative decrease of the cost below which a fit ends.
 const DONE: f64 = 1e-4;
 
 type Normal = SMatrix<f64, COUNT, COUNT>;
@@ -35,15 +37,15 @@ type Change = SVector<f64, COUNT>;
 #[derive(Debug, Clone)]
 pub(super) struct Fit {
     pub(super) model: Model,
-    /// Standard errors of the parameters, by the residual.
+    /// Standard errors of the parameters, computed from the residual.
     pub(super) errors: [f64; COUNT],
     /// Root mean square of the residual, m.
     pub(super) rms_m: f64,
-    /// Windows with the numbers of their courses.
+    /// Windows, each with the index of the course (record) to which it belongs.
     pub(super) windows: Vec<(usize, Window)>,
 }
 
-/// One linearisation, with each window's place and speed eliminated.
+/// Linearised problem, with each window's initial position and speed eliminated.
 struct Linear {
     cost: f64,
     normal: Normal,
@@ -51,7 +53,7 @@ struct Linear {
     samples: usize,
 }
 
-/// Fits a model to courses, beginning from a guess. `None`: too little movement.
+/// Fits a model to courses, beginning from a guess. `None` if the handle moved too little.
 pub(super) fn fit(courses: &[Course], guess: Model) -> Option<Fit> {
     let windows = all_windows(courses);
     let every = windows.len().div_ceil(SEARCH_WINDOWS).max(1);
@@ -96,7 +98,7 @@ fn all_windows(courses: &[Course]) -> Vec<(usize, Window)> {
     courses.iter().enumerate().flat_map(of).collect()
 }
 
-/// Levenberg and Marquardt's descent. Returns the cost; `None` without windows.
+/// Descent by the method of Levenberg and Marquardt. Returns the cost; `None` without windows.
 fn descend(
     courses: &[Course],
     windows: &mut [(usize, Window)],
@@ -133,8 +135,8 @@ fn descend(
     (linear.samples > 0).then_some(linear.cost)
 }
 
-/// Drops windows that fit far worse than most: this computer or the device stood still in them.
-/// Returns true if there were any.
+/// Drops windows that fit far worse than most, because this computer or the device paused in them.
+/// Returns true if any window was dropped.
 fn drop_outliers(courses: &[Course], windows: &mut Vec<(usize, Window)>, model: &Model) -> bool {
     let mut run = Vec::new();
     let mut mean_m2 = |(at, window): &(usize, Window)| {
@@ -188,7 +190,7 @@ pub(super) fn settled(course: &Course, mut window: Window, model: &Model) -> Win
         };
         let mut step = inverse * gradient;
         let mut gain = 0.0;
-        // A step over a reversal may go too far.
+        // A step across a reversal may go too far, so shorter ones are tried.
         for _ in 0..3 {
             let mut tried = window;
             tried.from_m += step[0];
@@ -245,7 +247,7 @@ fn linearise(courses: &[Course], windows: &[(usize, Window)], model: &Model) -> 
         for (k, (_, seen_m)) in window.of(course).iter().enumerate() {
             let residual = seen_m - base[k];
             let row = Change::from_fn(|part, _| (by[part][k] - base[k]) / CHANGES[part]);
-            // A start that lies further on moves the whole window.
+            // Another initial position shifts the whole window, so its derivative is 1.
             let own_row = Vector2::new(1.0, (faster[k] - base[k]) / CHANGE_M_S);
             normal += row * row.transpose();
             gradient += row * residual;

@@ -5,35 +5,35 @@ use super::halt::Halt;
 use super::hold::Hold;
 use super::result::AXES;
 
-/// Growth of the force, N/s: slow enough that a handle of 120 g shows its first 0.1 mm before the
-/// force has grown by 20 mN, fast enough that a device of 0.3 N takes a second.
+/// Growth of the force, N/s: slow enough that a handle of 120 g moves by 0.1 mm before the force
+/// has grown by 20 mN, fast enough that a device with 0.3 N of friction takes a second.
 const GROWTH_N_S: f64 = 0.3;
 /// Movement that counts as broken away, m.
 const MOVED_M: f64 = 1.0e-3;
 /// Least movement from which the moment of break-away is computed, m: two steps of most encoders.
 const SEEN_M: f64 = 0.12e-3;
-/// Movement against the force that ends everything, m…
+/// Movement in a wrong direction that ends the measurement, m.
 const BACKWARDS_M: f64 = 1.5e-3;
-/// …once the force has grown so far, N.
+/// Growth of the force from which on the direction of the movement is checked, N.
 const BACKWARDS_N: f64 = 0.03;
-/// Largest angle between force and movement, as its cosine: 60°. Inertia that couples axes turns
-/// the movement by less.
+/// Cosine of the largest permitted angle between force and movement: 60°. Where inertia couples the
+/// axes, the movement deviates by less.
 const ALONG: f64 = 0.5;
 
 /// A handle that broke away.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Broken {
-    /// Force along the axis at which it began to move, N.
+    /// Force along the axis at which the handle began to move, N.
     pub(super) force_n: f64,
-    /// Rough mass, kg, from the first millimetre.
+    /// Rough mass, kg, from the first millimetre of movement.
     pub(super) mass_kg: f64,
 }
 
-/// Time in which the force takes its beginning, s.
+/// Time over which the force grows to its initial value, s.
 const BEGIN_S: f64 = 0.05;
 
 /// Lets a force along `axis` grow in the direction `sign`, beginning at `begin_n` beyond the force
-/// that carries the handle. `None`: the handle did not move with the largest force.
+/// that carries the handle. `None` if the largest force did not move the handle.
 pub(super) fn break_away(
     bench: &mut Bench<'_>,
     hold: &Hold,
@@ -49,7 +49,7 @@ pub(super) fn break_away(
     };
     let most_n = (bench.limit_n().powi(2) - across_n.powi(2)).max(0.0).sqrt();
     let mut now = start;
-    // Times and ways of the movement along the axis.
+    // Times and distances of the movement along the axis.
     let mut course: Vec<(f64, f64)> = Vec::new();
     loop {
         let passed_s = now.at_s - start.at_s;
@@ -101,7 +101,7 @@ fn judge_direction(
 }
 
 /// Time at which the movement began, s, and the mass, kg. A force that grows by `g` moves a mass
-/// `m` by `g t³ / 6m`, so the cube root of the way is a straight line in time.
+/// `m` by `g t³ / 6m`, so the cube root of the distance is a straight line in time.
 fn onset(course: &[(f64, f64)]) -> Option<(f64, f64)> {
     let count = course.len() as f64;
     let mean_s = course.iter().map(|it| it.0).sum::<f64>() / count;

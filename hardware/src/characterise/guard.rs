@@ -1,4 +1,4 @@
-//! Limits of place and speed, judged at every tick.
+//! Limits of the handle's position and speed, checked at every tick.
 
 use nalgebra::Vector3;
 use rt_core::port::DeviceCapabilities;
@@ -8,10 +8,12 @@ use super::halt::Halt;
 /// A vector in the device's base frame.
 pub(super) type Vector = Vector3<f64>;
 
-/// Share of the declared workspace's radius in which experiments are made. A handle at 0.5 m/s that
-/// 0.26 N of friction stop (Touch, 45 g) coasts for 22 mm, which is less than the rest of 40 mm.
+/// Share of the declared workspace's radius in which experiments are made. A handle of 45 g at 0.5
+/// m/s coasts for 22 mm against 0.26 N of friction (Touch). That is less than the remaining 40 mm
+/// of the workspace.
 const REGION: f64 = 0.6;
-/// Largest speed of the handle, m/s: less than half of the safety chain's trip.
+/// Largest speed of the handle, m/s: less than half of the speed at which the safety chain cuts the
+/// force.
 const SPEED_MAX_M_S: f64 = 0.5;
 
 /// State of the handle at a tick.
@@ -21,7 +23,7 @@ pub(super) struct Now {
     pub(super) at_s: f64,
     /// Position, m.
     pub(super) at_m: Vector,
-    /// Velocity of the last milliseconds, m/s.
+    /// Mean velocity over the last milliseconds, m/s.
     pub(super) v_m_s: Vector,
 }
 
@@ -38,7 +40,7 @@ impl Now {
 /// The limits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Guard {
-    /// Largest distance from the middle, m.
+    /// Largest distance from the middle of the workspace, m.
     pub(super) region_m: f64,
     /// Place of the present experiment, m, and largest distance from it, m.
     pub(super) leash: Option<(Vector, f64)>,
@@ -52,7 +54,7 @@ impl Guard {
         }
     }
 
-    /// Judges place and speed. Comparisons are written so that NaN ends the experiment.
+    /// Checks position and speed. Comparisons are written so that NaN ends the experiment.
     pub(super) fn judge(&self, now: &Now) -> Result<(), Halt> {
         let distance_m = now.at_m.norm();
         let is_inside = distance_m <= self.region_m;

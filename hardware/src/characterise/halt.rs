@@ -1,5 +1,5 @@
-//! Reasons for which an experiment ends early, each with its remedy. Every one leaves the device
-//! without force.
+//! Reasons for which an experiment ends early, each with its remedy. Whatever the reason, the
+//! device is left without force.
 
 /// Reasons for which a characterisation was stopped. The force is zero already.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

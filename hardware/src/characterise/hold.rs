@@ -4,33 +4,36 @@
 use super::bench::{Bench, Now, Vector};
 use super::halt::Halt;
 
-/// Stiffness, N/m: 0.26 N of dry friction (Touch) leave the handle within 4 mm.
+/// Stiffness, N/m. Against 0.26 N of dry friction (Touch) it brings the handle to within about 4 mm
+/// of its place.
 const STIFFNESS_N_M: f64 = 60.0;
-/// Damping, N s/m: half of the critical one for 45 g, a third for 120 g. With the lag of the
-/// measured speed (4 ms) and a delay of 10 ms it is stable for handles of 30 g and more.
+/// Damping, N s/m: half of the critical damping of a handle of 45 g, a third for 120 g. With the
+/// lag of the measured speed (4 ms) and a delay of 10 ms it is stable for handles of 30 g and more.
 const DAMPING_N_S_M: f64 = 2.0;
-/// Growth of the force per distance and time, N/(m s).
+/// Growth of the integral's force per distance and time, N/(m s).
 const INTEGRAL_N_M_S: f64 = 150.0;
-/// Distance below which the force does not grow, m: dry friction would let it hunt to and fro.
+/// Distance below which the integral's force does not grow, m. Otherwise dry friction would make
+/// the handle hunt to and fro.
 const NEAR_M: f64 = 1.0e-3;
-/// Distance at which the handle counts as held, m.
+/// Largest distance from its place at which the handle counts as held, m.
 const HELD_M: f64 = 1.5e-3;
-/// Speed at which it counts as still, m/s.
+/// Largest speed at which the handle counts as held, m/s.
 const STILL_M_S: f64 = 0.008;
-/// Time for which it must be held, s.
+/// Time for which the handle must be held, s.
 const HELD_S: f64 = 0.2;
-/// Longest time until it is held, s.
+/// Longest time until the handle is held, s.
 const PATIENCE_S: f64 = 6.0;
-/// Speed at which it is carried back, m/s.
+/// Speed at which the spring carries the handle to its place, m/s.
 const CARRY_M_S: f64 = 0.06;
-/// Longest distance between the spring's two ends, m. On a device that pushes the wrong way the
-/// spring drives the handle off: from here it coasts for less than another 8 mm (Touch).
+/// Longest distance between the spring's two ends, m. On a device that pushes the wrong way, the
+/// spring drives the handle away. Once the force is cut at this distance, the handle coasts for
+/// less than another 8 mm (Touch).
 const LEASH_M: f64 = 0.012;
 
 /// The spring.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Hold {
-    /// Place where it holds, m.
+    /// Place at which the spring holds the handle, m.
     pub(super) target_m: Vector,
     /// Force that carries the handle, N.
     pub(super) carries_n: Vector,
@@ -50,8 +53,8 @@ impl Hold {
         }
     }
 
-    /// Notes the force that carries the handle along an axis, N. A force that differs from it would
-    /// stay in the dry friction and use up a part of it along the other axes.
+    /// Notes the force that carries the handle along an axis, N. Dry friction would balance a force
+    /// that differs from it, and less friction would be left along the other axes.
     pub(super) fn know(&mut self, axis: usize, carries_n: f64) {
         self.carries_n[axis] = carries_n;
         self.known[axis] = true;
@@ -90,8 +93,9 @@ impl Hold {
         Ok(())
     }
 
-    /// Carries the handle to `goal_m` and waits until it is still. Then the spring is slack and
-    /// [`Hold::carries_n`] alone holds the handle: as known, or as the integral found it.
+    /// Carries the handle to `goal_m` and waits until it is still. Afterwards the spring is slack,
+    /// and [`Hold::carries_n`] alone holds the handle. Along each axis this force comes from
+    /// break-away if that is known, otherwise from the integral.
     pub(super) fn settle(&mut self, bench: &mut Bench<'_>, goal_m: Vector) -> Result<(), Halt> {
         let mut now = bench.now();
         let known_n = self.carries_n;

@@ -10,11 +10,13 @@ use super::halt::Halt;
 use super::hold::Hold;
 use super::result::Characterised;
 
-/// Distance from the middle, as a share of the region, at which experiments begin at most.
+/// Largest distance from the middle of the workspace at which experiments begin, as a share of the
+/// region.
 const MIDDLE: f64 = 0.3;
-/// Share of the friction that the first look finds with which later ones begin.
+/// Share of the first measured friction with which the force of later break-away experiments
+/// begins.
 const BEGIN: f64 = 0.6;
-/// Time in which the handle is let go at the end, s.
+/// Time over which the force fades at the end, s.
 const LET_GO_S: f64 = 0.5;
 
 /// Options of the free experiments.
@@ -22,12 +24,13 @@ const LET_GO_S: f64 = 0.5;
 pub struct Options {
     /// Axes x, y, z to be measured.
     pub axes: [bool; 3],
-    /// Largest force, N. `None`: 1 N, and no more than the device may give.
+    /// Largest force, N. `None` means 1 N, or less if the device may not give as much.
     pub force_n: Option<f64>,
-    /// Repetitions of each experiment: at least 2, because their spread is the error.
+    /// Repetitions of each experiment: at least 2, because the error of a result is computed from
+    /// their spread.
     pub repetitions: u32,
-    /// Time for which a spring holds the handle before anything is measured, s, so that a person
-    /// can let it go.
+    /// Time for which a spring holds the handle before anything is measured, s. Meanwhile a person
+    /// can let go of the handle.
     pub let_go_s: f64,
 }
 
@@ -59,7 +62,7 @@ pub struct Records {
 }
 
 impl Records {
-    /// No experiments with this device.
+    /// Records of a device without any experiment.
     #[must_use]
     pub fn none(device: &dyn HapticDevice) -> Self {
         Self {
@@ -69,7 +72,7 @@ impl Records {
         }
     }
 
-    /// Fits the models: seconds of computing, for which no device must wait.
+    /// Fits the models. The computation takes seconds and needs no device.
     #[must_use]
     pub fn analyse(self) -> Characterised {
         let fitted = |it: Recorded| {
@@ -89,8 +92,9 @@ impl Records {
 /// Measures a device that nobody holds. `tell` receives a line for each experiment.
 ///
 /// Forces never exceed half of the declared peak, the continuous force, or [`Options::force_n`].
-/// Everything ends without force when the handle leaves 60 % of the workspace or its experiment's
-/// place, moves faster than 0.5 m/s, the device is lost, silent or at fault, or the clock ends.
+/// The measurement ends without force when the handle leaves 60 % of the workspace or the place of
+/// its experiment, or moves faster than 0.5 m/s. It ends in the same way when the device is lost,
+/// silent or at fault, or the clock ends.
 ///
 /// # Errors
 /// The reason for which an experiment was stopped.
@@ -148,7 +152,7 @@ pub fn measure(
     })
 }
 
-/// All experiments along one axis. A text: the reason for which nothing can be measured.
+/// All experiments along one axis. A text gives the reason for which nothing can be measured.
 fn one_axis(
     bench: &mut Bench<'_>,
     hold: &mut Hold,
@@ -194,7 +198,7 @@ fn one_axis(
     }))
 }
 
-/// Break-away in both directions. `None`: the largest force does not move the handle.
+/// Break-away in both directions. `None` if the largest force does not move the handle.
 fn both_ways(
     bench: &mut Bench<'_>,
     hold: &mut Hold,
@@ -224,7 +228,7 @@ fn mean(broken: &[[Broken; 2]], of: fn(&[Broken; 2]) -> f64) -> f64 {
     broken.iter().map(of).sum::<f64>() / broken.len().max(1) as f64
 }
 
-/// Lets the force fade. A handle that falls under its weight meanwhile is no failure.
+/// Lets the force fade. If the handle falls under its weight meanwhile, that is no failure.
 fn let_go(bench: &mut Bench<'_>, hold: &Hold) {
     let begun_s = bench.now().at_s;
     loop {

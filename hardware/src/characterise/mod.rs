@@ -5,22 +5,24 @@
 //! measure()  nobody holds the handle
 //!   hold      a soft spring finds the force that carries the handle's weight
 //!   friction  a force grows until the handle breaks away: friction, bias, rough mass, direction
-//!   excite    a chirp, and pushes after which the handle runs out
+//!   excite    a chirp, and pushes after which the handle runs out (coasts freely)
 //! Records::analyse()
 //!   fit       mass, damping, friction, bias and delay from positions, by least squares
 //! wall()     a person presses a virtual wall that stiffens until it buzzes
 //! ```
 //!
-//! Time is an argument ([`Clock`]): the command waits for real milliseconds, tests do not. Every
-//! force passes one place (`bench`), which shortens it and ends everything when the handle leaves
-//! its place.
+//! The caller passes the clock ([`Clock`]): the command waits for real milliseconds, tests simulate
+//! them. Every force passes through `bench`, which limits the force and ends the experiment when
+//! the handle leaves its place.
 //!
-//! A delay counts from a command to the sample that shows its effect, as a loop of 1 kHz sees both.
-//! The time for which a force is held is not part of it.
+//! A delay is the time from a command to the sample that shows the command's effect, as a loop of 1
+//! kHz sees both. The delay does not include the time for which a device holds the force of a
+//! command.
 //!
-//! The stiffness that a device bears follows from `b = K (T/2 + delay)` (Colgate and Schenkel 1997,
-//! with delay). Dry friction bears more (Diolaiti et al. 2006), but only for small movements, so it
-//! counts as the damping that it is for a tremor.
+//! The stiffness `K` up to which a device of damping `b` is stable follows from `b = K (T/2 +
+//! delay)` (Colgate and Schenkel 1997, with delay). Dry friction allows more stiffness (Diolaiti et
+//! al. 2006), but only for small movements. So it is counted as the damping that has the same
+//! effect on a tremor.
 
 mod analyse;
 mod bench;

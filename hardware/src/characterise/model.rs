@@ -1,10 +1,10 @@
-//! A handle along one axis as the fit sees it: mass, viscous damping, dry friction, a constant
-//! force that carries it, and a delay.
+//! Model of a handle along one axis, for the fit: mass, viscous damping, dry friction, a constant
+//! force that carries the weight, and a delay.
 
 use super::bench::Step;
 
 /// Length of a step of the mechanics, s. Within a step the force is constant and reversals are
-/// exact, so that only viscous damping suffers: 0.2 N s/m on 45 g by 0.1 %.
+/// exact. Only viscous damping has an error: 0.1 % for 0.2 N s/m on 45 g.
 const STEP_S: f64 = 5e-4;
 
 /// Number of parameters.
@@ -21,13 +21,14 @@ pub(super) struct Model {
     pub(super) friction_n: f64,
     /// Force that carries the handle against its weight, N.
     pub(super) carries_n: f64,
-    /// Delay from a command to the sample that shows its effect, s, without the time of holding.
+    /// Delay from a command to the sample that shows the command's effect, s, without the time for
+    /// which a command is held.
     pub(super) delay_s: f64,
 }
 
-/// Lightest handle that is believed, kg.
+/// Smallest mass that the fit may find, kg.
 const MASS_MIN_KG: f64 = 1e-3;
-/// Longest delay that is searched, s: the protocol's limit.
+/// Longest delay that the fit may find, s: the limit of our serial protocol.
 pub(super) const DELAY_MAX_S: f64 = 0.05;
 
 impl Model {
@@ -41,7 +42,7 @@ impl Model {
         ]
     }
 
-    /// The model with these parameters, moved to where they make sense.
+    /// The model with these parameters, clamped to possible values.
     pub(super) const fn of([mass, damping, friction, carries, delay]: [f64; COUNT]) -> Self {
         Self {
             mass_kg: mass.max(MASS_MIN_KG),
@@ -52,8 +53,9 @@ impl Model {
         }
     }
 
-    /// Place and speed after a step under a constant force. Friction stops the handle and, if the
-    /// force is larger, lets it start in the other direction.
+    /// Position and speed after a step under a constant force. Where the movement reverses,
+    /// friction stops the handle. If the force exceeds friction, the handle then starts in the
+    /// other direction.
     fn step(&self, [at_m, v_m_s]: [f64; 2], drive_n: f64, step_s: f64) -> [f64; 2] {
         let holds = drive_n.abs() <= self.friction_n;
         let direction = if v_m_s != 0.0 {
@@ -79,8 +81,8 @@ impl Model {
         [stop_m + 0.5 * a_m_s2 * rest_s * rest_s, a_m_s2 * rest_s]
     }
 
-    /// Positions at the times of the window's samples, m, of a handle that begins at its first
-    /// sample at the window's place and speed.
+    /// Computes the positions, m, of a handle at the times of the window's samples. At the first
+    /// sample the handle has the window's initial position and speed.
     pub(super) fn run(&self, course: &Course, window: &Window, positions_m: &mut Vec<f64>) {
         positions_m.clear();
         let samples = window.of(course);
@@ -109,7 +111,7 @@ impl Model {
 /// Record of one experiment along one axis.
 #[derive(Debug, Clone)]
 pub(super) struct Course {
-    /// Times of commands, s, their forces, N, and the impulse of all before, N s.
+    /// For each command: its time, s, its force, N, and the impulse of all commands before it, N s.
     sends: Vec<(f64, f64, f64)>,
     /// Times of samples, s, and their positions, m.
     pub(super) samples: Vec<(f64, f64)>,
@@ -139,7 +141,7 @@ impl Course {
     }
 }
 
-/// A place among the commands that moves forward with time.
+/// An index into the commands that moves forward with time.
 struct Cursor<'a> {
     sends: &'a [(f64, f64, f64)],
     at: usize,
@@ -154,7 +156,8 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Impulse of all commands up to a time, N s. Before the first command its force acted already.
+    /// Impulse of all commands up to a time, N s. The first force is taken to act even before its
+    /// command.
     fn impulse_n_s(&mut self, at_s: f64) -> f64 {
         while self
             .sends
@@ -170,27 +173,29 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// A piece of a course that the fit follows from its own start.
+/// A part of a course in which the model starts from its own position and speed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Window {
-    /// First sample, and the one after the last.
+    /// Index of the first sample.
     from: usize,
+    /// Index after the last sample.
     to: usize,
-    /// Start of the model, m and m/s.
+    /// Initial position of the model, m.
     pub(super) from_m: f64,
+    /// Initial speed of the model, m/s.
     pub(super) speed_m_s: f64,
 }
 
-/// Length of a window, s: two swings of 25 Hz. Errors of speed and place at its start, which are
-/// parameters as well, take little of what it tells.
+/// Length of a window, s: two periods of 25 Hz. The window is long enough that fitting its initial
+/// position and speed takes little of its information.
 const WINDOW_S: f64 = 0.08;
-/// Longest gap between samples of a window, s: behind it the handle may have gone anywhere.
+/// Longest gap between samples of a window, s. After a longer gap the handle may be anywhere.
 const GAP_S: f64 = 0.005;
 /// Fewest samples of a window.
 const SAMPLES_MIN: usize = 12;
-/// Samples from which the speed at its start is guessed.
+/// Number of samples from which a window's initial speed is guessed.
 const START_SAMPLES: usize = 8;
-/// Least movement in a window that tells anything, m: several steps of an encoder.
+/// Least movement in a window that the fit uses, m: several encoder steps.
 const MOVEMENT_MIN_M: f64 = 0.2e-3;
 
 impl Window {
@@ -236,7 +241,7 @@ impl Window {
         })
     }
 
-    /// The window from a time to the end.
+    /// The window from a time to the end of the course.
     pub(super) fn since(course: &Course, from_s: f64) -> Option<Self> {
         let samples = &course.samples;
         let from = samples.partition_point(|it| it.0 < from_s);

@@ -10,11 +10,11 @@ use super::wall::Wall;
 pub(super) const AXES: [[&str; 2]; 3] = [["+x", "-x"], ["+y", "-y"], ["+z", "-z"]];
 /// Speed of the tremor for which dry friction is counted as damping, m/s (PROTOCOL.md).
 pub const TREMOR_M_S: f64 = 0.2;
-/// Relative difference to a declared value that is worth a word.
+/// Relative difference up to which a measured and a declared value count as equal.
 const DIFFERS: f64 = 0.1;
-/// Difference of delays that is worth a word, s.
+/// Difference up to which two delays count as equal, s.
 const DELAY_DIFFERS_S: f64 = 0.2e-3;
-/// Ratio of break-away to running friction that is worth a word.
+/// Ratio of break-away friction to running friction above which the handle is said to stick.
 const STICKS: f64 = 1.3;
 
 /// A measured value and its standard error.
@@ -26,7 +26,7 @@ pub struct Estimate {
     pub error: f64,
 }
 
-/// Positions over time, measured and as the fitted model moves.
+/// Positions over time, as measured and as computed with the fitted model.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trace {
     /// Times, s.
@@ -44,31 +44,33 @@ pub struct Axis {
     pub mass_kg: Estimate,
     /// Viscous damping, N s/m.
     pub damping_n_s_m: Estimate,
-    /// Dry friction while it moves, N.
+    /// Dry friction while the handle moves, N.
     pub friction_n: Estimate,
-    /// Dry friction at which it begins to move, N.
+    /// Dry friction at which the handle begins to move, N.
     pub break_away_n: Estimate,
-    /// Force that carries the handle: against its weight or a bias of the motors, N.
+    /// Force that holds the handle against its weight or a bias of the motors, N.
     pub carries_n: Estimate,
-    /// Delay from a command to the sample that shows its effect, s, without the time of holding.
+    /// Delay from a command to the sample that shows the command's effect, s, without the time for
+    /// which a command is held.
     pub delay_s: Estimate,
     /// Root mean square distance between model and measurement, m.
     pub rms_m: f64,
-    /// Friction force over speed: m/s, N.
+    /// Friction over speed: pairs of speed, m/s, and force, N.
     pub friction_curve: Vec<[f64; 2]>,
-    /// Part of a chirp: slow, then fast.
+    /// A slow and a fast part of a chirp.
     pub chirp: [Trace; 2],
     /// A handle that runs out after a push.
     pub run_out: Trace,
 }
 
 impl Axis {
-    /// Damping as the protocol defines it: viscous, and a share of the dry friction.
+    /// Damping as our serial protocol defines it: viscous damping plus a share of the dry friction.
     #[must_use]
     pub fn tremor_damping_n_s_m(&self) -> Estimate {
         let share = 4.0 / (std::f64::consts::PI * TREMOR_M_S);
         let (viscous, dry) = (self.damping_n_s_m, self.friction_n);
-        // What the fit takes from one it gives to the other, so this bound is generous.
+        // An error in one of them changes the other in the opposite direction, so this bound is
+        // generous.
         Estimate {
             value: viscous.value + share * dry.value,
             error: viscous.error.hypot(share * dry.error),
@@ -83,17 +85,18 @@ pub struct Characterised {
     pub declared: DeviceCapabilities,
     /// Largest force that was used, N.
     pub force_n: f64,
-    /// Results of the axes x, y, z. `None`: it was not asked for; a text: the reason for which
-    /// nothing could be measured.
+    /// Results of the axes x, y, z. `None`: the axis was not asked for. A text: the reason for
+    /// which nothing could be measured.
     pub axes: [Option<Result<Axis, String>>; 3],
-    /// Time from a command to the sample that confirms it, s, where the protocol says so.
+    /// Time from a command to the sample that confirms the command, s, if the device's protocol has
+    /// such samples.
     pub echo_s: Option<f64>,
     /// Result of the virtual wall.
     pub wall: Option<Wall>,
 }
 
 impl Characterised {
-    /// Axes that were measured, with their numbers.
+    /// Axes that were measured, with their indices.
     pub fn measured(&self) -> impl Iterator<Item = (usize, &Axis)> {
         let measured = |axis: &'_ Option<Result<Axis, String>>| matches!(axis, Some(Ok(_)));
         let axes = self
@@ -104,7 +107,7 @@ impl Characterised {
         axes.filter_map(|(at, axis)| Some((at, axis.as_ref()?.as_ref().ok()?)))
     }
 
-    /// Least damping of all axes: the one that bears the least stiffness.
+    /// Least damping of all axes, which limits the stiffness.
     #[must_use]
     pub fn damping_n_s_m(&self) -> Option<Estimate> {
         let dampings = self.measured().map(|(_, axis)| axis.tremor_damping_n_s_m());
@@ -189,7 +192,7 @@ impl Characterised {
     fn echo_verdict(&self) -> Option<String> {
         let echo_s = self.echo_s?;
         let declared = f64::from(self.declared.delay_s);
-        // Less than half of the time there and back is not possible.
+        // A delay of less than half of the round-trip time is not possible.
         (declared < 0.5 * echo_s).then(|| {
             format!(
                 "declares {:.1} ms delay, but a command is confirmed only after {:.1} ms: the declared \
@@ -220,7 +223,8 @@ impl Characterised {
         }
     }
 
-    /// Lines for the station file's `[haptic]`: measured values with two standard errors of margin.
+    /// Lines for the section `[haptic]` of the station file: measured values with a margin of two
+    /// standard errors.
     #[must_use]
     pub fn station_lines(&self) -> String {
         let mut lines = String::new();
@@ -239,8 +243,8 @@ impl Characterised {
     }
 }
 
-/// Stiffest contact that Calot renders on a device of this damping, delay and rate, N/m, by the
-/// gate of `rt-core` itself: a share of `K = b / (T/2 + delay)`.
+/// Stiffest contact that Calot renders on a device of this damping, delay and rate, N/m: a share of
+/// `K = b / (T/2 + delay)`. The output limit of `rt-core` itself computes it.
 #[must_use]
 pub fn rendered_n_m(damping_n_s_m: f64, delay_s: f64, rate_hz: f32) -> f64 {
     let device = DeviceCapabilities {

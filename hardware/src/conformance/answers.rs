@@ -1,4 +1,5 @@
-//! A rig's answers to forces: their echo, its clock, and its velocity.
+//! Checks a rig's answers to forces: the echo of a force, the rig's clock, and its reported
+//! velocity.
 
 use std::time::Duration;
 
@@ -10,7 +11,8 @@ use super::samples::NO_FORCE;
 use super::watch::{quantiles, watch};
 use crate::rig::RigHaptic;
 
-/// Largest deviation of a clock from this computer's. Quartzes differ by a ten-thousandth.
+/// Largest relative deviation of a device's clock from this computer's. Quartz clocks differ by a
+/// ten-thousandth.
 const CLOCK_OFF: f64 = 0.01;
 
 /// Sends zero forces for `time` and judges what comes back.
@@ -72,7 +74,8 @@ pub(super) fn answers(report: &mut Report, device: &mut RigHaptic, time: Duratio
     }
 }
 
-/// The echo holds the declared delay and at most one and a half samples.
+/// Judges the declared delay. The delay must be at least half of the echo, from which one and a
+/// half sample periods are subtracted first.
 fn judge_delay(report: &mut Report, device: &RigHaptic, echo_s: f32) {
     let said_s = device.declared().delay_s;
     let sample_s = 1.0 / f32::from(device.declared().rate_hz.max(1));

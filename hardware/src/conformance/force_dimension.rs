@@ -1,4 +1,4 @@
-//! Conformance checks of a Force Dimension device or a Falcon behind the vendor's library.
+//! Conformance checks of a Force Dimension device or a Falcon through the vendor's library.
 
 use std::path::Path;
 

@@ -10,7 +10,8 @@ use super::{Options, Report};
 use crate::hapi::pantograph::Pantograph;
 use crate::hapi::{BAUD, HapiHaptic};
 
-/// Tests the board at `path` with a linkage of this generation. The handle must be at home.
+/// Tests the board at `path` with a linkage of this generation. The handle must be in its home
+/// position.
 pub fn hapi(path: &Path, generation: Pantograph, options: &mut Options<'_>) -> Report {
     let mut report = Report::new("Haply hAPI board");
     let attempt = || HapiHaptic::open(path, generation);

@@ -13,13 +13,15 @@ use crate::rig::device::WATCHDOG_LIMIT_MS;
 use crate::rig::wire::Status;
 use crate::rig::{BAUD, RigHaptic};
 
-/// Time for which this computer's lateness is judged after the watchdog's tries.
+/// Time for which this computer's own lateness is measured after the tries of the watchdog.
 const WATCHED: Duration = Duration::from_millis(200);
-/// Tries of the watchdog. A flaky one works now and then.
+/// Number of tries of the watchdog, because a faulty one may work in some tries.
 const WATCHDOG_TRIES: u32 = 6;
-/// Time that a force may stay longer than declared, µs, besides one sample: rounding.
+/// Time, µs, by which a force may outlast the declared time plus one sample, because times are
+/// rounded.
 const WATCHDOG_ROUNDING_US: u64 = 2000;
-/// Time that a force may stay longer by this computer's clock, µs: samples arrive late.
+/// Further time, µs, for which a force may stay as seen by this computer's clock, because samples
+/// arrive late.
 const WATCHDOG_ARRIVAL_US: u64 = 20_000;
 
 /// Tests the device at `path`.
@@ -65,7 +67,7 @@ fn name_bad_frames(report: &mut Report, device: &RigHaptic) {
     }
 }
 
-/// Time for which the last force stayed, by two clocks, µs.
+/// Time for which the last force stayed, µs, by the device's clock and by this computer's.
 #[derive(Debug, Clone, Copy)]
 struct Held {
     device_us: u32,
@@ -107,7 +109,7 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
     if u64::from(device_us) > allowed_us {
         report.judge("watchdog", false, words);
     } else {
-        // A busy computer hears of it late, but not by as much as a watchdog that fails.
+        // A busy computer sees the drop late. A watchdog that fails is later still.
         let late_us = allowed_us + WATCHDOG_ARRIVAL_US;
         let is_late = host_us > late_us;
         let host = watch(WATCHED, |now_ns| {
@@ -117,7 +119,7 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
     }
 }
 
-/// One try: takes a force into effect, falls silent, and waits for the watchdog.
+/// One try: sends zero force until it is in effect, stops sending, and waits for the watchdog.
 fn held(device: &mut RigHaptic) -> Result<Held, String> {
     let mut heard = false;
     let on = until(PATIENCE, |now_ns| {
@@ -134,7 +136,7 @@ fn held(device: &mut RigHaptic) -> Result<Held, String> {
             }
         });
     }
-    // The last force takes effect with the first sample that names it.
+    // The last force is in effect from the first sample on that names its number.
     let last = device.sent_sequence();
     let mut since = None;
     let mut held = None;

@@ -1,4 +1,4 @@
-//! Conformance checks of an Inverse3 behind its service.
+//! Conformance checks of an Inverse3 through its service.
 
 use std::path::Path;
 

@@ -1,10 +1,9 @@
 //! Conformance tests of every device, emulated or real.
 //!
 //! [`haptic()`], [`woody()`], [`hapi()`], [`inverse3()`], [`touch()`], [`force_dimension()`],
-//! [`tracker()`] and [`pedal()`] open a device and watch its samples. As far as the device has
-//! them, they check its watchdog, its silence after closing, a second opening, and an unplugged
-//! cable. They command zero force only, so the device may stand free
-//! on a table.
+//! [`tracker()`] and [`pedal()`] open a device and watch its samples. Where the device allows it,
+//! they also check its watchdog, its silence after closing, a second opening, and an unplugged
+//! cable. The tests command zero force only, so the device may stand free on a table.
 
 mod answers;
 mod force_dimension;
@@ -65,8 +64,8 @@ pub enum Outcome {
     Pass,
     /// The requirement is violated.
     Fail,
-    /// The check could not be made, or this computer was too late to judge it. The device has not
-    /// passed it.
+    /// The check could not be made, or this computer was too late to judge it. It does not count as
+    /// passed.
     NotJudged,
     /// The check does not apply to this device, or the options leave it out.
     Skipped,
@@ -134,8 +133,8 @@ impl Report {
         });
     }
 
-    /// Judges a check that depends on time. A failure is left open if this computer was late
-    /// itself.
+    /// Judges a check that depends on time. A failure counts as not judged if this computer itself
+    /// was late.
     fn judge_time(&mut self, name: &'static str, good: bool, detail: String, host: watch::Host) {
         match host.excuse() {
             Some(excuse) if !good => self.leave_open(name, &format!("{detail}; {excuse}")),

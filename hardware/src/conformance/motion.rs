@@ -1,14 +1,15 @@
-//! Velocity against positions, and the device's clock against this computer's.
+//! Compares reported velocities with positions, and the device's clock with this computer's.
 
 use std::collections::VecDeque;
 
 use rt_core::math::Vec3;
 use rt_core::time::TimeNs;
 
-/// Samples over which a way is compared with the velocities on it: encoders resolve it.
+/// Number of samples over which the distance moved is compared with the reported velocities.
+/// Encoders resolve the distance of so many samples.
 const STRIDE: usize = 20;
-/// Distance from the first place that the handle must reach before velocity can be judged, m: far
-/// above noise.
+/// Distance from the first position that the handle must reach before velocity can be judged, m:
+/// far above noise.
 const WAY_MIN_M: f32 = 0.005;
 
 /// Sums that compare reported velocities with positions.
@@ -23,7 +24,7 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// Takes a sample: place, reported velocity, and the time since the sample before, s.
+    /// Takes a sample: position, reported velocity, and the time since the previous sample, s.
     pub(crate) fn take(&mut self, at_m: Vec3, said_m_s: Vec3, passed_s: f32) {
         self.window.push_back((at_m, said_m_s, passed_s));
         let first_m = *self.first_m.get_or_insert(at_m);
@@ -41,13 +42,13 @@ impl Motion {
         self.said_by_said += said_m.norm_squared();
     }
 
-    /// Notes that the next sample does not continue the last.
+    /// Notes that the next sample does not continue the last one.
     pub(crate) fn pause(&mut self) {
         self.window.clear();
     }
 
-    /// Way that the velocities promise, as a share of the way that was gone; `None` if the handle
-    /// hardly moved.
+    /// Distance that the reported velocities add up to, as a share of the distance that the
+    /// positions show. `None` if the handle hardly moved.
     pub(crate) fn gain(&self) -> Option<f32> {
         (self.farthest_m >= WAY_MIN_M).then(|| self.said_by_moved / self.moved_by_moved)
     }
@@ -79,7 +80,7 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// Takes a sample: its arrival, and the device's clock, us.
+    /// Takes a sample: its arrival time, and the time of the device's clock, µs.
     pub(crate) fn take(&mut self, at_ns: TimeNs, device_us: u32) {
         self.first.get_or_insert((at_ns, device_us));
         self.last = Some((at_ns, device_us));

@@ -9,15 +9,15 @@ use super::{Options, Report};
 use crate::HardwareError;
 use crate::rig::{BAUD, RigPedal};
 
-/// Tests the rig pedal at `path`. Nobody may press it.
+/// Tests the rig pedal at `path`. Nobody may press the pedal during the test.
 pub fn pedal(path: &Path, options: &mut Options<'_>) -> Report {
     tested(&|| RigPedal::open(path), options, &mut |report| {
         silent_after_close(report, path, BAUD);
     })
 }
 
-/// Tests a pedal with any driver, opened by `attempt`: a USB pedal, or switches on a line's wires.
-/// Nobody may press it.
+/// Tests a pedal with any driver, opened by `attempt`: a USB pedal, or switches on a serial line's
+/// control wires. Nobody may press the pedal during the test.
 pub fn pedal_by<P: Pedal>(
     attempt: &dyn Fn() -> Result<P, HardwareError>,
     options: &mut Options<'_>,

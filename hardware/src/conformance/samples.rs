@@ -10,7 +10,7 @@ use super::Report;
 use super::watch::{Arrivals, Host, watch};
 use crate::noise::NOISY_M;
 
-/// Allowed deviation from the declared rate.
+/// Allowed relative deviation from the declared rate.
 const RATE_OFF: f32 = 0.05;
 
 pub(super) const NO_FORCE: ForceCommand = ForceCommand {
@@ -45,7 +45,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     let host = watch(time, |now_ns| {
         if now_ns >= due_ns {
             device.send(NO_FORCE, now_ns);
-            // Poll at the declared rate, as a tick does; missed periods are skipped.
+            // Send at the declared rate, as a tick does. Missed periods are skipped.
             due_ns = if now_ns < due_ns + period_ns {
                 due_ns
             } else {
@@ -139,7 +139,8 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     );
 }
 
-/// Noise of the positions, and the steps of the force that it makes at the stiffest wall.
+/// Judges the noise of the positions, and states the force steps that it causes at the largest
+/// stiffness.
 fn judge_noise(report: &mut Report, noise_um: Option<u32>, stiffness_max_n_m: f32) {
     let Some(noise_um) = noise_um else {
         report.skip(
@@ -149,7 +150,7 @@ fn judge_noise(report: &mut Report, noise_um: Option<u32>, stiffness_max_n_m: f3
         return;
     };
     let rms_m = noise_um as f32 * 1.0e-6;
-    // Two samples in a row differ by √2 of their noise.
+    // The difference of two consecutive samples has √2 times the noise of one sample.
     let step_n = core::f32::consts::SQRT_2 * rms_m * stiffness_max_n_m;
     let detail = format!(
         "positions are noisy by {:.3} mm rms, allowed is {:.1} mm; at {stiffness_max_n_m:.0} N/m that \
@@ -163,7 +164,7 @@ fn judge_noise(report: &mut Report, noise_um: Option<u32>, stiffness_max_n_m: f3
 /// Openings of the handle that the samples reported.
 #[derive(Default)]
 struct Openings {
-    /// Least and greatest.
+    /// Least and greatest opening.
     seen: Option<(f32, f32)>,
     missing: u32,
     wrong: u32,
@@ -208,7 +209,7 @@ impl Openings {
     }
 }
 
-/// Faults that the driver found in the samples.
+/// Judges the faults that the driver found in the samples.
 fn judge_findings(report: &mut Report, found: FaultSet, bundle_ms: u32, host: Host) {
     report.judge_time(
         "bundles",

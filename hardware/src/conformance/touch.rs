@@ -1,4 +1,4 @@
-//! Conformance checks of a Touch behind the vendor's library.
+//! Conformance checks of a Touch through the vendor's library.
 
 use std::path::Path;
 

@@ -33,24 +33,24 @@ pub(super) fn until(limit: Duration, mut step: impl FnMut(TimeNs) -> bool) -> bo
     false
 }
 
-/// Time for which this computer itself was late. Samples that it saw late or lost then are not the
-/// device's fault.
+/// Time for which this computer itself was late. Samples that came late or were lost in that time
+/// are not the device's fault.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Host {
     watched: Duration,
     waited: Duration,
-    /// Bytes that it did not read in time.
+    /// Number of bytes that this computer did not read in time.
     unread: u64,
 }
 
 impl Host {
     /// A sleep of 0.25 ms that takes longer than this counts as a delay of this computer.
     const LATE: Duration = Duration::from_millis(2);
-    /// Largest share of delays with which this computer may judge a device's timing.
+    /// Largest share of late time with which this computer may judge a device's timing.
     const SHARE_MAX: f32 = 0.05;
 
-    /// Records one step and the sleep after it. Only the sleep's excess counts as a delay, so a
-    /// slow driver is no excuse.
+    /// Records one step and the sleep after it. Only a sleep that took too long counts as a delay,
+    /// so a slow driver is no excuse.
     fn looked(&mut self, took: Duration, slept: Duration) {
         self.watched += took + slept;
         if slept > Self::LATE {
@@ -171,7 +171,7 @@ pub(super) fn silent_after_close(report: &mut Report, path: &Path, baud: u32) {
     }
 }
 
-/// Unplugs the device and waits for `poll` to report it.
+/// Unplugs the device and waits for `poll` to report the loss.
 pub(super) fn unplugged<T>(
     report: &mut Report,
     options: &mut Options<'_>,

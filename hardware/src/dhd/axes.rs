@@ -1,13 +1,14 @@
-//! The library's axes and ours.
+//! Converts between the library's axes and ours.
 //!
-//! The library: x to the user, y to the right, z up (CHAI3D's documentation, chapter on haptic
-//! devices; its driver hands the library's numbers on unchanged). Calot: x to the right, y up, z to
-//! the user. Both are right-handed, and each axis of one is an axis of the other.
+//! In the library x points to the user, y to the right and z up (CHAI3D's documentation, chapter on
+//! haptic devices; CHAI3D's driver passes the library's numbers on unchanged). In Calot x points to
+//! the right, y up and z to the user. Both are right-handed, and each axis of one is an axis of the
+//! other.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use rt_core::math::{Quat, Vec3};
 
-/// Largest deviation of a rotation matrix from an orthonormal one.
+/// Largest deviation of a rotation matrix `R` from an orthonormal one: the norm of `R Rᵀ − 1`.
 const SKEW_MAX: f64 = 0.05;
 
 /// A vector of the library in our axes: a position, velocity, force or torque.
@@ -21,12 +22,12 @@ pub(super) fn theirs(vector: &Vec3) -> [f64; 3] {
 }
 
 /// Rotation of the handle from a matrix of the library, row by row. `None` when it is no rotation.
-/// The handle's own axes change places too, so that a handle at rest has no rotation.
+/// The handle's own axes are exchanged in the same way, so that a handle at rest has no rotation.
 pub(super) fn rotation(rows: &[f64; 9]) -> Option<Quat> {
     let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *rows;
     let matrix = Matrix3::new(yy, yz, yx, zy, zz, zx, xy, xz, xx);
     let off = (matrix * matrix.transpose() - Matrix3::identity()).norm();
-    // Written so that a matrix with a number that is none is refused too.
+    // The comparison is written so that a matrix with NaN is refused too.
     if !(off <= SKEW_MAX && matrix.determinant() > 0.0) {
         return None;
     }
@@ -57,7 +58,7 @@ mod tests {
     }
 
     proptest! {
-        /// A turned vector is the same in both axes, whichever is converted first.
+        /// To turn a vector and then convert it gives the same as to convert it and then turn it.
         #[test]
         fn turning_and_converting_commute(
             turn in [-3.0f64..3.0, -3.0..3.0, -3.0..3.0],

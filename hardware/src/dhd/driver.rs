@@ -21,14 +21,15 @@ use super::shared::{Shared, Wish};
 use crate::HardwareError;
 use crate::vendor::Door;
 
-/// One driver at a time: Calot has one hand.
+/// Access to the library for one driver at a time, because Calot uses one haptic device.
 static DOOR: Door = Door::new("calot-dhd");
-/// Time over which the library takes the mean velocity, ms. Its own choice of 20 ms is late by 10.
+/// Time over which the library takes the mean velocity, ms. The library's default of 20 ms would
+/// delay the velocity by 10 ms.
 const VELOCITY_WINDOW_MS: i32 = 5;
-/// Longest wait for the thread's last force.
+/// Longest wait until the thread has sent its last force and ended.
 const LAST_WORDS: Duration = Duration::from_millis(500);
 
-/// A Force Dimension device or a Falcon that its thread serves.
+/// A Force Dimension device or a Falcon, served by a thread of its own.
 #[derive(Debug)]
 pub struct DhdHaptic {
     shared: Arc<Shared>,
@@ -84,7 +85,7 @@ impl DhdHaptic {
         let identity = format!("{} {number}", handle.name());
         let capabilities = model::capabilities(handle.model(), parts);
         handle.configure_velocity(VELOCITY_WINDOW_MS);
-        // With the first force, the library begins to carry the arms.
+        // From the first force on, the library compensates the weight of the arms.
         let nothing = [0.0; 3];
         if !handle.set_force(nothing, nothing, 0.0) || !handle.enable_force() {
             return Err(vendor(path, "enabling the force", dhd.last_error()));
@@ -94,7 +95,7 @@ impl DhdHaptic {
         let thread = thread::Builder::new()
             .name("calot-dhd-servo".to_owned())
             .spawn(move || {
-                // Dropped after the device.
+                // `_release` is dropped after `servo`, so after the device is closed.
                 let _release = Release;
                 servo.serve();
             })
@@ -147,7 +148,7 @@ fn vendor(path: &Path, doing: &'static str, code: i32) -> HardwareError {
     }
 }
 
-/// Refuses a device that does not know where its handle is.
+/// Refuses a device that is not calibrated. Such a device does not know where its handle is.
 fn is_calibrated(
     dhd: &Dhd,
     handle: &Handle,
@@ -252,8 +253,8 @@ impl HapticDevice for DhdHaptic {
 }
 
 impl Drop for DhdHaptic {
-    /// The thread's last force is zero, and it brakes the motors. A library that hangs keeps the
-    /// thread, and nothing else.
+    /// Ends the thread, whose last acts are to send zero force and to brake the motors. A library
+    /// that hangs blocks only that thread.
     fn drop(&mut self) {
         self.shared.running.store(false, Ordering::Release);
         if let Some(thread) = self.thread.take() {

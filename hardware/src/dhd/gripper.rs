@@ -1,20 +1,21 @@
-//! The opening of a gripper, and the button that it presses.
+//! The opening of a gripper, and the virtual button that a closed gripper presses.
 
 use super::model::GRIPPER_MAX_N;
 
-/// Angle of a gripper that is wide open, degrees: omega.7 and sigma.7 in CHAI3D. A lambda's is
-/// taken as the same.
+/// Angle of a gripper that is wide open, degrees: omega.7 and sigma.7 in CHAI3D. The angle of a
+/// lambda is assumed to be the same.
 const OPEN_DEG: f64 = 30.0;
-/// Opening at which a closing gripper presses the button…
+/// Opening below which a closing gripper presses the button.
 const PRESSES: f32 = 0.25;
-/// …and at which an opening one releases it. A hand that trembles between them changes nothing.
+/// Opening from which on an opening gripper releases the button. A hand that trembles between the
+/// two limits changes nothing.
 const RELEASES: f32 = 0.35;
 
-/// A gripper of one hand.
+/// A gripper, for the left or the right hand.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gripper {
-    /// The angle of a left hand's gripper is negative when it is open, and so is the force that
-    /// opens it (lambda.7 manual, page 18; CHAI3D).
+    /// Sign of the library's angle and force for an opening gripper. Both are negative for a left
+    /// hand's gripper (lambda.7 manual, page 18; CHAI3D).
     sign: f64,
     is_closed: bool,
 }
@@ -27,8 +28,8 @@ impl Gripper {
         }
     }
 
-    /// Opening for an angle of the library, degrees: 0 closed, 1 wide open. `None` when it is no
-    /// number.
+    /// Opening for an angle of the library, degrees: 0 closed, 1 wide open. `None` when the angle
+    /// is not finite.
     pub(super) fn take(&mut self, angle_deg: f64) -> Option<f32> {
         let share = (self.sign * angle_deg / OPEN_DEG) as f32;
         if !share.is_finite() {
@@ -44,7 +45,8 @@ impl Gripper {
         self.is_closed
     }
 
-    /// Force for the library that opens the gripper with `newtons`; negative closes it.
+    /// Force to send to the library so that the gripper opens with `newtons`. A negative value
+    /// closes the gripper.
     pub(super) fn force_n(&self, newtons: f32) -> f64 {
         let force_n = f64::from(newtons);
         if !force_n.is_finite() {

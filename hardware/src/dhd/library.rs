@@ -1,8 +1,8 @@
-//! The used part of the DHD API.
+//! The part of the DHD API that Calot uses.
 //!
 //! Symbols and numbers as in `dhdc.h` 3.7; later versions only add some. Every function is C, takes
 //! plain numbers and pointers to numbers, and may be called from any thread. `bool` is one byte.
-#![allow(unsafe_code)] // The one door to Force Dimension's library.
+#![allow(unsafe_code)] // All calls into Force Dimension's library are here.
 
 use std::ffi::{CStr, c_char, c_int, c_uchar, c_uint, c_ushort};
 use std::path::Path;
@@ -12,7 +12,7 @@ use libloading::os::unix::{Library, RTLD_LAZY, RTLD_LOCAL};
 use crate::HardwareError;
 use crate::vendor::{Product, incomplete, refused, symbols};
 
-/// Words for a person whose library is refused.
+/// Remedies for a person whose library is refused.
 const PRODUCT: Product = Product {
     version: "Calot needs the Force Dimension SDK 3.7 or newer: install it (forcedimension.com/software/sdk)",
     install: "Install the Force Dimension SDK (forcedimension.com/software/sdk) and run `sudo ldconfig DIR` on \
@@ -21,15 +21,20 @@ const PRODUCT: Product = Product {
     itself: "Name the library itself, e.g. libdhd.so.3 in the SDK's folder lib/release/…",
 };
 
-/// Length of the status. The API has 17 entries; newer versions may have more.
+/// Length of the array for the status. The API has 17 entries; newer versions may have more.
 const STATUS_MAX: usize = 64;
-/// Entries of the status that are read.
+/// Index of the status entry for a device that waits for its calibration.
 const RESET: usize = 3;
+/// Index of the status entry for motors that are free.
 const IDLE: usize = 4;
+/// Index of the status entry for motors that render force.
 const FORCE: usize = 5;
+/// Index of the status entry for motors that brake.
 const BRAKE: usize = 6;
+/// Index of the status entry for a wrist that has found its zero.
 const WRIST_INIT: usize = 12;
-/// Velocity from the present position and the one a window ago: the library's only estimate.
+/// Mode in which the library computes velocity from the present position and the one a window ago.
+/// The library has no other mode.
 const WINDOWING: c_int = 0;
 
 symbols! { Dhd {
@@ -59,7 +64,7 @@ symbols! { Dhd {
 } }
 
 impl Dhd {
-    /// Opens the library for good.
+    /// Loads the library, which is never unloaded.
     pub(super) fn load(path: &Path) -> Result<&'static Self, HardwareError> {
         let failed = |error: libloading::Error| refused(path, &error.to_string(), &PRODUCT);
         // SAFETY: the vendor's initialisers run; the person who names a library trusts it.
@@ -67,12 +72,12 @@ impl Dhd {
             unsafe { Library::open(Some(path), RTLD_LAZY | RTLD_LOCAL) }.map_err(failed)?;
         let table =
             Self::find(&library).map_err(|error| incomplete(path, &error.to_string(), &PRODUCT))?;
-        // Never closed: its threads may outlive us.
+        // The library is never closed, because its threads may outlive the driver.
         std::mem::forget(library);
         Ok(Box::leak(Box::new(table)))
     }
 
-    /// Devices on this computer, also those in use by other programs.
+    /// Number of devices on this computer, also those in use by other programs.
     pub(super) fn device_count(&self) -> i32 {
         // SAFETY: no arguments.
         unsafe { (self.device_count)() }
@@ -103,7 +108,7 @@ impl Dhd {
     }
 }
 
-/// An open device. It is closed when this is dropped.
+/// An open device. Dropping the handle closes the device.
 #[derive(Debug)]
 pub(super) struct Handle {
     dhd: &'static Dhd,
@@ -113,12 +118,12 @@ pub(super) struct Handle {
 /// State of the device's controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Status {
-    /// It waits for its calibration.
+    /// The device waits for its calibration.
     pub(super) is_reset: bool,
-    /// Its motors are free or short-circuited: a button on the device, its own limit of speed, its
-    /// watchdog or its deadman's switch has taken the force.
+    /// The motors are free or short-circuited, because a button on the device, its own speed limit,
+    /// its watchdog or its deadman's switch has removed the force.
     pub(super) is_forceless: bool,
-    /// Its wrist has found its zero.
+    /// The wrist has found its zero.
     pub(super) is_wrist_ready: bool,
 }
 
@@ -146,7 +151,7 @@ impl Handle {
         if text.is_null() {
             return "device without a name".to_owned();
         }
-        // SAFETY: not null, and the API returns strings that end and live on.
+        // SAFETY: not null, and the API returns zero-terminated strings that stay valid.
         unsafe { CStr::from_ptr(text) }
             .to_string_lossy()
             .into_owned()
@@ -178,7 +183,8 @@ impl Handle {
         let is = |entry: usize| entries[entry] != 0;
         (said >= 0).then(|| Status {
             is_reset: is(RESET),
-            // The modes exclude each other. A status without any mode says nothing.
+            // The modes reset, idle, force and brake exclude each other. A status without any mode
+            // says nothing.
             is_forceless: !is(FORCE) && (is(RESET) || is(IDLE) || is(BRAKE)),
             is_wrist_ready: is(WRIST_INIT),
         })
@@ -235,14 +241,14 @@ impl Handle {
         (said >= 0).then_some(angle)
     }
 
-    /// Buttons pressed, one bit each; all bits stand for an error.
+    /// Buttons pressed, one bit each. `None` if all bits are set, which stands for an error.
     pub(super) fn buttons(&self) -> Option<u32> {
         // SAFETY: plain numbers.
         Some(unsafe { (self.dhd.button_mask)(self.id) }).filter(|mask| *mask != c_uint::MAX)
     }
 
-    /// Sets force, N, torque, N m, and the gripper's force, N. True if the device took them, also
-    /// if its motors cannot render all.
+    /// Sets force, N, torque, N m, and the gripper's force, N. True if the device took these
+    /// values, even if its motors cannot render all of them.
     pub(super) fn set_force(&self, force: [f64; 3], torque: [f64; 3], gripper: f64) -> bool {
         let ([fx, fy, fz], [tx, ty, tz]) = (force, torque);
         // SAFETY: plain numbers.

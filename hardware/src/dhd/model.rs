@@ -1,23 +1,25 @@
 //! Capabilities of each model.
 //!
-//! The library reports none. Forces, torques and stiffness are CHAI3D's (`CDeltaDevices.cpp`, 3.2);
-//! of a sigma.7 the peak force is its makers' (Tobergte et al., "The sigma.7 haptic interface for
-//! MiroSurge", IROS 2011), who also state twice the torque. A lambda, which both lack, has CHAI3D's
-//! figures of a sigma.7. The reach is half the diagonal of the workspace in the maker's leaflets,
-//! with room.
+//! The library reports no capabilities. Forces, torques and stiffness are those of CHAI3D
+//! (`CDeltaDevices.cpp`, 3.2). The peak force of a sigma.7 is that of its makers (Tobergte et al.,
+//! "The sigma.7 haptic interface for MiroSurge", IROS 2011), who also state twice the torque.
+//! Neither source has a lambda, so it gets CHAI3D's figures for a sigma.7. The reach is half the
+//! diagonal of the workspace in the maker's leaflets, plus a margin.
 //!
 //! A gripper opens by 25 mm and renders 8 N (leaflets of omega.7 and sigma.7); 1000 N/m is CHAI3D's
 //! figure for grippers.
 //!
-//! Assumed for all: the device's own damping, and the delay of a Touch on USB. CHAI3D's largest
-//! damping is for loops of 4 kHz; a third of it is taken for this one. No source states the force
-//! that the motors bear for ever: half of the peak is taken, of a Falcon less.
+//! For all models the device's own damping is assumed, and the delay of a Touch on USB. CHAI3D's
+//! largest damping is for loops of 4 kHz, so a third of it is taken for this loop. No source states
+//! the force that the motors bear for ever. Half of the peak is taken, for a sigma.7 60 % of it,
+//! for a Falcon less than half.
 
 use rt_core::port::{DeviceCapabilities, Opening};
 
 use super::library::Parts;
 
-/// Samples per second of our thread. The library permits up to 4000; the tick takes 1000.
+/// Rate of the thread that serves the device, Hz. The library permits up to 4000 Hz, but the tick
+/// takes only 1000 samples per second.
 pub(super) const RATE_HZ: f32 = 1000.0;
 
 const OMEGA: DeviceCapabilities = DeviceCapabilities {
@@ -65,7 +67,7 @@ const FALCON: DeviceCapabilities = DeviceCapabilities {
     ..OMEGA
 };
 
-/// A model that this table lacks: weak, until somebody adds its figures.
+/// Capabilities of a model that this table lacks. They are low until somebody adds its figures.
 const UNKNOWN: DeviceCapabilities = DeviceCapabilities {
     force_max_n: 3.0,
     force_continuous_n: 1.0,
@@ -76,14 +78,14 @@ const UNKNOWN: DeviceCapabilities = DeviceCapabilities {
     ..OMEGA
 };
 
-/// Way of the fingers from a shut gripper to a wide open one, m.
+/// Distance by which the fingers move from a shut gripper to a wide open one, m.
 const GRIPPER_TRAVEL_M: f32 = 0.025;
 /// Largest force of a gripper, N.
 pub(super) const GRIPPER_MAX_N: f32 = 8.0;
 const GRIPPER_N_M: f32 = 1000.0;
 
-/// Capabilities of a model by its number in `dhdc.h`. Without motors in its wrist it renders no
-/// torque, without one in its gripper no force there.
+/// Capabilities of a model by its number in `dhdc.h`. A device without motors in its wrist renders
+/// no torque, and one without a motor in its gripper no force there.
 pub(super) fn capabilities(number: i32, parts: Parts) -> DeviceCapabilities {
     let known = match number {
         33..=37 => OMEGA,

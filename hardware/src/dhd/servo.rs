@@ -16,22 +16,22 @@ use super::shared::{NOTHING, Sample, Shared, Wish};
 use crate::gate::Gate;
 use crate::line::now_ns;
 
-/// Interval between two turns.
+/// Interval between two turns of the thread. Each turn takes a sample and sends a force.
 const PERIOD: Duration = Duration::from_millis(1);
-/// Turns between two looks at the state of the device's controller.
+/// Number of turns between two reads of the status of the device's controller.
 const STATUS_TURNS: u32 = 100;
 /// Time without a single answer after which the device counts as lost.
 const LOST_AFTER: Duration = Duration::from_millis(100);
-/// Fastest plausible movement of the handle, m/s…
+/// Fastest plausible movement of the handle, m/s.
 const SPEED_LIMIT_M_S: f32 = 5.0;
-/// …on top of this much noise, m.
+/// Noise of a position, m, allowed on top of that movement.
 const NOISE_M: f32 = 0.002;
-/// Farthest plausible sample, in workspace radii.
+/// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;
-/// Turns over which the force comes back after the device had none.
+/// Number of turns over which the force grows back after the device had removed it.
 const RETURN_TURNS: f64 = 500.0;
 
-/// `wanted`, no longer than `most`; nothing if it is no number.
+/// `wanted`, shortened to the length `most`. Zero if `wanted` is not finite.
 fn clamp(wanted: Vec3, most: f32) -> Vec3 {
     let norm = wanted.norm();
     if !norm.is_finite() {
@@ -43,8 +43,8 @@ fn clamp(wanted: Vec3, most: f32) -> Vec3 {
     wanted * (most / norm)
 }
 
-/// The device in the hands of its thread. When this is dropped, however the thread ends, the
-/// motors are braked and the tick learns that the device is lost.
+/// The device and the state of its thread. Dropping a `Servo`, however the thread ends, brakes the
+/// motors and tells the tick that the device is lost.
 #[derive(Debug)]
 pub(super) struct Servo {
     handle: Handle,
@@ -80,7 +80,8 @@ impl Servo {
             gripper: Gripper::new(parts.is_left_handed),
             count: 0,
             jumps: 0,
-            // The controller gets some time to enable the force.
+            // Not 0, so that the status is first read later: the controller needs some time to
+            // enable the force.
             turns: 1,
             is_reset: false,
             share: 1.0,
@@ -111,7 +112,8 @@ impl Servo {
         } else {
             self.shared.bad_samples.fetch_add(1, Ordering::Relaxed);
         }
-        // A single read that failed changes nothing: the tick lets its force fade without samples.
+        // A single failed read does not change the force, because the tick itself lets its force
+        // fade when samples are missing.
         let wish = self.shared.wish();
         self.render(&wish);
         if read.is_some() {
@@ -142,7 +144,7 @@ impl Servo {
         }
     }
 
-    /// Publishes a pose that can be true.
+    /// Publishes a pose if it is plausible.
     fn take(&mut self, position: [f64; 3], rows: &[f64; 9]) {
         let at_ns = now_ns();
         let position_m = axes::ours(position);
@@ -184,7 +186,7 @@ impl Servo {
         });
     }
 
-    /// True if the gate admitted a position that no hand reaches from the one before.
+    /// True if the gate admitted a position to which no hand can move from the previous one.
     fn has_jumped(&self, before: Vec3, now: Vec3, at_ns: TimeNs) -> bool {
         let passed_s = at_ns.saturating_sub(self.admitted_ns) as f32 * 1e-9;
         (now - before).amax() > NOISE_M + SPEED_LIMIT_M_S * passed_s
@@ -198,8 +200,8 @@ impl Servo {
         self.gripper.take(angle_deg)
     }
 
-    /// Sends a wish within the device's limits. Zero force is sent too: the library adds to it what
-    /// the weight of the arms needs.
+    /// Sends a wish within the device's limits. Zero force is sent too, because the library adds to
+    /// it the force that carries the weight of the arms.
     fn render(&mut self, wish: &Wish) {
         if self.shared.is_forceless.load(Ordering::Acquire) {
             self.share = 0.0;

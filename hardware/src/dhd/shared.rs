@@ -15,13 +15,13 @@ use crate::vendor::FORCE_AGE_NS;
 pub(super) struct Shared {
     pub(super) running: AtomicBool,
     pub(super) is_lost: AtomicBool,
-    /// The device itself has taken the force from its motors.
+    /// True while the device itself keeps its motors without force.
     pub(super) is_forceless: AtomicBool,
-    /// Reads that failed and poses that cannot be true.
+    /// Number of failed reads and impossible poses.
     pub(super) bad_samples: AtomicU32,
-    /// Samples held back because they leapt.
+    /// Number of samples held back as implausible jumps.
     pub(super) leaps: AtomicU32,
-    /// Forces that the library refused.
+    /// Number of forces that the library refused.
     pub(super) refusals: AtomicU32,
     /// A [`Sample`].
     sample: Slot<16>,
@@ -34,14 +34,14 @@ pub(super) struct Shared {
 pub(super) struct Sample {
     pub(super) position_m: Vec3,
     pub(super) rotation: Quat,
-    /// Not finite when the library has none.
+    /// Velocity; not finite when the library reports none.
     pub(super) velocity_m_s: Vec3,
     /// Opening of the gripper; not finite without one.
     pub(super) opening: f32,
     pub(super) buttons: Buttons,
     pub(super) count: u32,
     pub(super) at_ns: TimeNs,
-    /// Leaps that were believed so far.
+    /// Number of implausible jumps that were finally admitted so far.
     pub(super) jumps: u32,
 }
 
@@ -76,7 +76,7 @@ impl Shared {
         }
     }
 
-    /// Newest sample and its turn.
+    /// Newest sample and its sequence count.
     pub(super) fn sample(&self) -> Option<(u32, Sample)> {
         let (turn, words) = self.sample.read()?;
         let [x, y, z, i, j, k, w, vx, vy, vz, opening, ..] = words.map(f32::from_bits);
@@ -121,7 +121,7 @@ impl Shared {
         ]);
     }
 
-    /// Hands a wish to the thread.
+    /// Hands a wish (the wanted forces) to the thread.
     pub(super) fn ask(&self, wish: &Wish) {
         let [x, y, z] = bits(&wish.force_n);
         let [tx, ty, tz] = bits(&wish.torque_n_m);
@@ -130,7 +130,7 @@ impl Shared {
             .write([x, y, z, tx, ty, tz, wish.opening_n.to_bits(), low, high]);
     }
 
-    /// Newest wish if it is younger than the limit.
+    /// Newest wish, or no force if that wish is older than the limit.
     pub(super) fn wish(&self) -> Wish {
         let Some((_, words)) = self.wish.read() else {
             return NOTHING;

@@ -34,8 +34,8 @@ pub(super) enum Electronics {
     Hapi(Box<Hapi>),
 }
 
-/// Body of a WoodenHaptics device: heavier, with little friction (capstans). Its encoders sit on
-/// the motors, so positions are rounded there.
+/// Body of a WoodenHaptics device, heavier than a Touch, with little friction (capstans). Its
+/// encoders sit on the motors, so positions are rounded to their counts and not here.
 const WOODY_BODY: Body = Body {
     mass_kg: 0.12,
     friction_n: 0.1,
@@ -68,7 +68,7 @@ pub(super) struct Hapi {
 
 impl Hapi {
     const LINKAGE: Pantograph = Pantograph::GEN3;
-    /// Silence after which the host counts as gone, µs. The board does not know this.
+    /// Silence after which the host counts as gone, µs. The real board has no such limit.
     const GONE_US: u32 = 100_000;
 
     fn receive(
@@ -96,7 +96,8 @@ impl Hapi {
         self.board
             .receive(bytes, [first, second, 0.0, 0.0], now_us, send);
         let [first, second, ..] = self.board.torques_n_m();
-        // Stretched arms bear any force.
+        // Stretched arms bear any force without torque. The force is then undefined and taken as
+        // zero.
         Self::LINKAGE
             .force_n(angles_deg, swapped([first, second]))
             .unwrap_or_default()
@@ -104,7 +105,7 @@ impl Hapi {
 }
 
 impl Electronics {
-    /// Electronics of a model. Only a rig makes mistakes.
+    /// Electronics of a model. Only the firmware of a rig can have a mistake.
     pub(super) fn new(model: HapticModel, mistake: Option<Mistake>) -> Self {
         match model {
             HapticModel::TouchRig => {
@@ -164,13 +165,14 @@ impl Electronics {
             }
             Self::Woody(firmware) => {
                 let [a, b, c] = WOODY.counts(touch.measured_m());
-                // The firmware reads all the time, the emulator once a millisecond. Lines of one
-                // millisecond did not wait for each other.
+                // The real firmware reads all the time, the emulator only once a millisecond. So
+                // each line that arrived within the millisecond is handed over on its own.
                 for line in bytes.split_inclusive(|&byte| byte == b'\n') {
                     firmware.receive(line, [a, b, c, 0, 0, 0], now_us, &mut send);
                 }
                 let angles_rad = WOODY.angles_rad([a, b, c]);
-                // Stretched links bear any force.
+                // Stretched links bear any force without current. The force is then undefined and
+                // taken as zero.
                 WOODY
                     .force_n(angles_rad, firmware.currents_ma(now_us))
                     .unwrap_or_default()
@@ -192,7 +194,7 @@ impl Electronics {
         }
     }
 
-    /// Opening of its handle, if it has one.
+    /// Opening of the model's handle, if that handle opens.
     pub(super) fn opening(model: HapticModel) -> Option<Opening> {
         match model {
             HapticModel::HandleRig => Capabilities::touch_class_with_opening().opening,
@@ -200,7 +202,7 @@ impl Electronics {
         }
     }
 
-    /// Motor command now, as a share of the most that the station may command.
+    /// Motor command now, as a share of the largest command that the station may give.
     pub(super) fn strain(&mut self, now_us: u32) -> f32 {
         match self {
             Self::Rig(firmware) => {

@@ -12,19 +12,19 @@ pub struct Faults {
     pub duplicated: f32,
     /// Share of bytes with one flipped bit.
     pub corrupted: f32,
-    /// Share of writes that arrive in part, the rest with the next.
+    /// Share of writes of which a part arrives at once and the rest with the next write.
     pub split: f32,
-    /// Share of writes that arrive with the next.
+    /// Share of writes that arrive together with the next write.
     pub merged: f32,
     /// Period in which bytes arrive in batches, ms (an FTDI adapter's default is 16); 0: at once.
     pub batch_ms: u32,
     /// Share of samples with a rotation of length zero, which careless code turns into NaN.
     pub degenerate: f32,
-    /// From this time on the last write is repeated for ever, s.
+    /// Time from which on the last write is repeated for ever, s.
     pub stuck_from_s: Option<f32>,
-    /// The line hangs up at this time, s…
+    /// Time at which the line hangs up, s.
     pub hang_up_at_s: Option<f32>,
-    /// …and comes back this much later, s.
+    /// Time after the hang-up at which the line comes back, s. `None`: never.
     pub back_after_s: Option<f32>,
     /// Share of milliseconds with a few random bytes that nobody asked for.
     pub babble: f32,
@@ -32,9 +32,9 @@ pub struct Faults {
     pub corrupted_to_device: f32,
     /// Interval at which the device takes 16 bytes, ms; 0: all at once.
     pub slow_reader_ms: u32,
-    /// Start of all faults except the hang-up, s…
+    /// Start of all faults except the hang-up, s.
     pub from_s: f32,
-    /// …and their end, s. `None`: never.
+    /// End of all faults except the hang-up, s. `None`: never.
     pub until_s: Option<f32>,
 }
 
@@ -57,7 +57,7 @@ impl Faults {
     }
 }
 
-/// The faults of one line at work.
+/// A line to which faults are applied.
 #[derive(Debug)]
 pub(super) struct FaultyLine {
     configured: Faults,
@@ -68,7 +68,8 @@ pub(super) struct FaultyLine {
     last: Vec<u8>,
 }
 
-/// More than a pty holds. A line held back for longer loses the oldest bytes.
+/// Most bytes that are held back, more than a pty holds. Beyond this number the oldest bytes are
+/// lost.
 const HELD_LIMIT: usize = 8192;
 
 impl FaultyLine {
@@ -86,7 +87,7 @@ impl FaultyLine {
         &self.faults
     }
 
-    /// Starts a millisecond.
+    /// Starts a millisecond and chooses the faults that are active in it.
     pub(super) fn begin(&mut self, at_s: f32) {
         self.faults = self.configured.now(at_s);
     }

@@ -22,7 +22,7 @@ const CLOSING_MS: f32 = 520.0;
 #[derive(Debug, Clone)]
 pub(super) struct Fingers {
     handle: Opening,
-    /// The ring along x, 0 m shut.
+    /// The ring, which moves along x. At 0 m the handle is shut.
     ring: Touch,
     /// Opening that the hand intends, 0 to 1.
     wanted: f32,
@@ -51,7 +51,7 @@ impl Fingers {
         self.ring.step(at(self.wanted), speed_m_s, force_n);
     }
 
-    /// Opening that the device measures. Its stops are at 0 and 1.
+    /// Opening that the device measures. The handle's stops are at 0 and 1.
     pub(super) fn opening(&self) -> f32 {
         (self.ring.measured_m().x / self.handle.travel_m).clamp(0.0, 1.0)
     }

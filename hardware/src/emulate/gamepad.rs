@@ -1,8 +1,8 @@
 //! A gamepad that steers the emulated hand, read through evdev.
 //!
-//! Left stick: the tip across the picture. Right stick: depth and roll. Cross: the endoscope.
-//! Shoulder buttons: endoscope in and out. South button or right trigger: jaws. East coagulates,
-//! west cuts, north holds the camera.
+//! The left stick moves the tip across the picture. The right stick controls depth and roll. The
+//! cross turns the endoscope, and the shoulder buttons move it in and out. The south button or the
+//! right trigger closes the jaws. East coagulates, west cuts, north holds the camera.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -15,14 +15,15 @@ use crate::HardwareError;
 
 /// Dead zone of a stick, share of its travel.
 const DEAD: f64 = 0.15;
-/// Speed of the tip with the stick at its end, m/s…
+/// Speed of the tip with the stick at its end, m/s.
 const TIP_M_S: f64 = 0.06;
-/// …turning speeds of instrument and endoscope, rad/s…
+/// Turning speed of the instrument with the stick at its end, rad/s.
 const ROLL_RAD_S: f64 = 1.5;
+/// Turning speed of the endoscope while the cross is pressed, rad/s.
 const SCOPE_RAD_S: f64 = 0.4;
-/// …and speed of the endoscope with a shoulder button, m/s.
+/// Speed of the endoscope while a shoulder button is pressed, m/s.
 const SCOPE_M_S: f64 = 0.02;
-/// Travel from which a trigger counts as pressed, share of the whole.
+/// Share of a trigger's travel beyond which the trigger counts as pressed.
 const TRIGGER: f64 = 0.5;
 
 /// Axes in use, in the order of [`Sticks::axes`].
@@ -66,7 +67,7 @@ impl Sticks {
         self.keys.get(number).copied().unwrap_or(false)
     }
 
-    /// Adds the movement asked for in `seconds`.
+    /// Adds the movement that the sticks ask for in `seconds`.
     fn add_to(&self, wish: &mut Wish, seconds: f64) {
         // A stick pulled towards the player is positive: down, and out of the body.
         let [x, y, roll, depth] = [0, 1, 2, 3].map(|axis| self.axis(axis));
@@ -157,7 +158,7 @@ impl Gamepad {
     /// The accumulated wish, `seconds` after the last call. `None` until the gamepad is first used.
     ///
     /// # Errors
-    /// When it is unplugged.
+    /// When the gamepad is unplugged.
     pub fn wish(&mut self, seconds: f64) -> Result<Option<Wish>, HardwareError> {
         match self.device.fetch_events() {
             Ok(events) => {

@@ -10,7 +10,7 @@ use crate::HardwareError;
 use crate::bird::wire::{Hemisphere, Scale};
 use crate::rig::wire::Switches;
 
-/// Work place of the scripted hand, world frame, SI: the room of a scene.
+/// Workplace of the scripted hand in a scene, in the world frame and SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandScript {
     /// The instrument's trocar, m.
@@ -19,8 +19,8 @@ pub struct HandScript {
     pub instrument_length_m: f32,
     /// Base frame of the haptic device.
     pub world_from_device: Pose,
-    /// Transmitter frame of the tracker. The protocol reaches 0.91 m and covers one hemisphere: the
-    /// endoscope must stay at z < 0 of this frame.
+    /// Transmitter frame of the tracker. The tracker's protocol reaches 0.91 m and covers one
+    /// hemisphere, so the endoscope must stay at z < 0 of this frame.
     pub world_from_tracker: Pose,
     /// Rest pose of the endoscope's camera.
     pub world_from_camera: Pose,
@@ -49,8 +49,8 @@ const fn moment(at_s: f32, height_mm: f32, name: &'static str) -> Moment {
     }
 }
 
-/// One round of the hand, in which everything shows within 10 s. Between key frames it moves
-/// smoothly, starting and ending at rest.
+/// One round of the hand, which contains all actions within 10 s. Between two key frames the hand
+/// moves smoothly and starts and ends at rest.
 const ROUND: [Moment; 13] = [
     moment(0.0, 45.0, "rest"),
     moment(0.3, 45.0, "approach"),
@@ -68,14 +68,14 @@ const ROUND: [Moment; 13] = [
 ];
 /// Length of a round, s.
 pub const ROUND_S: f32 = 10.0;
-/// Period of the whole motion, s: whole rounds, sways and tremors.
+/// Period of the whole motion, s: a whole number of rounds, sways and oscillations of the tremor.
 pub(super) const REPEAT_S: f32 = 630.0;
 /// Intervals with closed jaws, s. The hand presses with closed jaws, because open ones would
 /// straddle the tissue; then the jaws open over the tissue and close on it.
 const CLOSED_S: [std::ops::Range<f32>; 2] = [0.3..4.7, 5.3..8.0];
-/// Interval in which the foot coagulates, s…
+/// Interval in which the foot presses the pedal to coagulate, s.
 const COAGULATE_S: std::ops::Range<f32> = 3.3..3.9;
-/// …and in which it holds the camera, s.
+/// Interval in which the foot presses the pedal that holds the camera, s.
 const CAMERA_LOCK_S: std::ops::Range<f32> = 9.4..9.7;
 /// Amplitude of each oscillation of the tremor, m (physiological: 8–12 Hz).
 const TREMOR_M: f32 = 0.05e-3;
@@ -113,7 +113,7 @@ struct Oscillation {
 }
 
 impl Hand {
-    /// Checks that the devices reach the script's work place.
+    /// Makes a hand, after a check that the devices reach the script's workplace.
     pub fn new(script: HandScript, seed: u64) -> Result<Self, HardwareError> {
         let mut random = Random::new(seed, 1);
         let tremor = [(); 3].map(|()| {
@@ -234,14 +234,15 @@ impl Hand {
         (self.script.target_m - self.script.instrument_port_m).normalize()
     }
 
-    /// Pose of the endoscope's sensor in the transmitter's frame; it sits on the camera.
+    /// Pose of the endoscope's sensor, which sits on the camera, in the transmitter's frame.
     #[must_use]
     pub fn tracker_from_sensor(&self, time_s: f32) -> Pose {
         let [yaw, pitch]: [f32; 2] = std::array::from_fn(|axis| {
             let (angle, period_s) = SWAY[axis];
             let phase = self.sway_phase[axis];
             let turn = std::f32::consts::TAU * time_s / period_s;
-            // Start from rest, so that the picture begins at the scene's camera pose.
+            // The sway at time 0 is subtracted, so that the picture begins at the scene's camera
+            // pose.
             angle * ((turn + phase).sin() - phase.sin())
         });
         self.sensor([yaw, pitch, 0.0])
@@ -290,7 +291,7 @@ pub(crate) mod tests {
     use super::*;
     use nalgebra::{Translation3, UnitQuaternion};
 
-    /// A room like a prepared scene's, with the handle at rest in the device's origin.
+    /// A workplace like that of a prepared scene, with the handle at rest in the device's origin.
     pub(crate) fn room() -> HandScript {
         let port = Vec3::new(0.0, 0.0, 0.0);
         let target = Vec3::new(0.02, -0.01, -0.2);

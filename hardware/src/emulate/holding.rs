@@ -1,4 +1,4 @@
-//! Hand at the emulated handle.
+//! The kinds of hand at the emulated handle.
 
 use rt_core::math::Vec3;
 
@@ -21,19 +21,23 @@ const FINGERS: Grip = Grip {
     stiffness_n_m: 30.0,
     damping_n_s_m: 0.2,
 };
-/// Height from which they come, m: 0.6 N lift the handle against 0.26 N of dry friction.
+/// Height from which the fingers come, m. In the middle of the workspace their grip pulls the
+/// handle up with 0.6 N, against 0.26 N of dry friction.
 const ABOVE_M: f32 = 0.02;
-/// Depth to which they would press, m: 0.5 N.
+/// Depth to which the fingers pull the handle, m. In the middle of the workspace they pull it down
+/// with 0.5 N.
 const BELOW_M: f32 = 0.016;
-/// Length of a round, s; time in which they come down, time at which they go up, and time in which
-/// they do.
+/// Length of a round, s.
 const ROUND_S: f64 = 4.0;
+/// Time in which the fingers come down, s.
 const DOWN_S: f64 = 0.5;
+/// Time in the round at which the fingers begin to go up, s.
 const LIFTS_AT_S: f64 = 3.0;
+/// Time in which the fingers go up, s.
 const UP_S: f64 = 0.3;
 
 impl Holding {
-    /// Grip on the handle and its place at the start. `None`: as the script has them.
+    /// Grip on the handle, and place of the handle at the start. `None`: as the script has them.
     pub(super) fn grip(self) -> Option<(Grip, Vec3)> {
         match self {
             Self::Script => None,
@@ -42,7 +46,7 @@ impl Holding {
         }
     }
 
-    /// Place to which it pulls the handle, m. `None`: as the script has it.
+    /// Place to which the hand pulls the handle, m. `None`: as the script has it.
     pub(super) fn target_m(self, at_s: f64) -> Option<Vec3> {
         match self {
             Self::Script => None,
@@ -52,7 +56,7 @@ impl Holding {
     }
 }
 
-/// Place to which two fingers pull that tap and press, m.
+/// Place to which two fingers that tap and press pull the handle, m.
 pub(crate) fn pressing_m(at_s: f64) -> Vec3 {
     let phase_s = at_s.rem_euclid(ROUND_S);
     let up = (phase_s - LIFTS_AT_S) / UP_S;

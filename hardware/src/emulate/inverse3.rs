@@ -13,7 +13,7 @@ use tungstenite::{Error, Message as Frame, WebSocket, accept};
 
 use super::touch::{Body, Grip, Touch};
 
-/// The service drops the force after this time without a command.
+/// Time without a command after which the service drops the force.
 const IDLE: Duration = Duration::from_millis(100);
 /// Longest time that is simulated at once, ms.
 const CATCH_UP_MS: u128 = 50;
@@ -63,10 +63,10 @@ const ALL: [Misbehaviour; 8] = [
     Misbehaviour::Flood,
     Misbehaviour::Drip,
 ];
-/// Header of a text of a million bytes.
+/// Header of a WebSocket text message of a million bytes.
 const LONG_TEXT: [u8; 10] = [0x81, 0x7F, 0, 0, 0, 0, 0, 0x0F, 0x42, 0x40];
 
-/// A running service for one client at a time. Dropping it ends it.
+/// A running service for one client at a time. Dropping it ends the service.
 #[derive(Debug)]
 pub struct EmulatedInverse3 {
     address: SocketAddr,
@@ -90,7 +90,7 @@ struct Device {
 }
 
 impl Device {
-    /// Simulates up to now.
+    /// Simulates the device up to the present.
     fn live(&mut self) {
         if self.commanded.elapsed() > IDLE {
             self.force_n = Vec3::zeros();
@@ -260,7 +260,7 @@ impl Shared {
     }
 }
 
-/// Next text, if there is one.
+/// Next text message of the client, if one has arrived.
 fn hear(socket: &mut WebSocket<TcpStream>) -> Result<Option<String>, Error> {
     match socket.read() {
         Ok(Frame::Text(text)) => Ok(Some(text.as_str().to_owned())),

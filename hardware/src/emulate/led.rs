@@ -1,5 +1,5 @@
-//! The emulated haptic device steered by wishes, without lines or clocks: equal wishes and forces
-//! give equal movements.
+//! The emulated haptic device, steered by a person's wishes, without lines or clocks. Equal wishes
+//! and forces give equal movements.
 
 use nalgebra::UnitQuaternion;
 use rt_core::math::{Pose, Vec3};
@@ -37,7 +37,7 @@ pub struct Measured {
 }
 
 impl LedHand {
-    /// A hand at rest at the script's start, with `wish` as the zero of later wishes.
+    /// A hand at rest at the start of the script. Later wishes are measured from `wish`.
     ///
     /// # Errors
     /// When the devices do not reach the script's work place.

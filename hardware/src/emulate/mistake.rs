@@ -1,4 +1,5 @@
-//! Mistakes of a first firmware. Each must fail in the conformance suite or in `feel`.
+//! Typical mistakes in the first firmware of a rig. The conformance suite or `feel` must find each
+//! of them.
 
 use rt_core::math::Vec3;
 
@@ -20,7 +21,7 @@ pub enum Mistake {
     Mirrored,
     /// Velocity declared as measured and left zero.
     VelocityZero,
-    /// Velocity in mm/s.
+    /// Velocity a thousand times too small.
     VelocityInMillimetres,
     /// Velocity with the wrong sign.
     VelocityNegated,
@@ -44,7 +45,7 @@ pub enum Mistake {
     ClockFast,
     /// No watchdog.
     WatchdogMissing,
-    /// Watchdog that works one time of three, and after 2.5 s else.
+    /// Watchdog that works in one of three cases, and only after 2.5 s in the others.
     WatchdogFlaky,
     /// Watchdog of 95 ms, declared as 50 ms.
     WatchdogSlow,
@@ -62,7 +63,7 @@ pub enum Mistake {
     Noisy,
     /// Damping far beyond any device.
     DampingAbsurd,
-    /// Declared delay of nothing, with an echo of 6 ms.
+    /// Declared delay of 0, although commands are confirmed 6 ms late.
     DelayUndeclared,
     /// Checksum with its bytes in the wrong order.
     ChecksumReversed,
@@ -75,7 +76,7 @@ pub enum Mistake {
 }
 
 impl Mistake {
-    /// All of them.
+    /// All mistakes.
     pub const ALL: [Self; 31] = [
         Self::PositionsInMillimetres,
         Self::PositionsTenfold,
@@ -124,16 +125,16 @@ impl Mistake {
     }
 }
 
-/// Watchdog of a device that declares 50 ms, ms.
+/// True watchdog time of a device that declares 50 ms, ms.
 const SLOW_MS: u8 = 95;
 /// Time for which a flaky watchdog fails, µs.
 const FLAKY_US: u32 = 2_500_000;
 /// Rms length of the noise of a noisy device, m.
 const NOISE_M: f32 = 0.0005;
-/// Samples by which a device with an undeclared delay confirms late.
+/// Number of samples by which a device with an undeclared delay confirms commands late.
 const LATE_SAMPLES: usize = 6;
 
-/// RigFirmware of the emulated rig, with at most one mistake.
+/// Firmware of the emulated rig, with at most one mistake.
 #[derive(Debug)]
 pub(super) struct RigFirmware {
     device: Device,
@@ -206,11 +207,11 @@ impl RigFirmware {
         }
     }
 
-    /// Time that the watchdog goes by, µs.
+    /// Time that the watchdog sees, µs.
     fn watched_us(&self, now_us: u32) -> u32 {
         let silent_us = now_us.wrapping_sub(self.heard_us);
         match self.mistake {
-            // It never looks at its clock.
+            // Time stands still for this watchdog, so it never acts.
             Some(Mistake::WatchdogMissing) => self.heard_us,
             Some(Mistake::WatchdogFlaky)
                 if !self.trips.is_multiple_of(3) && silent_us < FLAKY_US =>
@@ -329,7 +330,7 @@ impl RigFirmware {
         motion
     }
 
-    /// A frame as this firmware sends it.
+    /// Bytes of a frame as this firmware sends them.
     fn sent(&self, frame: &Frame) -> Vec<u8> {
         let mut bytes = frame.as_bytes().to_vec();
         match self.mistake {

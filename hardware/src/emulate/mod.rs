@@ -1,9 +1,9 @@
 //! The devices of a station, emulated behind ptys, with a scripted hand on the handle.
 //!
-//! Each device is a pty with the device's side of its protocol: the code that a rig's firmware
-//! would run ([`crate::rig::device`]), a bird ([`crate::bird::device`]) and, for the haptic device,
-//! a body with mass and friction between the motors and the hand. A controller opens them like real
-//! ones.
+//! Behind each pty runs the device's side of its protocol: the code that a rig's firmware would run
+//! ([`crate::rig::device`]) or a bird ([`crate::bird::device`]). The haptic device also has a body
+//! with mass and friction between its motors and the hand. A controller opens these devices like
+//! real ones.
 
 mod bulk;
 mod electronics;
@@ -60,7 +60,7 @@ pub struct EmulateConfig {
     pub haptic: HapticModel,
     /// Mistake in the firmware of an emulated rig.
     pub mistake: Option<Mistake>,
-    /// Hand at its handle.
+    /// Hand at the handle of the haptic device.
     pub holding: Holding,
     /// Seed of tremor and faults; equal seeds give equal movements.
     pub seed: u64,
@@ -95,20 +95,22 @@ pub struct Lines {
 pub struct Inside {
     /// Time since the start in emulated milliseconds, s.
     pub time_s: f32,
-    /// Force commanded to the haptic device's motors, its base frame, N.
+    /// Force commanded to the motors of the haptic device, in its base frame, N.
     pub force_n: rt_core::math::Vec3,
-    /// Motor command as a share of the most that may be commanded.
+    /// Motor command as a share of the largest permitted command.
     pub strain: f32,
 }
 
 const MILLISECOND: Duration = Duration::from_millis(1);
-/// After a longer sleep of the machine, the hand continues where it was.
+/// Longest delay that the emulation makes up for. After a longer sleep of the machine, the hand
+/// continues where it was.
 const CATCH_UP_LIMIT: Duration = Duration::from_millis(200);
 
 /// Emulates until `stop` is set. Calls `ready` once the lines can be opened.
 ///
-/// The hand starts with the controller's first force, so that it misses nothing, and restarts after
-/// the controller was silent for a second. A second emulator in the same directory is refused.
+/// The hand starts with the controller's first force, so that the controller sees the whole script.
+/// The hand restarts after the controller was silent for a second. A second emulator in the same
+/// directory is refused.
 pub fn run(
     config: &EmulateConfig,
     stop: &AtomicBool,
@@ -162,7 +164,7 @@ fn emulate(
         }
         station.tick(wish())?;
         watch(station.inside());
-        // u32: 49 days of emulation, then a new start.
+        // A u32 counts the milliseconds of 49 days. Then the count starts anew.
         match tick.checked_add(1) {
             Some(next) => tick = next,
             None => (start, tick) = (Instant::now(), 0),

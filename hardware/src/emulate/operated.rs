@@ -7,7 +7,7 @@ use rt_core::port::Buttons;
 use super::hand::{HANDLE_REACH_M, Hand};
 use crate::rig::wire::Switches;
 
-/// A person's wishes as sums since the start, so that a lost message loses nothing.
+/// A person's wishes: movements summed since the start, so that a lost message loses no movement.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wish {
     /// Movement of the instrument's tip along the picture's right, its up, and towards the viewer,
@@ -25,20 +25,22 @@ pub struct Wish {
     pub switches: Switches,
 }
 
-/// Smoothing time of a person's movements, ms: they arrive at the rate of a screen.
+/// Smoothing time of a person's movements, ms, because they arrive only at the rate of a screen.
 const SMOOTH_MS: f64 = 20.0;
-/// Fastest movement, m/s, well below the speed trip, and fastest turn, rad/s.
+/// Fastest movement, m/s, well below the speed at which the safety chain cuts the force.
 const SPEED_MAX_M_S: f64 = 0.4;
+/// Fastest turn, rad/s.
 const TURN_MAX_RAD_S: f64 = 2.0;
 /// Largest backlog of movement, in seconds at full speed; the rest is dropped.
 const BEHIND_MAX_S: f64 = 0.125;
 /// Smallest distance of tip and handle from the trocar, m.
 const PORT_CLEAR_M: f32 = 0.03;
-/// Largest turn and advance of the endoscope from its pose in the scene.
+/// Largest turn of the endoscope from its pose in the scene, rad.
 const SCOPE_TURN_MAX_RAD: f64 = 0.6;
+/// Largest advance of the endoscope from its pose in the scene, m.
 const SCOPE_ADVANCE_MAX_M: f64 = 0.06;
 
-/// A movement with a backlog.
+/// A movement of which a part is still to be made.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pending {
     asked: f64,

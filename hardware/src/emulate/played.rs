@@ -1,5 +1,5 @@
-//! A haptic device and its line in memory, with a clock that the test advances. It tests drivers on
-//! any bytes without terminals, threads or waiting.
+//! A haptic device and its line in memory, with a clock that the test advances. Tests use it to
+//! send any bytes to a driver without terminals, threads or waiting.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -42,7 +42,7 @@ struct Device {
     now_ns: u64,
 }
 
-/// Body of a played device, and its hand.
+/// Body of a device in memory, and the hand at its handle.
 #[derive(Debug, Clone, Copy)]
 pub struct PlayedBody {
     /// Mechanics.
@@ -56,7 +56,7 @@ pub struct PlayedBody {
 }
 
 impl PlayedBody {
-    /// The model's body in nobody's hand.
+    /// The model's body with nobody at the handle.
     #[must_use]
     pub fn free(model: HapticModel) -> Self {
         Self {
@@ -253,7 +253,7 @@ impl Played {
         self.end.device().now_ns
     }
 
-    /// Motor command now, as a share of the most that the station may command.
+    /// Motor command now, as a share of the largest command that the station may give.
     #[must_use]
     pub fn strain(&self) -> f32 {
         let mut device = self.end.device();

@@ -16,7 +16,7 @@ use crate::HardwareError;
 #[derive(Debug)]
 pub(super) struct Pty {
     master: OwnedFd,
-    /// Stays open, so that raw mode (no echo) outlives a controller.
+    /// Kept open, so that raw mode (no echo) remains after a controller has closed the line.
     slave: OwnedFd,
     link: PathBuf,
     target: PathBuf,
@@ -73,8 +73,8 @@ impl Pty {
         let _ = rustix::io::write(&self.master, bytes);
     }
 
-    /// Lifts the exclusive use that a killed controller left on the line. A living one still holds
-    /// its lock.
+    /// Lifts the exclusive use that a killed controller left on the line. A controller that still
+    /// runs keeps its file lock.
     pub(super) fn lift_exclusive_use(&self) {
         let _ = ioctl_tiocnxcl(&self.slave);
     }

@@ -30,11 +30,11 @@ use crate::rig::wire::{Capabilities, State};
 const TRACKER_PERIOD: u64 = 10;
 /// Report period of the pedal, ms.
 const PEDAL_PERIOD: u64 = 10;
-/// Silence after which a controller finds the hand at rest again, ms.
+/// Silence of the controller after which the script of the hand starts anew, ms.
 const ABANDONED_MS: u32 = 1000;
 /// Noise of the bird, m.
 const TRACKER_NOISE_M: f32 = 0.1e-3;
-/// Interval at which a line's exclusive use is checked, ms.
+/// Interval at which the exclusive use that a killed controller left on a line is lifted, ms.
 const EXCLUSIVE_PERIOD: u64 = 50;
 
 /// All emulated devices.
@@ -58,7 +58,7 @@ pub(super) struct Station {
     holding: Holding,
     /// Force commanded to the motors now, N.
     force_n: Vec3,
-    /// Motor command as a share of the most that may be commanded.
+    /// Motor command as a share of the largest permitted command.
     strain: f32,
     haptic_line: Plug,
     bird: Bird,
@@ -169,7 +169,7 @@ impl Station {
     }
 
     fn hand_time_s(&self) -> f32 {
-        // Reduced as an integer, so that precision lasts however long it runs.
+        // Reduced as an integer, so that precision does not decrease during a long run.
         (self.hand_time_ms % (REPEAT_S * 1e3) as u32) as f32 * 1e-3
     }
 
@@ -257,7 +257,7 @@ impl Station {
             if self.bird.is_streaming() {
                 let mut record = self.bird.record();
                 if self.tracker_line.line.degenerate() {
-                    // A rotation of length zero: its words follow the position's.
+                    // A quaternion of length zero. Its words follow those of the position.
                     record.iter_mut().skip(6).for_each(|byte| *byte = 0);
                 }
                 self.tracker_line.line.send(&record, time_s);
@@ -296,7 +296,7 @@ fn record(tracker_from_sensor: Pose, noise_m: Vec3) -> Record {
     }
 }
 
-/// A line that is connected or temporarily not.
+/// A line that is connected or, during a hang-up, not connected.
 struct Plug {
     path: PathBuf,
     pty: Option<Pty>,

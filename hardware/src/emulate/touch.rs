@@ -67,7 +67,8 @@ impl Grip {
 const STOP_STIFFNESS_N_M: f32 = 8000.0;
 /// Averaging time of the motors' heat, s.
 const HEAT_TIME_S: f32 = 20.0;
-/// Smoothing of the reported velocity per sample, as in the vendor's driver.
+/// Weight of the newest speed in the reported velocity, which is smoothed as in the vendor's
+/// driver.
 const VELOCITY_BLEND: f32 = 0.2;
 
 /// The device in motion, in its base frame.
@@ -104,7 +105,8 @@ impl Touch {
         }
     }
 
-    /// The device with a constant force on its handle, N: weight that is not balanced.
+    /// The device with a constant force on its handle, N, for example a weight that is not
+    /// balanced.
     #[must_use]
     pub fn loaded(mut self, load_n: Vec3) -> Self {
         self.load_n = load_n;

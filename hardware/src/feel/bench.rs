@@ -1,4 +1,4 @@
-//! The device on the bench, one millisecond at a time, with the limits of the test.
+//! Runs the device under test, one millisecond at a time, within the limits of the test.
 
 use rt_core::fault::Fault;
 use rt_core::math::Vec3;
@@ -7,9 +7,10 @@ use rt_core::time::TimeNs;
 
 use super::{Answer, Guide, Live, Question, Squeezed, Step};
 
-/// Way that the handle may go while it is pushed, m. A hand that holds it loosely yields less.
+/// Largest distance that the handle may move during a push, m. A hand that holds the handle loosely
+/// yields less.
 const RUN_OFF_M: f32 = 0.04;
-/// Speed at which it may go, m/s.
+/// Largest speed of the handle during a push, m/s.
 const RUN_OFF_M_S: f32 = 0.6;
 /// Time after which a step that nobody ends is given up, ms.
 const PATIENCE_MS: u32 = 300_000;
@@ -19,7 +20,7 @@ const SILENT_MS: u32 = 1000;
 /// Reason for which the test ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Broken {
-    /// The person asked for it, or answered no more.
+    /// The person asked for the end, or answered no more.
     Stopped,
     /// The line was lost.
     Lost,
@@ -64,7 +65,7 @@ pub(super) struct Seen {
     pub(super) opening: Option<f32>,
 }
 
-/// The device and its guide.
+/// The device under test, and the guide that talks to the person.
 pub(super) struct Bench<'a> {
     device: &'a mut dyn HapticDevice,
     guide: &'a mut dyn Guide,
@@ -92,7 +93,7 @@ impl<'a> Bench<'a> {
         self.guide
     }
 
-    /// `wanted_n`, or what the device can hold.
+    /// `wanted_n`, or less if the device cannot hold that force.
     pub(super) fn bearable_n(&self, wanted_n: f32) -> f32 {
         let can = self.capabilities();
         wanted_n
@@ -100,7 +101,7 @@ impl<'a> Bench<'a> {
             .min(can.force_continuous_n)
     }
 
-    /// One millisecond with this force. Returns the sample that it brought.
+    /// Runs one millisecond with this force. Returns the new sample, if one came.
     pub(super) fn tick(&mut self, force_n: Vec3) -> Result<Option<Seen>, Broken> {
         let now_ns = self.guide.wait();
         if self.guide.is_stopped() {
@@ -144,7 +145,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Tells a step and waits with this force until it is done. `each` gets the samples.
+    /// Tells the person a step and waits with this force until the step is done. `each` gets the
+    /// samples.
     pub(super) fn until_done(
         &mut self,
         step: &Step,
@@ -168,7 +170,8 @@ impl<'a> Bench<'a> {
         Err(Broken::Stopped)
     }
 
-    /// Samples of `ms` milliseconds with the force that `force_n` gives for each.
+    /// Runs `ms` milliseconds with the force that `force_n` gives for each of them. `each` gets the
+    /// samples.
     pub(super) fn pushed(
         &mut self,
         ms: u32,
@@ -189,12 +192,13 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Tells a step and waits without force until it is done.
+    /// Tells the person a step and waits without force until the step is done.
     pub(super) fn until_still(&mut self, step: &Step) -> Result<(), Broken> {
         self.until_done(step, Vec3::zeros(), |_| {})
     }
 
-    /// `ms` milliseconds with the force along the opening that `opening_n` gives for each.
+    /// Runs `ms` milliseconds with the force along the opening that `opening_n` gives for each of
+    /// them.
     pub(super) fn squeezed(
         &mut self,
         ms: u32,

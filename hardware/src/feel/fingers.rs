@@ -1,4 +1,4 @@
-//! A handle that opens: its ends, its range, and the sign of its motor.
+//! Tests a handle that opens: its ends, its range, and the sign of its motor.
 
 use super::bench::{Bench, Broken};
 use super::pushes::{PUSH_MS, share};
@@ -12,10 +12,11 @@ const PUSHES: [(Squeezed, &str); COUNT] =
     [(Squeezed::Open, "push open"), (Squeezed::Shut, "push shut")];
 /// Number of pushes.
 pub const COUNT: usize = 2;
-/// Openings that a shut handle may have, and those of one that is wide open.
+/// Largest opening that a shut handle may report.
 const SHUT_MAX: f32 = 0.2;
+/// Least opening that a wide open handle may report.
 const OPEN_MIN: f32 = 0.8;
-/// Samples that make an end.
+/// Number of the last samples of a step whose mean is the opening at its end.
 const END_SAMPLES: usize = 50;
 /// Allowed size of a measured force as a share of the one asked for.
 const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;

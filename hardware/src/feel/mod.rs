@@ -48,7 +48,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// All of them.
+    /// All directions.
     pub const ALL: [Self; 6] = [
         Self::Right,
         Self::Left,
@@ -163,9 +163,9 @@ pub enum Answer {
 /// Answer to the question after a push of the fingers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Squeezed {
-    /// It opened.
+    /// The handle opened.
     Open,
-    /// It shut.
+    /// The handle shut.
     Shut,
     /// A sensor measured this force, N; positive opens.
     Measured(f32),
@@ -211,25 +211,25 @@ pub enum Question {
 pub struct Live {
     /// Position of the handle in the base frame, m. `None`: there was no sample yet.
     pub at_m: Option<Vec3>,
-    /// Velocity as the device reports it, m/s. `None`: it measures none.
+    /// Velocity as the device reports it, m/s. `None`: the device measures none.
     pub velocity_m_s: Option<Vec3>,
     /// Commanded force, N.
     pub force_n: Vec3,
-    /// Opening of the handle, 0 shut to 1 wide open. `None`: it measures none.
+    /// Opening of the handle, 0 shut to 1 wide open. `None`: the device measures none.
     pub opening: Option<f32>,
-    /// Commanded force that opens it, N.
+    /// Commanded force that opens the handle, N.
     pub opening_n: f32,
 }
 
 /// Interface to the person, or to a program with a sensor, who takes the test.
 pub trait Guide {
-    /// Shows a question. It must not wait for the answer: see [`has_answer`].
+    /// Shows a question. This method must not wait for the answer: see [`has_answer`].
     ///
     /// [`has_answer`]: Self::has_answer
     fn ask(&mut self, _question: Question) {}
     /// True once the question that was shown last is answered. Called every millisecond; meanwhile
-    /// the device gets zero force. A guide that waits in [`Self::pushed`] and the like returns
-    /// true.
+    /// the device gets zero force. A guide whose [`Self::pushed`] and similar methods wait for the
+    /// answer always returns true.
     fn has_answer(&mut self) -> bool {
         true
     }
@@ -263,7 +263,7 @@ pub struct Felt {
 }
 
 /// Runs all steps of the test. `seed` decides the order of the pushes, so that the person does not
-/// know it.
+/// know this order.
 pub fn feel(device: &mut dyn HapticDevice, guide: &mut dyn Guide, seed: u64) -> Felt {
     let identity = device.identity();
     let mut felt = Felt {

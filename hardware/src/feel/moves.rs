@@ -1,4 +1,4 @@
-//! A person moves the handle: axes, scale, and the sign of the velocity.
+//! Tests in which a person moves the handle: axes, scale, and the sign of the velocity.
 
 use rt_core::math::Vec3;
 
@@ -14,16 +14,19 @@ const MOVES: [(Direction, &str); COUNT] = [
     (Direction::Up, "move up"),
     (Direction::Towards, "move towards"),
 ];
-/// Least share of a way along its axis. A person's right is oblique by 35° at most.
+/// Least share of a movement that must lie along its axis. A person who moves to the right deviates
+/// from the axis by 35° at most.
 const ALONG_MIN: f32 = 0.8;
-/// Allowed length of a move as a share of the length asked for: people measure with a ruler.
+/// Allowed length of a move as a share of the length asked for. The range is wide, because people
+/// measure with a ruler.
 const SCALE: core::ops::RangeInclusive<f32> = 0.7..=1.4;
-/// Shortest way whose direction says anything, m: above the noise of any device.
+/// Length below which a movement is reported as too small and its direction is not judged, m, if it
+/// is also less than 1/500 of the length asked for.
 const WAY_MIN_M: f32 = 0.5e-3;
-/// Samples that make a place.
+/// Number of samples whose mean is the place at the beginning or the end of a move.
 const PLACE_SAMPLES: usize = 50;
 
-/// Judges the moves in all directions, and the velocity on the way.
+/// Judges the moves in all directions, and the velocity during the moves.
 pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, way_m: f32) -> Result<(), Broken> {
     let mut motion = Motion::default();
     let mut says_velocity = false;
@@ -52,7 +55,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, way_m: f32) -> Re
     Ok(())
 }
 
-/// Way between the first and the last places of a move, m.
+/// Vector from the place at the beginning of a move to that at its end, m.
 fn way(samples: &[Seen]) -> Vec3 {
     let place = |some: &[Seen]| {
         let sum: Vec3 = some.iter().map(|it| it.at_m).sum();

@@ -1,4 +1,4 @@
-//! The handle pushes a person: sign, axes and size of the force.
+//! Tests in which the handle pushes a person's hand: sign, axes and size of the force.
 
 use rt_core::math::Vec3;
 
@@ -14,13 +14,14 @@ const PUSHES: [(Direction, &str); COUNT] = [
     (Direction::Up, "push up"),
     (Direction::Towards, "push towards"),
 ];
-/// Time in which a push rises, and falls, ms. A hand does not jerk.
+/// Time in which a push rises, and in which it falls, ms. A hand does not jerk at such a slow push.
 const RISE_MS: u32 = 300;
-/// Time for which it stays, ms: a person feels a direction in half a second.
+/// Time for which a push stays at its full force, ms. A person feels a direction within half a
+/// second.
 const STAY_MS: u32 = 1000;
 /// Time of a whole push, ms.
 pub(super) const PUSH_MS: u32 = 2 * RISE_MS + STAY_MS;
-/// Force on a scale, N: 51 g on one for the kitchen.
+/// Force on a scale, N. A kitchen scale shows 51 g.
 const PRESS_N: f32 = 0.5;
 /// Allowed size of a measured force as a share of the one asked for.
 const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;

@@ -1,4 +1,4 @@
-//! Steps, a sine and a chirp, with the answer of the position.
+//! Applies force steps, a sine and a chirp, and records the position.
 
 use rt_core::math::Vec3;
 
@@ -6,24 +6,27 @@ use super::Step;
 use super::bench::{Bench, Broken};
 use crate::conformance::Report;
 
-/// Force to and fro, N.
+/// Amplitude of the force to and fro, N.
 const FORCE_N: f32 = 0.5;
 /// Time between two steps, ms.
 const STEP_MS: u32 = 300;
 const STEPS: u32 = 8;
-/// Sine, Hz, and its time, ms.
+/// Frequency of the sine, Hz.
 const SINE_HZ: f32 = 2.0;
+/// Length of the sine, ms.
 const SINE_MS: u32 = 2500;
-/// Chirp from and to, Hz, and its time, ms.
+/// First and last frequency of the chirp, Hz.
 const CHIRP_HZ: (f32, f32) = (1.0, 30.0);
+/// Length of the chirp, ms.
 const CHIRP_MS: u32 = 4000;
-/// Least way between the ends of two steps that says anything, m: above noise and backlash.
+/// Least distance between the positions at the ends of two steps that is judged, m: above noise and
+/// backlash.
 const ANSWER_MIN_M: f32 = 0.2e-3;
 
 /// A moment of the response, along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// Time since its beginning, s.
+    /// Time since the response began, s.
     pub at_s: f32,
     /// Commanded force, N.
     pub force_n: f32,
@@ -31,7 +34,7 @@ pub struct Point {
     pub position_m: f32,
 }
 
-/// Force along x at this time, as a share.
+/// Force along x at this time, as a share of the amplitude.
 fn share(ms: u32) -> f32 {
     let turn = core::f32::consts::TAU;
     let steps_ms = STEPS * STEP_MS;
@@ -88,7 +91,8 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<Vec<Poi
     Ok(points)
 }
 
-/// Mean way between the ends of steps to the right and to the left, m.
+/// Mean position at the ends of the steps to the right, minus that at the ends of the steps to the
+/// left, m.
 fn answer(points: &[Point]) -> f32 {
     let end_of = |is_right: bool| {
         let ends: Vec<f32> = points

@@ -1,11 +1,11 @@
-//! The board's side of the protocol, for the emulator. It reproduces two flaws: the torque stays,
-//! and bytes are misread.
+//! The board's side of the protocol, for the emulator. It reproduces two flaws of the firmware: the
+//! last torque stays, and missing bytes are misread.
 
 use std::collections::VecDeque;
 
 use super::wire::command;
 
-/// Ports of the board.
+/// Number of ports of the board.
 const PORTS: usize = 4;
 /// Torque limit of the firmware, N m.
 const TORQUE_MAX_N_M: f32 = 0.123;
@@ -21,7 +21,7 @@ pub struct Board {
     motors: [Motor; PORTS],
     encoders: [Encoder; PORTS],
     waiting: Option<Waiting>,
-    /// Set up since it was powered.
+    /// True if the board was set up since power-up.
     was_set_up: bool,
 }
 
@@ -62,7 +62,6 @@ impl Board {
     /// by port.
     ///
     /// The firmware waits for floats but not for single bytes: a missing byte reads as FF.
-    /// reads as FF.
     pub fn receive(
         &mut self,
         bytes: &[u8],

@@ -17,7 +17,7 @@ use crate::HardwareError;
 use crate::gate::Gate;
 use crate::line::{Line, Read, Written, now_ns};
 
-/// The board's USB ignores the rate.
+/// Bit rate of the line. The board's USB ignores it.
 pub(crate) const BAUD: u32 = 115_200;
 const NAME: &str = "Haply hAPI board";
 /// Longest handshake. The firmware waits up to 1 s for the rest of a broken command.
@@ -26,27 +26,28 @@ const HANDSHAKE: Duration = Duration::from_secs(3);
 const ANSWER: Duration = Duration::from_millis(150);
 /// Time after which the board has read everything and expects a command.
 const SETTLED: Duration = Duration::from_millis(5);
-/// Requests without a complete answer after which the board is set up anew.
+/// Number of requests without a complete answer after which the board is set up anew.
 const ROUNDS: u32 = 8;
 /// Angles for a board that does not know its own. No arm can turn this far, so neither these angles
 /// nor later ones relative to them pass for real ones.
 const UNKNOWN_DEG: [f32; ARMS] = [560.0; ARMS];
 /// Largest angle of any arm of any generation from the line of the motors, degrees.
 const TURN_MAX_DEG: f32 = 390.0;
-/// Completes any broken command with floats near zero; the remaining bytes are resets.
+/// Zeros that complete any broken command with floats near zero. The board reads the remaining
+/// zeros as resets.
 const ZEROS: [u8; SET_UP_BYTES] = [0; SET_UP_BYTES];
 /// Most bytes that one poll reads: 56 answers.
 const BYTES_PER_POLL: usize = 512;
-/// Farthest plausible sample, in workspace radii.
+/// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;
-/// Fastest plausible turn of an arm, degrees per second…
+/// Fastest plausible turn of an arm, degrees per second.
 const SPEED_LIMIT_DEG_S: f32 = 2000.0;
-/// …on top of this much noise.
+/// Noise of an angle, degrees, allowed on top of that turn.
 const NOISE_DEG: f32 = 0.3;
-/// Age at which an incomplete answer is given up.
+/// Age above which an incomplete answer is dropped, ns.
 const LEFT_OVER_NS: u64 = 500_000;
-/// Time without an answer after which the board counts as lost: it has lost its angles or its power
-/// and must be opened anew. Until then it may hold a torque.
+/// Time without an answer after which the board counts as lost, ns. It has then lost its angles or
+/// its power and must be opened anew. Until then it may hold a torque.
 const LOST_NS: u64 = 100_000_000;
 
 /// A board with a flat two-armed device. It only answers commands: without [`HapticDevice::send`]
@@ -59,7 +60,8 @@ pub struct HapiHaptic {
     gate: Gate<ARMS>,
     counters: LineCounters,
     sequence: u16,
-    /// Bytes of a command that the line did not take. They are sent first, as zeros.
+    /// Number of bytes of the last command that the line did not take. They are sent before the
+    /// next command, as zeros.
     owed: usize,
     /// Time of the oldest unanswered command.
     asked_ns: Option<TimeNs>,
@@ -111,7 +113,7 @@ impl HapiHaptic {
             asked_ns: None,
             is_silent: false,
         };
-        // If this fails, `drop` may send a zero but must not give the board angles.
+        // If the greeting fails, `drop` may send a zero but must not give the board angles.
         let angles_deg = board.greet(else_deg)?;
         if board.place(angles_deg).is_none() {
             return Err(HardwareError::Calibration {
@@ -169,8 +171,8 @@ impl HapiHaptic {
         }
     }
 
-    /// Waits until the board has certainly received a zero torque; sets nothing up. Returns `None`
-    /// if the board is not set up, or silent for long. A slow board keeps its angles.
+    /// Waits until the board has certainly received a zero torque, without setting it up. So a slow
+    /// board keeps its angles. Returns `None` if the board is not set up, or is silent for long.
     fn settle(&mut self, heard: &mut u64) -> Result<Option<[f32; ARMS]>, HardwareError> {
         // The first answer may belong to another host's broken command, whose rest then resets the
         // board with the motors on. Only a second answer proves that the zero arrived.
@@ -187,8 +189,9 @@ impl HapiHaptic {
         Ok(None)
     }
 
-    /// Brings the board from any state to zero torque and a request. Only a board that is set up
-    /// takes a torque, and a reset leaves the motors on.
+    /// Brings the board from any state to zero torque, and requests an answer. The set-up is
+    /// necessary, because only a board that is set up takes a torque, and a reset leaves the motors
+    /// on.
     fn begin(&mut self, angles_deg: [f32; ARMS]) {
         self.line.write(&ZEROS);
         self.owed = 0;
@@ -271,8 +274,9 @@ impl HapiHaptic {
 }
 
 impl Drop for HapiHaptic {
-    /// The board would hold its torque for ever. A board that lost its angles is set up with
-    /// impossible ones, because only a board that is set up takes a zero.
+    /// Sends zero torque, because the board would hold its last torque for ever. A board that lost
+    /// its angles is first set up with impossible ones, because only a board that is set up takes a
+    /// torque.
     fn drop(&mut self) {
         self.write([0.0; ARMS], 0);
         if self.is_silent && matches!(self.settle(&mut 0), Ok(None)) {
@@ -293,7 +297,7 @@ impl HapticDevice for HapiHaptic {
             damping_n_s_m: self.generation.damping_n_s_m as f32,
             delay_s: self.generation.delay_s as f32,
             workspace_radius_m: self.generation.radius_m as f32,
-            // It answers as often as it is asked.
+            // The board answers as often as it is asked.
             rate_hz: 1000.0,
         }
     }
@@ -336,12 +340,14 @@ impl HapticDevice for HapiHaptic {
                 None => self.counters.bad_frames += 1,
             }
         }
-        // Answers arrive whole or not at all. A rest must not pass for the head of the next answer.
+        // Answers arrive whole or not at all. A leftover part must not pass for the beginning of
+        // the next answer.
         if count > 0 && self.reader.waiting() > 0 && now_ns.saturating_sub(at_ns) > LEFT_OVER_NS {
             self.counters.bad_frames += 1;
             self.reader.clear();
         }
-        // Even if it sends bytes: a board that is no longer set up answers with its id only.
+        // The board counts as lost even if bytes come, because a board that is no longer set up
+        // answers with its id only.
         let is_overdue = |asked_ns| now_ns.saturating_sub(asked_ns) > LOST_NS;
         if !self.is_silent && self.asked_ns.is_some_and(is_overdue) {
             self.is_silent = true;

@@ -1,9 +1,10 @@
 //! Haply's hAPI boards: binary commands over a serial line, and the flat two-armed linkage (2DIY).
 //!
 //! The protocol has no frame, checksum or watchdog: the board holds the last torque as long as it
-//! has power. Therefore the driver sends zero torque first, when answers stay away, and when it is
-//! dropped. If the host is killed, or the board does not read, the torque stays. If the arms are
-//! then moved, the force may exceed what was asked for: keep the board's switch within reach.
+//! has power. Therefore the driver sends zero torque when it opens the board, when answers stay
+//! away, and when it is dropped. If the host is killed, or the board does not read, the torque
+//! stays. If the arms are then moved, the force may exceed what was asked for: keep the board's
+//! switch within reach.
 //!
 //! The encoders count from the handle's position at the set-up, which only a person knows. After a
 //! loss the driver therefore asks the board patiently and never sets it up as if it were at home. A

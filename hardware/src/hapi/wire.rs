@@ -137,7 +137,7 @@ impl AnswerReader {
         }
     }
 
-    /// Rejects the last answer: another may begin anywhere behind its first byte.
+    /// Rejects the last answer. The true answer may begin anywhere behind its first byte.
     pub fn refuse(&mut self) {
         if self.len == 0 {
             self.take_up(self.bytes);
@@ -258,7 +258,7 @@ mod tests {
             }
         }
 
-        /// Torques that the board reads when bytes of a command are lost or doubled.
+        /// Torques that the board reads when one or two bytes of a command are lost.
         #[test]
         fn command_without_one_or_two_bytes_gives_no_torque(
             sent in prop::array::uniform2(-0.123..0.123f32),

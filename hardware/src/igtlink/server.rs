@@ -7,7 +7,7 @@ use super::wire::Transform;
 
 /// Most clients at once; more are turned away.
 const CLIENTS_MAX: usize = 8;
-/// Bytes of a client that one call reads and discards.
+/// Most bytes from a client that one call reads and discards.
 const DROP_BYTES: usize = 4096;
 
 /// A listening server.
@@ -85,7 +85,7 @@ impl Server {
             let Ok((stream, _)) = self.listener.accept() else {
                 return;
             };
-            // A client too many is closed at once.
+            // A client beyond the limit is closed at once.
             if self.clients.len() < CLIENTS_MAX && stream.set_nonblocking(true).is_ok() {
                 let _ = stream.set_nodelay(true);
                 self.clients.push(Client {
@@ -98,7 +98,8 @@ impl Server {
 }
 
 impl Client {
-    /// Reads and discards requests of the client, which are not served.
+    /// True if the client is still connected. Reads and discards the client's requests, which are
+    /// not served.
     fn is_alive(&mut self) -> bool {
         match self.stream.read(&mut [0; DROP_BYTES]) {
             Ok(count) => count > 0,
@@ -106,7 +107,7 @@ impl Client {
         }
     }
 
-    /// Returns true if the message was taken.
+    /// Returns true if the socket took the message, or the first part of it.
     fn send(&mut self, message: &[u8]) -> io::Result<bool> {
         if !self.rest.is_empty() {
             let sent = self.write(&self.rest)?;
@@ -147,7 +148,7 @@ mod tests {
         }
     }
 
-    /// Publishes until `done`, at most for a while.
+    /// Publishes until `done` returns true, for at most a minute.
     fn until(server: &mut Server, mut done: impl FnMut(&Server) -> bool) {
         let start = Instant::now();
         while start.elapsed() < Duration::from_secs(60) {

@@ -42,7 +42,7 @@ impl Transform<'_> {
     pub fn bytes(&self) -> Option<[u8; MESSAGE_BYTES]> {
         let rotation = self.pose.rotation.to_rotation_matrix();
         let position_mm = self.pose.translation.vector * 1e3;
-        // Both column by column.
+        // The numbers of the rotation and the position, column by column.
         let numbers = rotation.matrix().iter().chain(position_mm.iter());
         if !numbers.clone().all(|number| number.is_finite()) {
             return None;
@@ -66,7 +66,7 @@ impl Transform<'_> {
     }
 }
 
-/// Converts to seconds in the upper half and units of 2⁻³² s in the lower.
+/// Converts Unix time to seconds in the upper half and units of 2⁻³² s in the lower half.
 fn time(unix_ns: u64) -> u64 {
     let (seconds, ns) = (unix_ns / 1_000_000_000, unix_ns % 1_000_000_000);
     (seconds << 32) | ((ns << 32) / 1_000_000_000)

@@ -27,9 +27,9 @@ use crate::slot::Slot;
 const PORT: u16 = 10_001;
 /// Longest handshake; a running service answers at once.
 const HANDSHAKE: Duration = Duration::from_secs(2);
-/// Silence after which the driver commands zero force…
+/// Silence of the service after which the driver commands zero force.
 const LET_GO: Duration = Duration::from_millis(30);
-/// …and after which the service counts as lost.
+/// Silence after which the service counts as lost.
 const ANSWER: Duration = Duration::from_millis(100);
 /// Longest time for reading a backlog up to its newest message.
 const CATCH_UP: Duration = Duration::from_millis(20);
@@ -37,11 +37,12 @@ const CATCH_UP: Duration = Duration::from_millis(20);
 const LAST_WORDS: Duration = Duration::from_millis(50);
 /// Interval between two commands.
 const PERIOD: Duration = Duration::from_millis(1);
-/// Age of a force at which none is commanded: the thread goes on when the tick hangs.
+/// Age of a force above which the thread commands zero force, ns. The thread goes on when the tick
+/// hangs.
 const WATCHDOG_NS: u64 = 50_000_000;
 /// Longest message, bytes.
 const MESSAGE_BYTES: usize = 1 << 20;
-/// Farthest plausible sample, in workspace radii.
+/// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;
 
 /// The maker states 10 N; the continuous force is not published.
@@ -58,12 +59,12 @@ const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
     rate_hz: 1000.0,
 };
 
-/// An Inverse3 whose thread runs.
+/// An open Inverse3 and the thread that talks to its service.
 #[derive(Debug)]
 pub struct Inverse3Haptic {
     path: PathBuf,
     shared: Arc<Shared>,
-    /// Handle for closing the socket while the thread waits for it.
+    /// Handle for closing the socket while the thread waits for data.
     socket: TcpStream,
     thread: Option<JoinHandle<()>>,
     last_turn: u32,
@@ -211,9 +212,9 @@ fn is_late(error: &Error) -> bool {
         if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut))
 }
 
-/// Newest text of all that have arrived; waits for the first. Without this, a service that sends
-/// more than one answer per command would be read later and later. `None` when the newest message
-/// is not text, or the backlog has no end.
+/// Newest of all texts that have arrived. Waits for the first one. Reading only one text per
+/// command would fall ever further behind a service that sends more than one answer per command.
+/// `None` when the newest message is not text, or the backlog has no end.
 fn newest(
     socket: &mut WebSocket<Timed>,
     let_go: impl Fn() -> Frame,
@@ -290,7 +291,7 @@ fn converse(
 }
 
 impl Shared {
-    /// Newest force if it is younger than the watchdog's limit, clamped to the device's peak.
+    /// Newest force, clamped to the device's peak. Zero if it is older than the watchdog's limit.
     fn wanted_force_n(&self) -> Vec3 {
         let Some((_, [x, y, z, low, high])) = self.force.read() else {
             return Vec3::zeros();
@@ -322,7 +323,7 @@ impl HapticDevice for Inverse3Haptic {
         CAPABILITIES
     }
 
-    /// A grip measures its rotation, but it may not always be connected.
+    /// A grip measures its rotation, but a grip is not always connected.
     fn freedom(&self) -> Freedom {
         Freedom {
             measured: 6,
@@ -373,8 +374,8 @@ impl HapticDevice for Inverse3Haptic {
 }
 
 impl Drop for Inverse3Haptic {
-    /// The thread's last command has zero force. It ends soon, because every wait has a limit or is
-    /// cut off.
+    /// Ends the thread, whose last command has zero force. The thread ends soon, because each of
+    /// its waits has a limit or is cut off.
     fn drop(&mut self) {
         self.shared.running.store(false, Ordering::Release);
         if let Some(thread) = self.thread.take() {

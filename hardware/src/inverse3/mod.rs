@@ -5,8 +5,8 @@
 //! leaves the newest force. A force that is not renewed for 50 ms is no longer commanded, and the
 //! service itself drops a force that is not repeated.
 //!
-//! Source: Haply's documentation of the service, 3.0 to 3.5, and drivers that use it. Not
-//! published, and assumed low: continuous force, damping and delay.
+//! Source: Haply's documentation of the service, 3.0 to 3.5, and drivers that use it. Continuous
+//! force, damping and delay are not published. Low values are assumed.
 
 mod driver;
 mod stream;

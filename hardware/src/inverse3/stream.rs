@@ -1,5 +1,5 @@
-//! The service's socket with a time limit on every read and write. Without it, a message that
-//! arrives one byte at a time could hold the thread for ever.
+//! The service's socket with a time limit on every read and write. Without these limits, a message
+//! that arrives one byte at a time could hold the thread for ever.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -8,13 +8,14 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 
-/// A stream with one deadline for waiting and one for everything.
+/// A stream with one deadline for waiting and one for the whole exchange.
 #[derive(Debug)]
 pub(super) struct Timed {
     stream: TcpStream,
     wait_until: Instant,
     end: Instant,
-    /// A read after the deadline is still tried once, because the thread itself may have been late.
+    /// True once a read was tried after the deadline. One such read is allowed, because the thread
+    /// itself may have been late.
     is_late: bool,
 }
 
@@ -31,13 +32,13 @@ impl Timed {
         })
     }
 
-    /// Another handle of the socket, for closing it.
+    /// A second handle of the socket, with which another thread can close it.
     pub(super) fn try_clone(&self) -> io::Result<TcpStream> {
         self.stream.try_clone()
     }
 
-    /// From now on reads wait for `wait` (then: would block), and everything ends after `end`
-    /// (then: timed out).
+    /// From now on a read waits for `wait` and a write until `end`. Each then returns `WouldBlock`.
+    /// The second read after `end` returns `TimedOut`.
     pub(super) fn limit(&mut self, wait: Duration, end: Duration) {
         let now = Instant::now();
         self.wait_until = now + wait;

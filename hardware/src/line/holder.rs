@@ -5,7 +5,7 @@ use std::fs;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 
-/// Most programs that are named.
+/// Most programs that a message names.
 const NAMED: usize = 3;
 
 /// A program that has a file or a socket open, displayed as "calot (process 4711)".
@@ -13,9 +13,9 @@ const NAMED: usize = 3;
 pub struct Holder {
     /// The program's name for itself, without control characters.
     pub command: String,
-    /// Its process.
+    /// Id of its process.
     pub process: u32,
-    /// Number of the user it belongs to.
+    /// Id of the user who owns the process.
     pub user: u32,
 }
 
@@ -25,21 +25,21 @@ impl fmt::Display for Holder {
     }
 }
 
-/// Programs that have the file `path` open, up to three. Empty if nobody is seen: only root sees
-/// the programs of other users.
+/// Programs that have the file `path` open, up to three. Empty if no such program is visible. Only
+/// root sees the programs of other users.
 #[must_use]
 pub fn holders(path: &Path) -> Vec<Holder> {
     path.canonicalize()
         .map_or_else(|_| Vec::new(), |path| having_open(&path))
 }
 
-/// Programs that have the socket with this inode open, as [`holders`] of a file.
+/// Programs that have the socket with this inode open, like [`holders`] for a file.
 #[must_use]
 pub fn socket_holders(inode: u64) -> Vec<Holder> {
     having_open(Path::new(&format!("socket:[{inode}]")))
 }
 
-/// Programs that have something open to which this link leads.
+/// Programs with an open descriptor whose link under `/proc` leads to `link`.
 fn having_open(link: &Path) -> Vec<Holder> {
     let programs = fs::read_dir("/proc").into_iter().flatten().flatten();
     programs

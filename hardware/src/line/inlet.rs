@@ -1,9 +1,10 @@
-//! Input of a line, read by a thread of its own.
+//! Input of a serial line, read by a separate thread.
 //!
-//! Any system call on a terminal may wait for a kernel worker of ordinary priority: an empty read
-//! flushes the line's buffer, and a query of the input's length takes the lock that the worker
-//! holds while it fills the buffer. On a busy machine that takes tens of milliseconds. Therefore a
-//! thread waits for input and stamps it, and the tick takes the bytes from memory.
+//! Any system call on a terminal may wait for a kernel worker of ordinary priority. A read without
+//! input flushes the line's buffer, and a query of the input's length takes the lock that the
+//! worker holds while it fills the buffer. On a busy machine such a wait lasts tens of
+//! milliseconds. Therefore a thread waits for input and notes the arrival time, and the tick takes
+//! the bytes from memory.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::io;
@@ -19,15 +20,16 @@ use rustix::time::{ClockId, clock_gettime};
 
 use super::Read;
 
-/// Capacity for unread bytes: one second of a 1 kHz rig.
+/// Capacity for unread bytes: one second of a rig that reports at 1 kHz.
 const ROOM: usize = 1 << 16;
 /// Most bytes of one read.
 const CHUNK: usize = 4096;
-/// Unread bytes above which the old ones are discarded: nobody polled for a while.
+/// Number of unread bytes above which the old ones are discarded. So many collect only when nobody
+/// has polled for a while.
 const BACKLOG: u64 = 2048;
-/// Newest bytes of a backlog that are kept.
+/// Number of newest bytes that are kept of such a backlog.
 const BACKLOG_KEPT: u64 = 512;
-/// Interval between two reads of a flooded line.
+/// Pause after a read that filled the whole chunk, so that a flooded line does not occupy a core.
 const FLOODED: Duration = Duration::from_millis(1);
 
 /// Ring buffer from the reading thread to the tick.
@@ -60,7 +62,8 @@ impl Bytes {
         self.ring.iter().cycle().skip(start)
     }
 
-    /// Stores a chunk. Bytes without room are dropped: nobody has polled for a second.
+    /// Stores a chunk. Bytes that find no room are dropped, which happens only when nobody has
+    /// polled for a second.
     pub(crate) fn put(&self, chunk: &[u8], at_ns: TimeNs) {
         let written = self.written.load(Ordering::Relaxed);
         let used = written - self.taken.load(Ordering::Acquire);
@@ -75,7 +78,8 @@ impl Bytes {
         self.written.store(written + count, Ordering::Release);
     }
 
-    /// Copies the available bytes into `buffer`; of a backlog only the newest.
+    /// Copies the available bytes into `buffer`. Of more than `BACKLOG` bytes, copies only the
+    /// newest.
     fn take(&self, buffer: &mut [u8]) -> (usize, TimeNs) {
         let written = self.written.load(Ordering::Acquire);
         let mut taken = self.taken.load(Ordering::Relaxed);
@@ -104,10 +108,11 @@ impl Bytes {
         self.discarded.load(Ordering::Relaxed)
     }
 
-    /// Copies the available bytes into `buffer` and returns the arrival time of the last. Bytes
-    /// from before a loss are still returned. Neither waits nor allocates.
+    /// Copies the available bytes into `buffer` and returns the arrival time of the newest byte.
+    /// Bytes that arrived before the line was lost are still returned. This method neither waits
+    /// nor allocates.
     pub(crate) fn read(&self, buffer: &mut [u8]) -> Read {
-        // Read this first, so that bytes from before the loss are visible below.
+        // The flag is read first. If it is set, `take` sees all bytes from before the loss.
         let is_lost = self.is_lost();
         match self.take(buffer) {
             (0, _) if is_lost => Read::Lost,
@@ -127,7 +132,7 @@ impl Bytes {
     }
 }
 
-/// The reading thread and its buffer. Dropping it ends the thread.
+/// The reading thread and its buffer. Dropping an `Inlet` ends the thread.
 #[derive(Debug)]
 pub(super) struct Inlet {
     bytes: Arc<Bytes>,
@@ -201,7 +206,8 @@ fn read_all(port: &OwnedFd, end: &OwnedFd, into: &Bytes) -> Result<(), Errno> {
             Err(error) => return Err(error),
         }
         match rustix::io::read(port, &mut chunk) {
-            // A non-blocking tty in raw mode returns EAGAIN when idle; 0 means that it hung up.
+            // A non-blocking tty in raw mode returns EAGAIN when idle; 0 means that the far end
+            // hung up.
             Ok(0) => return Ok(()),
             Ok(count) => {
                 into.put(chunk.get(..count).unwrap_or(&[]), now_ns());
@@ -227,7 +233,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// If it is polled often enough, every byte comes out once and in order.
+        /// If the reader polls often enough, every byte comes out once and in order.
         #[test]
         fn bytes_put_in_come_out(
             chunks in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..300), 0..1200),

@@ -1,9 +1,10 @@
-//! A serial line for the tick. It is opened with `serialport`, read by a thread of its own
-//! ([`inlet`]), and written directly, so the tick neither waits nor allocates.
+//! A serial line for the tick. The crate `serialport` opens the line, a separate thread reads it
+//! ([`inlet`]), and the tick writes to the descriptor directly. So the tick neither waits nor
+//! allocates.
 //!
-//! `serialport`'s own reads allocate an error whenever there is no input, so after opening, the
-//! non-blocking descriptor is used directly.
-#![allow(unsafe_code)] // One descriptor changes hands between two crates' types.
+//! A read through `serialport` allocates an error whenever there is no input. So after opening,
+//! this module uses the non-blocking descriptor directly.
+#![allow(unsafe_code)] // A descriptor passes from a type of `serialport` to `OwnedFd`.
 
 mod holder;
 mod inlet;
@@ -25,30 +26,32 @@ pub use holder::{Holder, holders, socket_holders};
 use inlet::Inlet;
 pub(crate) use inlet::{Bytes, now_ns};
 
-/// An open line. Dropping it closes it and waits for its thread, so never drop it in the tick.
+/// An open line. Dropping a `Line` closes it and waits for the reading thread, so the tick must
+/// never drop one.
 #[derive(Debug)]
 pub(crate) struct Line {
     ends: Ends,
     path: PathBuf,
 }
 
-/// Ends of the line.
+/// The two kinds of line.
 #[derive(Debug)]
 enum Ends {
     /// A terminal.
     Tty {
-        // Dropped before the port, because the port closes with its last holder.
+        // Dropped before the port. The inlet's thread also holds the port, which closes with its
+        // last holder.
         inlet: Inlet,
         port: Arc<OwnedFd>,
     },
-    /// A device in memory that receives at once.
+    /// A device in memory, which receives the host's bytes at once.
     Played {
         heard: Arc<Bytes>,
         device: Arc<dyn Hears>,
     },
 }
 
-/// A device played by a test, without a terminal, threads or time of its own.
+/// A device that a test plays in memory, without a terminal, a thread or a clock of its own.
 pub(crate) trait Hears: fmt::Debug + Send + Sync {
     /// Receives the host's bytes.
     fn hear(&self, bytes: &[u8]);
@@ -70,23 +73,23 @@ pub(crate) enum Read {
 pub(crate) enum Written {
     /// The line took everything.
     All,
-    /// The line took so many bytes; the rest is dropped.
+    /// The line took this many bytes, and the rest is dropped.
     Part(usize),
-    /// It took nothing.
+    /// The line took nothing.
     Nothing,
 }
 
 impl Line {
-    /// Opens `path` exclusively: raw, 8N1, RTS low if the line has one (high resets an Ascension
-    /// tracker). Not for the tick.
+    /// Opens `path` exclusively, in raw mode with 8N1. Sets RTS low if the line has that wire,
+    /// because a high RTS resets an Ascension tracker. Not for the tick.
     pub(crate) fn open(path: &Path, baud: u32) -> Result<Self, HardwareError> {
         let mut port = open_port(path, baud)?;
-        // Ptys and some USB adapters have no modem lines (ENOTTY), so nothing needs clearing there.
+        // Ptys and some USB adapters have no RTS (ENOTTY), so there the error is ignored.
         let _ = port.write_request_to_send(false);
         let _ = port.clear(serialport::ClearBuffer::Input);
 
         // SAFETY: `into_raw_fd` gives up the port's only descriptor, which is open; from here
-        // `OwnedFd` alone owns and closes it. The lock on it lives as long as the descriptor.
+        // `OwnedFd` alone owns and closes it. The exclusive lock lives as long as the descriptor.
         let fd = unsafe { OwnedFd::from_raw_fd(port.into_raw_fd()) };
         let line_error = |doing, what: String| HardwareError::Line {
             path: path.to_path_buf(),
@@ -125,8 +128,8 @@ impl Line {
         }
     }
 
-    /// Reads the available bytes, at most `buffer`; of more than 2 KiB only the newest. Bytes from
-    /// before a loss are still returned.
+    /// Reads the available bytes, at most as many as `buffer` holds. Of more than 2 KiB, only the
+    /// newest are kept. Bytes that arrived before the line was lost are still returned.
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Read {
         match &self.ends {
             Ends::Tty { inlet, .. } => inlet.read(buffer),
@@ -134,7 +137,7 @@ impl Line {
         }
     }
 
-    /// Number of bytes so far that nobody read in time, and that are dropped.
+    /// Number of bytes dropped so far because nobody read them in time.
     pub(crate) fn discarded(&self) -> u64 {
         match &self.ends {
             Ends::Tty { inlet, .. } => inlet.discarded(),
@@ -211,7 +214,7 @@ mod tests {
     use super::*;
     use std::io::Write;
 
-    /// A pty: its far end and a line on the near one.
+    /// A pty: its far end, and a line opened on its near end.
     fn pair() -> (TTYPort, Line) {
         let (far, near) = TTYPort::pair().unwrap();
         let path = PathBuf::from(near.name().unwrap());
@@ -247,7 +250,7 @@ mod tests {
         assert_eq!(heard, b"0123456789");
     }
 
-    /// First result other than `Empty`; on a busy machine after some time.
+    /// First result other than `Empty`. On a busy machine it may take a while.
     fn hears(line: &mut Line) -> Read {
         let mut buffer = [0; 4];
         for _ in 0..30_000 {

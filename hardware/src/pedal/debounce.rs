@@ -1,10 +1,11 @@
-//! Debouncing: a press counts at once, a release once it has lasted.
+//! Debouncing: a press counts at once, a release only after the contact has stayed open for a
+//! while.
 
 use rt_core::time::TimeNs;
 
-/// Shortest press.
+/// Shortest time for which a press counts, ns.
 const HOLD_NS: u64 = 10_000_000;
-/// Time for which the contact must be open before a release counts.
+/// Time for which the contact must be open before a release counts, ns.
 const RELEASE_NS: u64 = 20_000_000;
 
 /// One debounced switch.
@@ -15,7 +16,7 @@ pub struct Debounced {
 }
 
 impl Debounced {
-    /// Takes the state of the contact and returns that of the switch.
+    /// Takes the state of the contact and returns the debounced state of the switch.
     pub fn update(&mut self, closed: bool, now_ns: TimeNs) -> bool {
         let Some(pressed_at_ns) = self.pressed_at_ns else {
             if closed {
@@ -59,7 +60,7 @@ mod tests {
     }
 
     proptest! {
-        /// For any chatter of the contact, the switch finally agrees with it.
+        /// For any chatter of the contact, the switch finally agrees with the contact.
         #[test]
         fn debounced_contact_ends_where_the_contact_ends(chatter in prop::collection::vec(any::<bool>(), 0..200),
                                           end in any::<bool>()) {

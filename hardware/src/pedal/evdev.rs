@@ -1,5 +1,5 @@
-//! A USB pedal, which is a keyboard to the kernel. It is grabbed, so that no other program gets its
-//! keys, and read without blocking.
+//! A USB pedal, which the kernel treats as a keyboard. The driver grabs the pedal, so that no other
+//! program gets its keys, and reads it without blocking.
 
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
@@ -22,7 +22,8 @@ mod field {
 
 const EV_SYN: u16 = 0;
 const EV_KEY: u16 = 1;
-/// The kernel's buffer overflowed: the pressed keys are unknown.
+/// Code of the event that reports an overflow of the kernel's buffer. After it the pressed keys are
+/// unknown.
 const SYN_DROPPED: u16 = 3;
 /// Most events that one poll reads.
 const EVENTS_PER_POLL: usize = 32;
@@ -34,7 +35,7 @@ enum Event {
     Key { code: u16, down: bool },
     /// Events were lost.
     Dropped,
-    /// Any other event: a repetition or a marker.
+    /// Any other event, for example a key repetition or a marker.
     Other,
 }
 
@@ -82,7 +83,7 @@ impl Default for Roles {
 /// A USB pedal.
 #[derive(Debug)]
 pub struct EvdevPedal {
-    /// `None` once it is unplugged.
+    /// `None` after the pedal was unplugged.
     events: Option<OwnedFd>,
     path: PathBuf,
     roles: Roles,
@@ -110,7 +111,8 @@ impl EvdevPedal {
         device.grab().map_err(|_| HardwareError::Busy {
             path: path.to_path_buf(),
         })?;
-        // A second descriptor of the same open file: the grab belongs to the file.
+        // The second descriptor refers to the same open file. The grab belongs to the file, so it
+        // remains when `device` is dropped.
         let events = device
             .as_fd()
             .try_clone_to_owned()
@@ -118,7 +120,7 @@ impl EvdevPedal {
         Self::on(events, path, roles)
     }
 
-    /// A pedal whose events come from any descriptor.
+    /// A pedal that reads its events from `events`, which may be any descriptor.
     fn on(events: OwnedFd, path: &Path, roles: Roles) -> Result<Self, HardwareError> {
         rustix::fs::fcntl_setfl(&events, OFlags::NONBLOCK)
             .map_err(|errno| open_error(path, &errno.into()))?;
@@ -137,7 +139,7 @@ impl EvdevPedal {
         &self.path
     }
 
-    /// True if it is unplugged; see [`crate::rig::RigHaptic::is_lost`].
+    /// True if the pedal was unplugged; see [`crate::rig::RigHaptic::is_lost`].
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.events.is_none()
@@ -168,7 +170,8 @@ impl EvdevPedal {
 }
 
 impl Pedal for EvdevPedal {
-    /// Always fresh while it is connected: the kernel reports every change.
+    /// Returns a fresh sample at every poll while the pedal is connected, because the kernel
+    /// reports every change.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
         let mut bytes = [0; EVENTS_PER_POLL * field::END];
         let Some(events) = &self.events else {
@@ -181,7 +184,8 @@ impl Pedal for EvdevPedal {
                     self.take(Event::parse(event));
                 }
                 if !rest.is_empty() {
-                    // The kernel never sends a partial event. If it does, nothing is pressed.
+                    // The kernel never sends a partial event. If one comes nevertheless, all keys
+                    // count as released.
                     self.counters.bad_frames += 1;
                     self.take(Event::Dropped);
                 }

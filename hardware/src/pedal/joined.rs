@@ -1,16 +1,17 @@
-//! Two pedals as one: a switch pressed on either is pressed.
+//! Two pedals that act as one. A switch counts as pressed if it is pressed on either pedal.
 
 use rt_core::port::{LineCounters, Pedal, PedalSample, Polled};
 use rt_core::time::TimeNs;
 
-/// Two pedals with any drivers. A silent pedal presses nothing. If one is lost, both are lost, so
-/// that both are opened anew.
+/// Two pedals with any drivers. The switches of a silent pedal count as released. If one pedal is
+/// lost, both are reported as lost, so that both are opened anew.
 pub struct JoinedPedals {
     pedals: [Box<dyn Pedal + Send>; 2],
     pressed: [PedalSample; 2],
 }
 
-/// Silence after which a pedal presses nothing; the core waits as long.
+/// Time without a sample after which a pedal's switches count as released, ns. The core waits for
+/// the same time.
 const SILENT_NS: u64 = 200_000_000;
 
 impl JoinedPedals {

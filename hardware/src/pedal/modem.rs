@@ -13,19 +13,22 @@ use serialport::{SerialPort, TTYPort};
 use super::debounce::Debounced;
 use crate::HardwareError;
 
-/// Reads the two wires. It is a trait because ptys have none: tests bring their own.
+/// Reads the two wires. This is a trait because ptys have no such wires, so that tests bring their
+/// own.
 pub trait ModemLines {
     /// State of CTS and DSR, true when closed; `None` when the line is lost.
     fn closed(&mut self) -> Option<[bool; 2]>;
 }
 
-/// Interval between two reads of the wires; a contact bounces for longer.
+/// Interval between two reads of the wires, shorter than the time for which a contact bounces.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// Silence of the adapter after which the switches count as released, ms.
 const SILENT_MS: u64 = 250;
-/// Bits of [`Looked::found`].
+/// Bit of [`Looked::found`] for a closed CTS.
 const CTS: u8 = 1;
+/// Bit of `Looked::found` for a closed DSR.
 const DSR: u8 = 2;
+/// Value of `Looked::found` when the line is lost.
 const GONE: u8 = 4;
 
 /// The wires of a real serial line. A thread reads them, because a query over USB takes a
@@ -47,7 +50,8 @@ impl Looked {
         u64::try_from(self.began.elapsed().as_millis()).unwrap_or(u64::MAX)
     }
 
-    /// The two wires; both open when the last reading is too old.
+    /// States of the two wires; both count as open when the last reading is too old. `None` when
+    /// the line is lost.
     fn closed(&self) -> Option<[bool; 2]> {
         let found = self.found.load(Relaxed);
         let age_ms = self.elapsed_ms().saturating_sub(self.at_ms.load(Relaxed));

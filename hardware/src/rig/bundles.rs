@@ -2,11 +2,13 @@
 
 use rt_core::time::TimeNs;
 
-/// Device time that the shortest bundle spans, µs: more than the age that a sample may have.
+/// Shortest time between the first and the last sample of a bundle by the device's clock, µs. It is
+/// longer than the age that a sample may have.
 const BUNDLE_US: u32 = 6_000;
-/// Longest pause of the host before a poll that counts, ns. A longer pause makes bundles itself.
+/// Longest pause of the host between two polls for which samples are judged, ns. A longer pause
+/// would itself make samples come in bundles.
 const ON_TIME_NS: u64 = 4_000_000;
-/// Device time of the samples that are judged together, µs.
+/// Length of a window of samples that are judged together, by the device's clock, µs.
 const WINDOW_US: u32 = 300_000;
 /// Share of a window's samples, in percent, that must have come in bundles.
 const SHARE: u32 = 80;
@@ -16,10 +18,11 @@ const SPREAD_US: u32 = 3_000;
 /// Windows in a row that must show bundles.
 const WINDOWS: u32 = 2;
 
-/// Pause of the arrivals that ends a bundle, ns. Samples of a bundle come within a millisecond or
-/// two, however many polls that takes.
+/// Pause between two arrivals that ends a bundle, ns. Samples of a bundle come within a millisecond
+/// or two, however many polls that takes.
 const PAUSE_NS: u64 = 3_000_000;
-/// Device time after which arrivals without a pause are no bundle, µs.
+/// Time by the device's clock after which a group of arrivals without a pause is ended and judged,
+/// µs.
 const STREAM_US: u32 = 100_000;
 
 /// Samples that came without a pause between them.
@@ -37,7 +40,8 @@ pub(super) struct Bundles {
     group: Option<Group>,
     /// Arrival of the newest sample.
     arrived_ns: TimeNs,
-    /// The host was late: samples that waited for it count only after a pause.
+    /// True after the host was late. Samples that waited for the host are then ignored until a
+    /// pause comes.
     spoilt: bool,
     judged_us: u32,
     bundled_us: u32,
@@ -49,7 +53,7 @@ pub(super) struct Bundles {
 }
 
 impl Bundles {
-    /// Begins a poll, this long after the one before.
+    /// Begins a poll, `paused_ns` after the previous one.
     pub(super) const fn begin(&mut self, paused_ns: u64) {
         if paused_ns > ON_TIME_NS {
             self.group = None;
@@ -85,7 +89,7 @@ impl Bundles {
         }
     }
 
-    /// Judges a group; the next one begins with this sample.
+    /// Judges a group that has ended. The next group begins with a sample of the time `next_us`.
     fn finish(&mut self, group: Group, next_us: u32) {
         let passed_us = next_us.wrapping_sub(group.first_us);
         if passed_us > WINDOW_US {
@@ -116,7 +120,8 @@ impl Bundles {
             && self.longest_us - self.shortest_us <= SPREAD_US;
         self.windows = if shows { self.windows + 1 } else { 0 };
         if shows {
-            // The length runs from a bundle's first sample to the next one's.
+            // The length of a bundle runs from its first sample to the first sample of the next
+            // bundle.
             self.length_us = self.bundled_us / self.count.max(1);
         }
         self.judged_us = 0;

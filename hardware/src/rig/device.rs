@@ -78,15 +78,15 @@ pub struct DeviceCounters {
 #[derive(Debug, Clone)]
 pub struct Device {
     capabilities: Capabilities,
-    /// The host understands version 2, and the device has an opening to speak of.
+    /// True if the host speaks version 2 and the device has an opening, so that messages carry it.
     says_opening: bool,
     reader: FrameReader,
     answer_due: bool,
     streaming: bool,
     sequence: u16,
     force: Option<Rendered>,
-    /// Number of the newest `FORCE` since the greeting. It outlives the force, so that a repetition
-    /// is recognised even after the watchdog.
+    /// Number of the newest `FORCE` since the greeting. It is kept when the force is dropped, so
+    /// that a repeated `FORCE` is recognised even after the watchdog has acted.
     last_force_sequence: Option<u16>,
     tripped: bool,
     limited: bool,
@@ -172,8 +172,8 @@ impl Device {
                 self.streaming = false;
             }
             Heard::Force(command, sequence) if self.streaming => {
-                // A repeated or older number shows a stuck or reordering line, not a living host:
-                // it must not feed the watchdog.
+                // A repeated or older number shows a stuck or reordering line, not a running host.
+                // So it must not keep the watchdog from acting.
                 let newer = self
                     .last_force_sequence
                     .is_none_or(|last| (1..0x8000).contains(&sequence.wrapping_sub(last)));
@@ -226,7 +226,8 @@ impl Device {
         }
     }
 
-    /// Drops the force for good when it is too old, because the clock wraps.
+    /// Drops a force that is too old. It is dropped for good, because after a wrap of the clock it
+    /// would look new again.
     fn watch(&mut self, now_us: u32) {
         let limit_us = u32::from(self.capabilities.watchdog_ms) * 1000;
         let is_old = |force: Rendered| now_us.wrapping_sub(force.at_us) > limit_us;
@@ -285,7 +286,8 @@ impl Device {
         self.limited = limited;
     }
 
-    /// Reports a fault that a person must repair, and drops the force for as long as it stays.
+    /// Reports a fault that a person must repair, and drops the force for as long as the fault
+    /// stays.
     pub const fn set_fault(&mut self, fault: bool) {
         self.fault = fault;
         if fault {
@@ -347,7 +349,8 @@ fn shorten(vector: [f32; 3], max: f32) -> [f32; 3] {
     if squared <= limit {
         return vector;
     }
-    // 1/√x by Newton from the classic bit estimate: 4 steps reach f32's precision.
+    // 1/√x by Newton's method from the classic bit-level estimate. Four steps reach the precision
+    // of f32.
     let ratio = squared / limit;
     if !ratio.is_finite() {
         return [0.0; 3];

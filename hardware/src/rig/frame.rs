@@ -1,7 +1,7 @@
 //! Frames: a payload and its CRC-32C (little-endian), COBS-stuffed, ended by one zero byte.
 //!
-//! A frame contains no zero, so a receiver that lost its place resumes at the next zero. Device and
-//! host use this file; it allocates nothing.
+//! A frame contains no zero, so a receiver that lost bytes resumes at the next zero. Device and
+//! host use this file, which allocates nothing.
 
 use crc::{CRC_32_ISCSI, Crc};
 
@@ -74,7 +74,7 @@ pub struct FrameReader {
     bytes: [u8; MAX_FRAME],
     len: usize,
     overrun: bool,
-    /// Bytes up to the next zero belong to a frame whose beginning is lost.
+    /// True while the bytes up to the next zero belong to a frame whose beginning is lost.
     midway: bool,
 }
 
@@ -85,7 +85,7 @@ impl Default for FrameReader {
 }
 
 impl FrameReader {
-    /// A reader in front of the first byte.
+    /// A reader that expects the first byte of a frame.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -96,7 +96,7 @@ impl FrameReader {
         }
     }
 
-    /// A reader that lost its place: it drops bytes up to the next zero.
+    /// A reader that starts inside a frame and drops bytes up to the next zero.
     #[must_use]
     pub const fn midway() -> Self {
         Self {
@@ -214,7 +214,7 @@ mod tests {
         }
 
         /// CRC-32C finds every burst of up to 32 bits. A damaged byte is a burst of 8, but it may
-        /// become or destroy a stuffing code, so this tests the payload that arrives.
+        /// become or destroy a stuffing code. So this test looks at the payload that arrives.
         #[test]
         fn one_damaged_byte_never_changes_a_payload(
             payload in prop::collection::vec(any::<u8>(), 1..=MAX_PAYLOAD),

@@ -16,7 +16,7 @@ use super::wire::{Capabilities, DeviceKind, Force, State, Status};
 use crate::HardwareError;
 use crate::line::Line;
 
-/// A greeted haptic device.
+/// A haptic device that has answered the greeting.
 #[derive(Debug)]
 pub struct RigHaptic {
     host: Host,
@@ -182,7 +182,8 @@ impl HapticDevice for RigHaptic {
     }
 
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
-        // The core has limited both already. This is the last guard of the device's peak.
+        // The core has already limited force and torque. These limits are the last guard of the
+        // device's peak.
         let force_n = within(command.force_n, self.declared.force_max_n);
         let torque_n_m = within(command.torque_n_m, self.declared.torque_max_n_m);
         let sequence = self.host.next_sequence();
@@ -220,7 +221,7 @@ fn within(wanted: Vec3, limit: f32) -> Vec3 {
     }
 }
 
-/// Farthest plausible sample, in workspace radii: beyond the mechanical stops.
+/// Farthest plausible position from the middle, in workspace radii: beyond the mechanical stops.
 const REACH: f32 = 2.0;
 
 fn sample(state: &State, sequence: u16, velocity_m_s: Vec3, at_ns: TimeNs) -> DeviceSample {

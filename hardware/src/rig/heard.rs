@@ -1,4 +1,4 @@
-//! Words for bytes that were heard while a greeting found no answer.
+//! Describes the bytes that came while a greeting found no answer.
 
 use super::frame::{CRC, FrameError, MAX_FRAME};
 use super::wire::{Kind, Message, WireError};
@@ -17,7 +17,7 @@ pub(super) struct Heard {
     checksum: u64,
     /// The first frame with a wrong checksum, in words.
     example: Option<String>,
-    /// The first message that is none, in words.
+    /// The first payload that is no valid message, in words.
     misfit: Option<String>,
 }
 
@@ -27,7 +27,7 @@ impl Heard {
         self.bytes
     }
 
-    /// Takes a byte. `read` is the result of the frame that it ends.
+    /// Takes a byte. `read` is the result of the frame that this byte ends.
     pub(super) fn take(&mut self, byte: u8, read: Option<Result<&[u8], FrameError>>) {
         self.bytes += 1;
         if byte != 0 {
@@ -126,7 +126,7 @@ impl Heard {
     }
 }
 
-/// A frame whose checksum is wrong, with the right one.
+/// Describes a frame with a wrong checksum, and states the right checksum.
 fn wrong_checksum(stuffed: &mut [u8]) -> Option<String> {
     let plain = cobs::decode_in_place(stuffed).ok()?;
     let (payload, is) = stuffed.get(..plain)?.split_last_chunk::<4>()?;

@@ -15,12 +15,13 @@ use super::frame::{Frame, FrameError, FrameReader};
 use super::heard::Heard;
 use super::wire::{Capabilities, DeviceKind, Hello, Message, VERSION, stop_frame};
 
-/// USB adapters ignore the rate. A UART at this rate carries 1 kHz of `STATE` in half its time.
+/// Bit rate of the line. USB adapters ignore it. A UART at this rate is busy for half of the time
+/// with `STATE` at 1 kHz.
 pub(crate) const BAUD: u32 = 1_000_000;
 /// Longest wait for the device's answer. Opening the line resets many boards, whose loaders take
 /// up to 3 s before the firmware runs (serialport-rs issue 251).
 const HANDSHAKE: Duration = Duration::from_secs(5);
-/// Wait after which the user is told why.
+/// Time without an answer after which the user is told the reason for the wait.
 const SAY_AFTER: Duration = Duration::from_secs(1);
 /// Interval between two greetings.
 const GREETING_INTERVAL: Duration = Duration::from_millis(100);
@@ -29,7 +30,7 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 /// Most bytes that one poll reads: 20 frames, so that a flooded line cannot hold the tick.
 const BYTES_PER_POLL: usize = 1024;
 
-/// A greeted device behind a line.
+/// A device that has answered the greeting, and its line.
 #[derive(Debug)]
 pub(super) struct Host {
     line: Line,
@@ -39,7 +40,7 @@ pub(super) struct Host {
     send_sequence: u16,
     /// True if a write broke off; the next frame then needs a zero in front.
     torn: bool,
-    /// Bytes so far, during the greeting.
+    /// Bytes that came so far; `None` after the greeting.
     heard: Option<Box<Heard>>,
     bad: [u64; Bad::NAMES.len()],
 }
@@ -279,8 +280,8 @@ fn count_bad(counters: &mut LineCounters, bad: &mut [u64; Bad::NAMES.len()], why
     }
 }
 
-/// Tells the user what is waited for. Unlike `eprintln!` this does not panic when standard error is
-/// closed.
+/// Tells the user that the program waits for the device. Unlike `eprintln!` this does not panic
+/// when standard error is closed.
 fn say_waiting(path: &Path) {
     let path = path.display();
     let _ = writeln!(
@@ -420,19 +421,19 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
 struct Limit {
     what: &'static str,
     is: f32,
-    /// More than the first, at most the second.
+    /// Allowed range: more than the first value, at most the second.
     range: (f32, f32),
     allowed: &'static str,
 }
 
-/// A `FORCE` carries no more along an axis.
+/// Range of a peak force, N. A `FORCE` carries no more along an axis.
 const FORCE_MAX_N: (f32, f32) = (0.0, 32.767_5);
-/// No hand opens wider; a shorter travel is a switch.
+/// Range of the travel of an opening, m. No hand opens wider. A shorter travel is that of a switch.
 const TRAVEL_M: (f32, f32) = (0.000_999, 0.3);
-/// The stiffest desktop devices render some kN/m.
+/// Range of a stiffness, N/m. The stiffest desktop devices render some kN/m.
 const STIFFNESS_N_M: (f32, f32) = (0.0, 50_000.0);
-/// No hand-held device absorbs more. A larger figure would switch off the gate that keeps contact
-/// stable.
+/// Range of the device's own damping, N s/m. No hand-held device absorbs more. A larger figure
+/// would switch off the stiffness limit that keeps contacts stable.
 const DAMPING_N_S_M: (f32, f32) = (0.0, 10.0);
 
 #[cfg(test)]

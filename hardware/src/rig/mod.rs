@@ -1,7 +1,8 @@
-//! Our own serial protocol for rig builders, version 1. `PROTOCOL.md` documents every byte.
+//! Our own serial protocol for rigs (self-built devices), versions 1 and 2. `PROTOCOL.md` documents
+//! every byte.
 //!
-//! [`frame`], [`wire`] and [`device`] are `no_std` and also serve firmware; the drivers are the
-//! host's side.
+//! [`frame`], [`wire`] and [`device`] are `no_std`, because firmware uses them too. The other
+//! modules are the drivers on the host.
 
 #[cfg(feature = "std")]
 mod bundles;

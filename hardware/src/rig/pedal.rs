@@ -12,7 +12,8 @@ use crate::HardwareError;
 /// Missed reports after which a pedal counts as released.
 const MISSED_REPORTS: u64 = 10;
 
-/// A greeted foot pedal. It reports all the time; when it falls silent, it counts as released.
+/// A foot pedal that has answered the greeting. It reports all the time. When it falls silent, its
+/// switches count as released.
 #[derive(Debug)]
 pub struct RigPedal {
     host: Host,
@@ -22,24 +23,25 @@ pub struct RigPedal {
     camera_lock: bool,
 }
 
-/// Switches that give current: cut and coagulate.
+/// Switches that turn the current on: cut and coagulate.
 #[derive(Debug, Default)]
 struct Electrodes {
-    /// As last heard.
+    /// Switches pressed in the last report.
     pressed: [bool; 2],
-    /// Those that were pressed when the pedal fell silent. They count once they were released.
+    /// Switches that were pressed when the pedal fell silent. Such a switch counts again only after
+    /// it was released.
     held: [bool; 2],
 }
 
 impl Electrodes {
-    /// Takes a report. Returns those that count as pressed.
+    /// Takes a report. Returns the switches that count as pressed.
     fn hear(&mut self, pressed: [bool; 2]) -> [bool; 2] {
         self.pressed = pressed;
         self.held = [0, 1].map(|i| self.held[i] && pressed[i]);
         [0, 1].map(|i| pressed[i] && !self.held[i])
     }
 
-    /// Releases all. Returns true if one was pressed.
+    /// Releases all switches. Returns true if one was pressed.
     fn fall_silent(&mut self) -> bool {
         let pressed = core::mem::take(&mut self.pressed);
         self.held = [0, 1].map(|i| self.held[i] || pressed[i]);

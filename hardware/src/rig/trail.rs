@@ -1,11 +1,12 @@
-//! Newest positions of a handle, for a speed on the device's own clock.
+//! Newest positions of a handle, from which its speed is computed with the device's own clock.
 
 use rt_core::math::Vec3;
 
 /// Positions kept: 5 ms at up to 8 kHz.
 const KEPT: usize = 48;
-/// Shortest time over which a speed is measured, µs. Less would turn sensor noise of half a
-/// millimetre into a speed that trips. More would notice a thrown handle later.
+/// Shortest time over which a speed is measured, µs. A shorter time would turn sensor noise of half
+/// a millimetre into a speed at which the safety chain cuts the force. With a longer time, a thrown
+/// handle would be noticed later.
 const BASE_US: u32 = 5_000;
 
 /// The newest positions with their times.

@@ -1,4 +1,4 @@
-//! The frames that `PROTOCOL.md` prints.
+//! Tests that `PROTOCOL.md` prints the frames that the code makes.
 
 use super::wire::{Capabilities, Force, Hello, State, Status, Switches, stop_frame};
 

@@ -1,13 +1,13 @@
-//! Pose of a device, found as the rigid motion from its measurements of landmarks to their known
-//! positions.
+//! Computes the pose of a device: the rigid motion that maps the positions of landmarks as the
+//! device measures them to their known positions.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 
 /// Fewest landmarks that determine a pose.
 pub const LANDMARKS_MIN: usize = 3;
-/// Smallest spread of landmarks across their longest line, m; otherwise the rotation about it is
-/// unknown.
+/// Smallest spread of the landmarks across the line along which they spread most, m. With less, the
+/// rotation about that line is unknown.
 const SPREAD_MIN_M: f32 = 0.01;
 
 /// Pose of a device, and the quality of the fit.
@@ -75,7 +75,7 @@ fn least_squares(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
             .iter()
             .map(|pair| (of(pair) - middle) * (of(pair) - middle).transpose())
             .sum();
-        // Second largest: the spread across the longest line.
+        // The second largest is the spread across the line along which the landmarks spread most.
         let mut across = about.symmetric_eigenvalues().map(|x| x.max(0.0).sqrt());
         across.as_mut_slice().sort_by(f32::total_cmp);
         across[1]
@@ -92,7 +92,7 @@ fn least_squares(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
     let (Some(u), Some(v_t)) = (parts.u, parts.v_t) else {
         return Err(NoFit::NotFinite);
     };
-    // A reflection is not a motion: flip the weakest of the three directions.
+    // A reflection is not a rigid motion, so the weakest of the three directions is flipped.
     let mut signs = Vec3::new(1.0, 1.0, 1.0);
     if (u * v_t).determinant() < 0.0 {
         signs[parts.singular_values.imin()] = -1.0;

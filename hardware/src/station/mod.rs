@@ -4,9 +4,9 @@
 //! [haptic]
 //! driver = "rig"                      # rig, woody, hapi, inverse3, touch or force-dimension
 //! path = "/dev/serial/by-id/my-rig"   # a name that udev keeps stable
-//! force_max_n = 2.5                   # never more than this, whatever the device can
-//! damping_n_s_m = 1.8                 # `calot devices characterise` measures both, …
-//! delay_s = 0.002                     # … which then replace what the device declares
+//! force_max_n = 2.5                   # never more than this, even if the device can give more
+//! damping_n_s_m = 1.8                 # measured by `characterise`; replaces the declared value
+//! delay_s = 0.002                     # measured by `characterise`; replaces the declared value
 //! motion_scale = 1.5                  # the simulation's handle goes 1.5 times as far
 //!
 //! [haptic.felt]                       # `calot devices feel` writes this
@@ -19,31 +19,31 @@
 //! path = "/dev/serial/by-id/my-tracker"
 //! hemisphere = "upper"
 //! full_scale_in = 36                  # or 72: reaches twice as far, in steps twice as large
-//! birds = 1                           # units on its bus, …
-//! bird = 1                            # … and which of them is on the endoscope
-//! filter_rest_hz = 3.0                # steadier when held still the lower it is; 0: no filter
+//! birds = 1                           # number of units on the tracker's bus
+//! bird = 1                            # address of the unit on the endoscope
+//! filter_rest_hz = 3.0                # a lower value is steadier at rest; 0: no filter
 //!
 //! [pedal]
 //! driver = "evdev"                    # rig, evdev or modem
 //! path = "/dev/input/by-id/my-pedal-event-kbd"
 //! cut_key = 256
 //!
-//! [second_pedal]                      # beside the first: what either presses is pressed
+//! [second_pedal]                      # a switch is pressed if either pedal presses it
 //! driver = "modem"
 //! path = "/dev/serial/by-id/my-switches"
 //!
-//! [handle_buttons]                    # buttons of the haptic device that are a pedal's, by number
+//! [handle_buttons]                    # buttons of the haptic device that act as pedal switches
 //! coagulate = 2
 //!
 //! [ports]                             # where the trocars are, world frame
 //! instrument_m = [0.0, 0.03, 0.18]
 //! endoscope_m = [0.05, -0.1, 0.1]
 //!
-//! [frames.world_from_device]          # `calot devices calibrate` finds both
+//! [frames.world_from_device]          # `calot devices calibrate` finds these two
 //! position_m = [0.1, 0.0, 0.2]
 //! rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
 //!
-//! [[landmarks]]                       # three or more places to touch, for that
+//! [[landmarks]]                       # three or more places to touch for `calibrate`
 //! name = "left rim"
 //! position_m = [0.1, 0.0, 0.0]
 //! ```
@@ -112,8 +112,8 @@ pub struct HapticSpec {
     pub is_felt: bool,
 }
 
-/// Limits that a person sets below those of the device, and measured values that replace what it
-/// declares. `None`: the device's own.
+/// Limits that a person sets below those of the device, and measured values that replace what the
+/// device declares. `None`: the device's own value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Limits {
     /// Peak force, N.
@@ -203,7 +203,7 @@ pub struct PedalSpec {
     pub driver: PedalDriver,
     /// Path of the line or of the input device.
     pub path: PathBuf,
-    /// A second pedal: a switch pressed on either is pressed.
+    /// A second pedal. A switch counts as pressed if it is pressed on either pedal.
     pub second: Option<Box<PedalSpec>>,
 }
 

@@ -20,9 +20,10 @@ use crate::touch::TouchHaptic;
 use crate::woody::WoodyHaptic;
 
 impl HapticSpec {
-    /// Refuses a device that must be tested by hand before it may render a force. The maker's
-    /// present software contradicts this driver's signs of a WoodenHaptics device: its first axis
-    /// has one sign for encoder and motor there, and two here.
+    /// Refuses a device that must be tested by hand before it may render a force. For a
+    /// WoodenHaptics device, the maker's present software contradicts this driver's signs. There
+    /// the encoder and the motor of the first axis have the same sign, here they have different
+    /// signs.
     pub fn check_felt(&self) -> Result<(), HardwareError> {
         if self.driver == HapticDriver::Woody && !self.is_felt {
             return Err(HardwareError::Unfelt {
@@ -37,8 +38,8 @@ impl HapticSpec {
         self.open_again(false)
     }
 
-    /// Opens the device after a loss, when nobody holds the handle at home. A device that must be
-    /// held there is refused, without force.
+    /// Opens the device after a loss, when nobody holds the handle at home. A device whose handle
+    /// must be at home during the opening is refused, without force.
     pub fn reopen(&self) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
         self.open_again(true)
     }

@@ -25,17 +25,19 @@ use crate::vendor::{Door, FORCE_AGE_NS};
 static DOOR: Door = Door::new("touch");
 /// Largest device handle. A larger one is a sign of failure.
 const HANDLE_MAX: u32 = 1024;
-/// Attempts to open a device. A device that the last program left in use comes free after a moment.
+/// Attempts to open a device. A device that another program has just used becomes free after a
+/// moment.
 const INIT_TRIES: u32 = 10;
 const INIT_INTERVAL: Duration = Duration::from_millis(100);
 const ALREADY_INITIATED: u16 = 0x0301;
-/// Errors that are limits: warm motors, and force, impulse and speed above the limits. The library
-/// handles them itself.
+/// Error codes that report a limit: warm motors, or force, impulse or speed above a limit. The
+/// library itself reacts to them.
 const LIMITS: std::ops::RangeInclusive<u16> = 0x0200..=0x0204;
-/// Turns after such an error in which the force counts as limited: the library reports it once, and
-/// the tick may look later.
+/// Number of turns (calls by the library) after such an error for which the force counts as
+/// limited. The library reports the error only once, and the tick may look later.
 const LIMITED_TURNS: u32 = 100;
-/// Reach of the largest device of the vendor, with room; as for rigs.
+/// Largest workspace radius that is accepted, m: the reach of the vendor's largest device plus a
+/// margin. Rigs have the same limit.
 const WORKSPACE_MAX_M: f32 = 1.5;
 /// Rate of the library's scheduler.
 const RATE_HZ: f32 = 1000.0;
@@ -53,7 +55,7 @@ pub struct TouchHaptic {
     counters: LineCounters,
 }
 
-/// State shared by the vendor's thread and ours.
+/// State shared by the vendor's thread and the tick.
 #[derive(Debug)]
 struct Shared {
     hd: &'static Hd,
@@ -63,7 +65,7 @@ struct Shared {
     failed: AtomicU16,
     /// Turns for which the force still counts as limited by the library.
     limited_turns: AtomicU32,
-    /// Poses that are not finite or not rigid.
+    /// Number of poses that are not finite or not rigid.
     bad_samples: AtomicU32,
     force_max_n: f32,
     /// Position (3), quaternion x y z w (4), velocity (3) as bits of f32; buttons; count.
@@ -187,11 +189,12 @@ fn vendor(path: &Path, doing: &'static str, code: u16) -> HardwareError {
     }
 }
 
-/// Limits and workspace that the device reports. The library counts in mm.
+/// Limits and workspace that the device reports. The library uses mm.
 fn capabilities(hd: &Hd) -> DeviceCapabilities {
     let one = |parameter| hd.doubles::<1>(parameter)[0] as f32;
     let [x0, y0, z0, x1, y1, z1] = hd.doubles::<6>(name::USABLE_WORKSPACE);
-    // The radius is the device's reach, not the largest usable sphere: no sample can lie beyond it.
+    // The radius is the device's reach, beyond which no sample can lie, not the largest usable
+    // sphere.
     let farthest_mm = [x0, y0, z0, x1, y1, z1]
         .iter()
         .fold(0.0f64, |most, mm| most.max(mm.abs()));
@@ -209,7 +212,8 @@ fn capabilities(hd: &Hd) -> DeviceCapabilities {
     }
 }
 
-/// Refuses limits that no Touch has: a device without force would pass for one that works.
+/// Refuses limits that no Touch has. Otherwise a device without force would pass for one that
+/// works.
 fn usable(found: &DeviceCapabilities, path: &Path) -> Result<(), HardwareError> {
     let more = "more than 0";
     let checks = [
@@ -229,7 +233,7 @@ fn usable(found: &DeviceCapabilities, path: &Path) -> Result<(), HardwareError> 
         ),
     ];
     for (what, value, most, allowed) in checks {
-        // Written so that a value that is no number is refused too.
+        // The comparison is written so that NaN is refused too.
         if !(value > 0.0 && value <= most) {
             return Err(HardwareError::Capability {
                 path: path.to_path_buf(),
@@ -317,7 +321,7 @@ impl Servo for Shared {
 }
 
 impl Shared {
-    /// Newest force if it is younger than the watchdog's limit, clamped to the device's peak.
+    /// Newest force, clamped to the device's peak. Zero if it is older than the watchdog's limit.
     fn wanted_force_n(&self) -> [f64; 3] {
         let Some((_, [x, y, z, low, high])) = self.force.read() else {
             return [0.0; 3];
@@ -431,7 +435,7 @@ impl Drop for TouchHaptic {
     fn drop(&mut self) {
         self.shared.running.store(false, Ordering::Release);
         self.hd.unschedule(self.schedule);
-        // Zero force again, in case the callback was removed before it saw the end.
+        // Zero force again, in case the callback was removed before it saw that `running` is false.
         let (hd, device) = (self.hd, self.device);
         hd.in_servo(|| {
             hd.begin_frame(device);

@@ -1,9 +1,9 @@
-//! The used part of the HD API: symbols, numbers, and the two callbacks.
+//! The part of the HD API that Calot uses: symbols, numbers, and the two callbacks.
 //!
 //! Symbols and numbers as in OpenHaptics 3.4. Every function is C, takes and returns plain numbers
-//! and pointers to arrays of a stated length, and may be called from any thread; frames belong in
-//! the scheduler's callbacks.
-#![allow(unsafe_code)] // The one door to the vendor's library.
+//! and pointers to arrays of a stated length, and may be called from any thread; frames may be used
+//! only in the scheduler's callbacks.
+#![allow(unsafe_code)] // All calls into the vendor's library are here.
 
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_ushort, c_void};
 use std::path::Path;
@@ -13,7 +13,7 @@ use libloading::os::unix::{Library, RTLD_GLOBAL, RTLD_LAZY};
 use crate::HardwareError;
 use crate::vendor::{Product, incomplete, refused, symbols};
 
-/// Words for a person whose library is refused.
+/// Remedies for a person whose library is refused.
 const PRODUCT: Product = Product {
     version: "Calot needs OpenHaptics 3.4: install that version (`ldd -r` on the library lists what it lacks)",
     install: "Install the vendor's driver, or name its library in the station file",
@@ -40,8 +40,9 @@ pub(super) mod name {
     pub(in crate::touch) const CALIBRATION_UPDATE: u32 = 0x5001;
 }
 
-/// Return values of a callback: call again, or done.
+/// Return value of a callback that must be called again.
 pub(super) const CONTINUE: u32 = 1;
+/// Return value of a callback that is done.
 pub(super) const DONE: u32 = 0;
 /// Highest priority of the scheduler.
 const PRIORITY: c_ushort = 0xFFFF;
@@ -100,7 +101,7 @@ unsafe extern "C" fn once<F: FnMut()>(data: *mut c_void) -> c_uint {
 }
 
 impl Hd {
-    /// Opens the library for good. A second call returns the same library.
+    /// Loads the library, which is never unloaded. A second call returns the same library.
     pub(super) fn load(path: &Path) -> Result<&'static Self, HardwareError> {
         let failed = |error: libloading::Error| refused(path, &error.to_string(), &PRODUCT);
         // SAFETY: the vendor's initialisers run; the person who names a library trusts it.
@@ -108,7 +109,7 @@ impl Hd {
             unsafe { Library::open(Some(path), RTLD_LAZY | RTLD_GLOBAL) }.map_err(failed)?;
         let table =
             Self::find(&library).map_err(|error| incomplete(path, &error.to_string(), &PRODUCT))?;
-        // Never closed: the vendor's driver fails when it is loaded again.
+        // The library is never closed, because the vendor's driver fails when it is loaded again.
         std::mem::forget(library);
         Ok(Box::leak(Box::new(table)))
     }
@@ -175,7 +176,7 @@ impl Hd {
         if text.is_null() {
             return String::new();
         }
-        // SAFETY: not null, and the API returns strings that end and live on.
+        // SAFETY: not null, and the API returns zero-terminated strings that stay valid.
         unsafe { CStr::from_ptr(text) }
             .to_string_lossy()
             .into_owned()
@@ -207,7 +208,8 @@ impl Hd {
         unsafe { (self.stop_scheduler)() }
     }
 
-    /// Calls `work` on the scheduler's thread, a thousand times a second, until it is done.
+    /// Calls `work` on the scheduler's thread, a thousand times a second, until `call` returns
+    /// false.
     pub(super) fn schedule<S: Servo>(&self, work: &'static S) -> u64 {
         let data = std::ptr::from_ref(work).cast_mut().cast();
         // SAFETY: `servo::<S>` takes exactly this pointer, which lives for ever.

@@ -1,8 +1,9 @@
 //! 3D Systems' Touch (and the Phantoms before it) through the vendor's `libHD.so`.
 //!
-//! The library is opened at run time and never closed: nothing is linked, and its driver does not
-//! survive a second loading. Its own thread calls us a thousand times a second. Samples and forces
-//! pass through sequence locks, so that neither side waits.
+//! The library is opened at run time, so nothing is linked. It is never closed, because the
+//! vendor's driver does not survive a second loading. The library's own thread calls this driver a
+//! thousand times a second. Samples and forces pass through sequence locks, so that neither side
+//! waits.
 
 #[cfg(feature = "std")]
 mod driver;

@@ -1,4 +1,4 @@
-//! A word about a library that ends the whole process.
+//! Prints a message when a vendor's library ends the whole process.
 #![allow(unsafe_code)] // The C library's list of functions to call when the process ends.
 
 use std::cell::Cell;
@@ -9,7 +9,7 @@ use std::sync::{Mutex, Once, PoisonError};
 unsafe extern "C" {
     /// The C library's list of functions to call when the process ends.
     safe fn atexit(call: extern "C" fn()) -> c_int;
-    /// Ends the process without calling them.
+    /// Ends the process without calling the functions on that list.
     safe fn _exit(code: c_int) -> !;
 }
 
@@ -17,15 +17,15 @@ thread_local! {
     /// True while this thread opens a device through the library.
     static IN_LIBRARY: Cell<bool> = const { Cell::new(false) };
 }
-/// Library that is being opened.
+/// Path of the library that was opened last, for the message.
 static OPENED: Mutex<String> = Mutex::new(String::new());
 
-/// Calls `open`, which calls the library. A library that ends the whole process meanwhile would do
-/// so without a word, with an exit code of its own that means something else to a caller. Then the
-/// process says why, and ends with code 1.
+/// Calls `open`, which calls the library. Some libraries end the whole process in this call,
+/// without a message and with an exit code that means something else to the caller of Calot. In
+/// that case the process prints the reason and ends with code 1.
 pub(super) fn guarded<T>(library: &str, open: impl FnOnce() -> T) -> T {
     static REGISTERED: Once = Once::new();
-    // If the list is full, the message is lost, and nothing else.
+    // If the list is full, only the message is missing.
     REGISTERED.call_once(|| {
         let _ = atexit(tell_who_ended);
     });
@@ -37,7 +37,8 @@ pub(super) fn guarded<T>(library: &str, open: impl FnOnce() -> T) -> T {
 }
 
 extern "C" fn tell_who_ended() {
-    // Called on the thread that ended the process; if that is another, all is well.
+    // Runs on the thread that ended the process. If no library was being opened on that thread, the
+    // process ended as intended.
     if IN_LIBRARY.try_with(Cell::get) != Ok(true) {
         return;
     }

@@ -1,4 +1,4 @@
-//! A limit for a vendor's library that hangs while it opens its device.
+//! Time limit for a vendor's library that hangs while it opens its device.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,11 +9,11 @@ use std::time::Duration;
 use super::ended::guarded;
 use crate::HardwareError;
 
-/// Longest time that a library may take. A Touch is ready in about 1 s. Calibration and ten
-/// attempts at a device in use take 3 s.
+/// Longest time that a library may take to open a device. A Touch is ready in about 1 s.
+/// Calibration and ten attempts at a device in use take 3 s.
 const LIMIT: Duration = Duration::from_secs(10);
 
-/// The door to one vendor's library, which serves one driver at a time.
+/// Access to one vendor's library, which serves one driver at a time.
 #[derive(Debug)]
 pub(crate) struct Door {
     /// Name of the thread that opens a device.
@@ -38,14 +38,15 @@ impl Door {
         self.in_use.store(false, Ordering::Release);
     }
 
-    /// The library keeps a thread that should have ended. The thread frees it, if it ends.
+    /// Notes that the library keeps a thread that should have ended. If that thread ends after all,
+    /// it frees the library.
     pub(crate) fn hang(&self) {
         self.hangs.store(true, Ordering::Release);
     }
 
     /// Calls `open` on a thread of its own and waits for at most 10 s. A library that takes longer
-    /// keeps that thread, and nothing else. No second attempt begins before it returns, and its
-    /// late result is dropped.
+    /// blocks only that thread. No second attempt begins before the library returns, and its late
+    /// result is dropped.
     pub(crate) fn open<D: Send + 'static>(
         &'static self,
         path: &Path,

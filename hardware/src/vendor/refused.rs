@@ -1,4 +1,4 @@
-//! The loader's words about a library, turned into the cause and its remedy.
+//! Turns the dynamic loader's message about a library into the cause and its remedy.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -12,13 +12,13 @@ const ELF_CLASS_32: u8 = 1;
 /// Remedies that differ from vendor to vendor.
 #[derive(Debug)]
 pub(crate) struct Product {
-    /// A function is missing.
+    /// Remedy if a function is missing.
     pub(crate) version: &'static str,
-    /// The library is missing.
+    /// Remedy if the library is missing.
     pub(crate) install: &'static str,
-    /// The library is broken.
+    /// Remedy if the library is broken.
     pub(crate) again: &'static str,
-    /// Another file stands under its name.
+    /// Remedy if another kind of file has the library's name.
     pub(crate) itself: &'static str,
 }
 
@@ -32,7 +32,7 @@ pub(crate) fn refused(path: &Path, words: &str, product: &Product) -> HardwareEr
     }
 }
 
-/// Error of a library that was loaded and has not all functions, by the words of the look-up.
+/// Error of a library that was loaded but lacks a function. `words` is the error of the look-up.
 pub(crate) fn incomplete(path: &Path, words: &str, product: &Product) -> HardwareError {
     let what = match after(words, UNDEFINED) {
         Some(symbol) => format!("the library lacks `{symbol}`"),
@@ -46,9 +46,11 @@ pub(crate) fn incomplete(path: &Path, words: &str, product: &Product) -> Hardwar
 }
 
 const UNDEFINED: &str = "undefined symbol: ";
-/// Remedies of what a vendor's library needs, which is no part of the vendor's driver.
+/// Remedy if a library is missing that the vendor's library needs and the vendor's driver does not
+/// bring.
 const MISSING: &str =
     "Install the package that holds it (`ldd` on the library lists what is missing)";
+/// Remedy if such a library is of the wrong release.
 const OTHER_RELEASE: &str = "Install the release of it that the library was built for (`ldd -r` on the library lists what is missing)";
 
 fn cause(path: &Path, words: &str, product: &Product) -> (String, &'static str) {
@@ -124,7 +126,7 @@ fn on_32_bit() -> (String, &'static str) {
 }
 
 /// Kind and remedy of a file that cannot be a library for this program. `None` leaves the verdict
-/// to the loader. A name without a folder is looked up in the current one.
+/// to the loader. A `path` without a folder is looked up in the current folder.
 fn wrong_kind(path: &Path, product: &Product) -> Option<(String, &'static str)> {
     let mut head = [0; 5];
     File::open(path).ok()?.read_exact(&mut head).ok()?;

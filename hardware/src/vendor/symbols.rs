@@ -1,6 +1,7 @@
 //! The table of a library's functions.
 
-/// Declares the table of functions and their look-up. The file that uses it must allow `unsafe`.
+/// Declares the table of functions and their look-up. A file that uses this macro must allow
+/// `unsafe`.
 macro_rules! symbols {
     ($table:ident { $($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)* }) => {
         /// The library's functions.

@@ -4,13 +4,17 @@ use super::wire::{Currents, Encoders, MAX_LINE, Model};
 
 /// Time without a command after which the motors are switched off, µs.
 const WATCHDOG_US: u32 = 100_000;
-/// Error codes of the firmware.
+/// Error code: a byte other than a line end waits behind the command.
 const TRAILING: i32 = 8;
+/// Error code: the buffer is full before a command ends.
 const TOO_LONG: i32 = 128;
+/// Error code: the command has no `[`.
 const NO_START: i32 = 256;
+/// Error code: the command has a wrong number of commas.
 const WRONG_LENGTH: i32 = 512;
+/// Error code: the text between the brackets is no list of numbers.
 const NO_LIST: i32 = 1024;
-/// Commas of a command.
+/// Number of commas in a command.
 const COMMAS: usize = 2;
 
 /// Firmware of one Teensy.
@@ -24,7 +28,8 @@ pub struct Firmware {
 
 impl Firmware {
     /// Takes the host's bytes that wait now, and answers every command. A good command is answered
-    /// with `counts`. Like the firmware, it loses a command behind which others already wait.
+    /// with `counts`. Like the real firmware, it loses a command if another one already waits
+    /// behind it.
     pub fn receive(
         &mut self,
         mut waiting: &[u8],
@@ -54,8 +59,8 @@ impl Firmware {
         }
     }
 
-    /// Motor currents now, mA. A current above the limit becomes zero; 100 ms without a command
-    /// turn all of them to zero.
+    /// Motor currents now, mA. A current above the limit becomes zero. After 100 ms without a
+    /// command all currents become zero.
     pub fn currents_ma(&mut self, now_us: u32) -> [i32; 3] {
         let Some((Currents(currents), at_us)) = self.command else {
             return [0; 3];
@@ -80,7 +85,8 @@ impl Firmware {
     }
 }
 
-/// Skips the end of a line. Any other byte that waits there is lost, and the command with it.
+/// Skips the end of a line. Any other byte that waits behind the command is lost, and the command
+/// with it.
 fn end_of_line(waiting: &mut &[u8]) -> Result<(), i32> {
     while let Some((byte, rest)) = waiting.split_first() {
         *waiting = rest;
@@ -91,7 +97,7 @@ fn end_of_line(waiting: &mut &[u8]) -> Result<(), i32> {
     Ok(())
 }
 
-/// Bytes since the last command, as far as the firmware's buffer goes.
+/// Bytes since the last command, at most as many as the firmware's buffer holds.
 #[derive(Debug, Clone)]
 struct Inbox {
     bytes: [u8; MAX_LINE],

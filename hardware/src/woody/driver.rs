@@ -17,20 +17,21 @@ use crate::HardwareError;
 use crate::gate::Gate;
 use crate::line::{Line, Read, Written};
 
-/// The Teensy's USB ignores the rate.
+/// Bit rate of the line. The Teensy's USB ignores it.
 const BAUD: u32 = 115_200;
 const NAME: &str = "WoodenHaptics device";
 const HANDSHAKE: Duration = Duration::from_secs(2);
 const ASK_INTERVAL: Duration = Duration::from_millis(50);
 /// Most bytes that one poll reads: 15 of the longest lines.
 const BYTES_PER_POLL: usize = 1024;
-/// Farthest plausible sample, in workspace radii.
+/// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;
-/// Fastest plausible movement of the handle, m/s…
+/// Fastest plausible movement of the handle, m/s.
 const SPEED_LIMIT_M_S: f32 = 5.0;
-/// …on top of this much noise, m.
+/// Noise of a position, m, allowed on top of that movement.
 const NOISE_M: f32 = 0.002;
-/// Codes below this concern a joint's sensor; from it on, a command was not understood.
+/// Error codes below this one concern a joint's sensor. From this code on, a command was not
+/// understood.
 const COMMAND_ERROR: i32 = 8;
 
 /// A WoodenHaptics device. It only answers commands: without [`HapticDevice::send`] there are no
@@ -158,7 +159,7 @@ impl WoodyHaptic {
 }
 
 impl Drop for WoodyHaptic {
-    /// Zero the motors now instead of leaving it to the watchdog.
+    /// Sets the currents to zero now instead of leaving that to the watchdog.
     fn drop(&mut self) {
         self.write(Currents::default());
     }
@@ -176,7 +177,7 @@ impl HapticDevice for WoodyHaptic {
             torque_max_n_m: 0.0,
             damping_n_s_m: self.mechanism.damping_n_s_m as f32,
             delay_s: self.mechanism.delay_s as f32,
-            // It answers as often as it is asked.
+            // The device answers as often as it is asked.
             rate_hz: 1000.0,
         }
     }

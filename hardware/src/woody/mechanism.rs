@@ -1,4 +1,4 @@
-//! The linkage: encoder counts to the handle's position, force to motor currents.
+//! The linkage. It converts encoder counts to the handle's position, and a force to motor currents.
 //!
 //! Body A turns about the vertical; bodies B and C are the two links of a parallelogram. In the
 //! makers' frame (x to the user, y to the right, z up), with angles tA, tB, tC:
@@ -56,8 +56,8 @@ pub struct Mechanism {
 
 impl Mechanism {
     /// The device as published. The continuous force is not published; a fifth of the peak is
-    /// assumed. Damping and delay are not published either; they are those of the emulated device:
-    /// its friction at a tremor of 0.2 m/s, and 1 ms each way.
+    /// assumed. Damping and delay are not published either. They are those of the emulated device.
+    /// Its friction counts as damping for a tremor of 0.2 m/s, and the delay is 1 ms each way.
     pub const WOODY: Self = Self {
         capstan_m: [0.010; 3],
         drum_m: [0.160, 0.120, 0.120],
@@ -106,8 +106,8 @@ impl Mechanism {
         ours(makers).cast()
     }
 
-    /// Currents that render `force_n` (base frame) at these angles, mA. All are scaled down
-    /// together when a motor cannot bear its share.
+    /// Currents that render `force_n` (base frame) at these angles, mA. If a motor cannot bear its
+    /// current, all currents are scaled down together.
     #[must_use]
     pub fn currents_ma(&self, angles_rad: [f64; 3], force_n: Vec3) -> [i32; 3] {
         let torque = self.jacobian(angles_rad).transpose() * makers(force_n.cast());

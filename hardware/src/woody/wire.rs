@@ -1,4 +1,5 @@
-//! The two lines of text: currents out, encoders in. Source: the firmware `woody_teensy_mini`.
+//! The two kinds of text line: currents to the device, and encoder counts from it. Source: the
+//! firmware `woody_teensy_mini`.
 
 /// Longest line, bytes; the firmware's own buffer is as long.
 pub const MAX_LINE: usize = 127;
@@ -74,7 +75,7 @@ impl Encoders {
 }
 
 /// The host's line: `[a,b,c]`, currents of the three motors, mA. The firmware turns a current above
-/// 6 A into zero, so limit it before.
+/// 6 A into zero, so the driver must limit it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Currents(pub [i32; 3]);
 
@@ -100,7 +101,7 @@ impl Currents {
     }
 }
 
-/// An integer of at most nine digits, with or without a sign.
+/// An integer of at most nine digits, with or without a minus sign.
 fn integer(text: &[u8]) -> Option<i32> {
     let (sign, digits) = match text {
         [b'-', digits @ ..] => (-1, digits),

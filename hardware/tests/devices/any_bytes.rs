@@ -9,7 +9,8 @@ use proptest::prelude::*;
 #[path = "../../fuzz/body.rs"]
 mod body;
 
-/// A piece for the body: its bytes, and the time that passes behind it.
+/// A piece for the fuzz target's body: its bytes, and two bits that state the time after the piece
+/// and whether the device then reports.
 fn piece(bytes: &[u8], passes: u8) -> Vec<u8> {
     let bytes = &bytes[..bytes.len().min(63)];
     let mut piece = vec![(bytes.len() as u8) << 2 | passes & 3];
@@ -68,7 +69,7 @@ proptest! {
     }
 }
 
-/// Files that the fuzzer kept, because each reached something new.
+/// Files that the fuzzer kept, because each of them reached new code.
 #[test]
 fn the_corpus_is_read_or_refused() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/line");

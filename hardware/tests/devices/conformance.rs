@@ -50,7 +50,7 @@ fn fails_in(mistake: Mistake, checks: &[&str], words: &str) {
     }
 }
 
-/// Long enough for the scripted hand to move the handle.
+/// Watches long enough for the scripted hand to move the handle.
 fn moving() -> Options<'static> {
     Options {
         watch: Duration::from_millis(1500),
@@ -105,7 +105,7 @@ fn a_device_behind_a_bad_cable_fails() {
     });
     // The fault may hit the greeting itself; then the report says so.
     let report = haptic(&emulator.lines.haptic, &mut shortly());
-    // A computer that was itself late must neither judge nor pass the gaps.
+    // If this computer itself was late, the gaps are not judged.
     let gaps = report.check("gaps").map(|check| check.outcome);
     assert!(
         !report.passed() || gaps == Some(Outcome::NotJudged),

@@ -95,7 +95,7 @@ fn a_turn_about_the_librarys_up_is_one_about_ours() {
     let mut device = fake.open().unwrap();
     let rotation = sample(&mut device, |_| true).device_from_handle.rotation;
     assert!((rotation * Vec3::y() - Vec3::y()).norm() < 1e-5);
-    // What points to the user turns to the right.
+    // The axis that points to the user turns to the right.
     assert!((rotation * Vec3::z() - Vec3::x()).norm() < 1e-5);
     assert_eq!(device.freedom().measured, 6);
 }
@@ -140,7 +140,7 @@ fn a_gripper_is_read_forced_and_pressed_like_a_button() {
     assert!(grasps(&sample(&mut device, |_| true)));
     fake.set(Of::Angle, 15.0);
     sample(&mut device, |sample| !grasps(sample));
-    // It opens against the fingers, and never with more than its motor has.
+    // The gripper opens against the fingers, and never with more force than its motor has.
     for (opening_n, rendered) in [(2.5, 2.5), (-99.0, -8.0), (f32::NAN, 0.0)] {
         until(&mut device, Some(opens(opening_n)), |_, _| {
             (fake.rendered()[6] - rendered).abs() < 1e-9
@@ -190,7 +190,7 @@ fn a_falcon_has_three_directions_and_four_buttons() {
     assert_eq!(seen.opening, None);
     assert!(!device.capabilities().opening.is_measured());
     assert_eq!(device.identity().name, "fake.7 10432");
-    // The library has no buttons to tell.
+    // The library reports an error instead of the buttons.
     fake.set(Of::Buttons, f64::from(u32::MAX));
     sample(&mut device, |sample| sample.buttons == Buttons(0));
 }
@@ -263,7 +263,8 @@ fn a_leap_is_held_back_told_and_believed_when_it_lasts() {
     let first = sample(&mut device, |_| true);
     assert!(first.device_from_handle.translation.vector.norm() < 1e-6);
     assert!(!device.findings().faults.contains(Fault::DeviceLeap));
-    // A thread that a busy machine held up for long believes a leap at once: then it leaps again.
+    // A thread that a busy machine held up for long admits a jump at once. Then the position jumps
+    // again.
     let start = Instant::now();
     for right_m in [0.08, 0.0].into_iter().cycle() {
         fake.set3(Of::Position, [0.0, right_m, 0.0]);
@@ -296,7 +297,8 @@ fn a_device_whose_own_button_took_the_force_is_told_and_gets_it_back_slowly() {
     let strong = push(Vec3::new(4.0, 0.0, 0.0));
     let is_deaf = |device: &DhdHaptic| device.findings().faults.contains(Fault::DeafDevice);
     until(&mut device, Some(strong), |_, _| fake.force_n() > 3.9);
-    // A busy machine that holds this thread up makes a step too: the force grows too old.
+    // A busy machine that holds this thread up also causes a step, because the force becomes too
+    // old.
     let start = Instant::now();
     loop {
         fake.set(Of::ForceMode, 0.0);

@@ -51,7 +51,7 @@ fn the_haptic_device_answers_streams_and_works_through_its_script() {
         "the hand moved the handle by {moved_m} m only"
     );
     let counters = device.counters();
-    // A busy machine builds up a backlog, of which only the newest bytes are read, starting inside
+    // On a busy machine a backlog builds up. Only its newest bytes are read, and they begin inside
     // a frame.
     assert!(counters.bad_frames * 50 < counters.frames, "{counters:?}");
 }
@@ -92,8 +92,9 @@ fn the_emulated_woody_answers_wrong_commands_as_the_firmware_does() {
     }
 }
 
-/// The script moves the hand too, and a busy machine lets the force fade. Each round pushes to and
-/// fro twice, so that an even drift cancels. A device lost by a busy machine is opened anew.
+/// Checks that a force moves the handle. The script moves the hand too, and a busy machine lets the
+/// force fade. Each round pushes to both sides twice, so that an even drift cancels. A device lost
+/// by a busy machine is opened anew.
 fn pushes_back<D: HapticDevice>(open: impl Fn() -> Result<D, HardwareError>) {
     let mut device = Some(persist(&open));
     let mut mean_x = |force_n: f32| {
@@ -276,7 +277,7 @@ fn the_wrong_line_is_named() {
         matches!(error, HardwareError::WrongDevice { .. }),
         "{error}"
     );
-    // A bird says nothing unasked, or bytes that are no frames.
+    // A bird sends nothing unasked, or bytes that are no frames.
     let error = RigHaptic::open(&emulator.lines.tracker).unwrap_err();
     let is_no_answer = matches!(
         error,

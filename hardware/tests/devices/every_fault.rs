@@ -1,6 +1,6 @@
 //! Every driver under every fault of a line. Nothing panics, every sample is plausible, the motors
-//! get no more than the clamp, nothing is left when the driver goes, and a line that recovers is
-//! used again.
+//! get no more than the clamp, no force remains when the driver is dropped, and a line that
+//! recovers is used again.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -19,8 +19,9 @@ use crate::support::{Emulator, now_ns};
 
 /// Long enough for a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Start and end of the faults on the emulator's clock.
+/// Start of the faults on the emulator's clock.
 const FROM_S: f32 = 0.3;
+/// End of the faults on the emulator's clock.
 const UNTIL_S: f32 = 0.8;
 
 /// Every fault of a real line, at least as strong as on a bad one.
@@ -133,7 +134,7 @@ fn under_every_fault<D: HapticDevice>(
     reach_m: f32,
     open: impl Fn(&Path) -> Result<D, HardwareError>,
 ) {
-    // Too much on purpose: the driver itself must limit it to the device's peak.
+    // This force is too large on purpose. The driver itself must limit it to the device's peak.
     let push = ForceCommand {
         opening_n: 0.0,
         force_n: Vec3::new(-60.0, 80.0, 40.0),
@@ -172,9 +173,9 @@ fn under_every_fault<D: HapticDevice>(
         // its angles and says so.
         let is_refused = model == HapticModel::Hapi && opened.is_none();
         assert!(opened.is_some() || is_refused, "{name}: not calibrated");
-        // This checks the motors, not the hand: a torque is computed for the assumed position of
-        // the handle, which is slightly wrong while samples are missing or damage looks like a
-        // movement.
+        // This checks the motors, not the force at the hand. The driver computes a torque for the
+        // last known position of the handle, which is slightly wrong while samples are missing or
+        // damage looks like a movement.
         let seen = emulator.seen();
         assert!(seen.strain <= 1.001, "{name}: {} of the most", seen.strain);
         assert!(

@@ -1,4 +1,4 @@
-//! The fake `libdhd.so.3` in the hands of a test.
+//! Controls the fake `libdhd.so.3` from a test.
 #![allow(unsafe_code)] // the fake library's own symbols
 
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use libloading::Library;
 
 use crate::support::{PATIENCE, build_library};
 
-/// Numbers of the device's state.
+/// Numbers by which the fake library keeps the device's state.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Of {
     Position = 0,
@@ -35,20 +35,26 @@ pub(crate) enum Of {
     Stops = 28,
     Closes = 29,
     ForceError = 30,
-    /// Largest change from one force to the next since it was last set.
+    /// Largest change from one force to the next since this entry was last set.
     Step = 32,
 }
 
-/// Parts of the device, one bit each.
+/// Bit of `Of::Parts`: the device is for the left hand.
 pub(crate) const LEFT: u32 = 1;
+/// Bit of `Of::Parts`: the device has a wrist.
 pub(crate) const WRIST: u32 = 2;
+/// Bit of `Of::Parts`: the wrist has motors.
 pub(crate) const ACTIVE_WRIST: u32 = 4;
+/// Bit of `Of::Parts`: the device has a gripper.
 pub(crate) const GRIPPER: u32 = 8;
+/// Bit of `Of::Parts`: the gripper has a motor.
 pub(crate) const ACTIVE_GRIPPER: u32 = 16;
 
-/// The models by their numbers, with their parts.
+/// A Falcon: number of the model, and its parts.
 pub(crate) const FALCON: (u32, u32) = (60, 0);
+/// An omega.7: number of the model, and its parts.
 pub(crate) const OMEGA_7: (u32, u32) = (35, WRIST | GRIPPER | ACTIVE_GRIPPER);
+/// A sigma.7: number of the model, and its parts.
 pub(crate) const SIGMA_7: (u32, u32) = (104, OMEGA_7.1 | ACTIVE_WRIST);
 
 /// The fake library. It has one device, so only one test may use it at a time.
@@ -60,7 +66,8 @@ pub(crate) struct Fake {
     _alone: MutexGuard<'static, ()>,
 }
 
-/// Path of the fake, set in the process that it ends.
+/// Environment variable with the path of the fake library. It is set only in the process that the
+/// library ends.
 pub(crate) const DOOMED: &str = "CALOT_TEST_DOOMED_DHD";
 
 impl Fake {

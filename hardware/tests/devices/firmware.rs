@@ -1,7 +1,7 @@
-//! The firmware header in C: its bytes, its likeness with the device of this package, its sketches,
-//! and the conformance suite on a device that is made of it.
+//! Tests the firmware header in C: its bytes, its agreement with the device in Rust, the sketches
+//! that use it, and the conformance suite on a device that is built with it.
 //!
-//! The tests call the machine's compilers. They fail where there are none.
+//! The tests call the machine's compilers. They fail on a machine without compilers.
 #![allow(unsafe_code)] // functions of a shared library in C
 
 mod alike;

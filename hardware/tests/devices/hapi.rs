@@ -1,4 +1,5 @@
-//! A hAPI board played by the test: its motors when hosts come, go and are cut off.
+//! Tests with a hAPI board that the test plays: the torques of its motors when hosts come, go and
+//! are cut off.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -62,7 +63,7 @@ impl Played {
         persist(|| HapiHaptic::open(&self.path, LINKAGE))
     }
 
-    /// Pushes until the motors are on; opens the board anew if a busy machine lost it.
+    /// Pushes until the motors are on. Opens the board anew if a busy machine lost the board.
     fn push(&self, device: &mut Option<HapiHaptic>) -> bool {
         self.becomes(true, |now_ns| {
             let pushed = device.as_mut().is_some_and(|device| {
@@ -81,7 +82,8 @@ impl Played {
         *self.handle_m.lock().expect("no test panics with it") = handle_m;
     }
 
-    /// Waits until the device reports this position; opens it anew if a busy machine lost it.
+    /// Waits until the device reports this position. Opens the device anew if a busy machine lost
+    /// it.
     fn comes_to(&self, device: HapiHaptic, wanted_m: Vec3) -> bool {
         let mut device = Some(device);
         let mut is_there = false;
@@ -115,7 +117,7 @@ impl Played {
             .fold(0.0, |most, torque| most.max(torque.abs()))
     }
 
-    /// Waits until the motors are on or off, as given, and returns true if they are in time.
+    /// Waits until the motors are on or off, as `on` states. Returns true if that happens in time.
     fn becomes(&self, on: bool, mut meanwhile: impl FnMut(u64)) -> bool {
         let mut so = false;
         poll_for(PATIENCE, |now_ns| {
@@ -195,7 +197,7 @@ fn the_force_is_rendered_and_gone_when_the_driver_goes() {
         .torques_n_m(LINKAGE.angles_deg(Vec3::zeros()), Vec3::new(2.0, 0.0, 0.0))
         .unwrap();
     let most = expected[0].abs().max(expected[1].abs());
-    // Wait until the step away from home is believed.
+    // Waits until the driver admits the step from home to the middle.
     let mut so = false;
     poll_for(PATIENCE, |_| {
         assert!(played.push(&mut device));
@@ -209,7 +211,7 @@ fn the_force_is_rendered_and_gone_when_the_driver_goes() {
 
 #[test]
 fn leftovers_of_another_host_are_taken_away_first() {
-    // Its own earlier set-up, another program's, and a broken command.
+    // An earlier set-up by Calot, one by another program, and a broken command.
     let ours = set_up(&LINKAGE.ports(LINKAGE.home_deg));
     let strong = torques([0.1, -0.1]);
     let (mut theirs, mut their_torque) = (ours, strong);
@@ -220,7 +222,7 @@ fn leftovers_of_another_host_are_taken_away_first() {
         vec![&ours[..], &strong, &strong[..7]],
     ] {
         let played = Played::start();
-        // Held open, because without any host the pty loses its settings.
+        // The line is held open, because without any host the pty loses its settings.
         let _line = hold(&played.path);
         leave_torque(&played.path, &played, &commands);
         let mut device = Some(played.open());
@@ -274,8 +276,8 @@ fn board_that_lost_its_place_has_no_torque_until_it_is_at_home() {
     let mut device = None;
     assert!(played.push(&mut device));
     let mut device = device.expect("it pushes");
-    // Some bytes never arrive; then it reads again, out of step. Its set-up is lost and its torque
-    // stays.
+    // Some bytes never arrive. Then the board reads on in the middle of a command. Its set-up is
+    // lost and its torque stays.
     played.deaf.store(true, Ordering::Relaxed);
     played
         .board()
@@ -336,7 +338,7 @@ fn a_board_that_was_only_slow_keeps_its_place() {
 
 #[test]
 fn board_that_lost_its_place_is_not_given_one() {
-    // It lost its power, and nobody holds the handle at home.
+    // The board lost its power, and nobody holds the handle at home.
     let played = Played::start();
     let error = HapiHaptic::reopen(&played.path, LINKAGE).unwrap_err();
     assert!(

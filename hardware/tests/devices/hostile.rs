@@ -1,4 +1,4 @@
-//! A greeted device that then sends any bytes.
+//! Tests a device that answers the greeting and then sends any bytes.
 
 use std::cell::RefCell;
 use std::fs::File;
@@ -103,8 +103,8 @@ fn samples_are_sane_on_any_bytes_and_the_next_good_one_is_found() {
                     }
                 }
             }
-            // A zero ends any incomplete frame. Good samples follow, as many as it takes to
-            // believe their clock and place after hostile ones.
+            // A zero ends any incomplete frame. Then good samples follow, as many as the driver
+            // needs to trust clock and position again after hostile samples.
             played.line.write_all(&[0]).unwrap();
             for ms in 0..40 {
                 let good = played.device.state(&Motion::default(), ms * 1000).unwrap();
@@ -129,7 +129,7 @@ fn samples_are_sane_on_any_bytes_and_the_next_good_one_is_found() {
 fn next_good_sample_after_a_flood_is_found() {
     let (mut driver, mut played) = greeted();
     let before = driver.counters();
-    // More than the reading thread keeps, and more than one poll reads.
+    // This is more than the reading thread keeps, and more than one poll reads.
     for _ in 0..50 {
         played.line.write_all(&[0x55; 4000]).unwrap();
         driver.poll(now_ns());

@@ -1,4 +1,4 @@
-//! The Inverse3's driver against its service, played on a loopback socket.
+//! Tests the Inverse3's driver with an emulated service on a loopback socket.
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ fn path(service: &EmulatedInverse3) -> PathBuf {
     PathBuf::from(service.address().to_string())
 }
 
-/// Opens it with retries, because on a busy machine the service may be too slow.
+/// Opens the device with retries, because on a busy machine the service may be too slow.
 fn open(service: &EmulatedInverse3) -> Inverse3Haptic {
     crate::support::persist(|| Inverse3Haptic::open(&path(service), None))
 }
@@ -136,7 +136,7 @@ fn samples_are_sane_whatever_the_service_does_and_it_comes_back() {
                 Polled::Nothing => {}
                 Polled::Lost => {
                     shown |= lost;
-                    // Lost by a busy machine.
+                    // A busy machine lost the device.
                     if !shown {
                         device = open(&service);
                     }
@@ -166,7 +166,7 @@ fn newest_state_of_a_service_that_says_too_much_is_used() {
         samples > 300
     }));
     let counters = device.counters();
-    // Four of five; on a busy machine a reopened device counts anew.
+    // The service falls silent. From now on only samples that still wait can come.
     service.misbehave(Misbehaviour::Silent);
     let (mut left, mut lost) = (0, false);
     poll_for(PATIENCE, |now_ns| {
@@ -178,7 +178,7 @@ fn newest_state_of_a_service_that_says_too_much_is_used() {
         !lost
     });
     assert!(lost);
-    // Read one by one, more than a thousand would be left.
+    // If the driver read only one answer per command, more than a thousand samples would be left.
     assert!(left < 100, "{left} samples out of the past; {counters:?}");
 }
 

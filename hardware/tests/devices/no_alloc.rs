@@ -19,7 +19,7 @@ use rt_core::port::{ForceCommand, HapticDevice, Pedal, Polled, Tracker};
 use crate::fake_dhd::{Fake, Of, SIGMA_7};
 use crate::support::{Emulator, PATIENCE, persist, poll_for};
 
-/// The system's allocator, which counts the calls of an armed thread.
+/// The system's allocator, which counts the calls of a thread while the thread is armed.
 struct Counting;
 
 thread_local! {
@@ -138,7 +138,8 @@ fn until_lost(device: &mut dyn HapticDevice, mut meanwhile: impl FnMut(u32)) -> 
     samples
 }
 
-/// Runs on a noisy line that hangs up; repeats if a busy machine loses the device sooner.
+/// Tests a driver on a noisy line that hangs up. Repeats the test if a busy machine loses the
+/// device too early.
 fn on_a_noisy_line<D: HapticDevice>(
     model: HapticModel,
     open: impl Fn(&Path) -> Result<D, HardwareError>,

@@ -55,7 +55,7 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
                     samples += 1;
                 }
                 Polled::Nothing => {}
-                // Lost by a busy machine.
+                // A busy machine lost the device.
                 Polled::Lost => {
                     drop(opened.take());
                     opened = Some(persist(|| haptic.open()));

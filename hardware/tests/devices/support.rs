@@ -24,7 +24,7 @@ pub(crate) struct Seen {
     pub(crate) force_n: f32,
     /// Largest force commanded so far, N.
     pub(crate) strongest_n: f32,
-    /// Largest motor command so far, as a share of what may be commanded.
+    /// Largest motor command so far, as a share of the largest permitted command.
     pub(crate) strain: f32,
 }
 
@@ -175,7 +175,7 @@ pub(crate) fn now_ns() -> u64 {
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// A room like a prepared scene's, with the handle at rest in the device's origin.
+/// A workplace like that of a prepared scene, with the handle at rest in the device's origin.
 pub(crate) fn room() -> HandScript {
     let port = Vec3::zeros();
     let target = Vec3::new(0.02, -0.01, -0.2);

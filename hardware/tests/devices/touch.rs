@@ -63,7 +63,7 @@ impl Fake {
         }
     }
 
-    /// Force that the motors render.
+    /// Size of the force that the motors render, N.
     fn force_n(&self) -> f64 {
         let mut force = [0.0; 3];
         // SAFETY: the fake's own symbol, of this type; it writes three numbers.
@@ -114,7 +114,7 @@ fn poses_arrive_in_metres_and_forces_are_rendered_and_limited() {
                 (at.xy().norm() - 0.05).abs() < 1e-5 && (at.z + 0.01).abs() < 1e-6,
                 "{at}"
             );
-            // Turned 90° about z.
+            // The fake handle is turned by 90° about z.
             assert!((pose.rotation * Vec3::x() - Vec3::y()).norm() < 1e-5);
             assert!((sample.velocity_m_s.unwrap().y - 0.05).abs() < 1e-6);
             assert_eq!(sample.buttons.0, 1);
@@ -272,7 +272,8 @@ fn a_library_that_hangs_is_named_and_used_again_once_it_returns() {
     }
 }
 
-/// Path of the fake, set in the process that it ends.
+/// Environment variable with the path of the fake library. It is set only in the process that the
+/// library ends.
 const DOOMED: &str = "CALOT_TEST_DOOMED";
 
 #[test]
@@ -308,7 +309,7 @@ fn the_suite_judges_nothing_by_samples_that_never_came() {
     };
     let report = hardware::conformance::touch(&fake.path, Some("right"), &mut options);
     fake.tell("fake_break_pose", 0);
-    // A computer that was itself late must neither judge nor pass the lack of samples.
+    // If this computer itself was late, the lack of samples is not judged.
     let intervals = report.check("intervals").map(|check| check.outcome);
     assert!(
         report.has(Outcome::Fail) || intervals == Some(Outcome::NotJudged),

@@ -1,4 +1,4 @@
-//! The tracker's driver over packets, against emulated birds.
+//! Tests the tracker's driver over USB packets with emulated birds.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -58,7 +58,7 @@ fn records_are_asked_for_and_arrive() {
         assert!((pose.rotation.angle() - 0.3).abs() < 1e-3);
     }
     assert!(samples.windows(2).all(|pair| pair[1].at_ns > pair[0].at_ns));
-    // After a stall of a second or more, the backlog is cut off inside a record.
+    // A stall of a second or more leaves a backlog, which is cut off inside a record.
     let cut = 2 * start.elapsed().as_secs();
     assert!(tracker.counters().bad_frames <= cut);
 

@@ -1,13 +1,13 @@
 //! A stand-in for Force Dimension's `libdhd.so.3`, which the test builds with `rustc`. It has the
 //! same symbols and one device, whose state is a row of numbers. Extra symbols let the test write
-//! and read them.
+//! and read these numbers.
 #![allow(non_snake_case)]
 
 use std::ffi::{c_char, c_int, c_uchar, c_uint, c_ushort};
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 use std::time::Duration;
 
-// Numbers of the device's state, as in `tests/devices/fake_dhd.rs`.
+// Indices of the numbers of the device's state, as in `tests/devices/fake_dhd.rs`.
 const POSITION: usize = 0; // 3
 const VELOCITY: usize = 3; // 3
 const ANGLE: usize = 6;

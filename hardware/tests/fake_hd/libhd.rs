@@ -1,6 +1,6 @@
 //! A stand-in for the vendor's `libHD.so`, which the test builds with `rustc`. It has the same
-//! symbols, a thread that calls back a thousand times a second, and a handle on a circle. Extra
-//! symbols let the test make it fail and read the motors.
+//! symbols, a thread that calls back a thousand times a second, and a handle that moves on a
+//! circle. Extra symbols let the test make it fail and read the motors.
 #![allow(non_snake_case)]
 
 use std::ffi::{c_char, c_int, c_uint, c_ushort, c_void};
@@ -162,7 +162,8 @@ pub extern "C" fn hdStartScheduler() {
                 }
             }
             drop(job);
-            // Like the real one, it keeps its rate: a late turn is not put off.
+            // Like the real scheduler, this one keeps its rate. It makes up for delays of up to 5
+            // ms.
             due = (due + Duration::from_millis(1)).max(Instant::now() - Duration::from_millis(5));
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
         }

@@ -1,6 +1,7 @@
-//! Cost of a tick on one core: the paper's liver (581 spheres) under the instrument, as tissue and
-//! with the paper's method at 10 iterations; and of the solvers alone, for the liver and for as
-//! many spheres as the paper's four organs have.
+//! Cost of a tick on one core: the liver of the inner-sphere paper (581 spheres) under the
+//! instrument, with the product's solver and with the paper's method at 10 iterations. Also the
+//! cost of the solvers alone, for the liver and for as many spheres as the paper's four organs
+//! have.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;
@@ -14,11 +15,13 @@ use rt_core::state::State;
 use rt_core::study::Tissue;
 use rt_core::tissue::Bodies;
 
-/// Places of the tip, m: far above the liver, and 8 mm below its top.
+/// Place of the tip far above the liver, m.
 const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.1);
+/// Place of the tip 3 mm below the top of the liver's ellipsoid, m.
 const PRESSED: Vec3 = Vec3::new(0.0, 0.0, 0.045);
 
-/// `iterations` are those of the paper's method, here and below.
+/// Measures a tick with the tip at `tip_m`. `iterations` is the number for the paper's method;
+/// `None` uses the product's.
 fn bench_tick(
     c: &mut Criterion,
     name: &str,
@@ -47,7 +50,8 @@ fn bench_tick(
     });
 }
 
-/// Every organ, kept awake by a led sphere, without instrument, contacts and devices.
+/// Measures the tissue of all organs, without instrument, contacts and devices. A sphere that is
+/// led back and forth keeps it awake.
 fn bench_tissue(c: &mut Criterion, name: &str, anatomy: &Anatomy, iterations: Option<u32>) {
     let (mut bodies, mut paper) = (Box::new(Bodies::new()), paper(iterations));
     let mut tissue = Tissue::new(anatomy.scene(), &mut bodies, method(&mut paper));

@@ -39,8 +39,9 @@ fn swing(tissue: &mut Tissue<'_>, tick: f32) {
     tissue.step();
 }
 
-/// Measures `times` livers of `spheres` spheres. A scene holds 4096 spheres at most: more are
-/// several bodies in turn, with as much memory as one body would need.
+/// Measures `times` livers of `spheres` spheres. A scene holds 4096 spheres at most. So a larger
+/// number is split into several bodies, solved in turn, which need as much memory as one body
+/// would.
 fn count(spheres: usize, times: usize) {
     let anatomy =
         Anatomy::default().with_ellipsoid(Vec3::zeros(), Vec3::new(0.1, 0.06, 0.048), spheres, 0);
@@ -63,7 +64,7 @@ fn count(spheres: usize, times: usize) {
     );
 }
 
-/// A run with the instrument about 8 mm in the first organ's top.
+/// A run with the tip of the instrument about 3 mm below the top of the first organ's ellipsoid.
 struct Touched {
     tick_us: f64,
     /// Sphere centres and force after 4000 ticks.
@@ -109,7 +110,7 @@ impl Touched {
         Self::new(&anatomy)
     }
 
-    /// Prints it, compared with `all`, which leaves nothing out.
+    /// Prints this run, compared with the run `all`, in which no organ sleeps.
     fn tell(&self, what: &str, all: &Self) {
         let apart = self.centers_m.iter().zip(&all.centers_m);
         let most_m = apart.map(|(a, b)| (a - b).norm()).fold(0.0, f32::max);
@@ -157,8 +158,8 @@ fn main() {
         all_moving_us(&four)
     );
     println!("\nwhole tick, liver touched             µs/tick   spheres off mm  force off mN");
-    // They sink under their weight before they sleep: the rest of the sinking is the error of
-    // sleep.
+    // The other organs sink under their weight before they sleep. The sinking that sleep then stops
+    // is the error of sleep.
     let sinks = |organ: &mut Organ| organ.gravity_share = 0.3;
     four.organs.iter_mut().skip(1).for_each(sinks);
     let sleepless = Touched::sleepless(&four);

@@ -15,7 +15,7 @@ use rt_core::state::State;
 
 const TICKS: u32 = 4000;
 
-/// Ports that pass calls on and time the stages.
+/// Ports that pass calls on to a bench and measure the time of each stage.
 struct Timed {
     inner: Bench,
     last: Instant,
@@ -41,7 +41,8 @@ impl Ports for Timed {
     }
 }
 
-/// `iterations` are those of the paper's method.
+/// Measures the stages. `iterations` is the number for the paper's method; `None` uses the
+/// product's.
 fn measure(name: &str, anatomy: &Anatomy, iterations: Option<u32>) {
     let (mut state, mut paper) = (Box::new(State::new()), paper(iterations));
     let parameters = Parameters {

@@ -4,34 +4,36 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Fault {
-    /// A device sample was not finite, not rigid or out of the room. Answer: ignored.
+    /// A device sample was not finite, not a rigid pose, or more than 10 m from the device's
+    /// origin. Answer: the sample is ignored.
     BadSample = 0,
     /// The force was not finite. Answer: zero force.
     BadForce = 1,
-    /// A sphere was not finite or left the room. Answer: reset to its last place, at rest.
+    /// A sphere was not finite or more than 10 m from its rest position. Answer: the sphere is put
+    /// back to its last valid place, at rest.
     BadSphere = 2,
-    /// The newest device sample is older than its limit, or no tick ran for longer. Answer: force
-    /// falls to zero.
+    /// The newest device sample is older than its limit, or no tick ran for more than 20 ms.
+    /// Answer: force falls to zero.
     StaleDevice = 3,
-    /// The device's line is gone. Answer: zero force.
+    /// The connection to the device is lost. Answer: zero force.
     LostDevice = 4,
     /// The handle was faster than the limit. Answer: zero force until a person enables it again.
     SpeedTrip = 5,
-    /// The force was longer than the device's peak. Answer: shortened.
+    /// The force was above the device's peak. Answer: the force is cut to the peak.
     Clamped = 6,
     /// The force changed too fast. Answer: it follows at the slew limit.
     Slewed = 7,
-    /// Contact was stiffer than the device renders stably. Answer: scaled down.
+    /// Contact was stiffer than the device renders stably. Answer: the force is scaled down.
     StiffnessCapped = 8,
-    /// The motors are warm. Answer: limited towards the continuous force.
+    /// The motors are warm. Answer: the limit of the force falls towards the continuous force.
     ThermalLimited = 9,
-    /// More contacts than can be kept. Answer: the deepest stay.
+    /// More contacts were found than can be kept. Answer: the deepest stay.
     ContactOverflow = 10,
-    /// More overlapping sphere pairs than can be kept. Answer: the first found stay.
+    /// More near pairs of spheres were found than can be kept. Answer: the first found stay.
     PairOverflow = 11,
-    /// More spheres between the jaws than can be held. Answer: the first found are held.
+    /// More spheres were between the jaws than can be held. Answer: the first found are held.
     GraspOverflow = 12,
-    /// More events or leaks than can be kept. Answer: later ones are lost.
+    /// More events or leaks occurred than can be kept. Answer: the later ones are dropped.
     EventOverflow = 13,
     /// A tick ended after its deadline (reported by the process).
     Overrun = 14,
@@ -52,34 +54,37 @@ pub enum Fault {
     /// The haptic device repeats a position, while its velocity or its clock says otherwise.
     /// Answer: the samples are dropped, so the force falls to zero.
     FrozenDevice = 21,
-    /// The haptic device's clock runs backwards, stands still or has another unit. Answer: as for a
-    /// frozen device.
+    /// The haptic device's clock runs backwards, stands still or has another unit. Answer: the
+    /// samples are dropped, so the force falls to zero.
     DeviceClock = 22,
-    /// The handle leapt farther than a hand moves. Answer: the sample is dropped. A leap that lasts
-    /// is believed, and the force starts from zero.
+    /// The handle leapt farther than a hand moves. Answer: the sample is dropped. If the handle
+    /// stays at the new place, its samples are used again, and the force starts from zero.
     DeviceLeap = 23,
-    /// Samples come in bundles, each older than a sample may be. Answer: force falls to zero.
+    /// Samples arrive in bundles, and a bundle spans more time than a sample may be old. Answer:
+    /// force falls to zero.
     DeviceBundles = 24,
-    /// The haptic device confirms no force that it is sent. Answer: as for a frozen device.
+    /// The haptic device does not confirm the forces sent to it. Answer: the samples are dropped,
+    /// so the force falls to zero.
     DeafDevice = 25,
-    /// The pedal's line is gone, or nothing comes on it any more. Answer: it reads as released.
+    /// The connection to the pedal is lost, or nothing arrives on it any more. Answer: a lost pedal
+    /// reads as released; a silent one keeps its last state until its driver reports it as lost.
     LostPedal = 26,
-    /// A pedal has been held down since the start, or since its line returned. Answer: it reads as
-    /// released until it was released once.
+    /// A pedal has been held down since the start, or since its connection returned. Answer: the
+    /// pedal reads as released until the foot has released it once.
     HeldPedal = 27,
-    /// The haptic device reports a fault of its own. Answer: zero force; it rises by the ramp
-    /// afterwards.
+    /// The haptic device reports a fault of its own. Answer: zero force; after the fault, the force
+    /// rises by the ramp.
     DeviceFault = 28,
-    /// The haptic device's watchdog dropped the force, since none came in time. Answer: none; the
-    /// next force takes it up again.
+    /// The haptic device's watchdog set the force to zero, because no command came in time. Answer:
+    /// none; the device renders the next command.
     DeviceWatchdog = 29,
     /// The haptic device limits the force itself (heat, current). Answer: none.
     DeviceLimited = 30,
-    /// The haptic device's positions are noisy. Answer: none; the force steps as they do.
+    /// The haptic device's positions are noisy. Answer: none; the force steps with the positions.
     NoisyDevice = 31,
 }
 
-/// Number of kinds.
+/// Number of kinds of fault.
 pub const FAULT_COUNT: usize = 32;
 
 impl Fault {
@@ -119,7 +124,7 @@ impl Fault {
         Self::NoisyDevice,
     ];
 
-    /// Its number: index of its counter, code in events.
+    /// Number of the fault: index of its counter, and its code in events.
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
@@ -164,7 +169,8 @@ impl Fault {
         }
     }
 
-    /// True if a person should be told. The others are limits at their ordinary work.
+    /// True if a person has to know of the fault. The other faults are limits that act in ordinary
+    /// use.
     #[must_use]
     pub const fn is_alarm(self) -> bool {
         !matches!(
@@ -181,7 +187,7 @@ impl Fault {
     }
 }
 
-/// Number of ticks in which each fault happened since the start. Only grows.
+/// Number of ticks in which each fault happened since the start. The numbers never fall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FaultCounters([u64; FAULT_COUNT]);
 
@@ -195,7 +201,7 @@ impl FaultCounters {
         self.0.get(usize::from(fault.code())).copied().unwrap_or(0)
     }
 
-    /// All of them, in the order of [`Fault::ALL`].
+    /// All counters, in the order of [`Fault::ALL`].
     #[must_use]
     pub const fn as_array(&self) -> &[u64; FAULT_COUNT] {
         &self.0
@@ -235,7 +241,7 @@ impl FaultSet {
         self.0 & (1 << (fault as u32)) != 0
     }
 
-    /// True if a fault of the device explains why its driver hands on no samples.
+    /// True if a fault of the device explains why its driver passes on no samples.
     #[must_use]
     pub const fn explains_silence(self) -> bool {
         self.contains(Fault::SilentDevice)

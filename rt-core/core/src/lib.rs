@@ -7,49 +7,49 @@
 //! sample → tool → contact → solve → force → procedure → publish
 //! ```
 //!
-//! Units are SI; the unit comes last in a name (`force_n`). Frames appear in transforms:
-//! `world_from_handle` takes handle coordinates to world coordinates. Contact normals point from
-//! tissue to tool.
+//! Units are SI; the unit comes last in a name (`force_n`). The name of a transform gives its
+//! frames: `world_from_handle` takes handle coordinates to world coordinates. Contact normals point
+//! from tissue to tool.
 //!
 //! # Glossary
 //!
 //! | word | meaning |
 //! |---|---|
 //! | device pose | pose of the handle as the hand holds it |
-//! | proxy pose | pose that the instrument may have, given contact |
+//! | proxy pose | pose of the instrument; it lags where contact exceeds the device's force |
 //! | port (trocar) | the point of the abdominal wall about which a shaft pivots |
 //! | tool | a rigid instrument in the simulation, made of capsules |
 //! | part | one capsule of a tool: shaft, jaw, hook tip, endoscope |
-//! | scene, state | immutable prepared data; what changes |
+//! | scene, state | immutable prepared data; all data that changes |
 //! | organ | a range of spheres with one material |
 //! | sphere | a mass point with a radius inside an organ |
 //! | link, rest length | a distance constraint between two spheres of one organ |
 //! | attachment | a distance constraint between two organs, or an organ and the world |
 //! | suture | a thread from an organ to the abdominal wall; it pulls and never pushes |
 //! | tetrahedron, batch | a solid element between four spheres; eight that share no sphere |
-//! | held sphere | a sphere that the constraints do not move: it is fixed or led |
+//! | held sphere | a sphere that the constraints do not move: it is fixed, or led along a path |
 //! | compliance | inverse stiffness of a constraint, m/N |
-//! | lambda | multiplier of a constraint: its impulse over the substep |
+//! | lambda | multiplier of a constraint: its force times the square of the substep |
 //! | tick, substep | one control period; a part of it in which an organ is solved |
 //! | multirate | organs with different numbers of substeps in one tick |
 //! | retardation time | time constant of the material's viscous damping, s |
 //! | contact skin | closed triangle surface of an organ against which tools collide |
-//! | bead | a ball along a tube; tools meet an organ without a skin by its beads |
+//! | bead | a ball on the centre line of a tube; tools collide with beads where there is no skin |
 //! | separation | signed distance along the normal, tissue to tool; negative: penetration |
-//! | candidate | a place that may touch within the tick |
+//! | candidate | a place where tool and tissue may touch within the tick |
 //! | contact constraint | a candidate that is solved |
 //! | contact force | the result of a contact constraint |
-//! | persistent contact | a contact tracked from tick to tick with its cached impulse |
-//! | warm start | the share of the last impulse that is applied before the constraints |
+//! | persistent contact | a contact tracked from tick to tick with its cached force |
+//! | warm start | a share of the last force, applied before the constraints are solved |
 //! | influence coefficient | displacement at one place per force at another (Boussinesq) |
-//! | separation offset | the gap granted to a new or leaping contact, and its decay |
-//! | damage | the parted share of a link, attachment or cell, 0 to 1 (cohesive zone) |
+//! | separation offset | a decaying addition that keeps a separation without steps |
+//! | damage | the broken share of a link or attachment, 0 to 1 (cohesive zone) |
 //! | cell | a hexahedron of fat or connective tissue that can be removed |
 //! | passivity, Z-width | as in Colgate, Adams and Hannaford |
-//! | transition | a change of force blended over time that is not a force of tissue |
+//! | transition | a fade of the force after a command that would end it at once |
 //! | clip, grip, bite | a closed titanium clip; closed jaws; the tissue between them |
 //! | event | an occurrence that a tick reports: contact, tear, cut, leak |
-//! | fault | an error that a tick detected and answered; each has a counter |
+//! | fault | an error that a tick detected, with a fixed answer and a counter |
 //! | stale | a sample older than its limit |
 //! | overrun | a tick that ended after its deadline |
 //! | checkpoint, digest | a copy of all that changes; a hash of what a tick computed |

@@ -7,8 +7,8 @@ pub type Quat = nalgebra::UnitQuaternion<f32>;
 /// A rigid transform; `world_from_tool` takes tool coordinates to world coordinates.
 pub type Pose = nalgebra::Isometry3<f32>;
 
-/// Square root, correctly rounded, hence the same bits on every machine and in every build.
-/// (`f32::sqrt` is not in `core`.)
+/// Square root, correctly rounded, so that it has the same bits on every machine and in every
+/// build. (`f32::sqrt` is not in `core`.)
 #[must_use]
 #[inline(always)]
 #[allow(unsafe_code)] // the only unsafe of the core: one instruction that every x86-64 has
@@ -32,7 +32,7 @@ pub fn norm(v: &Vec3) -> f32 {
     sqrt(v.norm_squared())
 }
 
-/// `v` scaled to length one, or `None` if it is too short to have a direction or not finite.
+/// `v` scaled to length one, or `None` if `v` is not finite or too short to have a direction.
 #[must_use]
 #[inline]
 pub fn unit(v: &Vec3) -> Option<Vec3> {

@@ -36,9 +36,9 @@ pub struct DeviceSample {
     /// Buttons pressed.
     pub buttons: Buttons,
     /// Opening of the handle, 0 shut to 1 wide open, when the device measures it. The jaws follow
-    /// it; without it they close by [`Buttons::GRASP`].
+    /// the opening; without one they close by [`Buttons::GRASP`].
     pub opening: Option<f32>,
-    /// Counter of samples that the device took; wraps.
+    /// Counter of the samples that the device has taken; it wraps around.
     pub sequence: u16,
     /// Time at which the sample's last byte was read.
     pub at_ns: TimeNs,
@@ -62,7 +62,7 @@ pub struct PedalSample {
     pub coagulate: bool,
     /// Locks the endoscope's camera in place.
     pub camera_lock: bool,
-    /// Time at which it was read.
+    /// Time at which the state was read.
     pub at_ns: TimeNs,
 }
 
@@ -80,16 +80,17 @@ pub struct ForceCommand {
 /// Capabilities of a handle that opens and shuts.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Opening {
-    /// Travel of the fingers from shut to wide open, m; 0: the device does not measure its opening.
+    /// Travel of the fingers from shut to wide open, m; 0 if the device does not measure its
+    /// opening.
     pub travel_m: f32,
-    /// Peak force along the opening, N; 0: it renders none.
+    /// Peak force along the opening, N; 0 if the device renders none.
     pub force_max_n: f32,
-    /// Largest stiffness that it renders stably along the opening, N/m.
+    /// Largest stiffness that the device renders stably along the opening, N/m.
     pub stiffness_max_n_m: f32,
 }
 
 impl Opening {
-    /// A handle that does not open, or does not say how far.
+    /// A handle that does not open, or does not measure its opening.
     pub const NONE: Self = Self {
         travel_m: 0.0,
         force_max_n: 0.0,
@@ -122,13 +123,13 @@ pub struct DeviceCapabilities {
     pub opening: Opening,
     /// Largest stiffness that the device renders stably, N/m.
     pub stiffness_max_n_m: f32,
-    /// Largest damping that it renders, N s/m.
+    /// Largest damping that the device renders, N s/m.
     pub damping_max_n_s_m: f32,
-    /// Damping of the device itself, N s/m, with the effect of its dry friction on a tremor. It
-    /// absorbs the energy that sampling and delay make.
+    /// Damping of the device itself, N s/m, including the damping that its dry friction gives to a
+    /// tremor. This damping absorbs the energy that sampling and delay generate.
     pub damping_n_s_m: f32,
-    /// Delay from a movement to its sample plus delay from a command to its force, s, without the
-    /// time for which a force is held.
+    /// Delay from a movement to its sample plus delay from a command to its force, s. The time for
+    /// which each force is held between two commands is not included.
     pub delay_s: f32,
     /// Radius of the workspace around the base frame's origin, m.
     pub workspace_radius_m: f32,
@@ -137,8 +138,8 @@ pub struct DeviceCapabilities {
 }
 
 impl DeviceCapabilities {
-    /// 3D Systems' Touch, as tests and runs without a device assume it. The forces are its
-    /// data sheet's.
+    /// 3D Systems' Touch. Tests, and runs without a device, assume these figures. The forces are
+    /// from the data sheet.
     pub const TOUCH: Self = Self {
         force_max_n: 3.3,
         force_continuous_n: 0.88,
@@ -159,8 +160,8 @@ impl DeviceCapabilities {
     }
 }
 
-/// Numbers of the six degrees of freedom of a handle (three translations, three rotations) that are
-/// measured and rendered. Others are dropped.
+/// Numbers of degrees of freedom of a handle that are measured and rendered, out of six (three
+/// translations, three rotations). The remaining ones are ignored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Freedom {
     /// Degrees of freedom measured.
@@ -174,24 +175,26 @@ pub struct Freedom {
 pub enum Polled<T> {
     /// The newest sample since the last poll.
     Fresh(T),
-    /// No new sample; the caller judges staleness by the age of the last.
+    /// No new sample has come; the caller judges staleness by the age of the last one.
     Nothing,
-    /// The line is gone (unplugged, hung up). Remains so until the driver reconnects.
+    /// The connection is lost (unplugged, hung up). This remains the result until the driver
+    /// reconnects.
     Lost,
 }
 
-/// Counters of a serial line, for reports. All only grow.
+/// Counters of a serial line, for reports. They never fall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LineCounters {
     /// Good frames.
     pub frames: u64,
-    /// Frames discarded: length, checksum or range is wrong.
+    /// Frames discarded because their length, checksum or range is wrong.
     pub bad_frames: u64,
     /// Samples missing in the sequence numbers.
     pub lost_frames: u64,
     /// Writes that the line did not accept.
     pub dropped_writes: u64,
-    /// Bytes that this computer did not read in time and dropped: no fault of the device.
+    /// Bytes that this computer dropped because it did not read them in time; the device is not at
+    /// fault.
     pub unread_bytes: u64,
 }
 
@@ -243,15 +246,16 @@ impl Identity {
 pub struct Findings {
     /// Faults found by the last poll.
     pub faults: FaultSet,
-    /// The last poll's sample does not continue those before: the handle may be anywhere.
+    /// The last poll's sample does not continue the samples before it, so the handle may have moved
+    /// anywhere in between.
     pub leapt: bool,
-    /// Length of the bundles in which samples come, ms; 0: they come one by one.
+    /// Time that a bundle of samples spans, ms; 0 if the samples come one by one.
     pub bundle_ms: u32,
     /// Rms length of the noise of the positions, µm; `None`: not measured.
     pub noise_um: Option<u32>,
 }
 
-/// A haptic device. Neither call blocks or allocates.
+/// A haptic device. No call blocks or allocates.
 pub trait HapticDevice {
     /// Capabilities of the device.
     fn capabilities(&self) -> DeviceCapabilities;
@@ -273,7 +277,8 @@ pub trait HapticDevice {
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample>;
     /// Velocity, m/s, as the device itself reported it with its newest sample; `None` if it
-    /// measures none. [`DeviceSample::velocity_m_s`] is the one to use: a driver may know better.
+    /// measures none. The simulation uses [`DeviceSample::velocity_m_s`] instead, which a driver
+    /// may have corrected.
     fn reported_velocity_m_s(&self) -> Option<Vec3> {
         None
     }

@@ -1,19 +1,19 @@
-//! Types that several rooms share: flags of a sphere, health of a device, events.
+//! Types that several modules share: flags of a sphere, health of a device, events.
 
 use crate::math::Vec3;
 
-/// Flags of a sphere, as in the shared-memory message.
+/// Flags of a sphere, one bit each, as in the shared-memory message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SphereBits(pub u8);
 
 impl SphereBits {
-    /// Its organ is simulated in this tick.
+    /// The sphere's organ is simulated in this tick.
     pub const AWAKE: Self = Self(1);
-    /// The instrument touches it.
+    /// A tool (instrument or endoscope) touches the sphere.
     pub const CONTACT: Self = Self(2);
-    /// Held between closed jaws.
+    /// The jaws of the instrument hold the sphere.
     pub const GRASPED: Self = Self(4);
-    /// Layered tissue of which all cells are removed; nothing collides with it.
+    /// All cells of layered tissue at the sphere are removed; nothing collides with the sphere.
     pub const REMOVED: Self = Self(8);
 
     /// True if every flag of `other` is set.
@@ -39,14 +39,14 @@ impl SphereBits {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Status {
-    /// No sample since the start.
+    /// No sample has arrived since the start.
     #[default]
     Absent = 0,
     /// Samples arrive in time.
     Live = 1,
     /// The newest sample is older than its limit.
     Stale = 2,
-    /// The line is gone.
+    /// The connection to the device is lost.
     Lost = 3,
 }
 
@@ -55,7 +55,7 @@ pub enum Status {
 pub struct Health {
     /// Status.
     pub status: Status,
-    /// Age of its newest sample, ns. 0 if there is none.
+    /// Age of the device's newest sample, ns; 0 if it has sent none.
     pub age_ns: u64,
 }
 
@@ -70,33 +70,34 @@ pub enum EventKind {
     Grasp,
     /// The jaws let go, or their tissue slipped out; value: spheres that were held.
     LetGo,
-    /// Held tissue slipped by 2 mm; value: its pull, N.
+    /// Held tissue slipped by 2 mm through the jaws; value: pull of the tissue on the jaws, N.
     Slip,
     /// An attachment or a link of a tube has torn; value: energy of the tear, J.
     Tear,
-    /// Scissors or current have cut an attachment, a suture or a link of a tube; value: energy that
-    /// a tear of it would take, J.
+    /// Scissors or current have cut an attachment, a suture or a link of a tube; value: energy, J,
+    /// that tearing it would have taken.
     Cut,
     /// A fault was raised; value: [`crate::fault::Fault::code`].
     Fault,
-    /// Electrosurgery: value 1 cut, 2 coagulate, 0 off.
+    /// The electrosurgical current changed; value: 1 cut, 2 coagulate, 0 off.
     Electro,
-    /// A clip has closed, on this organ or, if none is named, on nothing; value: the clip's number,
-    /// from 0. A clip that closes on two organs raises two events.
+    /// A clip has closed on the event's organ, or on nothing if the event has no organ; value: the
+    /// clip's number, from 0. A clip that closes on two organs raises two events.
     Clip,
-    /// An electrode has burnt an organ; value: energy since the last such event, J.
+    /// An electrode has burnt an organ; value: energy since the organ's last burn event, J.
     Burn,
-    /// A vessel, duct or bag leaks; value: flow as a share of the full flow, 0: stopped. All events
-    /// of one leak carry the place where it began.
+    /// A vessel, duct or bag leaks; value: flow as a share of that from an open lumen at full
+    /// pressure; 0: the leak has stopped. All events of one leak carry the place where it began.
     Leak,
     /// A cell of layered tissue is removed; value: its index in the scene.
     Removed,
-    /// The jaws have crushed held tissue; value: their force, N.
+    /// The jaws have crushed held tissue; value: force of the jaws, N.
     Crush,
-    /// A wall is burnt through or torn open; value: energy that it took, J.
+    /// A wall is burnt through or torn open; value: energy that this took, J.
     Perforation,
-    /// A tube is divided, or torn off an organ; value: share of its lumen that clips leave open, on
-    /// the worse of both sides up to its end or another division. 0: clips close both sides.
+    /// A tube is divided, or torn off an organ; value: share of the lumen that clips leave open
+    /// between the division and the tube's next end or division, on the side where more is open. 0:
+    /// clips close both sides.
     Divided,
     /// A suture passes through an organ at this place; value: the suture's number in the scene,
     /// from 0.
@@ -104,12 +105,13 @@ pub enum EventKind {
     /// A suture hangs an organ on the abdominal wall at this place; value: the suture's number in
     /// the scene, from 0.
     Hung,
-    /// Everything is back to the start, or to the start of a task; earlier events are void.
+    /// The simulation is back at its start, or at the start of a task; earlier events are void.
     Reset,
-    /// An organ that nobody freed left its place for good; value: distance of its middle from its
-    /// place, m.
+    /// An organ that nobody has cut free left its place and did not return; value: distance of the
+    /// organ's middle from that place, m.
     Fall,
-    /// An organ that no tool moves does not come to rest; value: speed of its fastest sphere, m/s.
+    /// An organ does not come to rest, and no tool explains its speed; value: speed of its fastest
+    /// sphere, m/s.
     Shake,
 }
 
@@ -118,7 +120,7 @@ pub enum EventKind {
 pub struct Event {
     /// Kind.
     pub kind: EventKind,
-    /// Organ's index in the scene, if it concerns one.
+    /// Index in the scene of the organ that the event concerns, if any.
     pub organ: Option<u32>,
     /// Place, world frame, m.
     pub at_m: Vec3,

@@ -42,7 +42,8 @@ impl Ports for Late {
     }
 }
 
-/// Presses on the liver, far from the gallbladder, for 400 ticks with time and 100 without.
+/// Presses on the liver, far from the gallbladder, for 400 ticks with time for optional work, then
+/// for 100 ticks with time as `has_time` says.
 fn press(has_time: fn(Optional) -> bool) -> (Late, Vec<Vec3>) {
     let anatomy = Anatomy::liver_and_gallbladder();
     let (mut state, mut paper) = (Box::new(State::new()), paper(Some(PAPER)));
@@ -114,7 +115,7 @@ fn self_collision_left_out_is_made_up_for() {
         has_time: |work| work != Optional::SelfCollision,
         asked: Vec::new(),
     };
-    // The gallbladder lies on the liver: without contact of organs it sinks into it.
+    // The gallbladder lies on the liver: without contact of organs it sinks into the liver.
     let mut height_m = |ticks: u32, has_time: fn(Optional) -> bool| {
         late.has_time = has_time;
         for _ in 0..ticks {

@@ -1,4 +1,5 @@
-//! Equal inputs give equal bits: in debug and release builds, and after a change of the code.
+//! Equal inputs give equal bits: in debug and release builds, and after changes of the code that
+//! leave the physics alone.
 
 mod rig;
 
@@ -8,14 +9,18 @@ use rt_core::port::{Buttons, Polled};
 use rt_core::sim::{Command, Digest, Parameters, Sim};
 use rt_core::state::State;
 
-/// Hashes of the run below. They change only with an intended change of the physics. Then run the
-/// test, check the output of `poke`, and enter the new hashes here.
+/// Hash of the run below without contact skins. This hash and the next two change only with an
+/// intended change of the physics. After such a change, run the test, check the output of `poke`,
+/// and enter the new hashes here.
 const GOLDEN: u64 = 0xf13278fc51301ad3;
+/// Hash of the run with contact skins.
 const GOLDEN_SKINS: u64 = 0x3059e08718af3a83;
+/// Hash of the run with the inner-sphere paper's method.
 const GOLDEN_PAPER: u64 = 0x349da26f3ddce2bd;
 
-/// The instrument approaches, presses, slides, grasps, lifts and releases; the device is lost and
-/// returns. `iterations` are those of the paper's method.
+/// The instrument approaches, presses, slides, grasps, lifts and releases; again and again the
+/// device is silent for some ticks. `iterations` is the number for the paper's method; `None` uses
+/// the product's.
 fn run(anatomy: &Anatomy, iterations: Option<u32>) -> u64 {
     let (mut state, mut paper) = (Box::new(State::new()), paper(iterations));
     let parameters = Parameters {
@@ -148,7 +153,7 @@ fn run_from_a_checkpoint_computes_the_same_again() {
                 sim.tick(&mut straight);
             }
             let end = sim.state_hash();
-            // Goes back to each of them from a later state.
+            // The run goes back to each checkpoint from a later state.
             for (from, checkpoint) in kept.into_iter().rev() {
                 let mut bench = Bench::new();
                 (0..from).for_each(|tick| work(&mut bench, tick));

@@ -38,7 +38,7 @@ impl Bar {
         &mut self.anatomy.organs[0]
     }
 
-    /// Reduces gravity to a tenth, so that the bar bends little and linearly.
+    /// Adds a tenth of gravity, so that the bar bends little and linearly.
     fn with_gravity(mut self) -> Self {
         self.organ().gravity_share = 1.0;
         self.room.gravity_m_s2 = Vec3::new(0.0, 0.0, -0.981);
@@ -151,7 +151,7 @@ fn stiffness_depends_neither_on_substeps_nor_on_damping() {
     }
 }
 
-/// The rate of strain is zero at rest, so viscosity holds nothing up and lets nothing down.
+/// The rate of strain is zero at rest, so viscosity neither reduces nor increases a sag.
 #[test]
 fn viscosity_does_not_change_a_sag() {
     let sag_m = |retardation_s| {
@@ -192,7 +192,8 @@ fn deflection_goes_with_the_inverse_of_youngs_modulus_by_the_substep_rule() {
         bar.organ().substeps = substeps;
         sag_m(&bar)
     };
-    // Without strain-rate damping, whose time would belong to another stiffness.
+    // There is no viscous damping here, because its time constant would suit only one of the two
+    // stiffnesses.
     let soft = sag(20_000.0, 2) * 20_000.0;
     let stiff = sag(320_000.0, 8) * 320_000.0;
     assert!((stiff / soft - 1.0).abs() < 0.06, "{stiff} {soft}");

@@ -1,6 +1,6 @@
-//! Converts the records of a compiled scene to the types of `rt_core`. The realtime process runs
-//! the result. The preparation converts too, to learn beforehand if that process will accept the
-//! scene.
+//! Converts the records of a compiled scene to the types of `rt_core`. The realtime process
+//! simulates the converted scene. The preparation converts a scene as well, as a check that the
+//! realtime process will accept it.
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
@@ -14,7 +14,7 @@ use shared_mem::scene::{
     OrganRecord, RoomRecord, SceneData, SceneFile, SphereRecord, TetraRecord, WORLD,
 };
 
-/// Those records of a scene that the core needs.
+/// The records of a scene that the core needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Records<'a> {
     organs: &'a [OrganRecord],
@@ -49,7 +49,7 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// Records of a scene that is not written to a file yet. `None` if it has no room.
+    /// Records of a scene that is not written to a file yet. `None` if the scene has no room.
     #[must_use]
     pub fn of_data(data: &'a SceneData) -> Option<Self> {
         Some(Self {
@@ -81,7 +81,8 @@ pub struct SceneStorage {
     skin_nearest: Vec<u16>,
     cells: Vec<Cell>,
     columns: Vec<Column>,
-    /// The room. A station may move its devices and ports.
+    /// The room: gravity, breath, ports, and the poses of devices and camera. A caller may
+    /// overwrite ports and poses before it calls `SceneStorage::scene`.
     pub room: Room,
 }
 

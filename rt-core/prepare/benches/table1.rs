@@ -20,8 +20,8 @@ const ORGANS: [(&str, Form, usize, f64); 4] = [
     ("stomach", Form::Stomach, 452, 2050.0),
 ];
 
-/// True in a measurement. Tests only want to know that the program runs, so they take the smallest
-/// counts.
+/// True under `cargo bench`. Under `cargo test` one count and one organ are enough to show that the
+/// program runs.
 fn is_measured() -> bool {
     std::env::args().any(|word| word == "--bench")
 }
@@ -32,7 +32,8 @@ fn main() -> Result<(), Failure> {
     pool.install(table)
 }
 
-/// Prints the fit of both packings to the liver against the count: coverage, gap and shape.
+/// Prints, for both packings of the liver at several counts, how well the spheres fit: coverage,
+/// gaps, protrusion and isotropy.
 fn front() -> Result<(), Failure> {
     let mended = mend(&Shape::from(Form::Liver).mesh(), Closing::Refuse)?;
     println!(
@@ -45,8 +46,8 @@ fn front() -> Result<(), Failure> {
         &counts[..1]
     } {
         for even in [true, false] {
-            // Filling tries each pair of spheres against all spheres. Beyond this count it takes
-            // minutes.
+            // The paper's packing tests each pair of spheres against all spheres. Above 2500
+            // spheres that takes minutes.
             if !even && count > 2500 {
                 continue;
             }

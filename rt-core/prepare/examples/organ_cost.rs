@@ -16,7 +16,7 @@ use support::LoadedScene;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Ticks of a run. It ends before anything may sleep.
+/// Ticks of a run. A run ends before any organ may sleep.
 const TICKS: usize = 30;
 const RUNS: usize = 40;
 

@@ -2,11 +2,11 @@
 //! scene-prepare --example scene_stages`. With `-- --by-spheres`, the cost of contact by the number
 //! of spheres.
 //!
-//! The tip is pressed 6 mm into the target and drawn over it. The shaft lies on the organs under
-//! it, and the endoscope presses as deep into the largest organ. The example also prints the
-//! largest step of the force in a tick, and the cost of all contact in three parts: the search, the
-//! pressing (the solve's extra time compared with both tools away and every organ awake) and the
-//! force.
+//! The instrument's tip is pressed 6 mm into the scene's target and slides over it. The shaft lies
+//! on the organs below the shaft. The endoscope is pressed 6 mm into the largest organ. The example
+//! also prints the largest step of the force in a tick, and the cost of all contact in three parts:
+//! the search, the pressing (the solve's extra time compared with both tools away and every organ
+//! awake) and the force.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -32,7 +32,7 @@ const APPROACH: u32 = 1500;
 /// Depth of both tools in the tissue, m.
 const PRESSED_M: f32 = 0.006;
 
-/// Tools at work. A tool that is not at work is away from everything.
+/// The tools that press on tissue. A tool that does not press stays away from all organs.
 #[derive(Clone, Copy)]
 struct At {
     instrument: bool,
@@ -50,13 +50,15 @@ impl At {
     };
 }
 
-/// After more ticks than this, untouched organs fall asleep. A reset wakes them.
+/// Ticks from one reset to the next while both tools are away. A reset wakes all organs, so none of
+/// them rests for the 50 ticks after which it would sleep.
 const AWAKE: u32 = 25;
 
-/// Distance from the target of an instrument that is away, m.
+/// Distance between the target and the tip of an instrument that is away, m.
 const AWAY_M: f32 = 0.05;
 
-/// The endoscope presses on spheres farther than this from the instrument's shaft, m.
+/// The endoscope presses on a sphere whose centre is farther than this from the axis of the
+/// instrument's shaft, m.
 const BESIDE_M: f32 = 0.05;
 
 struct Timed {
@@ -102,7 +104,7 @@ struct Seen {
     largest_n: [f32; 2],
     mean_n: f32,
     contacts: u32,
-    /// Means of [`Timed::touched`] over the ticks that count.
+    /// Means of [`Timed::touched`] over the ticks after the approach.
     touched: [f32; 2],
 }
 
@@ -222,9 +224,9 @@ fn work(scene: &SceneData, at: At) -> Seen {
     }
 }
 
-/// Prints the cost of contact by the number of spheres. All organs of the built-in scene are grown
-/// together. A scene holds 4096 spheres: larger numbers are several scenes, one after the other,
-/// each with its own tools.
+/// Prints the cost of contact by the number of spheres. The numbers of spheres of all organs of the
+/// built-in scene grow in proportion. A scene holds at most 4096 spheres. For a larger number the
+/// program runs one scene several times, each time with its own tools, and adds the times.
 fn by_spheres(recipe: &Recipe) {
     println!("spheres   contact: least µs   p50 µs   p99 µs   p50 ns/sphere");
     for (spheres, scenes) in [

@@ -32,7 +32,7 @@ const INSTRUMENTS: [Instrument; 4] = [
     Instrument::ClipApplier,
 ];
 
-/// Places on each organ: four of its spheres, in eighths of their number.
+/// Places on each organ: the spheres at these eighths of the organ's list of spheres.
 const EIGHTHS: [u32; 4] = [1, 3, 5, 7];
 
 /// Largest change of the force in a tick that counts as smooth, N.
@@ -58,7 +58,7 @@ impl Press {
     }
 }
 
-/// Presses all over a scene, by as many threads as there are cores.
+/// Presses at all places of a scene, on as many threads as there are cores.
 fn survey(scene: &'static str, built: &Prepared, with_all: bool) -> Vec<Press> {
     let mut asked = Vec::new();
     for (number, organ) in built.report.organs.iter().enumerate() {
@@ -91,7 +91,7 @@ fn survey(scene: &'static str, built: &Prepared, with_all: bool) -> Vec<Press> {
     all
 }
 
-/// One row a leg.
+/// One row for each leg (such as press, rest or slide) of each press.
 fn csv(all: &[Press]) -> String {
     let mut text = "scene,organ,eighth,instrument,began_inside,leg,largest_step_mn_per_tick,\
                     largest_knock_mn_per_tick,largest_n,trips\n"

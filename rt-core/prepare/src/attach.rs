@@ -1,5 +1,5 @@
-//! Ties between spheres: those that a recipe's `attached` grows between organs, and its sutures and
-//! bands.
+//! Ties (attachments) between spheres: those between organs that the recipe's `attached` entries
+//! ask for, and the recipe's sutures and bands.
 
 use std::f64::consts::PI;
 
@@ -11,20 +11,23 @@ use crate::field::Nearest;
 use crate::mesh::Mesh;
 use crate::recipe::{OrganPlan, Packing, Place, Tie};
 
-/// Ties of one sphere to another organ.
+/// Number of ties from one sphere to another organ.
 const TIES: usize = 2;
-/// Ties of one sphere of a tube. Three hold its end like a clamp.
+/// Number of ties from one sphere of a tube to another organ. Three ties hold the tube's end like a
+/// clamp.
 const TIES_OF_TUBE: usize = 3;
 
-/// Ties every sphere that lies near an organ to which its own organ is attached to the nearest
-/// spheres there. Returns the number of tied spheres of each organ.
+/// Attaches organs to each other. A sphere within `within_m` of an organ to which its own organ is
+/// attached is tied to the nearest spheres of that organ. Returns the number of tied spheres of
+/// each organ.
 ///
-/// A tie is a bar of the softer tissue. Its area is its share of the sphere's cross-section:
-/// compliance `n L / (E π r²)` for `n` ties. It tears by the weaker tissue's toughness over the
-/// same area.
+/// A tie is a bar of the softer tissue. Each of the `n` ties of a sphere has an equal share of the
+/// sphere's cross-section, so its compliance is `n L / (E π r²)`. The energy that tears a tie is
+/// the lower toughness of the two tissues times the same area.
 ///
 /// # Errors
-/// Names an organ none of whose spheres comes near enough to one to which it is attached.
+/// When an `attached` entry catches none of the organ's spheres, or all of them. The error names
+/// the organ and the entry.
 pub(crate) fn attach(
     organs: &[OrganPlan],
     skins: &[Mesh],
@@ -88,7 +91,7 @@ pub(crate) fn attach(
                     ),
                 ));
             }
-            // A layer between two organs is grown to them with all of its spheres.
+            // Layered tissue between two organs is attached to them with all of its spheres.
             if caught == is_tied.len() && plan.layers.is_none() {
                 return Err(catches(
                     plan,
@@ -104,7 +107,7 @@ pub(crate) fn attach(
     Ok(tied)
 }
 
-/// The error of an entry that catches too little or too much.
+/// The error of an `attached` entry that catches no sphere, or every sphere.
 fn catches(plan: &OrganPlan, number: usize, what: &str) -> PrepareError {
     let entry = &plan.attached[number];
     PrepareError::Organ {
@@ -117,11 +120,12 @@ fn catches(plan: &OrganPlan, number: usize, what: &str) -> PrepareError {
     }
 }
 
-/// A suture's place that lies farther than this outside its organ is an error: mostly, millimetres
-/// were given as metres.
+/// Largest distance of the end of a suture or band from the nearest sphere of its organ, m. A
+/// larger one is an error: mostly, millimetres were given as metres.
 const OFF_ORGAN_M: f64 = 0.02;
 
-/// Checks that the place of a suture or band lies on its organ; `found` is the nearest sphere.
+/// Checks that the place of a suture or band lies on its organ; `found` has the organ's nearest
+/// sphere.
 fn is_on_organ(
     place: &Place,
     found: Option<(usize, u32)>,
@@ -147,8 +151,8 @@ fn is_on_organ(
     })
 }
 
-/// Force per strain of a thread, N: that of a 3-0 monofilament suture, 0.2 mm thick, of 1.3 GPa.
-/// Beside tissue such a thread hardly stretches.
+/// Tension of a thread per unit of strain, N: a 3-0 monofilament suture is 0.2 mm thick and has a
+/// modulus of 1.3 GPa. Compared with tissue such a thread hardly stretches.
 const THREAD_N: f64 = 40.0;
 /// A tie shorter than this gets the stiffness of a tie of this length, m.
 const SHORT_M: f64 = 1e-3;

@@ -22,12 +22,12 @@ pub(crate) struct Count {
     pub(crate) is_fixed: bool,
 }
 
-/// Packings that the search for the error budget's count tries, at most.
+/// Largest number of packings that the search for an error budget's count tries.
 const TRIES: usize = 6;
 
-/// Finds the smallest tried count that keeps the error budget, and the reason for it. The gap
-/// shrinks about as the spacing of the spheres does, and the spacing with the cube root of the
-/// count.
+/// Finds the smallest of the tried counts whose gap keeps the error budget, and gives the reason in
+/// words. The next count is estimated: the gap is about proportional to the spacing of the spheres,
+/// and the spacing to the inverse cube root of the count.
 pub(crate) fn by_error(
     plan: &OrganPlan,
     surface: &Mended,
@@ -93,13 +93,13 @@ pub(crate) fn by_error(
     })
 }
 
-/// Shares of the recipe's counts that the search for a time budget tries, at most.
+/// Largest number of shares of the recipe's counts that the search for a time budget tries.
 const TIME_TRIES: usize = 8;
-/// The search ends with a tick that takes at least this share of its budget.
+/// The search ends when the predicted tick keeps its budget and takes at least this share of it.
 const USED: f64 = 0.95;
 
-/// Finds the most spheres whose predicted tick keeps the budget, shared among the organs as the
-/// recipe's counts are.
+/// Finds the most spheres whose predicted tick keeps the budget. The organs share them in the
+/// proportions of the recipe's counts.
 ///
 /// # Errors
 /// When even the fewest spheres tried take longer, and all errors of `assemble`.
@@ -113,7 +113,7 @@ pub(crate) fn by_time(
     let fixed = counts.iter().map(|count| count.spheres).sum::<usize>() - free;
     let largest = SPHERES_MAX.saturating_sub(fixed) as f64 / free.max(1) as f64;
     let mut kept: Option<(f64, Prepared)> = None;
-    // The share that missed the budget, and its result in words.
+    // The last share whose tick missed the budget, and that result in words.
     let mut missed: Option<(f64, String)> = None;
     let mut fewest_us = f64::INFINITY;
     let mut share = f64::min(1.0, largest);

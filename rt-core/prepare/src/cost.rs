@@ -1,26 +1,29 @@
 //! Cost of a scene per tick of the realtime process, predicted from its counts.
 //!
-//! The prices are measured. `cargo run --release -p scene-prepare --example organ_cost` steps
-//! prepared scenes of 400 to 3200 spheres with every organ awake; the predictions are within 10 %
-//! of each. (Organs have similar numbers of tetrahedra per sphere, so only the sum of the three
-//! prices of a step is well determined.) The price of the other stages comes from `cargo run
-//! --release -p rt-core --example stages`: the contact search takes 22 µs for 581 spheres, and 53
-//! µs for 1056 spheres of two organs.
+//! The prices (µs per unit of work) are measured. `cargo run --release -p scene-prepare --example
+//! organ_cost` steps prepared scenes of 400 to 3200 spheres with every organ awake; each prediction
+//! is within 10 % of its measurement. (Organs have similar numbers of tetrahedra per sphere. So the
+//! measurements determine the sum of the three prices of a step well, but not each price.) The
+//! price of the other stages comes from `cargo run --release -p rt-core --example stages`: the
+//! contact search takes 22 µs for 581 spheres, and 53 µs for 1056 spheres of two organs.
 //!
-//! Caches are warm in both programs, and a driver's own time is not included. Admission measures
-//! with cold caches when the scene is loaded, and decides what fits: the worst tick of a scene
-//! predicted at 197 µs took 262 µs there. This module only chooses a reasonable count beforehand.
+//! Caches are warm in both programs, and the time of device drivers is not included. Admission, a
+//! check when the realtime process loads a scene, measures with cold caches and decides whether the
+//! scene fits: for a scene predicted at 197 µs it measured a worst tick of 262 µs. This module only
+//! helps to choose a reasonable count beforehand.
 
 use shared_mem::scene::SceneData;
 
 /// Machine on which the prices were measured.
 pub(crate) const MACHINE: &str = "a virtual Xeon with AVX-512";
 
-/// Price of a sphere's step, which predicts, integrates and lets it sleep.
+/// Price of a sphere's step. The step predicts and integrates the sphere's motion and decides about
+/// sleep.
 const SPHERE_STEP_US: f64 = 0.0115;
 /// Price of a tetrahedron's step, when AVX takes eight at once.
 const TETRA_STEP_US: f64 = 0.0130;
-/// Price of a bar's step. Links of tubes and layers and ties between organs are bars.
+/// Price of a bar's step. The links of tubes and of layered tissue are bars, and so are the ties
+/// between organs.
 const BAR_STEP_US: f64 = 0.0095;
 /// Price of a sphere in the other stages of a tick, such as contact search and publishing.
 const SPHERE_TICK_US: f64 = 0.055;
@@ -36,7 +39,7 @@ pub struct Work {
     pub sphere_steps: f64,
     /// Tetrahedra times their organ's substeps.
     pub tetra_steps: f64,
-    /// Links that carry load times their organ's substeps, and ties between organs.
+    /// Links that carry load times their organ's substeps, plus the ties between organs, each once.
     pub bar_steps: f64,
 }
 

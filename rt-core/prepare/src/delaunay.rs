@@ -160,7 +160,7 @@ impl Mesher {
         let mut cavity = vec![first];
         self.tets[first as usize].alive = false;
         // Faces of the cavity: the neighbour outside, the corners of the new tetrahedron, and the
-        // face's number in it.
+        // face's number in that tetrahedron.
         let mut border: Vec<(u32, [u32; 4], usize)> = Vec::new();
         let mut next = 0;
         while next < cavity.len() {

@@ -1,4 +1,5 @@
-//! Links that carry load beside the tetrahedra, and the number of substeps that the organ needs.
+//! The links that carry load where tetrahedra do not, and the number of substeps that an organ
+//! needs.
 
 use std::f64::consts::PI;
 
@@ -9,8 +10,8 @@ use crate::tetra::Tetra;
 
 /// One control period, s.
 const TICK_S: f64 = 0.001;
-/// Greatest stiffness number `E dt² / (ρ h²)` at which one pass over the constraints is within 3 %
-/// of the material's stiffness.
+/// Greatest stiffness number `E dt² / (ρ h²)` at which one pass over the constraints per substep
+/// gives the material's stiffness within 3 %.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 /// Substeps in a tick, at most.
 pub(crate) const SUBSTEPS_MAX: u32 = 16;
@@ -18,7 +19,7 @@ pub(crate) const SUBSTEPS_MAX: u32 = 16;
 /// An organ's links, sorted, with their compliance, and its substeps.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Elastic {
-    /// The links, those that carry load first. The number is a link's stretch per force, m/N.
+    /// The links, those that carry load first. The second value is a link's compliance, m/N.
     pub(crate) links: Vec<([u32; 2], f64)>,
     /// Number of links that carry load.
     pub(crate) count: usize,
@@ -28,19 +29,19 @@ pub(crate) struct Elastic {
     pub(crate) stiffness_number: f64,
 }
 
-/// Makes the links elastic. Where tetrahedra join the spheres, they carry the organ alone. Links
-/// carry load elsewhere: between pieces that tetrahedra do not join, at spheres in no tetrahedron,
-/// and in tubes.
+/// Makes the links elastic. Where tetrahedra join the spheres, the tetrahedra alone carry load.
+/// Links carry load elsewhere: between pieces that tetrahedra do not join, at spheres in no
+/// tetrahedron, and in tubes.
 ///
 /// A link is a bar as thick as its thinner sphere: compliance `L / (E A)`, `A = π r²`.
 ///
 /// In a tube, links to the next sphere (`steps`) and links to the next but one share the
-/// cross-section half and half, so that a length `L` of the tube stretches by `L / (E A)`. Through
-/// every place pass one short link (length s) and two long ones (2 s), hence their compliances are
-/// `2 s / (E A)` and `8 s / (E A)`. The long links also resist bending, but only to second order
-/// while the row is straight. The lost bending stiffness `E I`, `I = π r⁴ / 4`, is 2e-6 N m² for
-/// the cystic duct: 3 cm of it, clamped at one end, give a millimetre at 0.2 mN, which no hand
-/// feels.
+/// cross-section half and half, so that a length `L` of the tube stretches by `L / (E A)`. Every
+/// cross-section is passed by one short link (length s) and two long ones (2 s), hence their
+/// compliances are `2 s / (E A)` and `8 s / (E A)`. The long links also resist bending, but only to
+/// second order while the row is straight. The lost bending stiffness `E I`, `I = π r⁴ / 4`, is
+/// 2e-6 N m² for the cystic duct: 3 cm of it, clamped at one end, bend by a millimetre under 0.2
+/// mN, which no hand feels.
 pub(crate) fn elastic(
     balls: &[Ball],
     links: &[[u32; 2]],
@@ -87,9 +88,9 @@ pub(crate) fn elastic(
     }
 }
 
-/// The root of the stiffness number over [`STIFFNESS_NUMBER_MAX`], rounded up to a power of two.
-/// Substeps, not iterations, make a stiff organ stiff. Powers of two let the substeps of organs
-/// that are tied together end at the same times.
+/// Number of substeps: the square root of the stiffness number over [`STIFFNESS_NUMBER_MAX`],
+/// rounded up to a power of two. A stiff organ gets more substeps, not more iterations in a
+/// substep. Powers of two let the substeps of organs that are tied together end at the same times.
 fn substeps(stiffness_number: f64) -> u32 {
     let steps = (stiffness_number / STIFFNESS_NUMBER_MAX).sqrt().ceil();
     (steps as u32).clamp(1, SUBSTEPS_MAX).next_power_of_two()
@@ -116,7 +117,8 @@ mod tests {
         assert_eq!(substeps(1e9), SUBSTEPS_MAX);
     }
 
-    /// A straight tube of 10 cm is drawn out by an affine strain. Every place carries `E A ε`.
+    /// A straight tube of 10 cm is stretched by a uniform strain. Every cross-section carries `E A
+    /// ε`.
     #[test]
     fn a_tube_stretches_by_its_cross_section() {
         let spacing_m = 0.005;

@@ -1,6 +1,6 @@
 //! Errors of recipes, meshes and scenes that cannot be built.
 
-/// A recipe that cannot be used. The text says where and what to write instead.
+/// A recipe that cannot be used. The text says where the problem is and what to write instead.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{file}:{line}: {key}: {problem}")]
 pub struct RecipeError {
@@ -14,11 +14,11 @@ pub struct RecipeError {
     pub problem: String,
 }
 
-/// A mesh that cannot be used. The text says which one, what is wrong, and the remedy.
+/// A mesh that cannot be used. The text names the mesh, what is wrong with it, and the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{mesh}: {problem}")]
 pub struct MeshError {
-    /// The file and its parts.
+    /// The file, and the parts taken from it.
     pub mesh: String,
     /// The problem and its remedy.
     pub problem: MeshProblem,

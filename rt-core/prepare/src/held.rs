@@ -16,14 +16,14 @@ pub struct Plane {
     pub normal: Vec3,
 }
 
-/// A point no farther than this before a plane counts as held, m.
+/// A point up to this far before a plane, on its free side, counts as held, m.
 const ON_PLANE_M: f64 = 1e-6;
-/// Spheres up to this far behind a plane may be moved onto it, spacings.
+/// Spheres up to this far behind a plane may be moved onto it, in spacings of the spheres.
 const BEHIND_SPACINGS: f64 = 1.2;
-/// Spheres up to this far before a plane may be moved onto it, spacings.
+/// Spheres up to this far before a plane may be moved onto it, in spacings of the spheres.
 const BEFORE_SPACINGS: f64 = 0.25;
-/// Spheres on a plane are at least this far apart, spacings, so that tetrahedra between them keep
-/// their shape.
+/// Spheres that are moved onto a plane are at least this far apart, in spacings, so that tetrahedra
+/// between them are not flat.
 const APART_SPACINGS: f64 = 0.6;
 
 impl Plane {
@@ -67,8 +67,8 @@ pub(crate) fn planes(plan: &OrganPlan, skin: &Mesh, gravity: &Vec3) -> Vec<Plane
 
 /// Moves the spheres nearest to a plane onto it, so that tetrahedra between free and held spheres
 /// end exactly at the plane, whatever the number of spheres. If held spheres stayed where they were
-/// packed, a free lobe of 250 spheres would be a quarter too soft. If those half a spacing before
-/// the plane were held too, it would be a fifth too stiff.
+/// packed, a free lobe of 250 spheres would be a quarter too soft. If the spheres up to half a
+/// spacing before the plane were held too, the lobe would be a fifth too stiff.
 pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]) {
     let spacing_m = interior.spacing_m;
     let mut on_planes: Vec<Vec3> = Vec::new();
@@ -96,11 +96,12 @@ pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]
 }
 
 /// Says for each sphere of the organ whether the plan holds it. `skin` is the organ's own skin,
-/// `skins` are those of all `organs`.
+/// `skins` are the skins of all `organs`.
 ///
 /// # Errors
-/// Names an entry that holds no sphere, its place and the distance to the nearest; or an organ of
-/// which nothing can move.
+/// When an entry of `held` holds no sphere. The error names the entry, its place, and the distance
+/// to the nearest sphere. Also when the entries hold all spheres, unless one of them holds the
+/// whole height.
 pub(crate) fn held(
     plan: &OrganPlan,
     skin: &Mesh,
@@ -129,7 +130,7 @@ pub(crate) fn held(
             return Err(error(says_nothing(number, region, nearest, count)));
         }
     }
-    // A recipe that holds the whole height says that the organ is fixed.
+    // A recipe that holds the whole height means the organ to be fixed.
     let is_fixed = (plan.held.iter()).any(|it| matches!(it, Region::Base(share) if *share >= 1.0));
     if !is_fixed && !held.is_empty() && held.iter().all(|held| *held) {
         let entries: Vec<String> = plan.held.iter().map(described).collect();
@@ -190,7 +191,8 @@ fn distance<'a>(
     }
 }
 
-/// Message of an entry that holds nothing; `nearest` is the least distance, and the sphere there.
+/// Message of an entry that holds nothing; `nearest` has the least distance and the centre of the
+/// sphere at that distance.
 fn says_nothing(number: usize, region: &Region, nearest: (f64, Vec3), count: usize) -> String {
     let (off_m, at) = nearest;
     let remedy = match region {
@@ -236,10 +238,10 @@ fn described(region: &Region) -> String {
     }
 }
 
-/// Coordinates beyond this are suspected to be millimetres, m.
+/// Coordinates larger than this were probably written in millimetres, m.
 const SUSPECT_M: f64 = 2.0;
 
-/// Hint at a region whose numbers are too large for metres.
+/// Hint for a region whose numbers are too large for metres.
 fn in_millimetres(region: &Region) -> Option<&'static str> {
     let numbers: Vec<f64> = match region {
         Region::Box { min_m, max_m } => [*min_m, *max_m].concat(),

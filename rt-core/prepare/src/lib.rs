@@ -12,8 +12,8 @@
 //!   → SceneData and a quality report
 //! ```
 //!
-//! Offline: it may allocate and use threads, but the same recipe and meshes give the same bytes
-//! on any number of threads. Lengths are metres, everything is computed in `f64`.
+//! Preparation runs offline, so it may allocate and use threads. Lengths are in metres, and all
+//! computation is in `f64`.
 //!
 //! # Held tissue
 //!
@@ -25,29 +25,31 @@
 //! A force on one vertex of the skin meets the tissue as if it were spread over a patch, because
 //! the spheres are coarse. The width of that patch follows from two compliances. The spheres yield
 //! to a force on the vertex by `c_patch`, and to the same force spread over a Gaussian of the skin,
-//! of width `A`, by `c_wide`. They are fine enough for the Gaussian, whose local compliance on a
-//! half-space is known: `0.399 / (E* A)`. So their local compliance at the vertex is `c = c_patch −
-//! c_wide + 0.399 / (E* A)`, and the patch is `0.399 / (E* c)` wide. Distant influences are in both
-//! compliances and cancel, so a neighbourhood of a few spacings is enough.
+//! of width `A`, by `c_wide`. The spheres are fine enough for the Gaussian, whose local compliance
+//! on a half-space is known: `0.399 / (E* A)`. So the local compliance of the spheres at the vertex
+//! is `c = c_patch − c_wide + 0.399 / (E* A)`, and the patch is `0.399 / (E* c)` wide. Distant
+//! influences are in both compliances and cancel, so a neighbourhood of a few spacings is enough.
 //!
 //! # Layered tissue
 //!
-//! Cross-sections stand across the course of the organ that the fat or connective tissue lies
-//! around. Rays in each section find the inner and the outer outline. Layers between the outlines
-//! are joined to hexahedra, and cells with hardly any tissue are left out. Sections are parallel
-//! and rays straight, so that no cell is inside out whatever the two surfaces are. Each cell names
-//! its neighbours and its region: Calot's triangle, the lower third of the gallbladder's bed, or
-//! the rest of the bed.
+//! Fat or connective tissue lies around another organ. Parallel cross-sections are laid along that
+//! inner organ. Rays in each section find the inner and the outer outline. The space between the
+//! outlines is divided into layers of hexahedra (cells), and cells with hardly any tissue are left
+//! out. Sections are parallel and rays straight, so that no cell is inside out, whatever the shape
+//! of the two surfaces. Each cell stores its neighbours and its region: Calot's triangle, the lower
+//! third of the gallbladder's bed, or the rest of the bed.
 //!
 //! # Gravity
 //!
-//! An organ's surface is taken for its shape in the body, where its weight is in balance. Only the
-//! recipe's `gravity_share` of gravity acts on it.
+//! The surface of an organ is taken as its shape in the body, where its weight is already in
+//! balance with the forces around it. So only the share `gravity_share` of gravity, from the
+//! recipe, acts on the organ.
 //!
 //! # The same bytes
 //!
 //! The same recipe and meshes give the same scene on any number of threads, on every x86-64 and
-//! whatever the C library: sines and roots come from `libm`, and `clippy.toml` forbids all others.
+//! whatever the C library: sines, cube roots and the like come from `libm`, and `clippy.toml`
+//! forbids those of the standard library.
 
 pub mod cost;
 pub mod delaunay;

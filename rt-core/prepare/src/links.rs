@@ -1,17 +1,17 @@
-//! Springs between spheres.
+//! Links (distance constraints) between spheres.
 
 use crate::order;
 use crate::pack::{Ball, Line};
 use crate::tetra::Tetra;
 
-/// Overlapping neighbours that each sphere chooses, at most (the paper's number).
+/// Largest number of overlapping neighbours to which each sphere links itself (the paper's number).
 const CHOSEN_MAX: usize = 6;
 /// Fewest links of a sphere.
 const DEGREE_MIN: usize = 3;
 
-/// Links each sphere to its nearest overlapping ones, at most `CHOSEN_MAX`. Then adds what is
-/// missing for `DEGREE_MIN` links a sphere and for one connected piece, and orders the links for
-/// the solver.
+/// Links each sphere to its nearest overlapping ones, at most `CHOSEN_MAX`. Then adds links until
+/// each sphere has `DEGREE_MIN` of them and all spheres are connected, and orders the links for the
+/// solver.
 #[must_use]
 pub fn link(balls: &[Ball]) -> Vec<[u32; 2]> {
     let near = neighbours(balls);

@@ -1,10 +1,12 @@
 //! Organs that overlap at rest.
 //!
-//! Lines parallel to x through the box that two organs share are cut at both skins, which is exact
-//! along them. Where a line is in both organs, the distance to both skins is measured at the
-//! middle. Their sum is the depth: between two parallel faces it is the same everywhere.
+//! Lines parallel to x run through the box that two organs share. The places where a line meets the
+//! two skins are computed exactly. For each stretch of a line that lies in both organs, the
+//! distances from its middle to both skins are measured. Their sum is the depth: between two
+//! parallel faces the sum is the same everywhere.
 //!
-//! A hollow organ is not inside its cavity, so what lies in there does not overlap with it.
+//! The cavity of a hollow organ is not part of the organ, so an organ that lies in the cavity does
+//! not overlap with it.
 
 use crate::Vec3;
 use crate::field::{Grid, Nearest, shared_stretches};
@@ -12,17 +14,17 @@ use crate::mesh::Mesh;
 use crate::recipe::OrganPlan;
 use crate::report::Overlap;
 
-/// Organs that overlap by less than this only touch, m: half of a voxel of 1 mm, from which
-/// surfaces of one patient come.
+/// Organs that overlap by less than this only touch, m: half of a voxel of 1 mm, the resolution of
+/// the scans from which surfaces of one patient are made.
 const TOUCH_M: f64 = 0.5e-3;
-/// Lines through a shared box, about.
+/// Approximate number of lines through a shared box.
 const LINES: f64 = 40_000.0;
-/// Lines are no closer to each other than this, m: a quarter of what counts.
+/// Lines are no closer to each other than this, m: a quarter of the least overlap that counts.
 const LINE_MIN_M: f64 = 0.25 * TOUCH_M;
 /// Places at which the depth is measured, at most.
 const PLACES: usize = 10_000;
 
-/// The pairs that overlap, in the recipe's order. `skins` are those of the `organs`.
+/// The pairs that overlap, in the recipe's order. `skins` are the skins of the `organs`.
 pub(crate) fn overlaps(organs: &[OrganPlan], skins: &[Mesh]) -> Vec<Overlap> {
     let mut found = Vec::new();
     for (j, other) in organs.iter().enumerate() {
@@ -44,7 +46,8 @@ pub(crate) fn overlaps(organs: &[OrganPlan], skins: &[Mesh]) -> Vec<Overlap> {
     found
 }
 
-/// True if `one` is layered tissue around the other, which is not part of it.
+/// True if `one` is layered tissue around `other`. The inner organ is not part of the layered
+/// tissue.
 fn is_around(one: &OrganPlan, other: &OrganPlan) -> bool {
     let layers = one.layers.as_ref();
     layers.is_some_and(|layers| layers.around == other.name)

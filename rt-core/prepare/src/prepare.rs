@@ -47,14 +47,14 @@ struct Organ {
 /// Builds the scene that the recipe describes.
 ///
 /// # Errors
-/// Names the file, the organ, the fault and the remedy.
+/// The error names the file, the organ, the fault and the remedy.
 pub fn prepare(
     recipe: &Recipe,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Prepared, PrepareError> {
     let start = Instant::now();
     let count = recipe.organs.len();
-    // Surfaces take about a third of the work, packing takes the rest.
+    // Surfaces get the first third of the progress, counting and packing spheres the rest.
     let mut tell = |organ: usize, from: f64, to: f64, doing: String| {
         let done = from + (to - from) * organ as f64 / count as f64;
         progress(Progress { doing, done });
@@ -341,16 +341,16 @@ fn extents_m(mesh: &Mesh) -> [f64; 3] {
     (max - min).into()
 }
 
-/// Usual longest extents of adults' organs, m, with the rare ones: livers of 15 to 25 cm, of
-/// children from 8, enlarged to 35; gallbladders of 7 to 10 cm, contracted from 2, distended to 18;
-/// stomachs of 20 to 30 cm (Gray's Anatomy, 42nd edition).
+/// For each kind, limits of the longest extent of an organ, m, rare cases included: livers of 15 to
+/// 25 cm, of children from 8 cm, enlarged up to 35 cm; gallbladders of 7 to 10 cm, contracted from
+/// 2 cm, distended up to 18 cm; stomachs of 20 to 30 cm (Gray's Anatomy, 42nd edition).
 const USUAL_M: [(OrganKind, f64, f64); 3] = [
     (OrganKind::Liver, 0.08, 0.40),
     (OrganKind::Gallbladder, 0.02, 0.18),
     (OrganKind::Stomach, 0.10, 0.45),
 ];
 
-/// Question about a mesh whose size is not that of its kind of organ.
+/// A warning if a mesh is larger or smaller than its kind of organ.
 fn unusual_size(plan: &OrganPlan, mesh: &Mesh) -> Option<String> {
     if !matches!(plan.surface, Surface::Mesh { .. }) {
         return None;
@@ -379,8 +379,8 @@ fn with_guessed_unit(surface: &Surface, mut problem: MeshProblem) -> MeshProblem
     problem
 }
 
-/// Scales a mesh to metres. Without a unit it is taken for metres, or for millimetres if it would
-/// be more than 2 m across. The note names a guessed unit.
+/// Scales a mesh to metres. Without a unit the numbers are taken for metres, or for millimetres if
+/// the mesh would be more than 2 m across. The note names a guessed unit.
 fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> (Mesh, String) {
     let [min, max] = mesh.bounds();
     let across = (max - min).max();
@@ -422,9 +422,9 @@ fn build(
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
-        // A tube, or a layer one sphere thick, has no tetrahedra. Tools meet its spheres, which are
-        // as thick as it is. Spheres in a line or plane could not carry a skin outside it: it would
-        // fold.
+        // A tube, or a layer one sphere thick, has no tetrahedra. Tools collide with its spheres,
+        // which are as thick as the organ. Spheres in a line or plane could not carry a skin
+        // outside of that line or plane: the skin would fold.
         skin: if tets.is_empty() {
             ContactSkin::default()
         } else {
@@ -583,7 +583,7 @@ fn append_skin(scene: &mut SceneData, skin: &ContactSkin, first_sphere: u32, sph
     scene.contact_fans.extend(fans);
     let mut nearest = vec![NO_CONTACT_VERTEX; spheres];
     for (to, from) in nearest.iter_mut().zip(&skin.nearest) {
-        // No vertex stays no vertex: shifted, it would be one of another organ.
+        // `NO_CONTACT_VERTEX` is not shifted: it would then name a vertex of another organ.
         if *from != NO_CONTACT_VERTEX {
             *to = shifted(*from);
         }

@@ -13,6 +13,6 @@ pub struct Prepared {
     /// Figures of its quality.
     pub report: Report,
     /// Tetrahedra of each organ between its own spheres, which are numbered from the organ's first.
-    /// Any eight consecutive ones share no sphere, as far as possible.
+    /// Any eight consecutive tetrahedra share no sphere, as far as possible.
     pub tetrahedra: Vec<Vec<Tetra>>,
 }

@@ -25,7 +25,7 @@ pub struct Report {
     pub coverage: f64,
     /// Mean distance from skin to the nearest sphere, over the skin of all organs, mm.
     pub gap_mean_mm: f64,
-    /// Distance than which 95 % of the skin is nearer to a sphere, of the worst organ, mm.
+    /// 95 % of the skin of the worst organ is no farther than this from the nearest sphere, mm.
     pub gap_95_mm: f64,
     /// Largest distance from the skin to the nearest sphere, mm.
     pub gap_max_mm: f64,
@@ -58,13 +58,14 @@ pub struct Report {
 pub struct Overlap {
     /// Their names.
     pub organs: [String; 2],
-    /// Middle of the deepest place, world frame, m.
+    /// Place where the overlap is deepest, world frame, m.
     pub at_m: [f64; 3],
-    /// Distance by which one lies inside the other there, mm.
+    /// Depth of the overlap at that place, mm.
     pub depth_mm: f64,
-    /// Volume that both have, mL.
+    /// Volume of the overlap, mL.
     pub volume_ml: f64,
-    /// True if the recipe attaches one to the other: organs that are grown together may overlap.
+    /// True if the recipe attaches one to the other: organs that are attached to each other may
+    /// overlap.
     pub attached: bool,
 }
 
@@ -124,7 +125,7 @@ pub struct OrganReport {
     pub coverage: f64,
     /// Mean distance from skin to the nearest sphere, mm.
     pub gap_mean_mm: f64,
-    /// Distance than which 95 % of the skin is nearer to a sphere, mm.
+    /// 95 % of the skin is no farther than this from the nearest sphere, mm.
     pub gap_95_mm: f64,
     /// Largest distance from the skin to the nearest sphere, mm.
     pub gap_max_mm: f64,

@@ -1,5 +1,6 @@
-//! Test that organs come to rest under their own weight. Tissue that is too soft for it collapses
-//! or shakes without end, so it gets a smaller share of gravity, and a warning says so.
+//! Checks that organs come to rest under their own weight. Tissue that is too soft for its weight
+//! collapses or shakes without end. Such an organ gets a smaller share of gravity, and a warning
+//! says so.
 
 use rt_core::study::Tissue;
 use rt_core::tissue::{Bodies, Method};
@@ -13,14 +14,15 @@ use crate::support;
 const TICKS: u32 = 5000;
 /// Speed below which a sphere is at rest, m/s.
 const STILL_M_S: f32 = 1.0e-4;
-/// Ticks in a row at rest after which an organ counts as at rest. A sphere that turns back is slow
-/// for a moment only.
+/// An organ counts as at rest after this many still ticks in a row. One still tick is not enough,
+/// because a sphere that reverses its motion is slow for a moment.
 const STILL_TICKS: u32 = 200;
-/// Times that a share of gravity is halved. A share of a 1000th bends nothing.
+/// Most times that a share of gravity is halved. A thousandth of its weight bends no organ.
 const HALVINGS: u32 = 10;
 
-/// Lets every organ that is held and has weight come to rest. Halves the share of gravity of those
-/// that do not, until all do. Returns a warning for each organ whose share it changed.
+/// Simulates the scene to see whether every organ that is held and has weight comes to rest. Halves
+/// the share of gravity of those that do not, until all do or `HALVINGS` is reached. Returns a
+/// warning for each organ whose share it changed.
 pub(crate) fn bear(scene: &mut SceneData, plans: &[OrganPlan]) -> Vec<String> {
     let held = support::held(scene);
     let has_weight = |it: &SceneData, i: usize| held[i] && it.organs[i].gravity_share > 0.0;
@@ -66,7 +68,7 @@ pub(crate) fn bear(scene: &mut SceneData, plans: &[OrganPlan]) -> Vec<String> {
 /// True for each organ that does not come to rest in time.
 fn unquiet(scene: &SceneData) -> Vec<bool> {
     let all_quiet = vec![false; scene.organs.len()];
-    // Breath moves held tissue, so it would never be at rest.
+    // Breath moves held tissue, so that tissue would never be at rest.
     let mut scene = scene.clone();
     if let Some(room) = &mut scene.room {
         room.breath_s = 0.0;
@@ -74,7 +76,7 @@ fn unquiet(scene: &SceneData) -> Vec<bool> {
     let Some(records) = Records::of_data(&scene) else {
         return all_quiet;
     };
-    // The scene's own check says what is wrong.
+    // A scene that cannot be loaded is refused by the scene's own check, not here.
     let Ok(storage) = SceneStorage::new(records) else {
         return all_quiet;
     };

@@ -1,7 +1,8 @@
 //! The room around the organs: ports, camera, devices, and the target of the scripted hand.
 //!
-//! Missing values are chosen for a patient on her back, head a little up. The instrument enters
-//! from the left below; the endoscope enters from the pelvis and looks at the gallbladder.
+//! Missing values are chosen for a patient on her back, head a little up. The instrument enters at
+//! the patient's left, below the organs. The endoscope enters from the pelvis and looks at the
+//! gallbladder.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use shared_mem::message::PoseMsg;
@@ -25,16 +26,17 @@ const APPROACH_M: f64 = 0.03;
 /// Wanted distance of the target from the point that is looked at, m.
 const TARGET_OFFSET_M: f64 = 0.035;
 
-/// Distance of the points of the skin that are tried if no vertex will do, about, m.
+/// Approximate distance between the points of the skin that are tried if no vertex is suitable, m.
 const SKIN_STEP_M: f64 = 0.008;
-/// Such points along a side of one triangle, at most.
+/// Most such points along a side of one triangle.
 const SKIN_STEPS_MAX: usize = 40;
-/// Such points altogether, at most.
+/// Most such points altogether.
 const SKIN_POINTS_MAX: usize = 50_000;
 
-/// Default instrument port, seen from the point that is looked at: down, in front, to the left.
+/// Default instrument port relative to the point that is looked at, m: to the left, towards the
+/// feet, to the front.
 const INSTRUMENT_PORT_FROM_VIEW: [f64; 3] = [0.095, -0.135, 0.115];
-/// Default endoscope port, seen from the same point: from the pelvis.
+/// Default endoscope port relative to the point that is looked at, m: towards the pelvis.
 const ENDOSCOPE_PORT_FROM_VIEW: [f64; 3] = [0.035, -0.330, 0.030];
 /// Default length of the instrument from handle to tip, m.
 const INSTRUMENT_LENGTH_M: f64 = 0.33;
@@ -43,7 +45,7 @@ const CAMERA_DISTANCE_M: f64 = 0.105;
 /// The camera turns to a point this share of the way from `look_at_m` to the target, so that the
 /// work is near the middle of the picture and its surroundings are in the picture too.
 const TOWARDS_TARGET: f64 = 0.55;
-/// Share of the camera's distance that is left when the camera turns to the work.
+/// When the camera turns towards the target, its distance shrinks to this share.
 const CLOSER: f64 = 0.95;
 
 /// Gravity of a patient on her back, head 20° up, m/s².
@@ -53,9 +55,9 @@ pub fn default_gravity() -> Vec3 {
     Vec3::new(0.0, -libm::sin(tilt), -libm::cos(tilt)) * 9.81
 }
 
-/// The room as the recipe gives it. Missing values are derived from the organs' skins. If it names
-/// neither ports nor a target, and the default ones do not suit the target organ, a warning comes
-/// with the room.
+/// The room as the recipe gives it. Missing values are derived from the organs' skins. If the
+/// recipe names neither ports nor a target, and the default ones do not suit the target organ, a
+/// warning comes with the room.
 ///
 /// # Errors
 /// When the instrument reaches no suitable point of the target organ from the ports that the recipe
@@ -236,13 +238,13 @@ struct Sight {
 
 impl Sight {
     /// For a skin point with its normal: how steeply the instrument comes in, and how squarely the
-    /// camera sees it, each from −1 to 1.
+    /// camera sees the point, each as a cosine from −1 to 1.
     fn faces(&self, point: &Vec3, normal: &Vec3) -> [f64; 2] {
         [self.instrument_port, self.camera].map(|from| -(point - from).normalize().dot(normal))
     }
 
-    /// The vertex near the point looked at that instrument and camera face best, though they may
-    /// not reach or see it; with its normal.
+    /// The vertex close to `near` that instrument and camera face best, with its normal. The
+    /// instrument may be unable to reach this vertex, and the camera to see it.
     fn fairest(&self, mesh: &Mesh, near: Vec3) -> Option<(Vec3, Vec3)> {
         let points = mesh.vertices.iter().copied().zip(mesh.vertex_normals());
         let rated = points.map(|(point, normal)| {

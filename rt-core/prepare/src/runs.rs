@@ -1,4 +1,5 @@
-//! Check that the realtime process takes the scene: it checks more than the file's layout does.
+//! Checks that the realtime process will accept the scene. That process checks more than the layout
+//! of the file.
 
 use rt_core::scene::SceneError;
 use scene_load::{Records, SceneStorage};
@@ -8,7 +9,7 @@ use crate::error::PrepareError;
 use crate::mesh::Mesh;
 use crate::recipe::OrganPlan;
 
-/// Refuses a scene that the realtime process would refuse. `skins` are those of the `organs`.
+/// Refuses a scene that the realtime process would refuse. `skins` are the skins of the `organs`.
 pub(crate) fn check(
     scene: &SceneData,
     organs: &[OrganPlan],

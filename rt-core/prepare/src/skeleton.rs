@@ -1,4 +1,5 @@
-//! Packing of an organ: the spheres inside its surface, and what joins them.
+//! Packing of an organ: the spheres inside its surface, and the links and tetrahedra that join
+//! them.
 
 use crate::error::PrepareError;
 use crate::held::{self, Plane};

@@ -1,6 +1,6 @@
-//! Test that an organ comes to rest by itself. A packing has a few flat tetrahedra, which are
-//! stiffer than the organ's stiffness number says. Some of them oscillate at one substep a tick and
-//! come to rest at two.
+//! Checks that an organ comes to rest after a disturbance. A packing has a few flat tetrahedra,
+//! which are stiffer than the organ's stiffness number says. Some of them oscillate at one substep
+//! a tick and come to rest at two.
 
 use rt_core::math::{Pose, Vec3, norm};
 use rt_core::scene::{Inside, Link, Material, Organ, RestSphere, Room, Scene, Tetra, batches};
@@ -12,15 +12,15 @@ use crate::elastic::SUBSTEPS_MAX;
 
 /// Initial speed of every sphere, m/s: 10 µm in a tick. Each has its own direction.
 const SHAKEN_M_S: f32 = 0.01;
-/// An organ with a sphere faster than this at the end has not come to rest, m/s. A soft organ with
-/// little damping is still about as fast as at the start.
+/// An organ with a sphere faster than this at the end of the test oscillates, m/s. A soft organ
+/// with little damping is then still about as fast as at the start.
 const SHAKES_M_S: f32 = 0.03;
 /// Ticks after which the motion is judged. A motion that grows by a twentieth in each tick has
-/// reached its limit by then.
+/// grown more than a thousandfold by then.
 const TICKS: u32 = 150;
 
-/// The fewest substeps in which the organ with this index comes to rest after it is shaken. There
-/// are no fewer than the organ already has.
+/// The fewest substeps with which the organ with this index comes to rest after it is shaken, but
+/// never fewer than the organ already has.
 pub(crate) fn substeps(scene: &SceneData, organ: usize) -> u32 {
     let Some(alone) = Alone::new(scene, organ) else {
         return scene.organs[organ].substeps; // the scene's own check says what is wrong

@@ -1,11 +1,11 @@
-//! Organs that are held, and warnings of those that nothing holds.
+//! Organs that are held, and warnings about organs that nothing holds.
 
 use shared_mem::scene::{SceneData, WORLD};
 
 use crate::recipe::OrganPlan;
 
-/// True for each organ that held tissue or a tie to the world holds, directly or through other
-/// organs.
+/// True for each organ that is held: by held spheres of its own, by a tie to the world, or through
+/// other organs.
 pub(crate) fn held(scene: &SceneData) -> Vec<bool> {
     let organ_of = |sphere: u32| {
         let mut all = scene.organs.iter();

@@ -1,8 +1,8 @@
 //! A closed triangle surface around the part of a grid where a function is negative.
 //!
 //! Surface nets have one vertex in each cell that the surface crosses, and one quadrilateral for
-//! each grid edge that it crosses. Where opposite corners of a face lie inside and the other two
-//! outside, the outside corner nearest to the surface is moved inside first, so that every edge
+//! each grid edge that it crosses. Where opposite corners of a cell's face lie inside and the other
+//! two outside, the outside corner nearest to the surface is moved inside first, so that every edge
 //! joins exactly two triangles.
 
 use crate::Vec3;

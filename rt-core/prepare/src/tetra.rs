@@ -17,12 +17,14 @@ pub const SHAPE_MIN: f64 = 0.015;
 pub struct Tetra {
     /// Its corners. `det(b − a, c − a, d − a)` is positive at rest.
     pub spheres: [u32; 4],
-    /// Share of the organ's volume that it carries, m³: its own volume and what lies nearest to it.
+    /// Share of the organ's volume that it carries, m³: its own volume, and space outside all
+    /// tetrahedra that it is nearest to.
     pub volume_m3: f64,
 }
 
-/// Fills the space between the centres with Delaunay tetrahedra. It leaves out those that leave the
-/// organ, unless a sphere would have none, and all slivers. The volumes sum to `volume_m3`.
+/// Fills the space between the centres with Delaunay tetrahedra. Tetrahedra that reach outside the
+/// organ are left out, unless a sphere would then be in none. Slivers are always left out. The
+/// volumes sum to `volume_m3`.
 #[must_use]
 pub fn fill(interior: &Interior<'_>, balls: &[Ball], volume_m3: f64) -> Vec<Tetra> {
     fill_between(interior, balls, volume_m3, &[])
@@ -98,10 +100,11 @@ fn lies_inside(interior: &Interior<'_>, centers: &[Vec3], t: &[u32; 4]) -> bool 
 
 const NONE: u32 = u32::MAX;
 
-/// Counts the grid points inside the organ that belong to each tetrahedron: those in it and, of
-/// those in none, the ones that it reaches first in steps of the grid. A tetrahedron has at least
-/// its own volume's worth of points. Held points belong to held tetrahedra only, free points to
-/// free ones only. The second result counts the held points that belong to none.
+/// Counts the grid points inside the organ that belong to each tetrahedron: the points inside it,
+/// and those points inside no tetrahedron that it reaches first in steps of the grid. The count is
+/// at least the tetrahedron's own volume in grid cells. Held points belong to held tetrahedra only,
+/// free points to free ones only. The second result counts the held points that belong to no
+/// tetrahedron.
 fn shares(
     interior: &Interior<'_>,
     centers: &[Vec3],
@@ -158,7 +161,7 @@ fn shares(
     (shares, left_out)
 }
 
-/// Marks the grid points in a tetrahedron that no other one owns yet.
+/// Marks the grid points in a tetrahedron that no other tetrahedron owns yet.
 fn claim(
     interior: &Interior<'_>,
     [a, b, c, d]: [Vec3; 4],

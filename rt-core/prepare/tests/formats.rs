@@ -6,7 +6,7 @@ use scene_prepare::error::MeshProblem;
 use scene_prepare::mesh::{Mesh, mend, read};
 use scene_prepare::recipe::Closing;
 
-/// Corners and outward sides of a box from the origin, 0.1 × 0.2 × 0.3 m: 6 L.
+/// Corners of a box from the origin, 0.1 × 0.2 × 0.3 m: 6 L.
 const CORNERS: [[f32; 3]; 8] = [
     [0.0, 0.0, 0.0],
     [0.1, 0.0, 0.0],
@@ -17,6 +17,7 @@ const CORNERS: [[f32; 3]; 8] = [
     [0.1, 0.2, 0.3],
     [0.0, 0.2, 0.3],
 ];
+/// Sides of the box, anticlockwise seen from outside.
 const SIDES: [[u32; 4]; 6] = [
     [0, 3, 2, 1],
     [4, 5, 6, 7],

@@ -209,7 +209,8 @@ fn the_first_of_equally_large_pieces_is_the_largest() {
     }
 }
 
-/// Two boxes share an edge, as two voxels of a label map do, either way round.
+/// Two boxes share an edge, as two voxels of a label map do. Both are oriented outward, or both
+/// inward.
 #[test]
 fn bodies_that_touch_along_an_edge_are_parted_and_keep_their_shape() {
     for turned in [false, true] {
@@ -233,7 +234,7 @@ fn bodies_that_touch_along_an_edge_are_parted_and_keep_their_shape() {
     }
 }
 
-/// One body of the two is inside out, as an exporter leaves a mirrored part.
+/// One of the two bodies is inside out, as some exporters leave a mirrored part.
 #[test]
 fn bodies_that_touch_may_run_different_ways() {
     for turned in [0, 1] {
@@ -271,7 +272,8 @@ fn bodies_that_touch_in_a_corner_are_oriented_each_by_itself() {
     }
 }
 
-/// A cavity that touches its skin in one corner is still inside, whichever way it runs.
+/// A cavity that touches the skin of its body in one corner still counts as inside, whichever way
+/// its triangles face.
 #[test]
 fn a_cavity_that_touches_the_skin_in_a_corner_is_filled() {
     for turned in [false, true] {
@@ -310,7 +312,8 @@ fn sheet(height: impl Fn(f64, f64) -> f64) -> Mesh {
     mesh
 }
 
-/// A closure of a curved sheet crosses it here and there, and makes bodies that nobody drew.
+/// A lid on a curved sheet crosses the sheet in places, and would enclose bodies that nobody
+/// modelled.
 #[test]
 fn an_open_sheet_is_called_one_and_a_bowl_is_not() {
     let saddle = sheet(|x, y| 3.0 * (x * x - y * y));
@@ -325,7 +328,7 @@ fn an_open_sheet_is_called_one_and_a_bowl_is_not() {
     assert!(bowl.to_string().contains("1 open loops closed"), "{bowl}");
 }
 
-/// A cavity of a piece that was dropped is none of the piece that is kept.
+/// A cavity of a dropped piece does not count as a cavity of the piece that is kept.
 #[test]
 fn cavities_of_dropped_pieces_are_forgotten() {
     let mut mesh = unit_box();
@@ -346,7 +349,8 @@ fn cavities_of_dropped_pieces_are_forgotten() {
     assert!(largest.filled().unwrap().contains("216 mL"), "{largest}");
 }
 
-/// Whichever vertex of a body comes first, and whether it lies in the other body.
+/// The outcome must not depend on which vertex of a body comes first, or on whether that vertex
+/// lies in the other body.
 #[test]
 fn bodies_that_overlap_are_joined_and_none_is_dropped() {
     for x in [0.08, -0.08, 0.0999] {
@@ -363,7 +367,8 @@ fn bodies_that_overlap_are_joined_and_none_is_dropped() {
     }
 }
 
-/// The inner surface of a hollow body runs the other way, and is not inside out.
+/// The inner surface of a hollow body faces the other way. That is no reason to report it as inside
+/// out.
 #[test]
 fn a_cavity_is_not_called_inside_out() {
     let mut mesh = unit_box();
@@ -498,7 +503,8 @@ fn nested_shells_of_any_winding_are_the_outer_one() {
     }
 }
 
-/// A figure of eight that turns over once on its way around. It is closed and has no inside.
+/// A figure of eight, swept around a circle with half a turn on the way. The surface is closed and
+/// has no inside.
 fn klein_bottle() -> Mesh {
     let (around, across) = (60u32, 31u32);
     let mut mesh = Mesh::default();
@@ -540,7 +546,7 @@ fn closed_surface_without_sides_is_refused_and_its_remedy_works() {
     assert!(solid.mesh.is_closed() && solid.volume_m3 > 1e-4, "{solid}");
 }
 
-/// A bow tie, drawn out: half of it is inside out, whichever way it is turned.
+/// An extruded bow tie: whichever way its surface is oriented, half of the body is inside out.
 #[test]
 fn body_whose_halves_contradict_each_other_is_refused_and_its_remedy_works() {
     let mut mesh = cuboid([0.0; 3], [0.1; 3]);

@@ -1,10 +1,11 @@
 //! Wake-up latency of the realtime loop next to cyclictest's, interleaved in the same minutes.
 //!
 //! `cargo run --release -p rt-process --example wake_latency -- [ROUNDS] [SECONDS] [CORE]
-//! [WORK_US]` (as root or with the limits; needs the package `rt-tests`). On a machine that does
-//! other work, absolute figures from p99 upwards are noise: read the ratios, over several rounds.
-//! Every tick of our loops burns WORK_US (cyclictest burns nothing), so their misses compare to
-//! those of a tick of that cost. ROUNDS 0 reports only the cost of executor and bookkeeping.
+//! [WORK_US]` (as root or with raised realtime limits; needs the package `rt-tests`). On a machine
+//! that does other work, absolute figures from p99 upwards are noise: compare the ratios over
+//! several rounds. Every tick of our loops computes for WORK_US, while cyclictest does no work. So
+//! the misses of our loops are those of a tick that takes WORK_US. With ROUNDS 0 the program
+//! reports only the cost of the executor and of an empty tick.
 
 use std::process::Command;
 
@@ -102,7 +103,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Latencies measured by cyclictest, ns; it counts whole µs.
+/// Latencies measured by cyclictest, ns. cyclictest counts whole µs.
 fn cyclictest(seconds: u64, core: usize) -> Result<Vec<u32>, Box<dyn std::error::Error>> {
     let output = Command::new("cyclictest")
         .args(["-m", "-q", "-t1", "-i1000", "-h100000"])

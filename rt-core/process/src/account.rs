@@ -1,4 +1,4 @@
-//! The accounting task: counts of the kernel and the allocator about the tick's thread.
+//! The accounting task: reads what the kernel and the allocator counted for the tick's thread.
 
 use core::sync::atomic::Ordering::Relaxed;
 use std::io::Write;
@@ -14,18 +14,19 @@ use crate::realtime::ThreadUsage;
 use crate::shared::Shared;
 use crate::time_driver::sleeps;
 
-/// Signal that wakes the accounting task; true with the last batch.
+/// Signal that wakes the accounting task. Its value is true for the last batch.
 pub(crate) type BatchDone = Signal<NoopRawMutex, bool>;
 
-/// Runs once per batch, in the gap after a tick. Its first run arms the counters just before the
-/// first tick.
+/// Runs once per batch of timing records, in the gap after a tick. Its first run arms the counters
+/// just before the first tick: they count from then on.
 ///
 /// With [`OnViolation::Abort`], a page fault in locked memory ends the process, as an allocation
-/// does. So does a block: a wait for anything other than the next tick (a lock, a file). A block is
-/// excused in a batch with missed periods, because stopping the process (`SIGSTOP`, a debugger)
-/// also makes it wait, and in a batch in which a device came or went, because the kernel holds a
-/// line while it hangs up. If the kernel keeps locked pages in place, the first page fault ends the
-/// process; otherwise more than [`MOVED_MAX`] do.
+/// does. So does a block: a wait for anything other than the next tick (a lock, a file). Two kinds
+/// of batches may contain blocks. In a batch with missed periods the process may have been stopped
+/// (`SIGSTOP`, a debugger). In a batch in which a device came or went, the kernel may hold the
+/// device's line, and with it the thread, while the line hangs up. If the kernel keeps locked pages
+/// in place, the first page fault ends the process. If it moves them, more than [`MOVED_MAX`] page
+/// faults do.
 pub(crate) async fn account(
     batch_done: Rc<BatchDone>,
     shared: Arc<Shared>,
@@ -67,7 +68,7 @@ pub(crate) async fn account(
             .store(usage.involuntary_switches, Relaxed);
         shared.blocks.store(blocks.count, Relaxed);
         if last {
-            // The code that follows frees the tasks.
+            // The code that follows frees the tasks, and these calls must not count.
             alloc_counter::disarm();
             return;
         }
@@ -75,8 +76,8 @@ pub(crate) async fn account(
     }
 }
 
-/// Largest number of the tick's pages that the kernel may move in a run; it moves memory for
-/// minutes.
+/// Most page faults of a run that are taken for pages that the kernel moved. It may go on moving
+/// memory for minutes.
 const MOVED_MAX: u64 = 16;
 
 /// True if the kernel moves locked pages to form larger free blocks. Each move is a page fault.
@@ -85,8 +86,9 @@ fn moves_locked_pages() -> bool {
         .is_ok_and(|allowed| allowed.trim() != "0")
 }
 
-/// Waits other than the sleep for a tick, counted per batch. The kernel does not count a sleep
-/// whose time has already come, and such a sleep must not hide a block elsewhere.
+/// Waits other than the sleep for a tick, counted per batch. The kernel counts no wait for a sleep
+/// whose time has already come. If the whole run were one count, each such sleep would hide a block
+/// in another batch.
 #[derive(Debug, Default)]
 struct Blocks {
     waits: u64,

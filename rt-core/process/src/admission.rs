@@ -1,4 +1,4 @@
-//! Cost of a scene on this machine, by which it is admitted.
+//! Cost of a scene on this machine. It decides if the scene is admitted to run.
 
 use serde::Serialize;
 use shared_mem::message::STAGES;
@@ -13,18 +13,19 @@ pub struct Admission {
     pub scene: String,
     /// Number of spheres.
     pub spheres: usize,
-    /// Worst tick with cold caches, ns.
+    /// Duration of the worst tick with cold caches, ns.
     pub worst_tick_ns: u64,
     /// Time of each stage in that tick, ns: sample, tool, contact, solve, force, procedure,
     /// publish.
     pub worst_stage_ns: [u64; STAGES],
-    /// Median tick with cold caches, ns.
+    /// Median duration of a tick with cold caches, ns.
     pub median_tick_ns: u64,
-    /// Most contacts in a tick of the course.
+    /// Most contacts in a tick of the measured course, which leads the instrument through the
+    /// scene.
     pub contacts_max: u32,
     /// Time that the worst tick may take: the period less the margin, ns.
     pub budget_ns: u64,
-    /// True if the worst tick fits.
+    /// True if the worst tick takes at most the budget.
     pub fits: bool,
 }
 

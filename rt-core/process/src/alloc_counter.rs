@@ -1,8 +1,8 @@
-//! Allocator that counts the allocations of an armed thread.
+//! Allocator that counts the allocations of a thread after the thread has called [`arm`].
 //!
 //! A binary declares it: `#[global_allocator] static ALLOCATOR: CountingAllocator =
-//! CountingAllocator::new();`. [`arm`] checks that it did, so that a count of zero always means
-//! that someone counted.
+//! CountingAllocator::new();`. [`arm`] checks that the binary declared it, because without it the
+//! count would be zero as well.
 #![expect(unsafe_code, reason = "GlobalAlloc is an unsafe trait")]
 
 use core::cell::Cell;
@@ -27,7 +27,7 @@ impl OnViolation {
     };
 }
 
-/// The system's allocator, which counts for armed threads.
+/// The system's allocator, with a count of the allocations of each armed thread.
 #[derive(Debug, Default)]
 pub struct CountingAllocator(());
 
@@ -47,7 +47,7 @@ enum Arming {
 }
 
 thread_local! {
-    // Constant and without destructors, so reading them never allocates.
+    // These cells have constant initial values and no destructors, so reading them never allocates.
     static ARMING: Cell<Arming> = const { Cell::new(Arming::Off) };
     static COUNT: Cell<u64> = const { Cell::new(0) };
 }
@@ -83,7 +83,7 @@ fn note() {
     match ARMING.get() {
         Arming::Off => {}
         Arming::Counting => COUNT.set(COUNT.get() + 1),
-        // A panic allocates for its message and must get it out.
+        // A panic allocates its message, and the message must still be printed.
         Arming::Aborting if std::thread::panicking() => {}
         Arming::Aborting => {
             disarm();

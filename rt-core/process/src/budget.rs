@@ -1,24 +1,27 @@
 //! Time budget of each stage, and the work that a late tick drops.
 //!
-//! A tick must end before the next one starts. The force always leaves after stage `force`. If a
-//! tick has too little time for its remaining stages, it drops optional work in this order:
+//! A tick must end before the next one starts. The force is sent in every tick, after stage
+//! `force`. If a tick has too little time for its remaining stages, it drops optional work in this
+//! order:
 //!
 //! 1. self-collision, before stage `contact`;
 //! 2. far organs, before stage `solve`: those that the instrument neither touches nor holds;
 //! 3. publishing: frames for the display, at most [`DROPPED_MAX`] in a row, so that the picture
-//!    does not stop. Events and timing records are never dropped.
+//!    goes on. Events and timing records are never dropped.
 //!
-//! For steps 1 and 2, a tick needs the time from that stage to the end of stage `force`. That time
-//! was measured at admission, in the scene's worst tick. If it was not measured, the stages'
-//! budgets count. For step 3, the budget of stage `publish` counts. Each drop is counted, and the
-//! tick's record names it.
+//! The work is dropped if less time is left until the deadline than the tick still needs. For 1 and
+//! 2, that need is the time from that stage to the end of stage `force`. It was measured at
+//! admission, in the scene's worst tick. Without a measurement it is the sum of the stages'
+//! budgets. For 3, the need is the budget of stage `publish`. Each drop is counted and noted in the
+//! tick's record.
 
 use rt_core::sim::Stage;
 use shared_mem::message::STAGES;
 
 /// Share of the period for each stage, ‰: sample, tool, contact, solve, force, procedure, publish.
-/// The rest is for late wake-ups. The shares come from measured ticks (`stage_ns` in a run's
-/// `summary.json`): solving was two thirds of the work, reading and writing serial lines a tenth.
+/// The rest of the period is for late wake-ups. The shares come from measured ticks (`stage_ns` in
+/// a run's `summary.json`): solving took two thirds of the time, reading and writing serial lines a
+/// tenth.
 pub const STAGE_PER_MILLE: [u64; STAGES] = [80, 20, 200, 400, 50, 30, 80];
 
 const _: () = {
@@ -31,7 +34,7 @@ const _: () = {
     assert!(sum <= 900, "a tenth of the period is for late wake-ups");
 };
 
-/// Most frames that may be dropped in a row. If every fourth tick has a frame, that is 100 ms.
+/// Most frames that may be dropped in a row: 100 ms if every fourth tick has a frame.
 pub const DROPPED_MAX: u32 = 25;
 
 /// Budget of `stage` in a period, ns.

@@ -11,9 +11,9 @@ use crate::scope_line::ScopeLine;
 /// Request for realtime privileges from Linux.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Realtime {
-    /// Ask; continue without the refused ones and report that everywhere.
+    /// Ask Linux. Continue without the privileges that it refuses, and say so in every report.
     Ask,
-    /// Do not ask: every report is marked "not realtime".
+    /// Do not ask. Every report is marked "not realtime".
     Never,
 }
 
@@ -23,7 +23,8 @@ pub enum Scheduler {
     /// `SCHED_FIFO`, pinned to one core.
     Fifo,
     /// `SCHED_DEADLINE`: the kernel guarantees the tick its time in every period and stops it when
-    /// it takes more. Not pinned (Linux refuses that); priorities do not apply.
+    /// it takes more. The thread is not pinned, because Linux refuses that, and priorities do not
+    /// apply.
     Deadline,
 }
 
@@ -34,7 +35,7 @@ pub enum AdmissionPolicy {
     Measure,
     /// Like `Measure`, but refuse to run if no level fits.
     Strict,
-    /// Do not measure: for tests that must start at once.
+    /// Do not measure. This is for tests that must start at once.
     Skip,
 }
 
@@ -45,7 +46,8 @@ pub struct RtConfig {
     pub station: String,
     /// The compiled scene.
     pub scene: PathBuf,
-    /// Coarser scenes, finest first, for a machine that fits no level in the scene's own file.
+    /// Coarser scenes, finest first. They are tried if no level in the scene's own file fits this
+    /// machine.
     pub coarser: Vec<PathBuf>,
     /// Policy on scenes that may not fit.
     pub admission: AdmissionPolicy,
@@ -53,18 +55,18 @@ pub struct RtConfig {
     pub must_be_realtime: bool,
     /// File with the station's devices and their poses ([`hardware::station`]).
     pub station_file: Option<PathBuf>,
-    /// Serial device of the haptic device; overrides the station file. Without either the force
-    /// stays zero.
+    /// Path of the haptic device's serial port. It overrides the station file. Without a haptic
+    /// device in either place, the force stays zero.
     pub haptic: Option<PathBuf>,
-    /// Serial device of the endoscope's tracker.
+    /// Path of the serial port of the endoscope's tracker.
     pub tracker: Option<PathBuf>,
-    /// Serial device of the foot pedal.
+    /// Path of the foot pedal's serial port.
     pub pedal: Option<PathBuf>,
     /// Request for realtime privileges.
     pub realtime: Realtime,
     /// Realtime scheduler of the tick's thread.
     pub scheduler: Scheduler,
-    /// Core of the tick; `None`: the last allowed one.
+    /// Core of the tick; `None`: the last core that the process may use.
     pub core: Option<usize>,
     /// `SCHED_FIFO` priority of the tick, 2 to 99.
     pub priority: u8,
@@ -72,17 +74,17 @@ pub struct RtConfig {
     pub publisher_priority: u8,
     /// Control period, ns. 1 ms; other values are for experiments.
     pub period_ns: u64,
-    /// Time before a tick that is spun instead of slept, ns. It lowers the wake-up latency and
-    /// costs processor time. At most half a period, because Linux throttles a thread that never
-    /// sleeps.
+    /// Time before each tick in which the thread spins instead of sleeping, ns. Spinning lowers the
+    /// wake-up latency and costs processor time. At most half a period, because Linux throttles a
+    /// thread that never sleeps.
     pub spin_ns: u64,
-    /// Ticks per published sphere and tool frame.
+    /// Number of ticks per published frame. A frame has the spheres and the tools.
     pub publish_every: u32,
     /// Number of periods (run or missed) after which the run ends; `None`: until stopped.
     pub periods_max: Option<u64>,
-    /// Force ramp, and the permission for force from the start.
+    /// Duration of the force ramp, and permission for force from the start.
     pub parameters: Parameters,
-    /// Iterations of the paper's method; 0: neo-Hookean tetrahedra.
+    /// Iterations of the paper's method; 0: the run solves neo-Hookean tetrahedra instead.
     pub paper_iterations: u32,
     /// A modem line that is high while a tick runs, for an oscilloscope.
     pub scope_line: Option<ScopeLine>,
@@ -113,7 +115,7 @@ impl RtConfig {
             spin_ns: 0,
             publish_every: 4,
             periods_max: None,
-            // The ramp replaces a person who enables the force.
+            // The force needs no person to enable it: it rises by the ramp from the start.
             parameters: Parameters {
                 force_enabled: true,
                 ..Parameters::default()
@@ -127,7 +129,7 @@ impl RtConfig {
     /// Checks that every number is in its range.
     ///
     /// # Errors
-    /// [`RtError::Config`] names the first one that is not.
+    /// [`RtError::Config`] names the first number out of its range.
     pub fn check(&self) -> Result<(), RtError> {
         let range = |what: &'static str, value: u64, min: u64, max: u64| {
             if (min..=max).contains(&value) {

@@ -12,8 +12,8 @@ use crate::time_driver::now_ns;
 /// ([`crate::runaway`]).
 const BREATHLESS_MAX: u32 = 10;
 
-/// Runs `tick` on the schedule until it breaks. After a stall, the periods that passed are skipped
-/// and counted; there is no burst to catch up.
+/// Runs `tick` on the schedule until it returns `Break`. After a stall, the periods that passed are
+/// skipped and counted; there is no burst to catch up.
 pub async fn control(mut schedule: Schedule, mut tick: impl FnMut(Due) -> ControlFlow<()>) {
     let mut breathless = 0;
     loop {
@@ -92,8 +92,8 @@ mod tests {
         // The third tick takes 10.4 ms.
         let log = simulate(6, |i| if i == 2 { 10_400_000 } else { 100_000 });
         let starts: Vec<u64> = log.iter().map(|(now, _)| (now - 2 * MS) / 1000).collect();
-        // It began at 2 ms and ended at 12.4 ms. The next tick starts then, late in its own period;
-        // the one after it is on time again.
+        // It began at 2 ms and ended at 12.4 ms. The fourth tick starts at 12.4 ms, late in its own
+        // period. The fifth tick is on time again.
         assert_eq!(starts, [0, 1000, 2000, 12400, 13000, 14000]);
         let missed: Vec<u32> = log.iter().map(|(_, due)| due.missed).collect();
         assert_eq!(missed, [0, 0, 0, 9, 0, 0]);

@@ -40,8 +40,8 @@ pub(crate) enum Device {
 }
 
 impl Device {
-    /// Opens the configured device of this kind (below [`KINDS`]), from its path or the station
-    /// file. Waits for the device's answer.
+    /// Opens the configured device of this kind (a number below [`KINDS`]), from its path or the
+    /// station file. Waits until the device answers.
     pub(crate) fn open(
         kind: usize,
         config: &RtConfig,
@@ -166,8 +166,8 @@ fn pedal(config: &RtConfig, file: &StationFile) -> Result<Option<Box<dyn Pedal +
 }
 
 /// The tick's ends of the two queues that connect it to the thread that opens devices. Each queue
-/// has room for one device of every kind. That is enough: a kind has one device, which is either
-/// here, lost or on its way back.
+/// has room for one device of every kind. That is enough: each kind has one device, which is in its
+/// slot, in one of the queues, or in the hands of that thread.
 pub(crate) struct Exchange {
     pub(crate) lost: Producer<'static, Device>,
     pub(crate) reopened: Consumer<'static, Device>,
@@ -209,7 +209,8 @@ impl Devices {
         Ok(devices)
     }
 
-    /// Makes lost devices leave and return through `exchange`. Without it, they stay here.
+    /// Makes lost devices leave and return through `exchange`. Without an exchange, a lost device
+    /// stays in its slot.
     pub(crate) fn with_exchange(mut self, exchange: Exchange) -> Self {
         self.exchange = Some(exchange);
         self
@@ -378,7 +379,7 @@ pub(crate) fn health(health: rt_core::words::Health, line: Option<LineCounters>)
     DeviceHealth {
         status: match (line, health.status) {
             (None, _) => DeviceHealth::ABSENT,
-            // Configured, but no sample has come yet, or the newest one is too old.
+            // The device is configured, but no sample has come yet, or the newest one is too old.
             (Some(_), rt_core::words::Status::Absent | rt_core::words::Status::Stale) => {
                 DeviceHealth::STALE
             }

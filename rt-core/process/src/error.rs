@@ -75,7 +75,7 @@ pub enum RtError {
         /// Length up to the end or the first gap, s.
         length_s: f64,
     },
-    /// A thread panicked, which is a bug. The force was set to zero on the way out.
+    /// A thread panicked, which is a bug. The force was set to zero before the thread ended.
     #[error("the {thread} thread panicked: {message}; the force is zero; please report this")]
     Panicked {
         /// Name of the thread.
@@ -83,7 +83,8 @@ pub enum RtError {
         /// Message of the panic.
         message: String,
     },
-    /// The tick did not end when asked: a bug, or a machine that stands still.
+    /// The tick did not end when asked. The cause is a bug, or a machine that does not run the
+    /// thread.
     #[error(
         "the tick did not end within {waited_ms} ms after it was asked to; it was taken off the \
          realtime scheduler; the device's own watchdog, if it has one, takes its force away"

@@ -15,8 +15,8 @@ use embassy_executor::raw;
 
 use crate::time_driver;
 
-/// embassy's executor. It and its tasks are leaked, because embassy needs them to be `'static`.
-/// Create one per thread.
+/// embassy's executor. The executor and its tasks are leaked, because embassy needs them to be
+/// `'static`. Create one per thread.
 pub struct Executor {
     raw: &'static raw::Executor,
     pending: &'static AtomicBool,

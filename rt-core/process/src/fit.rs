@@ -1,10 +1,11 @@
-//! Measures, before a scene runs, if its worst tick fits this machine.
+//! Measures before a scene runs if its worst tick fits this machine.
 //!
-//! The instrument is driven abruptly through the places of most contact: organs awake, contact
-//! lists as full as the anatomy makes them, caches emptied before every tick. The course is run
-//! several times from rest. A simulation repeats itself bit for bit, so the excess over a tick's
-//! fastest run is the machine's noise, not the scene's cost. The worst tick, each tick at its
-//! fastest, must leave the margin free for devices, publishing and noise.
+//! The instrument jumps through a course of places: those of most contact, and others spread over
+//! the scene. So the organs are awake, and the contact lists are as full as the anatomy makes them.
+//! The caches are emptied before every tick. The course is run several times from rest. A
+//! simulation repeats itself bit for bit, so the time that a tick takes beyond its fastest run is
+//! noise of the machine, not cost of the scene. Of each tick only the fastest run counts. The
+//! slowest of these ticks must leave the margin free for devices, publishing and noise.
 
 use core::time::Duration;
 use std::sync::mpsc;
@@ -32,11 +33,12 @@ use crate::time_driver::monotonic_ns;
 const RUNS: usize = 3;
 /// Number of places that the instrument visits.
 const PLACES: usize = 32;
-/// Ticks at each place: the impact and its consequences.
+/// Number of ticks at each place: that of the impact, and two after it.
 const TICKS_EACH: usize = 3;
-/// Memory read before a tick to empty the caches: the size of a large last-level cache.
+/// Bytes of memory that are changed before a tick to empty the caches: the size of a large
+/// last-level cache.
 const CACHE_BYTES: usize = 32 << 20;
-/// Pause in which a measuring realtime thread lets others run.
+/// Pause before each tick, in which the measuring realtime thread lets other threads run.
 const BREATH: Duration = Duration::from_micros(50);
 
 /// Fastest measurement of one tick of the course.
@@ -46,7 +48,7 @@ struct Cost {
     stage_ns: [u64; STAGES],
 }
 
-/// Measures a scene in a thread that runs as the tick will: same core, same priority.
+/// Measures a scene in a thread that runs as the tick's thread will: same core, same priority.
 pub(crate) fn measure(
     name: &str,
     scene: Scene<'static>,
@@ -59,7 +61,7 @@ pub(crate) fn measure(
     let (tell, told) = mpsc::sync_channel(1);
     let thread = spawn("admission", TICK_STACK_BYTES, move || {
         if asks {
-            // The tick's thread reports the same refusals.
+            // Refusals are ignored here, because the tick's thread will report the same ones.
             let _ = realtime::pin_to(&[core]);
             let _ = realtime::take_fifo(priority);
         }
@@ -86,7 +88,7 @@ pub(crate) fn measure(
     })
 }
 
-/// Fastest measurement of every tick of the course, and the most contacts.
+/// Fastest measurement of every tick of the course, and the most contacts in a tick.
 fn run_course(
     scene: Scene<'static>,
     parameters: Parameters,
@@ -179,7 +181,8 @@ fn empty_caches(memory: &mut [u8]) {
     core::hint::black_box(memory);
 }
 
-/// World of the course: every device answers, frames are filled and discarded.
+/// Stand-in for devices and display on the course: every device answers, and frames are filled and
+/// discarded.
 struct Course {
     now_ns: u64,
     device_from_handle: Pose,

@@ -1,5 +1,5 @@
-//! Conversion of a tick's results to the messages that cross the process border. Runs in the tick
-//! and fills in place.
+//! Conversion of a tick's results to the messages for other processes. It runs in the tick and
+//! fills the messages in place.
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::LineCounters;
@@ -122,7 +122,7 @@ pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> Even
     }
 }
 
-/// An event's kind on the border.
+/// Kind of an event as messages carry it.
 fn kind(kind: EventKind) -> Told {
     match kind {
         EventKind::Contact => Told::Contact,
@@ -149,7 +149,7 @@ fn kind(kind: EventKind) -> Told {
     }
 }
 
-/// Content bits of a tick's record.
+/// Bits of a tick's timing record that come from its results: stale sample, and contact.
 pub(crate) fn record_bits(view: &TickView<'_>) -> u32 {
     let stale = matches!(view.device.status, Status::Stale | Status::Lost);
     let contact = view.tool.contact_count > 0;

@@ -4,7 +4,7 @@ use hardware::station::HandleButtons;
 use rt_core::port::{DeviceSample, PedalSample, Polled};
 use rt_core::time::TimeNs;
 
-/// Silence after which the handle counts as released.
+/// Time without a sample after which the handle's buttons count as released, ns.
 const SILENT_NS: TimeNs = 500_000_000;
 
 /// State of the handle's pedal buttons.
@@ -25,7 +25,7 @@ impl HandlePedal {
         }
     }
 
-    /// Removes the pedal's buttons from the handle's sample.
+    /// Stores the buttons that act as a pedal, and removes them from the handle's sample.
     pub(crate) fn take(&mut self, polled: &mut Polled<DeviceSample>) {
         match polled {
             Polled::Fresh(sample) => {
@@ -45,7 +45,8 @@ impl HandlePedal {
         }
     }
 
-    /// Joins the pedal and the handle's buttons. If the pedal is lost, nothing is pressed.
+    /// Joins the states of the pedal and of the handle's buttons. A lost pedal stays lost, even if
+    /// a button of the handle is pressed.
     pub(crate) fn join(
         &mut self,
         pedal: Polled<PedalSample>,

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The tick never calls iceoryx2. It takes a slot, fills it and gives it back. It neither allocates
-//! nor blocks, and the memory was touched before. If no slot is free, the tick skips the frame and
-//! reports that.
+//! nor blocks. It causes no page fault, because the publishing thread has already written to the
+//! pages. If no slot is free, the tick skips the frame and reports that.
 #![expect(
     unsafe_code,
     reason = "loaned samples cross to the tick as pointers: iceoryx2's types are not Send"
@@ -20,7 +20,7 @@ use core::ptr::NonNull;
 use bytemuck::Pod;
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// Samples in circulation per service.
+/// Number of samples of one service that circulate between the two threads.
 pub(crate) const SLOTS: usize = 5;
 const QUEUE: usize = SLOTS + 1;
 
@@ -59,7 +59,7 @@ pub(crate) struct Filler<T: 'static> {
 /// The publishing thread's end, which owns the loans.
 pub(crate) struct Sender<T: 'static, L: Lender<T>> {
     lender: L,
-    /// Must not be dropped while the tick may still write: see [`Sender::finish`].
+    /// The loans must not be dropped while the tick may still write: see [`Sender::finish`].
     loans: [Option<ManuallyDrop<L::Loan>>; SLOTS],
     free: Producer<'static, Slot<T>>,
     full: Consumer<'static, Slot<T>>,
@@ -81,8 +81,8 @@ impl<T: Pod + Send> Handover<T> {
         }
     }
 
-    /// Splits it into the tick's end and the queues of the publishing thread. [`SenderEnds::lend`]
-    /// makes these a [`Sender`].
+    /// Splits the handover into the tick's end and the queues of the publishing thread.
+    /// [`SenderEnds::lend`] makes these a [`Sender`].
     pub(crate) fn split(self) -> (Filler<T>, SenderEnds<T>) {
         let (free_in, free_out) = self.to_tick;
         let (full_in, full_out) = self.from_tick;
@@ -105,7 +105,7 @@ pub(crate) struct SenderEnds<T: 'static> {
 }
 
 impl<T: Pod + Send> SenderEnds<T> {
-    /// Lends the first samples to the tick. The pages of each sample are touched before.
+    /// Lends the first samples to the tick, after a write to each of their pages.
     pub(crate) fn lend<L: Lender<T>>(self, lender: L) -> Sender<T, L> {
         let mut sender = Sender {
             lender,

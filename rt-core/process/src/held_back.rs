@@ -1,5 +1,5 @@
-//! Counts the ticks in which contact asks for a force while a fault holds it back, or while it
-//! rises again after that fault. Each fault has its own count.
+//! Counts the ticks in which contact asks for a force while a fault holds the force back, or while
+//! the force rises again after that fault. Each fault has its own count.
 
 use core::sync::atomic::AtomicU64;
 

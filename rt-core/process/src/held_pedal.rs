@@ -2,8 +2,8 @@
 
 use rt_core::port::{PedalSample, Polled};
 
-/// Switches of the electrosurgical unit that were seen released. The camera lock is let through: it
-/// gives no current and may be a latching switch.
+/// Switches of the electrosurgical unit that were seen released. The camera lock is not held back:
+/// it gives no current and may be a latching switch.
 #[derive(Debug, Default)]
 pub(crate) struct HeldPedal {
     cut: bool,
@@ -13,7 +13,7 @@ pub(crate) struct HeldPedal {
 }
 
 impl HeldPedal {
-    /// `polled` without the switches that were never released.
+    /// Returns `polled` without the switches that were never released.
     pub(crate) fn released_once(&mut self, polled: Polled<PedalSample>) -> Polled<PedalSample> {
         match polled {
             Polled::Fresh(mut sample) => {

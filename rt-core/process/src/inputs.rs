@@ -1,4 +1,4 @@
-//! Conversion between a tick's inputs and their record, which crosses the process border.
+//! Conversion between a tick's inputs and their record, which recorders receive.
 
 use nalgebra::{Quaternion, Unit};
 use rt_core::math::{Pose, Vec3};
@@ -12,7 +12,7 @@ use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, PoseMsg};
 use shared_mem::words;
 
-/// Record of `samples`; [`seal`] adds the tick's results.
+/// Record of `samples`; [`seal`] adds the tick's number and the digest of its results.
 pub(crate) fn record(samples: &Samples) -> InputRecord {
     let mut record: InputRecord = bytemuck::Zeroable::zeroed();
     record.now_ns = samples.now_ns;
@@ -234,7 +234,7 @@ fn message(pose: &Pose) -> PoseMsg {
     }
 }
 
-/// Bit-exact: normalising the quaternion again would change it.
+/// Pose with exactly the same bits. Normalising the quaternion again would change them.
 pub(crate) fn pose(message: &PoseMsg) -> Pose {
     let [x, y, z, w] = message.orientation;
     let rotation = Unit::new_unchecked(Quaternion::new(w, x, y, z));

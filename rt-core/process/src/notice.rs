@@ -1,4 +1,4 @@
-//! Sentences about faults of devices, for a person who can mend these.
+//! Sentences about faults of devices, for a person who can mend the device.
 
 use core::sync::atomic::Ordering::Relaxed;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,8 @@ use rt_core::fault::Fault;
 use crate::shared::Shared;
 
 /// Describes a fault of the haptic device at `haptic`, or of the pedal, with the remedy if one is
-/// known. `None` for other faults. `bundle_ms` is the length of bundles, 0 if unknown.
+/// known. `None` for other faults. `bundle_ms` is the length of the bundles in which samples come,
+/// ms; 0: unknown.
 #[must_use]
 pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<String> {
     let device = haptic.map_or("the haptic device".to_owned(), |path| {
@@ -67,7 +68,7 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
 }
 
 fn bundles(device: &str, haptic: Option<&Path>, bundle_ms: u32) -> String {
-    // A name from /dev/serial/by-id leads to the tty.
+    // A name from /dev/serial/by-id is a link to the tty.
     let tty = haptic.and_then(|path| path.canonicalize().ok());
     let tty = tty.as_deref().and_then(Path::file_name);
     let tty = tty.map_or("ttyUSB0".into(), |name| name.to_string_lossy());
@@ -81,14 +82,14 @@ fn bundles(device: &str, haptic: Option<&Path>, bundle_ms: u32) -> String {
     )
 }
 
-/// Force that was held back in a run.
+/// Amount of contact in a run in which one fault held the force back.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Held {
     /// Name of the fault that is the reason.
     pub fault: String,
     /// Ticks of contact in which less or none of the force was rendered.
     pub ticks: u64,
-    /// Number of times that it began.
+    /// Number of times that the fault began to hold the force back.
     pub times: u64,
 }
 
@@ -109,7 +110,7 @@ pub fn held_back(contact_ticks: u64, held: &[Held]) -> Option<String> {
 
 /// Least time for which a hand notices that force is missing, ticks.
 const HELD_TICKS_MIN: u64 = 50;
-/// Least share of contact that is worth a line, %.
+/// Least share of contact that is reported, %.
 const HELD_PERCENT_MIN: f64 = 1.0;
 
 fn reason(held: &Held) -> String {
@@ -134,7 +135,7 @@ fn reason(held: &Held) -> String {
     format!("{why} {times} ({:.1} s)", held.ticks as f64 * 1.0e-3)
 }
 
-/// Tells each kind of fault once on standard error.
+/// Prints each kind of fault once on standard error.
 #[derive(Debug, Default)]
 pub(crate) struct Notices {
     haptic: Option<PathBuf>,
@@ -147,7 +148,7 @@ impl Notices {
         Self { haptic, told: 0 }
     }
 
-    /// Tells the faults that were not told before.
+    /// Prints the faults that were not printed before.
     pub(crate) fn look(&mut self, shared: &Shared) {
         for (fault, count) in Fault::ALL.into_iter().zip(&shared.faults) {
             let bit = 1 << fault.code();

@@ -1,8 +1,8 @@
 //! Bare loops that measure the cost of waking up on this machine, without a simulation.
 //!
 //! The executor's loop is the one that the tick runs on; the plain loop is the minimum of any
-//! program. Compare both with `cyclictest` in the same minutes: such figures compare only between
-//! interleaved runs.
+//! program. Compare both with `cyclictest` in the same minutes: only figures of interleaved runs
+//! can be compared.
 
 use core::cell::RefCell;
 use core::ops::ControlFlow;
@@ -62,15 +62,15 @@ pub struct Misses {
     pub woken_late: u64,
     /// Periods missed by a loop whose last tick was still at work.
     pub at_work: u64,
-    /// Number of occasions, each of one period or more.
+    /// Number of interruptions of the loop, each of one missed period or more.
     pub occasions: u64,
-    /// Ticks that ended after their deadline; most cost no period.
+    /// Ticks that ended after their deadline. Most of them did not cause a missed period.
     pub overruns: u64,
 }
 
 impl Misses {
-    /// Notes the start of a tick, with the periods missed before it, and if the tick before it
-    /// overran.
+    /// Notes the start of a tick. `missed` is the number of periods missed before it. `overran` is
+    /// true if the tick before it ended after its deadline.
     pub fn note_begin(&mut self, missed: u32, overran: bool) {
         self.occasions += u64::from(missed > 0);
         match overran {
@@ -194,7 +194,7 @@ impl Probe {
     }
 }
 
-/// Work of a fixed number of instructions, however long it is interrupted.
+/// Work of a fixed number of instructions. Interruptions do not shorten it.
 fn work(rounds: u64) {
     let mut x = 1u64;
     for _ in 0..rounds {
@@ -203,7 +203,7 @@ fn work(rounds: u64) {
     }
 }
 
-/// Undisturbed speed of [`work`]: the best of many tries.
+/// Undisturbed speed of [`work`], rounds per ns: the best of many tries.
 fn rounds_per_ns() -> f64 {
     const ROUNDS: u64 = 20_000;
     let try_once = |_| {
@@ -257,7 +257,7 @@ pub fn empty_tick_cost_ns(ticks: u64) -> Result<f64, RtError> {
     };
     let measure = move || {
         let Ok(scene) = Scene::new(&[], &[], &[], room) else {
-            return f64::NAN; // an empty scene is a scene
+            return f64::NAN; // does not happen: an empty scene is valid
         };
         let config = RtConfig::new("probe", "none");
         let settings = Settings::new(&config, None);
@@ -273,7 +273,8 @@ pub fn empty_tick_cost_ns(ticks: u64) -> Result<f64, RtError> {
             let due = Schedule::new(start_ns, PERIOD_NS).begin(start_ns);
             let _ = tick.run(due);
             in_ticks_ns += monotonic_ns() - start_ns;
-            // As the publishing thread does, because a full queue would take another path.
+            // Empties the queues, as the publishing thread does: with a full queue the tick would
+            // run other code.
             while other_ends.records.dequeue().is_some() {}
             while other_ends.inputs.dequeue().is_some() {}
             while other_ends.events.dequeue().is_some() {}

@@ -24,13 +24,14 @@ use crate::shared::Shared;
 use crate::summary::Ended;
 use crate::time_driver::{monotonic_ns, sleep_until};
 
-/// Size of the queue for events. A queue of `N` holds `N − 1`: the most events of 32 ticks.
+/// Size of the queue for events. A queue of size `N` holds `N − 1` entries. These 1024 are the most
+/// events of 32 ticks.
 pub(crate) const EVENT_QUEUE: usize = 1025;
 /// Size of the queue for timing records, and of that for inputs: 1024 ticks, about a second.
 pub(crate) const RECORD_QUEUE: usize = 1025;
 /// Size of the queue for commands: it holds eight. The tick takes at most one in each period.
 pub(crate) const COMMAND_QUEUE: usize = 9;
-/// Interval at which hosts that died are forgotten, ns.
+/// Interval at which the remains of hosts that died are cleared, ns.
 const FORGET_DEAD_NS: u64 = 1_000_000_000;
 
 /// The publishing thread's ends of all queues.
@@ -45,7 +46,7 @@ pub(crate) struct Ends {
     pub(crate) accepted: Consumer<'static, u64>,
 }
 
-/// Publishes until the tick's thread has ended. What is left in the queues then is still sent.
+/// Publishes until the tick's thread has ended, then sends what is left in the queues.
 pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, period_ns: u64) {
     let mut state = ends.state.lend(Samples(&controller.state));
     let mut tools = ends.tools.lend(Samples(&controller.tools));
@@ -59,8 +60,8 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
     };
     let mut forget_at_ns = monotonic_ns() + FORGET_DEAD_NS;
     loop {
-        // Read this before the queues. If the tick has ended, this round then sends all that it
-        // left.
+        // The flag is read before the queues. If the tick has ended, this round sends all that the
+        // tick left in them.
         let last_round = shared.tick_ended.load(Acquire);
         state.send_filled();
         tools.send_filled();
@@ -87,7 +88,7 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
     tools.finish();
 }
 
-/// Time of the next round, ns: eight tenths of a period after the start of one. The frames of that
+/// Time of the next round, ns: eight tenths of a period after a period's start. The frames of that
 /// period should be complete then.
 fn next_round_ns(shared: &Shared, period_ns: u64) -> u64 {
     let now = monotonic_ns();

@@ -16,9 +16,10 @@ use shared_mem::message::TimingBatch;
 
 use crate::refusal::{Call, Circumstances, Refusal};
 
-/// Stack of the tick that is touched before it starts, bytes.
+/// Part of the tick's stack that is touched before the tick starts, bytes.
 const STACK_BYTES: usize = 512 * 1024;
-/// Memory that a finite lock limit must leave for growth; otherwise later mappings would fail.
+/// Memory that a finite lock limit must leave for growth, bytes. With less, later mappings would
+/// fail.
 const LOCK_HEADROOM_BYTES: u64 = 256 << 20;
 
 /// Realtime privileges of this process.
@@ -78,7 +79,7 @@ impl Standing {
     }
 }
 
-/// A thread that has ended counts as realtime.
+/// True if the thread has a realtime scheduler. A thread that has ended counts as realtime.
 fn is_realtime(thread: libc::pid_t) -> bool {
     policy(thread).is_none_or(|policy| [libc::SCHED_FIFO, libc::SCHED_DEADLINE].contains(&policy))
 }
@@ -89,10 +90,10 @@ fn policy(thread: libc::pid_t) -> Option<libc::c_int> {
     (policy >= 0).then_some(policy)
 }
 
-/// A thread that has ended counts as pinned.
+/// True if the thread is pinned to one core. A thread that has ended counts as pinned.
 fn is_pinned(thread: libc::pid_t) -> bool {
     if policy(thread) == Some(libc::SCHED_DEADLINE) {
-        return true; // the kernel's admission takes the place of a core of one's own
+        return true; // the kernel guarantees its time without a core of its own
     }
     let thread = rustix::thread::Pid::from_raw(thread);
     rustix::thread::sched_getaffinity(thread).map_or(true, |set| set.count() == 1)
@@ -109,7 +110,8 @@ pub fn lock_memory() -> Result<(), Refusal> {
         libc::mallopt(libc::M_MMAP_MAX, 0);
     }
     let refused = |error| Circumstances::read().judge(Call::Lock, error);
-    // Tried before all memory is locked: after that, a mapping's pages are touched at once.
+    // The limit is tested before all memory is locked. After that, the kernel would touch all pages
+    // of the test's mapping at once.
     let limit = getrlimit(Resource::Memlock).current;
     let limit = limit.filter(|limit| limit_holds(*limit));
     rustix::mm::mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(refused)?;
@@ -123,14 +125,14 @@ pub fn lock_memory() -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Takes [`lock_memory`] back.
+/// Undoes the lock of [`lock_memory`].
 pub(crate) fn unlock_memory() {
     let _ = rustix::mm::munlockall();
 }
 
-/// True if this process may not lock more than its limit, bytes. It tries: a capability does not
-/// count in a user namespace. Pages are locked once they are touched, and none is. What cannot be
-/// mapped is taken for refused.
+/// True if this process may not lock more than `limit` bytes. The function finds out by a trial,
+/// because a capability may not count in a user namespace. The trial locks only pages that are
+/// touched, and it touches none. If the trial cannot map its memory, the limit counts as binding.
 fn limit_holds(limit: u64) -> bool {
     let Some(length) = usize::try_from(limit)
         .ok()
@@ -163,7 +165,7 @@ fn locked_bytes() -> u64 {
     status_field("VmLck").unwrap_or(0) << 10
 }
 
-/// Touches the stack that the tick will use, so that it causes no page fault.
+/// Touches the stack that the tick will use, so that the tick causes no page fault there.
 #[inline(never)]
 pub fn prefault_stack() {
     let mut stack = [0u8; STACK_BYTES];
@@ -230,7 +232,8 @@ pub fn work_beside_tick(cores: &[usize], tick_core: usize, priority: u8) -> Resu
     take_fifo(priority)
 }
 
-/// Gives the calling thread `SCHED_DEADLINE`: nine tenths of every period, due at its end.
+/// Gives the calling thread `SCHED_DEADLINE`: nine tenths of every period, to be received before
+/// the period's end.
 ///
 /// # Errors
 /// The rule that refused, and the remedy.
@@ -253,15 +256,16 @@ pub fn take_deadline(period_ns: u64) -> Result<(), Refusal> {
     Err(Circumstances::read().judge(Call::Deadline, last_errno()))
 }
 
-/// Returns a thread of this process to the ordinary scheduler: the answer to a runaway tick.
+/// Returns a thread of this process to the ordinary scheduler. This stops a runaway tick from
+/// blocking its core.
 pub(crate) fn demote(thread: libc::pid_t) {
     let parameter = libc::sched_param { sched_priority: 0 };
     // SAFETY: a thread id of this process; the parameter is a valid, initialised struct.
     unsafe { libc::sched_setscheduler(thread, libc::SCHED_OTHER, &raw const parameter) };
 }
 
-/// Blocks signals in the calling thread, so that the main thread gets them all. Faults of the
-/// thread itself stay deliverable.
+/// Blocks signals in the calling thread, so that the main thread gets them all. Signals for errors
+/// of the thread itself, such as `SIGSEGV`, are not blocked.
 pub(crate) fn leave_signals_to_main() {
     // SAFETY: the set is initialised by `sigfillset` before use; pointers are to locals.
     unsafe {

@@ -1,6 +1,7 @@
 //! The thread that opens the devices and reopens lost ones.
 //!
-//! A lost device leaves the tick and is closed here. Its path is then tried until it answers again.
+//! The tick hands a lost device to this thread. The thread closes the device and then tries to open
+//! its path until a device answers.
 
 use core::sync::atomic::Ordering::Acquire;
 use core::time::Duration;
@@ -22,8 +23,8 @@ use crate::thread::{spawn, without_a_word};
 
 /// Interval between two checks for lost devices, and between two attempts to open one.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// Longest pause between two attempts to open one device, in looks: 5 s. Each attempt may reset the
-/// board.
+/// Longest pause between two attempts to open one device, in units of `LOOK_EVERY`: 5 s. Pauses
+/// grow because each attempt may reset the device's board.
 const PAUSE_MAX: u32 = 50;
 /// One more than the number of kinds: a queue of `N` holds `N − 1`.
 const PLACES: usize = KINDS + 1;
@@ -52,8 +53,9 @@ impl Opener {
     fn run(self, tell: &SyncSender<Result<Devices, RtError>>) {
         realtime::leave_signals_to_main();
         if self.config.realtime == Realtime::Ask {
-            // The lines' threads inherit this priority, so that input is stamped before the tick
-            // reads it. The tick's thread reports the same refusals.
+            // The threads that read the devices' lines inherit this priority, so that they stamp
+            // input before the tick reads it. Refusals are ignored here, because the tick's thread
+            // will report the same ones.
             let priority = self.config.priority.saturating_add(1).min(99);
             let _ = realtime::work_beside_tick(&self.cores, self.tick_core, priority);
         }
@@ -74,13 +76,14 @@ impl Opener {
         let _ = tell.send(Ok(devices.with_exchange(exchange)));
 
         let mut waiting = [false; KINDS];
-        // Looks until the next attempt, and the pause before the one after it.
+        // For each kind, counted in checks: time until the next attempt, and the pause after that
+        // attempt.
         let mut pauses = [(0u32, 1u32); KINDS];
         while !self.shared.tick_ended.load(Acquire) {
             sleep(LOOK_EVERY);
             for kind in 0..KINDS {
-                // Before each attempt, which may take seconds, because closing a device zeroes its
-                // force.
+                // Lost devices are closed before each attempt, because an attempt may take seconds.
+                // Closing a device zeroes its force.
                 self.close(&mut lost, &mut waiting);
                 let Some(pause) = pauses.get_mut(kind) else {
                     continue;
@@ -119,11 +122,11 @@ impl Opener {
         }
     }
 
-    /// Reopens the device, if it answers and is the one that was lost.
+    /// Reopens the device, if it answers and has the capabilities of the one that was lost.
     fn try_open(&self, kind: usize, capabilities: &DeviceCapabilities) -> Option<Device> {
         let device = match Device::reopen(kind, &self.config, &self.file) {
             Ok(device) => device?,
-            // It is present but needs a person.
+            // The device is present, but a person must calibrate it.
             Err(RtError::Device {
                 device,
                 source: source @ HardwareError::Calibration { .. },
@@ -135,7 +138,7 @@ impl Opener {
             Err(_) => return None,
         };
         match &device {
-            // Its limits are part of every check of the force.
+            // Every check of the force uses the limits of the first device.
             Device::Haptic(haptic) if haptic.capabilities() != *capabilities => {
                 static TOLD: OnceLock<()> = OnceLock::new();
                 TOLD.get_or_init(|| {
@@ -156,7 +159,7 @@ impl Opener {
     }
 }
 
-/// Lives as long as the process, like the tick's other queues.
+/// A queue that lives as long as the process, like the tick's other queues.
 fn queue() -> (Producer<'static, Device>, Consumer<'static, Device>) {
     Box::leak(Box::new(Queue::<Device, PLACES>::new())).split()
 }

@@ -26,7 +26,7 @@ pub enum Cause {
     ControlGroup,
     /// The process may not use the core. For `SCHED_DEADLINE`: it may not use all cores.
     CpuSet,
-    /// A seccomp filter.
+    /// A seccomp filter refused the call.
     Seccomp,
     /// Other `SCHED_DEADLINE` threads have reserved the processor time.
     Busy,
@@ -77,9 +77,9 @@ impl fmt::Display for Refusal {
 /// State of the process and the machine by which Linux grants or refuses realtime.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Circumstances {
-    /// Effective capability `CAP_SYS_NICE`.
+    /// The process has the effective capability `CAP_SYS_NICE`.
     pub may_nice: bool,
-    /// Effective capability `CAP_IPC_LOCK`.
+    /// The process has the effective capability `CAP_IPC_LOCK`.
     pub may_lock: bool,
     /// Soft limit `RLIMIT_RTPRIO`, the highest realtime priority; `None`: unlimited.
     pub rtprio: Option<u64>,
@@ -90,12 +90,13 @@ pub struct Circumstances {
     pub user_namespace: bool,
     /// The process is in a container.
     pub container: bool,
-    /// A seccomp filter checks its system calls.
+    /// A seccomp filter checks the system calls of the process.
     pub seccomp: bool,
-    /// Realtime runtime of its control group of version 1, µs, and the file that holds it.
+    /// Realtime runtime of the process's control group of version 1, µs, and the file that holds
+    /// this number.
     pub rt_runtime: Option<(i64, String)>,
-    /// Its control group of version 2, if that group or one above it has a `cpu.weight`. The root
-    /// has none.
+    /// The process's control group of version 2, if that group or one above it has a file
+    /// `cpu.weight`. The root group has no such file.
     pub shared_group: Option<String>,
     /// Cores that the calling thread may use, as the kernel lists them.
     pub cores: String,
@@ -225,8 +226,9 @@ impl Circumstances {
         }
     }
 
-    /// A kernel with `CONFIG_RT_GROUP_SCHED` gives control groups of version 2 no realtime runtime.
-    /// No file shows that. Seen on Linux 6.18: refused in a group, granted in the root.
+    /// Explains a refusal that no file explains. A kernel with `CONFIG_RT_GROUP_SCHED` gives
+    /// control groups of version 2 no realtime runtime. On Linux 6.18, `SCHED_FIFO` was refused in
+    /// a group and granted in the root group.
     fn other_fifo(&self, error: Errno) -> (Cause, String) {
         match &self.shared_group {
             Some(group) if error == Errno::PERM && !self.seccomp => (

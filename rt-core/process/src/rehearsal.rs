@@ -1,5 +1,6 @@
-//! The simulation with the emulated hand, without processes, lines or clocks. Equal scenes and
-//! wishes give equal bits, as fast as possible. For trying out a task, and for tests.
+//! Runs the simulation with the emulated hand as fast as possible, without other processes, devices
+//! or clocks. Equal scenes and equal movements give results that are equal bit by bit. This is for
+//! tests, and for trying out a task.
 
 use hardware::emulate::{HandScript, LedHand, Wish};
 use hardware::rig::wire::{Capabilities, Switches};
@@ -18,10 +19,11 @@ use crate::error::RtError;
 use crate::scene::LoadedScene;
 use crate::{frames, inputs};
 
-/// Duration of a tick, ns.
+/// Control period, ns.
 const PERIOD_NS: u64 = 1_000_000;
-/// Ticks per frame, and ticks per sample of tracker and pedal, as in a station.
+/// Number of ticks per frame, as in a station.
 const FRAME_EVERY: u64 = 4;
+/// Number of ticks per sample of tracker and pedal, as in a station.
 const SLOW_EVERY: u64 = 10;
 
 /// A simulation and the hand that works in it.
@@ -51,7 +53,7 @@ struct World {
 /// Runs `work` on `scene`, from rest.
 ///
 /// # Errors
-/// When the core refuses the scene, or the emulated devices do not reach its work place.
+/// When the core refuses the scene, or the emulated devices do not reach the scene's target.
 pub fn rehearse<R>(
     scene: &SceneFile,
     work: impl FnOnce(&mut Rehearsal<'_>) -> R,
@@ -100,7 +102,7 @@ pub fn rehearse<R>(
 }
 
 impl Rehearsal<'_> {
-    /// Runs a tick in which the hand follows `asked`. Events are added to [`Self::events`].
+    /// Runs a tick in which the hand moves as `asked`. [`Self::events`] returns the tick's events.
     pub fn tick(&mut self, asked: &HandMsg, command: Option<CommandMsg>) {
         let world = &mut self.world;
         world.ticks += 1;
@@ -150,8 +152,8 @@ impl Rehearsal<'_> {
         core::mem::take(&mut self.world.events)
     }
 
-    /// Start conditions of the run: with [`Self::records`], all that [`crate::replay::Replay`]
-    /// needs.
+    /// Start conditions of the run. With [`Self::records`] they are all that
+    /// [`crate::replay::Replay`] needs.
     #[must_use]
     pub fn setup(&self) -> RunSetup {
         self.setup
@@ -231,7 +233,8 @@ pub fn script(room: &RoomRecord) -> HandScript {
     }
 }
 
-/// Wish of a display for the emulated hand. A number that is not finite counts as no movement.
+/// Movement of the emulated hand that a display asks for. A number that is not finite counts as no
+/// movement.
 #[must_use]
 pub fn wish(message: &HandMsg) -> Wish {
     let number = |part: f64| if part.is_finite() { part } else { 0.0 };

@@ -4,7 +4,7 @@
 //! InputRecord ─► Samples, answers to "is there time?" ─► Sim::tick ─► Digest  ==?  the record's
 //! ```
 //!
-//! There is no clock, device or thread: the tick gets the recorded inputs.
+//! There is no clock, device or thread: each tick gets its recorded inputs.
 
 mod leaks;
 mod player;
@@ -39,7 +39,7 @@ pub struct Replay {
 /// A repeated tick.
 #[derive(Debug)]
 pub struct Replayed<'a> {
-    /// Its recorded inputs and digest.
+    /// Recorded inputs and digest of the tick.
     pub record: &'a InputRecord,
     /// Digest of the repeated tick.
     pub digest: Digest,
@@ -58,7 +58,7 @@ impl Replayed<'_> {
         (self.record.tools_hash != self.digest.tools).then_some(Difference::Tools)
     }
 
-    /// Fills the frames that a display would have received; the times are the record's.
+    /// Fills the frames that a display would have received. Their times are those of the record.
     pub fn fill(&self, scene_id: [u8; 16], state: &mut StateFrame, tools: &mut ToolFrame) {
         let now_ns = self.record.now_ns;
         let lines = [Some(LineCounters::default()); 3];
@@ -77,8 +77,8 @@ impl Replayed<'_> {
 /// Difference between two runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Difference {
-    /// The first organ that differs, by its index in the scene; `None` if the few stored bits agree
-    /// by chance.
+    /// The first organ that differs, by its index in the scene; `None` if the eight stored bits of
+    /// every organ agree by chance.
     Organ(Option<usize>),
     /// The instrument, the endoscope or the force.
     Tools,
@@ -122,8 +122,8 @@ impl Replay {
         &self.organs
     }
 
-    /// Runs all ticks in order, from the scene at rest. `each` sees every tick and ends the run
-    /// with `false`.
+    /// Runs all ticks in order, from the scene at rest. `each` gets every tick; it ends the run by
+    /// returning `false`.
     ///
     /// # Errors
     /// When the core refuses the scene.
@@ -159,7 +159,7 @@ pub(crate) fn run_scene(
     }
 }
 
-/// The recorded world.
+/// The recorded inputs of one tick, in place of devices and clock.
 struct Recorded<'a, F> {
     record: &'a InputRecord,
     each: F,
@@ -238,7 +238,7 @@ mod tests {
             }
             let records: Vec<InputRecord> =
                 ticks.iter().map(|it| bytemuck::pod_read_unaligned(it)).collect();
-            // The core may refuse it.
+            // The core may refuse the room.
             if let Ok(scene) = Scene::new(&[], &[], &[], room) {
                 let mut seen = 0;
                 run_scene(scene, &setup, records.iter().copied(), |_| {

@@ -1,4 +1,4 @@
-//! The main thread's work: from a configuration to a running station and back.
+//! The main thread's work: it starts a station from its configuration, supervises it and ends it.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed, Ordering::Release};
 use core::time::Duration;
@@ -43,16 +43,17 @@ const PATIENCE_TO_END_NS: u64 = 2_000_000_000;
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 /// Runs the realtime process until `stop` is set, a host's command ends it, or
-/// [`RtConfig::periods_max`] periods have passed. Calls `on_ready` once, when it ticks.
+/// [`RtConfig::periods_max`] periods have passed. Calls `on_ready` once, after the first tick.
 ///
-/// Blocks the calling thread, which should take the signals (`signal_hook::flag` on `stop`). The
-/// force is zero when it returns, in every case. Refusals of Linux and problems are written to
-/// standard error.
+/// Blocks the calling thread, which should receive the signals (`signal_hook::flag` on `stop`).
+/// When it returns, the force is zero, with one exception: after `RtError::Wedged` only the
+/// device's own watchdog, if it has one, zeroes the force. Refusals of Linux and problems are
+/// written to standard error.
 ///
-/// The simulation's storage lives as long as the process, as embassy's tasks must.
+/// The simulation's storage is leaked, because embassy's tasks use it and must be `'static`.
 ///
 /// # Errors
-/// [`RtError`] tells why it did not start or broke off.
+/// [`RtError`] says why the process did not start or ended early.
 pub fn run(
     config: &RtConfig,
     stop: &AtomicBool,
@@ -79,7 +80,8 @@ pub fn run(
     };
     let (tick_ends, publisher_ends) = queues();
 
-    // The station first, because a second controller must not touch the first one's devices.
+    // The station is taken first, because a second controller must not touch the first one's
+    // devices.
     let publisher = run.start_publisher(publisher_ends)?;
     let outcome = run
         .admit()
@@ -114,11 +116,11 @@ struct Run<'a> {
 /// The tick's thread, ready to tick.
 struct TickThread {
     thread: JoinHandle<()>,
-    /// Reopens lost devices; ends after the tick.
+    /// The thread that reopens lost devices. It ends after the tick.
     opener: JoinHandle<()>,
     devices: Vec<DeviceReport>,
     standing: Standing,
-    /// The request lasts as long as this lives.
+    /// The request lasts until this value is dropped.
     _no_deep_idle: Option<NoDeepIdle>,
 }
 
@@ -149,7 +151,7 @@ impl Run<'_> {
                 }
             };
             if asks {
-                // The tick's thread reports the same refusals.
+                // Refusals are ignored here, because the tick's thread will report the same ones.
                 let _ = realtime::work_beside_tick(&cores, core, priority);
             }
             let _ = tell.send(Ok(()));

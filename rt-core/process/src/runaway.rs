@@ -1,11 +1,10 @@
-//! Detection of a tick that never sleeps, so that it can lose its core.
+//! Detection of a tick that never sleeps. Such a tick is taken off its core.
 //!
-//! `RLIMIT_RTTIME` bounds the time for which a realtime thread may run without a sleep. Past the
-//! soft limit the process gets `SIGXCPU`, and the main thread takes the tick off the realtime
-//! scheduler. Past the hard limit, when not even the main thread gets a core, the kernel kills the
-//! process. In either case the device's own watchdog (100 ms at most), if it has one, has already
-//! dropped the force.
-//! before.
+//! `RLIMIT_RTTIME` bounds the time for which a realtime thread may run without a sleep. At the soft
+//! limit the process gets `SIGXCPU`, and the main thread takes the tick off the realtime scheduler.
+//! If not even the main thread gets a core, the tick reaches the hard limit, and the kernel kills
+//! the process. In either case the device's own watchdog (100 ms at most), if it has one, has
+//! already set the force to zero.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::io;
@@ -20,7 +19,7 @@ const SOFT_US: u64 = 200_000;
 /// Hard limit at which the kernel ends the process, µs.
 const HARD_US: u64 = 2_000_000;
 
-/// Detects runaway realtime threads of this process while it lives.
+/// Detects runaway realtime threads of this process until it is dropped.
 #[derive(Debug)]
 pub struct RunawayGuard {
     tripped: Arc<AtomicBool>,
@@ -34,7 +33,8 @@ impl RunawayGuard {
     /// The error of the operating system.
     pub fn arm() -> io::Result<Self> {
         let tripped = Arc::new(AtomicBool::new(false));
-        // The handler first: the signal's default action ends the process.
+        // The handler is set before the limits, because the signal's default action ends the
+        // process.
         let handler = signal_hook::flag::register(SIGXCPU, Arc::clone(&tripped))?;
         let lower = |limit: Option<u64>, to| Some(limit.map_or(to, |limit| limit.min(to)));
         let hard = lower(getrlimit(Resource::Rttime).maximum, HARD_US);

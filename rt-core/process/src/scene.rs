@@ -1,4 +1,4 @@
-//! The compiled scene of a run, and where its devices stand.
+//! The compiled scene of a run, and the poses of its devices.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use shared_mem::scene::SceneFile;
 use crate::error::RtError;
 use crate::inputs;
 
-/// A compiled scene, converted once.
+/// A compiled scene, converted to the core's layout once.
 #[derive(Debug)]
 pub(crate) struct LoadedScene {
     pub(crate) name: String,
@@ -24,8 +24,8 @@ pub(crate) struct LoadedScene {
 }
 
 impl LoadedScene {
-    /// Reads and checks a compiled scene. The devices stand where the station file puts them, or
-    /// else the scene.
+    /// Reads and checks a compiled scene. The poses of devices and ports come from the station
+    /// file; those that it lacks come from the scene.
     pub(crate) fn load(path: &Path, station: &StationFile) -> Result<Self, RtError> {
         Self::from_file(&SceneFile::open(path)?, station)
     }
@@ -40,7 +40,7 @@ impl LoadedScene {
         self
     }
 
-    /// Keeps it for as long as the process lives, as the simulation does.
+    /// Leaks the scene, because the simulation uses it until the process ends.
     pub(crate) fn keep(self) -> &'static Self {
         Box::leak(Box::new(self))
     }
@@ -69,7 +69,7 @@ impl LoadedScene {
     }
 }
 
-/// Puts the devices where the station file says.
+/// Replaces poses of devices and ports by those of the station file.
 fn arrange(storage: &mut SceneStorage, station: &StationFile) {
     let room = &mut storage.room;
     if let Some(pose) = station.world_from_device {

@@ -1,12 +1,13 @@
-//! Periods of the ticks: absolute deadlines, no burst after a stall.
+//! The periods of the ticks: absolute times, and no burst after a stall.
 
-/// The 1 kHz grid. Deadlines stand at `start + k × period`. A period that ends before its tick
-/// could start is missed, counted, and never made up for.
+/// The grid of periods. Period `k` begins at `start + k × period`, and its tick must end before the
+/// next period begins. A period that ends before its tick could start is missed. Missed periods are
+/// counted, and their ticks never run.
 #[derive(Debug, Clone, Copy)]
 pub struct Schedule {
-    /// The first deadline that no tick has served.
+    /// Start of the first period that has had no tick.
     next_ns: u64,
-    /// Earliest start after a rest.
+    /// Earliest start of a tick after a rest.
     rest_until_ns: u64,
     period_ns: u64,
 }
@@ -14,8 +15,8 @@ pub struct Schedule {
 /// A tick that is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Due {
-    /// Scheduled start: the first deadline that no tick has served. The lateness against it
-    /// includes missed periods.
+    /// Scheduled start: the start of the first period that has had no tick. The tick's lateness
+    /// against this time includes missed periods.
     pub scheduled_ns: u64,
     /// Deadline for the tick's end: the start of the next period.
     pub deadline_ns: u64,
@@ -34,15 +35,15 @@ impl Schedule {
         }
     }
 
-    /// Next wake-up.
+    /// Time of the next wake-up.
     #[must_use]
     pub fn next_ns(&self) -> u64 {
         self.next_ns.max(self.rest_until_ns)
     }
 
-    /// Gives up the period that runs at `now_ns`, if its tick has not begun, so that the loop may
-    /// sleep to the next grid point. For a loop that has not slept for too long. The next tick
-    /// reports the period as missed.
+    /// Gives up the period in which `now_ns` lies, if its tick has not begun, so that the loop
+    /// sleeps until the next period. The loop calls this when it has not slept for too long. The
+    /// next tick reports the period as missed.
     pub fn rest(&mut self, now_ns: u64) {
         if now_ns >= self.next_ns {
             let over = (now_ns - self.next_ns) / self.period_ns;

@@ -31,13 +31,14 @@ pub struct ScopeLine {
     pub line: ModemLine,
 }
 
-/// Sets a line high or low.
+/// Function that sets a line high or low.
 pub(crate) type Switch = Box<dyn Fn(bool) + Send>;
 
-/// Sets or clears modem bits: a port, `TIOCMBIS` or `TIOCMBIC`, the bits. Returns false if refused.
+/// Function that sets or clears modem bits. It gets the port, `TIOCMBIS` or `TIOCMBIC`, and the
+/// bits. It returns false if the kernel refuses.
 type SetBits = fn(&File, libc::Ioctl, libc::c_int) -> bool;
 
-/// The open line; low after it is dropped.
+/// The open line. It is set low when dropped.
 struct OpenLine {
     port: File,
     bit: libc::c_int,
@@ -75,7 +76,8 @@ impl ScopeLine {
         };
         match line.set(false) {
             true => Ok(Box::new(move |high| {
-                // Refused only when the port is gone; the tick has nobody to report it to.
+                // The kernel refuses only when the port is gone. The tick cannot report that to
+                // anybody.
                 let _ = line.set(high);
             })),
             false => Err(failed(std::io::Error::last_os_error())),
@@ -112,7 +114,7 @@ mod tests {
         static ASKED: RefCell<Vec<(libc::Ioctl, libc::c_int)>> = const { RefCell::new(Vec::new()) };
     }
 
-    /// A kernel whose port has the lines.
+    /// Stands for a kernel whose port has both lines: stores each request and grants it.
     fn willing(_port: &File, request: libc::Ioctl, bits: libc::c_int) -> bool {
         ASKED.with_borrow_mut(|asked| asked.push((request, bits)));
         true

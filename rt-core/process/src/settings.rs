@@ -17,7 +17,7 @@ pub(crate) struct Settings {
     pub(crate) period_ns: u64,
     pub(crate) spin_ns: u64,
     pub(crate) publish_every: u32,
-    /// Time that each stage may need: measured, or its budget.
+    /// Time that each stage needs, ns: measured at admission, or else its budget.
     pub(crate) needs_ns: [u64; STAGES],
     pub(crate) periods_max: Option<u64>,
     pub(crate) parameters: Parameters,

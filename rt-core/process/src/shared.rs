@@ -1,4 +1,4 @@
-//! State shared by the three threads: atomics, nothing that blocks.
+//! State that the threads of the process share. It consists of atomics, so that no access blocks.
 
 use core::sync::atomic::{
     AtomicBool, AtomicI32, AtomicU8, AtomicU32, AtomicU64, Ordering::Relaxed,
@@ -20,7 +20,7 @@ pub(crate) struct Shared {
     pub(crate) tick_ended: AtomicBool,
     /// Kernel's id of the tick's thread.
     pub(crate) tick_thread: AtomicI32,
-    /// Bits of `TimingBatch::realtime`; the watch removes lost ones.
+    /// Bits of `TimingBatch::realtime`. The watch clears the bits of lost privileges.
     pub(crate) realtime: AtomicU32,
     pub(crate) ticks: AtomicU64,
     /// Scheduled start of the newest tick, which the publishing thread follows.
@@ -31,7 +31,7 @@ pub(crate) struct Shared {
     pub(crate) stood_ns: AtomicU64,
     pub(crate) deadline_misses: AtomicU64,
     pub(crate) overruns: AtomicU64,
-    /// `u64::MAX`: not counted.
+    /// Allocations of the tick's thread; `u64::MAX`: not counted.
     pub(crate) allocations: AtomicU64,
     pub(crate) page_faults: AtomicU64,
     pub(crate) involuntary_switches: AtomicU64,
@@ -45,10 +45,13 @@ pub(crate) struct Shared {
     pub(crate) faults: [AtomicU64; FAULTS],
     /// Ticks in which contact asked for a force.
     pub(crate) contact_ticks: AtomicU64,
-    /// Those in which less of it was rendered, by the reason, and how often that began.
+    /// Number of those ticks in which less of the force or none was rendered, for each fault that
+    /// held it back.
     pub(crate) held_ticks: [AtomicU64; FAULTS],
+    /// Number of times that each fault began to hold the force back during contact.
     pub(crate) held_times: [AtomicU64; FAULTS],
-    /// Length of the bundles in which the haptic device's samples came, ms; 0: in none.
+    /// Length of the bundles in which the haptic device's samples came, ms; 0: they came one by
+    /// one.
     pub(crate) bundle_ms: AtomicU32,
     /// Largest force sent, N, as bits of f32.
     pub(crate) force_max_n: AtomicU32,

@@ -1,17 +1,17 @@
-//! Notices a haptic device that is open and sends no valid sample, whatever its driver.
+//! Detects a haptic device that is open but sends no valid sample. This works with every driver.
 
 use rt_core::fault::Fault;
 use rt_core::port::{DeviceSample, Findings, Polled};
 use rt_core::time::TimeNs;
 
-/// Time without a sample after which a device is silent, ns. A busy computer delays an emulated
-/// device for less, and a person is told within a second.
+/// Time without a sample after which a device counts as silent, ns. A busy computer delays an
+/// emulated device by less. A person still gets the message within a second.
 const SILENT_NS: u64 = 400_000_000;
-/// Most time between two polls that counts as silence, ns. A device has nobody to send to while
-/// this process stands still.
+/// Most time between two polls that counts as silence, ns. A longer gap is a standstill of this
+/// process, in which it could not have read a sample.
 const POLL_NS: u64 = 2_000_000;
 
-/// Time for which the tick has polled in vain.
+/// Measures the time for which the tick has polled without a sample.
 #[derive(Debug, Default)]
 pub(crate) struct Silence {
     polled_ns: TimeNs,

@@ -7,15 +7,15 @@ use rt_core::state::State;
 use rt_core::tissue::Method;
 use rt_core::tissue::paper::Paper;
 
-/// The state, and the memory of the paper's method in a run by that method.
+/// State of a simulation and, in a run by the paper's method, the memory of that method.
 pub(crate) struct Storage {
     state: Box<State>,
     paper: Option<Box<Paper>>,
 }
 
 impl Storage {
-    /// Storage of a simulation in this number of iterations of the paper's method; 0: of a
-    /// neo-Hookean solid.
+    /// Storage for a simulation by this number of iterations of the paper's method; 0: by
+    /// neo-Hookean tetrahedra.
     pub(crate) fn new(paper_iterations: u32) -> Self {
         Self {
             state: Box::new(State::new()),

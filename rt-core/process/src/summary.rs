@@ -33,7 +33,7 @@ pub struct RtSummary {
     pub scene_id: String,
     /// Reason for the end of the run.
     pub ended: Ended,
-    /// Ticks run.
+    /// Number of ticks that ran.
     pub ticks: u64,
     /// Periods skipped because the tick before them, or the machine, was late.
     pub deadline_misses: u64,
@@ -47,7 +47,8 @@ pub struct RtSummary {
     pub involuntary_switches: u64,
     /// Number of times that the tick's thread waited for anything other than its next tick.
     pub blocks: u64,
-    /// True if the tick ran pinned, under `SCHED_FIFO`, in locked memory.
+    /// True if the tick ran in locked memory, and either pinned under `SCHED_FIFO` or under
+    /// `SCHED_DEADLINE`.
     pub realtime: bool,
     /// Refusals of Linux, each with its remedy.
     pub refused: Vec<String>,
@@ -63,7 +64,7 @@ pub struct RtSummary {
     pub frames_skipped: u64,
     /// Ticks that left out self-collision for lack of time.
     pub self_collisions_dropped: u64,
-    /// Ticks that left out far organs for lack of time.
+    /// Ticks that left out far organs for lack of time ([`crate::budget`]).
     pub far_organs_dropped: u64,
     /// Frames that a late tick dropped.
     pub frames_dropped: u64,
@@ -73,13 +74,13 @@ pub struct RtSummary {
     pub events_lost: u64,
     /// Timing records that did not fit their queue.
     pub records_lost: u64,
-    /// Ticks whose inputs did not reach a recorder.
+    /// Ticks whose inputs did not fit their queue. A recording has a gap there.
     pub inputs_lost: u64,
     /// Number of times that the watch found the tick standing still.
     pub stalls_seen: u64,
 }
 
-/// Report of a run once it ticks.
+/// State of a run when its first ticks have run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ready {
     /// Name of the station.
@@ -92,7 +93,7 @@ pub struct Ready {
     pub spheres: usize,
     /// Core of the tick.
     pub core: usize,
-    /// True if it is realtime.
+    /// True if the tick is realtime, as in `RtSummary`.
     pub realtime: bool,
     /// Refusals of Linux, each with its remedy.
     pub refused: Vec<String>,
@@ -107,11 +108,11 @@ pub struct Ready {
 pub struct DeviceReport {
     /// `haptic`, `tracker` or `pedal`.
     pub kind: &'static str,
-    /// Its line, as it was named.
+    /// Path of the device's line, as the user gave it.
     pub path: PathBuf,
-    /// Name that it gives itself; empty if it gives none.
+    /// Name that the device gives itself; empty if it gives none.
     pub name: String,
-    /// Serial number; 0 if it tells none.
+    /// Serial number; 0 if the device reports none.
     pub serial: u32,
     /// Declared capabilities of a haptic device by name, SI; empty for other devices.
     pub capabilities: BTreeMap<&'static str, f32>,

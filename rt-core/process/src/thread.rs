@@ -1,12 +1,12 @@
-//! Threads of the process: their start, and their end in words.
+//! Start and end of the process's threads. A panic becomes an error with its message.
 
 use std::any::Any;
 use std::thread::{Builder, JoinHandle};
 
 use crate::error::RtError;
 
-/// Stack of the tick's thread: room for building a simulation state, and far more than the tick
-/// needs.
+/// Stack of the tick's thread, bytes. Building a simulation's state needs it; the tick itself needs
+/// far less.
 pub(crate) const TICK_STACK_BYTES: usize = 8 << 20;
 
 pub(crate) fn spawn(

@@ -59,7 +59,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
         .tick_thread
         .store(thread.as_raw_nonzero().get(), Relaxed);
 
-    // Leaked, because embassy's tasks must be `'static` and one of them borrows it.
+    // The storage is leaked, because embassy's tasks must be `'static` and one of them borrows it.
     let storage: &'static mut Storage =
         Box::leak(Box::new(Storage::new(settings.paper_iterations)));
     let capabilities = start.devices.capabilities();

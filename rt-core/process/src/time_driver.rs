@@ -27,7 +27,7 @@ pub fn now_ns() -> u64 {
 #[must_use]
 pub fn monotonic_ns() -> u64 {
     let now = rustix::time::clock_gettime(ClockId::Monotonic);
-    // Neither is negative on a monotonic clock.
+    // Neither field is negative on a monotonic clock.
     now.tv_sec.cast_unsigned() * 1_000_000_000 + now.tv_nsec.cast_unsigned()
 }
 

@@ -1,5 +1,5 @@
-//! Trial of the calls that the controller will make to Linux. Each is made, judged by its result,
-//! and taken back. `calot check` reports the outcomes.
+//! Trial of the calls that the controller will make to Linux. Each call is made, judged by its
+//! result, and undone. `calot check` reports the outcomes.
 
 use std::sync::mpsc;
 
@@ -11,16 +11,16 @@ use crate::refusal::{Call, Circumstances, Refusal};
 /// Outcomes of a trial.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Trial {
-    /// `SCHED_FIFO` of the tick's priority.
+    /// Taking `SCHED_FIFO` at the tick's priority.
     pub fifo: Result<(), Refusal>,
-    /// The tick's core.
+    /// Pinning to the tick's core.
     pub pinned: Result<(), Refusal>,
-    /// All memory, and room to grow.
+    /// Locking all memory, with room to grow.
     pub locked: Result<(), Refusal>,
 }
 
 impl Trial {
-    /// Makes the calls. A thread of its own takes the scheduler and the core, and then ends. Memory
+    /// Makes the calls. A separate thread takes the scheduler and the core, and then ends. Memory
     /// is unlocked again, but the settings of malloc stay.
     #[must_use]
     pub fn run(core: usize, priority: u8) -> Self {

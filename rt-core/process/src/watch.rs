@@ -1,4 +1,4 @@
-//! The main thread's checks of the tick: it must keep beating and stay realtime.
+//! The main thread's checks of the tick: it must go on ticking and stay realtime.
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed};
 
@@ -16,9 +16,9 @@ const _: () = assert!(
     FORCE_ZERO_WITHIN.as_millis() >= hardware::rig::device::WATCHDOG_LIMIT_MS as u128
         && FORCE_ZERO_WITHIN.as_nanos() >= 2 * STANDING_EVERY_NS as u128
 );
-/// Standstill of the tick from which it is reported.
+/// Shortest standstill of the tick that is reported, ns.
 const STALL_NS: u64 = 50_000_000;
-/// Interval at which the thread's privileges are checked, which reads a file.
+/// Interval at which the privileges of the tick's thread are checked, ns. Each check reads a file.
 const STANDING_EVERY_NS: u64 = 50_000_000;
 
 /// Reports each standstill once, and its length.
@@ -57,8 +57,8 @@ impl Watch {
         }
     }
 
-    /// Checks now and then that the tick still has its realtime privileges. Removes lost ones from
-    /// `standing` and from every report, reports them, and cuts the force.
+    /// Checks, at intervals, that the tick still has its realtime privileges. Prints the lost ones,
+    /// removes them from `standing` and from every report, and cuts the force.
     pub(crate) fn look_at_standing(&mut self, shared: &Shared, standing: &mut Standing) {
         let now_ns = monotonic_ns();
         if now_ns < self.standing_at_ns {
@@ -77,8 +77,9 @@ impl Watch {
         self.stalls_seen
     }
 
-    /// `stood_ns` is the longest time between two ticks since the last look. A process that was
-    /// stopped as a whole may tick again before the watch wakes: that length alone shows it.
+    /// Judges a standstill. `stood_ns` is the longest time between two ticks since the last check.
+    /// If the whole process was stopped, it may tick again before the watch wakes. Then only
+    /// `stood_ns` shows the standstill.
     fn find(&mut self, heartbeat_ns: u64, stood_ns: u64, now_ns: u64) -> Finding {
         // There is no heartbeat before the first tick.
         let silent_ns = match heartbeat_ns {

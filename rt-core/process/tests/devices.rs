@@ -1,4 +1,4 @@
-//! The realtime process with a whole emulated station of devices behind ptys.
+//! The realtime process with a complete set of emulated devices behind pseudo-terminals.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
@@ -65,7 +65,7 @@ fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     let in_next_tick = in_next_tick.count();
     assert!(in_next_tick * 2 > fresh, "{in_next_tick} of {fresh}");
 
-    // Unplugged: lost, zero force, and the tick goes on.
+    // Unplugged: the devices are lost, the force is zero, and the tick goes on.
     devices.unplug();
     for _ in 0..12_000 {
         let fresh = host.newest_tools(&mut tools);
@@ -121,7 +121,8 @@ fn a_station_file_names_the_devices_and_where_they_stand() {
     }
     assert!(tools.health[..2].iter().all(is_live), "{:?}", tools.health);
     assert_eq!(tools.health[2].status, DeviceHealth::ABSENT);
-    // The script presses the handle's first button, which this file makes a pedal's.
+    // The emulated hand presses the handle's first button, which this station file makes the pedal
+    // for coagulation.
     for _ in 0..12_000 {
         host.newest_tools(&mut tools);
         if tools.switches().contains(Switches::COAGULATE) {

@@ -1,4 +1,5 @@
-//! The realtime process as a process: killed, stopped, unprivileged, run away.
+//! The realtime process as a process of its own: it is killed, stopped, has no privileges, or runs
+//! away.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
@@ -34,7 +35,7 @@ fn spawn_controller(bench: &Bench, periods: u64, change: impl FnOnce(&mut Comman
     command.spawn().expect("the test's own set-up")
 }
 
-/// Body of that process.
+/// Body of the controller's process.
 #[test]
 #[ignore = "started by other tests as a process"]
 fn controller_process() {
@@ -63,7 +64,7 @@ fn signal(child: &Child, signal: Signal) {
     kill_process(pid, signal).expect("the test's own set-up");
 }
 
-/// First line of its output that starts with `word`.
+/// First line of the process's output that starts with `word`.
 fn line_with(child: &mut Child, word: &str) -> Option<String> {
     // One byte at a time, because bytes read ahead would be lost to the next call.
     let lines = BufReader::with_capacity(1, child.stdout.as_mut()?).lines();
@@ -183,7 +184,7 @@ fn a_stopped_controller_goes_on_without_a_jolt() {
     }
     signal(&child, Signal::STOP);
     thread::sleep(Duration::from_millis(300));
-    while host.newest_tools(&mut tools) {} // what it published before it stood
+    while host.newest_tools(&mut tools) {} // skips what was published before the stop
     let last_tick = tools.tick;
     let continued_ns = monotonic_ns();
     signal(&child, Signal::CONT);
@@ -197,7 +198,7 @@ fn a_stopped_controller_goes_on_without_a_jolt() {
         thread::sleep(Duration::from_millis(1));
     }
     assert!(is_later(&first), "it goes on");
-    // A machine that shows the first frame late shows more of the ramp.
+    // If the first frame comes late, the force has already risen further.
     let ticks = first.tick - last_tick;
     let after_n = force_n(&first);
     assert!(

@@ -1,5 +1,5 @@
-//! The force that a device renders while its controller fails: zero within the stated time in every
-//! case. The test plays the device and sees the force from its side.
+//! The force that a device renders when its controller fails: it must be zero within the stated
+//! time in every case. The test emulates the device and measures the force that the device renders.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed};
 use core::time::Duration;
@@ -21,8 +21,9 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 mod support;
 use support::Bench;
 
-/// Heights of the handle in the device's frame, m: the tip 2 cm above the tissue, and 1 cm inside.
+/// Height of the handle in the device's frame at which the tip is 2 cm above the tissue, m.
 const ABOVE_M: f32 = 0.06;
+/// Height of the handle in the device's frame at which the tip is 1 cm inside the tissue, m.
 const PRESSED_M: f32 = 0.03;
 /// Tests in parallel would disturb each other's core and timing.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
@@ -33,7 +34,7 @@ struct Seen {
     force_n: AtomicU32,
     /// Time at which the motors last had a force.
     last_force_ns: AtomicU64,
-    /// Longest time for which an ordinary thread got no core.
+    /// Longest time for which an ordinary thread got no core, ns.
     gap_ns: AtomicU64,
     pull_the_plug: AtomicBool,
     end: AtomicBool,
@@ -229,7 +230,7 @@ impl Pressing {
         kill_process(Pid::from_child(&self.child), signal).expect("the test's own set-up");
     }
 
-    /// Applies `harm`: the force must be gone in time and stay away.
+    /// Applies `harm`. The force must become zero in time and stay zero.
     fn is_safe_after(&mut self, what: &str, harm: impl FnOnce(&Self)) {
         let seen = &self.rig.seen;
         seen.gap_ns.store(0, Relaxed);
@@ -260,7 +261,7 @@ impl Pressing {
     }
 }
 
-/// First line of its output that starts with `word`.
+/// First line of the process's output that starts with `word`.
 fn line_with(child: &mut Child, word: &str) -> Option<String> {
     // One byte at a time, because bytes read ahead would be lost to the next call.
     let lines = BufReader::with_capacity(1, child.stdout.as_mut()?).lines();
@@ -332,7 +333,7 @@ fn a_starved_tick_leaves_no_force_and_ends() {
     if !station.realtime || one_core {
         station.signal(Signal::TERM);
         station.end();
-        return; // nobody may starve it, or everybody would starve
+        return; // no right to starve the tick, or only one core for all
     }
     station.is_safe_after("tick starved", |s| s.signal(Signal::USR2));
     let said = station.end().unwrap();

@@ -1,4 +1,4 @@
-//! Seeking in a session that displays watch: at every moment exactly the right places leak.
+//! Tests seeking in a session that displays watch: at every moment exactly the right places leak.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
@@ -110,7 +110,8 @@ fn setup(scene: &SceneFile) -> RunSetup {
     }
 }
 
-/// A hand that cuts the artery far from its source, then nearer to it; then everything is reset.
+/// Inputs of a hand that cuts the artery far from its source, and then nearer to it. Then
+/// everything is reset.
 fn session() -> Vec<InputRecord> {
     let kinematics = Kinematics {
         port_m: Vec3::from(PORT_M),
@@ -158,7 +159,8 @@ fn session() -> Vec<InputRecord> {
 /// Open leaks by place.
 type Open = BTreeMap<[u32; 3], f32>;
 
-/// Leaks as a display keeps them: until it hears that one is closed, or notices a jump back.
+/// A display that keeps each leak until an event closes it or, if it `forgets`, until it notices a
+/// jump back.
 struct Display {
     host: Host,
     state: Box<StateFrame>,
@@ -225,7 +227,8 @@ impl Drop for AtEnd<'_> {
     }
 }
 
-/// Runs in a thread whose stack has room for a simulation's state.
+/// Shows the session on a station while `watch` runs. `watch` gets the station, and a function that
+/// returns the open leaks at a tick.
 fn shown(name: &str, watch: impl FnOnce(&Station, &dyn Fn(u64) -> Open)) {
     let scene = artery();
     let replay = Replay::new(&scene, &setup(&scene)).expect("a scene");

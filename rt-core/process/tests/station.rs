@@ -20,7 +20,7 @@ fn run(config: &RtConfig) -> Result<RtSummary, RtError> {
     rt_process::run(config, &AtomicBool::new(false), |_| ())
 }
 
-/// Runs in a thread of its own; returns the flag that stops it.
+/// Runs the controller in a thread of its own. Returns the flag that stops it, and the thread.
 fn start(
     config: RtConfig,
 ) -> (
@@ -33,7 +33,7 @@ fn start(
     let thread = thread::spawn(move || {
         rt_process::run(&config, &flag, |_| ready.send(()).unwrap_or_default())
     });
-    // Fails if it did not start; joining the thread gives the error.
+    // This fails if the controller did not start. Joining the thread gives the error.
     let _ = told.recv();
     (stop, thread)
 }
@@ -208,7 +208,7 @@ fn deadline_scheduling_is_an_option() {
     };
     let summary = run(&config).unwrap();
     assert!(summary.ticks > 0);
-    // Realtime, or it states the reason; never silently something else.
+    // The run is realtime, or the summary states the reason.
     let refused = summary
         .refused
         .iter()
@@ -248,8 +248,8 @@ fn missing_scene_or_device_is_named_and_leaves_the_station_free() {
     assert!(run(&config).is_ok());
 }
 
-/// Iterations at which the block of 125 spheres takes more than a period per tick, and the one of 8
-/// spheres less than half a period.
+/// Number of iterations at which a tick of the block of 125 spheres takes more than a period, and
+/// one of the block of 8 spheres less than half a period.
 const HEAVY: u32 = 650;
 
 fn heavy(bench: &Bench, admission: AdmissionPolicy) -> RtConfig {

@@ -3,27 +3,29 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Service `hand`: a person without a haptic device leads the emulated hand. Movements are sums
-/// since the sender began, so that a lost message loses nothing.
+/// Service `hand`: a person without a haptic device moves the emulated hand with mouse and
+/// keyboard. Each movement is the sum since the sender started, so that a lost message loses no
+/// movement.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.HandMsg.v1")]
 pub struct HandMsg {
     /// When it was sent (`CLOCK_MONOTONIC`).
     pub at_ns: u64,
-    /// When the sender began: another one's sums start from nothing.
+    /// When the sender started. A new value means a new sender, whose sums start from zero.
     pub began_ns: u64,
-    /// The instrument's tip, along the picture's right, its up, and towards the viewer, m.
+    /// Movement of the instrument's tip to the right of the picture, up in it, and towards the
+    /// viewer, m.
     pub moved_m: [f64; 3],
-    /// The instrument about its shaft, rad.
+    /// Rotation of the instrument about its shaft, rad.
     pub rolled_rad: f64,
-    /// The endoscope about its port, to the left and up, rad.
+    /// Rotation of the endoscope about its port, to the left and upwards, rad.
     pub scope_turned_rad: [f64; 2],
-    /// The endoscope along its axis, inwards, m.
+    /// Movement of the endoscope along its axis, inwards, m.
     pub scope_advanced_m: f64,
     /// Device buttons, as in [`crate::message::ToolFrame::buttons`].
     pub buttons: u32,
-    /// The pedals' bits of [`crate::words::Switches`].
+    /// Pressed pedals, as bits of [`crate::words::Switches`].
     pub switches: u32,
 }
 
@@ -34,9 +36,10 @@ pub struct HandMsg {
 pub struct CommandMsg {
     /// One of the `CommandMsg` constants.
     pub kind: u32,
-    /// Number of a [`crate::words::Instrument`] with [`CommandMsg::INSTRUMENT`], the task with
-    /// [`CommandMsg::START`], 1 or 0 with [`CommandMsg::PAUSE`] and [`CommandMsg::ENABLE_FORCE`].
-    /// The other kinds state theirs.
+    /// Argument of the command: the number of a [`crate::words::Instrument`] for
+    /// [`CommandMsg::INSTRUMENT`], the task for [`CommandMsg::START`], 1 or 0 for
+    /// [`CommandMsg::PAUSE`] and [`CommandMsg::ENABLE_FORCE`]. `SEEK` and `SPEED` describe theirs.
+    /// `RESET` and `STOP` use none.
     pub argument: u32,
 }
 
@@ -51,13 +54,13 @@ impl CommandMsg {
     pub const INSTRUMENT: u32 = 4;
     /// End the controller cleanly.
     pub const STOP: u32 = 5;
-    /// Put every organ to where a task begins: 0 hang (no suture is placed), 1 identify, 2 clamp
-    /// (the triangle is cleared), 3 cut (duct and artery are clipped), 4 disconnect (both are
-    /// divided).
+    /// Put every organ into the state in which a task begins: 0 hang (no suture is placed), 1
+    /// identify, 2 clamp (the triangle is cleared), 3 cut (duct and artery are clipped), 4
+    /// disconnect (both are divided).
     pub const START: u32 = 6;
-    /// Of a replay: go to this time from its start, ms.
+    /// Only for a replay: go to this time after the start of the recording, ms.
     pub const SEEK: u32 = 7;
-    /// Of a replay: speed relative to the recording, in thousandths, 10 to 100 000.
+    /// Only for a replay: set the speed relative to the recording, in thousandths, 10 to 100 000.
     pub const SPEED: u32 = 8;
 }
 
@@ -70,22 +73,22 @@ pub struct ReplyMsg {
     pub outcome: u32,
     /// Zero.
     pub reserved: u32,
-    /// Tick at which it took effect.
+    /// Tick at which the command took effect.
     pub tick: u64,
 }
 
 impl ReplyMsg {
-    /// It was done.
+    /// The command was carried out.
     pub const DONE: u32 = 0;
     /// There is no such command.
     pub const UNKNOWN: u32 = 1;
     /// The argument is out of its range.
     pub const OUT_OF_RANGE: u32 = 2;
-    /// Too many commands wait: try again.
+    /// Too many commands are waiting; the host may try again.
     pub const BUSY: u32 = 3;
 }
 
-// The layout is the contract: a change of size is a change of version.
+// Both processes rely on these sizes. Whoever changes one must also change the version.
 const _: () = {
     assert!(size_of::<HandMsg>() == 80);
 };

@@ -5,24 +5,25 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::words::{Current, EventKind, Fault, Unknown};
 
-/// Service `events`: numbered in sequence. A gap in `sequence` is a loss that the reader must show.
+/// Service `events`: one event. A gap in `sequence` means that events were lost, and the reader
+/// must show the loss.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.EventMsg.v1")]
 pub struct EventMsg {
-    /// Counts up by one per event, from 0 at the controller's start.
+    /// Number of the event, from 0 at the controller's start.
     pub sequence: u64,
-    /// Tick that raised it.
+    /// Tick that raised the event.
     pub tick: u64,
     /// Time of that tick (`CLOCK_MONOTONIC`).
     pub at_ns: u64,
     /// Number of an [`EventKind`].
     pub kind: u32,
-    /// Organ's index in the scene, or `u32::MAX`.
+    /// Index of the organ in the scene; `u32::MAX` if the event concerns no organ.
     pub organ: u32,
-    /// Place, world frame, m.
+    /// Place of the event, world frame, m.
     pub at_m: [f32; 3],
-    /// Payload; [`EventMsg::decode`] gives it a name.
+    /// Payload. Its meaning and unit depend on the kind: see [`EventMsg::decode`].
     pub value: f32,
 }
 
@@ -38,12 +39,12 @@ pub enum Event {
     Release,
     /// The jaws closed on tissue.
     Grasp {
-        /// Spheres held.
+        /// Number of spheres held.
         spheres: u32,
     },
     /// The jaws let go, or the tissue slipped out.
     LetGo {
-        /// Spheres that were held.
+        /// Number of spheres that were held.
         spheres: u32,
     },
     /// A fault was raised.
@@ -75,7 +76,7 @@ pub enum Event {
         /// Energy since the last event of this burn, J.
         energy_j: f32,
     },
-    /// A vessel, duct or bag leaks.
+    /// A vessel, a duct or an organ full of bile leaks.
     Leak {
         /// Flow as a share of the flow in the whole vessel; 0: stopped.
         flow: f32,
@@ -101,7 +102,7 @@ pub enum Event {
         /// next division. 0: clips close both sides.
         open: f32,
     },
-    /// Everything is as at the start, or as a task begins.
+    /// All organs were put back to their state at the start of the run or of a task.
     Reset,
     /// A suture goes through an organ.
     Stitch {
@@ -113,12 +114,13 @@ pub enum Event {
         /// The suture's number in the scene, from 0.
         suture: u32,
     },
-    /// An organ that nobody freed left its place for good. Told once.
+    /// An organ that nobody detached left its place and does not return. Sent once.
     Fall {
         /// Distance of its middle from its place, m.
         distance_m: f32,
     },
-    /// An organ that no tool moves does not come to rest. Told once, and again after a rest.
+    /// An organ that no tool moves does not come to rest. Sent once, and once more each time the
+    /// organ has rested meanwhile.
     Shake {
         /// Speed of its fastest sphere, m/s.
         speed_m_s: f32,
@@ -128,7 +130,7 @@ pub enum Event {
 /// An event that cannot be decoded.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum UnknownEvent {
-    /// Its kind, its fault or its current has no name.
+    /// The number of the event's kind, fault or current has no name.
     #[error(transparent)]
     Word(#[from] Unknown),
     /// Its value is not finite, or a count or an index is not a whole number.
@@ -142,14 +144,14 @@ pub enum UnknownEvent {
 }
 
 impl EventMsg {
-    /// First whole number that `f32` does not tell from its neighbour.
+    /// 2²⁴, from which on `f32` cannot represent every whole number.
     const WHOLE_END: f32 = 16_777_216.0;
 
     /// The event with its payload.
     ///
     /// # Errors
     ///
-    /// [`UnknownEvent`] if a number has no name or the value is none that the kind carries.
+    /// [`UnknownEvent`] if a number has no name, or if the kind cannot carry the value.
     pub fn decode(&self) -> Result<Event, UnknownEvent> {
         let kind = EventKind::try_from(self.kind)?;
         let value = self.value;
@@ -186,20 +188,20 @@ impl EventMsg {
         })
     }
 
-    /// Is of this kind.
+    /// True if the event is of this kind.
     #[must_use]
     pub const fn is(&self, kind: EventKind) -> bool {
         self.kind == kind.number()
     }
 
-    /// Its kind's name, for reports.
+    /// Name of the event's kind, for reports.
     #[must_use]
     pub fn name(&self) -> &'static str {
         EventKind::try_from(self.kind).map_or("unknown", EventKind::name)
     }
 }
 
-// The layout is the contract: a change of size is a change of version.
+// Both processes rely on these sizes. Whoever changes one must also change the version.
 const _: () = {
     assert!(size_of::<EventMsg>() == 48);
 };

@@ -11,18 +11,19 @@ use crate::limits::{MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES};
 pub struct SphereState {
     /// Centre, world frame, m.
     pub center_m: [f32; 3],
-    /// Bit set of [`SphereState::AWAKE`], [`SphereState::CONTACT`], [`SphereState::GRASPED`].
+    /// Bit set of [`SphereState::AWAKE`], [`SphereState::CONTACT`], [`SphereState::GRASPED`] and
+    /// `GONE`.
     pub bits: u32,
 }
 
 impl SphereState {
-    /// Its organ is simulated this tick.
+    /// The sphere's organ is simulated in this tick.
     pub const AWAKE: u32 = 1;
-    /// A tool touches it.
+    /// A tool touches the sphere.
     pub const CONTACT: u32 = 2;
-    /// Between closed jaws.
+    /// The closed jaws hold the sphere.
     pub const GRASPED: u32 = 4;
-    /// All its layered tissue is removed.
+    /// All layered tissue that follows the sphere is removed.
     pub const GONE: u32 = 8;
 }
 
@@ -32,18 +33,18 @@ impl SphereState {
 pub struct ClipMsg {
     /// The two spheres, in the scene's order.
     pub spheres: [u32; 2],
-    /// Place between the two: 0 at the first, 1 at the second.
+    /// Place of the clip between the two spheres: 0 at the first, 1 at the second.
     pub share: f32,
-    /// Share of the lumen that it closes, 0 to 1.
+    /// Share of the lumen that the clip closes, 0 to 1.
     pub closed: f32,
-    /// Along its legs, from the bend to the open ends: a unit vector, world frame.
+    /// Direction of the clip's legs, from the bend to the open ends: a unit vector, world frame.
     pub legs: [f32; 3],
     /// The clip's number, from 0. A clip on two tubes has two records.
     pub number: u32,
 }
 
 impl ClipMsg {
-    /// Lies between existing spheres, and is finite.
+    /// True if the clip lies between existing spheres and its numbers are in range.
     fn is_sane(&self, sphere_count: u32) -> bool {
         let share = |x: f32| (0.0..=1.0).contains(&x);
         self.spheres.iter().all(|it| *it < sphere_count)
@@ -57,27 +58,27 @@ impl ClipMsg {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct SutureMsg {
-    /// The sphere that it goes through, in the scene's order.
+    /// Index of the sphere that the suture goes through, in the scene's order.
     pub sphere: u32,
     /// One of the `SutureMsg` constants.
     pub placed: u32,
-    /// Its other end, in the wall or at the instrument's tip, world frame, m.
+    /// Other end of the suture, in the wall or at the instrument's tip, world frame, m.
     pub at_m: [f32; 3],
-    /// Its length after it is drawn in, m.
+    /// Length of the suture once it is pulled tight, m.
     pub length_m: f32,
 }
 
 impl SutureMsg {
-    /// It is not placed yet.
+    /// The suture is not placed yet.
     pub const AWAY: u32 = 0;
-    /// It goes through the organ and to the instrument's tip.
+    /// The suture goes through the organ and to the instrument's tip.
     pub const AT_HAND: u32 = 1;
-    /// It hangs the organ on the wall.
+    /// The suture hangs the organ on the wall.
     pub const HUNG: u32 = 2;
-    /// It hung the organ, and was cut through.
+    /// The suture hung the organ and was then cut through.
     pub const CUT: u32 = 3;
 
-    /// Goes through an existing sphere, and is finite.
+    /// True if the suture goes through an existing sphere and its numbers are in range.
     fn is_sane(&self, sphere_count: u32) -> bool {
         self.sphere < sphere_count
             && self.placed <= Self::CUT
@@ -86,12 +87,12 @@ impl SutureMsg {
     }
 }
 
-/// Service `state`: the newest wins.
+/// Service `state`: the state of all tissue. A reader gets only the newest frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.StateFrame.v4")]
 pub struct StateFrame {
-    /// Tick that wrote it.
+    /// Tick that wrote the frame.
     pub tick: u64,
     /// When that tick's sample was read from the device (`CLOCK_MONOTONIC`).
     pub sample_ns: u64,
@@ -107,14 +108,16 @@ pub struct StateFrame {
     pub cell_count: u32,
     /// Number of `sutures` in use.
     pub suture_count: u32,
-    /// The sutures to the world (`AttachmentRecord::is_thread`), in the scene's order.
+    /// The sutures between an organ and the world (attachments with `AttachmentRecord::is_thread`),
+    /// in the scene's order.
     pub sutures: [SutureMsg; MAX_SUTURES],
     /// The spheres, in the scene's order.
     pub spheres: [SphereState; MAX_SPHERES],
     /// The clips, in the order in which they were closed.
     pub clips: [ClipMsg; MAX_CLIPPED],
-    /// Cells of layered tissue, in the scene's order: heat taken so far as a share of the heat that
-    /// removes the cell, 0 to 254; or [`StateFrame::GONE`].
+    /// Cells of layered tissue, in the scene's order. Each value is the heat that the cell has
+    /// taken so far, as a share of the heat that removes it, scaled to 0 to 254; or
+    /// [`StateFrame::GONE`].
     pub cells: [u8; MAX_CELLS],
 }
 
@@ -122,14 +125,14 @@ impl StateFrame {
     /// A cell that is gone.
     pub const GONE: u8 = u8::MAX;
 
-    /// The cells in use. `None` if the frame is malformed.
+    /// The cells in use. `None` if the frame is malformed: it claims too many.
     #[must_use]
     pub fn cells(&self) -> Option<&[u8]> {
         self.cells.get(..self.cell_count as usize)
     }
 
-    /// The spheres in use. `None` if the frame is malformed: too many, or a centre that is not
-    /// finite or lies beyond 1000 m.
+    /// The spheres in use. `None` if the frame is malformed: it claims too many spheres, or a
+    /// coordinate is not finite or beyond 1000 m.
     #[must_use]
     pub fn spheres(&self) -> Option<&[SphereState]> {
         let spheres = self.spheres.get(..self.sphere_count as usize)?;
@@ -137,8 +140,8 @@ impl StateFrame {
         spheres.iter().all(sane).then_some(spheres)
     }
 
-    /// The sutures in use. `None` if the frame is malformed: too many, one through a sphere that
-    /// does not exist, or one that is not finite.
+    /// The sutures in use. `None` if the frame is malformed: it claims too many sutures, or one
+    /// goes through a sphere that does not exist or has a number out of range.
     #[must_use]
     pub fn sutures(&self) -> Option<&[SutureMsg]> {
         let sutures = self.sutures.get(..self.suture_count as usize)?;
@@ -146,8 +149,8 @@ impl StateFrame {
         sutures.iter().all(sane).then_some(sutures)
     }
 
-    /// The clips in use. `None` if the frame is malformed: too many, one between spheres that do
-    /// not exist, or one that is not finite.
+    /// The clips in use. `None` if the frame is malformed: it claims too many clips, or one lies
+    /// between spheres that do not exist or has a number out of range.
     #[must_use]
     pub fn clips(&self) -> Option<&[ClipMsg]> {
         let clips = self.clips.get(..self.clip_count as usize)?;
@@ -156,7 +159,7 @@ impl StateFrame {
     }
 }
 
-// The layout is the contract: a change of size is a change of version.
+// Both processes rely on these sizes. Whoever changes one must also change the version.
 const _: () = {
     assert!(size_of::<SphereState>() == 16);
     assert!(size_of::<ClipMsg>() == 32);

@@ -11,69 +11,76 @@ use crate::limits::{FAULTS, STAGES, TIMING_BATCH};
 pub struct TickRecord {
     /// Tick's number.
     pub tick: u64,
-    /// Its scheduled start (`CLOCK_MONOTONIC`): the first deadline that no earlier tick served.
+    /// Scheduled start of the tick (`CLOCK_MONOTONIC`): the first start on the period grid that no
+    /// earlier tick took.
     pub scheduled_ns: u64,
     /// Actual start − scheduled start, saturating.
     pub wake_latency_ns: u32,
-    /// Start to end of the tick.
+    /// Duration of the tick.
     pub tick_ns: u32,
-    /// From the arrival of the device sample at the host to the written force. 0: no fresh sample.
+    /// Time from the arrival of the device's sample at this computer until the force was written to
+    /// the device. 0: no fresh sample.
     pub motion_to_force_ns: u32,
-    /// Whole periods between scheduled and actual start. They were skipped (deadline misses).
+    /// Number of whole periods between the scheduled and the actual start. The loop skipped them:
+    /// each is a deadline miss.
     pub missed: u32,
-    /// Time of each stage.
+    /// Duration of each stage.
     pub stage_ns: [u32; STAGES],
     /// Bit set of [`TickRecord::OVERRAN`], `NOT_PUBLISHED`, `STALE`, `CONTACT`, `DROPPED_…`.
     pub bits: u32,
 }
 
 impl TickRecord {
-    /// It ended after its deadline.
+    /// The tick ended after its deadline.
     pub const OVERRAN: u32 = 1;
-    /// A frame was due and no slot was free.
+    /// A frame was due, but all buffers for frames were in use.
     pub const NOT_PUBLISHED: u32 = 2;
-    /// The device sample was older than its limit, or the device lost.
+    /// The device's sample was older than its limit, or the device was lost.
     pub const STALE: u32 = 4;
     /// The instrument touched something.
     pub const CONTACT: u32 = 8;
-    /// There was no time for self-collision.
+    /// The tick left out self-collision, because its time was too short.
     pub const DROPPED_SELF_COLLISION: u32 = 32;
-    /// There was no time for organs far from the instrument.
+    /// The tick left out far organs, those that the instrument neither touches nor holds, because
+    /// its time was too short.
     pub const DROPPED_FAR_ORGANS: u32 = 64;
-    /// A frame was due and there was no time for it.
+    /// A frame was due, but the tick had no time for it.
     pub const DROPPED_PUBLISH: u32 = 16;
 }
 
-/// Service `timing`: batches of records, with the thread's counters since its start.
+/// Service `timing`: one batch of records, with counters of the realtime thread. Just before the
+/// first tick the thread is armed: from then on its violations are counted.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.TimingBatch.v6")]
 pub struct TimingBatch {
-    /// Batch number; a gap is a loss.
+    /// Number of the batch. A gap in the numbers means that batches were lost.
     pub sequence: u64,
     /// Heap allocations of the realtime thread since it was armed; `u64::MAX`: not counted.
     pub allocations: u64,
     /// Page faults (minor and major) of the realtime thread since it was armed.
     pub page_faults: u64,
-    /// Involuntary context switches since it was armed.
+    /// Involuntary context switches of the realtime thread since it was armed.
     pub involuntary_switches: u64,
-    /// Waits since it was armed, except those until its next tick.
+    /// Number of waits of the realtime thread since it was armed, except those for its next tick.
     pub blocks: u64,
-    /// Ticks so far.
+    /// Number of ticks so far.
     pub ticks: u64,
-    /// Periods skipped so far.
+    /// Number of periods skipped so far.
     pub deadline_misses: u64,
-    /// Ticks so far that ended after their deadline.
+    /// Number of ticks so far that ended after their deadline.
     pub overruns: u64,
-    /// Faults of each kind so far ([`crate::words::Fault`]).
+    /// Number of faults of each kind so far ([`crate::words::Fault`]).
     pub faults: [u64; FAULTS],
-    /// Ticks so far in which contact asked for a force.
+    /// Number of ticks so far in which contact asked for a force.
     pub contact_ticks: u64,
-    /// Those in which less or none of it was rendered, by the fault that is the reason.
+    /// Number of those ticks in which the device rendered less of the force or none, for each fault
+    /// that held the force back.
     pub held_ticks: [u64; FAULTS],
-    /// Number of times that force was held back, by reason.
+    /// Number of times that each fault began to hold the force back during contact.
     pub held_times: [u64; FAULTS],
-    /// Bits of [`TimingBatch::FIFO`], `LOCKED`, `PINNED`. The thread is realtime with all three.
+    /// Bits of [`TimingBatch::FIFO`], `LOCKED`, `PINNED`. The thread counts as realtime if all
+    /// three are set.
     pub realtime: u32,
     /// Number of `records` in use.
     pub count: u32,
@@ -82,7 +89,7 @@ pub struct TimingBatch {
 }
 
 impl TimingBatch {
-    /// The records in use. `None` if the batch is malformed.
+    /// The records in use. `None` if the batch is malformed: it claims too many.
     #[must_use]
     pub fn records(&self) -> Option<&[TickRecord]> {
         self.records.get(..self.count as usize)
@@ -98,7 +105,7 @@ impl TimingBatch {
     pub const PINNED: u32 = 4;
 }
 
-// The layout is the contract: a change of size is a change of version.
+// Both processes rely on these sizes. Whoever changes one must also change the version.
 const _: () = {
     assert!(size_of::<TimingBatch>() == 848 + 64 * TIMING_BATCH);
     assert!(size_of::<TickRecord>() == 64);

@@ -15,26 +15,26 @@ pub struct DeviceHealth {
     pub status: u32,
     /// Age of the newest sample, µs, saturating.
     pub age_us: u32,
-    /// Good frames.
+    /// Frames received without an error.
     pub frames: u64,
     /// Rejected frames.
     pub bad_frames: u64,
-    /// Lost frames by sequence number.
+    /// Frames that were lost, counted from gaps in the sequence numbers.
     pub lost_frames: u64,
-    /// Commands that the line refused.
+    /// Commands that the connection to the device did not accept.
     pub dropped_writes: u64,
     /// Bytes that this computer did not read in time.
     pub unread_bytes: u64,
 }
 
 impl DeviceHealth {
-    /// Not configured.
+    /// No such device is configured.
     pub const ABSENT: u32 = 0;
     /// Samples arrive in time.
     pub const LIVE: u32 = 1;
     /// The newest sample is older than its limit.
     pub const STALE: u32 = 2;
-    /// The line is gone.
+    /// The connection to the device is gone.
     pub const LOST: u32 = 3;
 }
 
@@ -52,12 +52,12 @@ pub struct CapsuleMsg {
     pub role: u32,
 }
 
-/// Service `tools`: the newest wins.
+/// Service `tools`: the state of the tools. A reader gets only the newest frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.ToolFrame.v3")]
 pub struct ToolFrame {
-    /// Tick that wrote it.
+    /// Tick that wrote the frame.
     pub tick: u64,
     /// When that tick's sample was read from the device.
     pub sample_ns: u64,
@@ -65,12 +65,14 @@ pub struct ToolFrame {
     pub at_ns: u64,
     /// First 16 bytes of the compiled scene's identity.
     pub scene_id: [u8; 16],
-    /// Handle, world frame.
+    /// Pose of the handle, world frame.
     pub world_from_handle: PoseMsg,
-    /// Instrument, world frame: origin at the jaw joint, −z along the shaft towards the tip. It is
-    /// a proxy: it stays behind the hand if the device is weaker than the tissue.
+    /// Pose of the instrument, world frame: origin at the jaw joint, −z along the shaft towards the
+    /// tip. The instrument is a proxy: where the device is too weak to stop the hand at the tissue,
+    /// the instrument stays behind the hand.
     pub world_from_instrument: PoseMsg,
-    /// Endoscope's camera, world frame: looks along −z, y up.
+    /// Pose of the endoscope's camera, world frame. The camera looks along −z, and y is up in the
+    /// picture.
     pub world_from_camera: PoseMsg,
     /// Opening of the jaws: 0 closed, 1 open.
     pub jaw: f32,
@@ -78,11 +80,11 @@ pub struct ToolFrame {
     pub instrument: u32,
     /// Force on the hand, world frame, N, as sent to the device.
     pub force_n: [f32; 3],
-    /// Contacts in that tick.
+    /// Number of contacts in that tick.
     pub contact_count: u32,
     /// Bits of [`Switches`].
     pub switches: u32,
-    /// Device buttons.
+    /// Pressed buttons of the device, one bit each.
     pub buttons: u32,
     /// Number of `capsules` in use.
     pub capsule_count: u32,
@@ -92,12 +94,12 @@ pub struct ToolFrame {
     pub reserved: u32,
     /// Capsules of the instrument.
     pub capsules: [CapsuleMsg; MAX_CAPSULES],
-    /// Haptic device, tracker, pedal.
+    /// Health of the haptic device, the tracker and the pedal, in this order.
     pub health: [DeviceHealth; 3],
 }
 
 impl CapsuleMsg {
-    /// Part of a tool that it stands in for.
+    /// Part of a tool that the capsule represents.
     ///
     /// # Errors
     ///
@@ -106,7 +108,7 @@ impl CapsuleMsg {
         self.role.try_into()
     }
 
-    /// Is this part of a tool.
+    /// True if the capsule represents this part of a tool.
     #[must_use]
     pub const fn is(&self, role: CapsuleRole) -> bool {
         self.role == role.number()
@@ -123,19 +125,20 @@ impl ToolFrame {
         self.instrument.try_into()
     }
 
-    /// This instrument is in the hand.
+    /// True if this instrument is in the hand.
     #[must_use]
     pub const fn has(&self, instrument: Instrument) -> bool {
         self.instrument == instrument.number()
     }
 
-    /// The switches that have a name.
+    /// The set switches, without bits that have no name.
     #[must_use]
     pub const fn switches(&self) -> Switches {
         Switches::named(self.switches)
     }
 
-    /// The capsules in use. `None` if the frame is malformed.
+    /// The capsules in use. `None` if the frame is malformed: it claims too many, or one of its
+    /// poses, capsules or forces has a number out of range.
     #[must_use]
     pub fn capsules(&self) -> Option<&[CapsuleMsg]> {
         let poses = [
@@ -154,7 +157,7 @@ impl ToolFrame {
     }
 }
 
-// The layout is the contract: a change of size is a change of version.
+// Both processes rely on these sizes. Whoever changes one must also change the version.
 const _: () = {
     assert!(size_of::<CapsuleMsg>() == 32);
     assert!(size_of::<DeviceHealth>() == 48);

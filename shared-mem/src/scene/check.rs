@@ -213,7 +213,8 @@ impl SceneFile {
         self.check_cells()
     }
 
-    /// Each of one organ's spheres, neighbours that name each other, and numbers that make sense.
+    /// Checks that each cell follows spheres of one organ, that neighbours name each other, and
+    /// that every number is in range.
     fn check_cells(&self) -> Result<(), SceneError> {
         let (cells, corners) = (self.cells(), self.cell_corners());
         let organ_of = |sphere: u16| {
@@ -282,7 +283,8 @@ impl SceneFile {
         Ok(())
     }
 
-    /// That all exists. Whether it is of one organ, the realtime process checks.
+    /// Checks that every index exists. The realtime process checks later that each contact vertex
+    /// follows spheres of one organ.
     fn check_contact_skin(&self) -> Result<(), SceneError> {
         let (vertices, fans) = (self.contact_vertices(), self.contact_fans());
         for (i, v) in vertices.iter().enumerate() {
@@ -337,17 +339,18 @@ impl SceneFile {
     }
 }
 
-/// Attachments in a scene; equals the realtime process's limit.
+/// Most attachments in a scene. The realtime process has the same limit.
 const MAX_ATTACHMENTS: usize = 1024;
-/// Contact vertices in a scene; equals the realtime process's limit.
+/// Most contact vertices in a scene. The realtime process has the same limit.
 const MAX_CONTACT_VERTICES: usize = 32_768;
-/// Corners of cells in a scene: each has eight, most of them shared.
+/// Most corners of cells in a scene. A cell has eight corners but shares most of them with its
+/// neighbours.
 const MAX_CELL_CORNERS: usize = 4 * MAX_CELLS;
-/// A micronewton for a metre: whatever is softer holds nothing.
+/// Largest compliance: 1 µN stretches a link by 1 m. A softer link would hold nothing.
 const COMPLIANCE_MAX_M_N: f32 = 1e6;
-/// A kilojoule: no hand brings that up.
+/// Largest tearing energy, 1 kJ. A hand cannot supply more.
 const TEAR_MAX_J: f32 = 1e3;
-/// Steps in a tick, at most.
+/// Most solver steps in one tick.
 const SUBSTEPS_MAX: u32 = 16;
 
 fn count(what: &'static str, found: usize, min: usize, max: usize) -> Result<(), SceneError> {

@@ -1,4 +1,4 @@
-//! Reading a compiled scene: map, check, view.
+//! Reading a compiled scene: it is mapped into memory, checked, and read in place.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use super::{
     str_from_name,
 };
 
-/// A checked, read-only compiled scene: mapped from a file, or over bytes in memory.
+/// A checked, read-only compiled scene, mapped from a file or copied from bytes in memory.
 #[derive(Debug)]
 pub struct SceneFile {
     bytes: Bytes,
@@ -24,7 +24,8 @@ pub struct SceneFile {
 #[derive(Debug)]
 enum Bytes {
     Mapped(memmap2::Mmap),
-    /// `u64` for alignment; the tail of the last word is unused.
+    /// The bytes, as `u64` words for alignment, and their number. The last word may have unused
+    /// bytes.
     Owned(Vec<u64>, usize),
 }
 
@@ -38,12 +39,12 @@ impl Bytes {
 }
 
 impl SceneFile {
-    /// Maps and checks a file; of one with several levels of detail the finest, or the one that
-    /// the path ends in: `FILE#1` is the next coarser one. Do not change a file in place while it
-    /// is mapped; writers replace it by renaming.
+    /// Maps and checks a file. If the file has several levels of detail, opens the finest, or the
+    /// one that the end of the path names: `FILE#1` is the next coarser one. Do not change a file
+    /// in place while it is mapped; replace it by renaming, as the writer of this crate does.
     ///
     /// # Errors
-    /// Says what is wrong and where.
+    /// The error says what is wrong with the file, and where.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
         let (path, level) = levels::split(path);
         let io = |source| SceneError::Io {
@@ -59,8 +60,8 @@ impl SceneFile {
             });
         };
         #[expect(unsafe_code, reason = "mapping a file is unsafe in memmap2")]
-        // SAFETY: read-only map of a file that writers replace and never change in place (see
-        // `SceneData::write`); all content is plain old data and checked below.
+        // SAFETY: the map is read-only. Writers replace the file and never change it in place (see
+        // `SceneData::write`). All content is plain old data and is checked below.
         let map = unsafe {
             memmap2::MmapOptions::new()
                 .offset(offset)
@@ -71,8 +72,9 @@ impl SceneFile {
         Self::check(Bytes::Mapped(map))
     }
 
-    /// The levels of detail in a file, finest first, as paths for [`SceneFile::open`]; the path
-    /// itself when it names a level, or when the file cannot be read (opening it says why).
+    /// The levels of detail in a file, finest first, as paths for [`SceneFile::open`]. A path that
+    /// names a coarser level is returned alone. So is the path of a file that cannot be read:
+    /// opening it then reports the error.
     #[must_use]
     pub fn levels(path: &Path) -> Vec<PathBuf> {
         let (file, level) = levels::split(path);
@@ -152,7 +154,7 @@ impl SceneFile {
         bytemuck::cast_slice(&self.bytes.get()[start..start + count as usize * size_of::<T>()])
     }
 
-    /// The whole scene as it lies in the file, for [`SceneFile::from_bytes`].
+    /// Bytes of the whole scene as they are in the file. [`SceneFile::from_bytes`] reads them.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get()

@@ -1,4 +1,4 @@
-//! Header and table of the file.
+//! Header and section table of a compiled scene's file.
 
 use super::SceneId;
 
@@ -19,7 +19,7 @@ pub(super) struct Header {
     pub(super) reserved: u64,
 }
 
-/// One row of the table; sections stand in the order of [`super::SceneData`]'s fields.
+/// One row of the section table. The sections have the order of [`super::SceneData`]'s fields.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct Section {

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use super::MAGIC;
 use super::header::{ALIGN, HEADER_BYTES, Header};
 
-/// Levels in a file, at most.
+/// Most levels in a file.
 pub const LEVELS_MAX: usize = 8;
 
-/// Offset and length of each level. A file that is not levels from end to end counts as one level,
-/// so that opening it names the error.
+/// Offset and length of each level. A file that does not consist of whole levels counts as one
+/// level, so that opening it reports the error.
 pub(super) fn find(file: &mut File) -> std::io::Result<Vec<(u64, usize)>> {
     let total = file.metadata()?.len();
     let size = |bytes: u64| usize::try_from(bytes).unwrap_or(usize::MAX);
@@ -39,8 +39,8 @@ pub(super) fn find(file: &mut File) -> std::io::Result<Vec<(u64, usize)>> {
     })
 }
 
-/// A path and the level that its end names: `scene.calot#2`. A file that is called so is taken
-/// at its word.
+/// Splits `scene.calot#2` into the path of the file and the number of the level. If a file with the
+/// whole name exists, the name is not split and the level is 0.
 pub(super) fn split(path: &Path) -> (PathBuf, usize) {
     let named = path.to_str().and_then(|text| text.rsplit_once('#'));
     let level = named.and_then(|(file, level)| Some((file, level.parse().ok()?)));

@@ -9,8 +9,8 @@
 //! A file may hold several levels of detail, finest first. Each level is a complete scene with its
 //! own identity, and begins at a multiple of 64 bytes.
 //!
-//! The file is hostile input: [`SceneFile::open`] checks sizes, alignment, identity, every index
-//! and every number before anything is used.
+//! The file is not trusted: [`SceneFile::open`] checks sizes, alignment, identity, every index and
+//! every number before anything is used.
 
 mod check;
 mod error;
@@ -38,6 +38,6 @@ pub const LAYOUT_VERSION: u32 = 7;
 pub const NO_CONTACT_VERTEX: u16 = u16::MAX;
 /// Index that means: there is no cell.
 pub const NO_CELL: u16 = u16::MAX;
-/// Identity of a scene: BLAKE3 of table and sections. Two processes run the same scene exactly if
-/// their identities are equal.
+/// Identity of a scene: BLAKE3 hash of section table and sections. Two processes run the same scene
+/// if and only if the identities are equal.
 pub type SceneId = [u8; 32];

@@ -4,13 +4,13 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::message::PoseMsg;
 
-/// Spheres that one skin vertex is bound to, at most.
+/// Most spheres that one skin vertex is bound to.
 pub const BINDINGS: usize = 8;
-/// Spheres that one contact vertex follows, at most.
+/// Most spheres that one contact vertex follows.
 pub const CONTACT_BINDINGS: usize = 12;
 /// Stands for the second sphere of an [`AttachmentRecord`] that ends at a point of the world.
 pub const WORLD: u32 = u32::MAX;
-/// The quantised weights of a vertex sum to this.
+/// Sum of the quantised weights of a vertex.
 pub const WEIGHT_SUM: u32 = 65_535;
 
 /// Anatomical kind of an organ. It selects the look and the role in the procedure.
@@ -54,7 +54,7 @@ impl OrganKind {
     }
 }
 
-/// Places of devices, ports and target. A scene has one.
+/// Places of devices, ports and target. A scene has one such record.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct RoomRecord {
@@ -62,25 +62,26 @@ pub struct RoomRecord {
     pub name: [u8; 64],
     /// Gravity, m/s².
     pub gravity_m_s2: [f32; 3],
-    /// Base frame of the haptic device.
+    /// Pose of the haptic device's base frame.
     pub world_from_device: PoseMsg,
-    /// Transmitter frame of the tracker.
+    /// Pose of the tracker's transmitter frame.
     pub world_from_tracker: PoseMsg,
     /// The instrument's trocar, m.
     pub instrument_port_m: [f32; 3],
-    /// From the handle to the tip, along the shaft, m.
+    /// Length of the instrument from the handle to the tip, along the shaft, m.
     pub instrument_length_m: f32,
     /// The endoscope's port, m.
     pub endoscope_port_m: [f32; 3],
-    /// Camera before the first tracker sample: looks along −z, y up.
+    /// Pose of the camera before the first sample of the tracker. The camera looks along −z, and y
+    /// is up in the picture.
     pub world_from_camera: PoseMsg,
     /// Point on the skin of the target organ at which the scripted hand works, m.
     pub target_m: [f32; 3],
-    /// Outward normal there.
+    /// Outward normal of the skin at the target.
     pub target_normal: [f32; 3],
     /// Index of the target organ.
     pub target_organ: u32,
-    /// Time of a breath, s; 0: nobody breathes.
+    /// Duration of a breath, s; 0: the patient does not breathe.
     pub breath_s: f32,
 }
 
@@ -94,11 +95,12 @@ pub struct MaterialRecord {
     pub young_pa: f32,
     /// Poisson's ratio, 0..0.5.
     pub poisson: f32,
-    /// Share of a link's stretch corrected in an iteration, 0..=1 (paper Eq. 4–5).
+    /// Share of a link's stretch that one iteration corrects, 0..=1 (paper Eq. 4–5).
     pub stretch_stiffness: f32,
-    /// Share of the way to the Laplacian target, 0..=1 (paper Eq. 8).
+    /// Share of the way to the Laplacian target (paper Eq. 8) that one iteration moves a sphere,
+    /// 0..=1.
     pub laplacian_stiffness: f32,
-    /// Fraction of velocity lost per second.
+    /// Rate at which the velocity decays, 1/s.
     pub damping_per_s: f32,
     /// Hooke constant of the haptic force, N/m.
     pub contact_stiffness_n_m: f32,
@@ -107,7 +109,7 @@ pub struct MaterialRecord {
     pub retardation_s: f32,
     /// Coulomb friction on a moist steel tool: tangential over normal force.
     pub friction: f32,
-    /// Energy that it takes to tear or cut a unit of area, J/m²; 0: does not tear.
+    /// Energy that it takes to tear or cut a unit of area, J/m²; 0: the tissue does not tear.
     pub toughness_j_m2: f32,
 }
 
@@ -121,23 +123,23 @@ pub struct OrganRecord {
     pub kind: u32,
     /// Spheres: first and count.
     pub spheres: [u32; 2],
-    /// Links: first and count. A link joins spheres of its own organ.
+    /// Links: first and count. They join spheres of this organ.
     pub links: [u32; 2],
-    /// Tetrahedra: first and count. Between spheres of its own organ.
+    /// Tetrahedra: first and count. Their corners are spheres of this organ.
     pub tetrahedra: [u32; 2],
-    /// Number of its links, from the first, that carry load beside the tetrahedra. The others serve
-    /// the paper's method and list neighbours.
+    /// Number of links, from the organ's first, that carry load in addition to the tetrahedra. The
+    /// other links serve the paper's method and tell which spheres are neighbours.
     pub elastic_links: u32,
-    /// Steps in a tick that its stiffness needs.
+    /// Number of solver steps per tick that the organ's stiffness needs.
     pub substeps: u32,
-    /// Share of gravity that acts: 0 if the shape at rest is the one in the body, where weight is
-    /// in balance; 1 if it is the unloaded one.
+    /// Share of gravity that acts on the organ. 0: the rest shape is the shape in the body, where
+    /// the weight is already in balance. 1: the rest shape is the unloaded shape.
     pub gravity_share: f32,
-    /// Displacement of its held spheres by a breath, m.
+    /// Displacement of the organ's held spheres by a breath, m.
     pub breath_m: [f32; 3],
-    /// Skin vertices: first and count. Bound to spheres of its own organ.
+    /// Skin vertices: first and count. They are bound to spheres of this organ.
     pub vertices: [u32; 2],
-    /// Skin triangles: first and count. Of vertices of its own organ.
+    /// Skin triangles: first and count. Their corners are skin vertices of this organ.
     pub triangles: [u32; 2],
     /// Volume inside the skin at rest, m³.
     pub volume_m3: f32,
@@ -155,11 +157,11 @@ pub struct SphereRecord {
     pub radius_m: f32,
     /// Mass, kg.
     pub mass_kg: f32,
-    /// 1: attached to its surroundings.
+    /// 1: the sphere is attached to its surroundings; 0: it is free.
     pub held: u32,
 }
 
-/// A distance constraint.
+/// A distance constraint between two spheres of one organ.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct LinkRecord {
@@ -169,7 +171,8 @@ pub struct LinkRecord {
     pub b: u32,
     /// Length at rest, m.
     pub rest_length_m: f32,
-    /// Stretch per force, m/N; of the first `elastic_links` of an organ.
+    /// Compliance (stretch per force), m/N. Only the first `elastic_links` links of an organ use
+    /// it.
     pub compliance_m_n: f32,
 }
 
@@ -177,9 +180,9 @@ pub struct LinkRecord {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct TetraRecord {
-    /// Its corners, indices into the scene's spheres; `det(b − a, c − a, d − a)` is positive.
+    /// The four corners, indices into the scene's spheres; `det(b − a, c − a, d − a)` is positive.
     pub spheres: [u16; 4],
-    /// The share of the organ's volume that it carries, m³.
+    /// Part of the organ's volume that the tetrahedron carries, m³.
     pub volume_m3: f32,
 }
 
@@ -191,15 +194,15 @@ pub struct AttachmentRecord {
     pub a: u32,
     /// Second sphere, or [`WORLD`].
     pub b: u32,
-    /// Its end in the world, m, if `b` is [`WORLD`].
+    /// End of the attachment in the world, m, if `b` is [`WORLD`].
     pub anchor_m: [f32; 3],
-    /// Length at rest, m; 0 holds the two together.
+    /// Length at rest, m; 0: the two ends are held together.
     pub rest_length_m: f32,
     /// Stretch per force, m/N.
     pub compliance_m_n: f32,
-    /// 1: pulls and never pushes (a suture).
+    /// 1: the attachment is a thread (a suture), which pulls and never pushes.
     pub is_thread: u32,
-    /// Energy that it takes to tear it, J; 0: does not tear.
+    /// Energy that it takes to tear the attachment, J; 0: it does not tear.
     pub tear_j: f32,
 }
 
@@ -211,57 +214,64 @@ pub struct VertexRecord {
     pub position_m: [f32; 3],
     /// Outward unit normal at rest.
     pub normal: [f32; 3],
-    /// Spheres it follows, indices into the scene's spheres; unused ones repeat the first.
+    /// Spheres that the vertex follows, indices into the scene's spheres. Unused entries repeat the
+    /// first.
     pub spheres: [u16; BINDINGS],
-    /// Their weights; sum is [`WEIGHT_SUM`], unused ones are zero.
+    /// Weights of the spheres. Their sum is [`WEIGHT_SUM`]; unused entries are zero.
     pub weights: [u16; BINDINGS],
 }
 
-/// A vertex of the contact skin, which tools meet; coarser than the skin that is drawn.
+/// A vertex of the contact skin, the surface that tools touch. It is coarser than the skin that is
+/// drawn.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct ContactVertexRecord {
-    /// Spheres of one organ that it follows, indices into the scene's spheres; unused ones have
-    /// weight 0.
+    /// Spheres of one organ that the vertex follows, indices into the scene's spheres. Unused
+    /// entries have weight 0.
     pub spheres: [u16; CONTACT_BINDINGS],
-    /// Their weights; the sum is 1. Some may be negative.
+    /// Weights of the spheres. Their sum is 1; some may be negative.
     pub weights: [f32; CONTACT_BINDINGS],
-    /// Triangles around it: first and count, each by its two other corners.
+    /// Triangles around the vertex: first and count in the scene's contact fans, which give the two
+    /// other corners of each triangle.
     pub fan: [u32; 2],
-    /// A force on it reaches the spheres as if spread over a Gaussian `exp(−r²/A²)`: A, m.
+    /// Radius A over which a force on the vertex is spread to the spheres, m. The distribution is
+    /// the Gaussian `exp(−r²/A²)`.
     pub patch_m: f32,
     /// Mean curvature of the skin at rest, 1/m: positive where it bulges outwards.
     pub curvature_per_m: f32,
 }
 
-/// Cells under one contact vertex, at most.
+/// Most cells directly under one contact vertex.
 pub const COLUMNS: usize = 6;
 
 /// A cell of layered tissue (fat, connective tissue): a hexahedron that is removed whole. It
-/// belongs to the organ of its spheres. The cells of an organ follow each other.
+/// belongs to the organ of its spheres. The cells of an organ are consecutive in the list. Below,
+/// the course is the midline of the inner organ that the tissue lies around.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct CellRecord {
-    /// Its corners, indices into the scene's cell corners. Bit 0 of a corner's place is along the
-    /// course, bit 1 around it, bit 2 outwards; the three ways are right-handed.
+    /// The eight corners, indices into the scene's cell corners. In a corner's place in this list,
+    /// bit 0 is the direction along the course, bit 1 around it, bit 2 outwards. The three
+    /// directions are right-handed.
     pub corners: [u16; 8],
-    /// The cells across its faces: back and on along the course, back and on around it, inwards,
-    /// outwards; [`super::NO_CELL`] where there is none. Each names the other.
+    /// Neighbours across the six faces: backwards and forwards along the course, backwards and
+    /// forwards around it, inwards, outwards; [`super::NO_CELL`] where there is none. Two
+    /// neighbours name each other.
     pub neighbours: [u16; 6],
-    /// Spheres of one organ that its middle follows, the nearest first. The cell belongs to the
-    /// nearest. Unused ones have weight 0.
+    /// Spheres of one organ that the middle of the cell follows, the nearest first. The cell
+    /// belongs to the nearest sphere. Unused entries have weight 0.
     pub spheres: [u16; CONTACT_BINDINGS],
-    /// Their weights; the sum is 1. Some may be negative.
+    /// Weights of the spheres. Their sum is 1; some may be negative.
     pub weights: [f32; CONTACT_BINDINGS],
-    /// Middle at rest, world frame, m.
+    /// Middle of the cell at rest, world frame, m.
     pub center_m: [f32; 3],
     /// Mean length along the course, around it, and outwards, m.
     pub extent_m: [f32; 3],
     /// Volume at rest, m³.
     pub volume_m3: f32,
-    /// Energy that it takes to remove it, J.
+    /// Energy that it takes to remove the cell, J.
     pub energy_j: f32,
-    /// Layer, 0 the innermost.
+    /// Number of the layer; 0 is the innermost.
     pub layer: u8,
     /// Region: [`CellRecord::NOWHERE`], `TRIANGLE`, `LOWER_BED`, `UPPER_BED`. The cleared share of
     /// a region is the volume of its removed cells ([`crate::message::Event::Removed`]) over that
@@ -276,26 +286,28 @@ impl CellRecord {
     pub const NOWHERE: u8 = 0;
     /// In Calot's triangle: between cystic duct, bile duct and liver.
     pub const TRIANGLE: u8 = 1;
-    /// In the lower third of the gallbladder's bed, at its neck.
+    /// In the lower third of the gallbladder's bed on the liver, at the gallbladder's neck.
     pub const LOWER_BED: u8 = 2;
     /// In the rest of the bed.
     pub const UPPER_BED: u8 = 3;
 }
 
-/// Cells of layered tissue under a contact vertex. The number of removed cells behind each of these
-/// tells how far the surface has receded there.
+/// Cells of layered tissue directly under a contact vertex. A column of cells begins at each of
+/// them and leads away from the surface. The removed cells of the columns show how far the surface
+/// has receded.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct CellColumnRecord {
-    /// The cells under it, the nearest first; [`super::NO_CELL`] where there are fewer.
+    /// First cell of each column, the nearest first; [`super::NO_CELL`] where there are fewer.
     pub cells: [u16; COLUMNS],
-    /// The face of each, and of those behind it, that leads away from the surface.
+    /// For each column, the face of its cells that leads away from the surface.
     pub inwards: [u8; COLUMNS],
     /// Zero.
     pub reserved: [u8; 2],
 }
 
-/// A fixed name field from a string, cut at a character border.
+/// Copies a string into a name field of fixed size. A string that is too long is cut between two
+/// characters.
 #[must_use]
 pub fn name_from_str<const N: usize>(name: &str) -> [u8; N] {
     let mut field = [0; N];

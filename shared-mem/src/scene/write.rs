@@ -34,14 +34,14 @@ pub struct SceneData {
     pub attachments: Vec<AttachmentRecord>,
     /// Vertices of the contact skins.
     pub contact_vertices: Vec<ContactVertexRecord>,
-    /// The two other corners of every triangle around each of them.
+    /// The two other corners of every triangle around each contact vertex.
     pub contact_fans: Vec<[u16; 2]>,
     /// For every sphere the contact vertex nearest to it, or [`super::NO_CONTACT_VERTEX`]; empty if
     /// no organ has a contact skin.
     pub contact_nearest: Vec<u16>,
     /// Cells of layered tissue, organ by organ.
     pub cells: Vec<CellRecord>,
-    /// Their corners.
+    /// Corners of the cells.
     pub cell_corners: Vec<VertexRecord>,
     /// The cells under every contact vertex; empty if there are no cells.
     pub cell_columns: Vec<CellColumnRecord>,
@@ -51,7 +51,7 @@ impl SceneData {
     /// The file's bytes: the same scene gives the same bytes.
     ///
     /// # Errors
-    /// When [`SceneFile::from_bytes`] would refuse the result; the scene's fault is named.
+    /// The error of [`SceneFile::from_bytes`], if it would refuse the result.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SceneError> {
         let room = self.room.ok_or(SceneError::MissingRoom)?;
         let mut body = Body {
@@ -91,19 +91,20 @@ impl SceneData {
         Ok(file)
     }
 
-    /// Writes the file: to a temporary name beside it, then renamed, so that a reader never sees
-    /// half a scene.
+    /// Writes a temporary file in the same folder and renames it to `path`, so that a reader never
+    /// sees half a scene.
     ///
     /// # Errors
-    /// As [`SceneData::to_bytes`], and what the file system says.
+    /// Errors of [`SceneData::to_bytes`] and of the file system.
     pub fn write(&self, path: &Path) -> Result<SceneId, SceneError> {
         Self::write_levels(std::slice::from_ref(self), path)
     }
 
-    /// Writes a file of several levels of detail, finest first; the finest one's identity.
+    /// Writes a file of several levels of detail, finest first. Returns the identity of the finest.
     ///
     /// # Errors
-    /// As [`SceneData::write`], and when there is no level, or more than [`super::LEVELS_MAX`].
+    /// Errors of [`SceneData::write`], and an error if there is no level or more than
+    /// [`super::LEVELS_MAX`].
     pub fn write_levels(levels: &[Self], path: &Path) -> Result<SceneId, SceneError> {
         if !(1..=super::LEVELS_MAX).contains(&levels.len()) {
             return Err(SceneError::Count {
@@ -126,7 +127,7 @@ impl SceneData {
         let written = std::fs::write(&partial, &bytes);
         let written = written.and_then(|()| std::fs::rename(&partial, path));
         written.map_err(|source| {
-            // Best effort: the first error is the one to tell.
+            // If this fails too, the first error is the one to report.
             let _ = std::fs::remove_file(&partial);
             unwritable(path, source)
         })?;
@@ -141,8 +142,8 @@ fn unwritable(path: &Path, source: std::io::Error) -> SceneError {
     }
 }
 
-/// A scene replaces an older one or an empty file, never what else a slip of the hand names: the
-/// mesh it was made of, a device.
+/// Refuses a path at which anything but an older scene or an empty file exists. A mistyped path may
+/// name the mesh that the scene was made of, or a device.
 fn check_place(path: &Path) -> Result<(), SceneError> {
     let Ok(there) = std::fs::metadata(path) else {
         return Ok(());

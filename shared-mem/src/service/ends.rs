@@ -1,4 +1,5 @@
-//! Ends of a station's services, one type per kind of process.
+//! The ends of a station's services. There is one type per kind of process, which opens all
+//! services that the process uses.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -17,7 +18,7 @@ use crate::inputs::InputBatch;
 use crate::message::{CommandMsg, EventMsg, HandMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
 use crate::task::TaskMsg;
 
-/// A controller's needs of shared memory.
+/// Shared memory that a controller needs.
 const CONTROLLER: [Need; 6] = [
     Need::publisher::<StateFrame>(NEWEST),
     Need::publisher::<ToolFrame>(NEWEST),
@@ -26,7 +27,7 @@ const CONTROLLER: [Need; 6] = [
     Need::publisher::<InputBatch>(INPUTS),
     Need::COMMANDS,
 ];
-/// A host's.
+/// Shared memory that a host needs.
 const HOST: [Need; 5] = [
     Need::subscriber(NEWEST),
     Need::subscriber(NEWEST),
@@ -36,16 +37,17 @@ const HOST: [Need; 5] = [
 ];
 
 impl Station {
-    /// Checks that shared memory has room for a controller, a recorder and a display. Each of them
-    /// takes its part when it joins; this tells before any work is done.
+    /// Checks that shared memory has room for a controller and two hosts: a recorder, which counts
+    /// as a host here, and a display. Each process reserves its own memory when it joins. This
+    /// check reports a lack before any work is done.
     ///
     /// # Errors
-    /// [`ServiceError::NoRoom`] and its like.
+    /// [`ServiceError::NoRoom`], or another error about shared memory.
     pub fn check_room(&self) -> Result<(), ServiceError> {
         self.room_for(&[&CONTROLLER[..], &HOST, &HOST].concat())
     }
 
-    /// Shared memory for them, bytes.
+    /// Shared memory that a controller and two hosts need, bytes.
     #[must_use]
     pub fn room_needed() -> u64 {
         let all = CONTROLLER.iter().chain(&HOST).chain(&HOST);
@@ -53,7 +55,8 @@ impl Station {
     }
 }
 
-/// The controller's end. Owned by the publishing thread: creating, loaning and sending allocate.
+/// The controller's end. The publishing thread owns it, and not the realtime thread, because
+/// creating, loaning and sending allocate.
 #[derive(Debug)]
 pub struct Controller {
     /// Sphere states.
@@ -81,7 +84,7 @@ impl Request {
         *self.0.payload()
     }
 
-    /// Answers. The host may be gone by now.
+    /// Answers the command. If the host is gone by now, the answer is dropped.
     pub fn reply(self, reply: ReplyMsg) {
         let _ = self.0.send_copy(reply);
     }
@@ -91,7 +94,8 @@ impl Controller {
     /// Takes control of a station.
     ///
     /// # Errors
-    /// [`ServiceError::SecondController`] if another process has it, or what failed.
+    /// [`ServiceError::SecondController`] if another process controls the station, or the error of
+    /// the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let joining = station.join(&CONTROLLER)?;
         let node = joining.node();
@@ -110,10 +114,10 @@ impl Controller {
         })
     }
 
-    /// Gives new hosts the last events now. Else they would get them with the next event. Cheap if
-    /// no host is new.
+    /// Sends the last events to new hosts now. Without this call new hosts would get them with the
+    /// next event. The call is cheap if no host is new.
     pub fn greet(&self) {
-        // What cannot be connected now is tried again with the next event.
+        // A host that cannot be connected now is tried again with the next event.
         let _ = self.events.update_connections();
     }
 
@@ -122,13 +126,15 @@ impl Controller {
         self.commands.receive().ok().flatten().map(Request)
     }
 
-    /// Forgets hosts that died. Not needed often; takes up to milliseconds.
+    /// Clears what hosts that died left in iceoryx2. It takes up to milliseconds and is rarely
+    /// needed.
     pub fn forget_dead(&self) {
         self.member.forget_dead();
     }
 }
 
-/// The sender's end of the service `hand`: a display whose mouse and keyboard lead the hand.
+/// The sender's end of the service `hand`: a display whose mouse and keyboard move the emulated
+/// hand.
 #[derive(Debug)]
 pub struct HandSender {
     hand: Publisher<ipc::Service, HandMsg, ()>,
@@ -136,10 +142,10 @@ pub struct HandSender {
 }
 
 impl HandSender {
-    /// Takes the hand.
+    /// Takes the lead of the emulated hand.
     ///
     /// # Errors
-    /// [`ServiceError::SecondHand`] if another display has it.
+    /// [`ServiceError::SecondHand`] if another display leads the hand.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let joining = station.join(&[Need::publisher::<HandMsg>(NEWEST)])?;
         let hand = station.publisher(joining.node(), "hand", NEWEST);
@@ -153,12 +159,12 @@ impl HandSender {
         })
     }
 
-    /// Sends; returns whether an emulated hand listens. A real device's hand cannot be led.
+    /// Sends the message. Returns true if an emulated hand listens. A real device does not listen.
     pub fn send(&self, message: HandMsg) -> bool {
         self.hand.send_copy(message).is_ok_and(|heard| heard > 0)
     }
 
-    /// Forgets emulators that died.
+    /// Clears what emulators that died left in iceoryx2.
     pub fn forget_dead(&self) {
         self.member.forget_dead();
     }
@@ -172,10 +178,10 @@ pub struct HandReceiver {
 }
 
 impl HandReceiver {
-    /// Listens, whether anybody leads the hand yet or not.
+    /// Begins to listen. A sender may come later.
     ///
     /// # Errors
-    /// As they say.
+    /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let joining = station.join(&[Need::subscriber(NEWEST)])?;
         Ok(Self {
@@ -184,7 +190,7 @@ impl HandReceiver {
         })
     }
 
-    /// The newest message, if a newer one came.
+    /// The newest message, if one came since the last call.
     pub fn newest(&self) -> Option<HandMsg> {
         let mut newest_msg = None;
         newest(&self.hand, |message| newest_msg = Some(*message));
@@ -200,10 +206,11 @@ pub struct TaskSender {
 }
 
 impl TaskSender {
-    /// Begins to tell, whether anybody listens yet or not.
+    /// Begins to publish the state of a task. Receivers may come later.
     ///
     /// # Errors
-    /// [`ServiceError::SecondTask`] if another host does; others as they say.
+    /// [`ServiceError::SecondTask`] if another host publishes the task, or the error of the step
+    /// that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let joining = station.join(&[Need::publisher::<TaskMsg>(NEWEST)])?;
         let task = station.publisher(joining.node(), "task", NEWEST);
@@ -217,13 +224,13 @@ impl TaskSender {
         })
     }
 
-    /// Tells how it stands; returns whether that could be sent.
+    /// Publishes the state of the task. Returns true if it could be sent.
     pub fn send(&self, message: &TaskMsg) -> bool {
         self.task.send_copy(*message).is_ok()
     }
 }
 
-/// The end of whoever watches a task.
+/// The receiver's end of the service `task`: a host that watches a task.
 #[derive(Debug)]
 pub struct TaskReceiver {
     task: Subscriber<ipc::Service, TaskMsg, ()>,
@@ -231,10 +238,10 @@ pub struct TaskReceiver {
 }
 
 impl TaskReceiver {
-    /// Begins to watch, whether there is a task yet or not.
+    /// Begins to watch. The task may begin later.
     ///
     /// # Errors
-    /// As they say.
+    /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let joining = station.join(&[Need::subscriber(NEWEST)])?;
         Ok(Self {
@@ -243,13 +250,14 @@ impl TaskReceiver {
         })
     }
 
-    /// Copies the newest message into `into`, if a newer one came. [`TaskMsg::text`] checks it.
+    /// Copies the newest message into `into` and returns true, if one came since the last call.
+    /// [`TaskMsg::text`] checks the message.
     pub fn newest(&self, into: &mut TaskMsg) -> bool {
         newest(&self.task, |message| *into = *message)
     }
 }
 
-/// A recorder's end. Opened before the controller starts, it misses nothing.
+/// A recorder's end. If it is opened before the controller starts, it misses nothing.
 #[derive(Debug)]
 pub struct Tap {
     inputs: Subscriber<ipc::Service, InputBatch, ()>,
@@ -260,10 +268,10 @@ pub struct Tap {
 }
 
 impl Tap {
-    /// Begins to listen, whether the station's controller runs yet or not.
+    /// Begins to listen. The station's controller may start later.
     ///
     /// # Errors
-    /// As they say.
+    /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let joining = station.join(&[INPUTS, NEWEST, EVENTS, TIMING].map(Need::subscriber))?;
         let node = joining.node();
@@ -276,28 +284,29 @@ impl Tap {
         })
     }
 
-    /// Hands over every batch of inputs since last time, oldest first.
+    /// Calls `each` with every batch of inputs since the last call, oldest first.
     pub fn drain_inputs(&self, mut each: impl FnMut(&InputBatch)) {
         drain(&self.inputs, &mut each);
     }
 
-    /// Copies the newest tools into `into`, if there are newer ones than last time.
+    /// Copies the newest frame of the tools into `into` and returns true, if one came since the
+    /// last call.
     pub fn newest_tools(&self, into: &mut ToolFrame) -> bool {
         newest(&self.tools, |frame| *into = *frame)
     }
 
-    /// Hands over every event since last time, oldest first.
+    /// Calls `each` with every event since the last call, oldest first.
     pub fn drain_events(&self, mut each: impl FnMut(&EventMsg)) {
         drain(&self.events, &mut each);
     }
 
-    /// Hands over every timing batch since last time, oldest first.
+    /// Calls `each` with every timing batch since the last call, oldest first.
     pub fn drain_timing(&self, mut each: impl FnMut(&TimingBatch)) {
         drain(&self.timing, &mut each);
     }
 }
 
-/// A host's end: display, report, test.
+/// The end of a host: a display, a report or a test.
 #[derive(Debug)]
 pub struct Host {
     station: Station,
@@ -310,10 +319,10 @@ pub struct Host {
 }
 
 impl Host {
-    /// Begins to watch a station, whether its controller runs yet or not.
+    /// Begins to watch a station. Its controller may start later.
     ///
     /// # Errors
-    /// As they say.
+    /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let joining = station.join(&HOST)?;
         let node = joining.node();
@@ -332,28 +341,29 @@ impl Host {
         })
     }
 
-    /// Copies the newest state into `into`, if there is a newer one than last time. The content
-    /// is as the controller wrote it: use [`StateFrame::spheres`], which checks.
+    /// Copies the newest frame of the tissue into `into` and returns true, if one came since the
+    /// last call. The content is not checked: read it by [`StateFrame::spheres`], which checks.
     pub fn newest_state(&self, into: &mut StateFrame) -> bool {
         newest(&self.state, |frame| *into = *frame)
     }
 
-    /// Copies the newest tools into `into`, if there are newer ones than last time.
+    /// Copies the newest frame of the tools into `into` and returns true, if one came since the
+    /// last call.
     pub fn newest_tools(&self, into: &mut ToolFrame) -> bool {
         newest(&self.tools, |frame| *into = *frame)
     }
 
-    /// Hands over every event since last time, oldest first.
+    /// Calls `each` with every event since the last call, oldest first.
     pub fn drain_events(&self, mut each: impl FnMut(&EventMsg)) {
         drain(&self.events, &mut each);
     }
 
-    /// Hands over every timing batch since last time, oldest first.
+    /// Calls `each` with every timing batch since the last call, oldest first.
     pub fn drain_timing(&self, mut each: impl FnMut(&TimingBatch)) {
         drain(&self.timing, &mut each);
     }
 
-    /// Asks the controller for something and waits for its reply.
+    /// Sends a command to the controller and waits for the reply.
     ///
     /// # Errors
     /// [`ServiceError::NoAnswer`] after `patience`.
@@ -364,14 +374,16 @@ impl Host {
     ) -> Result<ReplyMsg, ServiceError> {
         let start = Instant::now();
         while start.elapsed() < patience {
-            // Sent again while no controller is connected: one that just started still gets it.
+            // The command is sent again while no controller is connected, so that a controller that
+            // starts meanwhile gets it.
             let pending = self
                 .commands
                 .send_copy(command)
                 .map_err(|error| self.station.transport("sending a command", &error))?;
             let connected = pending.number_of_server_connections() > 0;
             loop {
-                // Asked before looking: a controller replies and hangs up in one go.
+                // `over` is computed before the reply is read. A controller disconnects right after
+                // its reply, so that a later test could end the loop with the reply unread.
                 let over = !connected || !pending.is_connected() || start.elapsed() >= patience;
                 if let Ok(Some(reply)) = pending.receive() {
                     return Ok(*reply.payload());
@@ -389,7 +401,7 @@ impl Host {
         })
     }
 
-    /// Forgets processes that died.
+    /// Clears what processes that died left in iceoryx2.
     pub fn forget_dead(&self) {
         self.member.forget_dead();
     }

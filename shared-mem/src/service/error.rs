@@ -1,28 +1,28 @@
-//! Errors between the processes, in words.
+//! Errors of the services between the processes.
 
 use std::path::PathBuf;
 
-/// An error between the processes.
+/// An error of the services between the processes.
 #[derive(Debug, thiserror::Error)]
 pub enum ServiceError {
-    /// The name cannot be part of a file name.
+    /// The station's name cannot be part of a file name.
     #[error(
         "station name '{0}' is not usable: 1 to 40 characters of a-z, A-Z, 0-9, '-' and '_' are"
     )]
     StationName(String),
-    /// Somebody else controls this station.
+    /// Another process controls this station.
     #[error(
         "station '{0}' already has a controller; stop it (its `calot run` or `calot rt`), or \
          choose another name with --station"
     )]
     SecondController(String),
-    /// Somebody else leads the emulated hand.
+    /// Another display leads the emulated hand.
     #[error("station '{0}': another display has the instrument in hand; let go of it there (M)")]
     SecondHand(String),
-    /// Another host tells how this station's task stands.
+    /// Another host publishes the state of this station's task.
     #[error("station '{0}': another `calot run` assesses its task; end it first")]
     SecondTask(String),
-    /// Somebody holds the service with another layout of its messages.
+    /// A process of another version uses the service, with another layout of its messages.
     #[error("station '{station}', service '{service}': a process of another version runs; end it")]
     OtherVersion {
         /// Station.
@@ -35,7 +35,7 @@ pub enum ServiceError {
     Folder {
         /// The folder.
         path: PathBuf,
-        /// Its problem.
+        /// The folder's problem.
         problem: String,
     },
     /// Shared memory is too small, or nearly full.
@@ -52,7 +52,7 @@ pub enum ServiceError {
         /// Bytes that are free.
         free: u64,
     },
-    /// The process may not make files of that size.
+    /// The limit of this process on file sizes is too low for the shared memory.
     #[error(
         "station '{station}' needs shared memory in files of {}, but this process may write files \
          of {} only; raise the limit (`ulimit -f`, RLIMIT_FSIZE, `prlimit --fsize`)",
@@ -63,7 +63,7 @@ pub enum ServiceError {
         station: String,
         /// Bytes of the largest file.
         need: u64,
-        /// Limit, bytes.
+        /// Limit of the process, bytes.
         limit: u64,
     },
     /// The folder of the shared memory cannot be used.
@@ -74,7 +74,7 @@ pub enum ServiceError {
         /// The folder's problem, and the remedy.
         problem: String,
     },
-    /// The station is in use, but its files are not there.
+    /// The station is in use, but this process does not find the station's files.
     #[error(
         "station '{station}' runs (process {processes}), but its files are gone from {place}: {why}"
     )]
@@ -88,7 +88,7 @@ pub enum ServiceError {
         /// Likely causes.
         why: &'static str,
     },
-    /// A file is somebody else's.
+    /// A file of the station belongs to another user.
     #[error(
         "station '{station}': {file} belongs to {owner}; have it removed by {owner}, or choose \
          another name with --station"
@@ -106,12 +106,12 @@ pub enum ServiceError {
     ManyHosts {
         /// Station.
         station: String,
-        /// Most that can watch at once.
+        /// Most hosts of this kind at once.
         max: usize,
         /// Kind of hosts.
         what: &'static str,
     },
-    /// Somebody runs the station.
+    /// Another process runs the station.
     #[error(
         "station '{station}' runs already, held by {by}; show it with `calot run --attach`, or choose \
          another name with --station"
@@ -134,7 +134,7 @@ pub enum ServiceError {
         doing: &'static str,
         /// iceoryx2's own words.
         detail: String,
-        /// The patterns of its files.
+        /// Patterns of the names of the station's files.
         files: String,
     },
     /// No controller answered.
@@ -142,7 +142,7 @@ pub enum ServiceError {
     NoAnswer {
         /// Station.
         station: String,
-        /// Time that was waited, ms.
+        /// Time waited, ms.
         waited_ms: u128,
     },
 }

@@ -40,18 +40,19 @@ pub fn owner(user: u32) -> String {
     name.map_or_else(|| format!("user {number}"), |name| format!("user {name}"))
 }
 
-/// This file and its owner, if the owner is somebody else.
+/// The path and the name of the owner, if the file belongs to another user.
 pub(super) fn foreign(path: &std::path::Path) -> Option<(PathBuf, String)> {
     use std::os::unix::fs::MetadataExt as _;
     let meta = std::fs::symlink_metadata(path).ok()?;
     (meta.uid() != user()).then(|| (path.to_owned(), owner(meta.uid())))
 }
 
-/// The folder of this user's stations. A new one is private. One that somebody else can write to is
-/// refused, because its name in the temporary folder can be guessed.
+/// The folder of this user's stations. If it does not exist, it is made for this user alone. A
+/// folder that another user can write to is refused: its name in the temporary folder can be
+/// guessed, so another user may have made it.
 ///
 /// # Errors
-/// [`ServiceError::Folder`] says what is wrong with it.
+/// [`ServiceError::Folder`] says what is wrong with the folder.
 pub fn user_folder() -> Result<PathBuf, ServiceError> {
     use std::os::unix::fs::{DirBuilderExt, MetadataExt};
     let user = user();

@@ -1,5 +1,6 @@
-//! Joining a station and leaving it. The first end clears the remains of crashes, and the last end
-//! leaves nothing. The memory is taken before it is used.
+//! Joining a station and leaving it. The first end that joins removes the files that crashed
+//! processes left. The last end that leaves removes all files of the station. Shared memory is
+//! reserved before it is used.
 
 use std::path::Path;
 
@@ -13,9 +14,9 @@ use super::{MAX_LOANS, Quality, ServiceError, Station, folder};
 /// Most bytes of the files that iceoryx2 keeps for one service and one node. The test
 /// `what_a_station_reserves_is_what_it_takes` measures them.
 const SERVICE_BYTES: u64 = 64 << 10;
-/// The bytes of a connection without its queues and flags.
+/// Bytes of a connection without its queues and flags.
 const CONNECTION_BYTES: u64 = 8 << 10;
-/// The bytes of a sample's header.
+/// Bytes of a sample's header.
 const HEADER_BYTES: usize = 64;
 
 /// Shared memory that an end needs for one service, bytes.
@@ -23,21 +24,22 @@ const HEADER_BYTES: usize = 64;
 pub(super) struct Need(u64);
 
 impl Need {
-    /// Requests and replies are small.
+    /// Upper bound for the command service, whose requests and replies are small.
     pub(super) const COMMANDS: Self = Self(512 << 10);
 
     pub(super) const fn bytes(self) -> u64 {
         self.0
     }
 
-    /// A publisher's: its samples, and the connections to all readers.
+    /// Need of a publisher: its samples, and the connections to all readers.
     pub(super) const fn publisher<T>(quality: Quality) -> Self {
         let samples = Self::samples(quality) * (size_of::<T>() + HEADER_BYTES);
         let readers = quality.readers as u64;
         Self(samples as u64 + SERVICE_BYTES + readers * Self::connection(quality))
     }
 
-    /// A reader's: the service, if it comes first, and the connection.
+    /// Need of a reader: its connection, and the files of the service, in case the reader is the
+    /// first to open it.
     pub(super) const fn subscriber(quality: Quality) -> Self {
         Self(SERVICE_BYTES + Self::connection(quality))
     }
@@ -54,13 +56,15 @@ impl Need {
     }
 }
 
-/// Hold on the name of a running station. It needs no file, and ends with the process.
+/// Exclusive hold on the name of a running station. It needs no file, and the kernel releases it
+/// when the process ends.
 #[derive(Debug)]
 pub struct Claim {
     _held: Option<Held>,
 }
 
-/// An end that is joining. It has the turn, and there is memory for everything that it opens.
+/// An end that is joining. It has the turn: no other end of the station joins or leaves meanwhile.
+/// There is memory for everything that the end opens.
 pub(super) struct Joining<'a> {
     station: &'a Station,
     /// Dropped before `presence`, because leaving takes a turn too.
@@ -69,16 +73,18 @@ pub(super) struct Joining<'a> {
     presence: Leaving,
 }
 
-/// A member of a station. It is the last field of an end, because it must outlive the ports.
+/// Membership of an end in a station. It is the last field of an end, because it must outlive the
+/// ports.
 #[derive(Debug)]
 pub(super) struct Member {
-    /// Ends before the node does, so that whoever sees it finds the node's files.
+    /// Sign that the services are open. It is dropped before the node, so that a process that sees
+    /// the sign also finds the node's files.
     _open: Option<Held>,
     node: Node<ipc::Service>,
     _presence: Leaving,
 }
 
-/// Presence that sweeps when it is the last.
+/// A presence that removes the station's files when the last end leaves.
 #[derive(Debug)]
 struct Leaving {
     presence: Presence,
@@ -94,38 +100,41 @@ impl Drop for Leaving {
 }
 
 impl Station {
-    /// Stem of its abstract sockets.
+    /// Stem of the names of the station's abstract sockets.
     fn base(&self) -> String {
         format!("calot-{}-{}", folder::user(), self.name)
     }
 
-    /// Takes the station's name for the process that runs the station. `who` says in words which
-    /// program holds it: it gets the inode of that program's socket, if the kernel tells it.
+    /// Takes the station's name for the process that runs the station. If another program holds the
+    /// name, `who` describes that program. It gets the inode of the program's socket, if the kernel
+    /// reports one.
     ///
     /// # Errors
-    /// [`ServiceError::RunsAlready`] if somebody has it.
+    /// [`ServiceError::RunsAlready`] if another process holds the name.
     pub fn claim(&self, who: impl FnOnce(Option<u64>) -> String) -> Result<Claim, ServiceError> {
         match Held::take(self.base()) {
             Ok(None) => Err(ServiceError::RunsAlready {
                 station: self.name.clone(),
                 by: who(presence::inode(&self.base())),
             }),
-            // Without abstract sockets the lock in the folder alone tells.
+            // Without abstract sockets, only the lock file in the user's folder shows that the
+            // station runs.
             Ok(Some(held)) => Ok(Claim { _held: Some(held) }),
             Err(_) => Ok(Claim { _held: None }),
         }
     }
 
-    /// True if somebody runs the station, wherever its files are.
+    /// True if a process runs the station, even if its files are in another folder.
     #[must_use]
     pub fn is_claimed(&self) -> bool {
         let base = self.base();
         presence::held(&base).is_some_and(|names| names.contains(&base))
     }
 
-    /// Joins. `needs` are those of everything that the end opens.
+    /// Joins the station. `needs` has the shared memory of everything that the end will open.
     pub(super) fn join(&self, needs: &[Need]) -> Result<Joining<'_>, ServiceError> {
-        // Peers die every day here, and iceoryx2 warns of each on a whole page.
+        // Only errors are printed. Processes of a station are often killed, and iceoryx2 prints a
+        // page of warnings for each.
         set_log_level(LogLevel::Error);
         let base = self.base();
         let turn = presence::turn(&base);
@@ -155,15 +164,15 @@ impl Station {
         }
     }
 
-    /// Takes the room, and gives it back for the files themselves. The turn keeps other ends of the
-    /// station from taking it.
+    /// Reserves the memory and frees it again at once for the files themselves. Meanwhile no other
+    /// end of the station can take it, because this end has the turn.
     pub(super) fn room_for(&self, needs: &[Need]) -> Result<(), ServiceError> {
         let sizes: Vec<u64> = needs.iter().map(|need| need.bytes()).collect();
         let reserved: Result<Reservation, _> = room::reserve(&self.prefix, &sizes);
         reserved.map(drop).map_err(|lack| self.lack(lack))
     }
 
-    /// Refuses a station that is open elsewhere but whose files are not where they should be.
+    /// Refuses a station that other processes have open but whose files this process does not find.
     fn check_files(&self, presence: &Presence) -> Result<(), ServiceError> {
         let are_in = |folder: &Path| !room::files(folder, &self.prefix).is_empty();
         let shared = Path::new(room::SHARED);
@@ -171,7 +180,7 @@ impl Station {
         if presence.open().is_empty() || is_there() {
             return Ok(());
         }
-        // The last member may have left between the two looks.
+        // The last member may have left between the two checks.
         let processes = presence.open();
         if processes.is_empty() || is_there() {
             return Ok(());
@@ -239,7 +248,7 @@ impl Joining<'_> {
         &self.node
     }
 
-    /// Takes all pages of the files that are open now, and gives the turn to the next end.
+    /// Allocates all pages of the station's files, then passes the turn to the next end.
     pub(super) fn finish(self) -> Result<Member, ServiceError> {
         let Self {
             station,
@@ -263,7 +272,7 @@ impl Joining<'_> {
 }
 
 impl Member {
-    /// Forgets processes that died.
+    /// Clears what processes that died left in iceoryx2.
     pub(super) fn forget_dead(&self) {
         self.node.try_cleanup_dead_nodes();
     }

@@ -1,8 +1,9 @@
 //! The iceoryx2 services and their ends. Only this module sets their names and quality of service.
 //!
-//! A [`Station`] is a name; stations that run side by side, tests among them, do not see each
-//! other. A controller holds the [`Controller`] end, any number of hosts up to [`MAX_HOSTS`] hold
-//! a [`Host`] end. Either may come first, die, and come back.
+//! A [`Station`] is the name under which the processes of one simulator meet. Stations that run at
+//! the same time, such as those of tests, do not see each other. One process, the controller, holds
+//! the [`Controller`] end. Up to [`MAX_HOSTS`] other processes, the hosts, each hold a [`Host`]
+//! end. Each may start first, die, and start again.
 
 mod ends;
 mod error;
@@ -30,30 +31,33 @@ pub use error::ServiceError;
 pub use folder::{owner, user_folder};
 pub use join::Claim;
 
-/// Hosts (displays, reports) that can watch one station at once.
+/// Most hosts (displays, reports) that can watch one station at once.
 pub const MAX_HOSTS: usize = 8;
-/// Loaned samples that the controller may hold: the handover's slots, and one in hand.
+/// Most samples of one service that the controller may hold on loan: those lent to the tick
+/// (`SLOTS` in `handover.rs` of `rt-process`), and one more.
 pub const MAX_LOANS: usize = 6;
-/// Version of the messages; part of every service's name.
+/// Version of the messages. It is part of every service's name.
 const VERSION: &str = "v3";
-/// Events that a host can fall behind before the gap in `sequence` tells it what it lost.
+/// Number of events that a host can fall behind. If it falls behind further, it loses events, and
+/// `sequence` has a gap.
 const EVENT_BUFFER: usize = 1024;
-/// Timing batches that a host can fall behind: about 16 s at 1 kHz.
+/// Number of timing batches that a host can fall behind: about 16 s at 1 kHz.
 const TIMING_BUFFER: usize = 256;
 
-/// A station: the name that its processes meet under.
+/// A station: the name under which its processes meet.
 #[derive(Debug, Clone)]
 pub struct Station {
     name: String,
     config: Config,
-    /// The beginning of the names of its iceoryx2 files. It holds the user, because others cannot
-    /// open that user's files. It ends in a character that no station's name has.
+    /// Beginning of the names of the station's iceoryx2 files. It contains the user's number,
+    /// because one user cannot open the files of another. It ends in a dot, which no station's name
+    /// has, so that it never fits the files of a longer name.
     prefix: String,
     root: PathBuf,
 }
 
 impl Station {
-    /// A station by name.
+    /// The station with this name.
     ///
     /// # Errors
     /// When the name is not 1 to 40 plain characters, or the user's folder cannot be used.
@@ -70,7 +74,7 @@ impl Station {
             problem: "its name is too long, or not plain".to_owned(),
         })?;
         config.global.set_root_path(&path);
-        // Each process that joins forgets those that died.
+        // Each process that joins clears what dead processes left.
         config.global.node.cleanup_dead_nodes_on_creation = true;
         Ok(Self {
             name: name.to_owned(),
@@ -80,7 +84,7 @@ impl Station {
         })
     }
 
-    /// Checks a name without touching anything.
+    /// Checks a station's name without using any file.
     ///
     /// # Errors
     /// When it is not 1 to 40 plain characters.
@@ -98,7 +102,7 @@ impl Station {
         &self.name
     }
 
-    /// The beginning of the names of its iceoryx2 files in /dev/shm.
+    /// Beginning of the names of the station's iceoryx2 files in /dev/shm.
     #[must_use]
     pub fn file_prefix(&self) -> &str {
         &self.prefix
@@ -244,7 +248,8 @@ struct Quality {
     readers: usize,
 }
 
-/// The newest wins; a host that joins gets it at once.
+/// For services of which only the newest message counts. A reader that joins gets that message at
+/// once.
 const NEWEST: Quality = Quality {
     buffer: 2,
     history: 1,
@@ -261,8 +266,8 @@ const TIMING: Quality = Quality {
     readers: MAX_HOSTS,
 };
 
-/// A recorder that gets no processor time for 8 s loses nothing. Few may listen: the controller
-/// locks the memory of each one's buffer.
+/// For `inputs`: a recorder that gets no processor time for 8 s loses nothing. Only two readers may
+/// listen, because the controller locks the memory of each reader's buffer.
 const INPUTS: Quality = Quality {
     buffer: 128,
     history: 0,

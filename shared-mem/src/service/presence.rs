@@ -1,6 +1,7 @@
-//! Members of a station, known by abstract Unix sockets. These need no file that could be swept
-//! away, and the kernel ends them with their process. Another network namespace does not see them.
-//! So each member also keeps a locked file in /dev/shm.
+//! Members of a station, who show their presence by abstract Unix sockets. Such a socket needs no
+//! file that a clean-up could remove, and the kernel closes it when its process ends. A process in
+//! another network namespace does not see the socket. So each member also keeps a locked file in
+//! /dev/shm.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind};
@@ -14,12 +15,13 @@ use rustix::io::Errno;
 
 use super::room;
 
-/// Longest wait for another end to join or leave. That takes milliseconds unless its process stops.
+/// Longest wait for another end that joins or leaves. This takes the other end milliseconds, unless
+/// its process is stopped.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Most names that one process tries. Each of its ends has one.
+/// Most numbered names that one process tries. Each of its ends takes one.
 const ENDS_MAX: u32 = 1000;
 
-/// A name that this process holds until it ends or drops this value.
+/// A name that this process holds, as an abstract socket, until it ends or drops this value.
 #[derive(Debug)]
 pub(super) struct Held {
     name: String,
@@ -27,7 +29,7 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// Takes a name; `None` if somebody else has it.
+    /// Takes a name; `None` if it is already held.
     pub(super) fn take(name: String) -> Result<Option<Self>, Error> {
         let address = SocketAddr::from_abstract_name(&name)?;
         match UnixListener::bind_addr(&address) {
@@ -46,7 +48,7 @@ impl Held {
     }
 }
 
-/// Every held name that begins with `stem`; `None` if the kernel does not tell.
+/// Every held name that begins with `stem`; `None` if the kernel's table cannot be read.
 pub(super) fn held(stem: &str) -> Option<Vec<String>> {
     let table = table()?;
     let names = rows(&table).map(|(_, name)| name);
@@ -54,7 +56,7 @@ pub(super) fn held(stem: &str) -> Option<Vec<String>> {
     Some(of_stem.map(str::to_owned).collect())
 }
 
-/// Inode of the socket that holds this name, if the kernel tells it.
+/// Inode of the socket that holds this name, if the kernel's table has it.
 pub(super) fn inode(name: &str) -> Option<u64> {
     let table = table()?;
     let (row, _) = rows(&table).find(|(_, it)| *it == name)?;
@@ -67,12 +69,14 @@ fn table() -> Option<String> {
     Some(String::from_utf8_lossy(&table).into_owned())
 }
 
-/// Rows with an abstract name: the columns before it, of which the last is the inode, and the name.
+/// Rows of the table that have an abstract name, each split into the columns before the name and
+/// the name. The last of these columns is the inode.
 fn rows(table: &str) -> impl Iterator<Item = (&str, &str)> {
     table.lines().filter_map(|line| line.split_once(" @"))
 }
 
-/// The turn to join or leave: one process of a station at a time.
+/// Waits for the turn to join or leave, which one process of a station has at a time. `None` if the
+/// wait is too long or abstract sockets do not work.
 pub(super) fn turn(base: &str) -> Option<Held> {
     let start = Instant::now();
     while start.elapsed() < PATIENCE {
@@ -85,7 +89,7 @@ pub(super) fn turn(base: &str) -> Option<Held> {
     None
 }
 
-/// A file in /dev/shm that is locked as long as its process lives.
+/// A file in /dev/shm that stays locked while its process lives.
 #[derive(Debug)]
 struct Mark {
     path: PathBuf,
@@ -93,7 +97,8 @@ struct Mark {
 }
 
 impl Mark {
-    /// Makes the file. It appears locked, so that nobody takes it for a dead process's.
+    /// Makes the file. It is locked before it gets its name, so that nobody takes it for the file
+    /// of a dead process.
     fn set(stem: &str) -> Option<Self> {
         let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
         let file = rustix::fs::open(room::SHARED, flags, Mode::RUSR | Mode::WUSR).ok()?;
@@ -115,8 +120,8 @@ impl Mark {
         None
     }
 
-    /// True if a living process holds this file, or may hold it: only a file that is gone, or that
-    /// is a link, is surely nobody's.
+    /// True if a living process holds this file, or if that cannot be excluded. False if the file
+    /// can be locked, is gone, or is a link.
     fn is_held(path: &Path) -> bool {
         let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let file = match rustix::fs::open(path, flags, Mode::empty()) {
@@ -134,7 +139,7 @@ impl Drop for Mark {
     }
 }
 
-/// One end's presence.
+/// Presence of one end in a station.
 #[derive(Debug)]
 pub(super) struct Presence {
     base: String,
@@ -143,7 +148,7 @@ pub(super) struct Presence {
 }
 
 impl Presence {
-    /// Enters the station, with nothing open yet.
+    /// Shows that this end is present. It has no service open yet.
     pub(super) fn enter(base: &str) -> Self {
         Self {
             base: base.to_owned(),
@@ -152,7 +157,8 @@ impl Presence {
         }
     }
 
-    /// True if no other end is found here. False if its own name or the kernel's list is missing.
+    /// True if no other end is present. False also if this end has no name of its own or the
+    /// kernel's table cannot be read.
     pub(super) fn is_alone(&self) -> bool {
         let own = self.here.as_ref().map(|it| &it.name);
         own.is_some()
@@ -175,7 +181,7 @@ impl Presence {
         }
     }
 
-    /// Tells that the services are open.
+    /// Shows that this end has the services open.
     pub(super) fn opened(&self) -> Option<Held> {
         Held::numbered(&format!("{}.open", self.base))
     }
@@ -194,7 +200,7 @@ impl Presence {
         processes
     }
 
-    /// Leaves the station. Runs `last` if nobody else is here.
+    /// Leaves the station. Runs `last` if no other end is present.
     pub(super) fn leave(&mut self, last: impl FnOnce()) {
         let turn = turn(&self.base);
         if turn.is_some() && self.is_alone() {

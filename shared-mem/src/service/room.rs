@@ -1,5 +1,5 @@
-//! Room in shared memory. The first write to a page of /dev/shm ends the process (SIGBUS) when no
-//! page is left, so all pages are taken before they are used.
+//! Room in shared memory. If no page of /dev/shm is left, the first write to a new page ends the
+//! process (SIGBUS). So all pages are allocated before they are used.
 
 use std::fs::File;
 use std::os::unix::fs::MetadataExt as _;
@@ -14,7 +14,7 @@ use super::folder;
 /// The folder that Linux keeps POSIX shared memory in.
 pub(super) const SHARED: &str = "/dev/shm";
 
-/// Reason why no room was taken.
+/// Reason why no room could be reserved.
 #[derive(Debug)]
 pub(super) enum Lack {
     /// Bytes that are needed, and bytes that are free.
@@ -25,18 +25,18 @@ pub(super) enum Lack {
     Folder(String),
 }
 
-/// Room that is taken until this value is dropped.
+/// Room that is reserved until this value is dropped.
 #[derive(Debug)]
 pub(super) struct Reservation {
     _files: Vec<File>,
 }
 
-/// Bytes that are free now.
+/// Free bytes in shared memory.
 fn free() -> u64 {
     rustix::fs::statvfs(SHARED).map_or(0, |it| it.f_bavail.saturating_mul(it.f_frsize))
 }
 
-/// Takes room for files of these sizes.
+/// Reserves room for files of these sizes.
 pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Lack> {
     let largest = sizes.iter().copied().max().unwrap_or(0);
     if let Some(limit) = getrlimit(Resource::Fsize).current
@@ -49,11 +49,12 @@ pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Lack> 
     }
     let need: u64 = sizes.iter().sum();
     let mut files = Vec::new();
-    // Read before anything is taken: a file system may grant what it cannot keep.
+    // Free bytes before anything is reserved. A file system that cannot reserve is judged by this
+    // figure.
     let had = free();
     for (n, &size) in sizes.iter().enumerate() {
         let path = format!("{SHARED}/{prefix}room.{}.{n}", std::process::id());
-        let _ = std::fs::remove_file(&path); // a killed process of the same number
+        let _ = std::fs::remove_file(&path); // of a killed process with the same id
         let flags = OFlags::RDWR | OFlags::CREATE | OFlags::EXCL | OFlags::CLOEXEC;
         let file = rustix::fs::open(&path, flags, Mode::RUSR | Mode::WUSR)
             .map_err(|error| match error {
@@ -61,7 +62,7 @@ pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Lack> 
                 _ => Lack::Folder(problem(error)),
             })
             .map(File::from)?;
-        // The file needs no name: it keeps its room as long as it is open.
+        // The file needs no name: it keeps its pages while it is open.
         let _ = std::fs::remove_file(&path);
         match rustix::fs::fallocate(&file, FallocateFlags::empty(), 0, size) {
             Err(Errno::NOSPC | Errno::NOMEM | Errno::DQUOT) => {
@@ -89,18 +90,18 @@ fn problem(error: Errno) -> String {
     remedy.to_owned()
 }
 
-/// Files of a prefix in a folder, whoever owns them.
+/// Files of any owner in a folder whose names begin with `prefix`.
 pub(super) fn files(folder: &Path, prefix: &str) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let named = entries.filter(|it| it.file_name().to_string_lossy().starts_with(prefix));
     named.map(|it| it.path()).collect()
 }
 
-/// Takes every page of the files of a prefix.
+/// Allocates every page of this user's files whose names begin with `prefix`.
 pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
     for path in files(Path::new(SHARED), prefix) {
         let flags = OFlags::WRONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-        // A file may go meanwhile, and a planted link is not followed.
+        // A file may disappear meanwhile. A link that another user put there is not followed.
         let Ok(file) = rustix::fs::open(&path, flags, Mode::empty()).map(File::from) else {
             continue;
         };
@@ -109,7 +110,7 @@ pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
             continue;
         }
         let taken = rustix::fs::fallocate(&file, FallocateFlags::KEEP_SIZE, 0, meta.len());
-        // Other errors come from file systems that take pages only as they are used.
+        // Other errors come from file systems that allocate a page only when it is used.
         if let Err(Errno::NOSPC | Errno::NOMEM | Errno::DQUOT) = taken {
             let need = meta.len();
             return Err(Lack::Room { need, free: free() });
@@ -118,7 +119,8 @@ pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
     Ok(())
 }
 
-/// Removes everything of a prefix from shared memory, and from iceoryx2's folders below `root`.
+/// Removes everything whose name begins with `prefix` from shared memory and from iceoryx2's
+/// folders below `root`.
 pub(super) fn sweep(root: &Path, prefix: &str) {
     for path in files(Path::new(SHARED), prefix) {
         let _ = std::fs::remove_file(path);

@@ -2,8 +2,8 @@
 //! in cyclictest's form.
 //!
 //! Usage: `calot-embassy-std -p80 -a1 -D10` sets priority, core and seconds. The program accepts
-//! and ignores cyclictest's other options. The driver's helper thread inherits the priority. At an
-//! ordinary priority the latency is far worse.
+//! and ignores cyclictest's other options. The driver's helper thread inherits the priority.
+//! Without a realtime priority the latency is far worse.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -33,7 +33,7 @@ fn main() {
     }
     become_realtime(priority, core);
     // The open file keeps the processor from deep idle states until the end. Ordinary users may not
-    // open it; cyclictest meets the same refusal.
+    // open this file, and cyclictest then runs without it too.
     let _awake = std::fs::File::options()
         .write(true)
         .open("/dev/cpu_dma_latency")

@@ -22,10 +22,10 @@ const SETTLE_TICKS: usize = 4000;
 const IMPLICIT_TICKS: usize = 8;
 /// A body whose spheres are all slower than this has settled, m/s.
 const STILL_M_S: f32 = 2e-4;
-/// Damping as a share of velocity lost per second. With this much, the lowest modes come to rest
-/// soonest.
+/// Damping: share of the velocity that is lost per second. With this much, the lowest modes come to
+/// rest soonest.
 const DAMPING_PER_S: f32 = 20.0;
-/// Rounds in which all methods take turns.
+/// Number of timing rounds. In each round all methods take turns.
 const ROUNDS: usize = 9;
 /// Ticks of a turn.
 const TURN_TICKS: usize = 6;
@@ -57,7 +57,7 @@ pub(crate) struct Row {
 /// Options from the command line.
 #[derive(Debug, Clone)]
 pub(crate) struct Ask {
-    /// Cases. The methods are calibrated on the first.
+    /// Cases. The methods are calibrated on the first case.
     pub(crate) cases: Vec<Case>,
     /// Sphere counts.
     pub(crate) spheres: Vec<usize>,
@@ -97,7 +97,7 @@ type Fits = BTreeMap<usize, [f32; 2]>;
 /// Runs all cases. Progress goes to standard error.
 ///
 /// # Errors
-/// When the first case has no reference; the reason in words.
+/// When the first case has no reference. The error gives the reason in words.
 pub(crate) fn run(ask: &Ask) -> Result<Vec<Row>, String> {
     let mut rows = Vec::new();
     let mut fits = Fits::new();
@@ -132,7 +132,7 @@ fn one(
     fits: &mut Fits,
 ) -> Result<Vec<Row>, String> {
     let scene = Scene::new(case.kind, surface);
-    // A twist takes many load steps, and its meshes agree sooner.
+    // The reference of a twist takes many load steps, and coarser meshes suffice for it.
     let layers = match case.kind {
         Kind::Twist(_) => ask.layers * 3 / 4,
         // Elements under a tool are already small where it matters.
@@ -173,7 +173,7 @@ fn one(
         ];
         rows.extend(measure(case, &stage, &ways));
     }
-    // Cubes have stairs for a skin, which no tool can press.
+    // A body of cubes has a stepped surface, against which no tool can be pressed.
     for &count in ask.cubes.iter().filter(|_| scene.press.is_none()) {
         let body = Body::of_cubes(surface, &scene, count, case.tissue);
         let stage = Stage::new(&body, &scene, solved.at(&body), true);
@@ -182,14 +182,14 @@ fn one(
     Ok(rows)
 }
 
-/// A body in a scene, with its answer.
+/// A body in a scene, with the answer of the reference.
 struct Stage<'a> {
     body: &'a Body,
     scene: &'a Scene,
     answer: Answer,
     held: Vec<Held>,
     by_centre: bool,
-    /// Contact skin of the product.
+    /// Contact skin, for the product's method in cases with a tool.
     skin: Option<&'a ContactSkin>,
 }
 
@@ -317,7 +317,7 @@ fn calibrate(stage: &Stage<'_>, way: impl Fn(f32) -> Way) -> f32 {
 /// Stiffness of the paper's method and of stretch and volume, both fitted on the sag.
 ///
 /// # Errors
-/// When the sag has no reference; the reason in words.
+/// When the sag has no reference. The error gives the reason in words.
 pub(crate) fn fits(surface: &Mesh, body: &Body, layers: usize) -> Result<[f32; 2], String> {
     let scene = Scene::new(Kind::Sag, surface);
     let solved = solved::solve(surface, &scene, &body.tissue, layers, &mut tell)
@@ -423,8 +423,9 @@ fn judge(case: &Case, stage: &Stage<'_>, way: Way, state: &State) -> Row {
     row
 }
 
-/// Force of the tissue on each sphere, N. The product does not report it: for the solid it follows
-/// from the displacements, for the paper's method from a step of the twin.
+/// Force of the tissue on each sphere, N. The product does not report these forces. For its solid
+/// they follow from the displacements. For the paper's method they come from a step of the twin,
+/// this program's own version of the method.
 fn pull_n(stage: &Stage<'_>, way: Way, state: &State) -> Vec<V3> {
     match way {
         Way::Ours => stage.body.pull_n(&state.u_m),
@@ -466,7 +467,7 @@ pub(crate) fn csv(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// The quick run is coarse and has few cases, but goes the whole way.
+    /// The quick run has few cases, and few spheres, but runs every step of the evaluation.
     #[test]
     fn ours_is_nearest_to_the_reference() {
         let rows = run(&Ask::new(true)).expect("a run");

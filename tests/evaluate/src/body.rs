@@ -52,7 +52,8 @@ pub(crate) struct Tet {
     pub(crate) nodes: [usize; 4],
     /// Volume of tissue that the tetrahedron stands for, m³.
     pub volume_m3: f32,
-    /// Derivatives of the last three barycentric coordinates by rest position, 1/m.
+    /// Derivatives of the last three barycentric coordinates with respect to the rest position,
+    /// 1/m.
     pub(crate) slopes: [V3; 3],
 }
 
@@ -95,13 +96,14 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// Hold on each sphere: spheres are held beyond the scene's planes, and up to one spacing
-    /// before them. Held spheres before the planes follow the reference. The reason: up to a
-    /// spacing of tissue lies between a plane and the first free sphere, and its stiffness says
-    /// nothing about the method. (If only spheres beyond the planes are held, 581 spheres sag 13 %
-    /// too far, 2.5 mm rms. If so many are held that the tetrahedra between them carry the tissue
-    /// behind the plane, they sag 20 % too little.) With `by_centre`, only spheres beyond the
-    /// planes are held, as an attachment would do it.
+    /// The hold on each sphere. Spheres are held beyond the scene's planes, and up to one spacing
+    /// before them. Held spheres before the planes follow the reference. Otherwise up to a spacing
+    /// of tissue would lie between a plane and the first free sphere, and the stiffness of that
+    /// tissue says nothing about the method. (If only spheres beyond the planes are held, 581
+    /// spheres sag 13 % too far, 2.5 mm rms. If so many spheres are held that the tetrahedra
+    /// between held spheres carry the tissue behind the plane, they sag 20 % too little.) With
+    /// `by_centre`, only spheres whose centre lies beyond the planes are held, as an attachment
+    /// would hold them.
     pub(crate) fn held(&self, scene: &Scene, by_centre: bool) -> Vec<Held> {
         let reach = if by_centre {
             0.0
@@ -170,7 +172,8 @@ impl Body {
         Self::packed_with(mesh, count, tissue, &[], |_, _, _| ()).map(|(body, ())| body)
     }
 
-    /// Packs a closed mesh whose tissue is held beyond planes, and makes the skin that tools meet.
+    /// Packs a closed mesh whose tissue is held beyond planes, and makes the contact skin for
+    /// tools.
     pub(crate) fn with_skin(
         mesh: &scene_prepare::mesh::Mesh,
         count: usize,
@@ -195,8 +198,8 @@ impl Body {
         let interior = Interior::new(mesh, volume, count)?;
         let mut balls = pack_evenly(&interior, count);
         onto_planes(planes, &interior, &mut balls);
-        // A sphere in slivers only would be alone here, while preparation hangs it on springs.
-        // Leave it out.
+        // A sphere that is in no tetrahedron except slivers is left out here. Preparation joins
+        // such a sphere by links.
         let mut in_use = vec![false; balls.len()];
         for tetra in tetra::fill_between(&interior, &balls, volume, planes) {
             for i in tetra.spheres {

@@ -16,7 +16,7 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    /// An organ of ordinary tissue.
+    /// An organ of liver tissue.
     pub(crate) const fn new(organ: Organ, kind: Kind) -> Self {
         Self {
             organ,

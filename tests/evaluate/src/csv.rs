@@ -9,7 +9,7 @@ pub(crate) struct Csv {
     lines: Vec<Vec<String>>,
 }
 
-/// A line with the header.
+/// A line of the file, with the header that names its cells.
 #[derive(Clone, Copy)]
 pub(crate) struct Row<'a> {
     header: &'a [String],

@@ -1,4 +1,5 @@
-//! Meshes whose elements are small where a tool presses: space is drawn together around that place.
+//! Meshes whose elements are small where a tool presses. A lattice of equal elements is mapped so
+//! that elements grow with their distance from that place.
 
 use fem_reference::lattice;
 use nalgebra::Vector3;
@@ -7,8 +8,8 @@ use scene_prepare::mesh::Mesh;
 
 type Point = Vector3<f64>;
 
-/// A map of space that draws it together around a line segment, which may have no length. In space
-/// as it is, elements then grow with their distance from the segment.
+/// A map between the space of a lattice of equal elements and real space. In real space, elements
+/// grow with their distance from a line segment, whose length may be 0.
 pub(crate) struct Focus {
     /// Middle of the segment.
     pub(crate) around: Point,
@@ -53,8 +54,8 @@ impl Focus {
     /// A box around the image of another box under [`Self::back`].
     fn bounds(&self, [min, max]: [Point; 2]) -> [Point; 2] {
         let mut held = [Point::repeat(f64::MAX), Point::repeat(f64::MIN)];
-        // Directions shrink towards the segment, so the box's faces bulge. They bulge farthest
-        // where they are nearest to it.
+        // The map pulls points towards the segment, so the box's faces bulge, most where they are
+        // nearest to the segment. So the corners alone are not enough.
         for i in 0..4096 {
             let share = |shift: u32| f64::from(i >> shift & 15) / 15.0;
             let at = Point::new(share(0), share(4), share(8));
@@ -65,7 +66,8 @@ impl Focus {
     }
 }
 
-/// Fills the part of a closed surface that lies beyond the plane up to which it is held.
+/// Fills the free part of a closed surface, which lies above the plane up to which the body is
+/// held.
 pub(crate) fn fill(
     surface: &Mesh,
     field: &Field,
@@ -81,8 +83,8 @@ pub(crate) fn fill(
     let Some(nearest) = Nearest::new(surface) else {
         return Ok(mesh);
     };
-    // Where the plane meets the surface, chords cut off the edge of the held part. So the nodes of
-    // the plane's rim are moved out to the surface.
+    // Where the plane meets the surface, straight edges of elements cut off the rim. So the nodes
+    // of the plane's rim are moved out to the surface.
     let on_plane = |p: &Point| p[axis] < plane_m + ON_PLANE_M;
     let to_edge = |p: &Point| {
         let mut q = *p;
@@ -99,8 +101,8 @@ pub(crate) fn fill(
         let size_m = size_m * focus.growth(p);
         if (edge - p).norm() < size_m { edge } else { *p }
     });
-    // Chords lie inside the surface. Straight edges would make the body too small by the square of
-    // the size.
+    // Straight edges between nodes of the surface lie inside it. They would make the body too
+    // small, by an error of second order in the element size.
     mesh.curve_boundary(|p| {
         let is_rim = || field.at(p).abs() < 0.12 * size_m * focus.growth(p);
         match on_plane(p) {

@@ -17,7 +17,7 @@ pub(crate) enum Organ {
     Liver,
     /// The product's gallbladder.
     Gallbladder,
-    /// A woman's liver (Human Reference Atlas), if its mesh is at hand.
+    /// A woman's liver (Human Reference Atlas), if this machine has its mesh.
     Atlas,
 }
 
@@ -38,7 +38,7 @@ impl Organ {
     /// Surface of the organ.
     ///
     /// # Errors
-    /// When a real organ is not at hand, the reason in words.
+    /// When this machine has no mesh of a real organ. The error gives the reason in words.
     pub(crate) fn mesh(self) -> Result<Mesh, String> {
         match self {
             Self::Liver => Ok(skin(&liver, LIVER_BOUNDS.map(Point::from), 0.0035)),

@@ -121,7 +121,8 @@ impl Press {
         press
     }
 
-    /// Centre of the ball at a share of its way, m. It starts where it touches.
+    /// Centre of the ball at a share of its way, m. The ball starts where it just touches the
+    /// surface.
     pub(crate) fn center_m(&self, share: f64) -> Point {
         self.site_m + self.outward * (self.radius_m * (1.0 - share))
     }
@@ -211,9 +212,9 @@ impl Scene {
         down
     }
 
-    /// The scene's load, from the tissue's pull on every held point (true for the moved end, rest
-    /// position, displacement, force). It is the force at the fixed end (sag) or at the moved end
-    /// (pull), N, or the torque (twist), N m.
+    /// The scene's load, from the tissue's pull on every held point. Each item has true for the
+    /// moved end, the rest position, the displacement and the force. The load is the force at the
+    /// fixed end (sag) or at the moved end (pull), N, or the torque (twist), N m.
     pub(crate) fn load(&self, pulls: impl Iterator<Item = (bool, Point, Point, Point)>) -> f64 {
         let mut total = Point::zeros();
         for (is_moved, x, u, force) in pulls {

@@ -31,8 +31,8 @@ pub(crate) struct Solved {
 }
 
 /// Fills a closed surface with elements. A layer of corners lies on each of the scene's two planes,
-/// with `layers` spaces between them. A plane between two layers would hold the body half an
-/// element too early, whatever the size.
+/// with `layers` spaces between them. With a plane between two layers of corners, the hold would
+/// end half an element beside the plane, whatever the element size.
 fn mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -52,16 +52,16 @@ fn mesh(
     let before = ((scene.fixed_below_m - start) / space).ceil();
     min[scene.axis] = scene.fixed_below_m - before * space + 1.5 * size;
     let mut mesh = lattice(min, max, size, |p| field.at(p))?;
-    // Chords lie inside the surface. Straight edges would make the body too small by the square of
-    // the size.
+    // Straight edges between nodes of the surface lie inside it. They would make the body too
+    // small, by an error of second order in the element size.
     if let Some(nearest) = Nearest::new(surface) {
         mesh.curve_boundary(|p| nearest.point(p));
     }
     Ok(mesh)
 }
 
-/// Fills the part of a closed surface that lies above the plane up to which it is held. Elements
-/// are small where a ball presses: `layers` over [`RADIUS_LAYERS`] of them fit into its radius.
+/// Fills the free part of a closed surface, above the plane up to which the body is held. Elements
+/// are small where a ball presses: `layers / RADIUS_LAYERS` of them fit into the ball's radius.
 fn pressed_mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -93,8 +93,8 @@ fn pressed_mesh(
 
 /// Number of layers at which one element is as long as a ball's radius.
 const RADIUS_LAYERS: f64 = 11.0;
-/// Distance from the ball up to which elements keep their size, radii. It may be small, because the
-/// ball goes in by one radius and nothing bends.
+/// Distance from the ball up to which elements keep their size, in radii of the ball. A small
+/// distance is enough, because the ball goes in by one radius and the organ does not bend.
 const NEAR_RADII: f64 = 3.5;
 
 /// Edge of the cells of the grid that has the distance to the surface, m.
@@ -107,8 +107,8 @@ pub(crate) fn tell(share: f64) {
     eprintln!("  reference: {:.1} % of the load", share * 100.0);
 }
 
-/// Solves a scene. Without a ball, `layers` layers of elements lie between its planes; with one,
-/// see [`RADIUS_LAYERS`]. `progress` gets the share of the load that is reached.
+/// Solves a scene. Without a ball, `layers` layers of elements lie between the scene's planes; with
+/// a ball, see [`RADIUS_LAYERS`]. `progress` gets the share of the load that is reached.
 pub(crate) fn solve(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -164,7 +164,7 @@ pub(crate) fn solve(
         scene.load(nodes.map(|((x, u), r)| (scene.is_moved(x), *x, *u, -r)))
     };
     let grown_m3 = mesh.volume_m3(Some(&end.displacement_m))? - mesh.volume_m3(None)?;
-    // Tissue below a press is held, and is not in its mesh.
+    // In a press, the held tissue below the plane is not in the mesh.
     let growth = grown_m3 / surface.volume();
     drop(problem);
     Ok(Solved {

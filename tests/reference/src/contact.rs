@@ -22,8 +22,8 @@ pub struct Tool<'a> {
     /// press.
     pub bars: Vec<Bar>,
     /// Direction from which the tool came. Whatever lies behind a bar in that direction counts as
-    /// inside it, so that a point which an iteration has pushed beyond a thin bar's axis returns
-    /// the way it came. With `None` only the bars count.
+    /// inside it, so that a point which an iteration has pushed beyond a thin bar's axis is pushed
+    /// back the way it came. With `None` only the bars count.
     pub behind: Option<Vec3>,
     /// Displacement of the tool at a share of the load from 0 to 1, world frame, m.
     pub shift_m: Box<dyn Fn(f64) -> Vec3 + 'a>,
@@ -53,7 +53,7 @@ struct Beside {
     separation_m: f64,
     /// Unit vector away from the bar.
     normal: Vec3,
-    /// Derivative of the normal by the point's position, 1/m.
+    /// Derivative of the normal with respect to the point's position, 1/m.
     bend: Matrix3<f64>,
 }
 
@@ -63,7 +63,8 @@ impl Bar {
         let (mut arm, mut axis) = (x - a, b - a);
         let mut across = Matrix3::identity();
         if let Some(way) = behind.filter(|way| Self::nearest(&arm, &axis).0.dot(way) > 0.0) {
-            // In the plane across the direction, all depths behind the bar are alike.
+            // Behind the bar, only the position across the direction counts. The depth along it is
+            // projected out.
             let flat = Matrix3::identity() - way * way.transpose();
             (arm, axis) = (flat * arm, flat * axis);
             across = flat;
@@ -85,8 +86,8 @@ impl Bar {
         })
     }
 
-    /// Vector from the nearest point of an axis, whose start is `arm` away, and true if that point
-    /// lies between the ends.
+    /// Vector to a point from the nearest point of an axis, and true if that nearest point lies
+    /// between the axis's ends. `arm` is the vector to the point from the axis's start.
     fn nearest(arm: &Vec3, axis: &Vec3) -> (Vec3, bool) {
         let squared = axis.norm_squared();
         let along = if squared > f64::MIN_POSITIVE {
@@ -129,7 +130,7 @@ pub(crate) struct Press {
     pub(crate) shares: [f64; 6],
     /// Force on the body, N.
     pub(crate) force_n: Vec3,
-    /// Second derivative of the contact energy by the point's position, N/m.
+    /// Second derivative of the contact energy with respect to the point's position, N/m.
     pub(crate) stiffness: Matrix3<f64>,
 }
 
@@ -225,8 +226,8 @@ impl Contact {
         self.patches.iter().map(one).sum()
     }
 
-    /// All contact points that press. `convex` leaves out the tool's own curvature, because it
-    /// makes the stiffness smaller.
+    /// All contact points that press. `convex` leaves out the term of the tool's own curvature,
+    /// because this term makes the stiffness smaller.
     pub(crate) fn presses<'s>(
         &'s self,
         rest: &'s [Vec3],
@@ -255,7 +256,7 @@ impl Contact {
     }
 
     /// True if the pressures differ from their multipliers by at most `share` of the force in
-    /// total. Otherwise the multipliers take over the pressures.
+    /// total. Otherwise the pressures become the new multipliers.
     pub(crate) fn settled(&mut self, rest: &[Vec3], u: &[Vec3], shift: &Vec3, share: f64) -> bool {
         let now = |patch: &Patch| self.pressure(patch, self.beside(patch, rest, u, shift).as_ref());
         let pressures: Vec<f64> = self.patches.iter().map(now).collect();
@@ -324,7 +325,7 @@ mod tests {
     }
 
     /// A point above the bar counts as if it lay at the height of the axis, so it is pushed out
-    /// sideways. Below the bar nothing differs.
+    /// sideways. Below the bar `behind` changes nothing.
     #[test]
     fn behind_a_bar_is_inside_it() {
         let bar = Bar {

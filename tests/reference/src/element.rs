@@ -75,7 +75,7 @@ pub(crate) fn straight_jacobian(x: &[Vec3; 10]) -> f64 {
 /// One quadrature point of one element at rest.
 #[derive(Debug, Clone)]
 pub(crate) struct Point {
-    /// Derivatives of the shape functions by rest position, 1/m.
+    /// Derivatives of the shape functions with respect to the rest position, 1/m.
     pub(crate) slopes: [Vec3; 10],
     /// Values of the shape functions.
     pub(crate) values: [f64; 10],

@@ -12,7 +12,7 @@ pub type Motion<'a> = Box<dyn Fn(&Vec3, f64) -> Vec3 + 'a>;
 pub struct Hold<'a> {
     /// The nodes.
     pub nodes: Vec<u32>,
-    /// Axes along which they are prescribed.
+    /// Axes along which the displacement is prescribed.
     pub axes: [bool; 3],
     /// Displacement of each node.
     pub motion_m: Motion<'a>,
@@ -35,7 +35,7 @@ impl<'a> Hold<'a> {
         }
     }
 
-    /// Nodes that slide freely in a plane across one axis.
+    /// Nodes that slide freely in the plane perpendicular to one axis.
     #[must_use]
     pub fn sliding(nodes: Vec<u32>, axis: usize) -> Self {
         Self {
@@ -53,7 +53,8 @@ pub struct Problem<'a> {
     pub material: Material,
     /// Gravity, m/s². It grows with the share of the load.
     pub gravity_m_s2: Vec3,
-    /// Prescribed displacements. If several prescribe one degree of freedom, the last one counts.
+    /// Prescribed displacements. If several holds prescribe one degree of freedom, the last one
+    /// counts.
     pub holds: Vec<Hold<'a>>,
     /// The tool that presses, if any.
     pub tool: Option<Tool<'a>>,
@@ -378,7 +379,8 @@ impl<'a, 'p> Solver<'a, 'p> {
             residual_n: f64::NAN,
             iterations: 0,
         };
-        // The free nodes follow the prescribed ones linearly before the first true iteration.
+        // Before the first true iteration, a linear step lets the free nodes follow the prescribed
+        // ones.
         let missing = self.missing(&state.u, share);
         let step = self
             .direction(&state.u, share, Some(&missing))
@@ -436,7 +438,8 @@ impl<'a, 'p> Solver<'a, 'p> {
             loop {
                 let trial = self.moved(u, &step, by);
                 let reached = self.energy(&trial, share);
-                // Near equilibrium the energy is flat to rounding: there the force decides.
+                // Near equilibrium the energy changes by less than its rounding error. There the
+                // force decides.
                 let lower = reached <= energy + 1e-4 * by * slope;
                 let flat = (reached - energy).abs() <= 1e-11 * energy.abs() && {
                     let r = self.free(&self.residual(&trial, share).0);
@@ -459,7 +462,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         })
     }
 
-    /// A nodal force below this is rounding, N.
+    /// A nodal force below this counts as rounding error, N.
     fn smallest_force(&self) -> f64 {
         let volume: f64 = self
             .elements

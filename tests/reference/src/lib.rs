@@ -9,8 +9,9 @@
 //! Locator                                the answer at any point
 //! ```
 //!
-//! Positions and displacements are metres in one right-handed frame, forces newtons. One thread,
-//! fixed order: the same input gives the same bits on the same machine.
+//! Positions and displacements are in metres in one right-handed frame, forces in newtons. The
+//! solver uses one thread and a fixed order: the same input gives the same bits on the same
+//! machine.
 
 mod contact;
 mod element;

@@ -9,7 +9,8 @@ use nalgebra::{Matrix3, SMatrix};
 
 use crate::FemError;
 
-/// Derivative of the stress by the deformation gradient, both flattened column by column.
+/// Derivative of the stress with respect to the deformation gradient, both flattened column by
+/// column.
 pub(crate) type Stiffness9 = SMatrix<f64, 9, 9>;
 
 /// An isotropic neo-Hookean material in SI units.
@@ -27,6 +28,8 @@ pub struct Material {
 }
 
 impl Material {
+    /// Makes a material, and its Lamé constants from `young_pa` and `poisson`.
+    ///
     /// # Errors
     /// Unless `young_pa > 0`, `0 <= poisson < 0.5` and `density_kg_m3 >= 0`, all finite.
     pub fn new(young_pa: f64, poisson: f64, density_kg_m3: f64) -> Result<Self, FemError> {

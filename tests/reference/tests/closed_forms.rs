@@ -94,7 +94,7 @@ fn a_bar_follows_its_closed_form_at_large_stretch() {
 }
 
 /// Timoshenko's cantilever under its own weight. The clamped root's stiffness and the beam's finite
-/// slenderness leave about 1 %.
+/// slenderness leave a difference of about 1 %.
 #[test]
 fn a_cantilever_sags_as_a_beam() {
     let (length, side, gravity) = (0.4, 0.02, 1e-3);

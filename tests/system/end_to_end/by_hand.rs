@@ -1,5 +1,5 @@
-//! `calot devices feel --window`: the test by hand, led by a window on a virtual screen, with an
-//! emulated rig.
+//! `calot devices feel --window`: a test of a device by hand, guided by a window on a virtual
+//! screen, with an emulated rig.
 
 use std::path::Path;
 use std::process::Output;
@@ -14,7 +14,7 @@ use crate::devices::Emulated;
 use crate::hand::Lead;
 use crate::launcher::screen;
 
-/// Attempts with a device that does not answer in time.
+/// Most attempts with a device that does not answer in time.
 const TRIES: usize = 5;
 
 /// An emulated rig in a hand that holds it where it is.
@@ -123,7 +123,7 @@ fn the_window_leads_to_the_outcome_and_the_results_go_where_the_terminal_puts_th
     assert_eq!(report["passed"], false, "{report}");
     let right = check(&report, "move right").expect("a check");
     assert_eq!(right["result"], "fail", "nobody moved it: {report}");
-    // The key said "up" to each push.
+    // The test pressed the key for "up" after each push.
     for (name, result) in [("push up", "pass"), ("push right", "fail")] {
         let push = check(&report, name).unwrap_or_else(|| panic!("{report}"));
         assert_eq!(push["result"], result, "{report}");

@@ -14,10 +14,10 @@ use shared_mem::message::ToolFrame;
 use shared_mem::service::{Host, Station};
 use system_tests::{calot, compiled, finish, said, signal, station_name, summary, wait_until};
 
-/// Attempts to hear a device that does not answer within two seconds.
+/// Most attempts to hear a device that does not answer within two seconds.
 const TRIES: usize = 10;
 
-/// Emulated devices in a folder, for a scene compiled there.
+/// Emulated devices in a folder, for the built-in scene.
 pub(super) struct Emulated(pub(super) Child);
 
 impl Emulated {
@@ -103,8 +103,8 @@ fn a_free_handle_is_measured_and_its_values_come_with_charts() {
     let mut words: Vec<&str> = out_words.to_vec();
     words.push(out.to_str().expect("a plain path"));
     // A busy machine may hold samples back until the command stops, or until a force acts longer
-    // than it should. One try on a calm machine has to succeed, and its friction has to be right.
-    // Simulated time measures it more exactly: see the tests of the library.
+    // than it should. One try has to succeed and to measure the right friction. The library's tests
+    // measure the friction more exactly, in simulated time.
     let mut refused = Vec::new();
     let measured = (0..TRIES).find_map(|_| {
         let output = finish(
@@ -318,7 +318,7 @@ fn other_programs_are_told_where_the_instrument_is() {
         );
         assert!((a * a + b * b + c * c - 1.0).abs() < 1e-3, "{name}");
     }
-    // The camera rests, so the message must equal the frame's pose, in mm.
+    // The camera rests, so the message, in mm, must be near the frame's pose.
     let camera = transform(&mut stream, "EndoscopeToReference");
     host.newest_tools(&mut tools);
     for (told_mm, at_m) in camera[9..].iter().zip(tools.world_from_camera.position_m) {
@@ -354,7 +354,7 @@ fn a_rig_with_a_mistake_is_told_which() {
     let checks = report["checks"].as_array().expect("a list of checks");
     let watchdog = checks.iter().find(|it| it["name"] == "watchdog");
     let words = watchdog.and_then(|it| it["said"].as_str());
-    // A busy machine may not hear it at all.
+    // A busy machine may hear no sample of the device at all.
     assert!(
         words.is_none_or(|it| it.contains("50 ms") || it.contains("sample")),
         "{report}"

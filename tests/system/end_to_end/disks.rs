@@ -1,4 +1,5 @@
-//! Disks that fill up, fail, are slow or are too small: the results stay, and the exit code tells.
+//! Disks that fill up, fail, are slow or are too small: the results remain, and the exit code
+//! reports the fault.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -85,7 +86,8 @@ fn a_place_that_takes_no_recording_is_refused_before_a_device_is_opened() {
     };
     let text = refused(&mut calot(), &pipe);
     assert!(text.contains("this is a pipe"), "{text}");
-    // A limit that no recording fits in is named as what it is, and sends no deadly signal.
+    // A file size limit that is too small for any recording is named in the error. The signal of
+    // the limit does not kill the program.
     let program = calot();
     let mut limited = Command::new("prlimit");
     limited.arg("--fsize=4000000").arg(program.get_program());
@@ -108,8 +110,8 @@ fn a_place_that_takes_no_recording_is_refused_before_a_device_is_opened() {
     }
 }
 
-/// Records for some seconds on a disk of this manner. Returns exit code, standard error and
-/// summary. `None`: no such disk can be mounted here.
+/// Records for some seconds on a disk that behaves in this manner. Returns exit code, standard
+/// error and summary. `None`: no such disk can be mounted here.
 fn recorded_on(manner: Manner, test: &str) -> Option<(Option<i32>, String, Value)> {
     let folder = tempfile::tempdir().expect("a folder");
     let [at, out] = ["disk", "out"].map(|it| folder.path().join(it));

@@ -21,10 +21,11 @@ const RAD_COUNT: f64 = 1.0e-3;
 /// mouse.
 const SHARE: f64 = 0.04;
 const COUNTS_MAX: f64 = 20.0;
-/// The endoscope sees a place well between these distances, m.
+/// The endoscope is drawn back from a place that is nearer than this, m.
 const NEAR_M: f64 = 0.05;
+/// The endoscope is moved towards a place that is farther than this, m.
 const FAR_M: f64 = 0.2;
-/// Time after which the endoscope's button is pressed again.
+/// Time after which the mouse button that moves the endoscope is pressed again.
 const HELD_ANEW: Duration = Duration::from_secs(10);
 
 /// Returns direction and distance of a place in the endoscope's picture: right and up, rad, and m.

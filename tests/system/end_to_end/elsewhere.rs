@@ -29,8 +29,8 @@ const LOSES_ONE_IN: u64 = 50;
 struct Networks(Vec<String>);
 
 impl Networks {
-    /// Creates `count` networks. In the address of each, `{}` stands for its number; this end is
-    /// `.1`, its end `.2`. `None`: this user may not create networks.
+    /// Creates `count` networks. Each has an address range of its own (`address`), in which this
+    /// end is `.1` and the network's end is `.2`. `None` if this user may not create networks.
     fn of(count: u8) -> Option<Self> {
         let mut networks = Self(Vec::new());
         for number in 0..count {
@@ -136,7 +136,7 @@ impl Process {
         found.unwrap_or_default()
     }
 
-    /// Asks it to end and returns its last line.
+    /// Asks the process to end and returns its last line.
     fn end(mut self) -> Value {
         signal(self.child.id(), Signal::TERM);
         let status = self.child.wait().expect("it ends");
@@ -159,7 +159,8 @@ impl Drop for Process {
     }
 }
 
-/// A line that delays all data and loses some. TCP repairs a loss; until then, what follows waits.
+/// A line that delays all data and loses some. TCP sends lost data again; until then the data that
+/// follow wait.
 fn bad_line(from: &str, to: String, lost: Arc<AtomicU64>) {
     let listener = TcpListener::bind(from).expect("an address of ours");
     std::thread::spawn(move || {
@@ -354,7 +355,7 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
         ));
     }
 
-    // Both stations arrive with all that a display needs, stamped by this computer's clock.
+    // From both stations arrives all that a display needs, with times by this computer's clock.
     for (_, here, _, beside) in &mut seen {
         let mut display = Display::of(here);
         display.sees_after(0);
@@ -450,7 +451,7 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
     assert!(lost.load(Relaxed) > 3, "the line was bad");
 }
 
-/// Ends it and returns what it counted.
+/// Ends a watcher and returns its counts.
 fn last_words(process: &mut Process) -> Value {
     signal(process.child.id(), Signal::TERM);
     process.says("what it saw", |it| it["states"].is_number())

@@ -1,4 +1,5 @@
-//! Processes that die, are stopped, or meet another: each ends or continues in a defined way.
+//! Processes that die, are stopped, or meet another process of their kind: each ends or continues
+//! in a defined way.
 
 use std::path::Path;
 use std::process::Stdio;
@@ -222,7 +223,7 @@ fn a_display_dies_and_another_comes_while_the_controller_goes_on() {
     assert!(rt.wait().unwrap().success());
 }
 
-/// A ball of 3 cm as OBJ text: an octahedron, divided twice.
+/// A ball of 3 cm radius as OBJ text: an octahedron whose triangles are divided three times.
 fn ball() -> String {
     let mut triangles: Vec<[[f64; 3]; 3]> = Vec::new();
     for (sx, sy, sz) in (0..8).map(|i| (i & 1, i >> 1 & 1, i >> 2 & 1)) {
@@ -259,7 +260,7 @@ fn ball() -> String {
     text
 }
 
-/// `CALOT_KILLS` sets the number; a hundred take about five minutes.
+/// `CALOT_KILLS` sets the number of kills; a hundred kills take about five minutes.
 #[test]
 fn after_many_kills_of_any_process_at_any_moment_the_station_starts() {
     let kills = std::env::var("CALOT_KILLS").map_or(8, |it| it.parse().expect("a number"));
@@ -286,7 +287,8 @@ fn after_many_kills_of_any_process_at_any_moment_the_station_starts() {
         signal(victim, Signal::KILL);
         let output = run.finish();
         assert!(!output.status.success(), "kill {kill}: {}", said(&output));
-        // Its children follow it; the station's name is free when they are gone.
+        // The other processes of the station end with the killed one. The station's name is free
+        // when all have ended.
         let gone = |pid: &u32| !Path::new(&format!("/proc/{pid}")).exists();
         wait_until("the others end", || all.iter().all(gone));
     }

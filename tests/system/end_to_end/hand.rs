@@ -99,7 +99,7 @@ fn calibrated(file: &Path, lead: &Lead, residual_mm: &str) -> (Vec<[f64; 3]>, St
             asked += 1;
             // The hand needs time to move. The program judges when it is still.
             std::thread::sleep(Duration::from_millis(800));
-            let _ = writeln!(enter); // one that gave up reads no more
+            let _ = writeln!(enter); // a program that gave up reads no more
         } else if let Some(numbers) = line.strip_suffix(" mm")
             && line.starts_with("    ")
         {
@@ -128,7 +128,7 @@ fn touched_landmarks_tell_where_the_device_stands() {
         }
         fs::write(&file, text).expect("it can be written");
     };
-    // Measure the places in the frame of the device first; this pass accepts any fit.
+    // First, landmarks that are elsewhere must not fit.
     write(&[
         [0.0, 0.0, 0.0],
         [0.1, 0.0, 0.0],
@@ -137,7 +137,9 @@ fn touched_landmarks_tell_where_the_device_stands() {
     ]);
     let (_, _, fits) = calibrated(&file, &lead, "0.1");
     assert!(!fits, "landmarks that are elsewhere fit nothing");
-    // On a busy machine the hand may arrive late at a place: then repeat both passes.
+    // The first pass measures the places in the frame of the device and accepts any fit. The second
+    // pass uses these places, moved, as landmarks. On a busy machine the hand may arrive late at a
+    // place: then repeat both passes.
     let found = (0..3).any(|_| {
         write(&[
             [0.0, 0.0, 0.0],
@@ -169,7 +171,8 @@ fn touched_landmarks_tell_where_the_device_stands() {
     assert!(found);
 }
 
-/// Mouse, keyboard and gamepad reach the hand through this service. The test plays the display.
+/// Mouse, keyboard and gamepad reach the hand through the `hand` service. The test plays the
+/// display.
 #[test]
 fn a_person_without_a_device_leads_the_emulated_hand() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -184,7 +187,7 @@ fn a_person_without_a_device_leads_the_emulated_hand() {
             && tools.health[0].status == DeviceHealth::LIVE
             && tools.tick > 500
     });
-    // Joint of the jaws in the camera's axes.
+    // Joint of the jaws, world frame, m.
     let joint = |tools: &ToolFrame| tools.world_from_instrument.position_m;
     wait_until("it holds still", || {
         let before = joint(&tools);
@@ -216,7 +219,7 @@ fn a_person_without_a_device_leads_the_emulated_hand() {
             && tools.jaw < 0.1
             && tools.switches().contains(Switches::COAGULATE)
     });
-    // When the display falls silent, the foot leaves the pedal.
+    // When the display sends nothing more, the emulated foot releases the pedal.
     drop(lead);
     wait_until("the pedal is released", || {
         host.newest_tools(&mut tools);

@@ -67,7 +67,8 @@ fn the_jaws_follow_a_handle_that_opens_and_its_motor_pushes_back() {
     );
     let mut last = 1.0;
     for [hand, jaw, opening_n, at_s] in &rows {
-        // After samples that came late, the jaws catch up no faster than jaws move.
+        // After samples that came late, the jaws catch up no faster than the instrument's jaws can
+        // move.
         let opens = jaw - last > 0.9 * OPENED_IN_A_TICK;
         assert!(
             hand.is_nan() || *jaw >= hand - 0.05 || opens,

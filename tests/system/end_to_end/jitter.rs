@@ -73,8 +73,8 @@ fn figures_are_named_as_in_summary_json_and_runs_add_up_and_compare() {
         assert_distribution(&json["stage_ns"][stage], stage);
     }
     assert_distribution(&json["sleep"]["wake_latency_ns"], "sleep");
-    // `burn` worked as long as the station's ticks, and the report separates the misses of both by
-    // cause.
+    // The comparison loop `burn` worked as long as the station's ticks. The report separates the
+    // misses of both by cause.
     assert_distribution(&json["burn"]["tick_ns"], "burn");
     for kind in ["periods", "woken_late", "at_work", "occasions", "overruns"] {
         for key in ["station", "burn", "difference_low", "difference_high"] {

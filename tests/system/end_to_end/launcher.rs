@@ -27,7 +27,7 @@ fn on(screen: &VirtualScreen, words: &[&str]) -> Program {
     Program::start(calot.env_remove("WAYLAND_DISPLAY"))
 }
 
-/// Starts the launcher with the scene of four organs. Returns it with its store and its sessions
+/// Starts the launcher with the built-in scene. Returns the launcher, its store and its sessions
 /// folder.
 pub(crate) fn start(
     screen: &VirtualScreen,
@@ -182,7 +182,8 @@ fn an_operation_that_cannot_begin_leads_back_to_the_start() {
     assert!(said(&output).contains("/nowhere/rig"), "{}", said(&output));
 }
 
-/// Instructors join before the station starts and while it runs. They see it and change nothing.
+/// Instructors join before the station starts and while it runs. They see the station and change
+/// nothing.
 #[test]
 fn instructors_come_and_go_and_change_nothing() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! A window, a screen or a disk is lost in the middle of a run: its results are not.
+//! A window, a screen or a disk is lost in the middle of a run, and the run's results are kept.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ fn operate(screen: &VirtualScreen, station: &str, out: &Path) -> Program {
     run
 }
 
-/// The run ended by itself, with exit code 1, the reason, and all results.
+/// Asserts that the run ended by itself, with exit code 1, the reason, and all results.
 fn assert_nothing_is_lost(run: Program, out: &Path, reason: &str) {
     let output = run.finish();
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));

@@ -102,7 +102,7 @@ fn check_summary(s: &serde_json::Value, seconds: u64) {
     assert_eq!(number("allocations_after_start"), 0, "{s:#}");
     assert_eq!(s["realtime"].as_bool(), Some(may_be_realtime()), "{s:#}");
     if may_be_realtime() {
-        // The kernel may page memory that is not locked out and in again.
+        // The kernel may page out memory that is not locked, and page it in again.
         assert!(
             number("page_faults_after_start") <= moved_pages_max(),
             "{s:#}"

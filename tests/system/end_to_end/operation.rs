@@ -1,5 +1,5 @@
 //! Tasks through the real processes. The live assessment must equal the one computed from the
-//! recording. The single tasks are worked in the simulation alone: `display-host/surgeon/tests`.
+//! recording. The single tasks are tested in the simulation alone, in `display-host/surgeon/tests`.
 
 use std::path::Path;
 
@@ -87,9 +87,10 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
 /// Longer than the scripted surgeon takes for the whole procedure, s. A run ends when its task is
 /// over.
 const WHOLE_S: &str = "560";
-/// Attempts that a surgeon has. Tissue lies differently each time, and the machine may be busy.
+/// Most attempts of a scripted surgeon. Tissue lies differently each time, and the machine may be
+/// busy.
 const TRIES: usize = 4;
-/// Attempts at the whole procedure, which takes minutes.
+/// Most attempts at the whole procedure, which takes minutes.
 const TRIES_OF_ALL: usize = 2;
 
 /// A scripted surgeon works a task on Calot's triangle for at most `seconds`. Returns the summary,

@@ -1,4 +1,4 @@
-//! Sessions recorded by real processes: replayed, and told apart when they differ.
+//! Sessions recorded by real processes are replayed, and an altered session is recognised.
 
 use std::path::Path;
 
@@ -9,8 +9,8 @@ use system_tests::{
     PATIENCE, calot, compiled, finish, said, signal, station_name, summary, wait_until,
 };
 
-/// Runs the station headless, without pictures, until a session in `out` misses no tick. A machine
-/// that keeps a thread waiting for a second may lose ticks, and reports that.
+/// Runs the station headless, without pictures, until a session in `out` misses no tick. If the
+/// machine keeps a thread waiting for a second, the recorder may lose ticks, and reports that.
 fn operate(out: &Path, seconds: &str) -> serde_json::Value {
     for _ in 0..5 {
         let output = finish(
@@ -87,7 +87,7 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert!(answer["damaged"].is_string(), "{answer:#}");
     assert!(said.contains("warning: the session is damaged"), "{said}");
 
-    // After its end there is nothing to show.
+    // After the end of the session there is nothing to show.
     let name = station_name("late");
     let (code, _, said) = replay(
         &session,
@@ -114,7 +114,7 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert_eq!(answer["first_difference"]["tick"], tick, "{answer:#}");
     assert!(said.contains(&format!("tick {tick} ")), "{said}");
 
-    // The same hands on the paper's solver give another force, which is charted.
+    // The same motion of the hands on the paper's solver gives another force, which is charted.
     let out = folder.path().join("what-if");
     let (code, answer, said) = replay(
         &session,
@@ -173,8 +173,7 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
 fn alter(session: &Path, to: &Path) -> u64 {
     let mut bytes = std::fs::read(session).expect("a session");
     let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
-    // Pairs of chunk and message of /inputs, which is channel 2 and whose first tick has a device
-    // sample.
+    // Pairs of a chunk and a message of /inputs (channel 2) whose first tick has a device sample.
     let mut found = Vec::new();
     let mut at = 8;
     while at + 9 < bytes.len() {
@@ -206,7 +205,7 @@ fn alter(session: &Path, to: &Path) -> u64 {
 
 #[test]
 fn a_killed_recorder_loses_no_more_than_its_last_seconds() {
-    // A machine that keeps a thread waiting for a second makes a gap.
+    // If the machine keeps a thread waiting for a second, the recording gets a gap. Then try again.
     let whole = (0..5).any(|_| {
         let folder = tempfile::tempdir().expect("a folder");
         let session = folder.path().join("killed.mcap");

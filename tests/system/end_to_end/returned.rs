@@ -1,4 +1,5 @@
-//! A device is taken by another program, vanishes, and returns as another or as itself.
+//! A device in use is refused to another program. The device vanishes, and another device or itself
+//! returns.
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -11,7 +12,7 @@ use system_tests::{calot, compiled, finish, station_name, wait_until};
 
 use crate::devices::Emulated;
 
-/// True if the process has `line` open, or has kept it after its end.
+/// True if the process has `line` open, even if the line no longer exists.
 fn has_open(process: u32, line: &Path) -> bool {
     let files = fs::read_dir(format!("/proc/{process}/fd")).expect("it runs");
     files.flatten().any(|file| {

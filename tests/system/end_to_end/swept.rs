@@ -24,13 +24,14 @@ fn a_station_whose_folder_is_removed_reports_and_keeps_its_name() {
     let first = Program::start(&mut run(&name, tmp.path(), out.path()));
     let user = rustix::process::geteuid().as_raw();
     let folder = tmp.path().join(format!("calot-{user}"));
-    // The recording begins once the scene is chosen. It grows while all ends are open.
+    // The recording begins once the scene is chosen. It grows once all ends of the services are
+    // open.
     let session = out.path().join("session.mcap");
     let length = || std::fs::metadata(&session).map_or(0, |it| it.len());
     wait_until("the station records", || length() > 4096);
     let begun = length();
     wait_until("the recording grows", || length() > begun + 200_000);
-    // On a busy machine an end may open late and make the folder again.
+    // On a busy machine an end of a service may open late and make the folder again.
     wait_until("the folder stays away", || {
         let _ = std::fs::remove_dir_all(&folder);
         std::thread::sleep(std::time::Duration::from_millis(500));
@@ -67,7 +68,7 @@ fn a_temporary_folder_that_is_not_there_is_blamed_itself() {
     );
 }
 
-/// In a mount namespace with a shared memory of its own.
+/// The station runs in a mount namespace with a small shared memory of its own.
 #[test]
 fn a_station_without_room_in_shared_memory_says_so_at_once() {
     let tried = Command::new("unshare").args(["-m", "true"]).output();

@@ -15,8 +15,9 @@ const WRITE_MAX: usize = 1 << 17;
 const HEAD: usize = 40;
 /// Number of the root folder.
 const ROOT: u64 = 1;
-/// Errors of the kernel.
+/// Kernel error: there is no such file.
 const ENOENT: i32 = 2;
+/// Kernel error: the request is not implemented.
 const ENOSYS: i32 = 38;
 
 /// Behaviour of the disk.
@@ -24,19 +25,19 @@ const ENOSYS: i32 = 38;
 pub struct Manner {
     /// Delay of each write.
     pub delay: Duration,
-    /// Error of writes beyond this many bytes of a file.
+    /// Size of a file beyond which writes fail, bytes, and the kernel's error number.
     pub error_after: Option<(u64, i32)>,
-    /// Error of making a file durable.
+    /// The kernel's error number with which making a file durable fails.
     pub sync_error: Option<i32>,
 }
 
-/// A mounted disk that goes with its owner.
+/// A mounted disk. It is unmounted on drop.
 pub struct Disk {
     folder: PathBuf,
 }
 
 impl Disk {
-    /// Mounts a disk at this empty folder. `None`: this user or machine cannot.
+    /// Mounts a disk at this empty folder. `None` if this user or machine cannot mount it.
     #[must_use]
     pub fn mount(folder: &Path, manner: Manner) -> Option<Self> {
         let device = File::options().read(true).write(true).open("/dev/fuse");
@@ -78,7 +79,7 @@ struct Files {
     contents: BTreeMap<u64, Vec<u8>>,
 }
 
-/// A request or its answer: an error, or bytes.
+/// Answer to a request: bytes, or an error number.
 type Answer = Result<Vec<u8>, i32>;
 
 impl Files {
@@ -87,9 +88,9 @@ impl Files {
         loop {
             let length = match device.read(&mut buffer) {
                 Ok(length) => length,
-                // The asking program has gone.
+                // The program that asked has ended.
                 Err(error) if error.raw_os_error() == Some(ENOENT) => continue,
-                // The end of the mount.
+                // The disk has been unmounted.
                 Err(_) => return,
             };
             let Some((head, body)) = buffer
@@ -114,7 +115,7 @@ impl Files {
         }
     }
 
-    /// The answer; `None`: the kernel expects none.
+    /// The answer to a request; `None` if the kernel expects none.
     fn answer(&mut self, kind: u32, node: u64, body: &[u8]) -> Option<Answer> {
         Some(match kind {
             1 => self.look_up(body),
@@ -215,7 +216,7 @@ fn attributes_out(attributes: Vec<u8>) -> Vec<u8> {
 
 /// Version, and the most bytes of a write.
 fn greeting() -> Vec<u8> {
-    // Without this flag the kernel writes page by page, whatever the most is.
+    // Without this flag the kernel writes page by page, whatever the largest write is.
     const BIG_WRITES: u32 = 1 << 5;
     let mut out = Vec::new();
     for value in [7, 31, 0, BIG_WRITES, 0, WRITE_MAX as u32, 1] {
@@ -238,7 +239,7 @@ fn room() -> Vec<u8> {
     out
 }
 
-/// A name up to its zero.
+/// A name, up to the zero byte that ends it.
 fn name(body: &[u8]) -> &[u8] {
     body.split(|byte| *byte == 0).next().unwrap_or_default()
 }

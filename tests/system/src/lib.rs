@@ -47,7 +47,7 @@ pub fn turn() -> MutexGuard<'static, ()> {
 }
 
 /// Compiles a recipe, with this number of spheres if given, and returns the file. Each test program
-/// prepares it once.
+/// prepares a recipe once.
 ///
 /// # Panics
 ///
@@ -98,7 +98,7 @@ pub fn finish(command: &mut Command) -> Output {
     Program::start(command).finish()
 }
 
-/// Page faults that the kernel may cause in locked memory by moving pages to form larger free
+/// Most page faults that the kernel may cause in locked memory by moving pages to form larger free
 /// blocks.
 #[must_use]
 pub fn moved_pages_max() -> u64 {

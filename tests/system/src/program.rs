@@ -9,7 +9,7 @@ use crate::wait_until;
 /// Reader of a stream's text. It reads continuously, so that the pipe never fills.
 type Told = Option<JoinHandle<Vec<u8>>>;
 
-/// A program that ends with its owner. If the test fails, its output is shown.
+/// A program that is killed on drop. If the test fails, the program's output is shown.
 pub struct Program {
     child: Child,
     stdout: Told,
@@ -42,7 +42,7 @@ impl Program {
     ///
     /// # Panics
     ///
-    /// If the system refuses to tell.
+    /// If the system does not give the status.
     pub fn ended(&mut self) -> Option<ExitStatus> {
         self.child.try_wait().expect("a child can be waited for")
     }

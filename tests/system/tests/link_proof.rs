@@ -1,5 +1,6 @@
 //! Proves that the tick links without a panic path and without an allocator. The test builds
-//! `tests/link-proof` as it is, and then broken in either way to show that the build notices.
+//! `tests/link-proof` as it is, and then with a panic or an allocation added, to show that the
+//! build notices.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -103,7 +104,8 @@ fn an_allocation_in_the_tick_does_not_link() {
     check_fails_with("broken-alloc", "no global memory allocator found");
 }
 
-/// The proof is about the versions that the workspace uses, and needs no network for others.
+/// The proof is built with the versions of dependencies that the workspace uses, so that it needs
+/// no network.
 #[test]
 fn link_proof_is_about_the_same_versions() {
     let versions = |path: PathBuf| {

@@ -7,9 +7,9 @@ use std::process::Command;
 
 use tidy::{Tracked, report, root, tracked};
 
-/// Lines that a document may have.
+/// Most lines that a document may have.
 const LINES_MAX: [(&str, usize); 2] = [("README.md", 120), ("ARCHITECTURE.md", 200)];
-/// Words that a paragraph of the README may have.
+/// Most words that a paragraph of the README may have.
 const WORDS_MAX: usize = 60;
 
 #[test]
@@ -187,7 +187,7 @@ fn headline_figures_are_those_of_the_tables() {
         "missed {} there",
         counted("misses", "bare loop with as much work: missed")
     ));
-    // Lines of a paragraph are one.
+    // Join the lines of each paragraph.
     let one_line = readme.split_whitespace().collect::<Vec<_>>().join(" ");
     let findings: Vec<String> = asked
         .into_iter()
@@ -248,7 +248,7 @@ fn links(text: &str) -> Vec<(usize, String)> {
     found
 }
 
-/// Names that headings have as anchors.
+/// Anchors of the headings.
 fn anchors(text: &str) -> Vec<String> {
     prose(text)
         .filter(|(_, line)| line.starts_with('#'))
@@ -282,7 +282,8 @@ fn plain(path: &Path) -> PathBuf {
 /// A command that a document shows.
 struct Shown {
     text: String,
-    /// In a block of code, whose values are real; in running text they may stand for others.
+    /// True in a block of code, whose values are real. In running text, values may stand for
+    /// others.
     block: bool,
 }
 
@@ -315,7 +316,7 @@ fn push(found: &mut Vec<(usize, Shown)>, at: usize, text: &str, block: bool) {
     }
 }
 
-/// Asks programs and manifests, each once.
+/// Answers of programs to `--help`. Each program is asked once.
 #[derive(Default)]
 struct Known {
     asked: BTreeMap<Vec<String>, Result<String, String>>,
@@ -331,7 +332,8 @@ impl Known {
         }
     }
 
-    /// `calot` parses the command's own words, with `--help` behind them, so that it does nothing.
+    /// `calot` parses the command's own words, followed by `--help`, so that the command does
+    /// nothing.
     fn calot(&mut self, words: &[String], block: bool) -> Result<(), String> {
         if block {
             let end = words.iter().position(|w| w == "--").unwrap_or(words.len());
@@ -423,7 +425,7 @@ fn xtask(command: &str) -> bool {
     read("tests/xtask/src/main.rs").contains(&format!("(\"{command}\", "))
 }
 
-/// Commands and flags of `evaluate`, by its source.
+/// Checks a command and its flags against the source of `evaluate`.
 fn evaluate(words: &[String]) -> Result<(), String> {
     let source = read("tests/evaluate/src/main.rs");
     let (command, flags) = words.split_first().ok_or("evaluate needs a command")?;
@@ -472,7 +474,7 @@ fn is_subcommand(help: &str, word: &str) -> bool {
         .any(|line| line.split_whitespace().next() == Some(word))
 }
 
-/// Words as a shell splits them, without what `>` leads elsewhere.
+/// Words as a shell splits them, without `>` and the file after it.
 fn words(text: &str) -> Vec<String> {
     let (mut found, mut quoted, mut word) = (Vec::new(), false, String::new());
     for c in text.chars() {

@@ -1,6 +1,6 @@
-//! A test triggers every error message: it names the message's variant, or looks for words of the
-//! message. A transparent variant shows the message of the error inside, so a test must name it.
-//! `UNTRIGGERED` lists the messages that no test can trigger, each with the reason.
+//! Every error message is triggered by a test, which names the message's variant or looks for words
+//! of the message. A transparent variant shows the message of the error inside, so a test must name
+//! it. `UNTRIGGERED` lists the messages that no test can trigger, each with the reason.
 
 use std::collections::BTreeSet;
 
@@ -76,7 +76,8 @@ fn every_message_is_triggered_by_a_test() {
     report(&findings);
 }
 
-/// True if the code contains the variant. A longer name that ends like it does not count.
+/// True if the code contains the variant. A longer name that ends with the variant's name does not
+/// count.
 fn names(code: &str, variant: &str) -> bool {
     let mut found = code.match_indices(variant);
     found.any(|(at, _)| {

@@ -1,7 +1,7 @@
 //! The compiler that `cargo xtask test` gives cargo for our own packages. It compiles a package,
-//! and then lints and documents it as clippy and rustdoc do. All three read dependencies that were
-//! compiled once. `cargo clippy` and `cargo doc` would go through the five hundred dependencies
-//! again, which takes longer than our own code.
+//! and then lints and documents it as clippy and rustdoc do. Compiler, clippy and rustdoc read
+//! dependencies that were compiled once. `cargo clippy` and `cargo doc` would go through the five
+//! hundred dependencies again, which takes longer than our own code.
 
 use std::ffi::OsString;
 use std::io;
@@ -13,7 +13,8 @@ use std::process::{Command, ExitCode};
 const FOLDER: &str = "CALOT_CHECKED";
 /// Cargo's variable for the program that compiles the workspace's own packages.
 const WRAPPER: &str = "RUSTC_WORKSPACE_WRAPPER";
-/// Variable from which clippy reads its arguments, and their separator.
+/// Variable from which clippy reads its arguments, and its value: one argument, ended by clippy's
+/// separator.
 const CLIPPY: (&str, &str) = ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__");
 
 /// Environment that makes cargo compile through a copy of this program.
@@ -22,7 +23,8 @@ pub(crate) fn environment() -> io::Result<[(&'static str, PathBuf); 2]> {
         std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
     let folder = std::path::absolute(target)?.join("checked");
     std::fs::create_dir_all(&folder)?;
-    // Cargo may build this program's own file again while it runs, so a copy compiles.
+    // Cargo may build this program's own file again while it runs, so a copy of it is used as the
+    // compiler.
     let compiler = folder.join("compiler");
     std::fs::copy(std::env::current_exe()?, &compiler)?;
     Ok([(FOLDER, folder), (WRAPPER, compiler)])
@@ -52,7 +54,7 @@ fn compile_and_look(rustc: &Path, args: &[OsString], folder: &Path) -> io::Resul
     if !compiled || !unit.is_ours {
         return Ok(compiled);
     }
-    // Clippy and rustdoc stand beside cargo in any toolchain.
+    // Clippy and rustdoc lie next to cargo in any toolchain.
     let beside = |name: &str| {
         let cargo = std::env::var_os("CARGO").map(PathBuf::from);
         cargo.map_or_else(|| name.into(), |cargo| cargo.with_file_name(name))
@@ -100,7 +102,7 @@ impl Unit {
                     continue;
                 }
                 "--crate-name" => {
-                    // The name `___` stands for cargo's question about what the compiler can do.
+                    // Cargo uses the name `___` to ask what the compiler can do.
                     let others = ["build_script_build", "___"];
                     let name = left.as_slice().first();
                     unit.is_ours = name.is_some_and(|name| others.iter().all(|it| name != it));
@@ -109,8 +111,7 @@ impl Unit {
                 source if source.ends_with(".rs") && !source.starts_with('-') => {
                     unit.is_documented &= !Path::new(source).iter().any(|it| it == "examples");
                 }
-                // Without a list of artifacts, cargo does not take clippy's output for the
-                // compiler's.
+                // Clippy must not list its artifacts: cargo would take them for the compiler's.
                 json if json.starts_with("--json=") => {
                     unit.args.push(json.replace(",artifacts", "").into());
                     continue;

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use crate::steps::step;
 
-/// Folder of what is measured, relative to the folder of the build.
+/// Folder of the results, relative to the folder of the build.
 const OUT: &str = "gpu";
 
 /// Builds the programs, unless they are `--built`, and measures into one JSON file.

@@ -1,5 +1,5 @@
-//! The commands of a fresh machine: `cargo xtask demo`, `cargo xtask test` and others. It has no
-//! dependencies, so that it builds in a second and can name what the other packages need.
+//! The commands of a fresh machine: `cargo xtask demo`, `cargo xtask test` and others. This program
+//! has no dependencies, so that it builds in a second and can name what the other packages need.
 
 mod checked;
 mod gpu;

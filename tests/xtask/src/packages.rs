@@ -140,7 +140,7 @@ pub(crate) fn on_path(program: &str) -> bool {
     std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
 }
 
-/// Looks in root's folder, which a user's path may lack.
+/// Looks in `/usr/sbin`, which a user's path may lack.
 fn on_path_of_root(program: &str) -> bool {
     std::path::Path::new("/usr/sbin").join(program).is_file()
 }

@@ -184,7 +184,8 @@ pub(crate) fn demo(args: &[String]) -> Result<(), String> {
     step("demo", &words)
 }
 
-/// Measurements of time: name, seconds, the load beside it, and the programs to compare with.
+/// Measurements of time: name, seconds, the load that runs at the same time, and the programs to
+/// compare with.
 const FIGURES: [(&str, &str, &str, &str); 4] = [
     ("idle", "60", "", LOOPS),
     ("loaded", "60", "cpu,memory,io,join", LOOPS),
@@ -236,8 +237,8 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
 }
 
 /// Measures the cost of remote watchers to the tick, alternately with and without them. Other
-/// programs keep all cores awake both times, because a virtual machine that sleeps wakes up later
-/// than watchers could cause.
+/// programs keep all cores awake both times, because waking a sleeping virtual machine would delay
+/// ticks more than watchers do.
 fn watched(seconds: &str) -> Result<(), String> {
     const TURNS: usize = 5;
     const KINDS: [(&str, &str); 2] = [("busy", "cpu,memory"), ("watched", "cpu,memory,watch")];

@@ -36,7 +36,7 @@ impl Timings {
         })
     }
 
-    /// Cargo's setting that has test programs timed.
+    /// Cargo's setting that makes it start test programs through the runner.
     pub(crate) fn runner(&self) -> String {
         let words = [&self.runner, &PathBuf::from(MARK), &self.file];
         let words = words.map(|it| format!("{:?}", it.display().to_string()));
@@ -77,7 +77,7 @@ fn slowest(text: &str) -> Vec<(f64, &str)> {
     programs
 }
 
-/// Runs and times a test program if cargo asks for that: then its outcome.
+/// If cargo asks for it, runs and times a test program, and returns the program's outcome.
 pub(crate) fn run(args: &[OsString]) -> Option<ExitCode> {
     let [mark, file, program, args @ ..] = args else {
         return None;

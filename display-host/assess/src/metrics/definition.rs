@@ -19,13 +19,13 @@ macro_rules! metrics {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// Its unit; `1` for a share, `n` for a count.
+            /// Unit of the metric; `1` for a share, `n` for a count.
             #[must_use]
             pub fn unit(self) -> &'static str {
                 match self { $(Self::$variant => $unit,)* }
             }
 
-            /// Its definition.
+            /// Definition of the metric.
             #[must_use]
             pub fn definition(self) -> &'static str {
                 match self { $(Self::$variant => $definition,)* }
@@ -164,12 +164,12 @@ metrics! {
     Alarms "alarms" "n" "Alarms of any kind." "paper, evaluation"
 }
 
-/// Shortest time that is mentioned where it is not the trainee's, s: one record of a device that
-/// answers late is shorter. Tables of all metrics have it all the same.
+/// Shortest pause, gap or loss of a device that a sentence of the report mentions, s. One late
+/// record of a device is shorter. The table of all metrics shows shorter times too.
 const MENTIONED_S: f64 = 0.1;
 
 impl Metric {
-    /// True for a value that is worth a sentence beside the table of all metrics.
+    /// True for a value that is worth a sentence in addition to the table of all metrics.
     #[must_use]
     pub fn is_worth_mention(self, value: f64) -> bool {
         match self {

@@ -47,7 +47,7 @@ impl Svg {
     }
 }
 
-/// Round step that divides a length into about `count` parts.
+/// Step of 1, 2 or 5 times a power of ten that divides a length into at most `count` parts.
 pub(super) fn step(length: f64, count: f64) -> f64 {
     let raw = (length / count).max(1e-9);
     let ten = 10f64.powf(raw.log10().floor());
@@ -169,7 +169,7 @@ pub(super) fn projections(paths: &[Path; 2]) -> String {
         let place =
             |value: f64, (least, most): (f64, f64)| (value - 0.5 * (least + most)) / widest + 0.5;
         for (path, color) in paths.iter().zip([TIP, LENS]) {
-            // Half a page of points is enough for a line.
+            // At most 6000 points are drawn, because more do not change the line on a page.
             let every = (path.len() / 3000).max(1);
             let mut drawn = String::new();
             for point in path.iter().step_by(every) {
@@ -215,7 +215,7 @@ pub(super) fn projections(paths: &[Path; 2]) -> String {
 
 /// Histogram of the force on the hand.
 pub(super) fn force_histogram(seconds: &[f64]) -> Option<String> {
-    // Bins of 0.2 N are easier to read.
+    // Four bins are drawn as one of 0.2 N, which is easier to read.
     let bins: Vec<f64> = seconds.chunks(4).map(|four| four.iter().sum()).collect();
     let tallest = bins.iter().copied().fold(0.0f64, f64::max);
     if tallest <= 0.0 {
@@ -253,7 +253,7 @@ pub(super) fn force_histogram(seconds: &[f64]) -> Option<String> {
     Some(svg.end())
 }
 
-/// A quantity from session to session, with a line at the pass rule.
+/// Curve of a quantity from session to session, with a line at the pass rule.
 #[must_use]
 pub(super) fn curve(values: &[f64], rule: Option<f64>, name: &str) -> Option<String> {
     if values.len() < 2 {

@@ -16,7 +16,7 @@ pub struct Chapter {
     pub name: String,
     /// The scene's name.
     pub scene: String,
-    /// Version of the program that recorded it.
+    /// Version of the program that recorded the session.
     pub build: String,
     /// Start, UTC, as text.
     pub when: String,
@@ -26,13 +26,13 @@ pub struct Chapter {
     pub rules: Rules,
     /// Captions and pictures (PNG).
     pub pictures: Vec<(String, Vec<u8>)>,
-    /// Durations of the simulation's ticks, if kept beside the session.
+    /// Durations of the simulation's ticks, if they are stored next to the session.
     pub ticks: Option<Ticks>,
     /// Reason why the recording ends early, if it does.
     pub cut_short: Option<String>,
     /// The trainee's earlier sessions of the same task, oldest first.
     pub past: Vec<Past>,
-    /// The instructor's sheet: item, 1 to 5.
+    /// The instructor's rating sheet: each item with 1 to 5 points.
     pub sheet: Vec<(String, u8)>,
 }
 
@@ -41,13 +41,13 @@ pub struct Chapter {
 pub struct Ticks {
     /// Duration of the whole tick, ns.
     pub tick_ns: Spread,
-    /// Durations of its stages, ns.
+    /// Durations of the tick's stages, ns.
     pub stage_ns: std::collections::BTreeMap<String, Spread>,
     /// Skipped periods.
     pub deadline_misses: u64,
     /// Ticks that ended after their deadline.
     pub overruns: u64,
-    /// True if the controller ran in real time.
+    /// True if the controller had realtime privileges.
     pub realtime: bool,
 }
 
@@ -69,11 +69,11 @@ pub struct Spread {
 pub struct Past {
     /// Start, UTC, as text.
     pub when: String,
-    /// Its outcome.
+    /// Outcome of the session.
     pub outcome: String,
     /// Score.
     pub score: f64,
-    /// Its metrics by name, without those that had no value.
+    /// Metrics of the session by name, without those that had no value.
     pub metrics: std::collections::BTreeMap<String, f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Text of the page.
+//! The page's HTML.
 
 use core::fmt::Write as _;
 
@@ -29,7 +29,7 @@ impl Page {
     }
 }
 
-/// A report of sessions, in the order given.
+/// The report of these sessions, in the order given.
 #[must_use]
 pub fn html(chapters: &[Chapter]) -> String {
     let mut page = Page(String::new());
@@ -235,7 +235,7 @@ fn verdict(page: &mut Page, chapter: &Chapter) {
     }
 }
 
-/// Organs that fell or shook, which is no fault of the trainee.
+/// Writes which organs fell or shook, because that is no fault of the trainee.
 fn unrest(page: &mut Page, moments: &[Moment]) {
     for moment in moments {
         let what = match moment.what.as_str() {
@@ -259,11 +259,12 @@ fn unrest(page: &mut Page, moments: &[Moment]) {
     }
 }
 
-/// Noise up to which a resting hand walks less than 5 mm a minute, mm (`tally/hands.rs`): 0.41 of
-/// it passes the low-pass, and three times that is the play.
+/// Largest noise of the handle that adds less than 5 mm a minute to the path of a resting hand, mm
+/// (`tally/hands.rs`). Of the noise, 0.41 passes the low-pass; three times that is the play of 0.5
+/// mm.
 const NOISE_MAX_MM: f64 = 0.4;
 
-/// Times that are not the trainee's, and the noise of the handle.
+/// Writes the times that do not count as the trainee's, and the noise of the handle.
 fn not_counted(page: &mut Page, values: &Values) {
     let times = [
         (Metric::Paused, "The task was paused for"),
@@ -353,7 +354,7 @@ fn past(page: &mut Page, chapter: &Chapter) {
         };
         let text =
             |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.2}"));
-        // Less is better for all metrics except economy, which describes and does not judge.
+        // Less is better for all metrics except economy, for which no direction is better.
         let best = match metric {
             Metric::Economy => None,
             _ => before().copied().min_by(f64::total_cmp),

@@ -1,13 +1,13 @@
 //! Distribution of the force on the hand over time.
 
-/// Width of a bin, N.
+/// Width of a bin of the force histogram, N.
 pub const BIN_N: f64 = 0.05;
-/// Number of bins; the last one takes all greater forces.
+/// Number of bins. The last one takes all greater forces.
 const BINS: usize = 240;
-/// Share of its greatest force at which a device counts as saturated.
+/// Share of a device's greatest force from which on the device counts as saturated.
 const SATURATED: f64 = 0.97;
 
-/// Time at each force while the instrument touched.
+/// Time at each force while the instrument touched something, and other sums of the force.
 #[derive(Debug, Clone)]
 pub(crate) struct Force {
     seconds: [f64; BINS],

@@ -21,9 +21,10 @@
 
 use crate::vector::{Vec3, distance};
 
-/// Time between two points of a track, s: the course's own period.
+/// Time between two points of a track, s. A session records the hands at this period.
 const GRID_S: f64 = 0.01;
-/// Part of its last value that a low-pass stage of 10 Hz keeps after [`GRID_S`]: exp(−2π · 0.1).
+/// Part of its last value that a low-pass stage of 10 Hz still has after [`GRID_S`]: exp(−2π ·
+/// 0.1).
 const KEPT: f64 = 0.533_488_091_091_103_2;
 /// Length of the leash, m.
 const LEASH_M: f64 = 0.5e-3;
@@ -45,14 +46,14 @@ pub(crate) struct Track {
     stages: Option<[Vec3; 2]>,
     /// The point on the leash.
     held: Vec3,
-    /// The point's last steps: where each began, and its length.
+    /// The point's last steps: the place where each began, and its length, m.
     steps: [(Vec3, f64); WINDOW],
     oldest: usize,
     /// Place at which the present movement began, and [`Track::path_m`] at that time, m.
     moving_from: Option<(Vec3, f64)>,
     /// Sum of the straight distances of the finished movements, m.
     straight_m: f64,
-    /// Sum of their path lengths, m.
+    /// Sum of the path lengths of the finished movements, m.
     moved_m: f64,
 }
 
@@ -81,8 +82,8 @@ impl Track {
         self.judge()
     }
 
-    /// Begins or ends a movement if the path in the window asks for it. Returns true if the hand
-    /// rests.
+    /// Begins or ends a movement if the path in the window passes a threshold. Returns true if the
+    /// hand rests.
     fn judge(&mut self) -> bool {
         let gone_m: f64 = self.steps.iter().map(|(_, step_m)| step_m).sum();
         match self.moving_from {
@@ -149,8 +150,8 @@ impl Hands {
         }
         let mut done_s = 0.0;
         while done_s < seconds {
-            // The last part ends exactly at `seconds`. By rounding, the sum of the parts could stop
-            // short of it.
+            // The last part ends exactly at `seconds`. Because of rounding, the sum of the parts
+            // could end just before `seconds`.
             let left_s = seconds - done_s;
             let part_s = (GRID_S - self.part_s).min(left_s);
             let middle = (done_s + 0.5 * part_s) / seconds;

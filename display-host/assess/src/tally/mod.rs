@@ -1,4 +1,4 @@
-//! Measurement of an operation: the running totals of which the metrics are made.
+//! Measurement of an operation: the running totals from which the metrics are computed.
 
 mod force;
 mod hands;
@@ -18,11 +18,11 @@ use crate::metrics::{Metric, Values};
 use crate::rules::Rules;
 use crate::vector::{Vec3, axis, distance, dot, norm, off_sight, wide};
 
-/// Longest time between two records of the hands that is no gap, s.
+/// Longest time between two records of the hands that does not count as a gap, s.
 const GAP_S: f64 = 0.25;
 /// Half of the field of view of a 0° endoscope, rad (`display-host`, `Scope`).
 pub(crate) const VIEW_HALF_RAD: f64 = 0.61;
-/// Smallest turn of the sight that counts, rad.
+/// Smallest turn of the direction of view that counts, rad.
 const TURN_RULER_RAD: f64 = std::f64::consts::PI / 180.0;
 /// Leaks within this distance of each other are one, m: all events of a leak have one position.
 const SAME_LEAK_M: f64 = 0.000_1;
@@ -35,7 +35,7 @@ const BURNS_S: f64 = 0.1;
 struct Leak {
     organ: u32,
     at_m: Vec3,
-    /// Share of the whole vessel's flow.
+    /// Flow of the leak as a share of the flow of the fully cut vessel.
     flow: f64,
 }
 
@@ -50,7 +50,8 @@ pub(crate) struct Tally {
     paused_s: f64,
     /// Time in which a device that the hand needs was gone, s.
     device_lost_s: f64,
-    /// Devices that were there, or silent, in this attempt: bits as in `Movement::live`.
+    /// Devices that were present or silent so far, in earlier attempts too: bits as in
+    /// `Movement::live`.
     seen: u8,
     noise: Noise,
     cautery_s: f64,
@@ -84,7 +85,8 @@ const HAPTIC: u8 = 1;
 const TRACKER: u8 = 2;
 /// Bit of the foot pedal in `Movement::live`.
 const PEDAL: u8 = 4;
-/// Most leaks that are kept. More than that come from one vessel that flickers.
+/// Most leaks that are kept. More can only come from a vessel whose leak changes its place all the
+/// time.
 const LEAKS_MAX: usize = 64;
 
 impl Tally {
@@ -107,7 +109,7 @@ impl Tally {
         self.time_s
     }
 
-    /// Takes the positions of the hands. Returns the counted time since the last, s.
+    /// Takes the positions of the hands. Returns the counted time since the last call, s.
     pub(crate) fn moved(
         &mut self,
         at_ns: u64,
@@ -161,10 +163,10 @@ impl Tally {
         seconds
     }
 
-    /// Sum to which this time belongs if it is not the trainee's: a pause, a gap, or a device that
-    /// is gone and that the hand needs. Without haptic device or tracker nobody can work. Without
-    /// the pedal there is no current, which the hook alone uses: with any other instrument the
-    /// hands go on, and so does the time.
+    /// Total to which this time is added if it does not count as the trainee's: the time of pauses,
+    /// of gaps, or without a device that the hand needs. Nobody can work without haptic device or
+    /// tracker. Without the pedal there is no current, and only the hook needs current. With any
+    /// other instrument the hands go on, and the time counts.
     fn not_the_trainees(
         &mut self,
         moved: &Movement,
@@ -218,7 +220,7 @@ impl Tally {
             Ok(Event::Crush { .. }) => self.crushes += 1,
             Ok(Event::Tear { .. }) if !is_target(kind) => self.tears += 1,
             Ok(Event::Slip { .. }) => self.slips += 1,
-            // A device that is silent from the start is gone too.
+            // A device that is silent from the start counts as gone, too.
             Ok(Event::Fault(Fault::SilentDevice)) => self.seen |= HAPTIC,
             _ => {}
         }
@@ -249,7 +251,8 @@ impl Tally {
         match kind {
             None => self.clips_lost += 1,
             Some(OrganKind::CysticDuct | OrganKind::CysticArtery) => {}
-            // Tissue to be dissected lies between the jaws together with the vessel.
+            // Fat or connective tissue may lie between the jaws together with the vessel, which is
+            // no error.
             Some(OrganKind::Fat | OrganKind::ConnectiveTissue) => {}
             Some(_) => self.clips_misplaced += 1,
         }
@@ -348,7 +351,8 @@ impl Tally {
     }
 }
 
-/// Class of burnt tissue: liver, gallbladder, ducts, arteries, tissue to dissect, all else.
+/// Class of burnt tissue, an index into `burns_j`: liver, gallbladder, ducts, arteries, tissue to
+/// dissect, all else.
 fn burn_class(kind: Option<OrganKind>) -> usize {
     match kind {
         Some(OrganKind::Liver) => 0,

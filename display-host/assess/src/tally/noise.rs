@@ -2,19 +2,20 @@
 
 use crate::vector::Vec3;
 
-/// Length of a part, in which the handle's way is compared with a straight line, s. A working hand
-/// follows no line for longer. Noise and tremor leave the line sooner.
+/// Duration of a part, s. In each part the handle's path is compared with a straight line. A
+/// working hand does not follow a straight line for longer. Noise and tremor deviate from it within
+/// a shorter time.
 const PART_S: f64 = 0.25;
 /// Fewest samples of a part.
 const SAMPLES_MIN: f64 = 10.0;
-/// Width of a bin, mm.
+/// Width of a bin of deviation, mm.
 const BIN_MM: f64 = 0.01;
-/// Number of bins; the last one takes all above.
+/// Number of bins. The last one takes all greater deviations.
 const BINS: usize = 1000;
 /// Fewest parts that yield a figure.
 const PARTS_MIN: u32 = 8;
-/// Least ratio of the mean squared step to twice the variance (von Neumann) that is noise. White
-/// noise has 1, or half of it if each sample comes twice. A hand that trembles at 8 Hz has 0.12.
+/// Least ratio of the mean squared step to twice the variance (von Neumann) that counts as noise.
+/// White noise has 1, or 0.5 if each sample comes twice. A hand that trembles at 8 Hz has 0.12.
 const RATIO_MIN: f64 = 0.3;
 /// Share of the parts that counts as rest: the calmest tenth.
 const CALM: f64 = 0.1;
@@ -37,7 +38,7 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    /// Takes the handle's position, this long after the last.
+    /// Takes the handle's position, `seconds` after the last one.
     pub(crate) fn step(&mut self, place: Vec3, seconds: f64) {
         if !place.iter().all(|x| x.is_finite()) {
             self.gap();
@@ -83,7 +84,7 @@ impl Noise {
         let squares: f64 = [0, 1, 2].map(off).iter().sum();
         // A line takes two parameters an axis. Rounding may make the sum negative.
         let mm = (squares.max(0.0) / (3.0 * (n - 2.0))).sqrt();
-        // A smooth deviation is a moving hand, not noise. One below a bin is rest.
+        // A smooth deviation is a moving hand, not noise. A deviation smaller than a bin is rest.
         if mm >= BIN_MM && self.steps < RATIO_MIN * 2.0 * squares {
             return;
         }

@@ -34,7 +34,7 @@ fn a_prepared_task_has_the_clips_that_come_before_it() {
     is(prepared.score, 100.0);
     is(prepared.metrics.get(Metric::ClipsUsed), 0.0);
     is(prepared.metrics.get(Metric::Restarts), 0.0);
-    // A cut beside the clips leaks.
+    // A cut that is not between the clips leaks.
     let mut beside = begin(Task::Cut);
     beside.take(&start(3));
     cut(&mut beside, 1.0, DUCT);
@@ -204,7 +204,7 @@ fn trainee_who_places_the_sutures_begins_with_them() {
             let done = step(&assessment).is_some_and(|(_, done)| done);
             assert_eq!(done, is_done, "{task:?} {number}");
         }
-        // Clips of the prepared start are not the trainee's.
+        // Clips that the controller placed at the start do not count as the trainee's.
         assert!(assessment.status().steps.iter().all(|(step, done)| {
             !*done || matches!(step, Step::Hang { .. } | Step::LeaveWhole)
         }));

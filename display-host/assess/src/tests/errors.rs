@@ -1,4 +1,4 @@
-//! Harm that is done, and its price.
+//! Errors that do harm, and the points that they cost.
 
 use super::*;
 
@@ -6,7 +6,7 @@ use super::*;
 fn a_structure_is_burnt_once_enough_heat_has_come_together() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 0.1);
-    // Built-in rules: 0.1 J, and no repetition for a second.
+    // By the built-in rules a burn takes 0.1 J, and its alarm is not repeated for a second.
     let (mut alarms, mut before_s) = (Vec::new(), 0.1);
     for (at_s, heat_j) in [
         (0.2, 0.04),
@@ -60,13 +60,13 @@ fn blood_is_flow_over_time_until_it_is_stopped() {
     rest(&mut assessment, 1.1, 7.0);
     assessment.take(&event(7.0, EventKind::Leak.number(), ARTERY, 0.0, 0.0));
     rest(&mut assessment, 7.1, 20.0);
-    // Two ends lie close together; one of them stops leaking.
+    // Two cut ends lie close together, and one of them stops leaking.
     assessment.take(&event(20.0, EventKind::Leak.number(), ARTERY, 0.0, 1.0));
     assessment.take(&event(20.0, EventKind::Leak.number(), ARTERY, 0.002, 1.0));
     assessment.take(&event(20.0, EventKind::Leak.number(), ARTERY, 0.002, 0.0));
     rest(&mut assessment, 20.0, 21.0);
     let blood_ml = assessment.end().metrics.get(Metric::Blood);
-    // 30 ml/min, half of it for 6 s and all of it for 1 s.
+    // The flow is 30 ml/min: half of that for 6 s, and all of it for 1 s.
     assert!((blood_ml - 2.0).abs() < 0.05, "{blood_ml}");
 }
 
@@ -95,7 +95,7 @@ fn the_current_counts_with_and_without_contact() {
     near(Metric::Force95, 1.05);
 }
 
-/// Current that burns across a gap does not count as current in air.
+/// Current that burns tissue across a gap does not count as current in air.
 #[test]
 fn current_that_burns_is_not_in_air() {
     let mut assessment = begin(Task::Free);

@@ -1,8 +1,8 @@
-//! Noise, sample rates and lost devices in the figures of a hand.
+//! Effect of noise, sample rates and lost devices on the metrics of a hand.
 
 use super::*;
 
-/// A hand on a circle of 5 cm, one turn in four seconds, sampled at this rate.
+/// Metrics of a hand on a circle of 5 cm radius, one turn in four seconds, sampled at this rate.
 pub(super) fn circle(hz: f64, seconds: f64, tremor_m: f64) -> Values {
     let mut assessment = begin(Task::Free);
     for step in 0..=(hz * seconds) as u32 {
@@ -15,7 +15,7 @@ pub(super) fn circle(hz: f64, seconds: f64, tremor_m: f64) -> Values {
     assessment.end().metrics
 }
 
-/// A random number of standard deviation 1, as good as normal: twelve uniform ones.
+/// An approximately normal random number of standard deviation 1: the sum of twelve uniform ones.
 fn normal(seed: &mut u64) -> f64 {
     let mut uniform = || {
         *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
@@ -24,7 +24,8 @@ fn normal(seed: &mut u64) -> f64 {
     (0..12).map(|_| uniform()).sum::<f64>() - 6.0
 }
 
-/// A hand whose handle and tip go this way for a minute, with this noise, sampled at this rate.
+/// Metrics of a hand whose handle and tip follow `way` for a minute, with this noise, sampled at
+/// this rate.
 fn minute(hz: f64, noise_m: f64, way: impl Fn(f64) -> [f64; 3]) -> Values {
     let mut assessment = begin(Task::Free);
     let mut seed = 7;
@@ -119,7 +120,7 @@ fn time_without_a_lost_device_is_not_the_trainees() {
         "{}",
         values.get(Metric::Path)
     );
-    // Without the pedal the hands go on: only the hook waits for it.
+    // Without the pedal the hands go on, because only the hook needs the pedal.
     for (instrument, gone) in [(Instrument::Grasper, 0.0), (Instrument::Hook, 2.0)] {
         let mut pedal = begin(Task::Free);
         for step in 0..500 {
@@ -135,7 +136,7 @@ fn time_without_a_lost_device_is_not_the_trainees() {
         assert!((lost_s - gone).abs() < 0.03, "{instrument:?}: {lost_s}");
         assert!((values.get(Metric::Time) + lost_s - 4.99).abs() < 1e-6);
     }
-    // Neither does anybody see without the tracker of the endoscope.
+    // Time without the endoscope's tracker does not count either, because the trainee does not see.
     let mut blind = begin(Task::Free);
     for step in 0..300 {
         let live = if step < 100 { 7 } else { 5 };
@@ -143,13 +144,13 @@ fn time_without_a_lost_device_is_not_the_trainees() {
     }
     let lost_s = blind.end().metrics.get(Metric::DeviceLost);
     assert!((lost_s - 2.0).abs() < 0.03, "{lost_s}");
-    // A station without that device has lost none.
+    // A station that never had a haptic device has lost none.
     let mut without = begin(Task::Free);
     for step in 0..100 {
         without.take(&moved(f64::from(step) * 0.01, at(0.0, 6)));
     }
     is(without.end().metrics.get(Metric::DeviceLost), 0.0);
-    // One that is open and never sent anything is missing, too.
+    // A haptic device that is open but never sent anything counts as missing, too.
     let mut silent = begin(Task::Free);
     let fault = Fault::SilentDevice.number() as f32;
     for step in 0..300 {

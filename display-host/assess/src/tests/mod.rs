@@ -19,7 +19,7 @@ const DUCT: u32 = 1;
 const ARTERY: u32 = 2;
 const BILE_DUCT: u32 = 3;
 const FAT: u32 = 4;
-/// An organ number without an organ.
+/// Number of an organ that does not exist.
 const NOTHING: u32 = u32::MAX;
 
 fn anatomy() -> Anatomy {
@@ -85,7 +85,7 @@ fn unclamped(organ: &str) -> Reason {
     Reason::Unclamped { organ }
 }
 
-/// Keeps the hands at rest between two times, with ten movements a second.
+/// Keeps the hands at rest between two times, with ten entries a second.
 fn rest(assessment: &mut Assessment, from_s: f64, to_s: f64) {
     let steps = ((to_s - from_s) * 10.0).round() as u32;
     for step in 0..=steps {

@@ -7,21 +7,22 @@ use shared_mem::words::{CapsuleRole, Current, Instrument};
 
 /// A current acts on touched tissue within this distance of the electrode's tip, m.
 const TIP_M: f32 = 0.003;
-/// Duration of a leak, s, longer than any session: it continues until an event changes it.
+/// Duration of a leak, s: ten hours. A source of this duration or more counts as a leak. It
+/// continues until an event changes or closes it.
 pub(super) const LEAK_S: f32 = 36_000.0;
 
 /// Kind of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Burnt tissue: smoke that drifts and gathers.
+    /// Smoke of burnt tissue, which drifts and gathers in the cavity.
     Smoke,
-    /// Boiled-off water: white, gone within a second.
+    /// Steam of boiling water: white, and gone within a second.
     Steam,
     /// Sparks of a cutting current.
     Sparks,
-    /// Blood under pressure: pulses, drips, runs down, pools.
+    /// Blood under pressure, which pulses, drips, runs down and gathers in pools.
     Blood,
-    /// Bile from a hole: seeps, runs down, pools.
+    /// Bile from a hole, which seeps, runs down and gathers in pools.
     Bile,
     /// Charring of the surface.
     Char,
@@ -34,18 +35,19 @@ pub struct Effect {
     pub kind: Kind,
     /// Position.
     pub at_m: Vec3,
-    /// Direction in which it leaves, of any length. Zero: along the skin's normal, or upwards.
+    /// Direction in which the particles leave, of any length. Zero means along the skin's normal
+    /// for blood and bile, and upwards otherwise.
     pub along: Vec3,
-    /// Strength: 1 is a divided cystic artery, or a hook's full current.
+    /// Strength. 1 is the leak of a divided cystic artery, or the full current of a hook.
     pub strength: f32,
-    /// Duration of its source, s. Char appears at once, as wide as a current of this duration makes
+    /// Duration of the source, s. Char appears at once, as wide as a current of this duration burns
     /// it.
     pub lasts_s: f32,
 }
 
 impl Effect {
-    /// Effect of an event on an organ of this kind, if any: ducts leak; fat and connective tissue
-    /// neither leak nor bleed.
+    /// Effect of an event on an organ of this kind, if the event has one. Ducts leak bile, and
+    /// most other organs bleed. Fat and connective tissue do neither.
     #[must_use]
     pub fn of_event(event: &EventMsg, organ: Option<OrganKind>) -> Option<Self> {
         use OrganKind as Organ;
@@ -59,7 +61,8 @@ impl Effect {
             {
                 (Kind::Bile, 1.0)
             }
-            // Only tubes and bands tear: for the gallbladder it is its bed, which bleeds a little.
+            // Only tubes and bands tear. A tear or cut of the gallbladder is therefore in its bed,
+            // which bleeds a little.
             _ => (Kind::Blood, 0.5),
         };
         let is_tube = matches!(
@@ -67,7 +70,7 @@ impl Effect {
             Organ::CysticDuct | Organ::BileDuct | Organ::CysticArtery | Organ::Vessel
         );
         let (strength, lasts_s) = match event_kind {
-            // The content of a tube; a continuing leak has events of its own.
+            // The content of the tube flows out. A leak that continues has events of its own.
             Event::Tear { .. } | Event::Cut { .. } if is_tube => (0.5 * much, 1.5),
             Event::Tear { .. } => (0.5 * much, 6.0),
             Event::Cut { .. } => (much, 10.0),
@@ -84,9 +87,10 @@ impl Effect {
         })
     }
 
-    /// Effects of an electrode in contact with tissue during `seconds`. Cutting (switch 1) sparks
-    /// and smokes a little; coagulation (2) smokes, steams and chars. `touched` lists the spheres
-    /// in contact with any tool, centre and radius in m: a shaft resting on tissue burns nothing.
+    /// Effects of an electrode in contact with tissue during `seconds`. Cutting (switch 1) sparks,
+    /// and smokes and chars a little. Coagulation (switch 2) smokes, steams and chars. `touched`
+    /// lists the spheres in contact with any tool, centre and radius in m. Only those at the
+    /// electrode's tip count, because a shaft that rests on tissue burns nothing.
     #[must_use]
     pub fn of_electrode(
         tools: &ToolFrame,
@@ -94,7 +98,7 @@ impl Effect {
         seconds: f32,
     ) -> Vec<Self> {
         let current = tools.switches().current();
-        // With both pressed the controller passes neither.
+        // With both switches pressed the controller passes no current.
         if !tools.has(Instrument::Hook) || current == Current::Off {
             return Vec::new();
         }
@@ -114,8 +118,8 @@ impl Effect {
             at_m,
             along,
             strength,
-            // The others continue while the electrode is on: until the next picture and a little
-            // longer.
+            // The other effects last until the next picture and a little longer, so that they do
+            // not stop while the electrode is on.
             lasts_s: if kind == Kind::Char {
                 seconds
             } else {

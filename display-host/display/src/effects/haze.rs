@@ -4,15 +4,16 @@
 use super::{Kind, Particle};
 
 /// Attenuation added by a puff once it has spread through the cavity, 1/m. Ten seconds of full
-/// coagulation, some 480 puffs, take a quarter of the light from 7 cm, there and back.
+/// coagulation, some 480 puffs, take a fifth of the light from tissue 7 cm away.
 const PUFF_PER_M: f32 = 0.006;
-/// Attenuation above which nothing is visible, 1/m.
+/// Largest attenuation, 1/m. Nothing is visible through it.
 const THICKEST_PER_M: f32 = 40.0;
 /// Time constant with which smoke settles and leaks out, s: a third is left after a minute.
 const SETTLES_S: f32 = 55.0;
 /// Time constant with which an open trocar valve exchanges the cavity's gas, s.
 const DRAWN_OFF_S: f32 = 4.0;
-/// Speed of puffs towards the trocar, m/s, and distance to it at which they leave, m.
+/// Speed of puffs towards the trocar, m/s.
+/// Distance from the trocar at which puffs leave the cavity, m.
 pub(super) const DRAUGHT_M_S: f32 = 0.06;
 pub(super) const MOUTH_M: f32 = 0.01;
 
@@ -23,7 +24,7 @@ pub(super) struct Haze {
 }
 
 impl Haze {
-    /// Adds a particle that has ended: its smoke has spread.
+    /// Adds the smoke of a puff that has ended. Other particles add nothing.
     pub(super) fn take(&mut self, particle: &Particle) {
         if particle.kind == Kind::Smoke {
             self.per_m = (self.per_m + PUFF_PER_M).min(THICKEST_PER_M);

@@ -29,15 +29,16 @@ use self::source::Source;
 pub use self::stain::{STAINS, Skin, Stain};
 pub use self::wear::Wear;
 
-/// Most sources; a new one replaces the oldest.
+/// Largest number of sources. A new one then replaces the oldest.
 const SOURCES: usize = 48;
-/// Time step of the effects, s: the pictures do not depend on the frame rate.
+/// Time step of the effects, s. It is fixed, so that the pictures do not depend on the frame rate.
 const STEP_S: f32 = 1.0 / 120.0;
 /// Coagulation stops bleeding within this distance, m.
 const DRIED_M: f32 = 0.004;
-/// Leaks within this distance of each other are one, m: all events of a leak have one position.
+/// Leaks of one kind that are nearer to each other than this are one leak, m. All events of a leak
+/// have the same position.
 const SAME_LEAK_M: f32 = 0.000_1;
-/// Longest frame time that is caught up with, s.
+/// Longest time that the effects catch up with in one frame, s.
 const CATCH_UP_S: f32 = 0.25;
 
 /// All running effects.
@@ -48,12 +49,14 @@ pub struct Effects {
     stains: Vec<Stain>,
     haze: Haze,
     wear: Wear,
-    /// Position of the evacuating trocar in the world frame, m; `None`: closed.
+    /// Position of the trocar through which smoke is evacuated, world frame, m. `None` if its valve
+    /// is closed.
     suction_m: Option<Vec3>,
     /// Unit vector against gravity.
     up: Vec3,
     left_s: f32,
-    /// Count of emitted particles: the same effects give the same pictures.
+    /// Count of emitted particles. It seeds their randomness, so the same effects give the same
+    /// pictures.
     thrown: u32,
 }
 
@@ -74,8 +77,8 @@ impl Effects {
         }
     }
 
-    /// Starts an effect. One without finite numbers is ignored. A leak replaces the previous report
-    /// of it; one without strength stops.
+    /// Starts an effect. An effect without a finite position and direction is ignored. A new report
+    /// of a leak replaces the earlier one, and a report of strength 0 stops the leak.
     pub fn begin(&mut self, effect: &Effect, skin: &Skin<'_>) {
         let sane = effect.at_m.is_finite() && effect.along.is_finite();
         if sane && effect.lasts_s >= LEAK_S {
@@ -96,7 +99,7 @@ impl Effects {
             }
             return;
         }
-        // Only coagulation steams.
+        // Only coagulation steams, and coagulation stops bleeding.
         if effect.kind == Kind::Steam {
             self.dry(effect.at_m);
         }
@@ -106,7 +109,8 @@ impl Effects {
         if effect.along == Vec3::ZERO {
             effect.along = vertex.map_or(self.up, |v| skin.normal(v));
         }
-        // A current is one source, however often it is reported; two ends of a tube are two.
+        // A current is one source, however often it is reported. The two ends of a cut tube are two
+        // sources.
         let same = |s: &&mut Source| {
             s.effect.kind == effect.kind
                 && s.effect.lasts_s < LEAK_S
@@ -167,7 +171,7 @@ impl Effects {
         });
     }
 
-    /// Evacuates smoke through a trocar at this position (world frame, m); `None`: stops.
+    /// Evacuates smoke through a trocar at this position (world frame, m). `None` stops it.
     pub fn draw_off(&mut self, port_m: Option<Vec3>) {
         self.suction_m = port_m.filter(|it| it.is_finite());
     }
@@ -190,7 +194,7 @@ impl Effects {
         &self.wear
     }
 
-    /// Sets the instrument in the hand and its position.
+    /// Sets the instrument in the hand and its position, for the residues on it.
     pub fn hold(&mut self, tools: &ToolFrame) {
         self.wear.hold(tools);
     }
@@ -207,7 +211,7 @@ impl Effects {
         &self.stains
     }
 
-    /// Stops oozing near a place; a leak continues until the controller reports it closed.
+    /// Stops bleeding near a place. A leak continues until the controller reports it closed.
     fn dry(&mut self, at_m: Vec3) {
         self.sources.retain(|s| {
             s.effect.kind != Kind::Blood
@@ -234,7 +238,7 @@ fn throw(particles: &mut Vec<Particle>, particle: Particle) {
     particles.push(particle);
 }
 
-/// Three pseudo-random numbers from −1 to 1 for a count.
+/// Three pseudo-random numbers from −1 to 1, always the same ones for the same count.
 pub(crate) fn chance(count: u32) -> Vec3 {
     let one = |k: u32| {
         let mut h = (count.wrapping_mul(3).wrapping_add(k)).wrapping_mul(0x9e37_79b9);

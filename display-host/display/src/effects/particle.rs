@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::Kind;
 use super::stain::Skin;
 
-/// Most particles.
+/// Largest number of particles.
 pub const PARTICLES: usize = 480;
 
 const GRAVITY_M_S2: f32 = 9.81;
@@ -13,7 +13,7 @@ const GRAVITY_M_S2: f32 = 9.81;
 /// A puff, a drop or a spark.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Particle {
-    /// Kind of its effect.
+    /// Kind of the effect that emitted the particle.
     pub kind: Kind,
     /// Centre in the world frame, m.
     pub at_m: Vec3,
@@ -25,7 +25,7 @@ pub struct Particle {
     pub lasts_s: f32,
     /// Initial radius, m.
     pub size_m: f32,
-    /// A number from 0 to 1 that varies its look.
+    /// A random number from 0 to 1 that makes the particle look different from others.
     pub own: f32,
 }
 
@@ -34,13 +34,13 @@ impl Particle {
         self.age_s < self.lasts_s && self.at_m.is_finite()
     }
 
-    /// Share of its lifetime, from 0 to 1.
+    /// Share of its lifetime that has passed, from 0 to 1.
     #[must_use]
     pub fn life(&self) -> f32 {
         (self.age_s / self.lasts_s).clamp(0.0, 1.0)
     }
 
-    /// Present radius, m: puffs spread.
+    /// Present radius, m. Smoke and steam spread with age.
     #[must_use]
     pub fn radius_m(&self) -> f32 {
         match self.kind {
@@ -50,8 +50,8 @@ impl Particle {
         }
     }
 
-    /// Moves the particle, puffs with the draught (m/s). A drop that meets skin ends and returns
-    /// the vertex.
+    /// Moves the particle by one time step. The draught (m/s) moves only smoke and steam. Returns
+    /// the vertex and the kind of a drop that meets skin; the caller then removes the drop.
     pub(super) fn step(
         &mut self,
         step_s: f32,
@@ -77,7 +77,7 @@ impl Particle {
         }
         self.at_m += self.velocity_m_s * step_s;
         let wets = matches!(self.kind, Kind::Blood | Kind::Bile);
-        // It must first leave its source.
+        // A drop must first leave its source.
         if !wets || self.age_s < 0.08 {
             return None;
         }
@@ -86,7 +86,7 @@ impl Particle {
     }
 }
 
-/// A divergence-free flow: each part turns about another axis.
+/// A divergence-free flow: no component depends on its own coordinate.
 fn eddies(at_m: Vec3, age_s: f32, own: f32) -> Vec3 {
     let p = at_m * 60.0 + Vec3::splat(own * 9.0);
     let t = age_s * 0.9;

@@ -10,8 +10,8 @@ use shared_mem::words::EventKind;
 use super::Effect;
 use crate::render::Renderer;
 
-/// Interval at which the electrode is sampled between two pictures, s. No time step in which
-/// effects are played is longer.
+/// Interval at which the electrode is sampled between two pictures, s. It is also the longest time
+/// step in which effects are played.
 const LOOK_S: f32 = 1.0 / 30.0;
 /// Longest time between two pictures that is played, s. Of a longer time only the end is played,
 /// because no particle lives longer.
@@ -64,7 +64,7 @@ pub(crate) struct Course {
     began: Vec<(f32, Effect)>,
     /// Time of the last picture.
     since: Instant,
-    /// Time of the electrode's last sample since the last picture, s.
+    /// Time from the last picture to the last sample of the electrode, s.
     looked_s: f32,
     cleared: bool,
 }
@@ -138,7 +138,8 @@ impl Course {
 }
 
 impl Stretch {
-    /// Plays the effects in time steps of at most [`LOOK_S`], which are as short as a window's.
+    /// Plays the effects in time steps of at most [`LOOK_S`], about the time between a window's
+    /// frames.
     pub(crate) fn play(&self, renderer: &mut Renderer, spheres: &[SphereState]) {
         if self.cleared {
             renderer.effects_mut().clear();

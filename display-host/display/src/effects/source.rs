@@ -8,9 +8,9 @@ use super::{Effect, Kind, chance, throw};
 
 /// Period of the heartbeat, s.
 const BEAT_S: f32 = 0.86;
-/// Largest speed of spurting blood, m/s; bile seeps.
+/// Speed of blood that spurts at a pressure of 1, m/s. Bile seeps.
 const SPURT_M_S: f32 = 0.55;
-/// Initial interval between the marks of a front that runs down, s.
+/// Interval between the marks of blood or bile that runs down, at a pressure of 1, s.
 const RUN_S: f32 = 0.12;
 
 /// A running source.
@@ -20,7 +20,8 @@ pub(super) struct Source {
     age_s: f32,
     /// Accumulated fraction of the next particle.
     due: f32,
-    /// Vertices of the skin: the source, and the front that runs down from it.
+    /// Vertex of the skin at the source.
+    /// Vertex of the skin that the blood or bile running down has reached.
     mouth: Option<usize>,
     front: Option<usize>,
     run_s: f32,
@@ -48,7 +49,8 @@ impl Source {
         self.age_s < self.effect.lasts_s
     }
 
-    /// Pressure, 0 to 1: it pulses with the heart and falls as the vessel empties.
+    /// Pressure, 0 to 1. The pressure of blood pulses with the heart. Those of blood and bile fall
+    /// to 0 during the source's duration.
     fn pressure(&self) -> f32 {
         let left = 1.0 - self.age_s / self.effect.lasts_s;
         match self.effect.kind {
@@ -118,7 +120,8 @@ impl Source {
         }
     }
 
-    /// Grows the pool at the source and runs down from it, more slowly with distance.
+    /// Grows the pool at the source, and marks the skin down which the liquid runs. Both are slower
+    /// at a low pressure.
     fn wet(
         &mut self,
         step_s: f32,
@@ -142,7 +145,7 @@ impl Source {
                 stain::run(stains, skin, next, kind);
                 self.front = Some(next);
             }
-            // It gathers at the lowest place.
+            // The liquid gathers at the lowest place.
             None => stain::pool(stains, skin, front, kind, 0.0006 * pressure, 0.009),
         }
     }

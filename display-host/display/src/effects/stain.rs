@@ -9,22 +9,24 @@ use super::Kind;
 use crate::skinning::SkinMesh;
 use crate::skinning::motion::Motion;
 
-/// Most stains; also in `tissue.wgsl`.
+/// Largest number of stains; the same number is in `light.wgsl` and `tissue.wgsl`.
 pub const STAINS: usize = 64;
-/// Distance to a sphere's surface at which a drop meets skin, m.
+/// Distance from a sphere's surface at which a drop meets skin, m.
 const SKIN_M: f32 = 0.0015;
-/// Anything farther from the skin than this is not on it, m.
+/// Largest distance from the nearest vertex of the skin at which a point counts as on the skin, m.
 const REACH_M: f32 = 0.012;
-/// Speed at which a full current chars, m/s, and largest radius, m.
+/// Speed at which the radius of char grows under a full current, m/s.
+/// Largest radius of char, m.
 const CHAR_M_S: f32 = 0.003;
 const CHAR_MOST_M: f32 = 0.004;
-/// Stains of one kind nearer than this, in radii, are merged.
+/// Two stains of one kind are merged if their distance is less than this share of the larger
+/// radius.
 const SAME: f32 = 0.7;
 
 /// A stain. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stain {
-    /// Kind of its effect.
+    /// Kind of the effect that made the stain.
     pub kind: Kind,
     /// Centre, on the skin at rest.
     pub rest_m: Vec3,
@@ -73,12 +75,12 @@ impl<'a> Skin<'a> {
             .map_or(Vec3::ZERO, |v| v.normal.into())
     }
 
-    /// Vertex of the skin near a position in the world, if any.
+    /// The vertex of the skin nearest to a position in the world, if it is within `REACH_M`.
     pub(super) fn nearest(&self, at_m: Vec3) -> Option<usize> {
         let spheres = self.rest.iter().zip(self.now);
         let far = |center: [f32; 3]| Vec3::from(center).distance_squared(at_m);
         let (rest, now) = spheres.min_by(|a, b| far(a.1.center_m).total_cmp(&far(b.1.center_m)))?;
-        // Its position if the tissue there were at rest.
+        // The position that the point would have if the tissue were at rest.
         let at = at_m - Vec3::from(now.center_m) + Vec3::from(rest.center_m);
         let vertices = self
             .mesh
@@ -101,7 +103,7 @@ impl<'a> Skin<'a> {
         if hit { self.nearest(at_m) } else { None }
     }
 
-    /// Lowest neighbour, if any is lower.
+    /// The lowest neighbour of a vertex, if it is lower than the vertex.
     pub(super) fn downhill(&self, vertex: usize, up: Vec3) -> Option<usize> {
         let height = |i: usize| self.mesh.place(i, self.motions).dot(up);
         let ring = self.mesh.ring_first.get(vertex..vertex + 2)?;
@@ -117,7 +119,8 @@ impl<'a> Skin<'a> {
     }
 }
 
-/// Adds a stain, or enlarges an existing one by `grow_m`, up to `most_m`.
+/// Adds a stain. If one of its kind is there already, enlarges that one by `grow_m`, up to
+/// `most_m`.
 fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
     let same = |s: &&mut Stain| {
         s.kind == stain.kind
@@ -130,7 +133,7 @@ fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
         return;
     }
     if stains.len() == STAINS {
-        // Replace the smallest: it is least conspicuous.
+        // Replace the smallest stain, which is least conspicuous.
         let smallest =
             (0..STAINS).min_by(|&a, &b| stains[a].radius_m.total_cmp(&stains[b].radius_m));
         stains.remove(smallest.unwrap_or(0));
@@ -138,7 +141,7 @@ fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
     stains.push(stain);
 }
 
-/// Adds to a growing pool.
+/// Enlarges the pool at a vertex by `grow_m`, up to `most_m`.
 pub(super) fn pool(
     stains: &mut Vec<Stain>,
     skin: &Skin<'_>,
@@ -175,8 +178,8 @@ pub(super) fn splash(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, ki
     add(stains, stain, 0.0003, 0.005);
 }
 
-/// Adds char, wider for a longer current, whatever the frame rate. `current_s` is its time times
-/// its strength.
+/// Adds char. `current_s` is the duration of the current times its strength. The char grows with
+/// it, whatever the frame rate.
 pub(super) fn char(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, current_s: f32) {
     let grow_m = CHAR_M_S * current_s;
     let stain = Stain {

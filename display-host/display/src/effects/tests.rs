@@ -206,7 +206,7 @@ fn events_and_currents_show_what_they_do() {
     };
     assert!(kinds(1, 0.005).contains(&Kind::Sparks) && kinds(2, 0.005).contains(&Kind::Steam));
     assert!(kinds(0, 0.005).is_empty() && kinds(3, 0.005).is_empty());
-    // Only its shaft touches.
+    // Only the hook's shaft touches the tissue.
     assert!(kinds(1, 0.02).is_empty());
 }
 
@@ -268,7 +268,7 @@ fn work_leaves_char_and_blood_on_the_instrument_until_it_is_exchanged() {
     };
     effects.begin(&here(Kind::Char, Vec3::X), &skin);
     effects.begin(&here(Kind::Blood, Vec3::X), &skin);
-    // The shaft does not count.
+    // Blood on the shaft does not count.
     effects.begin(&here(Kind::Blood, Vec3::Y * 0.3), &skin);
     effects.advance(0.2, &skin);
     assert!(effects.wear().charred <= 0.0 && effects.wear().bloody <= 0.0);

@@ -8,20 +8,21 @@ use super::{Effect, Kind, Particle, Source};
 
 /// Time in which a full current chars a clean electrode completely, s.
 const CHARRED_S: f32 = 5.0;
-/// Largest distance between an electrode and the tissue that it chars, m.
+/// Largest distance from the electrode at which burnt tissue chars the electrode too, m.
 const OWN_M: f32 = 0.006;
-/// Distance from a source within which blood wets the jaws, m, and the time to wet them completely,
-/// s.
+/// Distance from a source within which its blood or bile wets the jaws, m.
 const MOUTH_M: f32 = 0.008;
+/// Time in which a source of strength 1 wets the jaws completely, s.
 const WETTED_S: f32 = 1.5;
-/// A drop near the jaws wets like a source of this strength within this distance, m.
+/// Strength of the source that wets the jaws as fast as one drop near them.
 const DROP: f32 = 0.3;
+/// Largest distance between the jaws and the surface of a drop that wets them, m.
 const DROP_M: f32 = 0.002;
-/// Most jaws.
+/// Largest number of jaws.
 const JAWS: usize = 3;
 
-/// Covered shares of the working end: 0 clean, 1 completely. An exchanged instrument comes back
-/// clean.
+/// Shares of the working end that are covered: 0 is clean, 1 is covered completely. An instrument
+/// that was exchanged comes back clean.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wear {
     /// Share covered by char.
@@ -31,7 +32,7 @@ pub struct Wear {
     /// Share covered by bile.
     pub bilious: f32,
     instrument: u32,
-    /// Ends of its jaws or of its electrode in the world frame, m.
+    /// Both ends of each jaw, or of the electrode, world frame, m.
     jaws: [Option<[Vec3; 2]>; JAWS],
 }
 
@@ -52,7 +53,7 @@ impl Wear {
         self.jaws = core::array::from_fn(|_| jaws.next());
     }
 
-    /// Takes a new effect.
+    /// Chars the electrode if a new effect burns tissue near it.
     pub(super) fn begin(&mut self, effect: &Effect) {
         if effect.kind == Kind::Char && self.off(effect.at_m) < OWN_M {
             let more = effect.strength * effect.lasts_s / CHARRED_S;
@@ -60,7 +61,7 @@ impl Wear {
         }
     }
 
-    /// Advances by `seconds` among the sources and particles.
+    /// Advances by `seconds`. Sources and drops near the jaws wet them.
     pub(super) fn step(&mut self, seconds: f32, sources: &[Source], particles: &[Particle]) {
         if self.jaws[0].is_none() {
             return;
@@ -80,7 +81,7 @@ impl Wear {
         }
     }
 
-    /// Distance from the jaws, m.
+    /// Distance of a point from the nearest jaw, m.
     fn off(&self, at: Vec3) -> f32 {
         let off = |[a, b]: &[Vec3; 2]| {
             let along = *b - *a;

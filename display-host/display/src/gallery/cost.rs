@@ -1,4 +1,4 @@
-//! Cost of drawing, for every view of a scene.
+//! Cost of drawing, for every picture of the gallery.
 
 use shared_mem::scene::SceneFile;
 

@@ -1,5 +1,5 @@
 //! The gallery: pictures of every organ, instrument, effect and view of a scene, with a page to
-//! browse them. It needs no controller: nothing moves.
+//! browse them. Nothing moves in them, so no controller is needed.
 
 mod cost;
 mod page;
@@ -25,12 +25,13 @@ pub struct Picture {
     pub file: String,
     /// Caption.
     pub title: String,
-    /// Chapter that lists it.
+    /// Chapter that shows the picture.
     pub chapter: Chapter,
 }
 
-/// Draws every picture into `out_dir`, with `index.html` and `sheet.png`, which show all of them. A
-/// `size` of `None` suits the adapter. `say` receives the next caption and the share done.
+/// Draws every picture into `out_dir`, with `index.html` and `sheet.png`, which show all of them.
+/// With a `size` of `None` the adapter decides the size. Before each picture, `say` receives its
+/// caption and the share of pictures done, 0 to 1.
 ///
 /// # Errors
 /// [`DisplayError`]: no graphics adapter, a scene too large for it, a size out of range, or a file
@@ -46,7 +47,7 @@ pub fn make(
     let mut quality = Quality::for_adapter(&gpu);
     quality.size = size.unwrap_or(quality.size);
     let mut renderer = Renderer::new(&gpu, scene, quality)?;
-    // No random grain: the pictures are reproducible.
+    // Film grain is random, so without it the pictures are reproducible.
     renderer.exposure_mut().grain = 0.0;
     let state = crate::headless::at_rest(scene);
     let spheres = state.spheres().unwrap_or(&[]);

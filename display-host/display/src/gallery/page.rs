@@ -8,9 +8,11 @@ use image::imageops::{FilterType, replace, resize};
 
 use super::{Chapter, Picture};
 
-/// Pictures in a row of the sheet, and their width, pixels.
+/// Number of pictures in a row of the sheet.
 const COLUMNS: u32 = 5;
+/// Width of a picture on the sheet, pixels.
 const THUMB_WIDTH: u32 = 320;
+/// Gap between pictures on the sheet, pixels.
 const GAP: u32 = 6;
 
 const STYLE: &str = "\

@@ -22,7 +22,7 @@ use crate::words::Words;
 
 /// Candidate directions from which the best view of an organ is chosen.
 const SIDES: usize = 48;
-/// Vertices that rate a direction.
+/// Largest number of an organ's vertices with which a direction is rated.
 const JUDGES: usize = 160;
 /// Largest distance from which an organ is viewed in place, m.
 const IN_PLACE_MAX_M: f32 = 0.19;
@@ -91,11 +91,11 @@ pub(super) struct Shot {
     /// Effects to start, and the time for which they run before the picture, s.
     effects: (Vec<Effect>, f32),
     clips: Vec<ClipMsg>,
-    /// Sutures, if different from the scene's.
+    /// Sutures, if they differ from the scene's.
     sutures: Option<Vec<SutureMsg>>,
-    /// States of the cells of layered tissue.
+    /// States of the cells of layered tissue; empty if all are whole.
     cells: Vec<u8>,
-    /// Positions of the tissue, if not at rest.
+    /// Positions of the spheres, if the tissue is not at rest.
     pub(super) spheres: Option<Vec<SphereState>>,
 }
 
@@ -117,15 +117,15 @@ impl Shot {
         }
     }
 
-    /// File name: chapter, number (titles may differ in punctuation alone) and title, in characters
-    /// that every file system accepts.
+    /// File name: chapter, number and title, in characters that every file system accepts. The
+    /// number tells apart titles that differ in punctuation alone.
     pub(super) fn file(&self, number: usize) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         let title: String = self.title.to_lowercase().chars().map(plain).collect();
         format!("{}-{number:03}-{title}.png", self.chapter.name())
     }
 
-    /// Passes everything except the tools to the renderer.
+    /// Passes everything in the picture except the tools to the renderer.
     pub(super) fn set_up(&self, gpu: &Gpu, renderer: &mut Renderer, spheres: &[SphereState]) {
         renderer.effects_mut().clear();
         let (begin, seconds) = &self.effects;
@@ -150,7 +150,7 @@ impl Shot {
     }
 }
 
-/// Three clips along a duct or artery that the operation clips; none on other organs.
+/// Three clips along a cystic duct or artery, and none along other organs.
 fn clips_on(organ: &OrganRecord) -> Vec<ClipMsg> {
     let clipped = [OrganKind::CysticDuct, OrganKind::CysticArtery];
     let is_clipped = OrganKind::from_u32(organ.kind).is_some_and(|kind| clipped.contains(&kind));
@@ -190,7 +190,8 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
                 ..Shot::new(Chapter::Effects, title, tools)
             });
         }
-        // Tissue between two organs is visible only once they are drawn apart.
+        // Connective tissue lies between two organs and is hidden until they are drawn apart, as in
+        // `bed`.
         if organ.kind != OrganKind::ConnectiveTissue as u32 {
             shots.extend(dissected(scene, (number, organ), size));
         }
@@ -233,7 +234,8 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
     shots
 }
 
-/// Layered tissue with a third removed, from the visible side, and with all of it removed.
+/// Two pictures of layered tissue: without the third that is nearest to the viewer, and without any
+/// of it. An organ without cells gives none.
 fn dissected(
     scene: &SceneFile,
     (number, organ): (usize, &OrganRecord),
@@ -336,7 +338,7 @@ fn organ_name(organ: &OrganRecord, number: usize) -> String {
     }
 }
 
-/// The camera here, with no instrument in view.
+/// Tools with the camera at this pose and no instrument in view.
 fn nothing(scene: &SceneFile, world_from_camera: PoseMsg) -> ToolFrame {
     let away = PoseMsg {
         position_m: (Vec3::from(world_from_camera.position_m)
@@ -344,7 +346,7 @@ fn nothing(scene: &SceneFile, world_from_camera: PoseMsg) -> ToolFrame {
             .to_array(),
         orientation: world_from_camera.orientation,
     };
-    // The shaft extends behind the camera.
+    // The shaft extends backwards from the joint, away from the camera.
     ToolFrame {
         scene_id: scene.short_id(),
         world_from_camera,
@@ -365,7 +367,8 @@ fn judges(scene: &SceneFile, organ: &OrganRecord) -> Vec<(Vec3, Vec3)> {
         .collect()
 }
 
-/// Direction from which most of an organ is visible; past the other organs if they are `there`.
+/// Direction from which most of an organ is visible. Other organs hide parts of it if they are
+/// `there`.
 fn best_side(scene: &SceneFile, organ: &OrganRecord, there: bool) -> Vec3 {
     let judges = judges(scene, organ);
     let eye = Vec3::from(scene.room().world_from_camera.position_m);
@@ -388,7 +391,7 @@ fn best_side(scene: &SceneFile, organ: &OrganRecord, there: bool) -> Vec3 {
         .map_or(home, |(_, side)| side)
 }
 
-/// Directions evenly distributed around.
+/// Directions distributed evenly over a sphere.
 fn sides() -> impl Iterator<Item = Vec3> {
     (0..SIDES).map(|i| {
         let height = 1.0 - (i as f32 + 0.5) / SIDES as f32 * 2.0;
@@ -407,7 +410,7 @@ fn others(scene: &SceneFile, organ: &OrganRecord) -> Vec<(Vec3, f32)> {
         .collect()
 }
 
-/// True if a point is visible from a direction, past these spheres.
+/// True if a point is visible from a direction, because none of these spheres hides it.
 fn is_free(at: Vec3, from: Vec3, others: &[(Vec3, f32)]) -> bool {
     others.iter().all(|(centre, radius)| {
         let to = *centre - at;
@@ -416,7 +419,8 @@ fn is_free(at: Vec3, from: Vec3, others: &[(Vec3, f32)]) -> bool {
     })
 }
 
-/// A camera with the whole organ in the circle.
+/// Tools whose camera shows the whole organ from this direction, if a distance of `far_max_m` is
+/// enough.
 fn facing(
     scene: &SceneFile,
     organ: &OrganRecord,
@@ -428,7 +432,7 @@ fn facing(
     let (low, high) = bounds(&judges);
     let middle = (low + high) / 2.0;
     let scope = Scope::default();
-    // Part of the circle within the picture.
+    // Half the angle of view of the picture's shorter side, with a margin.
     let aspect = width as f32 / height as f32;
     let half = scope.half_angle / scope.circle.max(1.0) * aspect.min(1.0) * 0.86;
     let far = judges.iter().map(|(at, _)| {
@@ -436,7 +440,7 @@ fn facing(
         let across = (d - from * d.dot(from)).length();
         d.dot(from) + across / half.tan()
     });
-    // Not behind the cavity's wall.
+    // A camera at a greater distance may be behind the cavity's wall.
     let far = far.fold(0.03, f32::max).min(far_max_m);
     nothing(scene, looking(middle + from * far, middle))
 }

@@ -1,5 +1,5 @@
 //! Ambient light at rest: the share of the cavity's light that reaches each vertex past the spheres
-//! of all organs. Computed once, when the scene loads.
+//! of all organs. It is computed once, when the scene loads.
 
 use glam::Vec3;
 use shared_mem::scene::SphereRecord;
@@ -8,7 +8,7 @@ use crate::skinning::{RestVertex, SkinMesh};
 
 /// Rays per vertex.
 const RAYS: usize = 48;
-/// Distance beyond which nothing occludes, m.
+/// Distance beyond which a sphere casts no shade, m.
 const REACH_M: f32 = 0.045;
 
 /// Fills [`RestVertex::ambient`] by casting rays against the spheres. O(vertices · (spheres +
@@ -60,11 +60,11 @@ fn open_share(vertex: &RestVertex, spheres: &[SphereRecord], directions: &[Vec3]
         let nearest = hit.fold(REACH_M, f32::min);
         open += nearest / REACH_M;
     }
-    // A little darker than linear: light through a gap is tinted on its way.
+    // Darker than in proportion to the open share: a gap absorbs part of the light on its way.
     (open / directions.len() as f32).powf(1.4)
 }
 
-/// Cosine-distributed directions, which need no weights.
+/// Directions about +z with cosine-weighted density, so that all rays count equally.
 fn hemisphere() -> Vec<Vec3> {
     (0..RAYS)
         .map(|i| {
@@ -76,7 +76,7 @@ fn hemisphere() -> Vec<Vec3> {
         .collect()
 }
 
-/// Averages twice over the neighbours: few rays leave grain.
+/// Averages each vertex twice with its neighbours, because so few rays leave noise.
 fn smooth(mesh: &mut SkinMesh) {
     for _ in 0..2 {
         let before: Vec<f32> = mesh.vertices.iter().map(|v| v.ambient).collect();

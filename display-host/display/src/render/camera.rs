@@ -6,7 +6,8 @@ use shared_mem::message::{PoseMsg, ToolFrame};
 
 use super::layout::{Frame, SHADING_CAPSULES};
 
-/// Range of the camera's focus, m, and ratio of a step of the ring.
+/// Range of the camera's focus, m.
+/// Ratio of the focus distances before and after one step of the focus ring.
 const FOCUS_M: [f32; 2] = [0.015, 0.3];
 const FOCUS_STEP: f32 = 1.25;
 
@@ -17,8 +18,8 @@ pub struct Scope {
     pub half_angle: f32,
     /// Angle between view and shaft, rad: 0, 30° or 45° in practice.
     pub angle: f32,
-    /// Turn of the light cable about the shaft, rad; at 0 the view is inclined downwards. The
-    /// picture stays upright: the camera is held.
+    /// Turn of the light cable, and of the inclined view with it, about the shaft, rad. At 0 the
+    /// view is inclined downwards. The picture stays upright, because the camera is held.
     pub turned: f32,
     /// Radius of the circle in half heights of the picture.
     pub circle: f32,
@@ -63,8 +64,8 @@ impl Scope {
         self.focus_m = (self.focus_m * FOCUS_STEP.powi(steps.into())).clamp(nearest, farthest);
     }
 
-    /// View matrix of the scope: view along −z, y up. `world_from_camera` of the tools is its
-    /// shaft.
+    /// Pose of the view, which looks along −z with y up. `world_from_camera` of the tools is the
+    /// pose of the scope's shaft.
     #[must_use]
     pub fn world_from_view(&self, tools: &ToolFrame) -> Mat4 {
         let turn = Quat::from_rotation_z(self.turned);
@@ -72,7 +73,8 @@ impl Scope {
         matrix(&tools.world_from_camera) * Mat4::from_quat(tilt)
     }
 
-    /// Distance of an angle (rad) from the middle of the picture, in half heights.
+    /// Distance from the picture's middle, in half heights, of a point at this angle (rad) off the
+    /// direction of view.
     #[must_use]
     pub fn on_picture(&self, angle: f32) -> f32 {
         angle / self.half_angle * self.circle
@@ -91,7 +93,7 @@ impl Scope {
 /// Exposure of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
-    /// Share by which this frame approaches the desired exposure: 1 at once.
+    /// Share of the way to the desired exposure that this frame goes. 1 reaches it at once.
     pub adapt: f32,
     /// Desired mean brightness.
     pub key: f32,
@@ -112,7 +114,7 @@ impl Default for Exposure {
     }
 }
 
-/// Matrix of `world_from_camera`; an invalid rotation becomes the identity.
+/// Matrix of a pose. An invalid rotation becomes the identity.
 #[must_use]
 pub fn matrix(pose: &PoseMsg) -> Mat4 {
     let turn = Quat::from_array(pose.orientation);

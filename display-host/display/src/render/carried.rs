@@ -1,4 +1,4 @@
-//! Triangles between corners that spheres carry: their buffers, and the corners' places.
+//! Triangles whose corners move with the spheres: their buffers, and the positions of the corners.
 
 use glam::Vec3;
 
@@ -6,7 +6,7 @@ use super::gpu::Gpu;
 use crate::skinning::motion::{Motion, moved};
 use crate::skinning::{RestVertex, SkinnedVertex};
 
-/// Drawn buffers of triangles between corners that spheres carry.
+/// Buffers of triangles whose corners move with the spheres.
 pub(super) struct Buffers {
     pub(super) now: wgpu::Buffer,
     pub(super) rest: wgpu::Buffer,
@@ -35,7 +35,7 @@ impl Buffers {
     }
 }
 
-/// Position of a corner as its spheres carry it.
+/// Present position of a corner that moves with its spheres.
 pub(super) fn carried(corner: &RestVertex, motions: &[Motion]) -> Vec3 {
     let home = Vec3::from(corner.position);
     let mut at = home;

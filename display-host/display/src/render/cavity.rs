@@ -1,5 +1,5 @@
-//! Surroundings of the organs: the abdominal wall as a shell, and the fatty apron below, scaled to
-//! the scene, so that nothing floats in the dark.
+//! Surroundings of the organs, so that nothing floats in the dark: the abdominal wall as a shell,
+//! and below the organs a fatty apron, the omentum. Both are scaled to the scene.
 
 use glam::{Vec2, Vec3};
 use shared_mem::scene::{OrganKind, SceneFile};
@@ -7,15 +7,16 @@ use shared_mem::scene::{OrganKind, SceneFile};
 use super::noise::{hash, noise};
 use crate::skinning::RestVertex;
 
-/// Points of the shell, around and from pole to pole.
+/// Numbers of points of the shell, around and from pole to pole.
 const SHELL: [usize; 2] = [120, 72];
-/// Angle over which the wall is drawn to the instrument's trocar, rad. A trocar nearer to the
-/// middle or farther away than these shares of the distance to the wall passes through no wall.
+/// Angle about the direction of the instrument's trocar over which the wall is drawn to it, rad.
 const DRAWN_RAD: f32 = 0.5;
+/// Distances of a trocar from the cavity's middle, as shares of the distance to the wall, at which
+/// the wall is drawn to it. Another trocar passes through no wall.
 const DRAWN: core::ops::Range<f32> = 0.45..1.4;
-/// Distance of the wall behind the eye, as a multiple of the eye's distance from the middle.
+/// Least distance of the wall behind the eye, as a multiple of the eye's distance from the middle.
 const BEHIND_EYE: f32 = 1.06;
-/// Points along a side of the apron.
+/// Number of points along a side of the apron.
 const APRON: usize = 150;
 
 /// Vertices and triangles that never move.
@@ -37,11 +38,12 @@ struct Space {
     /// Height of the middle of the apron relative to the centre, m.
     floor: f32,
     /// Position of the instrument's trocar, in shares of the radii, and the angle over which the
-    /// wall is drawn to it, rad.
+    /// wall is drawn to it, rad. `None` if the wall is not drawn to it.
     trocar: Option<(Vec3, f32)>,
 }
 
-/// The cavity of a scene. A scene with its own abdominal wall needs no shell.
+/// The cavity of a scene. A scene with its own abdominal wall needs no shell, and one with fat or
+/// intestine needs no apron.
 #[must_use]
 pub(super) fn around(scene: &SceneFile) -> Cavity {
     let space = Space::of(scene);
@@ -81,7 +83,7 @@ impl Space {
         low = low.min(eye);
         high = high.max(eye);
         let centre = (low + high) / 2.0;
-        // Room to look around, and a wall behind the organs within reach of the light.
+        // Leave room to look around, but keep the wall behind the organs within reach of the light.
         let half = (high - low) / 2.0;
         let radii = half * 1.45 + Vec3::new(0.035, 0.02, 0.02);
         let share = |p: Vec3| (p - centre) / radii;
@@ -97,7 +99,8 @@ impl Space {
         }
     }
 
-    /// Distance of the wall in this direction, in shares of the radii, given its `usual` distance.
+    /// Distance of the wall in this direction, in shares of the radii. `usual` is the distance
+    /// without a trocar.
     fn wall(&self, way: Vec3, usual: f32) -> f32 {
         let Some((trocar, angle)) = self.trocar else {
             return usual;
@@ -110,8 +113,8 @@ impl Space {
     }
 }
 
-/// Angle over which a wall may be drawn to a trocar without passing in front of the eye; `None`:
-/// not at all. Positions are in shares of the radii.
+/// The trocar, and the largest angle over which a wall can be drawn to it without passing in front
+/// of the eye. `None` if there is no such angle. Positions are in shares of the radii.
 fn drawn_to(trocar: Vec3, eye: Vec3) -> Option<(Vec3, f32)> {
     let far = trocar.length();
     let leaves_eye = |angle: &f32| {
@@ -123,7 +126,7 @@ fn drawn_to(trocar: Vec3, eye: Vec3) -> Option<(Vec3, f32)> {
     DRAWN.contains(&far).then_some((trocar, angle))
 }
 
-/// 1 in the direction of a trocar, falling to 0 beyond an angle off it.
+/// 1 in the direction of a trocar, 0.37 at this angle off it, and about 0 at twice the angle.
 fn nearness(way: Vec3, trocar: Vec3, angle: f32) -> f32 {
     let off = way.angle_between(trocar) / angle;
     (-off * off).exp()
@@ -184,7 +187,7 @@ impl Cavity {
                 let (lobes, crevice) = lobes(flat / 0.019);
                 let (small, small_crevice) = lobes_fine(flat / 0.0065);
                 let swell = noise(Vec3::new(flat.x, 0.3, flat.y) * 22.0).1 * 0.012;
-                // It sags in the middle, below the organs, and climbs the walls.
+                // The apron sags in the middle, below the organs, and climbs the walls.
                 let bowl = 0.55 * space.radii.y * at.length_squared().min(1.4) * 0.6;
                 let height = space.floor - 0.012 + bowl + swell + lobes * 0.0085 + small * 0.0016;
                 let p = space.world(Vec3::new(flat.x, height, flat.y));
@@ -203,7 +206,7 @@ impl Cavity {
         self.set_normals(first, |_| space.up);
     }
 
-    /// Area-weighted normals of the vertices from `first` on; every triangle is turned to face
+    /// Sets area-weighted normals of the vertices from `first` on. Turns every triangle to face
     /// along `facing`.
     fn set_normals(&mut self, first: u32, facing: impl Fn(Vec3) -> Vec3) {
         let at = |vertices: &[RestVertex], v: u32| Vec3::from(vertices[v as usize].position);
@@ -226,7 +229,7 @@ impl Cavity {
     }
 }
 
-/// Rounded lobes side by side: height, and openness of the place (0 in a crevice).
+/// Rounded lobes next to each other: height and openness of a place (0 in a crevice, up to 1).
 fn lobes(at: Vec2) -> (f32, f32) {
     let warp = noise(Vec3::new(at.x, at.y, 2.0) * 0.6).0.truncate() * 0.35;
     cells(at + warp, 11)
@@ -280,7 +283,7 @@ mod tests {
             assert!((space.wall(-way, 1.02) - 1.02).abs() < 1e-3);
             assert!(space.wall(eye.normalize(), 1.0) > eye.length(), "{trocar}");
         }
-        // No wall is in the middle of the cavity.
+        // A trocar in the middle of the cavity passes through no wall.
         assert_eq!(space(Vec3::X * 0.2, eye).trocar, None);
     }
 }

@@ -1,10 +1,10 @@
 //! Drawing of dissected layered tissue: the faces of its cells replace the organ's skin.
 //!
 //! An untreated organ shows its fine skin. Over removed or warm cells the triangles of the skin are
-//! hidden, and the faces of the surrounding cells appear where they border on nothing or on removed
-//! cells. One more ring of cells shows its faces, so that no seam opens at the skin's edge. Tissue
-//! is coloured by its position at rest, so that both look alike. The corners follow the spheres and
-//! are smoothed over the visible faces, which would otherwise look like bricks.
+//! hidden. The surrounding cells show their faces wherever they border on nothing or on a removed
+//! cell. One more ring of cells shows its faces, so that no seam opens at the skin's edge. Tissue
+//! is coloured by its position at rest, so that skin and faces look alike. The corners follow the
+//! spheres and are smoothed over the visible faces, which would otherwise look like bricks.
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
@@ -19,18 +19,19 @@ use super::strands::{Anchors, Strands, Weave};
 use crate::skinning::motion::Motion;
 use crate::skinning::{RestVertex, SkinnedVertex, pairs};
 
-/// Heat from which a cell is drawn by itself, of 254.
+/// Heat, from 0 to 254, from which a cell's own faces are drawn instead of the skin over it.
 const WARM: u8 = 12;
-/// Rounds of smoothing, and the share by which each moves a corner towards its neighbours' mean.
+/// Number of rounds in which the corners are smoothed.
+/// Share of the way to the mean of its neighbours that a corner moves in one round.
 const ROUNDS: usize = 2;
 const EVENED: f32 = 0.5;
-/// Degree of cooking next to removed cells.
+/// Degree of cooking, from 0 to 1, of tissue next to a removed cell.
 const BESIDE_GONE: f32 = 0.35;
 
 /// The drawn cells of a scene.
 pub(super) struct Cells {
     cells: Vec<CellRecord>,
-    /// Corners with their ambient light: the gap is dark.
+    /// Corners. Their ambient light is low, because a gap is dark.
     corners: Vec<RestVertex>,
     /// States drawn last.
     states: Vec<u8>,
@@ -44,7 +45,7 @@ pub(super) struct Cells {
     is_loose: Vec<bool>,
     now: Vec<SkinnedVertex>,
     pub(super) buffers: Option<Buffers>,
-    /// Weave of each cell.
+    /// Fibre content of each cell's tissue.
     weaves: Vec<Weave>,
     pub(super) strands: Strands,
 }
@@ -136,13 +137,13 @@ impl Cells {
         self.states.get(usize::from(cell)) == Some(&StateFrame::GONE)
     }
 
-    /// True if the cell or a neighbour was treated, so that no skin covers it.
+    /// True if the cell is warm, or if it or a neighbour is removed. No skin covers such a cell.
     fn is_worked(&self, cell: usize) -> bool {
         let gone = |n: &u16| self.is_gone(*n);
         self.states[cell] >= WARM || self.cells[cell].neighbours.iter().any(gone)
     }
 
-    /// Cells with visible faces.
+    /// For each cell, true if its open faces are visible.
     fn showing(&self) -> Vec<bool> {
         let worked: Vec<bool> = (0..self.cells.len()).map(|i| self.is_worked(i)).collect();
         let beside = |cell: &CellRecord| {
@@ -162,7 +163,7 @@ impl Cells {
             for (face, next) in FACES.iter().zip(cell.neighbours) {
                 let corners = face.map(|k| u32::from(cell.corners[k]));
                 if next == NO_CELL && !self.is_worked(i) {
-                    // The skin's edge lies on it.
+                    // The edge of the skin lies on this face.
                     for c in corners {
                         self.is_loose[c as usize] = false;
                     }
@@ -271,7 +272,7 @@ impl Cells {
     }
 }
 
-/// Nearest surface cell for each triangle of the skins over cells.
+/// The nearest surface cell of each skin triangle of the organs that have cells.
 fn over(scene: &SceneFile, cells: &[CellRecord], triangles: &[[u32; 3]]) -> Vec<(u32, u16)> {
     let corners = scene.cell_corners();
     let mut all = Vec::new();

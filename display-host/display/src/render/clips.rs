@@ -1,5 +1,5 @@
-//! Clips on vessels and ducts: closed titanium. Each is a rigid part, numbered after the
-//! instrument's.
+//! Closed titanium clips on vessels and ducts. Each is a rigid part, numbered after the parts of
+//! the instrument.
 
 use glam::{Mat4, Vec3, Vec4};
 use shared_mem::message::{ClipMsg, MAX_CLIPPED, SphereState};
@@ -9,14 +9,14 @@ use super::layout::PARTS;
 use super::look::BLADE;
 use super::solid::{Finish, Solid, circle, curve};
 
-/// Parts before the first clip.
+/// Index of the first clip among the rigid parts.
 pub(super) const FIRST_PART: usize = 8;
 const _: () = assert!(FIRST_PART + MAX_CLIPPED == PARTS);
 /// Half length of a closed clip, mm.
 const HALF_MM: f32 = 4.5;
 
-/// All possible clips around a tube of 1 mm radius: the tube along x, the open ends of the legs
-/// towards −z, their spread along y.
+/// All possible clips, around a tube of 1 mm radius. The tube runs along x. The open ends of the
+/// legs point towards −z, and the legs are spread along y.
 pub(super) fn all() -> Solid {
     let mut solid = Solid::default();
     for number in 0..MAX_CLIPPED as u32 {
@@ -45,7 +45,7 @@ pub(super) fn all() -> Solid {
     solid
 }
 
-/// Positions of the clips; a missing one has size 0.
+/// Positions of the clips. A missing clip has size 0.
 pub(super) fn places(
     clips: &[ClipMsg],
     spheres: &[SphereState],
@@ -64,7 +64,7 @@ pub(super) fn places(
         let legs = (legs - along * along.dot(legs)).normalize_or(along.any_orthonormal_vector());
         let spread = -legs.cross(along);
         let at_m = from_m.lerp(to_m, clip.share);
-        // The tube is drawn round, with the legs around it.
+        // The tube is drawn round, so the legs are spread by its radius.
         let radii = (tube.radius_m * 1000.0).max(0.2);
         *place = Mat4::from_cols(
             along.extend(0.0),

@@ -11,7 +11,7 @@ use crate::DisplayError;
 
 /// Frames before the measured ones. They compile shaders.
 const WARM_UP: usize = 4;
-/// Time between two drawn frames, s. Effects and the film's grain move by it.
+/// Time between two drawn frames, s. The texture of smoke drifts by it.
 const FRAME_S: f32 = 1.0 / 60.0;
 
 /// Cost of a frame.
@@ -21,19 +21,20 @@ pub struct FrameCost {
     pub frames: usize,
     /// Size of the picture, pixels.
     pub size: [u32; 2],
-    /// Time of this program to move the skin and to write the commands, median, ms.
+    /// Median time that this program takes to move the skin and to write the commands, ms.
     pub submitted_ms: f32,
-    /// Time from the start until the graphics device is idle, median, ms.
+    /// Median time from the start of a frame until the graphics device is idle, ms.
     pub drawn_ms: f32,
-    /// 99th percentile of that time, ms.
+    /// 99th percentile of the time until the graphics device is idle, ms.
     pub drawn_p99_ms: f32,
-    /// Frames a second if each is started before the last one is drawn.
+    /// Frames a second if each is started before the previous one is drawn.
     pub per_second: f32,
-    /// Name of each pass and its median by the graphics device's own clock, ms; empty without one.
+    /// Name of each pass and its median time on the graphics device's clock, ms. Empty if the
+    /// device has no clock.
     pub passes_ms: Vec<(&'static str, f32)>,
 }
 
-/// Draws one frame `frames` times, and waits for each; then as often again without waiting.
+/// Draws one frame `frames` times and waits for each, then as often again without waiting.
 ///
 /// # Errors
 /// [`DisplayError::Device`].
@@ -66,7 +67,7 @@ pub fn measure(
     let start = Instant::now();
     for frame in 0..frames {
         renderer.render(gpu, spheres, tools, frame as f32 * FRAME_S);
-        // Takes back what the device is done with, as a window does each frame.
+        // Free what finished frames used, as a window does each frame.
         let _ = gpu.device.poll(wgpu::PollType::Poll);
     }
     gpu.wait("drawing")?;
@@ -100,7 +101,7 @@ pub fn read_back_ms(gpu: &Gpu, renderer: &Renderer, times: usize) -> Result<f32,
     Ok(quantile(&mut all, 50))
 }
 
-/// Tiers that a window on this device chooses from, best first, at this size.
+/// Quality tiers that a window on this device chooses from, best first, at this size.
 #[must_use]
 pub fn tiers(gpu: &Gpu, size: [u32; 2]) -> Vec<Quality> {
     let tiers = Quality::tiers(gpu).0.into_iter();

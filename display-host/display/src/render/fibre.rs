@@ -1,15 +1,16 @@
-//! Thin tubes of few sides: fibres of connective tissue, threads. Each corner carries its radius,
-//! negated, in place of the skin's push: the shader widens tubes thinner than a pixel.
+//! Thin tubes of few sides: fibres of connective tissue, and threads. Each corner holds its negated
+//! radius where a corner of skin holds the depth of its press. With it the shader widens tubes
+//! thinner than a pixel.
 
 use glam::Vec3;
 
 use crate::skinning::SkinnedVertex;
 
-/// Corners of a section, on a circle.
+/// Number of corners of a cross-section, on a circle.
 pub(super) const SIDES: usize = 3;
 const SECTION: [[f32; 2]; SIDES] = [[1.0, 0.0], [-0.5, 0.866_025_4], [-0.5, -0.866_025_4]];
 
-/// Adds a section of a tube, spanned by two unit vectors.
+/// Writes the corners of a cross-section, which lies in the plane of two unit vectors.
 pub(super) fn section(
     corners: &mut [SkinnedVertex],
     middle: Vec3,
@@ -23,7 +24,7 @@ pub(super) fn section(
     }
 }
 
-/// Adds a tube along a path.
+/// Writes the corners of a tube along a path.
 pub(super) fn tube(path: &[Vec3], radius_m: f32, corners: &mut [SkinnedVertex]) {
     let whole = path.first().zip(path.last()).map(|(a, b)| *b - *a);
     let across = whole.unwrap_or_default().normalize_or(Vec3::X);

@@ -1,21 +1,25 @@
-//! Adjusts the quality to the cost of frames: down at once when they cost too much, up only after a
-//! long calm, which grows with every wrong step up. Without a clock on the graphics device the cost
-//! is the time between frames.
+//! Adjusts the quality to the cost of frames. The quality falls as soon as frames cost too much. It
+//! rises only after they have been cheap for long, and later still after each wrong step up. If the
+//! graphics device has no clock, the cost is the time between frames.
 
 use super::quality::Quality;
 
-/// Frames judged together, by their median.
+/// Number of frames in a window, which is judged by its median cost.
 const FRAMES: usize = 40;
-/// Costs that count as too high, and as low enough to try more, as shares of the allowed cost.
+/// Cost that counts as too high, as a share of the allowed cost.
 const TOO_MUCH: f32 = 1.05;
+/// Cost that is low enough to try a better tier, as a share of the allowed cost.
 const LITTLE: f32 = 0.55;
-/// Frame intervals that count as too long, and as short enough to try more, as shares of the
-/// screen's own interval. No frame is shorter than that, so only a step up can tell whether there
-/// is room.
+/// Frame interval that counts as too long, as a share of the screen's own interval or of the
+/// desired one, whichever is longer.
 const LATE: f32 = 1.2;
+/// Frame interval that is short enough to try a better tier, as a share of the screen's own
+/// interval. No frame interval is shorter than the screen's, so only a step up can show if there is
+/// room.
 const IN_TIME: f32 = 1.1;
-/// Calm windows before a step up, at first and at most.
+/// Number of cheap windows in a row before a step up, at first.
 const PATIENCE: u32 = 6;
+/// Largest number of cheap windows in a row before a step up.
 const PATIENCE_MAX: u32 = 384;
 /// A step down within this many windows after a step up means that the step up was wrong.
 const SOON: u32 = 6;
@@ -66,14 +70,14 @@ impl Governor {
         }
     }
 
-    /// Tier in use, 0 the best, and the number of tiers.
+    /// Tier in use, of which 0 is the best, and the number of tiers.
     #[must_use]
     pub fn tier(&self) -> [usize; 2] {
         [self.at, self.tiers.len()]
     }
 
-    /// Takes the cost of a frame, ms. Returns the new quality if it changes; the caller keeps its
-    /// size.
+    /// Takes the cost of a frame, ms. Returns the new quality if it changes. The caller keeps the
+    /// size of its picture.
     pub fn note(&mut self, cost_ms: f32) -> Option<Quality> {
         if !cost_ms.is_finite() {
             return None;
@@ -156,7 +160,8 @@ mod tests {
 
     #[test]
     fn without_a_clock_the_time_between_frames_governs() {
-        // A screen of 60 Hz shows a frame at its next refresh, however early it was ready.
+        // A screen of 60 Hz shows a frame at its next refresh, even if the frame was ready long
+        // before.
         let screen_ms = 1000.0 / 60.0;
         let period = |cost_ms: f32| screen_ms * (cost_ms / screen_ms).ceil().max(1.0);
         let new = || Governor::by_period(Quality::GPU_TIERS.to_vec(), screen_ms, screen_ms);
@@ -165,15 +170,15 @@ mod tests {
         assert_eq!(slow.tier()[0], 2, "12 ms fit, 21 do not");
         let changes = run(&mut slow, 20_000, |tier| period(30.0 - 9.0 * tier as f32));
         assert!(changes < 16, "{changes} changes in 20000 frames");
-        // Keeping up with the screen allows a step up after a while.
+        // Frames that keep up with the screen allow a step up after a while.
         let mut quick = new();
         run(&mut quick, 400, |_| period(40.0));
         run(&mut quick, 4000, |_| period(3.0));
         assert_eq!(quick.tier()[0], 0);
-        // A slow screen is not the picture's fault.
+        // Frames that are slow only because the screen is slow cause no step down.
         let mut screen_of_30 = Governor::by_period(Quality::GPU_TIERS.to_vec(), screen_ms, 33.3);
         assert_eq!(run(&mut screen_of_30, 4000, |_| 33.3), 0);
-        // A software driver is governed well below the screen's rate.
+        // A software driver is judged against 66 ms, a much longer interval than the screen's.
         let mut software = Governor::by_period(Quality::SOFTWARE_TIERS.to_vec(), 66.0, screen_ms);
         assert_eq!(run(&mut software, 400, |_| 60.0), 0);
         assert_eq!(run(&mut software, 400, |_| 120.0), 1);

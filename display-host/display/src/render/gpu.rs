@@ -19,17 +19,18 @@ pub struct Gpu {
     /// Description of the adapter.
     pub info: wgpu::AdapterInfo,
     fault: Arc<Mutex<Option<String>>>,
-    /// Buffer of the last reading: drivers take milliseconds to make one of a picture's size.
+    /// Buffer of the last reading, kept because drivers take milliseconds to make one of a
+    /// picture's size.
     staging: Mutex<Option<wgpu::Buffer>>,
 }
 
-/// Time after which a frame counts as hung. A software driver compiles its shaders in the first
-/// one.
+/// Time after which a frame counts as hung. It is long, because a software driver compiles its
+/// shaders in the first frame.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 impl Gpu {
-    /// Opens the best adapter without a window. `WGPU_BACKEND` and the driver's variables select
-    /// another.
+    /// Opens the best adapter without a window. `WGPU_BACKEND` and the driver's environment
+    /// variables select another.
     ///
     /// # Errors
     /// [`DisplayError::NoAdapter`], [`DisplayError::Device`].
@@ -38,7 +39,7 @@ impl Gpu {
         if std::env::var_os("WGPU_BACKEND").is_some() {
             return Self::from_instance(wgpu::Instance::new(choice), None);
         }
-        // OpenGL only as a fallback: probing it starts a second driver.
+        // Try OpenGL only as a fallback, because probing it starts a second driver.
         choice.backends = wgpu::Backends::PRIMARY;
         Self::from_instance(wgpu::Instance::new(choice), None).or_else(|_| {
             let mut choice = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
@@ -78,7 +79,7 @@ impl Gpu {
         })?;
         let fault = Arc::new(Mutex::new(None));
         let (on_error, on_loss) = (fault.clone(), fault.clone());
-        // The first fault is the cause; later ones are consequences.
+        // Only the first fault is kept: it is the cause, and later ones are consequences.
         device.on_uncaptured_error(Arc::new(move |error| note(&on_error, &error.to_string())));
         device
             .set_device_lost_callback(move |_, detail| note(&on_loss, &format!("lost: {detail}")));
@@ -103,7 +104,7 @@ impl Gpu {
                 .any(|software| name.contains(software))
     }
 
-    /// True if it can time its own passes.
+    /// True if the device can time its own passes.
     #[must_use]
     pub fn has_clock(&self) -> bool {
         let features = self.device.features();
@@ -117,7 +118,7 @@ impl Gpu {
         format!("{} ({:?}, {})", info.name, info.backend, info.driver_info)
     }
 
-    /// Returns the first fault since the device was opened.
+    /// Returns an error if the device has had a fault since it was opened: the first one.
     ///
     /// # Errors
     /// [`DisplayError::Device`].
@@ -126,7 +127,7 @@ impl Gpu {
         fault.map_or(Ok(()), |detail| Err(DisplayError::Device { doing, detail }))
     }
 
-    /// Fault injection: loses the device, as when a driver restarts.
+    /// Injects a fault: the device is lost, as when a driver restarts.
     pub fn lose(&self) {
         self.device.destroy();
         // The loss is reported at the next poll.
@@ -210,7 +211,7 @@ impl Gpu {
         })
     }
 
-    /// Shows the content of `staging` to `take` once the device has written it.
+    /// Passes the content of `staging` to `take` once the device has written it.
     fn map(&self, staging: wgpu::Buffer, take: impl FnOnce(&[u8])) -> Result<(), DisplayError> {
         let doing = "reading back";
         staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});

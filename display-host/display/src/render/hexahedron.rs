@@ -1,4 +1,4 @@
-//! Faces of a cell.
+//! Faces of a cell, which is a hexahedron.
 
 /// Corners of a cell's faces, counter-clockwise as seen from outside.
 pub(super) const FACES: [[usize; 4]; 6] = [
@@ -9,6 +9,7 @@ pub(super) const FACES: [[usize; 4]; 6] = [
     [0, 2, 3, 1],
     [4, 5, 7, 6],
 ];
-/// Index of the inward and of the outward face, and of the neighbour there.
+/// Index of the inward face of a cell, and of its neighbour there.
+/// Index of the outward face of a cell, and of its neighbour there.
 pub(super) const INWARDS: usize = 4;
 pub(super) const OUTWARDS: usize = 5;

@@ -13,14 +13,15 @@ use super::resource::bind;
 use super::{Quality, Renderer};
 use crate::DisplayError;
 
-/// Vertices of a ball and of a spring, as in `inside.wgsl`.
+/// Number of vertices of a ball, as in `inside.wgsl`.
+/// Number of vertices of a spring, as in `inside.wgsl`.
 const BALL_VERTICES: u32 = 14 * 7 * 6;
 const SPRING_VERTICES: u32 = 6;
 
 /// Parts shown in the view of the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inside {
-    /// Radius of a ball, in radii of its sphere.
+    /// Radius of a ball, as a multiple of its sphere's radius.
     pub ball_scale: f32,
     /// Show the springs between the spheres.
     pub springs: bool,
@@ -29,7 +30,8 @@ pub struct Inside {
 }
 
 impl Inside {
-    /// Through the endoscope: balls small enough to show the springs between them.
+    /// For the view through the endoscope, with balls small enough to show the springs between
+    /// them.
     pub const VIEW: Self = Self {
         ball_scale: 0.35,
         springs: true,
@@ -112,7 +114,7 @@ impl Model {
         gpu.queue.write_buffer(&self.balls, 0, cast_slice(&balls));
     }
 
-    /// Draws balls and springs; the scene's bindings are set.
+    /// Draws balls and springs. The scene's bindings must be set already.
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, inside: &Inside) {
         pass.set_bind_group(1, &self.group, &[]);
         pass.set_pipeline(&self.pipelines.balls);
@@ -123,14 +125,14 @@ impl Model {
         }
     }
 
-    /// Draws the following skin as glass.
+    /// Selects the pipeline that draws the skin as glass.
     pub(super) fn set_glass(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_bind_group(1, &self.group, &[]);
         pass.set_pipeline(&self.pipelines.glass);
     }
 }
 
-/// Linear colours, as in the engineering view's marks.
+/// Linear colour of a sphere, the same as that of its mark in the engineering view.
 fn colour(bits: u32, held: bool) -> [f32; 4] {
     let has = |bit: u32| bits & bit != 0;
     if has(SphereState::GRASPED) {
@@ -147,7 +149,7 @@ fn colour(bits: u32, held: bool) -> [f32; 4] {
 }
 
 /// A front view of a prepared scene: on the left its spheres, on the right the springs between
-/// them, both inside translucent skins. Blue: free, white: fixed.
+/// them, both inside translucent skins. Free spheres are blue, fixed ones white.
 ///
 /// # Errors
 /// [`DisplayError`]: no graphics adapter, a scene too large for it, or a size out of range.
@@ -166,7 +168,8 @@ pub fn picture(
     let mut renderer = Renderer::new(&gpu, scene, quality)?;
     renderer.exposure_mut().grain = 0.0;
     let scope = renderer.scope_mut();
-    // The circle lies outside the picture; a long lens avoids foreshortening.
+    // The edge of the scope's circle lies outside the picture. The angle of view is small, which
+    // avoids foreshortening.
     scope.circle = 4.0;
     scope.half_angle = 0.8;
     let sees = scope.half_angle / scope.circle;
@@ -197,8 +200,8 @@ fn awake(scene: &SceneFile) -> Box<StateFrame> {
     state
 }
 
-/// A camera in front of the patient, slightly above and to the side, with all organs in a picture
-/// of this half angle (rad) of its height; no instrument.
+/// Tools with a camera in front of the patient, slightly above and to the side, and no instrument.
+/// All organs are in the picture, of which `half_angle` (rad) is half the angle of view in height.
 fn portrait(scene: &SceneFile, half_angle: f32, aspect: f32) -> ToolFrame {
     let points = scene.vertices().iter().map(|v| Vec3::from(v.position_m));
     let (low, high) = points
@@ -214,7 +217,7 @@ fn portrait(scene: &SceneFile, half_angle: f32, aspect: f32) -> ToolFrame {
     let back = Vec3::new(0.25, 0.2, 1.0).normalize();
     let right = Vec3::Y.cross(back).normalize();
     let up = back.cross(right);
-    // Far enough for the most distant point across, with a margin.
+    // Far enough to show every point, with a margin.
     let room = half_angle.tan() * 0.92;
     let far = points
         .map(|p| {

@@ -1,8 +1,8 @@
 //! The instruments: shapes, and angles of the jaws.
 //!
 //! The frame of every instrument is that of [`ToolFrame::world_from_instrument`]: origin at the jaw
-//! joint, −z along the shaft towards the tip, the upper jaw at +y. Jaws are modelled closed, the
-//! biting face of the upper one towards −y, and turn about x.
+//! joint, −z along the shaft towards the tip, the upper jaw at +y. Jaws are modelled closed and
+//! turn about x. The biting face of the upper jaw points towards −y.
 
 use glam::{Mat4, Quat, Vec2, Vec3};
 use shared_mem::message::ToolFrame;
@@ -11,7 +11,7 @@ use shared_mem::words::CapsuleRole;
 use super::look::{BLADE, CERAMIC, INSULATION, STEEL};
 use super::solid::{Finish, RigidVertex, Solid, circle, curve};
 
-/// The shaft and everything that does not turn.
+/// The shaft and everything else that does not turn with the jaws.
 const BODY: u32 = 0;
 /// Upper jaw or blade.
 const UPPER: u32 = 1;
@@ -19,13 +19,13 @@ const UPPER: u32 = 1;
 const LOWER: u32 = 2;
 /// The trocar, which stays at its port.
 const TROCAR: u32 = 3;
-/// Length of a shaft, which ends outside the body, m from the joint.
+/// Distance of the shaft's end, which is outside the body, from the joint, m.
 const SHAFT_M: f32 = 0.34;
 /// Opening of each jaw at `jaw` = 1 when the controller reports no jaws, rad.
 const OPEN_RAD: f32 = 0.40;
-/// Offset of the ends of closed jaws' capsules from the axis, m: the jaws lie side by side.
+/// Distance of the end of a closed jaw's capsule from the axis, m: the two jaws lie side by side.
 const CLOSED_OFF_M: f32 = 0.001;
-/// Largest angle between faces that look smooth, rad.
+/// Largest angle between two faces across which the surface looks smooth, rad.
 const CREASE_RAD: f32 = 0.62;
 
 /// An instrument's geometry.
@@ -69,8 +69,8 @@ pub(super) fn parts(tools: &ToolFrame, port: Vec3) -> [Mat4; 4] {
     [body, turned(jaws[0]), turned(-jaws[1]), trocar]
 }
 
-/// Opening of the upper and the lower jaw, rad, from the controller's capsules: the picture shows
-/// what the tissue feels.
+/// Opening of the upper and the lower jaw, rad. It comes from the controller's capsules, so that
+/// the picture shows the jaws that touch the tissue.
 fn jaw_angles(tools: &ToolFrame, body: &Mat4) -> [f32; 2] {
     let into_body = body.inverse();
     let angle = |role| {
@@ -94,7 +94,7 @@ fn blade(part: u32) -> Finish {
     Finish { look: BLADE, part }
 }
 
-/// From `z_m` on: steel sleeve, groove, and insulated shaft.
+/// Adds a steel sleeve with a groove and then the insulated shaft, from `z_m` on.
 fn shaft(solid: &mut Solid, z_m: f32, radius_m: f32) {
     let r = radius_m;
     let from = Vec3::Z * z_m;
@@ -127,7 +127,7 @@ fn shaft(solid: &mut Solid, z_m: f32, radius_m: f32) {
 fn fork(solid: &mut Solid, half_width_m: f32) {
     let w = half_width_m;
     for side in [-1.0, 1.0] {
-        // A cheek, rounded towards the tip.
+        // A cheek of the fork, rounded towards the tip.
         let outline: Vec<Vec2> = {
             let mut points = vec![Vec2::new(0.0062, -0.0019), Vec2::new(0.0062, 0.0019)];
             points.extend((0..=12).map(|i| {
@@ -164,8 +164,9 @@ fn fork(solid: &mut Solid, half_width_m: f32) {
     solid.turned(Vec3::ZERO, Vec3::Z, &neck, 32, steel(BODY));
 }
 
-/// A jaw along −z, given by `half_width`, `back` height and `bite` (height of the inner face) along
-/// its length from 0 to 1. The upper one lies at +y; the lower one is turned by 180° about z.
+/// Adds a jaw along −z. `outline` gives its half width, the height of its back and the height of
+/// its biting face at a place from 0 to 1 along it, m, and `bend` gives its lift there. The upper
+/// jaw lies at +y; the lower one is turned by 180° about z.
 fn jaw(
     solid: &mut Solid,
     part: u32,
@@ -206,7 +207,7 @@ fn jaw(
     solid.loft(&loops, steel(part));
 }
 
-/// Factor that rounds a jaw's end: 1 along it, falling to 0.3 at the tip.
+/// Factor that rounds a jaw's end: 1 up to the place `from`, then falling to 0.3 at the tip.
 fn tip(t: f32, from: f32) -> f32 {
     let s = ((t - from) / (1.0 - from)).clamp(0.0, 1.0);
     (1.0 - 0.91 * s * s).max(0.0).sqrt()
@@ -368,8 +369,8 @@ fn clip_leg(solid: &mut Solid, part: u32) {
     solid.swept(&path, section, blade(part));
 }
 
-/// A trocar's cannula of 6 mm bore, from 25 mm inside the port to outside: ribbed, with an oblique
-/// mouth and a thin lip.
+/// A trocar's cannula of 6 mm bore, from 25 mm inside the port to outside. It is ribbed, and widens
+/// slightly from its inner end.
 fn trocar() -> Solid {
     let mut solid = Solid::default();
     let plastic = Finish {

@@ -1,18 +1,19 @@
 //! Junctions of ducts and vessels with other organs: a collar widens from the tube onto the organ
-//! and hides cap and seam. It looks like the tube at one end and like the organ at the other, and
-//! follows the spheres of both.
+//! and hides the tube's cap and the seam. The collar looks like the tube at one end and like the
+//! organ at the other, and follows the spheres of both.
 
 use glam::{Quat, Vec3};
 use shared_mem::scene::{OrganKind, OrganRecord, SceneFile, WEIGHT_SUM, WORLD};
 
 use crate::skinning::{RestVertex, SkinMesh};
 
-/// Points around a collar, and rows from the tube to the organ.
+/// Number of points around a collar.
+/// Number of rows of a collar, from the tube to the organ.
 const AROUND: usize = 28;
 const ROWS: usize = 16;
-/// Distance from the tube's end at which a collar begins, in radii.
+/// Distance before the tube's end at which a collar begins, in radii of the tube.
 const BEFORE: f32 = 2.2;
-/// Rounds of smoothing the collar's foot.
+/// Rounds of smoothing the collar's foot, the ring of points that meets the organ.
 const EVENED: usize = 6;
 /// A tube whose end is farther than this from every organ has a free end, m.
 const REACH_M: f32 = 0.012;
@@ -68,7 +69,7 @@ fn ends(scene: &SceneFile, organ: &OrganRecord) -> Vec<End> {
         if let Some(far) = far.get_mut(start) {
             *far = 0.0;
         }
-        // A tube has a few dozen links.
+        // As many rounds as spheres suffice, and a tube has only a few dozen links.
         for _ in 0..spheres.len() {
             for link in links {
                 let [a, b] = [link.a as usize - first, link.b as usize - first];
@@ -104,7 +105,7 @@ fn ends(scene: &SceneFile, organ: &OrganRecord) -> Vec<End> {
             let wall = skin.iter().filter_map(|v| {
                 let away = Vec3::from(v.position_m) - at(end);
                 let is_near = away.length() < 4.0 * size && away.dot(along).abs() < 2.0 * size;
-                // The cap does not give the tube's thickness.
+                // Vertices of the cap would give too small a radius.
                 let is_wall = Vec3::from(v.normal).dot(along).abs() < 0.5;
                 (is_near && is_wall).then(|| away.reject_from(along).length())
             });
@@ -120,7 +121,8 @@ fn ends(scene: &SceneFile, organ: &OrganRecord) -> Vec<End> {
         .collect()
 }
 
-/// Organ to which a tube's end belongs: the one attached there, or else the nearest.
+/// Organ that a tube's end joins: the one with most attachments there, or else the nearest. Fat and
+/// connective tissue do not count.
 fn neighbour(scene: &SceneFile, tube: usize, end: &End) -> Option<usize> {
     let organs = scene.organs();
     let owner = |sphere: u32| {
@@ -205,7 +207,7 @@ fn collar(
         let start = nearest(own, way.ring(0.0, out, r));
         rays.push((out, foot, v, start));
     }
-    // On a narrow neck neighbouring points may stand on different sides.
+    // On a narrow neck, neighbouring points of the foot may lie on different sides.
     for _ in 0..EVENED {
         let feet: Vec<Vec3> = rays.iter().map(|ray| ray.1).collect();
         for (k, ray) in rays.iter_mut().enumerate() {
@@ -216,15 +218,15 @@ fn collar(
     let mut vertices = Vec::with_capacity(AROUND * (ROWS + 1));
     for row in 0..=ROWS {
         let t = row as f32 / ROWS as f32;
-        // The rim belongs to the other organ.
+        // The rim moves with the other organ alone.
         let share = smooth((t - 0.1) / 0.75);
         let flare = smooth((t - 0.45) / 0.55).powi(2);
         for (out, foot, v, start) in &rays {
-            // It begins inside the tube, so that no edge shows.
+            // The collar begins inside the tube, so that no edge shows.
             let own_m = r * (0.9 + 0.13 * smooth(t / 0.25));
             let ring = way.ring(t, *out, own_m + (wide - own_m) * flare);
             let at = ring + (*foot - ring) * smooth((t - 0.6) / 0.4);
-            // Near the organ's skin it looks like the organ.
+            // Near the organ's skin the collar looks like the organ.
             let skin = &onto[nearest(onto, at)];
             let above = (at - Vec3::from(skin.position)).dot(Vec3::from(skin.normal)) / r;
             let alike = share.max(1.0 - ((above - 0.1) / 1.1).clamp(0.0, 1.0));
@@ -264,7 +266,7 @@ struct Way {
 }
 
 impl Way {
-    /// Axis over the tube's end into the skin `onto`; `None` if that is too far.
+    /// Axis from the tube, over its end, into the skin `onto`. `None` if that skin is too far away.
     fn new(end: &End, onto: &[RestVertex]) -> Option<Self> {
         let r = end.radius_m;
         let skin = |near: Vec3| {
@@ -273,7 +275,7 @@ impl Way {
             (near - normal * (near - at).dot(normal), normal)
         };
         let (_, normal) = skin(end.at);
-        // A tube parallel to the organ turns into it a little later.
+        // The more parallel the tube is to the organ, the later it turns into the organ.
         let (at, normal) = skin(end.at + end.along.reject_from(normal) * r);
         let from = end.at - end.along * (BEFORE * r);
         let to = at - normal * SUNK_M;
@@ -286,7 +288,8 @@ impl Way {
         })
     }
 
-    /// A point around the axis at its share `t`, in direction `out` as seen at its start.
+    /// A point around the axis at the share `t` of its length. `out` is the point's direction off
+    /// the axis at its start.
     fn ring(&self, t: f32, out: Vec3, radius_m: f32) -> Vec3 {
         let at = |t| hermite(t, self.from, self.leave, self.to, self.arrive);
         const AHEAD: f32 = 1e-3;
@@ -329,8 +332,8 @@ fn hermite(t: f32, p: Vec3, leave: Vec3, q: Vec3, arrive: Vec3) -> Vec3 {
         + arrive * (t3 - t2)
 }
 
-/// Turns the triangles to face mostly as the vertices' normals do, and then sets the normals from
-/// the triangles.
+/// Turns all triangles over if most of them face against the normals of their vertices. Then sets
+/// the normals from the triangles.
 fn face_outwards(vertices: &mut [RestVertex], triangles: &mut [[u32; 3]]) {
     let areas = |vertices: &[RestVertex], triangles: &[[u32; 3]]| {
         let at = |i: u32| Vec3::from(vertices[i as usize].position);
@@ -355,7 +358,8 @@ fn face_outwards(vertices: &mut [RestVertex], triangles: &mut [[u32; 3]]) {
     }
 }
 
-/// Combined spheres of two vertices, the second with this share; the eight of most weight.
+/// Combined spheres and weights of two vertices, the second with this share. Only the eight spheres
+/// of most weight are kept.
 fn blended(a: &RestVertex, b: &RestVertex, share: f32) -> ([u32; 4], [u32; 4]) {
     let mut all: Vec<(u32, f32)> = Vec::with_capacity(16);
     for (vertex, part) in [(a, 1.0 - share), (b, share)] {
@@ -376,7 +380,7 @@ fn blended(a: &RestVertex, b: &RestVertex, share: f32) -> ([u32; 4], [u32; 4]) {
     let first = all.first().map_or(0, |(sphere, _)| *sphere);
     for slot in (0..8).rev() {
         let (sphere, weight) = all.get(slot).copied().unwrap_or((first, 0.0));
-        // The rounding error goes to the heaviest one.
+        // The rounding error goes to the heaviest sphere.
         let share = match slot {
             0 => left,
             _ => ((weight / sum.max(1e-9) * WEIGHT_SUM as f32) as u32).min(left),

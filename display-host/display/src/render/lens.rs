@@ -1,5 +1,5 @@
-//! The endoscope's front lens. It fogs while colder than the cavity, smoke settles on it, and it
-//! can be wiped.
+//! The endoscope's front lens. It fogs while it is colder than the cavity, smoke settles on it, and
+//! it can be wiped.
 
 use glam::Vec3;
 
@@ -11,9 +11,10 @@ const BODY_C: f32 = 37.0;
 const DEW_C: f32 = 34.5;
 /// Time constant of the lens's warming, s.
 const WARM_UP_S: f32 = 60.0;
-/// Fog per second on a lens 10 °C below the dew point.
+/// Growth of `fog` per second on a lens 10 °C below the dew point.
 const FOG_PER_S: f32 = 0.12;
-/// Distance within which smoke settles on the lens, m, and settled share of a puff per second.
+/// Distance from a puff's surface within which its smoke settles on the lens, m.
+/// Growth of `soot` per second from one puff near the lens.
 const SETTLES_M: f32 = 0.03;
 const SETTLES_PER_S: f32 = 0.012;
 
@@ -24,7 +25,7 @@ pub struct Lens {
     pub fog: f32,
     /// Settled smoke: 0 clean, 1 opaque.
     pub soot: f32,
-    /// Its temperature, °C.
+    /// Temperature of the lens, °C.
     pub warmth_c: f32,
 }
 
@@ -35,7 +36,7 @@ impl Default for Lens {
 }
 
 impl Lens {
-    /// A lens from the warmer, which does not fog.
+    /// A lens at body temperature, as from a lens warmer. It does not fog.
     #[must_use]
     pub fn warm() -> Self {
         Self {
@@ -54,16 +55,16 @@ impl Lens {
         }
     }
 
-    /// Wipes the lens: clean, but no warmer.
+    /// Wipes the lens, which becomes clean but no warmer.
     pub fn wipe(&mut self) {
         (self.fog, self.soot) = (0.0, 0.0);
     }
 
-    /// Advances by `seconds` among the particles.
+    /// Advances by `seconds`. Smoke among the particles near `eye` settles on the lens.
     pub(super) fn advance(&mut self, seconds: f32, eye: Vec3, particles: &[Particle]) {
         let seconds = seconds.clamp(0.0, 0.25);
         self.warmth_c += (BODY_C - self.warmth_c) * (seconds / WARM_UP_S);
-        // Above the dew point it dries, half as fast.
+        // Above the dew point the fog dries, half as fast as it grows below.
         let cold = (DEW_C - self.warmth_c) / 10.0;
         let rate = if cold > 0.0 { cold } else { 0.5 * cold };
         self.fog = (self.fog + FOG_PER_S * rate * seconds).clamp(0.0, 1.0);

@@ -1,21 +1,21 @@
 //! The material table: appearance of every kind of organ and every material of an instrument.
 //!
-//! Albedos are linear, dark and saturated: wet tissue gets its brightness from its film. Colours
-//! were set by eye against laparoscopic pictures.
+//! Albedos are linear, dark and saturated, because wet tissue gets its brightness from the
+//! reflections of its film. Colours were set by eye against laparoscopic pictures.
 
 use shared_mem::scene::OrganKind;
 
 use super::layout::{LOOKS, Look};
 
-/// Row of heat-cooked tissue; of no organ.
+/// Row of tissue cooked by heat. No organ has this number.
 pub(super) const COOKED: u32 = 0;
-/// Row of bare steel; rows from here on belong to no organ.
+/// Row of bare steel. Rows from this one on belong to no organ.
 pub(super) const STEEL: u32 = 12;
-/// Black insulation of a shaft.
+/// Row of the black insulation of a shaft.
 pub(super) const INSULATION: u32 = 13;
-/// White ceramic of an electrode's collar.
+/// Row of the white ceramic of an electrode's collar.
 pub(super) const CERAMIC: u32 = 14;
-/// Bright, worn steel of blades and teeth.
+/// Row of the bright, worn steel of blades and teeth.
 pub(super) const BLADE: u32 = 15;
 
 /// Readable description of a tissue; lengths in cm.
@@ -23,9 +23,9 @@ struct Tissue {
     low: [f32; 3],
     high: [f32; 3],
     streak: ([f32; 3], f32),
-    /// Frequencies, 1/cm: coarse, medium, lobules, grain.
+    /// Frequencies of the noise, 1/cm: coarse, medium, lobules, grain.
     frequencies: [f32; 4],
-    /// Slopes: medium, lobules, grain, wet film.
+    /// Slopes of the bumps: medium, lobules, grain, wet film.
     slopes: [f32; 4],
     roughness: f32,
     /// Wet film: strength, roughness.
@@ -34,7 +34,7 @@ struct Tissue {
     scatter: [f32; 3],
     /// Contrast of lobules and grain.
     contrast: f32,
-    /// Visibility of the fine vessels on it.
+    /// Visibility of the fine vessels on the tissue.
     veins: f32,
     /// Packed cells: frequency (1/cm), steepness, darkness of furrows, lightness of middles.
     cells: [f32; 4],
@@ -195,7 +195,9 @@ const PERITONEUM: Tissue = Tissue {
     veil: ([0.300, 0.130, 0.100], 0.3),
 };
 
-/// A solid material: albedo dark and light, roughness, reflectance, metal, brushed.
+/// A solid material. Its albedo lies between `low` and `low * gain` times `tint`. `wet` is
+/// roughness, strength and roughness of the film, and reflectance. `metal` is the shares of metal
+/// and of brushing.
 const fn solid(low: f32, tint: [f32; 3], gain: f32, wet: [f32; 4], metal: [f32; 2]) -> Look {
     let [r, g, b] = tint;
     Look {

@@ -1,5 +1,5 @@
-//! Rendering of a frame: skin, shadow, scene, exposure, glare, lens. The inputs are plain: a
-//! checked scene, state and tool frame.
+//! Rendering of a frame: skin, shadow, scene, exposure, glare, lens. The inputs are plain data: a
+//! checked scene, a state and a tool frame.
 //!
 //! ```text
 //! state ─ skinning ─► vertices ─► shadow map ─► light (f16) ─► exposure, glare ─► lens ─► picture
@@ -8,34 +8,36 @@
 //!
 //! # The picture
 //!
-//! When a scene loads, the display adds what no recipe has: collars where ducts and vessels meet
-//! organs (`joints`), vessel trees grown over the skins and kept as distances in a grid of the
-//! tissue at rest (`trees`), ambient light, and the cavity.
+//! When a scene loads, the display adds what no recipe of a scene has: collars at the junctions of
+//! ducts and vessels with organs (`joints`), vessel trees grown over the skins and stored as
+//! distances in a grid of the tissue at rest (`trees`), ambient light, and the cavity.
 //!
-//! `world_from_camera` is the endoscope's shaft. How far an angled endoscope looks off it, and
-//! where its camera is focused, is the display's own (`camera::Scope`). Each place's distance goes
-//! through the frame as the light's alpha, and `lens.wgsl` blurs by it. The direction of the view
-//! is told to the course of the operation (`What::Sight`), because the assessment judges what the
+//! `world_from_camera` is the pose of the endoscope's shaft. The display itself decides how far an
+//! angled endoscope looks off the shaft and where its camera is focused (`camera::Scope`). The
+//! alpha of the light holds the distance of each pixel, from which `lens.wgsl` computes its blur.
+//! The display reports the direction of view to the course of the operation (`What::Sight`),
+//! because the assessment judges what the picture shows.
 //! picture shows.
 //!
 //! Strands of connective tissue (`strands`) and sutures (`sutures`) are thin tubes (`fibre`) that
-//! the shader widens to a pixel. Strands stand beside a gap: a net with films in its forks, and
-//! fewer of them in fat. Faces of cells are drawn where the skin over them is no more (`cells`).
+//! the shader widens to a pixel. Strands form a net along the sides of a gap, with films in its
+//! forks; fat has fewer of them. Faces of cells are drawn where the skin over them is hidden
+//! (`cells`).
 //!
-//! Effects begin with a plain list of `Effect`s. What flies is particles; what lies on the skin is
-//! stains, kept by their place on the tissue at rest. Smoke that has spread is one number, a haze
-//! over the whole cavity, until it is drawn off. Work leaves traces on the instrument (`wear`)
-//! until it is exchanged. The controller tells of leaks; cut tissue except fat and connective
-//! tissue also oozes for a while. A reset or a new controller clears everything.
+//! Effects begin with a plain list of `Effect`s. Particles are what flies. Stains lie on the skin
+//! and are stored by their place on the tissue at rest. Smoke that has spread is one number, a haze
+//! over the whole cavity, until it is evacuated. Char, blood and bile stay on the instrument
+//! (`wear`) until it is exchanged. The controller reports leaks. Cut tissue, except fat and
+//! connective tissue, also bleeds for a while. A reset or a new controller clears everything.
 //!
-//! The graphics device times each pass (`timing`), and `governor` chooses the quality: down at
-//! once, up after a long calm, and more slowly each time that up was wrong. Where the device has no
-//! clock, it goes by the time from frame to frame. A lost graphics device costs the window, not the
-//! run.
+//! The graphics device times each pass (`timing`), and `governor` chooses the quality from these
+//! times. The quality falls at once. It rises only after a long calm, and later still after each
+//! rise that was wrong. If the device has no clock, the time from frame to frame decides. If the
+//! graphics device is lost, it is reopened in a new window, and the run goes on.
 //!
-//! A press is drawn deeper than the spheres go (`skinning::press`): inner spheres are too coarse to
-//! show the dent of a tip, so the skin is pushed out of the tool. Force and tissue know nothing of
-//! it.
+//! A press is drawn deeper than the spheres go (`skinning::press`). Inner spheres are too coarse to
+//! show the dent of a tip, so the skin is pushed out of the tool. The simulated tissue and its
+//! force are not changed by it.
 
 mod ambient;
 pub mod camera;
@@ -101,7 +103,7 @@ pub struct Renderer {
     exposure: Exposure,
     rest: Vec<SphereRecord>,
     springs: Vec<[u32; 2]>,
-    /// Number of indices of the organs' skins; the cavity's follow.
+    /// Number of indices of the organs' skins. The cavity's indices follow them.
     organ_corners: u32,
     /// Indices of each organ's skin.
     organ_ranges: Vec<Range<u32>>,
@@ -354,7 +356,7 @@ impl Renderer {
         &mut self.exposure
     }
 
-    /// Shows the model inside the organs from the next frame on, or not.
+    /// Shows the model inside the organs from the next frame on. `None` hides it.
     pub fn set_inside(&mut self, gpu: &Gpu, inside: Option<Inside>) {
         self.inside = inside;
         if inside.is_some() && self.inside_model.is_none() {
@@ -421,8 +423,9 @@ impl Renderer {
         &mut self.lens
     }
 
-    /// Takes the costs of the passes of the latest returned frame, ms ([`timing::PASSES`]); `None`
-    /// if the device has no clock, or no frame has returned since the last call.
+    /// Takes the costs of the passes of the latest frame that the device has timed, ms
+    /// ([`timing::PASSES`]). `None` if the device has no clock, or has timed no frame since the
+    /// last call.
     pub fn take_pass_times(&mut self) -> Option<PassTimes> {
         self.timing.take()
     }
@@ -531,7 +534,7 @@ impl Renderer {
         let behind = (clips::FIRST_PART * size_of::<Mat4>()) as u64;
         gpu.queue
             .write_buffer(&self.parts, behind, cast_slice(&self.clips));
-        // A frame of another version shows the last instrument.
+        // A tool frame of another version may name an unknown instrument: show the clip applier.
         let instrument = tools.instrument().unwrap_or(Instrument::ClipApplier) as usize;
 
         if self.quality.shadow_side.is_some() {

@@ -1,14 +1,14 @@
 //! A precomputed tile of gradient noise with its gradient. One texture fetch gives a shader a bump
-//! and its slope, far cheaper than computing them there.
+//! and its slope, which is far cheaper than computing them in the shader.
 
 use glam::Vec3;
 
 /// Voxels along a side.
 pub(super) const SIDE: usize = 64;
-/// Noise cells along a side; `light.wgsl` divides by it.
+/// Noise cells along a side; `light.wgsl` divides by this number.
 pub(super) const CELLS: usize = 8;
 
-/// RGBA voxels, x fastest: gradient per cell, and the value.
+/// RGBA voxels, x fastest: the noise's gradient per noise cell, and its value.
 #[must_use]
 pub(super) fn tile() -> Vec<[f32; 4]> {
     let mut voxels = Vec::with_capacity(SIDE * SIDE * SIDE);
@@ -25,7 +25,7 @@ pub(super) fn tile() -> Vec<[f32; 4]> {
     voxels
 }
 
-/// Perlin's improved noise and its exact gradient; repeats every [`CELLS`].
+/// Perlin's improved noise and its exact gradient. Both repeat every [`CELLS`].
 #[must_use]
 pub(super) fn noise(at: Vec3) -> (Vec3, f32) {
     let cell = at.floor();
@@ -59,9 +59,9 @@ pub(super) fn noise(at: Vec3) -> (Vec3, f32) {
     (gradient, value)
 }
 
-/// A tile of cells packed side by side, RGBA, x fastest: slope of a dome over each cell, and
-/// difference of the distances to the next cell's middle and its own (0 in the furrow between two
-/// cells).
+/// A tile of cells packed side by side, RGBA, x fastest. The first three values are the slope of a
+/// dome over each cell. The fourth is how much farther away the second nearest middle of a cell is
+/// than the nearest (0 in the furrow between two cells).
 #[must_use]
 pub(super) fn cells_tile() -> Vec<[f32; 4]> {
     let n = CELLS as i32;

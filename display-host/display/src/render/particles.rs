@@ -1,4 +1,4 @@
-//! Drawing of particles: one disc each, far ones first.
+//! Drawing of particles: one disc for each, far ones first.
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
@@ -10,7 +10,7 @@ use super::pipeline::Layouts;
 use super::resource::bind;
 use crate::effects::{Effects, Kind, PARTICLES, Particle, STAINS};
 
-/// Buffer of the discs, and the number that is drawn.
+/// Buffer of the discs, and the number of discs that are drawn.
 pub(super) struct Discs {
     buffer: wgpu::Buffer,
     group: wgpu::BindGroup,
@@ -35,7 +35,7 @@ impl Discs {
         }
     }
 
-    /// Takes the particles, as seen from `eye`.
+    /// Uploads the particles, sorted by their distance from `eye`.
     pub(super) fn upload(&mut self, gpu: &Gpu, particles: &[Particle], eye: Vec3) {
         let mut far: Vec<&Particle> = particles.iter().take(PARTICLES).collect();
         let distance = |p: &Particle| p.at_m.distance_squared(eye);
@@ -47,7 +47,7 @@ impl Discs {
         }
     }
 
-    /// Draws them; the scene's bindings are set.
+    /// Draws the discs. The scene's bindings must be set already.
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline) {
         if self.count > 0 {
             pass.set_pipeline(pipeline);
@@ -70,7 +70,7 @@ fn disc(p: &Particle) -> Disc {
     };
     let [r, g, b] = colour;
     let speed = p.velocity_m_s.length();
-    // A fast particle is a streak, as long as its way during the exposure.
+    // A fast particle is a streak, as long as its path during the exposure.
     let streak = if look > 0.5 {
         (speed * 0.003 / p.radius_m()).clamp(0.0, 14.0)
     } else {
@@ -84,7 +84,7 @@ fn disc(p: &Particle) -> Disc {
     }
 }
 
-/// Stains in the form of the tissue's shader.
+/// Stains in the layout of the tissue's shader, lengths in cm.
 pub(super) fn stains(effects: &Effects) -> Stains {
     let mut table = Stains::zeroed();
     for (slot, stain) in table

@@ -61,7 +61,7 @@ impl Renderer {
         pass.set_bind_group(0, &self.frame_group, &[]);
         pass.draw(0..3, 0..1);
         pass.set_bind_group(0, &self.scene_group, &[]);
-        // Draw first what hides most.
+        // Draw the instruments first, so that the tissue behind them is not shaded.
         pass.set_pipeline(&self.pipelines.rigid);
         pass.set_bind_group(1, &self.parts_group, &[]);
         self.instruments[instrument].draw(&mut pass);
@@ -115,7 +115,7 @@ impl Renderer {
         }
     }
 
-    /// Records exposure, glare and lens.
+    /// Records the passes of exposure, glare and lens.
     pub(super) fn develop(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let targets = &self.targets;
         {

@@ -12,7 +12,7 @@ use crate::skinning::{RestVertex, SkinnedVertex};
 
 /// Format of the light before exposure.
 pub(super) const LIGHT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Format of the depth, reversed: 1 near, 0 far. The shadow map's is not reversed.
+/// Format of the depth. It is reversed (1 near, 0 far), except in the shadow map.
 pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Format of the finished picture.
 pub(super) const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -175,7 +175,7 @@ const fn vertices<'a, T>(
     })
 }
 
-/// Differences between the render pipelines.
+/// Properties in which the render pipelines differ.
 struct Draw<'a> {
     shader: &'static str,
     vertex: &'static str,
@@ -220,7 +220,7 @@ impl Pipelines {
                     depth,
                     cull: false,
                     translucent: false,
-                    // With depth, it is the mask in the scene's pass.
+                    // Only the mask has a depth. It is drawn in the scene's pass, with its samples.
                     samples: if depth.is_some() { samples } else { 1 },
                     constants: constants.as_slice(),
                 },
@@ -349,7 +349,7 @@ impl InsidePipelines {
                     buffers: if translucent { &skin } else { &[] },
                     target: Some(LIGHT),
                     depth: Some(wgpu::CompareFunction::Greater),
-                    // A ribbon may show its back.
+                    // A spring is drawn as a ribbon, which may show its back.
                     cull: vertex != "spring",
                     translucent,
                     samples: quality.samples,
@@ -411,7 +411,8 @@ fn draw(device: &Device, what: &Draw<'_>) -> RenderPipeline {
             Some(wgpu::ColorTargetState {
                 format,
                 blend: what.translucent.then_some(wgpu::BlendState::ALPHA_BLENDING),
-                // Alpha stores the distance: glass keeps that of its background.
+                // Alpha stores the distance. Translucent surfaces keep the distance of their
+                // background.
                 write_mask: match what.translucent {
                     true => wgpu::ColorWrites::COLOR,
                     false => wgpu::ColorWrites::ALL,

@@ -2,20 +2,20 @@
 
 use super::gpu::Gpu;
 
-/// A quality tier. All show the same scene; they differ in detail.
+/// A quality tier. All tiers show the same scene and differ in detail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quality {
     /// Skin on the CPU, which is faster for a software driver.
     pub skin_on_cpu: bool,
-    /// Octaves of tissue detail: 1 means two, 2 means four.
+    /// Level of tissue detail: 1 draws two octaves of noise, 2 draws four.
     pub detail: u32,
-    /// Side of the shadow map, pixels.
+    /// Side of the shadow map, pixels. `None`: no shadows.
     pub shadow_side: Option<u32>,
     /// Glare around highlights.
     pub bloom: bool,
     /// Samples a pixel: 1 or 4.
     pub samples: u32,
-    /// Picture, pixels.
+    /// Size of the picture, pixels.
     pub size: [u32; 2],
 }
 
@@ -39,7 +39,7 @@ impl Quality {
         size: [640, 480],
     };
 
-    /// Quality for a window on a software driver: a frame takes a seventh of the time.
+    /// Quality for a window on a software driver. A frame takes a seventh of `SOFTWARE`'s time.
     pub const SOFTWARE_LIVE: Self = Self {
         detail: 1,
         shadow_side: Some(384),
@@ -78,8 +78,9 @@ impl Quality {
         },
     ];
 
-    /// Tiers of an adapter for a window, best first, and allowed cost of a frame, ms: 60 a second
-    /// with time left for the window itself, or 15 on a software driver.
+    /// Tiers of an adapter for a window, best first, and the allowed cost of a frame, ms. The cost
+    /// allows 60 frames a second and leaves time for the window itself. On a software driver it
+    /// allows 15 frames a second.
     #[must_use]
     pub fn tiers(gpu: &Gpu) -> (Vec<Self>, f32) {
         if gpu.is_software() {

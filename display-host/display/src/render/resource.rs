@@ -134,7 +134,7 @@ pub(super) fn colour(view: &wgpu::TextureView) -> Option<wgpu::RenderPassColorAt
         depth_slice: None,
         resolve_target: None,
         ops: wgpu::Operations {
-            // An empty background is always in focus.
+            // Alpha 0 marks an empty background, which is always in focus.
             load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
             store: wgpu::StoreOp::Store,
         },

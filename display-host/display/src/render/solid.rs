@@ -16,7 +16,7 @@ pub(super) struct RigidVertex {
     pub(super) look: u32,
     /// Unit normal.
     pub(super) normal: [f32; 3],
-    /// Index of its part.
+    /// Index of the part that the vertex belongs to.
     pub(super) part: u32,
 }
 
@@ -32,14 +32,13 @@ pub(super) struct Solid {
 pub(super) struct Finish {
     /// Row of the material table.
     pub(super) look: u32,
-    /// Part.
+    /// Index of the part.
     pub(super) part: u32,
 }
 
 impl Solid {
-    /// Joins rings with equal numbers of points to a closed skin with flat ends. The points of a
-    /// ring run counter-clockwise against the direction of the path, seen from outside and along
-    /// it.
+    /// Joins rings with equal numbers of points to a closed skin with flat ends. Seen against the
+    /// direction of the path, the points of a ring must run counter-clockwise.
     pub(super) fn loft(&mut self, rings: &[Vec<Vec3>], finish: Finish) {
         let Some(around) = rings.first().map(Vec::len).filter(|&n| n >= 3) else {
             return;
@@ -76,7 +75,7 @@ impl Solid {
         }
     }
 
-    /// Adds a turned part: `profile` gives distance along `axis` from `from`, and radius.
+    /// Adds a turned part. `profile` gives pairs of distance along `axis` from `from`, and radius.
     pub(super) fn turned(
         &mut self,
         from: Vec3,
@@ -176,7 +175,7 @@ pub(super) fn circle(around: usize) -> impl Iterator<Item = Vec2> {
     (0..around).map(move |i| Vec2::from_angle(i as f32 / around as f32 * core::f32::consts::TAU))
 }
 
-/// A smooth curve through points (Catmull-Rom), with `steps` pieces between two.
+/// A smooth curve through points (Catmull-Rom), with `steps` pieces between two points.
 #[must_use]
 pub(super) fn curve(points: &[Vec3], steps: usize) -> Vec<Vec3> {
     let mut path = Vec::new();
@@ -209,7 +208,7 @@ mod tests {
         let finish = Finish { look: 3, part: 1 };
         solid.turned(Vec3::ONE, Vec3::X, &[[0.0, 1.0], [2.0, 1.0]], 24, finish);
         let (vertices, triangles) = solid.finish(0.6);
-        // Divergence theorem: it gives the volume of a closed surface that faces outwards.
+        // By the divergence theorem this is the volume of a closed surface that faces outwards.
         let at = |i: u32| Vec3::from(vertices[i as usize].position);
         let volume: f32 = triangles
             .iter()

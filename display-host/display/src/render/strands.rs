@@ -1,7 +1,7 @@
 //! Strands of connective tissue next to removed cells: a net of fibres along the sides of the
 //! remaining cells, between the two structures that the tissue joins, with films in its forks. A
 //! few fibres span the gaps. Fat has septa of the same kind. The strands are anchored in skins and
-//! cells, get thinner and straighter as these part, and vanish with their cells.
+//! cells, get thinner and straighter as their anchors move apart, and vanish with their cells.
 
 mod anchors;
 mod course;
@@ -22,7 +22,8 @@ use super::gpu::Gpu;
 use crate::skinning::motion::Motion;
 use crate::skinning::{RestVertex, SkinnedVertex};
 
-/// Ambient light of fibres, which are exposed, and of films, which transmit more than they reflect.
+/// Ambient light of fibres, which are exposed.
+/// Ambient light of films, which transmit more than they reflect.
 const FREE: f32 = 0.8;
 const SHEER: f32 = 0.35;
 
@@ -38,7 +39,7 @@ pub(super) struct Strands {
 }
 
 impl Strands {
-    /// The strands of a scene that can have some.
+    /// Strands of a scene with tissue that has fibres. None has grown yet.
     pub(super) fn new(gpu: &Gpu, anchors: Anchors) -> Self {
         let corners = PIECES * TUBE + FILMS * 2 * SHEET;
         let indices = PIECES * (RINGS.len() - 1) * SIDES * 6 + FILMS * 2 * (ACROSS - 1) * 6;
@@ -49,7 +50,7 @@ impl Strands {
         }
     }
 
-    /// Grows fibres where cells with a weave stand next to removed ones.
+    /// Grows fibres where cells whose tissue has fibres (`weaves`) are next to removed cells.
     pub(super) fn grow(
         &mut self,
         gpu: &Gpu,
@@ -94,7 +95,7 @@ impl Strands {
             indices.extend(triangles(first, RINGS.len()));
         }
         for film in &self.net.films {
-            // Both sides: the drawn one faces the camera.
+            // A film has two sides. Only the side that faces the camera is drawn.
             for side in 0..2u32 {
                 let first = rest.len() as u32;
                 for is_edge in [false, true] {

@@ -15,11 +15,11 @@ use crate::skinning::{RestVertex, SkinnedVertex, pairs};
 
 /// Radius of a 3-0 thread, m.
 const RADIUS_M: f32 = 0.000_12;
-/// Width of a bite in the organ, m.
+/// Distance between the points at which the two strands leave the organ, m.
 const BITE_M: f32 = 0.006;
-/// Depth below the skin at which it begins, m.
+/// Depth below the skin at which a strand begins, m.
 const UNDER_M: f32 = 0.000_6;
-/// Extension beyond the attachment point, m: the wall lies somewhere behind it.
+/// Length of a strand beyond its attachment point, m. The wall lies somewhere behind that point.
 const BEYOND_M: f32 = 0.12;
 /// Length of the tail at the organ and at the wall after a cut, m.
 const TAIL_M: f32 = 0.014;
@@ -30,7 +30,7 @@ const POINTS: usize = 8;
 const HALVES: usize = 4;
 const CORNERS: usize = HALVES * POINTS * SIDES;
 
-/// Sutures to the world, as the scene gives them.
+/// Sutures that tie an organ to the world, as the scene gives them.
 pub(crate) fn given(scene: &SceneFile) -> Vec<SutureMsg> {
     let is_suture = |tie: &&AttachmentRecord| tie.is_thread != 0 && tie.b == WORLD;
     let suture = |tie: &AttachmentRecord| SutureMsg {
@@ -64,8 +64,8 @@ impl Organ {
         })
     }
 
-    /// Points at which the two strands leave the skin; `None` if it has no skin, or the sphere
-    /// belongs to another organ.
+    /// Points at which the two strands leave the skin. `None` if the organ has no skin, or the
+    /// suture's sphere belongs to another organ.
     fn leaves(&self, suture: &SutureMsg) -> Option<[RestVertex; 2]> {
         let own = suture.sphere.checked_sub(self.first_sphere)?;
         let sphere = self.spheres.get(own as usize)?;
@@ -97,7 +97,7 @@ struct Suture {
     leaves: [RestVertex; 2],
 }
 
-/// A scene's sutures to the world.
+/// A scene's sutures that tie an organ to the world.
 pub(super) struct Sutures {
     /// `None` for a suture without a visible organ.
     sutures: Vec<Option<Suture>>,
@@ -116,7 +116,7 @@ impl Sutures {
         for suture in sutures.iter().flatten() {
             for half in 0..HALVES {
                 indices.extend(triangles(rest.len() as u32, POINTS));
-                // It is part of no tissue, and stains do not apply.
+                // A thread is part of no tissue, and at this place no stain reaches it.
                 let painted = RestVertex {
                     position: NOWHERE_M,
                     look: INSULATION,
@@ -186,7 +186,7 @@ impl Suture {
     fn set(&mut self, told: SutureMsg) {
         let goes = |it: &SutureMsg| (it.placed, it.sphere, it.at_m.map(f32::to_bits));
         let (was, is) = (goes(&self.now), goes(&told));
-        // While the tip leads it, it leaves the skin at the same points: otherwise they would jump.
+        // While a tip leads the suture, keep its points in the skin. Otherwise they would jump.
         let is_led = told.placed == SutureMsg::AT_HAND && (was.0, was.1) == (is.0, is.1);
         if was != is && !is_led {
             self.leaves = self.organ.leaves(&told).unwrap_or(self.leaves);
@@ -195,7 +195,7 @@ impl Suture {
     }
 }
 
-/// Paths of its strands: first the halves at the organ, then the halves at the wall.
+/// Paths of the suture's strands: first the halves at the organ, then the halves at the wall.
 fn course(
     suture: &SutureMsg,
     center: Vec3,
@@ -213,7 +213,7 @@ fn course(
         SutureMsg::HUNG => (suture.length_m - way.length()).max(0.0),
         _ => 0.0,
     };
-    // A shallow parabola, longer than its chord by this slack.
+    // Sag of a shallow parabola that is longer than its chord by the slack.
     let sag_m = (0.375 * way.length() * slack_m).sqrt();
     core::array::from_fn(|half| {
         let from = match suture.placed {
@@ -229,7 +229,7 @@ fn course(
             if is_cut {
                 let tail_m = TAIL_M * share;
                 return match is_at_wall {
-                    // First in its former direction, then down.
+                    // The tail first keeps the suture's direction and then turns down.
                     false => from + (out * (1.0 - share) - up * share) * tail_m,
                     true => wall.lerp(anchor, share) - up * (tail_m * share),
                 };
@@ -261,7 +261,7 @@ mod tests {
         assert!(a[0].distance(leaves[0]) < 1e-6 && a[POINTS - 1].distance(b[0]) < 1e-6);
         assert!(a.iter().chain(&b).all(|it| it.z.abs() < 1e-6));
         assert!(b[POINTS - 1].y > 0.2, "through the wall: {}", b[POINTS - 1]);
-        // Nearer to the wall than its length, by 10 mm.
+        // The organ is nearer to the wall than the suture's length, by 10 mm.
         let [a, _, b, _] = course(&hung, Vec3::Y * 0.01, leaves, Vec3::Z);
         assert!(a[POINTS - 1].z < -0.01 && b[POINTS - 1].z.abs() < 1e-6);
     }

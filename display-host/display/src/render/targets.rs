@@ -9,7 +9,7 @@ use super::resource::{bind, target};
 /// Textures and groups of one size.
 pub(super) struct Targets {
     pub(super) light: wgpu::TextureView,
-    /// Several samples per pixel, resolved into `light`.
+    /// Light with several samples per pixel, to be resolved into `light`.
     pub(super) sampled_light: Option<wgpu::TextureView>,
     pub(super) depth: wgpu::TextureView,
     pub(super) glare: [wgpu::TextureView; 3],

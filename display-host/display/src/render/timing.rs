@@ -9,12 +9,13 @@ use super::gpu::Gpu;
 pub const PASSES: [&str; 6] = ["skinning", "shadow", "scene", "exposure", "glare", "lens"];
 /// Alignment of resolved timestamps, bytes.
 const STRIDE: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
-/// Frames whose timestamps may be in transit.
+/// Number of frames whose timestamps may be on their way from the device at one time.
 const RING: usize = 3;
 /// Size of two timestamps, bytes.
 const PAIR: u64 = 16;
 
-/// Times of the latest returned frame, by pass, ms; 0 for a pass that the frame lacked.
+/// Times of the latest frame whose timestamps have arrived, by pass, ms. 0 for a pass that the
+/// frame lacked.
 pub type PassTimes = [f32; PASSES.len()];
 
 const FREE: u8 = 0;
@@ -22,14 +23,14 @@ const AWAY: u8 = 1;
 const HERE: u8 = 2;
 const FAILED: u8 = 3;
 
-/// Timestamps of one frame in transit.
+/// Timestamps of one frame on their way from the device.
 struct Staging {
     buffer: wgpu::Buffer,
     used: u32,
     state: Arc<AtomicU8>,
 }
 
-/// Measures passes; does nothing if the device has no such clock.
+/// Measures passes. Does nothing if the device has no clock.
 pub(super) struct Timing {
     clock: Option<Clock>,
     newest: Option<PassTimes>,
@@ -77,7 +78,8 @@ impl Timing {
         }
     }
 
-    /// Timestamp writes of a render pass: `first` and `last` of those that count as one.
+    /// Timestamp writes of a render pass. Several passes may count as one; `first` and `last` mark
+    /// its ends.
     pub(super) fn render(
         &mut self,
         pass: usize,
@@ -157,7 +159,7 @@ impl Timing {
         }
     }
 
-    /// Times of the latest frame that returned since the last call.
+    /// Times of the latest frame whose timestamps have arrived since the last call.
     pub(super) fn take(&mut self) -> Option<PassTimes> {
         self.newest.take()
     }

@@ -1,6 +1,6 @@
 //! Vessels of the organs as trees, grown over each skin at load from the sites of supply. They are
-//! stored as distance to the nearest vessel in a grid of the tissue at rest, so that they stick to
-//! it.
+//! stored as distances to the nearest vessel in a grid of the tissue at rest, so that they move
+//! with the tissue.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -13,10 +13,11 @@ use shared_mem::scene::{OrganKind, OrganRecord, SceneFile};
 use super::noise::hash;
 use crate::skinning::{RestVertex, SkinMesh};
 
-/// Most organs with trees; slot 0 has none. Also in `tissue.wgsl`.
+/// Number of tree slots, one for each organ with trees. Slot 0 means no tree. `tissue.wgsl` has the
+/// same number.
 pub(super) const SLOTS: usize = 16;
-/// Most vertices for a tree: every twig may search all of them. Larger skins use representative
-/// vertices.
+/// Largest number of vertices that a tree grows over, because every twig may search all of them. A
+/// larger skin uses representative vertices.
 const NODES: usize = 8000;
 /// Approximate number of voxels in an organ's grid.
 const VOXELS: f32 = 1.1e6;
@@ -24,12 +25,13 @@ const VOXELS: f32 = 1.1e6;
 const BAND: f32 = 2.5;
 /// Least radius of a twig, m.
 const TWIG_M: f32 = 0.000_11;
-/// Weight of the component normal to the skin in the distance from a vessel: skin is flat between
-/// its vertices, and vessels must not fade between them.
+/// Weight of the component normal to the skin in the distance from a vessel. It is low, because the
+/// skin is flat between its vertices and would leave a curved vessel, which would fade there.
 const ABOVE: f32 = 0.25;
-/// Cost of a path along a vessel relative to bare skin: it makes branches leave at acute angles.
+/// Cost of a path along a vessel relative to bare skin. A low cost makes branches leave at acute
+/// angles.
 const ALONG: f32 = 0.4;
-/// Points of a curve between two vertices of the skin.
+/// Number of pieces of a curve between two vertices of the skin.
 const STEPS: usize = 4;
 
 /// `Tree` in `tissue.wgsl`: position of an organ's grid in the tissue and in the texture.
@@ -54,7 +56,7 @@ pub(super) struct Trees {
 struct Piece {
     ends: [Vec3; 2],
     radii_m: [f32; 2],
-    /// Normal of the skin there.
+    /// Normal of the skin at the segment.
     normal: Vec3,
 }
 
@@ -137,7 +139,7 @@ impl Skin {
         let points = vertices.iter().map(|v| Vec3::from(v.position));
         let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let (low, high) = points.fold(none, |(low, high), p| (low.min(p), high.max(p)));
-        // Cells wide enough to give few enough of them.
+        // Widen the cells of the grid until there are few enough representatives.
         let mut cell_m = (high - low).max_element() / 64.0;
         let (mut node_of, mut stands) = ((0..own.len()).collect::<Vec<_>>(), None);
         while stands.as_ref().map_or(own.len(), Vec::len) > NODES {
@@ -180,7 +182,8 @@ impl Skin {
         self.next[i].iter().copied()
     }
 
-    /// Roots of the supply: nearest to an artery first, then at uncovered places.
+    /// Roots of the supply: first the vertex nearest to an artery, then the places farthest from
+    /// all roots.
     fn roots(&self, scene: &SceneFile, supply: &Supply) -> Vec<usize> {
         let arteries: Vec<Vec3> = scene
             .organs()
@@ -232,7 +235,7 @@ impl Skin {
                 }
             };
         for &root in roots {
-            // The vein enters beside the artery.
+            // The vein enters next to the artery, two vertices away.
             let root = (0..2 * which).fold(root, |r, k| self.neighbours(r).nth(k).unwrap_or(r));
             if parent[root] == FREE {
                 take(root, root, &mut parent, &mut along, &mut bare);
@@ -240,7 +243,7 @@ impl Skin {
             }
         }
         for twig in 0..(supply.twigs * roots.len()) as u32 {
-            // The least supplied of a few places.
+            // Choose the place that is farthest from all vessels out of ten random ones.
             let place = |k| (hash(twig, k, seed) * self.count as f32) as usize % self.count;
             let target = (0..10u32)
                 .map(place)
@@ -271,7 +274,7 @@ impl Skin {
         let mut cost = vec![f32::INFINITY; self.count];
         let mut from = vec![usize::MAX; self.count];
         let mut open = BinaryHeap::new();
-        // Costs are not negative, so their bits are in order.
+        // Costs are not negative, so their bits sort in the same order as the costs.
         for &node in nodes {
             cost[node] = along[node] * ALONG;
             open.push(Reverse((cost[node].to_bits(), node)));
@@ -303,12 +306,12 @@ impl Skin {
         None
     }
 
-    /// Curves through a tree's nodes; the thickness grows with the number of twigs supplied (Murray
-    /// 1926).
+    /// Curves through a tree's nodes. The thickness grows with the number of twigs that a node
+    /// supplies (Murray 1926).
     fn pieces(&self, nodes: &[usize], parent: &[u32], root_m: f32) -> Vec<Piece> {
         let mut fed = vec![0.0f32; self.count];
         let mut heir = vec![usize::MAX; self.count];
-        // A node follows its parent in `nodes`.
+        // A node comes after its parent in `nodes`, so in reverse it comes first.
         for &i in nodes.iter().rev() {
             fed[i] = fed[i].max(1.0);
             let p = parent[i] as usize;
@@ -364,8 +367,8 @@ impl Skin {
     }
 }
 
-/// Representative of each vertex, and the list of representatives: one for each cell of a grid and
-/// each facing direction there, so that the two sides of a thin wall stay separate.
+/// Representative of each vertex, and the list of representatives. There is one for each cell of a
+/// grid and each facing direction in it, so that the two sides of a thin wall stay separate.
 fn merge(vertices: &[RestVertex], low: Vec3, cell_m: f32) -> (Vec<usize>, Vec<usize>) {
     let mut cells = HashMap::new();
     let mut stands = Vec::new();
@@ -415,7 +418,7 @@ impl Grid {
         grid
     }
 
-    /// Writes the distances to a segment: 0 far outside, 255 far inside, the edge between.
+    /// Writes the distances to a segment: 0 far outside, 255 far inside, 127 at the edge.
     fn draw(&mut self, piece: &Piece, channel: usize) {
         let [a, b] = piece.ends.map(|p| (p - self.low) / self.voxel_m);
         let [ra, rb] = piece.radii_m.map(|r| (r / self.voxel_m).max(DRAWN_VOXELS));
@@ -535,7 +538,7 @@ mod tests {
             let mesh = ball(rings);
             let skin = Skin::new(&mesh, 0..mesh.vertices.len());
             assert_eq!(skin.count, skin.next.len());
-            // A search settles a node once.
+            // A search visits each node once, so this bounds its time.
             assert!(skin.count <= NODES, "{rings}: {} nodes", skin.count);
             assert!(skin.count >= mesh.vertices.len().min(NODES / 4));
             let pieces = skin.tree(&[0], &supply, 0);

@@ -22,7 +22,7 @@ use crate::headless::{Ended, Outcome};
 /// Content of `summary.json`. The keys are a contract: add, do not rename.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Summary {
-    /// Program and version that wrote it.
+    /// Program and version that wrote the summary.
     pub program: String,
     /// Name of the scene.
     pub scene: String,
@@ -38,19 +38,19 @@ pub struct Summary {
     pub wake_latency_ns: Quantiles,
     /// Duration of a tick.
     pub tick_ns: Quantiles,
-    /// From the device sample's arrival at the host to the written force.
+    /// Time from the arrival of the device's sample at this computer to the written force.
     pub motion_to_force_ns: Quantiles,
     /// Duration of each stage of a tick.
     pub stage_ns: BTreeMap<&'static str, Quantiles>,
-    /// From published state to submitted frame, for frames drawn from the newest state.
+    /// Time from published state to submitted frame, for frames drawn from the newest state.
     pub publish_to_frame_ns: Quantiles,
-    /// From device sample to picture, for frames drawn from the newest state.
+    /// Time from device sample to picture, for frames drawn from the newest state.
     pub motion_to_photon_ns: Quantiles,
     /// Force on the hand in the published tool states (every fourth tick).
     pub force_n: Range,
     /// Number of drawn pictures.
     pub frames: usize,
-    /// Heap allocations of the realtime thread after its start; `None`: not counted.
+    /// Heap allocations of the realtime thread after its start. `None` if they were not counted.
     pub allocations_after_start: Option<u64>,
     /// Page faults of the realtime thread after its start.
     pub page_faults_after_start: u64,
@@ -58,7 +58,7 @@ pub struct Summary {
     pub involuntary_switches: u64,
     /// True if the controller ran with SCHED_FIFO, locked memory and on one core.
     pub realtime: bool,
-    /// Missing conditions of real time.
+    /// Conditions of real time that the controller lacked.
     pub not_realtime: Vec<String>,
     /// Number of timing records received.
     pub timing_records: u64,
@@ -74,13 +74,13 @@ pub struct Summary {
     pub contact_ticks: u64,
     /// Ticks of contact in which less or none of the force was rendered, by reason.
     pub force_held_back: Vec<HeldBack>,
-    /// Devices, with what they declare and the counters of their lines.
+    /// Devices, with their declared capabilities and the counters of their lines.
     pub devices: Vec<DeviceSummary>,
     /// Reason for the end of the run.
     pub ended: Ended,
-    /// The session for `calot replay`; `None`: not recorded.
+    /// The recorded session for `calot replay`. `None` if the run was not recorded.
     pub recording: Option<session::Recorded>,
-    /// Result of the task; its keys are missing if the run had none.
+    /// Result of the task. Its keys are missing if the run had no task.
     #[serde(flatten)]
     pub task: Option<TaskSummary>,
     /// Graphics adapter.
@@ -98,9 +98,9 @@ pub struct Summary {
 pub struct HeldBack {
     /// Name of the fault that is the reason.
     pub fault: String,
-    /// Ticks of contact.
+    /// Ticks of contact in which force was held back.
     pub ticks: u64,
-    /// Number of times that it began.
+    /// Number of times that holding back began.
     pub times: u64,
 }
 
@@ -109,15 +109,15 @@ pub struct HeldBack {
 pub struct DeviceSummary {
     /// `haptic`, `tracker` or `pedal`.
     pub kind: String,
-    /// Its line.
+    /// Path of the line that connects the device.
     pub path: PathBuf,
-    /// Name that it gives itself; empty if it gives none.
+    /// Name that the device gives itself; empty if it gives none.
     pub name: String,
-    /// Serial number; 0 if it tells none.
+    /// Serial number; 0 if the device reports none.
     pub serial: u32,
     /// Declared capabilities of a haptic device by name, SI.
     pub capabilities: BTreeMap<String, f32>,
-    /// Counters of its line.
+    /// Counters of the device's line.
     #[serde(flatten, skip_deserializing)]
     pub line: LineSummary,
 }

@@ -27,10 +27,10 @@ pub(super) const STAGE_NAMES: [&str; STAGES] = [
 
 /// Points per second of the force's course.
 const FORCE_POINTS_PER_S: u64 = 20;
-/// Most points of a course; further ones replace the oldest.
+/// Largest number of points of a course. Further ones replace the oldest.
 const COURSE_MAX: usize = 40_000;
 
-/// A quantity over time: (seconds since the first sample, largest value in that step).
+/// A quantity over time: for each time step since the first sample, the largest value in it.
 #[derive(Debug, Clone, Default)]
 pub struct Course {
     start_ns: Option<u64>,
@@ -52,7 +52,7 @@ impl Course {
         }
     }
 
-    /// Points as seconds and value.
+    /// The points, each as seconds since the first sample and value.
     pub(super) fn points(&self, steps_per_s: u64) -> Vec<(f64, f64)> {
         self.points
             .iter()
@@ -76,7 +76,7 @@ pub struct Recorder {
     unrest: Unrest,
     standstills: Standstills,
     records: u64,
-    /// Haptic device, tracker and pedal in the newest tool state.
+    /// Health of haptic device, tracker and pedal in the newest tool state.
     lines: [Option<DeviceHealth>; 3],
     last_batch: Option<Counters>,
 }
@@ -290,7 +290,7 @@ impl Recorder {
     }
 }
 
-/// Force that was held back, by reason.
+/// Force that was held back, for each reason that held any back.
 fn held_back(counters: &Counters) -> Vec<HeldBack> {
     let counts = counters.held_ticks.iter().zip(&counters.held_times);
     let by_name = Fault::NAMES.iter().zip(counts);

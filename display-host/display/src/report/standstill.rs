@@ -2,7 +2,7 @@
 
 use shared_mem::message::TickRecord;
 
-/// Shortest standstill that counts, ns: after as long a device's own watchdog drops the force.
+/// Shortest standstill that counts, ns. After this time a device's own watchdog drops the force.
 const LEAST_NS: u64 = 100_000_000;
 
 /// Standstills of a run.
@@ -15,8 +15,8 @@ pub(super) struct Standstills {
 }
 
 impl Standstills {
-    /// Takes the next record. Periods that it missed show in the scheduled start of the one after
-    /// it. Records that were lost in between are no standstill.
+    /// Takes the next record. If a tick made the controller miss periods, the next tick is
+    /// scheduled that much later. A gap of lost records is no standstill.
     pub(super) fn take(&mut self, record: &TickRecord) {
         let Some(last) = self.last.replace(*record) else {
             return;

@@ -3,7 +3,7 @@
 use shared_mem::message::{Event, EventMsg};
 use shared_mem::scene::{SceneFile, str_from_name};
 
-/// Most findings that are kept. A scene has 16 organs.
+/// Largest number of findings that are kept. A scene has at most 16 organs.
 const KEPT_MAX: usize = 64;
 
 /// Findings of a run: the organ and its event. Each organ is kept once for each kind.
@@ -43,13 +43,13 @@ pub struct UnrestFinding {
     pub what: &'static str,
     /// The organ's name.
     pub organ: String,
-    /// Distance from its place, m, or speed, m/s.
+    /// Distance of a fallen organ from its place, m, or speed of a shaking one, m/s.
     pub value: f32,
     /// The finding as one of the run's warnings.
     pub warning: String,
 }
 
-/// The finding with its remedy.
+/// The finding, whose warning names a remedy. `None` for another kind of event.
 fn finding(organ: String, event: &Event) -> Option<UnrestFinding> {
     let (what, value, warning) = match *event {
         Event::Fall { distance_m } => (

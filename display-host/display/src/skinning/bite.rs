@@ -1,35 +1,37 @@
 //! Skin between closing jaws.
 //!
-//! The controller's jaws hold inner spheres, which lie some mm below the skin and far apart: skin
-//! that follows only those would stay beside the jaws. Skin near closing jaws is therefore drawn to
-//! their mouth and flattened between them, less with distance. This affects only the picture, like
-//! a press.
+//! The controller's jaws hold inner spheres, which lie some mm below the skin and far apart. Skin
+//! that follows only those spheres would stay next to the jaws. Skin near closing jaws is therefore
+//! drawn to their mouth and flattened between them, less with distance. This affects only the
+//! picture, like a press.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
 use shared_mem::message::{SphereState, ToolFrame};
 use shared_mem::words::CapsuleRole;
 
-/// Jaws that hold tissue, in the form of the shader.
+/// Jaws that hold tissue, in the layout of the shader.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct Bite {
-    /// Joint of the jaws, m; the fourth number is their closure, 0 (open, or nothing held) to 1.
+    /// Joint of the jaws, m. The fourth number is their closure: 0 if open or nothing is held, up
+    /// to 1.
     pub joint: [f32; 4],
-    /// Middle between their tips, m.
+    /// Middle between the jaws' tips, m.
     pub tip: [f32; 4],
-    /// Unit vector along their opening.
+    /// Unit vector along which the jaws open.
     pub across: [f32; 4],
 }
 
-/// Place between joint and tip to which tissue is drawn, as a share. `skinning.wgsl` has the same
-/// number.
+/// Place to which tissue is drawn, as a share of the way from the joint to the tip. `skinning.wgsl`
+/// has the same number.
 const MOUTH: f32 = 0.72;
-/// Skin within this distance of the jaws' line follows completely; the effect fades over a further
+/// Distance of skin from the jaws' line up to which it follows completely, m.
 /// `FADES_M`, m.
+/// Distance beyond `CORE_M` over which the effect fades, m.
 const CORE_M: f32 = 0.0025;
 const FADES_M: f32 = 0.0045;
-/// Narrowing of a fold along the jaws' hinge.
+/// Share by which a fold is narrowed along the jaws' hinge.
 const NARROWED: f32 = 0.2;
 
 /// The tissue held by the jaws at this moment.
@@ -72,7 +74,7 @@ pub(super) fn bitten(bite: &Bite, at: Vec3) -> Vec3 {
     let across = Vec3::from_slice(&bite.across);
     let flat = off - across * off.dot(across);
     let along = axis * (flat.dot(axis) / length2);
-    // Flat between the jaws, up to their mouth, and a little narrower.
+    // The skin is drawn flat between the jaws and up to their mouth, and made a little narrower.
     (across * off.dot(across) + along + (flat - along) * NARROWED) * -held
 }
 
@@ -133,14 +135,14 @@ mod tests {
         for y in [-0.002f32, 0.0, 0.002] {
             let at = Vec3::new(0.001, y, -0.001);
             let now = at + bitten(&bite, at);
-            // Above the tips, and in the gap of closed jaws.
+            // The skin is above the tips, and in the gap of the closed jaws.
             assert!(now.z > 0.002 && now.y.abs() < 0.0003, "{at}: {now}");
         }
     }
 
     proptest! {
         /// For any input the skin stays finite, moves no farther than to the mouth, and does not
-        /// move far away.
+        /// move if it is far away.
         #[test]
         fn a_bite_is_smooth_and_ends(
             jaw in 0.0f32..1.0, x in -0.04f32..0.04, y in -0.04f32..0.04, z in -0.04f32..0.06,

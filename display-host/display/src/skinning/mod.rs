@@ -2,15 +2,15 @@
 //!
 //! The paper (Eq. 9–12) shows a vertex at a fixed offset from the weighted mean of its spheres'
 //! centres. The offset does not turn with the tissue: a liver bent by 90° has an overall error of
-//! 5.5 mm. Here each sphere carries the deformation of the tissue around it ([`motion`]), and its
-//! spheres carry a vertex by the same weights: `v' = v + Σ w_i (G_i v + t_i)`. The error is 0.6 mm
-//! at twice the time. `examples/skinning.rs` measures this and the other methods that were tried.
-//! Normals are gathered: every vertex sums the area-weighted normals of its triangles, in a fixed
-//! order, without atomics. Finally, skin is drawn into jaws that hold it ([`bite`]) and pushed out
-//! of the tool ([`press`]).
+//! 5.5 mm. Here each sphere carries the deformation of the tissue around it ([`motion`]), and a
+//! vertex follows its spheres by the same weights: `v' = v + Σ w_i (G_i v + t_i)`. The error is 0.6
+//! mm at twice the time. `examples/skinning.rs` measures this and the other methods that were
+//! tried. Normals are gathered: every vertex sums the area-weighted normals of its triangles, in a
+//! fixed order, without atomics. Finally, skin is drawn into jaws that hold it ([`bite`]) and
+//! pushed out of the tool ([`press`]).
 //!
-//! Two twins, compared in a test: [`SkinMesh::skin`] on the CPU (14 to 40 times faster where the
-//! "graphics device" is a CPU), and [`gpu::GpuSkinning`].
+//! There are two implementations, which a test compares: [`SkinMesh::skin`] on the CPU (14 to 40
+//! times faster where the "graphics device" is a CPU), and [`gpu::GpuSkinning`].
 
 pub mod bite;
 pub mod gpu;
@@ -25,10 +25,11 @@ use self::bite::Bite;
 use self::motion::{Motion, moved, turned};
 use self::press::{PRESSES, Press};
 
-/// Ratio of the farthest to the mean distance of a vertex's neighbours; also in `skinning.wgsl`.
+/// Ratio of the farthest to the mean distance of a vertex's neighbours; `skinning.wgsl` has the
+/// same number.
 const FARTHEST: f32 = 1.2;
 
-/// The tools' effect on skin, in the form of the shaders.
+/// The tools' effect on skin, in the layout of the shaders.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct Touch {
@@ -38,14 +39,14 @@ pub struct Touch {
     pub bite: Bite,
 }
 
-/// A vertex at rest, in the form of the shaders: 64 bytes.
+/// A vertex at rest, in the layout of the shaders: 64 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct RestVertex {
     /// Position in the world frame, m.
     pub position: [f32; 3],
     /// Look: bits 0 to 3 are its row of the material table, 4 to 7 a second row, 8 to 11 the slot
-    /// of its vessel tree, 16 to 31 the share of the second row, of 65535.
+    /// of its vessel tree. Bits 16 to 31 are the share of the second row, of 65535.
     pub look: u32,
     /// Outward unit normal.
     pub normal: [f32; 3],
@@ -81,8 +82,8 @@ pub struct SkinMesh {
     pub ring_first: Vec<u32>,
     /// Triangles, grouped by vertex.
     pub ring: Vec<u32>,
-    /// For each vertex at rest: height of the mean of its neighbours above it (m), and 2 over their
-    /// mean squared distance (1/m²).
+    /// For each vertex at rest: height of its neighbours' mean above the vertex (m), and 2 divided
+    /// by the neighbours' mean squared distance (1/m²).
     pub ring_rest: Vec<[f32; 2]>,
     /// For each sphere: mean outward direction of its skin; zero inside the organ.
     pub outward: Vec<Vec3>,
@@ -119,15 +120,15 @@ impl SkinMesh {
         mesh
     }
 
-    /// Adds vertices that follow spheres, before those that do not; `triangles` count from the
-    /// first of them.
+    /// Adds vertices that follow spheres. Call it before `add_fixed`. The indices in `triangles`
+    /// count from the first new vertex.
     pub fn add_skinned(&mut self, vertices: &[RestVertex], triangles: &[[u32; 3]]) {
         debug_assert_eq!(self.skinned, self.vertices.len(), "fixed ones come last");
         self.add_fixed(vertices, triangles);
         self.skinned = self.vertices.len();
     }
 
-    /// Adds vertices that never move; `triangles` count from the first of them.
+    /// Adds vertices that never move. The indices in `triangles` count from the first new vertex.
     pub fn add_fixed(&mut self, vertices: &[RestVertex], triangles: &[[u32; 3]]) {
         let base = self.vertices.len() as u32;
         self.vertices.extend_from_slice(vertices);
@@ -200,7 +201,7 @@ impl SkinMesh {
         at
     }
 
-    /// Normal of vertex `i`, and height of the mean of its neighbours above it, m.
+    /// Normal of vertex `i`, and height of its neighbours' mean above the vertex, m.
     fn gather(&self, i: usize, at: impl Fn(usize) -> Vec3) -> (Vec3, f32) {
         let ring = &self.ring[self.ring_first[i] as usize..self.ring_first[i + 1] as usize];
         let here = at(i);
@@ -215,7 +216,7 @@ impl SkinMesh {
             return (Vec3::from(self.vertices[i].normal), 0.0);
         }
         let normal = normal / length;
-        // Every neighbour occurs twice.
+        // Every neighbour occurs twice, in two triangles.
         (normal, lean.dot(normal) / (2 * ring.len()) as f32)
     }
 
@@ -262,8 +263,8 @@ impl SkinMesh {
                 let reach2: f32 = corners
                     .map(|v| at(v as usize).distance_squared(at(i)))
                     .sum();
-                // Mean squared distance of the neighbours: a paraboloid of curvature k lifts them
-                // by k/2 of it.
+                // Mean squared distance of the neighbours: a paraboloid of curvature k lifts their
+                // mean by k/2 times this.
                 let mean2 = reach2 / (2 * ring.len()).max(1) as f32;
                 [lift, if mean2 > 1e-12 { 2.0 / mean2 } else { 0.0 }]
             })

@@ -2,16 +2,17 @@
 //! stretch of its neighbours about it.
 //!
 //! A sphere's neighbours, joined to it by links, moved from `d` to `d'`. `A = Σ d' dᵀ / |d|²` and
-//! `B = Σ d dᵀ / |d|²` give the deformation `F = A B⁻¹`, exact wherever tissue deforms affinely.
-//! Its rotation (Müller, Bender, Chentanez, Macklin: "A Robust Method to Extract the Rotational
-//! Part of Deformations", 2016; started from the last frame's) replaces it in directions without
-//! neighbours: along a duct of spheres in a row, or at a sphere that has lost them.
+//! `B = Σ d dᵀ / |d|²` give the deformation `F = A B⁻¹`, exact wherever tissue deforms affinely. In
+//! directions without neighbours the rotation part of `A` takes the place of `F`: across a duct,
+//! whose spheres lie in a row, or at a sphere that has lost neighbours. The rotation is found by
+//! iteration from that of the last frame (Müller, Bender, Chentanez, Macklin: "A Robust Method to
+//! Extract the Rotational Part of Deformations", 2016).
 
 use glam::{Mat3, Quat, Vec3};
 use shared_mem::message::SphereState;
 use shared_mem::scene::SceneFile;
 
-/// An affine motion `x' = x + G x + t`, as the rows of `[G t]`. Zero is rest.
+/// An affine motion `x' = x + G x + t`, as the rows of `[G t]`. All zeros mean rest.
 pub type Motion = [[f32; 4]; 3];
 
 /// Motion of the tissue around a sphere.
@@ -25,15 +26,16 @@ pub enum Follow {
     Deform,
 }
 
-/// Weight of the rotation against the neighbours, as a share of their mean: it decides in
-/// directions without neighbours, and hardly matters elsewhere.
+/// Weight of the rotation, as a share of the neighbours' mean weight in a direction. The rotation
+/// decides in directions without neighbours, and hardly matters elsewhere.
 const PRIOR: f32 = 0.05;
-/// Largest deviation of the deformation from the rotation (Frobenius norm): few neighbours in one
-/// plane would exaggerate it.
+/// Largest deviation of the deformation from the rotation (Frobenius norm). Without a limit, a few
+/// neighbours in one plane would exaggerate the deviation.
 const STRETCH_MAX: f32 = 0.6;
-/// Most iterations for the rotation; one or two suffice from the last frame's.
+/// Largest number of iterations for the rotation. One or two suffice from the last frame's
+/// rotation.
 const STEPS: usize = 20;
-/// Rotation at which the iteration ends, rad.
+/// Turn in one iteration below which the iteration ends, rad.
 const TURNED: f32 = 1e-5;
 
 /// Motions of a scene's spheres from frame to frame.
@@ -105,7 +107,7 @@ impl Motions {
     }
 
     /// Updates the motions. `spheres` has as many entries as the scene (a [`crate::feed::Feed`]
-    /// ensures it), or none for rest.
+    /// ensures this), or none for rest.
     pub fn update(&mut self, spheres: &[SphereState]) -> &[Motion] {
         let at = |i: usize| spheres.get(i).map_or(self.rest[i], |s| s.center_m.into());
         for i in 0..self.rest.len() {
@@ -163,7 +165,8 @@ impl Motions {
     }
 }
 
-/// Rotation part of `a`, by iteration from `start`; `start` in directions without information.
+/// Rotation part of `a`, by iteration from `start`. In directions without information `start`
+/// remains.
 fn rotation(a: &Mat3, start: Quat) -> Quat {
     let mut turn = start;
     for _ in 0..STEPS {
@@ -269,7 +272,7 @@ mod tests {
             for (motion, &c) in motions.now().iter().zip(&rest) {
                 let skin = c + Vec3::new(0.004, -0.003, 0.006);
                 let off = moved(motion, skin).distance(f * skin);
-                // The prior costs some hundredths of the stretch over 8 mm.
+                // The prior takes away some hundredths of the stretch, over 8 mm here.
                 prop_assert!(off < 4e-4, "{off} m");
             }
         }
@@ -301,7 +304,7 @@ mod tests {
             motions.update(&states(rest.iter().map(|&c| turn * c)));
         }
         for (motion, &c) in motions.now().iter().zip(&rest) {
-            // Beside the row, without neighbours in that direction.
+            // A point off the row, where the sphere has no neighbours.
             let skin = c + Vec3::new(0.0, 0.0015, 0.0);
             let off = moved(motion, skin).distance(quarter * skin);
             assert!(off < 1e-4, "{off} m");

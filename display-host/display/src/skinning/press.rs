@@ -1,10 +1,10 @@
 //! Skin wraps around the tool.
 //!
-//! Spheres lie some 14 mm apart, and a tool's tip is 3 mm thick. It passes between them and would
-//! cut through skin that only follows spheres. After skinning, every vertex behind the tool's
-//! surface is therefore pushed in the direction of the press until it lies in front of the tool,
-//! and its neighbours with it, less with distance. This affects only the picture: force and tissue
-//! belong to the controller, and nothing here depends on its solver.
+//! Spheres lie some 14 mm apart, and a tool's tip is 3 mm thick. The tip passes between spheres and
+//! would cut through skin that only follows them. After skinning, every vertex behind the tool's
+//! surface is therefore pushed in the direction of the press until it lies in front of the tool.
+//! Its neighbours are pushed with it, less with distance. This affects only the picture: force and
+//! tissue belong to the controller, and nothing here depends on its solver.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
@@ -15,14 +15,14 @@ use shared_mem::words::CapsuleRole;
 use super::SkinMesh;
 use super::motion::{Motion, turned};
 
-/// Most pressing capsules.
+/// Largest number of pressing capsules.
 pub const PRESSES: usize = 8;
-/// Distance to the tool at which a sphere begins to count as touched, m.
+/// Gap between a tool and a sphere below which the sphere begins to count as touched, m.
 const NEAR_M: f32 = 0.008;
 /// Weight of the tool's own direction relative to that of the touched tissue.
 const OWN_WAY: f32 = 0.3;
 
-/// A capsule that presses on skin, in the form of the shader.
+/// A capsule that presses on skin, in the layout of the shader.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct Press {
@@ -34,13 +34,14 @@ pub struct Press {
     pub into: [f32; 4],
 }
 
-/// Width of the shoulder between displaced and undisturbed skin, m, and its growth with the
-/// displacement. `skinning.wgsl` has the same numbers.
+/// Width of the shoulder between displaced and undisturbed skin, m. `skinning.wgsl` has the same
+/// number.
 const SHOULDER_M: f32 = 0.003;
+/// Growth of the shoulder's width with the displacement. `skinning.wgsl` has the same number.
 const SHOULDER_PER_DEPTH: f32 = 0.35;
-/// Depths between which a press fades to none, m: a deeper tool is behind the organ.
+/// Depths over which a press fades to none, m, because a deeper tool is behind the organ.
 const DEEPEST_M: [f32; 2] = [0.025, 0.035];
-/// Sample points on a capsule's axis.
+/// Number of sample points on a capsule's axis.
 const STEPS: u32 = 6;
 
 /// The pressing capsules at this moment; none while tissue is grasped, or without contact.
@@ -59,7 +60,8 @@ pub fn presses(
         return found;
     }
     let own_way = Quat::from_array(tools.world_from_instrument.orientation) * Vec3::NEG_Z;
-    // The shaft rests on tissue by itself; jaws and tip press together.
+    // The shaft has a direction of its own, because it rests on tissue by itself. Jaws and tip
+    // share one.
     let [shaft, head] = [true, false].map(|is_shaft| {
         let mut into = Vec3::ZERO;
         let mut touch = 0.0;
@@ -101,9 +103,9 @@ pub fn presses(
     found
 }
 
-/// Displacement of a vertex by the tools, m. Skin within `around_m`, the distance of its
-/// neighbours, goes down with the tool, or a triangle would cut through the tool. Twin of `pushed`
-/// in `skinning.wgsl`.
+/// Displacement of a vertex by the tools, m. Skin within `around_m` of a tool, the distance of the
+/// vertex's neighbours, goes down with the tool. Otherwise a triangle would cut through it. Twin of
+/// `pushed` in `skinning.wgsl`.
 pub(super) fn pushed(presses: &[Press; PRESSES], at: Vec3, normal: Vec3, around_m: f32) -> Vec3 {
     let mut push = Vec3::ZERO;
     let mut most = 0.0;
@@ -119,7 +121,7 @@ pub(super) fn pushed(presses: &[Press; PRESSES], at: Vec3, normal: Vec3, around_
             Vec3::from_slice(&press.b),
             press.a[3],
         );
-        // The deepest point lies between the axis point beside the vertex and the deeper end.
+        // The deepest point lies between the deeper end and the axis point next to the vertex.
         let (deep, other) = if (b - a).dot(into) >= 0.0 {
             (b, a)
         } else {
@@ -281,7 +283,7 @@ mod tests {
             for k in 0..600 {
                 let x = k as f32 * 1e-4;
                 let fall = push(x) - push(x + 1e-4);
-                // The steepest slope is less than three times as high as it is wide.
+                // The steepest slope is less than 3.
                 prop_assert!((-1e-6..3e-4).contains(&fall), "falls by {fall} m at {x} m");
             }
             prop_assert!(push(0.04) < 2e-5, "{} m at 40 mm", push(0.04));

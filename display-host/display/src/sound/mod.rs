@@ -1,6 +1,6 @@
 //! Sound: electrode, clips, alarms, heart monitor. It is synthesised ([`synth`]) and piped to a
-//! player of the system, so that Calot builds without sound libraries. Without a card or a player
-//! there is one warning, then silence.
+//! player program of the system, so that Calot builds without sound libraries. Without a sound card
+//! or a player there is one warning, then silence.
 
 pub mod synth;
 
@@ -14,11 +14,11 @@ use std::time::{Duration, Instant};
 use self::synth::{Current, Heard, Synth};
 
 const RATE_HZ: u32 = 48_000;
-/// Samples computed at once: 10 ms.
+/// Number of samples computed at once: 10 ms.
 const BLOCK: usize = 480;
-/// Lead over the clock, blocks.
+/// Number of blocks by which the written samples are ahead of the clock.
 const AHEAD: u32 = 4;
-/// A player that ends within this time never played.
+/// A player that ends within this time counts as one that never played.
 const STARTS: Duration = Duration::from_millis(1500);
 
 /// Players that read raw samples from standard input, with their arguments.
@@ -75,7 +75,7 @@ pub struct Sound {
 }
 
 impl Sound {
-    /// Starts a player on a thread off the tick's core, without waiting for it.
+    /// Starts a player on a thread off the realtime tick's core, without waiting for it.
     #[must_use]
     pub fn start(tick_cpu: Option<usize>) -> Self {
         Self::with(&PLAYERS, tick_cpu)
@@ -90,7 +90,7 @@ impl Sound {
         let thread = std::thread::Builder::new()
             .name("calot-sound".into())
             .spawn(move || {
-                // The player inherits it.
+                // The player's process inherits priority and cores from this thread.
                 crate::priority::step_aside(tick_cpu);
                 if let Err(error) = play_by_any(players, &its_heard, &its_stop) {
                     // The owner may be gone.
@@ -120,12 +120,12 @@ impl Sound {
 
 impl Drop for Sound {
     fn drop(&mut self) {
-        // The thread ends its player; nobody waits for a hanging one.
+        // The thread ends its player. Nothing waits for the thread, because a player may hang.
         self.stop.store(true, Ordering::Relaxed);
     }
 }
 
-/// Packed into one word, which needs no lock.
+/// The sounds packed into one word, which needs no lock.
 fn packed(heard: Heard) -> u32 {
     let current = match heard.current {
         Current::Off => 0,
@@ -151,7 +151,7 @@ fn unpacked(word: u32) -> Heard {
     }
 }
 
-/// Plays by the first working player, until told to stop.
+/// Plays with the first player that works, until `stop` is set.
 fn play_by_any(
     players: &[(&str, &[&str])],
     heard: &AtomicU32,
@@ -169,7 +169,7 @@ fn play_by_any(
             Some(into) => play(into, &mut child, heard, stop),
             None => Played::Never,
         };
-        // Ends a running player and collects an ended one.
+        // Ends a player that still runs, and reaps one that has ended.
         let _ = child.kill();
         let _ = child.wait();
         match played {
@@ -214,7 +214,7 @@ fn play(mut into: ChildStdin, child: &mut Child, heard: &AtomicU32, stop: &Atomi
         }
         due += block_time;
         let now = Instant::now();
-        // After a delay it continues from now, and does not catch up.
+        // After a delay the sound continues from now and does not catch up.
         if due + block_time * AHEAD < now {
             due = now;
         }

@@ -1,26 +1,36 @@
-//! Synthesis of the sounds as plain functions of time: no recording, no sound card.
+//! Synthesis of the sounds as plain functions of time, without recordings or a sound card.
 
 use core::f32::consts::TAU;
 
-/// Pitch of a cutting current, a clear hum, Hz, and of a coagulating one, lower and rough.
+/// Pitch of a cutting current, a clear hum, Hz.
 const CUT_HZ: f32 = 520.0;
+/// Pitch of a coagulating current, which is lower and rough, Hz.
 const COAGULATE_HZ: f32 = 330.0;
-/// Burst rate of a coagulating current, Hz, and loudness of each voice.
+/// Burst rate of a coagulating current, Hz.
 const BURST_HZ: f32 = 27.0;
+/// Loudness of the electrode's current.
 const ELECTRO_GAIN: f32 = 0.14;
+/// Loudness of a clip's click.
 const CLICK_GAIN: f32 = 0.22;
+/// Loudness of an alarm.
 const ALARM_GAIN: f32 = 0.20;
+/// Loudness of the heart beep.
 const HEART_GAIN: f32 = 0.10;
-/// Duration of fading in and out, s: it avoids clicks.
+/// Duration of fading in and out, s. An abrupt change would click.
 const RAMP_S: f32 = 0.006;
-/// Beeps of a high-priority alarm (IEC 60601-1-8): three and two, then silence, s.
+/// Times at which the beeps of a high-priority alarm begin, s: three, then two (IEC 60601-1-8).
 const ALARM_AT_S: [f32; 5] = [0.0, 0.25, 0.50, 0.95, 1.20];
+/// Pitches of the alarm's beeps, Hz.
 const ALARM_HZ: [f32; 5] = [523.0, 659.0, 784.0, 659.0, 784.0];
+/// Duration of one beep of an alarm, s.
 const ALARM_BEEP_S: f32 = 0.16;
+/// Time after which the alarm's beeps repeat, s.
 const ALARM_EVERY_S: f32 = 3.5;
-/// Period and duration of the heart beep, s, and its pitch at a saturation of 98 %, Hz.
+/// Period of the heart beep, s.
 const HEART_EVERY_S: f32 = 0.86;
+/// Duration of the heart beep, s.
 const HEART_BEEP_S: f32 = 0.07;
+/// Pitch of the heart beep at a saturation of 98 %, Hz.
 const HEART_HZ: f32 = 740.0;
 /// Duration of a clip's click, s.
 const CLICK_S: f32 = 0.05;
@@ -61,7 +71,8 @@ pub struct Synth {
     alarm_s: f32,
     heart_s: f32,
     click_s: f32,
-    /// Level of a click cut short by the next one: it fades instead of stopping.
+    /// Level of a click that the next one has cut short. It fades, because an abrupt end would
+    /// crackle.
     cut_short: f32,
     noise: u32,
     rough: f32,

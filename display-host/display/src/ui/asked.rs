@@ -28,15 +28,15 @@ pub enum Asked {
     ToggleFullScreen,
     /// Take the next endoscope: 0°, 30°, 45°.
     NextScope,
-    /// Turn its light cable a step to the left (−1) or the right (1).
+    /// Turn the endoscope's light cable a step to the left (−1) or the right (1).
     TurnScope(i8),
-    /// Turn its camera's focus ring a step: nearer (−1) or farther (1).
+    /// Turn the focus ring of the endoscope's camera a step: nearer (−1) or farther (1).
     TurnFocus(i8),
-    /// Wipe its lens.
+    /// Wipe the endoscope's lens.
     WipeLens,
-    /// Open the trocar's valve, so that smoke is drawn off, or close it.
+    /// Open the trocar's valve, through which smoke is evacuated, or close it.
     ToggleSuction,
-    /// Restart.
+    /// Reset the organs or restart the task, and resume.
     Again,
     /// In a replay: go to this time from its start, ms.
     Seek(u32),
@@ -55,7 +55,7 @@ pub enum Asked {
 }
 
 impl Asked {
-    /// True if it acts on the station, rather than on the display alone.
+    /// True if the request acts on the station, rather than on the display alone.
     #[must_use]
     pub const fn reaches_in(self) -> bool {
         match self {
@@ -96,7 +96,7 @@ pub struct FreeView {
     pub nearer: i16,
 }
 
-/// Requests by keys while no page takes them.
+/// Requests by keys, while no page of settings takes the keys.
 pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
     ui.input(|input| {
         let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4];
@@ -104,7 +104,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             .zip(numbers)
             .map(|(i, key)| (key, Asked::Instrument(i)));
         let table = [
-            // Release the mouse before the station ends.
+            // The first Esc releases the instrument, the next one ends the station.
             (
                 Key::Escape,
                 if state.in_hand {
@@ -133,7 +133,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             (Key::OpenBracket, Asked::TurnScope(-1)),
             (Key::CloseBracket, Asked::TurnScope(1)),
             (Key::Minus, Asked::TurnFocus(-1)),
-            // On any keyboard layout.
+            // Plus is on one of these keys on any keyboard layout.
             (Key::Plus, Asked::TurnFocus(1)),
             (Key::Equals, Asked::TurnFocus(1)),
             (Key::W, Asked::WipeLens),

@@ -6,12 +6,13 @@ use shared_mem::limits::FAULTS;
 use shared_mem::message::{TickRecord, TimingBatch};
 use shared_mem::words::Fault;
 
-/// Ticks in the window: four seconds at 1 kHz.
+/// Number of ticks in the window: four seconds at 1 kHz.
 const WINDOW: usize = 4096;
-/// Bars of a histogram, each twice as wide as the previous; the first ends at 1 µs.
+/// Number of bars of a histogram. Bar `k` holds 2^k to 2^(k+1) µs. The first one also holds all
+/// shorter times, and the last one all longer times.
 pub(super) const BARS: usize = 16;
 
-/// Gates of the safety chain in order, by the controller's names of their counters.
+/// Gates of the safety chain in order, each by the controller's name of its counter.
 const GATES: [&str; 12] = [
     "bad_sample",
     "speed_trip",
@@ -32,7 +33,7 @@ const GATES: [&str; 12] = [
 pub struct TickHealth {
     recent: VecDeque<[u32; 2]>,
     last: Option<(u64, u64)>,
-    /// Rate over the last batches, Hz.
+    /// Rate of the ticks, averaged over the last batches, Hz.
     pub rate_hz: f32,
     /// Periods skipped since the controller started.
     pub missed: u64,
@@ -45,7 +46,7 @@ pub struct TickHealth {
     /// Ticks with each fault since the controller started, in the order of
     /// [`shared_mem::words::Fault::NAMES`].
     pub faults: [u64; FAULTS],
-    /// Realtime conditions granted by the system; `None`: no batch yet.
+    /// Bits of the realtime conditions that the system granted. `None` before the first batch.
     pub realtime: Option<u32>,
 }
 
@@ -77,7 +78,7 @@ impl TickHealth {
             return;
         };
         let (ticks, ns) = (now.0.wrapping_sub(last.0), now.1.wrapping_sub(last.1));
-        // A restarted controller counts from zero: skip that pair.
+        // A restarted controller counts from zero, so skip the pair around the restart.
         if now.0 > last.0 && now.1 > last.1 {
             let rate = ticks as f32 / (ns as f32 * 1e-9);
             self.rate_hz += (rate - self.rate_hz) * if self.rate_hz == 0.0 { 1.0 } else { 0.2 };
@@ -99,7 +100,8 @@ impl TickHealth {
         }))
     }
 
-    /// Actions of each gate, in the order of the safety chain, with the number of ticks.
+    /// Name of each gate, in the order of the safety chain, and the number of ticks in which it
+    /// acted.
     pub fn gates(&self) -> impl Iterator<Item = (&'static str, u64)> {
         let count = |name: &str| {
             let named = Fault::NAMES.iter().zip(&self.faults);
@@ -122,7 +124,7 @@ impl TickHealth {
         bars
     }
 
-    /// Missing conditions of real time, as messages of [`crate::words`].
+    /// Missing conditions of real time, as ids of messages in [`crate::words`].
     #[must_use]
     pub fn lacks(&self) -> Vec<&'static str> {
         let Some(bits) = self.realtime else {
@@ -159,7 +161,7 @@ mod tests {
         let mut health = TickHealth::default();
         assert!(health.quantiles_us().is_none());
         for k in 0..20 {
-            // Every 200th tick wakes 400 µs late: the 99th percentile is 20 µs.
+            // Every 200th tick wakes 400 µs late, so the 99th percentile stays at 20 µs.
             let wake = |tick: u64| if tick % 200 == 7 { 400_000 } else { 20_000 };
             health.take(&batch(k * 50, wake));
         }

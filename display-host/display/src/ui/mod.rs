@@ -57,7 +57,7 @@ pub struct UiState {
     pub is_view_free: bool,
     /// State of the recording, if there is one.
     pub recording: Option<RecordingView>,
-    /// Task of the trainee.
+    /// Text in place of the task, if there is no `task_view`.
     pub task: String,
     /// State of the task, if there is one.
     pub task_view: Option<TaskView>,
@@ -73,7 +73,7 @@ pub struct UiState {
     pub health: TickHealth,
     /// Force on the hand over the last seconds: time (s), N.
     pub force: Vec<[f64; 2]>,
-    /// Age of the newest frame when shown, from the device sample, ms.
+    /// Age of the newest picture when it was shown, from the device sample, ms.
     pub motion_to_photon_ms: f32,
     /// Frames a second.
     pub frames_per_second: f32,
@@ -89,9 +89,9 @@ pub struct UiState {
     pub inside: bool,
     /// Angle of the endoscope, and turn of its cable, degrees.
     pub scope_degrees: [f32; 2],
-    /// Focus distance of its camera, mm.
+    /// Focus distance of the endoscope's camera, mm.
     pub focus_mm: f32,
-    /// Share of the view hidden by fog and soot on its lens.
+    /// Share of the view hidden by fog and soot on the endoscope's lens.
     pub lens_veil: f32,
     /// Attenuation of light by smoke in the cavity, 1/m.
     pub haze_per_m: f32,
@@ -132,14 +132,14 @@ impl UiState {
         self.settings = settings;
     }
 
-    /// Takes the latest bulletin for an instructor; `None`: there is none any more, or it is not
-    /// understood, and the previous one is outdated.
+    /// Takes the latest bulletin for an instructor. `None` if there is none any more, or if it
+    /// cannot be parsed; the previous one is then outdated and dropped.
     pub fn watch(&mut self, bulletin: Option<Bulletin>) {
         self.task_view = bulletin.as_ref().map(|it| it.task.clone());
         self.bulletin = bulletin;
     }
 
-    /// Turns to the next state of the engineering view: off, marks on the picture, inside the
+    /// Turns to the next state of the engineering view: off, marks on the picture, view inside the
     /// organs.
     pub fn turn_engineering(&mut self) {
         (self.overlay, self.inside) = match (&self.overlay, self.inside) {

@@ -114,7 +114,7 @@ impl Overlay {
         overlay
     }
 
-    /// Removes everything that the view inside the organs shows itself: links, and untouched
+    /// Removes everything that the view inside the organs shows by itself: links, and untouched
     /// spheres.
     pub fn leave_to_picture(&mut self) {
         self.lines.retain(|line| line.mark != Mark::Link);
@@ -162,7 +162,7 @@ impl Overlay {
         }
     }
 
-    /// Adds the shaft as the hand holds it, and its distance to the tool.
+    /// Adds the shaft as the hand holds it, and a line from its tip to the tool.
     fn add_device(&mut self, scene: &SceneFile, tools: &ToolFrame, camera: &Mat4, scope: &Scope) {
         let room = scene.room();
         let handle = Vec3::from(tools.world_from_handle.position_m);
@@ -204,7 +204,7 @@ impl Overlay {
         }
     }
 
-    /// Draws it over the endoscope's picture in `picture`.
+    /// Draws the view over the endoscope's picture in `picture`.
     pub(super) fn paint(&self, painter: &Painter, picture: Rect, words: &Words) {
         let unit = picture.height() / 2.0;
         let place = |at: Vec2| -> Pos2 { picture.center() + vec2(at.x, -at.y) * unit };

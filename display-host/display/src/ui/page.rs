@@ -1,11 +1,11 @@
-//! A window of widgets alone: content that scrolls, buttons below it that do not, and its keys.
+//! A window of widgets alone: content that scrolls, fixed buttons below it, and its keys.
 
 use egui::{Button, Color32, Response, RichText, Ui};
 
 use super::screens::{BODY, legible};
 
-/// A screen: its content, and below it the buttons, always visible; Enter presses the meant one, if
-/// any.
+/// Shows a screen: its content, and below it the buttons, which are always visible. Enter presses
+/// the button with the index `meant`, if any.
 pub(super) fn screen<Wish: Clone>(
     ui: &mut Ui,
     name: &'static str,
@@ -14,7 +14,7 @@ pub(super) fn screen<Wish: Clone>(
     wishes: &mut Vec<Wish>,
     add: impl FnOnce(&mut Ui, &mut Vec<Wish>),
 ) {
-    // Nothing can be focused on a screen's first frame.
+    // On a screen's first frame no widget can have the focus, so Enter is handled here.
     let none_chosen = ui.memory(|memory| memory.focused().is_none());
     if let Some((_, wish)) = meant.and_then(|it| buttons.get(it))
         && none_chosen
@@ -27,7 +27,8 @@ pub(super) fn screen<Wish: Clone>(
         .show(ui, |ui| {
             legible(ui);
             ui.add_space(10.0);
-            // Widget ids of this screen alone: the focus of the previous one does not carry over.
+            // Widget ids are those of this screen alone, so that the previous screen's focus does
+            // not carry over.
             ui.push_id(name, |ui| {
                 ui.horizontal_wrapped(|ui| {
                     for (number, (text, wish)) in buttons.iter().enumerate() {
@@ -69,8 +70,8 @@ fn first(ui: &mut Ui, text: &str) -> Response {
     response
 }
 
-/// Drops key repeats: a held key asks once, and does not act on the next screen. Editing and
-/// navigation keys repeat.
+/// Drops the repeats of keys, so that a held key makes one request and does not act on the next
+/// screen. Editing and navigation keys repeat.
 pub(super) fn drop_repeats(ui: &Ui) {
     use egui::Key;
     let goes_on = |key: &Key| {
@@ -97,7 +98,7 @@ pub(super) fn pressed(ui: &Ui, key: egui::Key) -> bool {
     ui.input(|input| input.key_pressed(key))
 }
 
-/// Keys pressed since the last frame, in order: on a slow machine there may be several.
+/// Keys pressed since the last frame, in order. On a slow machine there may be several.
 pub(super) fn typed(ui: &Ui) -> Vec<egui::Key> {
     let key = |event: &egui::Event| match event {
         egui::Event::Key {

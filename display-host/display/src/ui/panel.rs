@@ -1,4 +1,4 @@
-//! The panel beside the picture.
+//! The panel next to the picture.
 
 use egui::{Color32, RichText, Sense, Ui, vec2};
 use egui_plot::{Line, Plot, PlotPoints};
@@ -9,16 +9,17 @@ use super::station::{controller, devices, passes, ticks};
 use super::widgets::{CARE, Mark, fine, line, sized};
 use super::{Asked, Link, UiState, asked, instructor, instrument_id, recording, replay, task};
 
-/// Share of the panel in the window's width, and its least and largest width, points.
+/// Width of the panel as a share of the window's width.
 const PANEL_SHARE: f32 = 0.28;
+/// Least and largest width of the panel, points.
 const PANEL: [f32; 2] = [240.0, 350.0];
 /// Size of the text for the trainee, points.
 const TEXT: f32 = 17.0;
 
-/// Haze that obscures the view, 1/m: a third of the light from 5 cm is lost, there and back.
+/// Haze that obscures the view, 1/m: a seventh of the light from tissue 5 cm away is lost.
 const HAZY_PER_M: f32 = 4.0;
 
-/// Shows the state. Returns the user's requests, and the pixels that the picture covers.
+/// Shows the state. Returns the user's requests, and the size of the picture's area, pixels.
 pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
     let zoom = f32::from(state.settings.text_percent) * 0.01;
     ui.ctx().set_zoom_factor(zoom);
@@ -178,7 +179,7 @@ fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     }
 }
 
-/// The endoscope: type, turn, and clarity of its view.
+/// The endoscope: its type, its turn, and how clear its view is.
 fn scope(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let words = &state.words;
     let [angle, turned] = state.scope_degrees.map(|it| format!("{it:.0}").into());
@@ -276,7 +277,7 @@ fn force(ui: &mut Ui, state: &UiState) {
         });
 }
 
-/// Interventions of the safety chain, gate by gate.
+/// Interventions of each gate of the safety chain.
 fn gates(ui: &mut Ui, state: &UiState) {
     let words = &state.words;
     let total: u64 = state.health.gates().map(|(_, count)| count).sum();

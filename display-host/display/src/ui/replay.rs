@@ -51,7 +51,7 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         ("length", time(view.end_s()).into()),
     ];
     ui.label(words.say_with("replay-at", &values));
-    // While dragged it stays under the pointer; the session follows once it is released.
+    // A dragged slider stays under the pointer. The session follows once the slider is released.
     let held = ui.scope_id().with("replay-slider");
     let dragged: Option<f64> = ui.data(|it| it.get_temp(held));
     let mut at_s = dragged.or(view.seeks_s).unwrap_or(view.at_s);

@@ -1,4 +1,4 @@
-//! Task in the panel: time, steps, errors. Words and shapes, never colour alone.
+//! Task in the panel: time, steps, errors. Words and shapes show every state, never colour alone.
 
 use assess::{Hint, Reason, Step};
 use egui::{Color32, RichText, Ui};
@@ -13,7 +13,7 @@ pub struct TaskView {
     pub task: String,
     /// Time of the task, s.
     pub time_s: f64,
-    /// Steps, and whether each is done; empty in an exam.
+    /// Steps, each with true if it is done; empty in an exam.
     pub steps: Vec<(Step, bool)>,
     /// The newest alarm; `None` in an exam.
     pub alarm: Option<TaskNote>,
@@ -23,7 +23,7 @@ pub struct TaskView {
     pub score: Option<f64>,
     /// Next instruction, for beginners.
     pub hint: Option<Hint>,
-    /// The end, once it is over.
+    /// The end of the task, once it is over.
     pub end: Option<TaskEnd>,
     /// Number of the task in `CommandMsg::START`; `None` for one that begins with the organs at
     /// rest.

@@ -9,13 +9,14 @@ use super::{Page, WindowConfig, run, server, show_page};
 use crate::DisplayError;
 use crate::headless::{Observed, Outcome};
 
-/// Period at which the connection to the screen is looked at.
+/// Period at which the connection to the screen is checked.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// The window's thread has the stack of a main thread.
+/// Stack of the window's thread, as large as that of a main thread, bytes.
 const STACK_BYTES: usize = 8 << 20;
 
-/// Runs the window as [`run`] does. If it fails, or its screen goes, the caller goes on. A window
-/// whose X server has gone leaves its thread behind: Xlib does not come back from there.
+/// Runs the window as [`run`] does, on a thread of its own. The caller goes on if the window fails
+/// or its screen is lost. If the X server ends, the window's thread stays blocked, because Xlib
+/// does not return from that error.
 ///
 /// # Errors
 /// See [`DisplayError`].
@@ -27,8 +28,8 @@ pub fn run_apart(
     apart(move || run(&config, &stop, &mut observer))
 }
 
-/// Shows a page as [`show_page`] does, on a thread of its own as [`run_apart`] does: the caller
-/// outlives the screen.
+/// Shows a page as [`show_page`] does, on a thread of its own as [`run_apart`] does, so that the
+/// caller outlives the screen.
 ///
 /// # Errors
 /// See [`DisplayError`].
@@ -63,7 +64,8 @@ fn apart<T: Send + 'static>(
     loop {
         match told.recv_timeout(LOOK_EVERY) {
             Ok(outcome) => {
-                // Its drivers clean up as it ends. The process must not end meanwhile.
+                // The window's drivers clean up as its thread ends. The process must not end before
+                // that.
                 let _ = thread.join();
                 return outcome;
             }

@@ -29,7 +29,7 @@ pub(super) struct Laid {
     shapes: Vec<egui::ClippedPrimitive>,
     pixels_per_point: f32,
     textures: egui::TexturesDelta,
-    /// True if it is animated: show the next frame at once.
+    /// True if the frame is animated, so that the next one must follow at once.
     pub(super) goes_on: bool,
 }
 
@@ -42,7 +42,7 @@ impl Canvas {
         [width, height]: [u32; 2],
     ) -> Result<Self, DisplayError> {
         let no_window = |detail: String| DisplayError::NoWindow { detail };
-        // Invisible until the accessibility tree is attached.
+        // The window is invisible until the accessibility tree is attached.
         let attributes = Window::default_attributes()
             .with_title(title)
             .with_visible(false)
@@ -141,13 +141,14 @@ impl Canvas {
         self.window.request_redraw();
     }
 
-    /// Next frame of the surface; `None`: the window is not visible.
+    /// Next frame of the surface. `None` if the window is not visible or was just resized.
     pub(super) fn next_frame(&mut self) -> Result<Option<wgpu::SurfaceTexture>, DisplayError> {
         use wgpu::CurrentSurfaceTexture as Current;
         match self.surface.get_current_texture() {
             Current::Success(texture) | Current::Suboptimal(texture) => Ok(Some(texture)),
             Current::Outdated | Current::Lost => {
-                // The size is that of the last `Resized`: asking a window that is gone panics.
+                // Keep the size of the last `Resized`: asking a window that is gone for its size
+                // panics.
                 self.surface
                     .configure(&self.gpu.device, &self.surface_config);
                 Ok(None)
@@ -176,8 +177,8 @@ impl Canvas {
         }
     }
 
-    /// Input for egui, as `egui_winit::State::take_egui_input` would take it if it did not ask the
-    /// window for its size: that panics once the window is gone.
+    /// Input for egui, as `egui_winit::State::take_egui_input` takes it, but without asking the
+    /// window for its size, which panics once the window is gone.
     fn take_input(&mut self) -> egui::RawInput {
         let native = self.window.scale_factor() as f32;
         let points = native * self.input.egui_ctx().zoom_factor();
@@ -192,7 +193,7 @@ impl Canvas {
         input.take()
     }
 
-    /// Paints it and presents it.
+    /// Paints a laid out frame and presents it.
     pub(super) fn present(
         &mut self,
         frame: wgpu::SurfaceTexture,
@@ -257,8 +258,8 @@ impl Canvas {
     }
 }
 
-/// Drops a frame of a lost device. wgpu 30 does so only while unwinding (its issue 8243); otherwise
-/// the end of the surface panics.
+/// Drops a frame of a lost device. In wgpu 30 that works only while unwinding (its issue 8243);
+/// otherwise dropping the surface panics.
 fn give_up(frame: wgpu::SurfaceTexture) {
     let unwinds = move || {
         let _frame = frame;
@@ -275,7 +276,7 @@ fn configure(
     let capabilities = surface.get_capabilities(&gpu.adapter);
     let mut config =
         surface.get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))?;
-    // egui blends colours without the screen's transfer curve.
+    // egui blends colours in gamma space, so it needs a format without sRGB conversion.
     let plain = capabilities.formats.iter().find(|format| !format.is_srgb());
     config.format = *plain.or(capabilities.formats.first())?;
     config.present_mode = wgpu::PresentMode::AutoVsync;

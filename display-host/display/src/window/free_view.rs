@@ -1,4 +1,4 @@
-//! Free view of a replay: the camera orbits the target of the endoscope.
+//! Free view of a replay: the camera orbits a point in front of the endoscope.
 
 use glam::{Mat4, Quat, Vec3};
 use shared_mem::message::{PoseMsg, ToolFrame};
@@ -6,15 +6,15 @@ use shared_mem::message::{PoseMsg, ToolFrame};
 use crate::render::camera::matrix;
 use crate::ui::FreeView;
 
-/// Usual distance of tissue in front of the lens, m.
+/// Distance of that point from the lens, m: the usual distance of tissue.
 const AHEAD_M: f32 = 0.08;
 /// Turn per point of pointer motion, rad.
 const RAD_POINT: f32 = 0.006;
-/// Share of the distance per point of wheel motion.
+/// Relative change of the camera's distance per point of wheel motion.
 const SHARE_POINT: f32 = 0.002;
-/// Least and largest distance, m.
+/// Least and largest distance of the camera from the point, m.
 const DISTANCES_M: [f32; 2] = [0.02, 0.4];
-/// Largest pitch, rad: it never passes over the top.
+/// Largest pitch, rad, so that the camera never passes over the top.
 const PITCH_MAX: f32 = 1.5;
 
 /// The free camera.
@@ -47,7 +47,7 @@ impl FreeCamera {
         self.distance_m = distance_m.clamp(DISTANCES_M[0], DISTANCES_M[1]);
     }
 
-    /// The tools as seen from this camera.
+    /// The tools with this camera in place of the endoscope's.
     pub(super) fn seen(&self, tools: &ToolFrame) -> ToolFrame {
         let turn = Quat::from_rotation_y(self.yaw) * Quat::from_rotation_x(self.pitch);
         let pivot = Mat4::from_translation(Vec3::new(0.0, 0.0, -AHEAD_M));

@@ -36,9 +36,9 @@ use crate::sound::Sound;
 use crate::ui::{RecordingView, ReplayView, TaskView};
 use crate::words::Language;
 
-/// Pause between frames of an invisible window.
+/// Pause between the frames of an invisible window.
 const UNSEEN: Duration = Duration::from_millis(50);
-/// Most losses of the graphics device that a run survives.
+/// Largest number of losses of the graphics device that a run survives.
 const LOSSES_MAX: u32 = 3;
 
 /// Configuration of a window.
@@ -56,7 +56,7 @@ pub struct WindowConfig {
     pub muted: bool,
     /// True if the endoscope's lens starts cold and fogs.
     pub cold_lens: bool,
-    /// Time after which it ends; `None`: when the user closes it.
+    /// Time after which the window ends, s. `None` if it ends only when the user closes it.
     pub seconds: Option<f64>,
     /// Fault injection: loses the graphics device once, after this many frames.
     pub lose_device_after: Option<u64>,
@@ -75,9 +75,9 @@ pub struct WindowConfig {
     pub recording: Option<Arc<Mutex<RecordingView>>>,
 }
 
-/// Opens the window and runs it until it is closed, `stop` is set, or the time is up. Once per
-/// process; on systems other than Linux, from the main thread only. No controller is needed: the
-/// window waits for one, and for the next one when it ends.
+/// Opens the window and runs it until it is closed, `stop` is set, or the time is up. Call it once
+/// per process, and on systems other than Linux from the main thread only. No controller is needed:
+/// the window waits for one, and waits for the next one when a controller ends.
 ///
 /// # Errors
 /// See [`DisplayError`].
@@ -149,14 +149,14 @@ fn event_loop() -> Result<EventLoop<accesskit_winit::Event>, DisplayError> {
     #[cfg(target_os = "linux")]
     {
         use winit::platform::{wayland, x11};
-        // Linux allows any thread; tests run on their own.
+        // Linux allows an event loop on any thread, and tests run on threads of their own.
         wayland::EventLoopBuilderExtWayland::with_any_thread(&mut builder, true);
         x11::EventLoopBuilderExtX11::with_any_thread(&mut builder, true);
     }
     builder.build().map_err(|error| no_window(&error))
 }
 
-/// The window system's error, without the place in winit's source where it arose.
+/// The window system's error, without the place in winit's source code.
 fn no_window(error: &winit::error::EventLoopError) -> DisplayError {
     let said = error.to_string();
     let words = said.split_once(".rs:").map_or(&*said, |(_, place)| {
@@ -191,7 +191,7 @@ impl App<'_> {
         events.exit();
     }
 
-    /// One frame: receive, show, carry out requests.
+    /// Does one frame: receives, shows, carries out requests.
     fn frame(&mut self, events: &ActiveEventLoop) {
         self.session.receive(self.observer);
         let Some(screen) = &mut self.screen else {
@@ -235,7 +235,7 @@ impl App<'_> {
                 self.losses_left -= 1;
                 let warning = format!("{error}; reopening it");
                 (self.session).warn(warning, self.observer);
-                // Keys released meanwhile reach no window.
+                // A key that is released meanwhile reaches no window, so release the instrument.
                 self.session.operate.let_go();
                 self.open(events, screen.close());
             }
@@ -275,7 +275,7 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             screen.take_event(&event);
         }
         match event {
-            // A user who looks elsewhere has released everything.
+            // A window without the focus does not see keys released, so release the instrument.
             WindowEvent::Focused(false) => {
                 self.session.operate.let_go();
                 screen.hold_mouse(false);
@@ -316,7 +316,7 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             events.exit();
         }
         self.session.operate.tell();
-        // A hidden window gets no redraws: it requests one, and goes on receiving.
+        // A hidden window gets no redraw by itself. Request one, so that it goes on receiving.
         if let Some(screen) = &self.screen {
             screen.redraw();
         }

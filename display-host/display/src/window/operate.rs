@@ -1,5 +1,5 @@
-//! Mouse and keyboard as the hand, without a haptic device. They lead the emulated hand, so that
-//! tissue pushes back and the whole station runs as with a real device.
+//! Mouse and keyboard instead of a haptic device. They lead the emulated hand, so that tissue
+//! pushes back and the whole station runs as with a real device.
 
 use std::time::{Duration, Instant};
 
@@ -12,26 +12,31 @@ use winit::keyboard::{KeyCode, PhysicalKey};
 use super::refusal::Refusal;
 use crate::latency::now_ns;
 
-/// Motion of the tip per count of the mouse, m, and per notch of its wheel, m.
+/// Motion of the tip per count of the mouse, m.
 const TIP_M_COUNT: f64 = 0.08e-3;
+/// Motion of the tip per notch of the wheel, m.
 const TIP_M_NOTCH: f64 = 3.0e-3;
-/// Turn of the endoscope per count, rad, and its advance per notch.
+/// Turn of the endoscope per count of the mouse, rad.
 const SCOPE_RAD_COUNT: f64 = 1.0e-3;
+/// Advance of the endoscope per notch of the wheel, m.
 const SCOPE_M_NOTCH: f64 = 2.0e-3;
 /// Pixels of a touch pad's scrolling per notch.
 const NOTCH_PIXELS: f64 = 40.0;
-/// Speed of the tip under a held key, m/s, and of turning, rad/s; a quarter of it with Shift.
+/// Speed of the tip under a held key, m/s. With Shift all speeds are a quarter.
 const TIP_M_S: f64 = 0.04;
+/// Speed of the instrument's roll under a held key, rad/s.
 const ROLL_RAD_S: f64 = 1.2;
+/// Speed of the endoscope's turn under a held key, rad/s.
 const SCOPE_RAD_S: f64 = 0.3;
+/// Speed of the endoscope's advance under a held key, m/s.
 const SCOPE_M_S: f64 = 0.02;
-/// Longest interval between messages to a led hand.
+/// Interval between messages to the emulated hand while it is led.
 const SEND_EVERY: Duration = Duration::from_millis(8);
 
-/// Time allowed for the delivery of the last message.
+/// Time for which the sender of the last message is kept, so that the message is delivered.
 const LAST_WORD: Duration = Duration::from_millis(200);
 
-/// Keys that lead the hand; all others belong to the interface.
+/// Keys that lead the hand. All others belong to the interface.
 const KEYS: [KeyCode; 16] = [
     KeyCode::ArrowLeft,
     KeyCode::ArrowRight,
@@ -164,7 +169,7 @@ impl Leading {
 pub(super) struct Operate {
     station: Station,
     on: Option<(HandSender, Leading)>,
-    /// The last message was sent; it lives until delivery.
+    /// Sender of the last message, kept until delivery, and the time at which it was sent.
     leaving: Option<(HandSender, Instant)>,
     advanced: Instant,
 }
@@ -183,7 +188,7 @@ impl Operate {
         self.on.is_some()
     }
 
-    /// Takes or releases the instrument. Returns the reason if it cannot.
+    /// Takes or releases the instrument. Returns the reason if taking it fails.
     pub(super) fn toggle(&mut self) -> Result<(), Refusal> {
         if self.on.is_some() {
             self.let_go();
@@ -205,7 +210,7 @@ impl Operate {
         Ok(())
     }
 
-    /// Releases the instrument, if taken: the pedal is up at once, the jaws stay as they are.
+    /// Releases the instrument, if taken. The pedal goes up at once; the jaws stay as they are.
     pub(super) fn let_go(&mut self) {
         if let Some((sender, leading)) = self.on.take() {
             sender.send(HandMsg {
@@ -273,7 +278,7 @@ impl Operate {
 mod tests {
     use super::*;
 
-    /// The sums in thousandths of m and rad.
+    /// The sums of the motions in thousandths of m and rad.
     fn thousandths(leading: &Leading) -> [i64; 6] {
         let message = &leading.message;
         let [x, y, z] = message.moved_m;

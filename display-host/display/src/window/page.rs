@@ -16,7 +16,7 @@ use crate::DisplayError;
 /// Usual polling period of an idle page.
 const LOOK_ABOUT: Duration = Duration::from_millis(100);
 
-/// Content of such a window.
+/// Content of a window of widgets alone.
 pub trait Page {
     /// Present title of the window, which a screen reader says first.
     fn title(&self) -> String;
@@ -24,15 +24,15 @@ pub trait Page {
     /// Shows the widgets and carries out requests.
     fn show(&mut self, ui: &mut egui::Ui);
 
-    /// Polls, once in a [`period`](Self::period). Returns true if the content has changed.
+    /// Polls once in each [`period`](Self::period). Returns true if the content has changed.
     fn look_about(&mut self) -> bool;
 
-    /// Period of its polls.
+    /// Period of the polls.
     fn period(&self) -> Duration {
         LOOK_ABOUT
     }
 
-    /// Takes Esc before the next picture is drawn, because a picture may be late.
+    /// Handles Esc before the next picture is drawn, because a picture may be late.
     fn escape(&mut self) {}
 
     /// True if the window is to close.
@@ -40,8 +40,8 @@ pub trait Page {
 }
 
 /// Opens a window with an inner size of `size` pixels and runs it until it is closed, its page is
-/// over or `stop` is set. Once per process; on systems other than Linux, from the main thread only.
-/// Its thread keeps its priority, which processes started by the page inherit.
+/// over or `stop` is set. Call it once per process, and on systems other than Linux from the main
+/// thread only. The thread keeps its priority, because processes that the page starts inherit it.
 ///
 /// # Errors
 /// There is no screen, or no driver that can draw on it.
@@ -158,7 +158,8 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
         if self.stop.load(Ordering::Relaxed) || self.page.is_over() {
             events.exit();
         }
-        // With a delay: a hidden window would request without rest.
+        // Request a missed frame only after a delay: a hidden window would request frames without
+        // rest.
         let missed = self.missed.is_some_and(|it| it.elapsed() >= LOOK_ABOUT);
         if (self.page.look_about() || missed)
             && let Some(canvas) = &self.canvas

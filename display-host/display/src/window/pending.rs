@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use crate::effects::Effect;
 
-/// Most pending effects; a new one replaces the oldest. A minimised window draws nothing.
+/// Largest number of pending effects, because a minimised window draws nothing. A new one then
+/// replaces the oldest.
 const MOST: usize = 48;
 /// Age above which an effect is dropped, s.
 const STALE_S: f64 = 0.3;

@@ -59,7 +59,8 @@ fn not_done(words: &Words, command: CommandMsg, why: String) -> String {
     words.say_with("command-not-done", &values)
 }
 
-/// Errors of the computer itself stay in English: they are rare, and concern its administrator.
+/// Text of a service's error. Errors of the computer itself stay in English: they are rare, and
+/// concern its administrator.
 fn service(words: &Words, error: &ServiceError) -> String {
     match error {
         ServiceError::SecondHand(_) => words.say("hand-elsewhere"),

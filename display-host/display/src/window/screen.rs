@@ -31,7 +31,8 @@ const TURN_DEGREES: f32 = 15.0;
 
 /// Result of a frame.
 pub(super) enum Shown {
-    /// It is on the screen, and the user asked for this.
+    /// The frame is on the screen. `asked` are the user's requests; `quit` is true if one is to
+    /// quit.
     Frame { asked: Vec<Asked>, quit: bool },
     /// The window is not visible.
     Unseen,
@@ -54,7 +55,7 @@ pub(super) struct Screen {
     renderer: Renderer,
     picture: egui::TextureId,
     last_frame: Option<Instant>,
-    /// Time since the previous frame, s; taken when it is judged.
+    /// Time between the last two pictures, s. `None` once the governor has taken it.
     since_last_s: Option<f32>,
     governor: Governor,
     /// Newest tick drawn.
@@ -111,7 +112,7 @@ impl Screen {
         }
     }
 
-    /// Fault injection: loses its graphics device.
+    /// Injects a fault: loses the graphics device during the next frame.
     pub(super) fn lose_device(&mut self) {
         self.loses_device = true;
     }
@@ -144,7 +145,7 @@ impl Screen {
         self.mouse_held = hold;
         let window = &self.canvas.window;
         window.set_cursor_visible(!hold);
-        // If both fail the mouse still leads the hand, within the screen.
+        // If both calls fail, the mouse still leads the hand, but only within the screen.
         let _ = if hold {
             window
                 .set_cursor_grab(CursorGrabMode::Locked)
@@ -201,8 +202,8 @@ impl Screen {
         Ok(Shown::Frame { asked, quit })
     }
 
-    /// Submits the endoscope's picture of the newest moment. Returns its record, with times still
-    /// open.
+    /// Submits the endoscope's picture of the newest moment. Returns the picture's record, whose
+    /// times of submission and display are not known yet.
     fn draw_picture(&mut self, session: &mut Session) -> Option<FrameRecord> {
         session.moment()?;
         let now = Instant::now();
@@ -232,7 +233,7 @@ impl Screen {
         (self.renderer).set_clips(state.clips().unwrap_or(&[]), spheres);
         self.renderer
             .render(&self.canvas.gpu, spheres, &tools, session.time_s());
-        // A tick drawn again has no latency.
+        // A tick that is drawn again gives no latency.
         let is_new = self.drawn_tick.replace(state.tick) != Some(state.tick);
         Some(FrameRecord {
             tick: state.tick,
@@ -307,7 +308,7 @@ impl Screen {
         self.canvas.replace(self.picture, self.renderer.picture());
     }
 
-    /// Fits the picture to its area on a graphics device; a software driver keeps its small one.
+    /// Fits the picture to its area on a graphics card. A software driver keeps its small picture.
     fn fit_picture(&mut self, covered: Option<[u32; 2]>) -> Result<(), DisplayError> {
         let Some(covered) = covered.filter(|_| !self.canvas.gpu.is_software()) else {
             return Ok(());
@@ -338,7 +339,7 @@ fn governor(canvas: &Canvas) -> Governor {
     Governor::by_period(tiers, Quality::period_ms(&canvas.gpu), screen_ms)
 }
 
-/// Next endoscope: 0°, 30°, 45°, and again.
+/// Angle of the next endoscope, rad: 0°, 30°, 45°, then 0° again.
 fn next_angle(angle: f32) -> f32 {
     let angles = [0.0f32, 30.0, 45.0];
     let next = angles.into_iter().find(|a| *a > angle.to_degrees() + 1.0);

@@ -1,4 +1,4 @@
-//! The server of the screen: is there one, and is it still there?
+//! The server of the screen (X or Wayland): checks that there is one, and notices its end.
 #![allow(unsafe_code)] // Xlib
 
 use std::env::var_os;
@@ -22,7 +22,7 @@ static LOST: AtomicBool = AtomicBool::new(false);
 pub fn answers() -> Result<(), DisplayError> {
     let named = |name| var_os(name).filter(|it| !it.is_empty());
     let refuse = |detail: String| Err(DisplayError::NoWindow { detail });
-    // The order is winit's. WAYLAND_SOCKET is an open connection.
+    // The order of the variables is winit's. WAYLAND_SOCKET is an open connection.
     if named("WAYLAND_SOCKET").is_some() {
         return Ok(());
     }
@@ -63,7 +63,7 @@ pub fn answers() -> Result<(), DisplayError> {
     }
 }
 
-/// Keeps Xlib from ending the process when its server ends. See [`is_lost`].
+/// Keeps Xlib from ending the process when the X server ends. See [`is_lost`].
 pub(super) fn survive_its_loss() {
     // Without the library no connection can break.
     if let Ok(xlib) = Xlib::open() {
@@ -72,12 +72,12 @@ pub(super) fn survive_its_loss() {
     }
 }
 
-/// True once the connection has broken. The thread that noticed it does not go on.
+/// True once the connection to the X server has broken. The thread that noticed this stays blocked.
 pub(super) fn is_lost() -> bool {
     LOST.load(Relaxed)
 }
 
-/// Called by Xlib, which ends the process if this returns.
+/// Called by Xlib when its server ends. Xlib would end the process if this returned.
 extern "C" fn wait_for_ever(_: *mut Display) -> c_int {
     LOST.store(true, Relaxed);
     loop {

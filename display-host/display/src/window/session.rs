@@ -26,9 +26,9 @@ use crate::ui::{
 };
 use crate::words::{Language, Words};
 
-/// Most frame records kept: an hour and a half at 60 Hz; then the older half is dropped.
+/// Largest number of frame records kept: nearly two hours at 60 Hz. Then the older half is dropped.
 const FRAMES_KEPT: usize = 400_000;
-/// Silence that is reported.
+/// Silence of the controller from which it counts as silent.
 const SILENCE: Duration = Duration::from_millis(500);
 /// Longest time that a command may delay the picture.
 const COMMAND_PATIENCE: Duration = Duration::from_millis(60);
@@ -70,7 +70,7 @@ pub(super) struct Session {
     free: Option<FreeCamera>,
     /// Time of the last task alarm.
     alarmed: Option<Instant>,
-    /// Number of the newest closed clip: it clicks once, on however many organs it is.
+    /// Number of the newest closed clip. It clicks once, even if it lies on several organs.
     newest_clip: Option<u32>,
     /// Mouse and keyboard as the hand.
     pub(super) operate: Operate,
@@ -166,12 +166,12 @@ impl Session {
         self.ui.adapter = adapter;
     }
 
-    /// The newest moment, if a frame of this scene has arrived.
+    /// The newest state and tools, if both have arrived from this scene.
     pub(super) fn moment(&self) -> Option<(&StateFrame, &ToolFrame)> {
         self.feed.state().zip(self.feed.tools())
     }
 
-    /// The tools as drawn, from the user's viewpoint.
+    /// The tools as drawn: with the camera of the free view, if that is active.
     pub(super) fn seen_tools(&self, tools: &ToolFrame) -> ToolFrame {
         self.free.map_or(*tools, |free| free.seen(tools))
     }
@@ -197,7 +197,7 @@ impl Session {
         self.start.elapsed().as_secs_f32()
     }
 
-    /// Receives everything from the services.
+    /// Receives all messages from the services.
     pub(super) fn receive(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
         let restarts = self.feed.counters().restarts;
         if self.host.newest_state(&mut self.inbox_state)
@@ -221,7 +221,7 @@ impl Session {
         }
         if self.feed.counters().restarts > restarts {
             self.forget_effects();
-            // Another run: its task comes in new bulletins.
+            // The new controller is another run, whose task comes in new bulletins.
             if self.bulletins.is_some() {
                 self.ui.watch(None);
             }
@@ -235,7 +235,7 @@ impl Session {
         let organs = &self.organs;
         self.host.drain_events(|event| {
             feed.note_event(event);
-            // Whoever asked for it: clear all bleeding and stains.
+            // Clear all bleeding and stains, whoever requested the reset.
             if event.is(EventKind::Reset) {
                 pending.clear();
                 (*newest_clip, *was_reset) = (None, true);
@@ -269,7 +269,7 @@ impl Session {
         if let Some(task) = &self.task {
             let task = task.lock().unwrap_or_else(PoisonError::into_inner).clone();
             let before = self.ui.task_view.as_ref().map_or(0, |task| task.alarms);
-            // An exam is silent.
+            // An exam shows no alarm, and none sounds.
             if task.alarms > before && task.alarm.is_some() {
                 self.alarmed = Some(Instant::now());
             }
@@ -332,10 +332,11 @@ impl Session {
         }
     }
 
-    /// Effects since the last picture, `seconds` ago.
+    /// Effects since the last picture, which was drawn `seconds` ago.
     pub(super) fn take_effects(&mut self, seconds: f32) -> Vec<Effect> {
         let mut effects = self.pending.take(self.start.elapsed().as_secs_f64());
-        // A silent or paused controller works on nothing, whatever its last frame says.
+        // While the controller is silent or paused, the electrode burns nothing, whatever the last
+        // frame says.
         let works = self.is_live() && !self.ui.is_paused();
         if let Some((state, tools)) = self.moment().filter(|_| works) {
             effects.extend(self.causes.electrode(state, tools, seconds.min(0.2)));
@@ -343,12 +344,12 @@ impl Session {
         effects
     }
 
-    /// True if the newest moment is current.
+    /// True if the newest state is current.
     pub(super) fn is_live(&self) -> bool {
         self.ui.link == Link::Live
     }
 
-    /// Clears all bleeding and stains: the organs were reset.
+    /// Has all bleeding and stains cleared, because the organs were reset.
     fn forget_effects(&mut self) {
         self.pending.clear();
         self.newest_clip = None;
@@ -360,7 +361,7 @@ impl Session {
         std::mem::take(&mut self.was_reset)
     }
 
-    /// Carries out the requests that concern the controller.
+    /// Carries out the requests, except those that the window itself handles.
     pub(super) fn carry_out(&mut self, asked: &[Asked], observer: &mut dyn FnMut(Observed<'_>)) {
         for asked in asked {
             if self.ui.instructor && asked.reaches_in() {
@@ -368,7 +369,7 @@ impl Session {
             }
             let (kind, argument) = match *asked {
                 Asked::Pause(on) => (CommandMsg::PAUSE, u32::from(on)),
-                // A restarted task begins at its own start.
+                // A task that has a start of its own begins there again.
                 Asked::Reset => match self.ui.task_view.as_ref().and_then(|it| it.start) {
                     Some(task) => (CommandMsg::START, task),
                     None => (CommandMsg::RESET, 0),
@@ -394,7 +395,7 @@ impl Session {
                     continue;
                 }
                 Asked::ShowSettings(open) => {
-                    // Settings need the mouse.
+                    // The settings need the mouse, so release the instrument.
                     if open && self.operate.is_on() {
                         self.carry_out(&[Asked::ToggleHand], observer);
                     }
@@ -457,7 +458,7 @@ impl Session {
         }
     }
 
-    /// Reports a refusal: here in the user's language, and in English to the operator of the
+    /// Reports a refusal: as an alarm in the user's language, and in English to the operator of the
     /// station.
     fn refuse(&mut self, refusal: &Refusal, observer: &mut dyn FnMut(Observed<'_>)) {
         observer(Observed::Warning(&refusal.said(&Words::default())));
@@ -517,7 +518,7 @@ impl Session {
     }
 }
 
-/// Message of an organ that falls or shakes: the scene is at fault, not the trainee.
+/// Message for an organ that falls or shakes. The scene is at fault, not the trainee.
 fn unrest(event: &EventMsg) -> Option<&'static str> {
     match event.decode() {
         Ok(Event::Fall { .. }) => Some("unrest-falls"),
@@ -526,7 +527,7 @@ fn unrest(event: &EventMsg) -> Option<&'static str> {
     }
 }
 
-/// Message of an event that the trainee must know at once.
+/// Message for an event that the trainee must know at once.
 fn alarm(event: &EventMsg) -> Option<&'static str> {
     let Ok(Event::Fault(fault)) = event.decode() else {
         return None;

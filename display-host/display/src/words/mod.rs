@@ -25,7 +25,7 @@ impl Language {
     /// All languages.
     pub const ALL: [Self; 2] = [Self::English, Self::German];
 
-    /// Its name in itself.
+    /// Name of the language in the language itself.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -34,7 +34,7 @@ impl Language {
         }
     }
 
-    /// Its code on the command line and in POSIX locales.
+    /// Code of the language on the command line and in POSIX locales.
     #[must_use]
     pub const fn code(self) -> &'static str {
         match self {
@@ -77,7 +77,7 @@ impl Words {
         let mut bundle = FluentBundle::new_concurrent(vec![tag]);
         // Isolation marks are for mixed text directions, which do not occur.
         bundle.set_use_isolating(false);
-        // An invalid message is missing, which a test finds: the others remain usable.
+        // An invalid message is left out, which a test finds. The others remain usable.
         let (Ok(resource) | Err((resource, _))) =
             FluentResource::try_new(language.source().to_owned());
         bundle.add_resource_overriding(resource);
@@ -183,10 +183,10 @@ mod tests {
         let (english, german) = (Words::default(), Words::new(Language::German));
         let all = messages(Language::English);
         let same = all.keys().filter(|id| {
-            // A message with variables needs values.
+            // Leave out a message with variables, because it needs values.
             all[*id].is_empty() && english.say(id) == german.say(id)
         });
-        // Names, and words common to both languages.
+        // Names, and words common to both languages, may be the same.
         let same: Vec<_> = same.collect();
         assert!(same.len() * 10 < all.len(), "{same:?}");
     }

@@ -9,7 +9,8 @@ impl Words {
         self.localised(format!("{value:.digits$}"))
     }
 
-    /// A number with its unit: `1` for a share, `n` for a count, otherwise as written.
+    /// A number with its unit: `1` is a share, shown in per cent, `n` is a count, `deg` are
+    /// degrees.
     #[must_use]
     pub fn amount(&self, value: f64, unit: &str) -> String {
         match unit {
@@ -29,7 +30,7 @@ impl Words {
             "deg" => (value, "°".to_owned()),
             _ => (value, format!(" {unit}")),
         };
-        // Three decimals distinguish all values of rules and metrics; trailing zeros add nothing.
+        // Three decimals distinguish all values of rules and metrics. Trailing zeros are left out.
         let text = format!("{value:.3}");
         let text = text.trim_end_matches('0').trim_end_matches('.');
         self.localised(format!("{text}{unit}"))

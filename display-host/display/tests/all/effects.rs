@@ -35,7 +35,7 @@ fn blood_runs_down_and_sticks_and_smoke_hides() {
     let mut tools = support::tools(&scene, 0.0, 0.5);
     let eye = support::PRESSED_M + Vec3::new(0.0, 0.01, 0.07);
     tools.world_from_camera = support::looking(eye, support::PRESSED_M);
-    // The instrument is far away.
+    // Move the instrument out of view.
     tools.world_from_instrument.position_m = [0.0, 0.0, 5.0];
     tools.capsule_count = 0;
     let take = |renderer: &mut Renderer| {
@@ -69,7 +69,7 @@ fn blood_runs_down_and_sticks_and_smoke_hides() {
         after > before + 0.005,
         "{before} of the picture, then {after}"
     );
-    // Its source is dry, the stain stays until everything is cleared.
+    // The source is dry, but the stain stays until everything is cleared.
     assert!(renderer.effects_mut().particles().is_empty());
     renderer.effects_mut().clear();
     assert!((bloody(&take(&mut renderer)) - before).abs() < 0.002);

@@ -20,7 +20,7 @@ fn gaps_in_the_events_are_counted_and_a_late_start_is_none() {
     for sequence in [100, 101, 104, 105, 0, 1, 3] {
         feed.note_event(&event(sequence));
     }
-    // 102 and 103 are missing; then the controller restarted, and 2 is missing.
+    // Events 102 and 103 are missing. Then the controller restarts, and event 2 is missing.
     assert_eq!(feed.counters().events, 7);
     assert_eq!(feed.counters().events_lost, 3);
 }
@@ -58,7 +58,7 @@ fn another_scene_is_kept_out_and_named() {
     assert!(feed.state().is_none());
     let other = feed.other_scene_id().map(hex);
     assert_eq!(other.as_deref(), Some("0f0f0f0f0f0f0f0f0f0f0f0f0f0f0f0f"));
-    // The right controller returns.
+    // A controller of the right scene returns.
     feed.offer_state(&support::state(&scene, 0.0));
     assert!(feed.other_scene_id().is_none());
 }
@@ -100,7 +100,7 @@ proptest! {
     }
 }
 
-/// A frame of zeros comes from a controller that has not filled it: no scene has that identity.
+/// A frame of zeros comes from a controller that has not filled it. No scene has the identity 0.
 #[test]
 fn zeros_show_nothing() {
     let mut feed = Feed::new(&support::scene(12));

@@ -1,4 +1,5 @@
-//! Screens of the test by hand, by accessible name, by pointer and by keyboard.
+//! Screens of the device test that a person does by hand, used by accessible name, pointer and
+//! keyboard.
 
 use display_host::ui::feel::{
     CheckLine, CheckResult, Ended, Live, Part, Progress, Screen, View, Way, Wish, feel,
@@ -8,7 +9,7 @@ use egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 
-/// Part of the test that a screen belongs to, and its place there.
+/// Part of the test that a screen belongs to, and the screen's step in it.
 const fn progress(screen: &Screen) -> Progress {
     let (part, step) = match screen {
         Screen::Waiting => (Part::Move, [0, 0]),

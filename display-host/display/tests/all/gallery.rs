@@ -1,4 +1,4 @@
-//! The gallery of the tests' scene: complete, no picture black, none twice.
+//! The gallery of the tests' scene is complete, no picture is black, and none is there twice.
 
 use display_host::gallery;
 
@@ -16,7 +16,7 @@ fn every_picture_is_there_shows_something_and_no_other() {
     })
     .expect("a driver: apt-get install mesa-vulkan-drivers");
     assert_eq!(said, pictures.len());
-    // Two organs, in place and alone; four instruments, three of which open; effects; views.
+    // Two organs, in place and alone; eight pictures of instruments and trocar; effects; views.
     assert!(pictures.len() >= 2 * 2 + 8 + 6 + 7, "{}", pictures.len());
     let page = std::fs::read_to_string(out.join("index.html")).expect("a page");
     let mut seen: Vec<image::RgbaImage> = Vec::new();

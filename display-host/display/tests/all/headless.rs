@@ -335,7 +335,7 @@ fn without_a_driver_the_run_goes_on_and_says_what_to_install() {
     assert!(ran.contains("1 passed"), "no test of that name: {ran}");
 }
 
-/// Runs in the process started above; does nothing by itself.
+/// Runs in the process that the test above starts, and does nothing otherwise.
 #[test]
 fn in_a_process_without_a_driver() {
     if std::env::var_os("CALOT_NO_DRIVER").is_none() {

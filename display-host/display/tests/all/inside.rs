@@ -46,7 +46,7 @@ fn a_prepared_scene_has_a_picture_of_spheres_and_of_springs() {
         share(&springs, is_green)
     );
     assert!(share(&springs, is_blue) < share(&spheres, is_blue));
-    // The whole model is in the picture: its edge is empty.
+    // The whole model is in the picture, so the picture's edge is empty.
     let edge = |picture: &RgbaImage| {
         let (w, h) = picture.dimensions();
         let mut pixels = picture.enumerate_pixels();

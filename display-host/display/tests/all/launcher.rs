@@ -26,7 +26,7 @@ fn harness_in(language: Language, screen: Screen) -> Harness<'static, Seen> {
     };
     let show = |area: &mut egui::Ui, seen: &mut Seen| {
         let wishes = launcher(area, &seen.state);
-        // As the launcher does: a choice is shown next.
+        // Show a choice in the next frame, as the launcher does.
         for wish in &wishes {
             if let (Wish::Form(form), Screen::Start(start)) = (wish, &mut seen.state.screen) {
                 start.form = form.clone();
@@ -282,7 +282,7 @@ fn an_operation_that_runs_can_be_stopped_and_one_that_hangs_too() {
         ] {
             desk.get_by_label(told);
         }
-        // A second Enter at the start ends nothing.
+        // A second Enter at the start does not end the operation.
         desk.key_press(Key::Enter);
         desk.run();
         desk.key_press(Key::S);
@@ -390,7 +390,7 @@ fn a_debrief_leads_on_by_pointer_and_key() {
         desk.run();
         assert_eq!(desk.state().wishes, [wish], "{key:?}");
     }
-    // A guest's session offers neither button nor key for these.
+    // A guest's session without a report offers neither button nor key for these.
     let mut desk = harness(Screen::Debrief(Debrief {
         trainee: String::new(),
         report: None,
@@ -404,8 +404,8 @@ fn a_debrief_leads_on_by_pointer_and_key() {
     assert!(desk.state().wishes.is_empty());
 }
 
-/// A slow machine receives several keys at once: the last one counts for a task, each for an
-/// answer, and Return after the last answer keeps them.
+/// On a slow machine several keys arrive in one frame. Of two task numbers the last one counts.
+/// Each number answers an item, and Enter after the last answer saves the answers.
 #[test]
 fn keys_of_one_frame_are_taken_in_their_order() {
     let press = |desk: &mut Harness<'_, Seen>, keys: [Key; 2]| {
@@ -429,7 +429,7 @@ fn keys_of_one_frame_are_taken_in_their_order() {
     press(&mut desk, [Key::Num5, Key::Num2]);
     assert_eq!(desk.state().wishes, [Wish::Answer(5), Wish::Answer(2)]);
 
-    // The last answer, and Return before its picture.
+    // Enter arrives before the picture that follows the last answer.
     let mut desk = harness(Screen::Points(points(1)));
     desk.run();
     press(&mut desk, [Key::Num5, Key::Enter]);

@@ -1,5 +1,5 @@
-//! All tests of the display that need no window, in one program: each would link all of wgpu and
-//! egui.
+//! All tests of the display that need no window, in one program, because each test program links
+//! all of wgpu and egui.
 
 mod effects;
 mod feed;

@@ -54,7 +54,7 @@ fn the_view_lies_on_the_picture() {
     let scene = support::scene(40);
     let quality = Quality {
         size: [320, 240],
-        // Without it, only the gallbladder itself must change.
+        // Without shadows only the gallbladder itself changes.
         shadow_side: None,
         bloom: false,
         ..Quality::SOFTWARE
@@ -62,13 +62,13 @@ fn the_view_lies_on_the_picture() {
     let mut renderer = Renderer::new(&gpu, &scene, quality).expect("the scene can be drawn");
     let state = support::state(&scene, 0.0);
     let mut tools = support::tools(&scene, 0.0, 0.5);
-    // The gallbladder near the right edge, where the lens distorts most.
+    // The gallbladder is near the right edge, where the lens distorts most.
     let eye = Vec3::new(-0.030, -0.022, 0.125);
     tools.world_from_camera = support::looking(eye, eye + Vec3::NEG_Z);
     tools.world_from_instrument.position_m = [0.0, 0.0, 1.0];
     tools.capsule_count = 0;
     let spheres = state.spheres().expect("valid");
-    // Without the gallbladder the picture differs at the gallbladder.
+    // A picture without the gallbladder differs only where the gallbladder is.
     let first = scene.organs()[1].spheres[0] as usize;
     let mut away = spheres.to_vec();
     away[first..].iter_mut().for_each(|s| s.center_m[2] += 0.9);

@@ -191,7 +191,7 @@ fn the_safety_chain_tells_what_each_gate_did() {
     panel.get_by_label("40 × smoothed: the force changed too fast");
 }
 
-/// With a picture, on which the task's cards lie.
+/// State with a picture, on which the task's cards lie.
 fn at_work(task: TaskView) -> UiState {
     UiState {
         picture: Some((egui::TextureId::default(), 4.0 / 3.0)),
@@ -330,7 +330,7 @@ fn settings_are_chosen_and_left_by_pointer_and_key() {
         );
     }
     let mut panel = harness(open());
-    // The operation's keys are inactive.
+    // The keys of the operation are inactive while the settings are open.
     panel.key_press(egui::Key::R);
     panel.run();
     assert!(panel.state().asked.is_empty());

@@ -101,7 +101,7 @@ fn the_scene_looks_as_it_did_and_a_dent_shows() {
     compare("dent", &dented);
     let again = studio.take(DENT_M, &tools);
     assert!(likeness(&dented, &again) >= SAME);
-    // Only the tissue differs, not the tool: the picture must show it.
+    // Only the tissue differs, not the tool. The picture must show this difference.
     let flat = studio.take(0.0, &tools);
     let score = likeness(&dented, &flat);
     assert!(
@@ -183,7 +183,7 @@ fn sizes_change_and_hostile_poses_do_not_panic() {
     assert_eq!(studio.take(0.0, &tools).dimensions(), (200, 150));
     assert!(studio.renderer.resize(&studio.gpu, [0, 100]).is_err());
     assert!(studio.renderer.resize(&studio.gpu, [100, 100_000]).is_err());
-    // Inside an organ, and with jaws out of range.
+    // The camera is inside an organ, and the jaws are out of range.
     tools.world_from_camera.position_m = [0.0, 0.0, 0.0];
     tools.jaw = 1e30;
     tools.capsule_count = 0;

@@ -1,6 +1,6 @@
-//! Every screen in every language at four sizes: nothing is cut off, nothing over the picture
-//! covers another thing. `SCREENS=DIR cargo test -p display-host --test all screens` also draws
-//! them there: look at them.
+//! Every screen in every language at four sizes: nothing is cut off, and nothing over the picture
+//! covers another thing. `SCREENS=DIR cargo test -p display-host --test all screens` also draws the
+//! screens into the folder, to be looked at.
 
 use std::path::PathBuf;
 
@@ -373,8 +373,8 @@ fn words_are_not_cut_off_and_do_not_cover_each_other() {
                     if rect.left() < -1.0 || rect.right() > width + 1.0 {
                         wrong.push(format!("{place}: cut off: {text} {rect}"));
                     }
-                    // A launcher's page scrolls, above buttons that do not; so does the panel at
-                    // the right.
+                    // A launcher's page is left out, because it scrolls above buttons that do not.
+                    // So is the part of the panel that is scrolled out of the window.
                     if is_window && rect.bottom() <= height {
                         texts.push((text, rect));
                     }

@@ -1,4 +1,4 @@
-//! The skinning's twins, and cases solved by hand.
+//! The two implementations of skinning against each other, and against cases solved by hand.
 
 use display_host::render::gpu::Gpu;
 use display_host::skinning::bite::bite;
@@ -18,7 +18,7 @@ fn skinned(mesh: &SkinMesh, motions: &[Motion]) -> Vec<SkinnedVertex> {
     out
 }
 
-/// Spheres that only translate.
+/// Motions of spheres that only translate.
 fn shifts(each: impl Iterator<Item = Vec3>) -> Vec<Motion> {
     each.map(|v| [v.x, v.y, v.z].map(|x| [0.0, 0.0, 0.0, x]))
         .collect()
@@ -34,7 +34,7 @@ fn lively(count: usize, size_m: f32) -> Vec<Motion> {
 fn gpu_and_cpu_agree() {
     let scene = support::scene(40);
     let mut mesh = SkinMesh::from_scene(&scene);
-    // Vertices without spheres stay in place in both.
+    // Vertices without spheres stay in place in both implementations.
     let fixed = mesh.vertices[..3].to_vec();
     mesh.add_fixed(&fixed, &[[0, 1, 2]]);
     let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
@@ -64,7 +64,7 @@ fn gpu_and_cpu_agree() {
         (0.001, held),
     ] {
         let mut motions = lively(scene.spheres().len(), size_m);
-        // They also turn and stretch, ten times as much over a metre as they translate.
+        // The motions also turn and stretch, over a metre ten times as much as they translate.
         for (i, x) in motions
             .as_flattened_mut()
             .as_flattened_mut()
@@ -96,7 +96,7 @@ fn gpu_and_cpu_agree() {
                 .iter()
                 .zip(there)
                 .map(|(a, b)| part(a).distance(part(b)));
-            // `f32::max` would swallow a NaN.
+            // `f32::max` would ignore a NaN.
             far.fold(0.0, |most: f32, x| if x <= most { most } else { x })
         };
         let position = worst(|v| Vec3::from_slice(&v.position));
@@ -106,8 +106,9 @@ fn gpu_and_cpu_agree() {
             position <= 1e-6,
             "position differs by {position} m at {size_m}"
         );
-        // Vulkan grants `normalize` a few units in the last place. Where the skin bends most, the
-        // normal is a difference of nearly equal vectors: an NVIDIA H200 differs by 1.3e-5.
+        // Vulkan allows `normalize` errors of a few units in the last place. Where the skin bends
+        // most, the normal is a difference of nearly equal vectors: an NVIDIA H200 differs by
+        // 1.3e-5.
         assert!(normal <= 1e-4, "normal differs by {normal} at {size_m}");
         assert!(bend <= 1e-3, "bend differs by {bend} per mm at {size_m}");
     }
@@ -199,7 +200,7 @@ fn a_dent_is_felt_as_bent_inwards() {
         .unwrap();
     let depth = mesh.vertices[deepest].position[2] - now[deepest].position[2];
     assert!(depth > 0.003, "{depth}");
-    // A pit of 3 mm and more over a centimetre or two: some tens of 1/m.
+    // A pit 3 mm deep or more and one or two centimetres wide has a curvature of some tens of 1/m.
     assert!(now[deepest].normal[3] > 10.0, "{:?}", now[deepest].normal);
     let far = now[..liver].iter().filter(|v| v.position[0] > 0.06);
     assert!(far.clone().count() > 10);

@@ -72,7 +72,7 @@ pub(crate) fn scene_bytes(rings: usize) -> Vec<u8> {
     data.to_bytes().expect("the scene is valid")
 }
 
-/// A camera's pose.
+/// Pose of a camera at `eye` that looks at `at`.
 pub(crate) fn looking(eye: Vec3, at: Vec3) -> PoseMsg {
     let back = (eye - at).normalize();
     let right = Vec3::Y.cross(back).normalize();
@@ -147,7 +147,7 @@ fn blob(
         data.triangles.len(),
     ]
     .map(|n| n as u32);
-    // The same map fills the inside.
+    // `shape` also places the spheres that fill the inside.
     let steps = (0.09 / spacing) as i32;
     let mut places = Vec::new();
     for z in -steps..=steps {
@@ -246,7 +246,7 @@ fn blob(
     });
 }
 
-/// Paper Eq. 9 for the eight nearest spheres.
+/// Spheres and weights of a vertex by Eq. 9 of the paper, for the eight nearest spheres.
 fn bind(point: Vec3, spheres: &[SphereRecord], first: u32) -> ([u16; BINDINGS], [u16; BINDINGS]) {
     let mut near: Vec<(f32, u16)> = spheres
         .iter()

@@ -1,4 +1,4 @@
-//! A station with one organ that nobody simulates, and keys.
+//! Support of the tests: a station whose one organ is not simulated, watchers, proxies and keys.
 #![allow(dead_code)] // each test file uses its part
 
 use std::io::{Read, Write};
@@ -48,7 +48,7 @@ pub(crate) fn scene() -> SceneFile {
     scene_of(3)
 }
 
-/// A scene with so many vertices, to make it large.
+/// A scene with this number of vertices, which sets its size.
 pub(crate) fn scene_of(vertices: u32) -> SceneFile {
     let sphere = |x: f32| SphereRecord {
         center_m: [x, 0.0, 0.0],
@@ -184,12 +184,13 @@ pub(crate) fn port() -> u16 {
     free.local_addr().expect("a port").port()
 }
 
-/// A theatre and a desk with keys of one authority.
+/// A station (theatre) and a watcher (desk) with keys of one authority.
 pub(crate) struct Proven {
     pub(crate) theatre: Keys,
     pub(crate) desk: Keys,
-    /// Address at which the theatre listens, and the same address with the desk's keys.
+    /// Address at which the theatre listens.
     pub(crate) listen: String,
+    /// Address and keys with which the desk connects.
     pub(crate) address: Address,
 }
 
@@ -210,7 +211,7 @@ impl Proven {
     }
 }
 
-/// A proxy between a station and a watcher without keys, and its address.
+/// The listening end of a proxy to which a watcher connects without keys, and its address.
 pub(crate) fn halfway() -> (TcpListener, Address) {
     let between = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = between.local_addr().expect("a port").to_string();
@@ -225,7 +226,7 @@ pub(crate) fn now_ns() -> u64 {
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// Runs a station that moves and its `serve` while `watcher` runs.
+/// Runs a station whose state changes, and its `serve`, while `watcher` runs.
 pub(crate) fn beside_a_station<T>(
     name: &str,
     listen: (&str, Option<Keys>),
@@ -288,7 +289,7 @@ pub(crate) fn beside<T>(
     })
 }
 
-/// Watches until `enough` returns; it sees everything that happened.
+/// Watches until `enough` returns. `enough` gets the station and a list of all that was seen.
 pub(crate) fn watched(
     name: &str,
     address: &Address,

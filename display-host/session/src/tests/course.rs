@@ -1,4 +1,4 @@
-//! A course and what other programs read of it.
+//! Tests of the course, of gaps, and of reading by other programs.
 
 use super::*;
 

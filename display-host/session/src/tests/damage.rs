@@ -100,7 +100,7 @@ fn lengths_that_lie_are_damage_and_cost_no_memory() {
     // The chunk is cut although it claims to be longer.
     let (ticks, session) = read(whole[..end - 1].to_vec()).unwrap();
     assert!(ticks == given(1) && matches!(session.end(), Some(End::BrokenOff(_))));
-    // Shorter than its own head, which the library does not expect.
+    // An attachment shorter than its own head, which the library does not expect.
     let mut attachment = mcap::MAGIC.to_vec();
     attachment.push(9);
     attachment.extend(32u64.to_le_bytes());
@@ -244,7 +244,7 @@ proptest! {
         }
         let (from, to) = chunks[chunk];
         for (share, value) in flips {
-            // Lengths are at the beginning of a chunk.
+            // Most changes hit the beginning of a chunk, where the lengths are.
             let at = from + (share * share * (to - from) as f64) as usize;
             bytes[at] = value;
         }

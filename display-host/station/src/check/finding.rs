@@ -9,7 +9,7 @@ use serde::Serialize;
 pub(crate) enum Verdict {
     /// As required.
     Good,
-    /// Could be better: it adds jitter.
+    /// Could be better: the present state adds jitter.
     Better,
     /// Prevents realtime.
     Bad,
@@ -27,9 +27,9 @@ pub(crate) struct Finding {
     pub(crate) is: String,
     /// Required state, and the reason.
     pub(crate) should: &'static str,
-    /// Command that fixes it. `None` if it is good or no command can.
+    /// Command that fixes the property. `None` if the property is good or no command helps.
     pub(crate) mend: Option<String>,
-    /// Rule of Linux that refused a call, if one was tried and refused.
+    /// Rule of Linux that refused the call, if a call was tried and refused.
     pub(crate) cause: Option<Cause>,
 }
 
@@ -51,7 +51,7 @@ pub(super) fn finding(
     }
 }
 
-/// Finding about a call that was tried. A refused one has its cause and remedy.
+/// Finding about a call that was tried. A refused call brings its cause and remedy.
 pub(super) fn tried(
     name: &'static str,
     outcome: &Result<(), Refusal>,

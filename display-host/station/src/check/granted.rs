@@ -23,7 +23,8 @@ pub(super) fn affinity(system: &System, core: usize) -> Finding {
     tried("core of the tick", &system.trial.pinned, granted, should)
 }
 
-/// Calot stops a runaway tick itself after 200 ms. A lower limit would end the process first.
+/// Calot stops a runaway tick itself after 200 ms. With a lower limit, the kernel would end the
+/// process first.
 pub(super) fn runaway(system: &System) -> Finding {
     let should = "200 ms or more: calot itself stops a runaway tick by then";
     let name = "limit rttime";
@@ -41,7 +42,8 @@ pub(super) fn runaway(system: &System) -> Finding {
     }
 }
 
-/// A quota stops the threads that are not realtime: the display, and without realtime the tick.
+/// A quota that is used up stops the threads that are not realtime: those of the display, and the
+/// tick if it has no realtime priority.
 pub(super) fn quota(system: &System) -> Finding {
     let name = "processor quota";
     let should =

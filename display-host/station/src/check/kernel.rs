@@ -12,7 +12,7 @@ pub(super) fn compaction(system: &System) -> Finding {
     let mend = "sudo sysctl vm.compact_unevictable_allowed=0";
     match system.number("proc/sys/vm/compact_unevictable_allowed") {
         Some(0) => finding(name, Verdict::Good, "no", should, ""),
-        // The kernel was built without compaction.
+        // Neither file exists: the kernel was built without compaction.
         None if system.read("proc/sys/vm/compact_memory").is_none() => {
             finding(name, Verdict::Good, "no", should, "")
         }

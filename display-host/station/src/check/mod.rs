@@ -1,6 +1,6 @@
-//! `calot check`: tells whether this machine is fit for realtime. What the controller will ask of
-//! Linux, it asks as well and takes back; the rest it reads. For each property it prints the
-//! current state, the required state and the command that fixes it.
+//! `calot check`: tells whether this machine is fit for realtime. It tries the calls that the
+//! controller will make, and undoes them. It reads the other properties from files. For each
+//! property it prints the current state, the required state and the command that fixes it.
 
 mod files;
 mod find;

@@ -3,7 +3,7 @@
 use super::finding::{Finding, Verdict, finding};
 use super::system::System;
 
-/// Longest exit latency of an idle state that is not deep, µs.
+/// An idle state with a longer exit latency counts as deep, µs.
 const IDLE_EXIT_MAX_US: u64 = 10;
 
 pub(super) fn isolation(system: &System, core: usize) -> Finding {

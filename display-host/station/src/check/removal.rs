@@ -1,8 +1,8 @@
-//! The log-in manager may take a running station's shared memory away: systemd-logind with
-//! `RemoveIPC=yes` removes every file of a user in /dev/shm when that user's last session ends
-//! (logind.conf(5)). Root and system users are spared. A program in a session keeps that session
-//! open. So only a program outside is hit: a service with `User=`, cron, `sudo -u` from somebody
-//! else's session.
+//! Finding about the log-in manager, which may remove the shared memory of a running station.
+//! With `RemoveIPC=yes`, systemd-logind removes every file of a user in /dev/shm when that user's
+//! last session ends (logind.conf(5)). It spares root and system users. A program in a session
+//! keeps that session open. So only a program outside the sessions of its user loses its memory: a
+//! service with `User=`, cron, `sudo -u` from somebody else's session.
 
 use std::path::{Path, PathBuf};
 
@@ -11,8 +11,8 @@ use super::finding::{Finding, Verdict, finding};
 const NAME: &str = "shared memory kept";
 const SHOULD: &str =
     "yes, also when this user logs out: else programs that join later do not find the station";
-/// Highest user number that logind spares, if `login.defs` does not tell it. Systemd takes it from
-/// that file when it is built.
+/// Highest user number that logind spares, if `login.defs` does not set it. Logind takes the number
+/// from the `login.defs` of the machine on which it is built.
 const SYSTEM_USER_MAX: u32 = 999;
 /// The user `nobody`, whom logind treats as a system user.
 const NOBODY: u32 = 65534;
@@ -72,7 +72,7 @@ fn system_user_max(root: &Path) -> u32 {
 }
 
 /// `RemoveIPC` as logind reads it. If no file sets it, a commented-out line of the main file shows
-/// the distribution's choice (Red Hat's is no). `None` without such a line: that means yes.
+/// the distribution's choice (Red Hat's is no). `None` if there is no such line, which means yes.
 fn setting(root: &Path) -> Option<bool> {
     let main = FOLDERS
         .iter()
@@ -83,7 +83,7 @@ fn setting(root: &Path) -> Option<bool> {
         let files = std::fs::read_dir(root.join(folder).join("logind.conf.d"));
         for file in files.into_iter().flatten().flatten() {
             let name = file.file_name().to_string_lossy().into_owned();
-            // A file of a stronger folder hides its namesake.
+            // A file hides the files of the same name in weaker folders.
             if name.ends_with(".conf") && added.iter().all(|(known, _)| *known != name) {
                 added.push((name, file.path()));
             }
@@ -112,14 +112,14 @@ fn assigned(text: &str, mark: &str) -> Option<bool> {
     })
 }
 
-/// True if this program runs in a session, or under the manager, of this very user.
+/// True if this program runs in a session of this very user, or under the user's service manager.
 fn is_in_own_session(root: &Path, user: u32) -> bool {
     let groups = read(root, "proc/self/cgroup").unwrap_or_default();
     let slice = format!("/user-{user}.slice/");
     groups.lines().any(|line| line.contains(&slice))
 }
 
-/// True if logind keeps the user when no session is left.
+/// True if the user lingers: logind then keeps the user's files when no session is left.
 fn lingers(root: &Path, user: u32) -> bool {
     let users = read(root, "etc/passwd").unwrap_or_default();
     let name = users.lines().find_map(|line| {

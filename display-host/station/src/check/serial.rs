@@ -5,7 +5,8 @@ use std::path::Path;
 use super::finding::{Finding, Verdict, finding};
 use super::system::System;
 
-/// Longest good setting of an FTDI chip's latency timer, ms. The chip holds bytes back that long.
+/// Longest good setting of an FTDI chip's latency timer, ms. The chip holds received bytes back for
+/// this time.
 const LATENCY_TIMER_MAX_MS: u64 = 1;
 
 pub(super) fn serial(system: &System) -> Finding {

@@ -1,12 +1,12 @@
-//! The machine that is examined. Findings see it only through [`System`], so that tests can show
-//! them another machine.
+//! The machine that is examined. The findings see the machine only through [`System`], so that
+//! tests can replace it.
 
 use std::path::PathBuf;
 
 use rt_process::trial::Trial;
 use rustix::process::{Resource, getrlimit};
 
-/// Priority of the tick unless another is asked for.
+/// Default `SCHED_FIFO` priority of the tick.
 pub(super) const TICK_PRIORITY: u8 = 80;
 
 /// The machine as files, tried calls and limits.

@@ -139,7 +139,7 @@ pub(crate) struct CharacteriseArgs {
     /// Also find the stiffest wall that does not buzz; needs a hand at the handle
     #[arg(long)]
     pub(crate) wall: bool,
-    /// Only find that wall: leave out the free handle
+    /// Only find that wall: skip the first part, in which nobody holds the handle
     #[arg(long)]
     pub(crate) only_wall: bool,
     /// Write a page with charts and a file with all figures to this folder

@@ -32,8 +32,9 @@ const STILL_M: f32 = 1.5e-3;
 
 /// A device whose position is sought.
 struct Placed {
-    /// Name in messages, and name of its frame in the station file.
+    /// Name in messages.
     name: &'static str,
+    /// Name of its frame in the station file.
     frame: &'static str,
     port: Port,
 }
@@ -44,12 +45,13 @@ enum Port {
 }
 
 impl Port {
-    /// Position in the frame of the device, m, and true if a button is down.
+    /// Position in the frame of the device, m, and true if a button is down. `None` without a new
+    /// sample.
     fn poll(&mut self) -> Option<(Vec3, bool)> {
         let now_ns = now_ns();
         match self {
             Self::Haptic(device) => {
-                // Some devices stop reporting without a command. The command is zero force.
+                // Some devices report only while they get commands, so send zero force.
                 device.send(ForceCommand::default(), now_ns);
                 match device.poll(now_ns) {
                     Polled::Fresh(sample) => {
@@ -78,7 +80,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     if let Some(out) = &args.out {
         output::check("--out", out, Format::Station, args.overwrite)?;
     }
-    // Refuse landmarks that cannot determine a frame before anybody touches them.
+    // Refuse landmarks now if they cannot determine a frame, so that nobody touches them in vain.
     let known: Vec<_> = file
         .landmarks
         .iter()
@@ -208,7 +210,7 @@ fn touch(
     Ok(None)
 }
 
-/// Reports the quality of the fit, and writes the frames if it is good enough.
+/// Reports the quality of the fit, and writes the frames if the fit is good enough.
 fn report(
     args: &CalibrateArgs,
     text: &str,

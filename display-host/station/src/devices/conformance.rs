@@ -31,7 +31,7 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
     let path = &args.path;
     let report = match args.driver {
         LineDriver::Rig => match hardware::rig::RigHaptic::open(path).map(drop) {
-            // The device says what it is.
+            // The device reports its kind. If it is no haptic device, test a pedal.
             Err(HardwareError::WrongDevice { .. }) => conformance::pedal(path, &mut options),
             _ => conformance::haptic(path, &mut options),
         },

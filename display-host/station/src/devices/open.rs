@@ -9,11 +9,12 @@ use rt_core::port::HapticDevice;
 
 use super::args::LineDriver;
 
-/// The haptic device at `path`, whole and as it declares itself.
+/// Describes the haptic device at `path`, with the limits that it declares itself and without a
+/// motion scale.
 ///
 /// # Errors
 ///
-/// If the driver is one of another kind of device.
+/// If the driver belongs to another kind of device.
 pub(super) fn haptic_spec(path: &Path, driver: LineDriver) -> Result<HapticSpec, HardwareError> {
     let driver = match driver {
         LineDriver::Rig => HapticDriver::Rig,
@@ -45,7 +46,7 @@ pub(super) fn haptic_spec(path: &Path, driver: LineDriver) -> Result<HapticSpec,
 ///
 /// # Errors
 ///
-/// If the driver is one of another kind of device, or of the driver.
+/// If the driver belongs to another kind of device, or cannot open this one.
 pub(super) fn open_haptic(
     path: &Path,
     driver: LineDriver,

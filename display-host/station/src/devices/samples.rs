@@ -51,7 +51,7 @@ impl Samples {
             let words: Vec<String> = values.iter().map(f32::to_string).collect();
             words.join(",")
         };
-        // A velocity that is not measured is three empty fields.
+        // A velocity that is not measured becomes three empty fields.
         let said = said_m_s.map_or(",,".to_owned(), |it| numbers(it.as_slice()));
         let opening = sample.opening.map_or(String::new(), |it| it.to_string());
         let faults = Fault::ALL.iter().filter(|it| found.faults.contains(**it));
@@ -68,7 +68,7 @@ impl Samples {
         self.lines += 1;
     }
 
-    /// Writes what is left.
+    /// Writes the buffered lines. Returns the first error of any write.
     pub(super) fn end(mut self) -> Result<(), Problem> {
         let written = match self.failed.take() {
             Some(error) => Err(error),

@@ -120,7 +120,7 @@ struct Watched {
     said: Value,
     /// The last sample in words.
     words: String,
-    /// Number of frames when it was last shown.
+    /// Number of frames when the device was last shown.
     frames: u64,
     /// Time of the last sample, ns; 0 before the first.
     at_ns: u64,

@@ -1,5 +1,6 @@
 //! The wishes of a person who leads the emulated hand, by a display's mouse and keyboard or by a
-//! gamepad. The script leads the hand until the first wish.
+//! gamepad. A wish is the motion asked for so far, with the pressed buttons and switches. The
+//! script leads the hand until the first wish.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
@@ -128,7 +129,7 @@ fn look_for_gamepads() -> Receiver<Gamepad> {
     found
 }
 
-/// This wish with open jaws and without a foot on the pedal. The motion stays.
+/// This wish with all buttons and pedal switches released. The motion stays.
 fn let_go(wish: &Wish) -> Wish {
     Wish {
         buttons: Buttons(0),
@@ -137,7 +138,7 @@ fn let_go(wish: &Wish) -> Wish {
     }
 }
 
-/// Adds the motion of both. What either presses is pressed.
+/// Adds the motion of both. A button or switch that either presses is pressed.
 fn both(one: &Wish, other: &Wish) -> Wish {
     let [a, b] = [one, other];
     Wish {

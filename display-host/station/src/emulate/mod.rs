@@ -1,4 +1,4 @@
-//! `calot emulate`.
+//! `calot emulate`: emulates the devices of a station.
 
 pub(crate) mod args;
 mod lead;
@@ -35,8 +35,8 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
         holding: args.hand.into(),
         faults: hardware::emulate::LineFaults::default(),
     };
-    // A real device has its own processor, so use another core. If Linux refuses, the device is
-    // slower.
+    // A real device has its own processor, so use another core than the tick's. If Linux refuses,
+    // the emulated devices answer later.
     let cores = realtime::allowed_cores();
     let tick_core = cores.last().copied().unwrap_or(0);
     let _ = realtime::work_beside_tick(&cores, tick_core, EMULATOR_PRIORITY);

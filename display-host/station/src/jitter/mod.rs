@@ -41,7 +41,7 @@ use crate::say;
 use crate::scene;
 use crate::stop;
 
-/// Longest turn, s. Short turns let all programs see the same minutes.
+/// Longest turn, s. With short turns, all programs run in the same minutes.
 const TURN_MAX_S: f64 = 30.0;
 /// Fewest turns: a median needs three.
 const ROUNDS_MIN: u32 = 3;
@@ -83,7 +83,7 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     })
 }
 
-/// Measures. The flag is false if a process of the station died.
+/// Measures a run. The flag is false if a process of the station died.
 fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     let stop = stop::flag()?;
     for &rival in &args.compare {
@@ -147,7 +147,8 @@ fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
     })
 }
 
-/// Runs all turns of all programs, each round in another order. Returns what died, if anything.
+/// Runs all turns of all programs, each round in another order. Returns a message about the process
+/// that died, if one did.
 fn rounds(
     args: &JitterArgs,
     out: &Path,

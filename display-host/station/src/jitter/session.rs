@@ -24,22 +24,22 @@ use crate::run::args::RunArgs;
 use crate::run::processes::{self, Running};
 use crate::say;
 
-/// Interval at which the host looks. "publish to display" cannot resolve less.
+/// Interval at which shared memory is read. It is the resolution of "publish to display".
 const LOOK: Duration = Duration::from_millis(1);
 /// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(2);
 /// Interval at which results are written.
 const SAVE: Duration = Duration::from_secs(5);
-/// Time that the controller may stay silent.
+/// Longest silence of the controller.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// After this time the program has done everything once, including drawing, and should grow no
-/// more, s.
+/// Time after which the program has done everything once, including drawing, s. From then on, its
+/// memory should not grow.
 const WARM_UP_S: f64 = 60.0;
-/// Pictures are drawn in stretches of this length, s. Their times then arrive early, and their
-/// files do not pile up.
+/// The display draws in stretches of this length, s. After each, the times of its pictures reach
+/// the report and its files are deleted.
 const STRETCH_S: f64 = 20.0;
-/// First and least picture rates, Hz. A driver that falls behind gets fewer requests: a picture
-/// that waited for another says nothing about time.
+/// First and least picture rates, Hz. If drawing falls behind, the rate is halved, because the time
+/// of a picture would otherwise include the wait for an earlier one.
 const PICTURES_PER_S: [f64; 2] = [2.0, 0.25];
 
 /// Settings that all turns share.
@@ -102,7 +102,8 @@ impl Bench<'_> {
                         .map_err(|problem| problem.to_string())
                 })
             };
-            // The reader attaches before the first tick. If it fails, it reports at the end.
+            // The watcher attaches before the first tick. If it fails, its error is returned at the
+            // end.
             let _ = told.recv();
             let started = processes::start(self.station, self.scene, self.folder, self.stop);
             let died = match started {
@@ -135,7 +136,7 @@ impl Bench<'_> {
                 Err(problem) => Err(problem),
             };
             flags.done.store(true, Ordering::Relaxed);
-            // Read the last frames as well.
+            // The watcher must also get the last frames of the display.
             if let Some(drawing) = drawing {
                 let _ = drawing.join();
             }
@@ -222,14 +223,14 @@ impl Bench<'_> {
             let over = flags.over.load(Ordering::Relaxed);
             if host.newest_state(&mut state) {
                 let age_ns = monotonic_ns().saturating_sub(state.at_ns);
-                // A notice from before a restart is old.
+                // Before the first tick of this turn, the state may be that of an earlier run.
                 if first.is_some() {
                     tally.publish_to_display.record(age_ns);
                 }
             }
             host.drain_timing(|batch| {
                 heard = Instant::now();
-                // A controller whose scene was refused has run no tick. The next one takes a
+                // A controller that refuses its scene runs no tick. The next controller takes a
                 // coarser scene.
                 if batch.count > 0 {
                     first.get_or_insert(heard);

@@ -1,4 +1,4 @@
-//! Options of a single mesh. A recipe says the same of each of its organs, by the same names.
+//! Options of a single mesh. A recipe sets the same options for each organ, by the same names.
 
 use clap::Args;
 use scene_prepare::recipe::{Axes, Closing, MeshOptions, Pieces, Unit, organ_kind};
@@ -25,7 +25,7 @@ pub(crate) struct MeshArgs {
     #[arg(long, value_name = "HOW", default_value = "near", value_parser = |text: &str| named("pieces", &PIECES, text))]
     pieces: Pieces,
     /// Holes: `auto` fills them and wraps what stays open, `fill` only fills, `wrap` and `solid`
-    /// build a new surface, `refuse`
+    /// build a new surface, `refuse` refuses the mesh
     #[arg(long, value_name = "HOW", default_value = "auto", value_parser = |text: &str| named("closing", &CLOSINGS, text))]
     closing: Closing,
     /// Take only this named part of the file; can be given several times [default: all]
@@ -67,7 +67,7 @@ impl MeshArgs {
     }
 }
 
-/// The value of this name, or the list of names.
+/// The value of this name. The error lists all names.
 fn named<T: Copy>(what: &str, table: &[(&str, T)], text: &str) -> Result<T, String> {
     let found = table
         .iter()

@@ -1,4 +1,4 @@
-//! `calot prepare`.
+//! `calot prepare`: compiles a recipe or a mesh to a scene.
 
 pub(crate) mod args;
 mod mesh;

@@ -1,5 +1,5 @@
 //! Checks, before any work, that `calot prepare` overwrites neither its source nor one of its other
-//! outputs, nor a file that is there.
+//! outputs, and no other file without `--overwrite`.
 
 use std::path::{Path, PathBuf};
 
@@ -38,7 +38,7 @@ pub(crate) fn check(
     Ok(())
 }
 
-/// The file behind a path, if it is there already.
+/// Real path of a file that exists, else the path as given.
 fn place(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }

@@ -24,7 +24,7 @@ pub(crate) struct ReplayArgs {
     /// Recorded session (.mcap)
     #[arg(value_name = "SESSION")]
     pub(crate) session: PathBuf,
-    /// Run it on this compiled scene (.calot) instead of the one in the session; both must be equal
+    /// Run the session on this compiled scene (.calot) instead of its own; both must be equal
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
     /// Apply the recorded hands to another scene, named as for `run` (a recipe with other tissue, a

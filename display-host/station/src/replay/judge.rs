@@ -4,7 +4,8 @@ use rt_process::replay::{Difference, Replayed};
 use serde::Serialize;
 use session::printable;
 
-/// If only the tools differ at first, ticks in which an organ is still searched.
+/// Number of ticks in which a differing organ is searched after a tick in which only the tools
+/// differ.
 const LOOKED_ON: u64 = 1000;
 /// The first tick in which the runs differ.
 #[derive(Debug, Clone, Serialize)]
@@ -14,7 +15,7 @@ pub(super) struct Different {
     pub(super) at_s: f64,
     /// `tools` or `organ`.
     pub(super) what: &'static str,
-    /// Organ that differs in this tick, or first after the tools did.
+    /// Organ that differs in this tick, or the first one that differs after the tools.
     pub(super) organ: Option<String>,
     /// Tick in which the organ differs.
     pub(super) organ_tick: Option<u64>,
@@ -28,8 +29,8 @@ pub(super) struct Judge {
 }
 
 impl Judge {
-    /// Compares a tick. Returns true to continue; after a difference it continues only until the
-    /// organ is known.
+    /// Compares a tick. Returns false when nothing more can be found: the organ that differs is
+    /// known, or no organ differs within `LOOKED_ON` ticks.
     pub(super) fn look(&mut self, replayed: &Replayed<'_>, at_s: f64, organs: &[String]) -> bool {
         if self.is_done {
             return false;

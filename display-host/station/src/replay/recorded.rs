@@ -108,7 +108,8 @@ pub(crate) fn scene_of(
     Ok(scene)
 }
 
-/// The session's ticks up to the first missing one.
+/// The session's ticks up to the first missing one, whose number goes to `gap`. `done` gets the
+/// share of the session that has been read.
 pub(super) fn without_gap<'a>(
     session: &'a mut Session,
     gap: &'a Cell<Option<u64>>,

@@ -23,10 +23,10 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Time that the display waits for a state. A seek must first run the ticks in between.
+/// Longest wait of the display for a state. After a seek, the ticks in between must run first.
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(600);
 
-/// Stack of a thread that runs a simulation. The state is on the stack while it is built.
+/// Stack of a thread that runs a simulation, bytes. The simulation's state is built on the stack.
 pub(super) const STACK_BYTES: usize = 16 << 20;
 
 /// Plays the session on a display of its own.
@@ -48,7 +48,7 @@ pub(super) fn run(
         from_s: args.from,
     };
     let played = session.path();
-    // A window shows the replay from the start. Pictures begin once the renderer exists.
+    // With a window, the replay starts at once. For pictures, it waits until the renderer exists.
     let begun = AtomicBool::new(args.frames.is_none());
     let view = Arc::new(Mutex::new(ReplayView::default()));
     let length = AtomicU64::new(0);
@@ -63,7 +63,7 @@ pub(super) fn run(
         view: &view,
     };
     let (shown, watched) = std::thread::scope(|scope| {
-        // Measuring the length of an hour-long session takes seconds.
+        // Measuring the length of an hour-long session takes seconds, so a thread does it.
         scope.spawn(|| {
             if let Ok(session) = Session::open(played) {
                 let ticks = in_order(session).take_while(|_| !stop.load(Relaxed));
@@ -148,7 +148,7 @@ fn window_config(station: &Station, path: &Path, view: &Arc<Mutex<ReplayView>>) 
     }
 }
 
-/// Runs the session again at its own pace for a display.
+/// Runs the session again for a display, at the requested speed.
 struct Player<'a> {
     replay: &'a Replay,
     session: &'a Path,
@@ -214,7 +214,7 @@ fn in_order(mut session: Session) -> impl Iterator<Item = InputRecord> {
     core::iter::from_fn(move || next_in_order(&mut session, &mut expected).ok().flatten())
 }
 
-/// Returns the ticks as [`in_order`] does. At their end it reports what is left out, if asked to.
+/// Returns the ticks as [`in_order`] does. If `says` is true, warns of missing parts at their end.
 fn warned(mut session: Session, says: bool) -> impl Iterator<Item = InputRecord> {
     let mut expected = 0;
     core::iter::from_fn(move || {

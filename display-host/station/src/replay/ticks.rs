@@ -19,7 +19,7 @@ pub(super) struct Table {
     to: BufWriter<File>,
     /// First error; later lines are left out.
     pub(super) failed: Option<std::io::Error>,
-    /// Newest sample of the device: a tick without one repeats it.
+    /// Newest sample of the device. A tick without a new sample repeats it.
     device: [f32; 10],
     /// Opening of the handle in that sample.
     opening: f32,
@@ -80,7 +80,7 @@ impl Table {
         self.failed = writeln!(self.to, "{line}").err();
     }
 
-    /// Writes what is left.
+    /// Writes the buffered lines. Returns the first error of any write.
     pub(super) fn end(mut self) -> std::io::Result<()> {
         match self.failed.take() {
             Some(error) => Err(error),

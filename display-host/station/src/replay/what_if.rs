@@ -23,9 +23,9 @@ use crate::problem::Problem;
 use crate::say;
 use crate::scene;
 
-/// Points per line of a chart.
+/// Most points per line of a chart.
 const POINTS: usize = 1500;
-/// Ticks per row of the table.
+/// Ticks from one row of the table to the next. The ticks in between are left out.
 const TICKS_A_ROW: usize = 10;
 
 /// A tick of one of the two runs.
@@ -42,13 +42,15 @@ struct Compared {
     recorded: String,
     what_if: String,
     seconds: f64,
-    /// Greatest force on the hand in each run, N. The next fields hold the greatest and the root
-    /// mean square difference.
+    /// Greatest force on the hand in each run, N.
     force_max_n: [f64; 2],
+    /// Greatest difference between the two forces, N.
     force_difference_max_n: f64,
+    /// Root mean square difference between the two forces, N.
     force_difference_rms_n: f64,
     /// Greatest distance between the two tips, mm.
     tip_apart_max_mm: f64,
+    /// Root mean square distance between the two tips, mm.
     tip_apart_rms_mm: f64,
     /// First difference between the recording and its recomputation.
     first_difference: Option<Different>,
@@ -64,7 +66,7 @@ struct Run {
 }
 
 impl Compared {
-    /// Warnings about the validity of the run.
+    /// Warnings about the validity of the comparison.
     fn warnings(&self) -> Vec<String> {
         let different = self.first_difference.as_ref().map(|first| {
             format!(
@@ -79,7 +81,7 @@ impl Compared {
     }
 }
 
-/// Computes both runs, writes the page and the table, and names them.
+/// Computes both runs, writes the page and the table, and prints their paths.
 pub(super) fn run(
     args: &ReplayArgs,
     session: &Session,

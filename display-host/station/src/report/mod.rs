@@ -107,7 +107,7 @@ pub(crate) struct Found {
 /// Data known to be missing from a recording.
 #[derive(Debug, Default, serde::Serialize)]
 pub(crate) struct LeftOut {
-    /// Place where it breaks off, as when its recorder is killed.
+    /// Place where the recording breaks off, for example because its recorder was killed.
     broken_off: Option<String>,
     /// Place and kind of damage.
     damaged: Option<String>,
@@ -172,7 +172,7 @@ fn with(chapter: &Chapter, left_out: &LeftOut) -> Result<serde_json::Value, Prob
     Ok(value)
 }
 
-/// Writes the page and names it.
+/// Writes the page and prints its path.
 pub(crate) fn write(chapters: &[Chapter], out: &Path) -> Result<(), Problem> {
     let write = || {
         let mut file = session::create_private(out)?;

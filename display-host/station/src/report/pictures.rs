@@ -1,4 +1,5 @@
-//! Draws pictures of errors from the recording. The simulation runs again and stops for each.
+//! Draws pictures of alarms and of the critical view of safety from the recording. The simulation
+//! runs again and draws at each of these moments.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -48,7 +49,7 @@ impl Watch {
     pub(super) fn look(&mut self, tick: u64, assessment: &Assessment) {
         let (alarms, has_view) = (assessment.alarms(), assessment.has_critical_view());
         if alarms.len() < self.alarms || (self.had_view && !has_view) {
-            // The task restarted.
+            // The task restarted, so the earlier moments do not count.
             *self = Self::default();
         }
         let at = clock(assessment.time_s());
@@ -141,7 +142,7 @@ pub(super) fn draw(session: &Path, wanted: &[Wanted]) -> Result<Vec<(String, Vec
     }
 }
 
-/// True if the organs return to rest in this tick.
+/// True if this tick returns the organs to rest or to the start of a task.
 fn is_restart(record: &InputRecord) -> bool {
     let command = u32::from(record.command & 15);
     matches!(command, CommandMsg::RESET | CommandMsg::START)

@@ -94,8 +94,8 @@ impl Default for RunArgs {
     }
 }
 
-/// File of the recording, if there is one. A joined session is not recorded: without its beginning
-/// it cannot be replayed.
+/// File of the recording, if there is one. With `--attach` nothing is recorded: a session without
+/// its beginning cannot be replayed.
 pub(super) fn session_path(args: &RunArgs, out: Option<&Path>) -> Option<PathBuf> {
     let beside = out.filter(|_| !args.attach);
     args.record

@@ -16,7 +16,7 @@ use crate::task;
 
 /// A finished run.
 pub(super) struct Finished {
-    /// True if it ran to its end and all results are written.
+    /// True if the run reached its end and all results are written.
     pub(super) whole: bool,
 }
 
@@ -27,7 +27,7 @@ impl Shown<'_> {
             self.outcome.ended,
             Ended::ControllerGone | Ended::DisplayLost
         );
-        // A session that is asked for and not there, or not whole, is a failure.
+        // A requested recording that is missing or incomplete is a failure.
         let is_recorded = |it: &Recorded| it.problem.is_none();
         let mut whole = self.dead.is_empty()
             && !is_lost
@@ -41,7 +41,7 @@ impl Shown<'_> {
         for warning in &self.outcome.warnings {
             say::note(format_args!("calot: {warning}"));
         }
-        // Last, so that a slow or failed animation does not affect the results.
+        // The animation comes last, so that a slow or failed one does not affect the results.
         if let Some(gif) = &self.args.gif
             && let Err(problem) = animate(&self.outcome, gif)
         {
@@ -128,7 +128,7 @@ impl Shown<'_> {
     }
 }
 
-/// Pairs of the reported devices and the opened ones.
+/// Pairs of the reported devices and the opened ones of the same kind.
 fn by_kind<'a>(
     reported: &'a mut [DeviceSummary],
     opened: &'a [DeviceSummary],

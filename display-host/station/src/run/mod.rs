@@ -1,4 +1,4 @@
-//! `calot run`: starts the processes, becomes the display, ends them, and reports.
+//! `calot run`: starts the other processes, runs the display, ends the processes, and reports.
 //!
 //! ```text
 //! Planned ──start──► Started ──show──► Shown ──finish──► Finished

@@ -1,4 +1,4 @@
-//! Before anything starts: checks names, makes folders, compiles the scene.
+//! Prepares a run before anything starts: checks names, makes folders, compiles the scene.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -89,7 +89,7 @@ fn unfelt(devices: &DeviceArgs) -> Option<PathBuf> {
     Some(spec.path)
 }
 
-/// Folder of the results, made now.
+/// Makes the folder of the results. `None` if the run writes none.
 fn results(args: &RunArgs, assigned: Option<&Assigned>) -> Result<Option<PathBuf>, Problem> {
     // Each session of a task has its own folder, because the next may be of another trainee.
     let of_task = assigned.map(|it| Path::new("out").join(it.id()));

@@ -17,7 +17,7 @@ use crate::rt::DOES_NOT_FIT;
 use crate::say;
 use crate::scene;
 
-/// Time that a child may take to be ready. The handshake of a real device takes seconds.
+/// Longest time until a child is ready. The handshake of a real device takes seconds.
 const PATIENCE_TO_START: Duration = Duration::from_secs(60);
 
 /// Running processes.
@@ -184,7 +184,7 @@ fn rt_words(args: &RunArgs, devices: &DeviceArgs, scene: &Path, must_fit: bool) 
 }
 
 /// Warning about a controller that reported ready without realtime, with the refusals of Linux. The
-/// controller itself has said it on standard error.
+/// controller itself has printed them on standard error.
 fn not_realtime(ready: &str) -> Vec<String> {
     let ready: serde_json::Value = serde_json::from_str(ready).unwrap_or_default();
     if ready["realtime"] != false {

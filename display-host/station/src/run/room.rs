@@ -7,23 +7,23 @@ use rustix::process::{Resource, getrlimit};
 use crate::problem::Problem;
 use crate::say;
 
-/// Most bytes of an hour: tests of `session` hold its inputs below 330 MB and its course below
-/// 80 MB, with poses for viewers beside them.
+/// Most bytes of an hour of recording. Tests of `session` show that its inputs stay below 330 MB
+/// and its course below 80 MB; the rest is for the messages that viewers read.
 const HOUR_BYTES: f64 = 500e6;
 /// Room for the other results: pages, pictures, summary.
 const RESULTS_BYTES: u64 = 4 << 20;
-/// Time, s, for which room must be there.
+/// Time for which there must be room, s. With less room, the recording is refused.
 const LEAST_S: f64 = 60.0;
-/// Length of an operation, s, whose end nobody gave.
+/// Assumed length of an operation without `--seconds`, s.
 const OPEN_S: f64 = 3600.0;
 
 /// Compares the room at `path` with the bytes of a session of `seconds` that holds a scene of this
 /// size. Warns if the session will not fit.
 ///
 /// # Errors
-/// Not even a minute of it fits.
+/// Not even the first minute of the session fits.
 pub(super) fn check(path: &Path, scene_bytes: u64, seconds: Option<f64>) -> Result<(), Problem> {
-    // A file system need not tell.
+    // If the file system does not report its free bytes, assume that there is room.
     let free = free_bytes(path).unwrap_or(u64::MAX);
     let limit = getrlimit(Resource::Fsize).current.unwrap_or(u64::MAX);
     let (free, are_free, make_room) = match limit < free {

@@ -26,7 +26,7 @@ const PROGRESS: Duration = Duration::from_secs(1);
 /// Time that the display waits for a state.
 const PATIENCE_FOR_STATE: Duration = Duration::from_secs(30);
 
-/// The recorder, also after the window's thread has panicked.
+/// Locks the recorder, even if the window's thread has panicked.
 fn lock(recorder: &Mutex<Recorder>) -> MutexGuard<'_, Recorder> {
     recorder.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -35,14 +35,14 @@ fn lock(recorder: &Mutex<Recorder>) -> MutexGuard<'_, Recorder> {
 pub(super) struct Shown<'a> {
     pub(super) args: &'a RunArgs,
     pub(super) out: Option<PathBuf>,
-    /// Holds the scene and the station's lock until the report is written.
+    /// Folder of the station, which keeps the scene and the lock until the report is written.
     pub(super) _folder: Folder,
     pub(super) scene: SceneFile,
     pub(super) recorder: Recorder,
     pub(super) outcome: Outcome,
     /// Messages about processes that died by themselves.
     pub(super) dead: Vec<String>,
-    /// True if the recording is lost by a defect of ours.
+    /// True if a thread of the recorder panicked, so that nothing is known of the recording.
     pub(super) recorder_panicked: bool,
     pub(super) recorded: Option<Recorded>,
     pub(super) assessed: Option<task::Ended>,

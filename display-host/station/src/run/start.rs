@@ -28,7 +28,7 @@ pub(super) struct Started<'a> {
     pub(super) folder: Folder,
     /// Level of the scene that runs.
     pub(super) scene: PathBuf,
-    /// It, open: the report needs it even if somebody removes the file meanwhile.
+    /// Content of that file: the report needs it even if somebody removes the file meanwhile.
     pub(super) open_scene: SceneFile,
     pub(super) live: Option<Live>,
     pub(super) recording: Option<Recording>,
@@ -66,7 +66,7 @@ impl<'a> Planned<'a> {
         } = match args.attach {
             true => Running {
                 children: Vec::new(),
-                scene, // its user tells it the scene
+                scene, // the user names the scene of the running station
                 warnings: Vec::new(),
                 devices: Vec::new(),
             },

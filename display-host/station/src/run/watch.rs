@@ -42,7 +42,7 @@ impl Watch {
         Self { thread, over }
     }
 
-    /// Ends the children. Returns a message for each that had died by itself.
+    /// Ends the children. Returns a message for each that died by itself or failed at its end.
     pub(super) fn end(self) -> Vec<String> {
         self.over.store(true, Ordering::Relaxed);
         self.thread

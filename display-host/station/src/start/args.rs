@@ -50,7 +50,7 @@ pub(crate) struct StartArgs {
 
 impl Default for StartArgs {
     fn default() -> Self {
-        /// `calot` alone on a screen has the defaults of `calot start`.
+        /// Takes the defaults that `calot start` has without arguments.
         #[derive(clap::Parser)]
         struct Alone {
             #[command(flatten)]

@@ -3,7 +3,7 @@
 use assess::{Difficulty, Task};
 use display_host::ui::launcher::StartForm;
 
-/// Scene in which every task can be worked.
+/// Scene in which every task can be done.
 pub(super) const TRIANGLE: &str = "triangle";
 /// Scenes that need no file.
 pub(super) const SCENES: [&str; 3] = [TRIANGLE, "triangle-variant", "built-in"];

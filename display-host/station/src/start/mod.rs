@@ -1,5 +1,6 @@
-//! `calot start`: choose, operate, debrief. Its window starts each operation as a `calot run`
-//! child, because a window system serves one event loop per process and a run works one task.
+//! `calot start`: a window to choose an operation, start it, and read the debrief. Each operation
+//! is a child process `calot run`, because a window system serves one event loop per process and a
+//! run has one task.
 
 pub(crate) mod args;
 mod choices;
@@ -113,7 +114,7 @@ impl Desk {
         desk
     }
 
-    /// Opens the store, if possible now.
+    /// Opens the store. Waits for another program only as long as the window may freeze.
     fn open_store(&self) -> Result<Store, String> {
         let words = &self.view.words;
         let path = self.store.as_ref();
@@ -201,7 +202,7 @@ impl Desk {
         }
     }
 
-    /// Starts an operation, or shows the reason on the start screen.
+    /// Starts an operation. If that fails, shows the reason on the start screen.
     fn begin(&mut self) {
         let begun = self.checked().and_then(|form| {
             let out = self.new_folder()?;
@@ -282,8 +283,8 @@ impl Desk {
         if !form.trainee.is_empty()
             && let Some(store) = &self.store
         {
-            // With `=`, because a name may begin with a hyphen.
             option("--store", store);
+            // The option and the name are one word, because a name may begin with a hyphen.
             words.push(format!("--trainee={}", form.trainee).into());
         }
         let mut option = |name: &str, value: &dyn AsRef<std::ffi::OsStr>| {
@@ -316,7 +317,7 @@ impl Desk {
         });
     }
 
-    /// The operation has ended: shows its debrief, or the reason why there is none.
+    /// Shows the debrief of an operation that has ended, or the reason why there is none.
     fn debrief(&mut self, operation: &Operation, status: ExitStatus) {
         let store = self.open_store();
         let form = &operation.form;
@@ -477,7 +478,7 @@ impl Page for Desk {
     fn show(&mut self, ui: &mut egui::Ui) {
         for wish in launcher(ui, &self.view) {
             self.do_as(wish);
-            // Input on one screen must not reach the next.
+            // Draw the new screen at once, so that no input for the old one reaches it.
             ui.ctx().request_repaint();
         }
     }

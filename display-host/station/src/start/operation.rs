@@ -18,7 +18,7 @@ use crate::say;
 const LINES_KEPT: usize = 12;
 /// Time that a graceful end may take. After it the user may end the operation without a report.
 const PATIENCE_TO_END: Duration = Duration::from_secs(5);
-/// Time to wait for the last output. Another process may hold the pipe open.
+/// Longest wait for the last output, because another process may hold the pipe open.
 const PATIENCE_TO_READ: Duration = Duration::from_millis(500);
 
 /// A running operation.
@@ -33,7 +33,7 @@ pub(super) struct Operation {
     reader: Option<JoinHandle<()>>,
     /// Time of the request to end.
     asked: Option<Instant>,
-    /// Time when its end was noticed.
+    /// Time when the end of the child was noticed.
     seen: Option<Instant>,
 }
 
@@ -77,18 +77,19 @@ impl Operation {
         })
     }
 
-    /// Time that it has run, s.
+    /// Time since the operation began, s.
     pub(super) fn seconds(&self) -> f64 {
         self.began.elapsed().as_secs_f64()
     }
 
-    /// Its last lines of output, oldest first.
+    /// Last lines of the operation's output, oldest first.
     pub(super) fn said(&self) -> Vec<String> {
         let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
         said.iter().cloned().collect()
     }
 
-    /// Exit status, if it has ended. Its output has then been read, as far as it came in time.
+    /// Exit status, once the operation has ended and its output is read. The wait for the output
+    /// has a limit.
     pub(super) fn ended(&mut self) -> Option<ExitStatus> {
         let status = self.child.try_wait().ok().flatten()?;
         let seen = *self.seen.get_or_insert_with(Instant::now);
@@ -106,7 +107,7 @@ impl Operation {
         self.asked.is_some_and(|it| it.elapsed() >= PATIENCE_TO_END)
     }
 
-    /// Asks it to end. It then writes its report.
+    /// Asks the operation to end. It then writes its report.
     pub(super) fn stop(&mut self) {
         self.asked.get_or_insert_with(Instant::now);
         if let Some(pid) = rustix::process::Pid::from_raw(self.child.id().cast_signed()) {
@@ -114,12 +115,12 @@ impl Operation {
         }
     }
 
-    /// Kills it. Its children end with it.
+    /// Kills the operation. Its child processes end with it.
     pub(super) fn kill(&mut self) {
         let _ = self.child.kill();
     }
 
-    /// Waits for its end.
+    /// Waits for the end of the operation.
     pub(super) fn wait(&mut self) {
         let _ = self.child.wait();
     }

@@ -25,7 +25,8 @@ const SHOWN: [Metric; 9] = [
     Metric::Bile,
     Metric::OutOfView,
 ];
-/// Shown where they are more than nothing: they are not the trainee's, or explain the others.
+/// Metrics shown only if their value is worth a mention. The trainee does not cause them, or they
+/// explain other metrics.
 const SHOWN_IF_ANY: [Metric; 4] = [
     Metric::Paused,
     Metric::Gaps,
@@ -181,7 +182,7 @@ fn rows(
             };
             let rule = pass.iter().find(|(it, ..)| *it == name);
             let passes = rule.map(|(_, least, most)| [*least, *most]);
-            // A session that failed early is short, so best times come from passed ones.
+            // A session that failed early is short, so the best values come from passed sessions.
             let passed = past.iter().filter(|it| it.outcome == "passed");
             let earlier = passed.filter_map(|it| match name {
                 "score" => Some(it.score),
@@ -192,7 +193,7 @@ fn rows(
                 true => earlier.reduce(f64::max),
                 false => earlier.reduce(f64::min),
             };
-            // It describes and does not judge: neither more nor less is better.
+            // Economy describes and does not judge: neither more nor less is better.
             let judges = passes.is_some() || name != Metric::Economy.name();
             MetricRow {
                 name: name.to_owned(),

@@ -198,7 +198,8 @@ fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRe
     Ok(Some(record))
 }
 
-/// Draws comparable sessions: completed, of one difficulty, assessed by one version of the metrics.
+/// Draws the learning curve of comparable sessions: completed, of one difficulty, assessed by one
+/// version of the metrics.
 fn curve(
     store: &Store,
     name: &str,
@@ -243,8 +244,8 @@ fn curve(
     Ok(())
 }
 
-/// Sessions that compare with the newest of a difficulty (or of any), and the number of those that
-/// do not.
+/// Completed sessions that are comparable with the newest one (of `difficulty`, if given), and the
+/// number of the other sessions.
 fn comparable(
     sessions: Vec<SessionRecord>,
     difficulty: Option<Difficulty>,

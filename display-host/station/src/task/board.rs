@@ -9,7 +9,7 @@ use shared_mem::task::TaskMsg;
 use super::view::view_of;
 use crate::say;
 
-/// Posts bulletins. Create it in the thread that posts.
+/// Sends bulletins to the instructors' displays. Create it in the thread that sends.
 pub(super) struct Board(Option<TaskSender>);
 
 impl Board {
@@ -24,7 +24,7 @@ impl Board {
         Self(sender.ok())
     }
 
-    /// Posts the current state.
+    /// Sends the current state.
     pub(super) fn post(&self, task: Task, difficulty: Difficulty, assessment: &Assessment) {
         let Some(sender) = &self.0 else { return };
         let text = bulletin(task, difficulty, assessment).text();
@@ -42,7 +42,7 @@ fn bulletin(task: Task, difficulty: Difficulty, assessment: &Assessment) -> Bull
     let values = assessment.metrics();
     let metrics = Metric::ALL.into_iter().filter_map(|metric| {
         let value = values.get(metric);
-        // A value of zero or without definition is no news.
+        // Values that are zero or undefined are left out.
         let is_news = value.is_finite() && value.abs() > 0.0;
         is_news.then(|| (metric.name().to_owned(), metric.unit().to_owned(), value))
     });

@@ -87,8 +87,8 @@ impl Assigned {
         self.task
     }
 
-    /// State in which it begins, as [`CommandMsg::START`] counts. `None`: it begins with the organs
-    /// at rest.
+    /// State in which the task begins, as [`CommandMsg::START`] numbers it. `None`: the task begins
+    /// with the organs at rest.
     pub(crate) fn start(&self) -> Option<u32> {
         match (self.sutures, self.task) {
             (Sutures::Own, _) => Some(0),
@@ -192,7 +192,8 @@ pub(crate) struct Ended {
     pub(crate) assessed: Assessed,
     pub(crate) summary: TaskSummary,
     keep: Option<(String, PathBuf)>,
-    /// Read at the start: the time of day may be set while a session runs.
+    /// Start of the session, s since 1970. It is read at the start, because somebody may set the
+    /// time of day while the session runs.
     began_unix_s: i64,
 }
 

@@ -1,4 +1,4 @@
-//! Recorded operations beside this file: a run's setup and its ticks, packed.
+//! Recorded operations in the folder of this file. Each has a run's setup and its packed ticks.
 
 use std::io::{Error, Result};
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use session::pack::{pack, unpack};
 use shared_mem::inputs::{InputRecord, RunSetup};
 
-/// Size of the length that precedes each message.
+/// Bytes of the length that precedes each message.
 const LENGTH: usize = size_of::<u32>();
 
 /// Writes an operation.

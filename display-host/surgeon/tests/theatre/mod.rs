@@ -19,7 +19,7 @@ const LOOK_EVERY: u64 = 8;
 /// A run of a scripted surgeon, and its assessment.
 pub(crate) struct Performance {
     pub(crate) assessed: Assessed,
-    /// Ticks that it took.
+    /// Number of ticks that the run took.
     pub(crate) ticks: u64,
     /// Hash over the results of all ticks.
     pub(crate) hash: u64,
@@ -36,8 +36,9 @@ struct Alone<'a, 'b> {
     ticks_max: u64,
     watch: &'a mut dyn FnMut(&Seen, &Assessment),
     said: Vec<String>,
-    /// Views not delivered yet, the oldest first, and their delay, s.
+    /// Views not delivered yet, the oldest first.
     unseen: VecDeque<Seen>,
+    /// Delay of each view, s.
     late_s: f64,
 }
 
@@ -78,7 +79,7 @@ impl Theatre for Alone<'_, '_> {
                 *seen = first;
             }
         }
-        // Events are only delayed by sight; the clock is always current.
+        // Events come late with their view. The clock is always current.
         seen.events = events;
         seen.at_s = at_s;
         !self.assessment.is_over() && self.rehearsal.ticks() < self.ticks_max
@@ -101,15 +102,15 @@ pub(crate) fn triangle_bytes() -> Vec<u8> {
     prepared.scene.to_bytes().expect("a sound scene")
 }
 
-/// Start of a task, numbered as in `CommandMsg::START`; `None`: organs at rest.
+/// Number of the start of a task in `CommandMsg::START`; `None`: the organs begin at rest.
 pub(crate) fn start(task: Task) -> Option<u8> {
     let start = [Task::Identify, Task::Clamp, Task::Cut, Task::Disconnect];
     let start = start.iter().position(|it| *it == task)?;
     Some(start as u8 + 1)
 }
 
-/// Lets a surgeon perform a task from this start for at most this time, s, with this delay of
-/// sight, s. `watch` sees the state without delay.
+/// Lets a surgeon perform a task from this start for at most `seconds`. The surgeon sees everything
+/// `late_s` late. `watch` sees the state without delay.
 pub(crate) fn work(
     start: Option<u8>,
     surgeon: Surgeon,

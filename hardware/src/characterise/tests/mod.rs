@@ -1,4 +1,4 @@
-//! The experiments in simulated time, on devices whose truth is known.
+//! The experiments in simulated time, on devices whose true properties are known.
 
 mod simulated;
 mod stopped;
@@ -11,11 +11,12 @@ use self::simulated::{Between, nobody, simulated};
 use super::{Axis, Characterised, Options, measure};
 use crate::emulate::{Body, HapticModel, PlayedBody};
 
-/// Error that is allowed, as a share of the true value.
+/// Largest error allowed, as a share of the true value.
 const ALLOWED: f64 = 0.1;
 /// Delay of the emulated Touch, s: its motors answer a millisecond later.
 const TOUCH_S: f64 = 0.001;
-/// Delay of the emulated WoodenHaptics device, s: its samples are a millisecond old as well.
+/// Delay of the emulated WoodenHaptics device, s: its motors are a millisecond late, and its
+/// samples a millisecond old.
 const WOODY_S: f64 = 0.002;
 const X: Options = Options {
     axes: [true, false, false],
@@ -50,7 +51,7 @@ fn an_axis_takes_a_quarter_of_a_minute() {
     let from_ns = clock.played.now_ns();
     let options = Options::default();
     measure(device.as_mut(), &mut clock, &options, &mut |_| {}).unwrap();
-    // The command and the guide say how long it takes.
+    // The command and the guide state this time.
     let seconds = (clock.played.now_ns() - from_ns) as f64 * 1e-9;
     assert!((30.0..60.0).contains(&seconds), "{seconds}");
 }
@@ -88,7 +89,7 @@ fn all_axes_of_the_emulated_touch_are_recovered() {
     for (_, axis) in found.measured() {
         is_true(axis, &Body::TOUCH, TOUCH_S);
         assert!(axis.carries_n.value.abs() < 0.01, "{:?}", axis.carries_n);
-        // The rest is the encoder's rounding: 0.055 mm / √12.
+        // The remaining error is the encoder's rounding: 0.055 mm / √12.
         assert!(axis.rms_m < 0.03e-3, "{}", axis.rms_m);
         assert!(axis.friction_curve.len() > 10);
         let fast = axis.friction_curve.iter().filter(|it| it[0].abs() > 0.05);
@@ -127,7 +128,7 @@ fn milliseconds_in_which_all_stood_still_do_not_matter() {
     let of = PlayedBody::free(HapticModel::TouchRig);
     let (device, mut clock) = simulated(HapticModel::TouchRig, of, nobody());
     let mut device = Between::new(device, 0);
-    // Every second 30 ms pass for the device of which this computer knows nothing.
+    // In every second this computer pauses for 30 ms, while time goes on for the device.
     clock.stalls = true;
     let records = measure(&mut device, &mut clock, &X, &mut |_| {}).unwrap();
     let found = records.analyse();
@@ -170,7 +171,7 @@ fn all_axes_of_the_emulated_woody_are_recovered() {
 
 #[test]
 fn a_handle_that_falls_is_held_and_its_weight_is_found() {
-    // More than friction: without force it falls.
+    // The weight exceeds friction, so the handle falls without force.
     let weight_n = 0.35;
     let of = PlayedBody {
         load_n: Vec3::new(0.0, -weight_n, 0.0),

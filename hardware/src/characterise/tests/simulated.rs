@@ -1,4 +1,5 @@
-//! A device in simulated time: the emulated one behind its driver, or with an error in between.
+//! A device in simulated time: an emulated device with its driver, and errors inserted between the
+//! experiments and the driver.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -14,18 +15,18 @@ use rt_core::time::TimeNs;
 use crate::characterise::Clock;
 use crate::emulate::{HapticModel, Played, PlayedBody};
 
-/// Movement of the hand: time in s to its target in m.
+/// Movement of the hand: a function from the time, s, to the hand's target, m.
 pub(super) type HandLaw = Box<dyn FnMut(f64) -> Vec3>;
 
 /// Called after each millisecond; false ends the time.
 pub(super) type Watch = dyn FnMut(f64, &Played) -> bool;
 
-/// Time that advances the played device, and ends when a test wants it to.
+/// Clock that advances the emulated device and ends when the test's watch function returns false.
 pub(super) struct PlayedClock {
     pub(super) played: Rc<Played>,
     hand: HandLaw,
     start_ns: TimeNs,
-    /// True if this computer stands still for 30 ms in each second.
+    /// True to simulate a computer that pauses for 30 ms in each second.
     pub(super) stalls: bool,
     /// Called after each millisecond; false ends the time.
     pub(super) watch: Box<Watch>,
@@ -62,7 +63,7 @@ pub(super) fn simulated(
     (driver, clock)
 }
 
-/// Nobody's hand.
+/// Hand law for a device that nobody holds.
 pub(super) fn nobody() -> HandLaw {
     Box::new(|_| Vec3::zeros())
 }
@@ -70,23 +71,23 @@ pub(super) fn nobody() -> HandLaw {
 /// Largest force that was sent, N, and the last one.
 pub(super) type Sent = Rc<RefCell<(f32, f32)>>;
 
-/// A driver between the experiments and the device.
+/// A driver between the experiments and the device, which inserts the errors of a test.
 pub(super) struct Between {
     pub(super) device: Box<dyn HapticDevice + Send>,
-    /// Forces on their way, of which the oldest leaves next.
+    /// Delayed forces, of which the oldest is sent next.
     late: VecDeque<ForceCommand>,
-    /// Factors of the force's parts.
+    /// Factors for the x, y and z parts of the force.
     pub(super) factors: Vec3,
     /// True if x and y of the force are exchanged.
     pub(super) swaps_xy: bool,
     pub(super) findings: Findings,
-    /// Polls that still bring samples.
+    /// Number of polls that still return samples.
     pub(super) polls_left: u64,
     pub(super) sent: Sent,
 }
 
 impl Between {
-    /// A device whose commands come `late_ms` later.
+    /// A device that receives its commands `late_ms` late.
     pub(super) fn new(device: Box<dyn HapticDevice + Send>, late_ms: usize) -> Self {
         Self {
             device,

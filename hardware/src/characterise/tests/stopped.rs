@@ -17,7 +17,7 @@ struct Spoiled {
     hand: HandLaw,
     options: Options,
     change: Box<dyn FnOnce(&mut Between)>,
-    /// Called each millisecond of simulated time; false ends it.
+    /// Called after each millisecond of simulated time; false ends the clock.
     watch: Box<Watch>,
 }
 
@@ -59,7 +59,7 @@ fn a_device_that_pushes_the_wrong_way_is_stopped_within_two_centimetres() {
         assert!(matches!(halt, Halt::Backwards { .. }), "{halt}");
         let said = halt.to_string();
         assert!(said.contains("Run `calot devices feel` first"), "{said}");
-        // Without force it comes to rest.
+        // Without force the handle comes to rest.
         for _ in 0..500 {
             played.move_on(Vec3::zeros());
         }

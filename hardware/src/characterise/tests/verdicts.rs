@@ -1,4 +1,4 @@
-//! Comparisons in words, and lines for a station file.
+//! Tests the comparisons in words and the lines for a station file.
 
 use rt_core::port::DeviceCapabilities;
 
@@ -9,7 +9,7 @@ fn exactly(value: f64) -> Estimate {
     Estimate { value, error: 0.0 }
 }
 
-/// A Touch with these damping, friction, break-away and delay.
+/// Result of a Touch with this viscous damping, friction, break-away force and delay.
 fn found(viscous: f64, friction_n: f64, break_away_n: f64, delay_s: f64) -> Characterised {
     let axis = Axis {
         mass_kg: exactly(0.045),

@@ -1,4 +1,5 @@
-//! The virtual wall under a hand, against the limit that a plain simulation finds.
+//! Compares the stiffness limit that the virtual wall finds under a hand with that of a plain
+//! simulation.
 
 use rt_core::math::Vec3;
 
@@ -12,7 +13,7 @@ const RELAXED: Grip = Grip {
     stiffness_n_m: 30.0,
     damping_n_s_m: 0.2,
 };
-/// Delay beside the emulated millisecond, ms.
+/// Delay in addition to the emulated device's own millisecond, ms.
 const LATE_MS: usize = 2;
 
 /// Two fingers that tap and press, again and again.
@@ -29,8 +30,8 @@ fn held(body: Body) -> PlayedBody {
     }
 }
 
-/// Swing of the handle, m, when the same hand presses the same device into Hooke's wall for the
-/// second time: its first tap is softer, because the handle then begins at rest.
+/// Swing of the handle, m, when the same hand presses the same device into Hooke's wall. The second
+/// press is measured, because the first one begins at rest and is softer.
 fn swing_m(body: Body, stiffness_n_m: f32) -> f32 {
     let mut touch = Touch::new(body, RELAXED, Vec3::new(0.0, 0.008, 0.0));
     let mut late = std::collections::VecDeque::from(vec![Vec3::zeros(); LATE_MS]);

@@ -1,4 +1,4 @@
-//! Judgement of devices that work, stall or lie.
+//! Tests the judgement of devices that work, stall or report wrong values.
 
 use super::*;
 
@@ -28,7 +28,8 @@ impl Bench {
         }
     }
 
-    /// One poll that brings these samples, each of a clock in µs, a place and a velocity along x.
+    /// One poll that brings these samples: each is a clock reading in µs, a position and a velocity
+    /// along x.
     fn poll(&mut self, samples: &[(u32, f32, f32)], measures: bool) {
         self.judge.begin(self.now_ns);
         for (us, x_m, x_m_s) in samples {
@@ -51,7 +52,7 @@ impl Bench {
         self.now_ns += MS;
     }
 
-    /// As many milliseconds of `sample`, one a poll.
+    /// Polls once for each millisecond of `ms`, with one `sample` per poll.
     fn run(&mut self, ms: std::ops::Range<u32>, sample: impl Fn(u32) -> (u32, f32, f32)) {
         ms.for_each(|at| self.poll(&[sample(at)], true));
     }
@@ -275,7 +276,7 @@ fn cost_of_judging_a_sample() {
 #[test]
 fn noisy_positions_are_found_admitted_and_forgotten_once_they_are_calm() {
     let mut bench = Bench::new();
-    // 0.5 mm to one side and the other, under a hand that moves.
+    // 0.25 mm to one side, then to the other, under a hand that moves.
     let noisy = |ms: u32| {
         let (us, x_m, m_s) = moving(0.05)(ms);
         (

@@ -27,7 +27,7 @@ mod force {
 
 pub(super) const STATE_BYTES: usize = state::END - field::BODY;
 pub(super) const FORCE_BYTES: usize = force::END - field::BODY;
-/// A version 2 message of either kind has a 16-bit opening more.
+/// A version 2 message of either kind has an additional 16-bit field for the opening.
 pub(super) const OPENING_BYTES: usize = 2;
 
 const POSITION_UNIT_M: f32 = 1e-7;
@@ -75,8 +75,8 @@ pub struct State {
     pub velocity_m_s: [f32; 3],
     /// Unit quaternion x y z w; in steps of 1/32767.
     pub rotation_xyzw: [f32; 4],
-    /// Opening of the handle, 0 shut to 1 wide open; in steps of 1/65535. With it the message is
-    /// one of version 2.
+    /// Opening of the handle, 0 shut to 1 wide open; in steps of 1/65535. A message with this field
+    /// is one of version 2.
     pub opening: Option<f32>,
 }
 
@@ -162,7 +162,8 @@ pub struct Force {
     pub force_n: [f32; 3],
     /// Torque, N m; in steps of 0.1 mN m. A device without torque ignores it.
     pub torque_n_m: [f32; 3],
-    /// Force that opens the handle, N; in steps of 1 mN. With it the message is one of version 2.
+    /// Force that opens the handle, N; in steps of 1 mN. A message with this field is one of
+    /// version 2.
     pub opening_n: Option<f32>,
 }
 

@@ -14,7 +14,7 @@ pub use pedal::Switches;
 
 use super::frame::{Frame, MAX_PAYLOAD};
 
-/// Newest version of the protocol in this file: its messages carry the handle's opening. A device
+/// Newest version of the protocol in this module. Its messages carry the handle's opening. A device
 /// without one speaks version 1.
 pub const VERSION: u8 = 2;
 

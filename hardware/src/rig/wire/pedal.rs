@@ -22,7 +22,8 @@ pub struct Switches {
 }
 
 impl Switches {
-    /// Parses a message of kind `SWITCHES`. Unused bits are out of range.
+    /// Parses a message of kind `SWITCHES`. A message in which an unused bit is set is out of
+    /// range.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         if message.kind() != Kind::Switches {
             return Err(WireError::Kind(message.kind() as u8));

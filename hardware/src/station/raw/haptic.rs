@@ -25,7 +25,7 @@ pub(super) struct RawHaptic {
     felt: Option<RawFelt>,
 }
 
-/// Result of `calot devices feel`. People read the other fields.
+/// Result of `calot devices feel`. Calot uses only `passed`. The other fields are for people.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawFelt {
@@ -155,7 +155,8 @@ impl File<'_> {
         })
     }
 
-    /// There is no default, because a wrong generation turns the motors the wrong way.
+    /// Generation of a Haply. There is no default, because with a wrong generation the motors turn
+    /// the wrong way.
     fn generation(
         &self,
         driver: &Spanned<RawHapticDriver>,

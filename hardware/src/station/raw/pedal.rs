@@ -1,4 +1,5 @@
-//! The sections `[pedal]` and `[second_pedal]`, and the handle's buttons that are a pedal's.
+//! The sections `[pedal]` and `[second_pedal]`, and the buttons of the handle that act as pedal
+//! switches.
 
 use std::path::PathBuf;
 

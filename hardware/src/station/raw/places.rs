@@ -9,7 +9,7 @@ use super::File;
 use crate::HardwareError;
 use crate::station::Landmark;
 
-/// Farthest position of a station, m.
+/// Largest coordinate of a position in a station, m.
 const ROOM_M: f32 = 5.0;
 
 #[derive(Deserialize)]
@@ -41,7 +41,7 @@ pub(super) struct RawLandmark {
 }
 
 impl File<'_> {
-    /// Checks a position in the room.
+    /// Checks that no coordinate of a position exceeds `ROOM_M`.
     pub(super) fn place(&self, name: &str, raw: &Spanned<[f32; 3]>) -> Result<Vec3, HardwareError> {
         let position = Vec3::from(*raw.get_ref());
         if position

@@ -1,4 +1,4 @@
-//! Whole station files, and every mistake in one.
+//! Tests whole station files, and every mistake that one may contain.
 
 use std::path::PathBuf;
 

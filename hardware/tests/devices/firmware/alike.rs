@@ -1,4 +1,4 @@
-//! `calot_rig.h` and the device of this package do alike on any bytes, at any time.
+//! Checks that `calot_rig.h` and the device in Rust do the same on any bytes, at any time.
 
 use hardware::rig::device::Motion;
 use hardware::rig::frame::Frame;
@@ -53,7 +53,8 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
             bytes
         },
     );
-    // A frame that lacks its last byte, behind itself: old bytes must not complete it.
+    // A frame, and then the same frame without its last byte before the zero. Bytes of the first
+    // frame must not complete the second one.
     let cut = whole.clone().prop_map(|bytes| {
         let mut both = [&bytes[..], &bytes[..]].concat();
         both.remove(both.len() - 2);

@@ -1,4 +1,4 @@
-//! The machine's C and C++ compilers, and the programs and libraries that they make of
+//! Calls the machine's C and C++ compilers to build programs and libraries from
 //! `hardware/firmware`.
 
 use std::io::ErrorKind;
@@ -7,7 +7,7 @@ use std::process::Command;
 
 use tempfile::TempDir;
 
-/// Warnings that are errors.
+/// Options that turn warnings into errors.
 const STRICT: [&str; 6] = [
     "-Wall",
     "-Wextra",
@@ -17,7 +17,7 @@ const STRICT: [&str; 6] = [
     "-Werror",
 ];
 
-/// A language of the header.
+/// Language as which the header is compiled.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Language {
     C,
@@ -40,13 +40,14 @@ impl Language {
     }
 }
 
-/// Path inside this package.
+/// Path of a file inside this package.
 pub(super) fn path(below: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(below)
 }
 
-/// Compiles `source` with `options` into `folder`, and returns the result's path. Fails with the
-/// package to install if there is no compiler, and with the compiler's words if it finds something.
+/// Compiles `source` with `options` into `folder`, and returns the result's path. Panics with the
+/// name of the package to install if there is no compiler, and with the compiler's messages if it
+/// finds a mistake.
 pub(super) fn compile(
     language: Language,
     source: &Path,

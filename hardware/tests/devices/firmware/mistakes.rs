@@ -1,4 +1,5 @@
-//! The conformance suite on firmware in C: it passes the good one, and names each mistake.
+//! Runs the conformance suite on firmware in C. The good firmware must pass, and each mistake must
+//! be named.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +14,7 @@ use crate::support::{PATIENCE, persist, poll_for};
 
 fn shortly() -> Options<'static> {
     Options {
-        // The clock's unit is judged in 0.8 s.
+        // The judgement of the clock's unit takes 0.8 s.
         watch: Duration::from_secs(1),
         unplug: None,
     }
@@ -66,8 +67,8 @@ fn a_board_that_boots_for_two_seconds_is_waited_for() {
     assert!(waited_ms.is_some_and(|ms| ms >= 1500), "{report}");
 }
 
-/// Repeats the suite until `check` fails and says `why`. A busy computer may excuse a mistake once;
-/// it never keeps doing so.
+/// Repeats the suite until `check` fails and says `why`. On a busy computer a mistake may stay
+/// unjudged once, but not in every repetition.
 fn found(mistake: &str, check: &str, why: &str) {
     let program = Program::new();
     let start = Instant::now();

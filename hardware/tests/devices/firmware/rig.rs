@@ -1,4 +1,4 @@
-//! `pty.c` as a running device.
+//! Runs `pty.c` as a device.
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ impl Program {
         Self { file, folder }
     }
 
-    /// Starts a device with these words, and waits until it listens.
+    /// Starts a device with these arguments, and waits until it listens.
     pub(super) fn start(&self, words: &[&str]) -> Rig<'_> {
         let line = self.folder.path().join("rig");
         let mut program = Command::new(&self.file)
@@ -42,17 +42,18 @@ impl Program {
         }
     }
 
-    /// Starts a device with one mistake: its name, and its number if it has one.
+    /// Starts a device with one mistake. `mistake` is the name, followed by `=` and a number if the
+    /// mistake has one.
     pub(super) fn mistaken(&self, mistake: &str) -> Rig<'_> {
         self.start(&["--fault", mistake])
     }
 }
 
-/// A running device. It ends when it is dropped.
+/// A running device. Dropping it ends its process.
 pub(super) struct Rig<'a> {
     program: Child,
     pub(super) line: PathBuf,
-    /// Its folder holds the link.
+    /// The folder of this program holds the link `line`.
     _made_of: &'a Program,
 }
 

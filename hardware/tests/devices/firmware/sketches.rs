@@ -55,7 +55,7 @@ fn is_a_haptic_device(sketch: &str) {
     }
     let can = description.expect("the sketch answers");
     assert_eq!((can.kind, can.rate_hz), (DeviceKind::Haptic, 1000));
-    // 5000 rounds of 0.1 ms.
+    // The sketch runs for 5000 rounds of 0.1 ms.
     assert!((499..=501).contains(&statuses.len()), "{}", statuses.len());
     assert_eq!(statuses[2], Status::FORCE_ON);
     assert_eq!(statuses.last(), Some(&Status::WATCHDOG));

@@ -1,4 +1,4 @@
-//! The device of `calot_rig.h`, beside the device of this package.
+//! Runs the device of `calot_rig.h` and the device in Rust with the same calls.
 
 use std::os::raw::c_char;
 
@@ -45,7 +45,7 @@ impl Firmware {
 /// A device in C or C++.
 pub(super) struct Twin<'a> {
     library: &'a Library,
-    /// The device itself, in words so that it is aligned.
+    /// Memory of the device, in words so that it is aligned.
     memory: Vec<u64>,
 }
 
@@ -155,7 +155,8 @@ impl Twin<'_> {
         }
     }
 
-    /// The frame that `say` writes; empty if none is due. No byte behind its end changes.
+    /// The frame that `say` writes; empty if none is due. Checks that no byte behind the frame
+    /// changes.
     fn framed(&mut self, say: impl FnOnce(Memory, *mut u8) -> usize) -> Vec<u8> {
         const UNTOUCHED: u8 = 0xA5;
         let mut out = vec![UNTOUCHED; 128];
@@ -166,7 +167,7 @@ impl Twin<'_> {
     }
 }
 
-/// Both devices, asked the same.
+/// Both devices, which get the same calls.
 pub(super) struct Pair<'a> {
     c: Twin<'a>,
     rust: Device,
@@ -207,7 +208,7 @@ impl<'a> Pair<'a> {
 
     pub(super) fn force(&mut self) -> Force {
         let force = self.rust.force(self.now_us);
-        // In C, a force without an opening has 0 N there.
+        // In C, a command without an opening has an opening force of 0 N.
         let opening_n = Some(force.opening_n.unwrap_or_default());
         assert_eq!(self.c.force(self.now_us), Force { opening_n, ..force });
         assert_eq!(self.c.counters(), self.rust.counters());
@@ -221,7 +222,7 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// The frame of both.
+/// Checks that both frames are equal, and returns the frame.
 fn same(c: Vec<u8>, rust: Option<&[u8]>) -> Vec<u8> {
     assert_eq!(c, rust.unwrap_or_default());
     c

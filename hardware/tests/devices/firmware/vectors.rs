@@ -1,4 +1,4 @@
-//! The frames that `PROTOCOL.md` prints.
+//! Tests that the firmware in C and C++ sends the frames that `PROTOCOL.md` prints.
 
 use hardware::rig::device::Motion;
 use hardware::rig::wire::{Capabilities, Force, Switches};
@@ -6,7 +6,7 @@ use hardware::rig::wire::{Capabilities, Force, Switches};
 use super::compiler::Language;
 use super::twin::Firmware;
 
-/// Frames of the document's test vectors, in its order.
+/// Frames of the test vectors in `PROTOCOL.md`, in the order of the document.
 fn printed() -> Vec<Vec<u8>> {
     let (_, vectors) = include_str!("../../../PROTOCOL.md")
         .split_once("## Test vectors")
@@ -51,7 +51,7 @@ fn device_says_the_printed_bytes(language: Language) {
         force_n: [1.0, -2.0, 3.3],
         torque_n_m: [0.01, 0.0, 0.0],
     };
-    // The force is longer than the peak of 3.3 N, and the device renders no torque.
+    // The force exceeds the peak of 3.3 N, and the device renders no torque.
     let size_n = wanted.force_n.iter().map(|x| x * x).sum::<f32>().sqrt();
     let rendered = twin.force(0);
     for (rendered, wanted) in rendered.force_n.iter().zip(wanted.force_n) {

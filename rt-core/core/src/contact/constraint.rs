@@ -1,10 +1,10 @@
 //! Contact constraints between tools and tissue, and their solver.
 //!
-//! Each constraint asks that a tool and the tissue under it do not overlap. The compliance of the
-//! spheres and that of the contact model ([`crate::contact::law`], or a tube's wall) together close
-//! its separation. The multiplier is the contact force: it pushes the spheres, and the hand feels
-//! it. The constraints of an organ are solved by Gauss–Seidel in every substep, from the last
-//! forces (warm start).
+//! Each constraint demands that a tool and the tissue under it do not overlap. The displacement of
+//! the spheres and the dent of the contact model ([`crate::contact::law`], or a tube's wall)
+//! together close the separation. The multiplier is the contact force: it pushes the spheres, and
+//! the hand feels it. The constraints of an organ are solved by Gauss–Seidel in every substep, from
+//! the last forces (warm start).
 
 use heapless::Vec;
 
@@ -19,26 +19,28 @@ use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tool::{Role, Tool};
 
-/// Gauss–Seidel passes over the constraints of an organ in a substep. Each substep begins with the
-/// last forces; more passes couple contacts on one skin better, and cost time in proportion.
+/// Gauss–Seidel passes over the constraints of an organ in a substep. The first pass starts from
+/// the last forces. More passes couple contacts on one skin better, and cost time in proportion.
 const PASSES: u32 = 4;
-/// Share of the last forces that acts on a solid before its constraints are solved; the rest acts
-/// after them. One pass over the constraints is an implicit step in which each knows all of itself
-/// and half of the others. A force put on all after the pass finds tissue too soft. One put on all
-/// before it finds tissue too stiff. If there were only the others, ½ would be right; if each were
-/// alone, 1. Fitted: with ¾, gallbladders of 250 to 2500 spheres press back nearly as they do in
-/// twelve times the substeps; with 0, up to 17 % too little. `evaluate force` shows the remaining
-/// difference to finite elements.
+/// Share of the last contact forces that acts on a solid before the solid's constraints are solved;
+/// the rest acts after them. One pass over these constraints is an implicit step in which each
+/// constraint accounts for itself fully, and on average for half of the others. A force that acts
+/// wholly after the pass meets tissue that is too soft; one that acts wholly before it, tissue that
+/// is too stiff. The right share would be 1 for a constraint alone, and ½ if only the other
+/// constraints counted. Fitted: with ¾, gallbladders of 250 to 2500 spheres press back nearly as
+/// they do in twelve times the substeps; with 0, up to 17 % too little. `evaluate force` shows the
+/// remaining difference to finite elements.
 const WARM_START_SHARE: f32 = 0.75;
 
 /// Damping of a tube under a tool, per second. It stands for the fluid and tissue around a thin
-/// tube, which would otherwise ring on its wall and hop on the tool. It acts on the speed in the
-/// room, so a tube that is carried along is held back by mass × this × speed, a few mN of a duct.
-/// More of it calms the tube and holds it back more.
+/// tube. Without it, the tube would vibrate on its wall spring and bounce off the tool. It acts on
+/// the speed relative to the world, so it holds back a tube that the tool carries along, by mass ×
+/// this rate × speed: a few mN for a duct. A larger rate damps the tube more and holds it back
+/// more.
 const DAMPING_PER_S: f32 = 1500.0;
 
-/// Separation below which tool and tissue may touch before the tick ends, m. To lose such a
-/// candidate is a fault.
+/// Separation below which tool and tissue may touch before the tick ends, m. A fault is raised if
+/// such a candidate is dropped for lack of room.
 pub(crate) const CANDIDATE_MARGIN_M: f32 = 0.001;
 
 /// A place of a tool on a place of tissue.
@@ -50,7 +52,7 @@ pub(crate) enum ContactSite {
     Tube { bead: u16, part: Role },
 }
 
-/// Model of the tissue's compliance that the spheres lack.
+/// Model of the compliance that the tissue has and its spheres lack.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ContactModel {
     /// A half-space under a tool of this shape.
@@ -61,7 +63,8 @@ pub(crate) enum ContactModel {
         wall_n_m: f32,
         /// Compression at which the tube is flat, m.
         flat_m: f32,
-        /// Compliance of the tissue behind the wall within a tick, m/N; never too large.
+        /// Compliance of the tissue behind the wall within a tick, m/N. An estimate that is never
+        /// too large.
         behind_m_n: f32,
     },
 }
@@ -75,7 +78,7 @@ impl ContactModel {
         }
     }
 
-    /// Stiffness that the tool feels, N/m, of a stiffness between it and the tissue.
+    /// Stiffness, N/m, that the tool feels through a spring of `stiffness_n_m` on this contact.
     fn felt_n_m(&self, stiffness_n_m: f32) -> f32 {
         match self {
             Self::HalfSpace(_) => stiffness_n_m,
@@ -106,7 +109,7 @@ fn wall(k_n_m: f32, flat_m: f32, deep_m: f32, sphere_compliance_m_n: f32) -> (f3
     let per_m = flat_m.max(1.0e-6).recip();
     let a = sphere_compliance_m_n * k_n_m * per_m;
     let b = 1.0 + sphere_compliance_m_n * k_n_m;
-    // Written so that nothing cancels.
+    // This form of the root has no cancellation of digits.
     let pressed_m = 2.0 * deep_m / (b + math::sqrt(b * b + 4.0 * a * deep_m));
     let force_n = k_n_m * pressed_m * (1.0 + pressed_m * per_m);
     (force_n, k_n_m * (1.0 + 2.0 * pressed_m * per_m))
@@ -121,7 +124,7 @@ pub(crate) struct CachedForce {
 }
 
 impl CachedForce {
-    /// Of no contact.
+    /// The force of no contact.
     pub(crate) const NOTHING: Self = Self {
         force_n: 0.0,
         bristle: Bristle::STRAIGHT,
@@ -135,14 +138,14 @@ pub(crate) struct ContactConstraint {
     pub(crate) site: ContactSite,
     /// Spheres that bear the contact.
     pub(crate) patch: Patch,
-    /// From tissue to tool.
+    /// Unit vector from tissue to tool.
     pub(crate) normal: Vec3,
     /// Point on the tool's axis, world frame, m.
     pub(crate) center_m: Vec3,
     /// Contact point on the tissue, world frame, m.
     pub(crate) at_m: Vec3,
     pub(crate) model: ContactModel,
-    /// Separation before the solve, m; negative where they overlap.
+    /// Separation before the solve, m; negative where tool and tissue overlap.
     pub(crate) separation_m: f32,
     /// Travel of the tool's point in this tick, m.
     pub(crate) travel_m: Vec3,
@@ -152,16 +155,19 @@ pub(crate) struct ContactConstraint {
     /// Normal force of the tissue on the tool in the last substep, N.
     pub(crate) force_n: f32,
     friction_n: Vec3,
-    /// Mean force of the tick so far, N: the tool feels it.
+    /// Normal force, N, summed over the substeps so far, each weighted by its share of the tick. At
+    /// the end of the tick this is the mean force, which the tool feels.
     pub(crate) felt_n: f32,
+    /// Friction, N, summed in the same way.
     pub(crate) felt_friction_n: Vec3,
-    /// Stiffness along the normal, and of the friction, N/m.
+    /// Stiffness along the normal, N/m.
     pub(crate) stiffness_n_m: f32,
+    /// Stiffness of the friction along the skin, N/m; 0 while the contact slides.
     pub(crate) friction_stiffness_n_m: f32,
     /// Position of the patch before the solve, m.
     patch_start_m: Vec3,
-    /// Subtracted from the centre's height over the patch to give the separation: the tool's radius
-    /// and the skin's bulge, less the separation's offset, m.
+    /// Height of `center_m` over the patch at which the separation is zero, m: the tool's radius
+    /// plus the skin's bulge, less the separation's offset.
     reach_m: f32,
     inverse_mass_per_kg: f32,
 }
@@ -185,7 +191,7 @@ pub(crate) struct Candidate {
 }
 
 impl ContactSite {
-    /// The tool.
+    /// Tool that touches here.
     pub(crate) fn tool(self) -> Tool {
         match self {
             Self::Skin { point } if usize::from(point) >= INSTRUMENT_POINTS => Tool::Endoscope,
@@ -196,7 +202,8 @@ impl ContactSite {
 }
 
 impl ContactConstraint {
-    /// The part of it that the other contacts need; `number` is its index among all constraints.
+    /// The data that the other contacts need of this one; `number` is its index among all
+    /// constraints.
     fn loaded(&self, number: usize) -> LoadedContact {
         let law = match self.model {
             ContactModel::HalfSpace(law) => Some(law),
@@ -248,7 +255,8 @@ impl ContactConstraint {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ContactConstraints {
     near: Vec<ContactConstraint, MAX_CONTACT_CONSTRAINTS>,
-    /// By organ, a bit for each of its constraints: an organ without any costs no search.
+    /// For each organ, one bit per constraint in `near` that belongs to it. An organ without
+    /// constraints thus costs no search.
     of_organs: [u64; MAX_ORGANS],
 }
 
@@ -288,7 +296,7 @@ impl ContactConstraints {
         self.near.iter()
     }
 
-    /// Adds a constraint. When there is no room, the deepest stay.
+    /// Adds a constraint. When there is no room, the deepest constraints stay.
     pub(crate) fn add(&mut self, candidate: Candidate, bodies: &Bodies, faults: &mut FaultSet) {
         let (organ, number) = (candidate.organ, self.near.len());
         let Err(constraint) = self.near.push(ContactConstraint::new(candidate, bodies)) else {
@@ -316,8 +324,8 @@ impl ContactConstraints {
     }
 
     /// Pushes organ `organ` with a share of the last forces ([`WARM_START_SHARE`]), within a
-    /// substep of `step_s` and before its constraints are solved. Friction has no warm start: it
-    /// would drag on what has slid meanwhile, and shake.
+    /// substep of `step_s` and before the organ's constraints are solved. Tubes are damped instead.
+    /// Friction has no warm start: it would drag tissue that has slid since, and make it shake.
     pub(crate) fn warm_start(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let presses = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
         for (_, constraint) in self.of_organ(organ).filter(presses) {
@@ -337,7 +345,7 @@ impl ContactConstraints {
     /// [`ContactConstraints::warm_start`].
     pub(crate) fn solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let squared = step_s * step_s;
-        // The rest of the last forces first: the passes then find only the change.
+        // The rest of the last forces acts first, so that the passes compute only the change.
         let presses = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
         for (_, constraint) in self.of_organ(organ).filter(presses) {
             let left = (1.0 - constraint.model.warm_start_share()) * constraint.force_n;
@@ -361,15 +369,15 @@ impl ContactConstraints {
                 let separation_m =
                     height_m - constraint.reach_m - sphere_compliance_m_n * constraint.force_n;
                 if separation_m >= 0.0 && constraint.force_n <= 0.0 {
-                    // A contact without force stays without: the others only press the skin away
-                    // from it.
+                    // This contact has no force and stays without, because the others can only
+                    // press the skin away from it.
                     continue;
                 }
                 let separation_m = separation_m + influences.displacement_by_others_m(own);
                 let (force_n, stiffness_n_m) = constraint
                     .model
                     .force_n(separation_m, sphere_compliance_m_n);
-                // Likewise along the skin: how far the tool is ahead without this contact's
+                // Along the skin: travel of the tool relative to the tissue, without this contact's
                 // friction.
                 let ahead_m = constraint.travel_m
                     - (patch_m - constraint.patch_start_m)
@@ -394,7 +402,7 @@ impl ContactConstraints {
                     constraint.friction_n = friction_n;
                     // A sliding or frictionless contact adds no stiffness along the skin.
                     let sticks = math::norm(&friction_n) < 0.999 * most_n;
-                    // The tissue behind a wall already counts the sphere's own compliance.
+                    // `behind_m_n` of a wall already includes the compliance of the spheres.
                     let felt_n_m = match constraint.model {
                         ContactModel::HalfSpace(_) => {
                             constraint.bristle.felt_n_m(sphere_compliance_m_n)

@@ -8,15 +8,15 @@ use crate::tool::Tool;
 pub(crate) struct ContactForce {
     /// The tool.
     pub(crate) tool: Tool,
-    /// The organ; none if it touches the other tool.
+    /// The organ that the tool touches; `None` if it touches the other tool.
     pub(crate) organ: Option<u8>,
     /// Contact point on the tool, world frame, m.
     pub(crate) at_m: Vec3,
-    /// From tissue to tool.
+    /// Unit vector from tissue (or the other tool) to this tool.
     pub(crate) normal: Vec3,
     /// Force of tissue on tool along the normal, N.
     pub(crate) force_n: f32,
-    /// Stiffness of that force, N/m.
+    /// Stiffness along the normal, N/m.
     pub(crate) stiffness_n_m: f32,
     /// Friction of tissue on tool, across the normal, N.
     pub(crate) friction_n: Vec3,
@@ -31,14 +31,14 @@ impl ContactForce {
     }
 }
 
-/// A pull of tissue on the instrument through its jaws, which is no contact.
+/// Pull of held tissue on the instrument's jaws. It is not a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pull {
     /// Point of the pull, world frame, m.
     pub(crate) at_m: Vec3,
-    /// World frame, N.
+    /// Force on the jaws, world frame, N.
     pub(crate) force_n: Vec3,
-    /// Stiffness that a slow hand meets, N/m.
+    /// Stiffness against a slow pull: grip and tissue in series, N/m.
     pub(crate) stiffness_n_m: f32,
     /// Stiffness of the grip alone, N/m.
     pub(crate) grip_n_m: f32,

@@ -1,27 +1,29 @@
-//! Dry friction of a contact: a bristle that bends with the tool until the skin lets it slide.
+//! Dry friction of a contact: a bristle (a spring along the skin) that the tool bends until it
+//! slides.
 //!
-//! Along the skin it is as stiff as a half-space under a contact of half-width a (Mindlin 1949: `8
-//! G a / (2 − ν)`), less the spheres' own compliance. It never pulls harder than `μ F` (return
-//! mapping), so there is no step between sticking and sliding, and none at a reversal.
+//! The compliance of the bristle is that of a half-space under a contact of half-width a (stiffness
+//! `8 G a / (2 − ν)`, Mindlin 1949), less the compliance of the spheres. The bristle never pulls
+//! harder than `μ F` (return mapping), so there is no step between sticking and sliding, and none
+//! at a reversal.
 
 use crate::math::{self, Vec3};
 
-/// Bristle of a contact, as a tick leaves it.
+/// Bristle of a contact at the end of a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bristle {
-    /// Displacement of the tool against the skin that it sticks to, along the skin, m.
+    /// Displacement of the tool relative to the skin point to which it sticks, along the skin, m.
     bent_m: Vec3,
     /// Stiffness, N/m; 0 before the first touch.
     stiffness_n_m: f32,
 }
 
-/// Least share of the half-space's compliance that the bristle keeps. A contact wider than the
-/// spacing of the spheres lacks none, and a rigid bristle would chatter against them. A larger
-/// share softens the friction of wide contacts.
+/// Least share of the half-space's compliance that the bristle keeps. Under a contact wider than
+/// their spacing, the spheres already have all of this compliance. The bristle would then be rigid
+/// and chatter against the spheres. A larger share softens the friction of wide contacts.
 const LEAST_SHARE: f32 = 0.25;
 
 /// Stiffness along the skin, N/m, of tissue with modulus `E / (1 − ν²)` under a contact of this
-/// half-width. `mesh_compliance_m_n` is the spheres' compliance across the skin.
+/// half-width. `mesh_compliance_m_n` is the compliance of the spheres normal to the skin.
 pub(crate) fn stiffness_n_m(
     modulus_pa: f32,
     poisson: f32,
@@ -33,7 +35,7 @@ pub(crate) fn stiffness_n_m(
         .recip()
 }
 
-/// Ratio of tissue's compliance along its skin to that across it (Cerruti's mean over
+/// Ratio of the tissue's compliance along its skin to that normal to it (Cerruti's mean over
 /// Boussinesq's).
 pub(crate) fn along_over_across(poisson: f32) -> f32 {
     (2.0 - poisson) / (2.0 * (1.0 - poisson))
@@ -43,14 +45,14 @@ pub(crate) fn along_over_across(poisson: f32) -> f32 {
 const SHARP_M: f32 = 1.0e-5;
 
 impl Bristle {
-    /// A contact that has not begun.
+    /// Bristle of a contact that has not begun.
     pub(crate) const STRAIGHT: Self = Self {
         bent_m: Vec3::new(0.0, 0.0, 0.0),
         stiffness_n_m: 0.0,
     };
 
-    /// The bristle on skin across `normal`, now with this stiffness, N/m. A bristle that stiffens
-    /// keeps its force, one that softens its bend: neither adds energy.
+    /// This bristle on skin with this normal and with this new stiffness, N/m. A bristle that
+    /// stiffens keeps its force; one that softens keeps its bend. So neither change adds energy.
     pub(crate) fn on(&self, normal: &Vec3, stiffness_n_m: f32) -> Self {
         let keep = if stiffness_n_m > self.stiffness_n_m {
             self.stiffness_n_m / stiffness_n_m
@@ -63,9 +65,9 @@ impl Bristle {
         }
     }
 
-    /// Force on the tool, N, after it travelled by `travel_m` against the skin, this force not
-    /// counted. The skin yields to the force with `sphere_compliance_m_n`; the force is at most
-    /// `most_n`.
+    /// Force on the tool, N, after the tool travelled by `travel_m` relative to the skin, as if
+    /// this force did not move the skin. The skin then yields to the force with
+    /// `sphere_compliance_m_n`. The force is at most `most_n`.
     pub(crate) fn pull_n(
         &self,
         travel_m: &Vec3,
@@ -90,7 +92,8 @@ impl Bristle {
         self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n)
     }
 
-    /// The bristle once it pulls with this force: further bending has slid.
+    /// The bristle after it has pulled with this force. Bending beyond this force was sliding and
+    /// is dropped.
     pub(crate) fn after(&self, pull_n: &Vec3) -> Self {
         let per_n = self.stiffness_n_m.max(f32::MIN_POSITIVE).recip();
         let bent_m = -pull_n * per_n;
@@ -133,8 +136,8 @@ mod tests {
         let modulus_pa = 5000.0 / (1.0 - 0.45 * 0.45);
         let alone = stiffness_n_m(modulus_pa, 0.45, 0.003, 0.0);
         assert!((alone - 26.7).abs() < 0.05, "{alone}");
-        // Spheres that yield half as much leave twice the stiffness; those that yield more than
-        // all, four times.
+        // Spheres with half of the compliance leave twice the stiffness to the bristle; spheres
+        // with more than all of it, four times.
         let half = stiffness_n_m(modulus_pa, 0.45, 0.003, 0.5 / (2.0 * modulus_pa * 0.003));
         assert!((half / alone - 2.0).abs() < 1.0e-3);
         assert!((stiffness_n_m(modulus_pa, 0.45, 0.003, 1.0) / alone - 4.0).abs() < 1.0e-3);
@@ -142,7 +145,7 @@ mod tests {
 
     #[test]
     fn bristle_sticks_slides_and_reverses() {
-        // 100 N/m and at most 20 mN: sticks for 0.2 mm.
+        // At 100 N/m and at most 20 mN, the bristle sticks for 0.2 mm.
         let (at_rest, none) = go(Bristle::STRAIGHT, Vec3::zeros(), 100.0, 0.02);
         assert!(math::norm(&none) <= 0.0);
         let (stuck, pull_n) = go(at_rest, Vec3::new(1.0e-4, 0.0, 0.0), 100.0, 0.02);
@@ -151,19 +154,21 @@ mod tests {
         assert!(math::norm(&pull_n) < 1.0e-8 && math::norm(&back.bent_m) < 1.0e-10);
         let (slid, pull_n) = go(stuck, Vec3::new(5.0e-4, 0.0, 0.0), 100.0, 0.02);
         assert!(math::norm(&(pull_n - Vec3::new(-0.02, 0.0, 0.0))) < 1.0e-8);
-        // Load reversed: 0.2 mm back the bristle is straight, and there is no force without motion.
+        // Reversed: after 0.2 mm back the bristle is straight, and a tick without motion has no
+        // force.
         let (straight, pull_n) = go(slid, Vec3::new(-2.0e-4, 0.0, 0.0), 100.0, 0.02);
         assert!(math::norm(&pull_n) < 1.0e-8, "{pull_n}");
         let (_, pull_n) = go(straight, Vec3::zeros(), 100.0, 0.02);
         assert!(math::norm(&pull_n) < 1.0e-8, "{pull_n}");
-        // Lifted off, it forgets.
+        // Lifted off the skin, the bristle is straight again.
         let (lifted, pull_n) = go(slid, Vec3::zeros(), 100.0, 0.0);
         assert!(math::norm(&pull_n) <= 0.0 && math::norm(&lifted.bent_m) <= 0.0);
     }
 
     #[test]
     fn compliant_skin_halves_the_pull() {
-        // Skin as compliant as the bristle takes half of the travel, and the force is halved.
+        // Skin that is as compliant as the bristle takes half of the travel, so the force is
+        // halved.
         let bristle = Bristle::STRAIGHT.on(&UP, 100.0);
         let pull_n = bristle.pull_n(&Vec3::new(1.0e-4, 0.0, 0.5), &UP, 0.01, 1.0);
         assert!(math::norm(&(pull_n - Vec3::new(-0.005, 0.0, 0.0))) < 1.0e-8);

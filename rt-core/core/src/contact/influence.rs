@@ -1,6 +1,6 @@
-//! Influence of contacts on one skin on each other, beyond what the spheres carry over.
+//! Influence of contacts on one skin on each other, beyond the influence that the spheres transmit.
 //!
-//! The solver reads these values in every pass, so they lie close together in memory; a
+//! The solver reads these values in every pass, so they lie close together in memory. A whole
 //! [`crate::contact::constraint::ContactConstraint`] takes a kilobyte and a half.
 
 use heapless::Vec;
@@ -12,14 +12,14 @@ use crate::math::{self, Vec3};
 /// The part of a contact that the other contacts need.
 #[derive(Debug, Clone)]
 pub(crate) struct LoadedContact {
-    /// Its index among all constraints.
+    /// Index of the contact among all constraints.
     constraint: u8,
     normal: Vec3,
     at_m: Vec3,
     force_n: f32,
     /// Self-influence distance under this force, m ([`Law::self_influence_distance_m`]).
     self_influence_distance_m: f32,
-    /// `None` of a tube's wall: a spring carries nothing over.
+    /// `None` for a tube's wall, which is a spring and does not displace other contacts.
     law: Option<Law>,
 }
 
@@ -33,7 +33,7 @@ impl LoadedContact {
         law: Option<Law>,
     ) -> Self {
         Self {
-            constraint: constraint as u8, // there are 64 at most
+            constraint: constraint as u8, // there are at most 64 constraints
             normal,
             at_m,
             force_n,
@@ -55,7 +55,7 @@ impl Influences {
     pub(crate) fn of(own: impl Iterator<Item = LoadedContact>) -> Self {
         let mut contacts = Vec::new();
         for loaded in own {
-            let _ = contacts.push(loaded); // there is room: as many as constraints
+            let _ = contacts.push(loaded); // never full: it has room for every constraint
         }
         Self { contacts }
     }
@@ -128,7 +128,7 @@ mod tests {
     }
 
     proptest! {
-        /// Reciprocity (Betti). Otherwise the lightest touch of a tip would lift off a shaft next
+        /// Reciprocity (Betti). Without it, the lightest touch of a tip would lift off a shaft next
         /// to it.
         #[test]
         fn influence_is_symmetric(
@@ -143,7 +143,7 @@ mod tests {
         }
 
         /// The influence is bounded by the compliance of either contact, even one without force.
-        /// Otherwise either could hold the other off, and they would snap.
+        /// Otherwise one contact could keep the other off the tissue, and the pair would snap.
         #[test]
         fn influence_is_bounded_by_either_compliance(
             apart_m in 0.0f32..0.01, tip_n in 0.0f32..0.5, shaft_n in 0.0f32..0.5, radius_m in 0.001f32..0.005,

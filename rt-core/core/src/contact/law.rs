@@ -1,11 +1,11 @@
-//! Contact of a rigid tool with an elastic half-space, for the part that spheres are too coarse
-//! for.
+//! Contact of a rigid tool with an elastic half-space: the part of the dent that the spheres are
+//! too coarse to make.
 //!
-//! A rigid tool makes a dent δ with a force F over a contact of half-width a. The spheres make a
-//! part of it themselves, as if F were spread over a Gaussian patch `exp(−r²/A²)` of the skin. The
-//! rest, `δ − c F` with the patch's own compliance c, is added here. It is the difference of two
-//! half-spaces, so everything farther away than a few spacings (the organ's shape, its attachments,
-//! other tools) is left to the spheres.
+//! A rigid tool makes a dent δ with a force F over a contact of half-width a. The spheres
+//! themselves yield by a part of this dent, as if F were spread over a Gaussian patch `exp(−r²/A²)`
+//! of the skin. This module adds the rest, `δ − c F`, with the compliance c of such a patch. The
+//! rest is the difference of two half-spaces, which vanishes a few sphere spacings away. So the
+//! spheres alone account for everything beyond (the organ's shape, its attachments, other tools).
 //!
 //! Sources: Sneddon 1965 (ball), Hertz (cylinder), Zhang, Cao, Li and Feng 2014 (neo-Hookean
 //! softening).
@@ -16,38 +16,39 @@ use crate::math;
 /// A tool's shape where it touches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shape {
-    /// A round end. The punch is a sphere at any depth (Sneddon 1965), softened as neo-Hookean
-    /// tissue is.
+    /// A round end: a spherical punch at any depth (Sneddon 1965), with the softening of
+    /// neo-Hookean tissue.
     Ball { radius_m: f32 },
-    /// A piece of a shaft that lies on the skin: Hertz's line contact under this length, with the
-    /// half-space's dent at its middle.
+    /// A piece of a shaft that lies on the skin: Hertz's line contact of this length. The dent is
+    /// that of the half-space at the middle of the line.
     Cylinder { radius_m: f32, length_m: f32 },
 }
 
-/// Lower bound of the skin's curvature times the ball's radius: a hollow blunts a tool by half at
-/// most. The law of a half-space does not cover skin that fits more closely around it.
+/// Lower bound of the skin's curvature times the ball's radius: hollow skin lowers the relative
+/// curvature to half of the ball's at most. The law of a half-space does not hold for skin that
+/// fits more closely around the ball.
 const HOLLOW: f32 = -0.5;
-/// Upper bound of the skin's curvature times the ball's radius: skin sharper than that is a point
-/// to the tool.
+/// Upper bound of the skin's curvature times the ball's radius: sharper skin counts as this sharp.
 const POINT: f32 = 3.0;
-/// Margin of stiffness before the end of the law, share of the stiffness that the spheres supply;
-/// once more per unit of bulge. Before its end a curved contact is a little stiffer than at it.
+/// Margin of stiffness at the end of the law, as a share of the stiffness `1/c` of the spheres:
+/// there the dent is softer than the spheres by at least this share. Each unit of bulge adds the
+/// share once more, because a curved contact is a little stiffer just before its end than at it.
 const BEFORE_END: f32 = 0.01;
 
-/// Softening of a neo-Hookean half-space per dent of a radius, against a linear one: Hertz's force
-/// times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014), over Sneddon's. It holds up to δ = R, and
-/// is extrapolated beyond.
+/// Softening of a neo-Hookean half-space against a linear one, for a dent as deep as the radius. It
+/// turns Sneddon's force into Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014). The
+/// source holds up to δ = R; deeper dents extrapolate it.
 const SOFTENING: f32 = 0.06;
-/// Contact half-width at which a ball counts as buried, share of its radius. The law has a pole at
-/// 1.
+/// Contact half-width at which a ball counts as buried, as a share of its radius. The law has a
+/// pole at 1.
 const BURIED: f32 = 0.97;
 
-/// Force and dent at a contact half-width, and their slopes.
+/// Force and depth of a dent at a given half-width of the contact, and their slopes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Dent {
     force_n: f32,
     depth_m: f32,
-    /// Per metre of half-width.
+    /// Change of the depth per change of the half-width, m/m.
     depth_slope: f32,
     /// dF/dδ, N/m.
     stiffness_n_m: f32,
@@ -57,23 +58,23 @@ struct Dent {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Law {
     shape: Shape,
-    /// Mean curvature of the skin at rest over the tool's.
+    /// Mean curvature of the skin at rest, divided by the tool's curvature.
     bulge: f32,
     /// `E / (1 − ν²)`, Pa.
     modulus_pa: f32,
     /// c: compliance of the spheres' own patch, m/N.
     mesh_compliance_m_n: f32,
-    /// A, m.
+    /// A: width of the Gaussian patch, m.
     patch_width_m: f32,
-    /// Largest half-width of the law, m. Beyond it the dent grows no faster than what the spheres
-    /// supply, or the tool is buried.
+    /// Largest half-width of the law, m. Beyond it the dent would grow no faster than the spheres
+    /// alone yield, or the tool would be buried.
     half_width_max_m: f32,
 }
 
 impl Law {
     /// Law on tissue of this modulus (Pa), whose spheres spread a force over a patch of this width
-    /// (m). The curvature is the skin's mean at rest (1/m), positive where it bulges outwards; a
-    /// cylinder's force hardly depends on it.
+    /// (m). The curvature is the skin's mean at rest (1/m), positive where the skin bulges
+    /// outwards; the force of a cylinder hardly depends on the curvature.
     pub(crate) fn new(
         shape: Shape,
         modulus_pa: f32,
@@ -113,8 +114,8 @@ impl Law {
             Shape::Ball { radius_m } => {
                 let x = half_width_m / radius_m;
                 let (force, depth, slope) = sneddon(x);
-                // The dent of a punch and its force are sums over its profile (Sneddon 1965). The
-                // skin's fall from the contact adds to them as a paraboloid.
+                // Depth and force of a punch are linear in its profile (Sneddon 1965). So the
+                // curvature of the skin adds the share of a paraboloid to both.
                 let fall = self.bulge * x;
                 let force = force + 4.0 / 3.0 * fall * x * x;
                 let (depth, slope) = (depth + fall * x, slope + 2.0 * fall);
@@ -154,14 +155,14 @@ impl Law {
         let open =
             |dent: &Dent| separation_m + dent.depth_m + residual_compliance_m_n * dent.force_n;
         if open(&end) < 0.0 {
-            // Beyond the end the stiffness stays; the spheres' own compliance is its bound.
+            // Beyond the end the stiffness stays constant, at most that of the spheres alone.
             let compliance_m_n = (end.stiffness_n_m.recip() + residual_compliance_m_n)
                 .max(sphere_compliance_m_n)
                 .max(LEAST);
             let slope = compliance_m_n.recip();
             return (end.force_n - open(&end) * slope, slope);
         }
-        // Newton, kept inside the interval that holds the answer.
+        // Newton's method, kept inside the interval that holds the answer.
         let (mut low, mut high) = (0.0, self.half_width_max_m);
         let mut half_width_m = self
             .first_guess_m(separation_m)
@@ -216,17 +217,17 @@ impl Law {
         0.75 * force_n * radius_m / self.modulus_pa
     }
 
-    /// Square of the half-width of a bar (Hertz).
+    /// Square of the half-width of a cylinder's contact on flat skin (Hertz).
     fn cylinder_m2(&self, radius_m: f32, length_m: f32, force_n: f32) -> f32 {
         4.0 * force_n * radius_m / (core::f32::consts::PI * self.modulus_pa * length_m)
     }
 
-    /// Stiffness of the contact along the skin under this force, N/m, beyond the spheres' own
-    /// compliance.
+    /// Stiffness of the contact along the skin under this force, N/m, without the compliance that
+    /// the spheres supply.
     pub(crate) fn along_n_m(&self, force_n: f32, poisson: f32) -> f32 {
         let half_width_m = match self.shape {
             Shape::Ball { .. } => self.half_width_m(force_n),
-            // A round contact as large as the strip.
+            // A round contact with the area of the strip.
             Shape::Cylinder { length_m, .. } => {
                 let strip_m2 = 2.0 * self.half_width_m(force_n) * length_m;
                 math::sqrt(strip_m2 * core::f32::consts::FRAC_1_PI)
@@ -240,9 +241,10 @@ impl Law {
         )
     }
 
-    /// Self-influence distance of the contact under this force, m: more of its own load dents it as
-    /// the same load dents a point that far off. A cylinder's load is as long as the cylinder. A
-    /// ball's distance is Hertz's even where it is buried, because its own dent grows faster there.
+    /// Self-influence distance of the contact under this force, m: at this distance from a point
+    /// load, the half-space yields as much as the contact yields under an equal increase of its own
+    /// load. The load of a cylinder is as long as the cylinder. A buried ball keeps Hertz's
+    /// distance, because its own dent grows faster there.
     pub(crate) fn self_influence_distance_m(&self, force_n: f32) -> f32 {
         let force_n = force_n.max(0.0); // also of what is not a number
         match self.shape {
@@ -257,12 +259,13 @@ impl Law {
         }
     }
 
-    /// Influence coefficient, m/N: dent per force of another contact at this distance on the same
-    /// skin, beyond what the spheres carry over. `self_influence_distance_m` is the larger of both
-    /// contacts' ([`Law::self_influence_distance_m`]). Around a round contact it is within 4 % of
-    /// Hertz at twice the radius, and a fifth less at the rim. It never exceeds the other's
-    /// compliance under its own load; otherwise two contacts side by side could hold each other
-    /// off, and would snap.
+    /// Influence coefficient, m/N: displacement here per force of another contact at this distance
+    /// on the same skin, beyond the displacement that the spheres transmit.
+    /// `self_influence_distance_m` is the larger of the two contacts'
+    /// ([`Law::self_influence_distance_m`]). Around a round contact the coefficient is within 4 %
+    /// of Hertz at twice the radius, and a fifth less at the rim. It never exceeds the compliance
+    /// of the other contact under its own load. Otherwise two adjacent contacts could keep each
+    /// other off the tissue, and would snap.
     pub(crate) fn influence_m_n(&self, distance_m: f32, self_influence_distance_m: f32) -> f32 {
         let cubed = |m: f32| m * m * m;
         let reach_m = cube_root(cubed(distance_m) + cubed(self_influence_distance_m)).max(1.0e-5);
@@ -272,32 +275,36 @@ impl Law {
     }
 }
 
-/// Influence of a Gaussian patch on another such patch at this distance, share of that on itself.
+/// Influence of a Gaussian patch on another such patch at this distance, as a share of its
+/// influence on itself.
 pub(crate) fn gaussian_influence(distance_m: f32, patch_width_m: f32) -> f32 {
     bessel(distance_m * distance_m / (4.0 * patch_width_m * patch_width_m))
 }
 
-/// Influence of a patch of spheres, likewise. Beyond its patch a force carries more over than on a
-/// half-space, most at two patch widths.
+/// Influence of a patch of spheres on another at this distance, as a share of its influence on
+/// itself. Outside of the patch, spheres transmit more than a half-space does; the excess is
+/// largest at two patch widths.
 pub(crate) fn mesh_influence(distance_m: f32, patch_width_m: f32) -> f32 {
     let patches = distance_m / patch_width_m;
     let beyond = 4.0 * (patches - 1.0).max(0.0) / (patches * patches).max(1.0);
     gaussian_influence(distance_m, patch_width_m) + SHOULDER * beyond
 }
 
-/// Excess influence of spheres at two patch widths. Fitted to 250 spheres against 2500 under a 10
-/// mm tip on a gallbladder's body, which was 10 % too soft without it.
+/// Excess influence of spheres at two patch widths. Fitted to a gallbladder of 250 spheres against
+/// one of 2500, under a 10 mm tip on its body, which was 10 % too soft without the excess.
 const SHOULDER: f32 = 0.04;
 /// Mean of 1/(π r) over two points of a Gaussian `exp(−r²/A²)`, times A: `1 / √(2π)`.
 const GAUSSIAN: f32 = 0.398_942_3;
-/// Self-influence distance of a round contact, share of its half-width a (Hertz: `dδ/dF = 1 / (2 E*
-/// a)`).
+/// Self-influence distance of a round contact, as a share of its half-width a (Hertz: `dδ/dF = 1 /
+/// (2 E* a)`).
 const WITHIN: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
-/// Least half-width of a cylinder's contact, share of its length, where other contacts bear on it.
+/// Least half-width of a cylinder's contact in its self-influence distance, as a share of its
+/// length.
 const THIN: f32 = 0.01;
-/// Tries to find the end of the law; each takes a fifth off.
+/// Most steps of the search for the end of the law; each takes a fifth off the half-width.
 const SHORTENINGS: u32 = 24;
-/// Newton steps at most. Three mostly give six digits; a ball that is nearly buried takes more.
+/// Most steps of Newton's method. Three mostly give six digits; a ball that is nearly buried takes
+/// more.
 const NEWTON: u32 = 20;
 /// Least compliance of a contact, m/N.
 const LEAST: f32 = 1.0e-6;
@@ -307,7 +314,7 @@ const LEAST: f32 = 1.0e-6;
 fn sneddon(x: f32) -> (f32, f32, f32) {
     let y = x * x;
     let (force, artanh) = if x < 0.4 {
-        // The two terms of the force cancel at small x: their series.
+        // At small x the two terms of the force cancel, so their series is used.
         let force = 4.0 / 3.0
             + y * (8.0 / 15.0 + y * (12.0 / 35.0 + y * (16.0 / 63.0 + y * (20.0 / 99.0))));
         let artanh = 1.0 + y * (1.0 / 3.0 + y * (0.2 + y * (1.0 / 7.0 + y * (1.0 / 9.0))));
@@ -359,7 +366,7 @@ mod tests {
 
     const MODULUS_PA: f32 = 5000.0 / (1.0 - 0.45 * 0.45);
 
-    /// A law on spheres so fine that they supply nothing.
+    /// A law on spheres with so wide a patch that they supply no part of the dent.
     fn alone(shape: Shape) -> Law {
         Law::new(shape, MODULUS_PA, 100.0, 0.0)
     }
@@ -437,7 +444,7 @@ mod tests {
         ]
     }
 
-    /// Under its own patch, and far off, spheres carry over as a half-space does.
+    /// Inside the patch, and far off, spheres transmit as much as a half-space does.
     #[test]
     fn spheres_carry_more_only_beyond_a_patch() {
         let more = |patches: f32| {
@@ -466,7 +473,8 @@ mod tests {
         }
 
         /// At one place, the influence equals the contact's own compliance. If it were more, the
-        /// first of two tool points at one place would hold the other off until it snaps.
+        /// first of two tool points at one place would keep the second off the skin, until it snaps
+        /// on.
         #[test]
         fn influence_at_one_place_is_self_compliance(shape in shape(), shallow in 0.003f32..0.1) {
             let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;

@@ -2,31 +2,34 @@
 //!
 //! [`tool_contact`] runs both stages. [`skin`], [`tube`] and [`rigid`] find contacts;
 //! [`constraint`] solves them with the models of [`law`], [`friction`] and [`influence`].
-//! [`separation`] removes steps, [`patch`] weighs the spheres, and [`contact_force`] is the result.
+//! [`separation`] removes steps from the separation, [`patch`] is the weighted set of spheres under
+//! a contact, and [`contact_force`] is the result.
 //!
 //! # Two stages
 //!
-//! Stage `contact` finds candidates: organs whose box comes near, their spheres, then the places of
-//! the skin and the beads of tubes. Stage `solve` closes each separation after the tissue has
-//! moved, within every substep, and pushes the tissue with the force that the hand feels. The
-//! multiplier of a contact constraint is that force. What moves the tissue is what the hand feels,
+//! Stage `contact` finds candidates: first organs whose box is near a tool, then their spheres,
+//! then places on the skin and beads of tubes. Stage `solve` runs in every substep, after the
+//! tissue has moved. It closes each separation and pushes the tissue. The multiplier of a contact
+//! constraint is the contact force. So the hand feels exactly the force that moves the tissue,
 //! whatever the number of spheres.
 //!
 //! # Skin
 //!
-//! Preparation remeshes each organ that has tetrahedra to a contact skin, a few millimetres fine.
-//! Twelve spheres carry each vertex, so that it follows every affine motion. The tick looks at
-//! points along the tool and follows each over the skin as a god-object: it walks from where the
-//! point was on the skin to where it is now. A walk over the surface cannot leave it, so a skin
-//! needs no sweep.
+//! Preparation (the offline build of a scene) remeshes the surface of each organ that has
+//! tetrahedra to a contact skin, with triangles of a few millimetres. Twelve spheres carry each
+//! vertex, so that the vertex follows every affine motion. Each tick takes points along the tool,
+//! and moves the contact point of each over the skin as a god-object: by a walk from triangle to
+//! triangle towards the tool point. A walk over the surface cannot pass through the surface, so the
+//! motion of a fast tool need not be swept.
 //!
 //! # What spheres are too coarse for
 //!
 //! On an elastic half-space a rigid tool makes a dent δ with a force F over a contact of half-width
-//! a. The spheres make a part of it themselves, as if F were spread over a Gaussian patch
-//! `exp(−r²/A²)`. The rest, `δ − c F` with the patch's own compliance `c`, is added by [`law`]. It
-//! is the difference of two half-spaces. So everything farther away than a few spacings (the
-//! organ's shape, its attachments, other tools) is left to the spheres. The contact force solves
+//! a. The spheres themselves yield by a part of this dent, as if F were spread over a Gaussian
+//! patch `exp(−r²/A²)`. The module [`law`] adds the rest, `δ − c F`, with the compliance `c` of
+//! such a patch. This rest is the difference of two half-spaces, which vanishes a few sphere
+//! spacings away. So the spheres alone account for everything beyond (the organ's shape, its
+//! attachments, other tools). The contact force solves
 //!
 //! ```text
 //! s + y F + δ(F) − c F = 0,   F ≥ 0
@@ -42,56 +45,61 @@
 //!
 //! A ball's force is divided by `1 + 0.06 δ/R`, because a neo-Hookean half-space is softer than a
 //! linear one (Zhang, Cao, Li and Feng 2014). The curvature of the skin at rest adds to the ball's
-//! own: what the skin falls off from the contact is a paraboloid. A hollow blunts a tool by half at
-//! most.
+//! own; the skin around the contact is taken as a paraboloid. Hollow skin lowers the sum to half of
+//! the ball's curvature at most.
 //!
-//! Preparation bakes `c` from the tissue's stiffness around each vertex. A ball presses on a patch
-//! of at least 0.8 of its radius, a thin one (up to 4 mm) of 1.3: under less, spheres that are
-//! close together strain as the law does not know.
+//! Preparation computes the patch, and with it `c`, from the tissue's stiffness around each vertex.
+//! The patch under a ball is at least 0.8 of its radius wide; under a thin ball 1.3 of its radius,
+//! up to 4 mm. Under a narrower patch, closely spaced spheres strain in a way that the law does not
+//! describe.
 //!
 //! # Several contacts on one skin
 //!
-//! Contacts side by side share a load. The influence coefficient of one on another is what the
-//! half-space carries over beyond what the spheres do. It is the same both ways (Betti), and no
-//! more than what more of the same force does to either contact itself. So no contact holds another
-//! off.
+//! Contacts close to each other share a load. The influence coefficient of one on another is the
+//! displacement that a force at one makes at the other in a half-space, beyond the displacement
+//! that the spheres already make. It is the same in both directions (Betti), and at most the
+//! compliance of either contact under its own load. If it were larger, one contact could keep
+//! another off the tissue.
 //!
 //! # Warm start
 //!
-//! Three quarters of the last tick's force act before the constraints are solved, the rest after
-//! them. One pass over the constraints is an implicit step in which each knows all of itself and
-//! half of the others. A force put on all after it finds tissue too soft; one put on all before it,
-//! too stiff. Friction has no warm start: it would drag on what has slid on.
+//! Three quarters of the last tick's force act before the tissue's constraints are solved, the rest
+//! after them. One pass over the constraints is an implicit step in which each constraint accounts
+//! for itself fully, and on average for half of the others. A force that acts wholly after the pass
+//! meets tissue that is too soft; one that acts wholly before it, tissue that is too stiff.
+//! Friction has no warm start, because it would drag tissue that has slid since.
 //!
 //! # Separation without jumps
 //!
-//! A persistent contact keeps an offset to its measured separation. A contact that is found deep
-//! begins with none of its depth. One that jumps changes its separation by 0.02 mm a tick and twice
-//! the tool's travel at most. The offset decays by a hundredth a tick; where a contact opens, by a
-//! twentieth and at most 0.025 mm. The direction of the push turns so slowly that the force changes
-//! by 1.5 mN a tick.
+//! A persistent contact adds an offset to its measured separation. A contact that is first found
+//! deep begins at zero depth. If the measured separation jumps, the filtered one changes by at most
+//! 0.02 mm a tick plus twice the tool's travel. The offset decays by a hundredth a tick; after an
+//! opening, by a twentieth and at most 0.025 mm. While the tool is still, the push turns so slowly
+//! that the force changes by at most 1.5 mN a tick.
 //!
 //! # Friction
 //!
-//! A bristle holds the tool back along the skin. It is as stiff as a half-space under a contact of
-//! half-width a (Mindlin 1949: `8 G a / (2 − ν)`) less what the spheres yield. It never pulls
-//! harder than `μ F` (return mapping). There is no step between sticking and sliding. The force
-//! moves the spheres too.
+//! A bristle (a spring along the skin) holds the tool back. Its compliance is that of a half-space
+//! under a contact of half-width a (stiffness `8 G a / (2 − ν)`, Mindlin 1949) less the compliance
+//! of the spheres. It never pulls harder than `μ F` (return mapping), so there is no step between
+//! sticking and sliding. The friction moves the spheres too.
 //!
 //! # Tubes
 //!
-//! Ducts and vessels, and layers one sphere thick, are beads along the lines of their spheres. A
-//! tool is followed past every bead through the whole of a tick's motion and keeps its side,
-//! however fast it is. A bead takes its side from the neighbour that bears more. Its wall is a
-//! spring that stiffens as the tube is pressed flat, `F = k d (1 + d / D)`. The felt stiffness
-//! counts the tissue behind the bead as well, as a ball that is embedded in it (Lur'e 1964: `24 π G
-//! (1 − ν) r / (5 − 6 ν)`). The push turns with the tube within 50 ms only: one that stays square
-//! to the tube is a follower load, under which a thin tube flutters (Beck's column, Bolotin 1963).
+//! Ducts and vessels, and layers one sphere thick, collide as beads (balls) along the lines that
+//! join their spheres. The motion of a tool past each bead is swept over the whole tick, so the
+//! tool stays on its side of the tube however fast it is. Of a bead's neighbours, the one under the
+//! larger load decides on which side the tool lies. The wall of a bead is a spring that stiffens as
+//! the tube is pressed flat, `F = k d (1 + d / D)`. The felt stiffness includes the tissue behind
+//! the bead, as for a ball that is embedded in it (Lur'e 1964: `24 π G (1 − ν) r / (5 − 6 ν)`). The
+//! push follows a rotation of the tube with a time constant of 50 ms. A push that stays
+//! perpendicular to the tube is a follower load, under which a thin tube flutters (Beck's column,
+//! Bolotin 1963).
 //!
 //! # Instrument and endoscope
 //!
-//! The endoscope presses on tissue as the instrument does, once its tracker has said where it is.
-//! The hand feels it only where the instrument meets it (`rigid`): steel on steel.
+//! The endoscope presses on tissue as the instrument does, once its tracker has delivered a pose.
+//! The hand feels the endoscope only where the instrument touches it (`rigid`), as steel on steel.
 
 mod constraint;
 pub(crate) mod contact_force;

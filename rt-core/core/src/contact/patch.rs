@@ -6,12 +6,13 @@ use crate::math::Vec3;
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// Spheres of a patch at most: those of three skin vertices, or those under a tip that is wider
-/// than their spacing (115 under one of 10 mm on a gallbladder of 2500). The first sphere takes the
-/// weight of any more.
+/// Most spheres of a patch: those of three skin vertices, or those under a tip that is wider than
+/// their spacing (115 under a tip of 10 mm on a gallbladder of 2500 spheres). The weight of any
+/// further sphere goes to the first one.
 const PATCH_MAX: usize = 160;
 
-/// A point of the tissue, carried by spheres, each once; the weights sum to 1.
+/// A point of the tissue, carried by weighted spheres. Each sphere is listed once, and the weights
+/// sum to 1.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Patch {
     parts: Vec<(u16, f32), PATCH_MAX>,
@@ -60,7 +61,7 @@ impl Patch {
         self.parts().map(yields).sum()
     }
 
-    /// Takes this share of its spheres' travel in this step, each by its weight.
+    /// Reduces the travel of each sphere in this substep by this share times the sphere's weight.
     pub(crate) fn damp(&self, share: f32, bodies: &mut Bodies) {
         for (sphere, weight) in &self.parts {
             let node = bodies.nodes.at_mut(u32::from(*sphere));
@@ -80,10 +81,10 @@ impl Patch {
     }
 }
 
-/// Slots of a [`Builder`]: more than twice as many as there can be spheres.
+/// Slots of a [`Builder`]: more than twice as many as a patch can have spheres.
 const SLOTS: usize = 512;
 
-/// A patch under construction, which finds its spheres in constant time.
+/// A patch under construction. A hash table finds its spheres in constant time.
 #[derive(Debug)]
 pub(crate) struct Builder {
     pub(crate) patch: Patch,
@@ -138,7 +139,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// The builder makes the patch that the plain way makes.
+        /// The builder makes the same patch as `Patch::add`.
         #[test]
         fn builder_makes_the_plain_patch(parts in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
                                       few in 1u16..240) {

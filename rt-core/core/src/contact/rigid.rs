@@ -9,21 +9,24 @@ use crate::contact::separation::FilteredSeparation;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
 
-/// Stiffness of the contact, N/m: hard to a hand. The device's own limit comes after it.
+/// Stiffness of the contact, N/m, which feels hard to a hand. The output stage then limits it to
+/// the device's stiffness.
 const STIFFNESS_N_M: f32 = 2000.0;
-/// Distance within which a part's side is tracked, m: the travel of both tools in a tick.
+/// Separation below which a part is tracked, so that its side is known, m: the most that both tools
+/// travel in a tick.
 const NEAR_M: f32 = 0.0065;
 
-/// Largest offset against opening, m: steel farther apart does not push.
+/// Largest offset of a contact that opens, m: tools farther apart than this do not push.
 const OPENING_MAX_M: f32 = 0.000_5;
-/// Travel of both tools in a tick that is no motion, m: a device was unplugged or stalled.
+/// Travel of both tools in a tick that is not taken as motion, m: a device was unplugged or stalled
+/// before it.
 const LEAP_M: f32 = 0.02;
 
-/// A part of the instrument near the endoscope, as a tick leaves it.
+/// A part of the instrument near the endoscope, at the end of a tick.
 #[derive(Debug, Clone, Copy)]
 struct PersistentContact {
     part: Role,
-    /// From the endoscope to the part.
+    /// Unit vector from the endoscope to the part.
     normal: Vec3,
     /// Place of closest approach on each axis, 0 to 1.
     nearest: [f32; 2],
@@ -76,8 +79,9 @@ impl RigidContacts {
     }
 }
 
-/// Tracks a part. One that overlaps is lifted out along the last normal and followed there, so that
-/// it cannot pass through the endoscope within a tick. `None` far from it.
+/// Tracks a part. A part that overlaps the endoscope is first lifted out along the last normal;
+/// then its closest approach is found. So it cannot pass through the endoscope within a tick.
+/// `None` if the part is far from the endoscope.
 fn track(
     part: &Capsule,
     scope: &Capsule,
@@ -92,10 +96,10 @@ fn track(
     let travel_m = last.map(|last| {
         let moved_m = last.ends_m.iter().zip(&ends_m);
         let moved_m = moved_m.map(|(before, now)| math::norm(&(now - before)));
-        // Either may have moved towards the other.
+        // Both tools may have moved towards each other.
         2.0 * moved_m.fold(0.0, f32::max)
     });
-    // After a jump the last side says nothing.
+    // After a leap the last side is not valid.
     let last = last.filter(|_| travel_m.is_some_and(|travel_m| travel_m < LEAP_M));
     let lift_m = last.map_or_else(Vec3::zeros, |last| {
         last.normal * (reach_m - height_m(&last.normal, &last.nearest)).max(0.0)
@@ -131,8 +135,8 @@ fn at(part: &Capsule, share: f32) -> Vec3 {
     part.a_m + (part.b_m - part.a_m) * share
 }
 
-/// Closest places of two axes, 0 to 1 on each: an end of either, or the crossing. The crossing of
-/// nearly parallel axes is lost in rounding, and an end is as near.
+/// Closest places of two axes, 0 to 1 on each: an end of either, or the crossing. Rounding spoils
+/// the crossing of nearly parallel axes, but there an end is as near.
 fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
     let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
     let r = one.a_m - other.a_m;
@@ -153,9 +157,10 @@ fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
     best
 }
 
-/// Weight of the middle of the overlap against closest approach. Parallel axes are closest
-/// everywhere. So the contact moves from one end to the other through the middle within a few times
-/// `√MIDDLE` (2°), without a jump. A larger weight moves it more slowly.
+/// Weight of the middle of the overlap against the closest approach. Parallel axes are equally
+/// close everywhere, so the place of closest approach jumps from one end to the other as the axes
+/// turn through parallel. With this weight the contact passes from end to end through the middle,
+/// within a few times `√MIDDLE` (2°) and without a jump. A larger weight moves it more slowly.
 const MIDDLE: f32 = 1.0e-3;
 
 /// Place on the first axis, 0 to 1, where the contact is felt. It minimises the squared distance
@@ -166,7 +171,7 @@ fn middle_of_overlap(one: &Capsule, other: &Capsule) -> f32 {
     let a = d1.norm_squared().max(1.0e-12);
     let e = d2.norm_squared().max(1.0e-12);
     let (b, c, f) = (d1.dot(&d2), d1.dot(&r), d2.dot(&r));
-    // Projections of the ends of each axis on the other.
+    // Middles of the projections of each axis on the other.
     let s_middle = middle(-c / a, (b - c) / a);
     let t_middle = middle(f / e, (b + f) / e);
     // At the minimum: `p s − b t = u` and `q t − b s = v`.
@@ -251,7 +256,7 @@ mod tests {
         assert_eq!(contacts.len(), 1);
         assert!((contacts[0].force_n - 1.0).abs() < 1.0e-2, "{contacts:?}");
         assert!(contacts[0].normal.z > 0.999 && contacts[0].tool == Tool::Instrument);
-        // At 3 m/s and far beyond: still from above.
+        // At 3 m/s the shaft ends far below the endoscope, but the push is still upwards.
         let contacts = come_down(0.003, 8);
         assert!(
             contacts[0].normal.z > 0.999 && contacts[0].force_n > 10.0,

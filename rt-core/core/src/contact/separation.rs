@@ -1,41 +1,42 @@
 //! The separation of a tool and tissue, filtered so that the contact force has no steps.
 //!
-//! A persistent contact adds an offset to its measured separation. A contact that is found deep
-//! begins with an offset of its whole depth; one that jumps takes the jump into the offset. The
-//! offset decays, so the force comes to its true value within a few tenths of a second.
+//! A persistent contact adds an offset to its measured separation. A contact that is first found
+//! deep begins with an offset of its whole depth. If the measured separation jumps, the offset
+//! takes up the jump. The offset decays, so the force comes to its true value within a few tenths
+//! of a second.
 
-/// Share of an offset against overlap that stays after a tick: a third is left after 0.1 s. Nearer
-/// to 1, a contact found deep takes longer to reach its force.
+/// Share of a positive offset, which hides overlap, that stays after a tick: a third is left after
+/// 0.1 s. With a larger share, a contact that is found deep takes longer to reach its force.
 const OFFSET_KEEP: f32 = 0.99;
-/// Share of an offset against opening that stays after a tick. It is smaller, so that a contact
-/// that has opened soon stops pushing.
+/// Share of a negative offset, which hides an opening, that stays after a tick. It is smaller, so
+/// that a contact that has opened soon stops pushing.
 const OPENING_KEEP: f32 = 0.95;
-/// Upper bound of the decay of an offset against opening, m a tick. A larger one ends the push
-/// sooner, with a larger step of force.
+/// Upper bound of the decay of a negative offset, m a tick. A larger bound ends the push sooner,
+/// with a larger step of force.
 const OPENING_STEP_M: f32 = 0.000_025;
-/// A filtered separation changes by at most this and twice the tool's travel, m a tick; a larger
-/// jump goes into the offset. It makes 2 mN where a shaft lies on a liver. A larger one follows the
-/// skin faster, with larger steps of force.
+/// Change of a filtered separation in a tick that is allowed beyond twice the tool's travel, m; the
+/// offset takes up the rest of a larger jump. Where a shaft lies on a liver, this change is a step
+/// of 2 mN. A larger value follows the skin faster, with larger steps of force.
 const JUMP_M: f32 = 0.000_02;
 
 /// Separation of a tool's point and the tissue under it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FilteredSeparation {
-    /// The measured separation plus the offset, m; negative where they overlap.
+    /// The measured separation plus the offset, m; negative: overlap.
     pub(crate) separation_m: f32,
-    /// Offset added to the measured separation, m. Positive after a deep find or a jump inwards,
-    /// negative after a jump outwards; it decays.
+    /// Offset added to the measured separation, m. It is positive after a contact is found deep or
+    /// jumps inwards, and negative after a jump outwards.
     offset_m: f32,
 }
 
 impl FilteredSeparation {
-    /// Of no contact.
+    /// The separation of no contact.
     pub(crate) const NONE: Self = Self {
         separation_m: 0.0,
         offset_m: 0.0,
     };
 
-    /// A new contact: the offset cancels its overlap.
+    /// Separation of a new contact: the offset cancels its overlap.
     pub(crate) fn first(separation_m: f32) -> Self {
         let offset_m = (-separation_m).max(0.0);
         Self {
@@ -49,7 +50,8 @@ impl FilteredSeparation {
         self.separation_m - self.offset_m
     }
 
-    /// Another place of the same contact: a positive offset stays.
+    /// Separation at another place of the same contact. It keeps a positive offset and drops a
+    /// negative one.
     pub(crate) fn at(&self, separation_m: f32) -> Self {
         let offset_m = self.offset_m.max(0.0);
         Self {
@@ -58,8 +60,8 @@ impl FilteredSeparation {
         }
     }
 
-    /// The separation a tick later, after the tool travelled by `travel_m`. The offset against
-    /// opening is at most `opening_max_m`: contacts farther apart do not push.
+    /// The separation a tick later, after the tool travelled by `travel_m`. A negative offset is at
+    /// most `opening_max_m` long, so contacts that are farther apart do not push.
     pub(crate) fn next(&self, separation_m: f32, travel_m: f32, opening_max_m: f32) -> Self {
         let most_m = 2.0 * travel_m + JUMP_M;
         let goes_m = separation_m - self.measured_m();
@@ -69,12 +71,12 @@ impl FilteredSeparation {
         } else {
             OFFSET_KEEP
         };
-        // An offset against overlap decays by its hundredth however large it is: tissue may
-        // approach by that much before it counts.
+        // A positive offset decays by a hundredth of itself, however large; a negative one by at
+        // most `OPENING_STEP_M`.
         let decay_m = ((1.0 - keep) * self.offset_m).max(-OPENING_STEP_M);
         let offset_m = self.separation_m + goes_m - decay_m - separation_m;
         let offset_m = offset_m.max(-opening_max_m);
-        // Without overlap, measured or filtered, there is no offset.
+        // If neither the measured nor the filtered separation overlaps, there is no offset.
         let offset_m = if separation_m < 0.0 || separation_m + offset_m < 0.0 {
             offset_m
         } else {
@@ -116,7 +118,8 @@ mod tests {
         let touching = FilteredSeparation::first(0.0).next(-0.0001, 0.0001, OPENING_MAX_M);
         assert!((touching.separation_m + 0.0001).abs() < 1.0e-8);
         assert!((touching.next(-0.001, 0.001, OPENING_MAX_M).separation_m + 0.001).abs() < 1.0e-8);
-        // Inwards, outwards and open: by the permitted step at most, and in the end all of it.
+        // A jump inwards, one outwards and one to an open contact: the separation changes by the
+        // permitted step at most, and in the end reaches its value.
         for to_m in [-0.003f32, -0.0002, 0.001] {
             let mut separation = FilteredSeparation::first(0.0).next(-0.001, 0.001, OPENING_MAX_M);
             for _ in 0..1000 {
@@ -133,7 +136,7 @@ mod tests {
                 "{separation:?}"
             );
         }
-        // A tool that is drawn out lets go at once.
+        // Tissue stops pushing a tool as soon as the tool is drawn out.
         let opened = FilteredSeparation::first(0.0)
             .next(-0.001, 0.001, OPENING_MAX_M)
             .next(0.0005, 0.0, OPENING_MAX_M);

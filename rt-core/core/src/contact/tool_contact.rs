@@ -1,10 +1,11 @@
 //! Tools against tissue, over all organs: those with a contact skin ([`crate::contact::skin`]), and
 //! ducts and vessels ([`crate::contact::tube`]).
 //!
-//! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the tools: organs whose box
-//! comes near, then their spheres, O(spheres of organs near · parts). Skins and tubes then give
-//! candidates. Stage `solve` ([`ToolContacts::push_out`]) closes the separations after the tissue
-//! has moved, and pushes it with the force that the hand feels ([`crate::contact::constraint`]).
+//! Stage `contact` ([`ToolContacts::find`]) lists the spheres near the tools: it finds organs whose
+//! box is near a tool, then their spheres, O(spheres of organs near · parts). Skins and tubes then
+//! give candidates. Stage `solve` ([`ToolContacts::push_out`]) closes the separations after the
+//! tissue has moved, and pushes the tissue with the force that the hand feels
+//! ([`crate::contact::constraint`]).
 
 use core::cmp::Ordering;
 
@@ -28,21 +29,21 @@ use crate::tool::Capsule;
 use crate::words::SphereBits;
 
 /// Distance from a tool within which a sphere under a skin is kept, m: the skin lies up to half a
-/// spacing above it.
+/// spacing above the sphere.
 const NEAR_SKIN_M: f32 = 0.010;
 
-/// A sphere near the instrument, ordered by depth, then by index, so that the choice is always the
-/// same.
+/// A sphere near a tool, ordered by depth, then by index, so that every run keeps the same spheres.
 #[derive(Debug, Clone, Copy)]
 struct Near {
-    /// Depth in a capsule with round ends before the solve, m: cheap, and never too small.
+    /// Depth of the sphere in the tool's capsules before the solve, m. It is cheap to compute, and
+    /// never too small.
     depth_m: f32,
     sphere: u32,
 }
 
 impl Ord for Near {
     fn cmp(&self, other: &Self) -> Ordering {
-        // A lower index counts as deeper, because it was there first.
+        // At equal depth, the lower index counts as deeper, because it was found first.
         let depth = self.depth_m.total_cmp(&other.depth_m);
         depth.then_with(|| other.sphere.cmp(&self.sphere))
     }
@@ -65,7 +66,7 @@ impl Eq for Near {}
 /// Tissue near the tools, and the contacts with it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ToolContacts {
-    /// Spheres under a skin.
+    /// Spheres under a skin that are near a tool.
     near: BinaryHeap<Near, Min, MAX_CONTACTS>,
     skin: SkinContacts,
     tubes: TubeContacts,
@@ -169,7 +170,7 @@ impl ToolContacts {
         if near > *shallowest {
             *shallowest = near;
         }
-        // The skin over a sphere that is dropped may touch.
+        // The skin over the dropped sphere may touch a tool.
         faults.raise(Fault::ContactOverflow);
     }
 
@@ -221,16 +222,18 @@ impl Coupling for ToolContacts {
     }
 }
 
-/// A part with round ends, prepared for many spheres. It contains the flat-ended cylinder.
+/// The capsule of a part, prepared for tests against many spheres. It contains the cylinder with
+/// flat ends.
 #[derive(Debug, Clone, Copy)]
 struct Segment {
     a_m: Vec3,
     along_m: Vec3,
     inverse_length_squared: f32,
     radius_m: f32,
-    /// Middle of the box around the piece of it within the organ's box, and half of its sides, m;
-    /// both grown by [`NEAR_SKIN_M`].
+    /// Middle of the box around the piece of the axis that is near the organ's box, m.
     middle_m: Lanes,
+    /// Half of the sides of that box, m. The box is larger than the piece by the radius and
+    /// [`NEAR_SKIN_M`].
     half_m: Lanes,
 }
 
@@ -251,8 +254,8 @@ impl Segment {
         }
     }
 
-    /// True where a sphere meets the box around it; false only where [`Segment::depth_m`] is
-    /// `None`.
+    /// True if a sphere meets the box around the piece. It is false only for spheres whose
+    /// [`Segment::depth_m`] is `None`.
     #[inline(always)]
     fn may_be_near(&self, center: Lanes, radius_m: f32) -> bool {
         let [x, y, z, _] = (center - self.middle_m).to_array();
@@ -260,7 +263,8 @@ impl Segment {
         x.abs() <= a && y.abs() <= b && z.abs() <= c
     }
 
-    /// Overlap of a sphere with it, m; `None` if the sphere is not near.
+    /// Overlap of a sphere with the capsule, m; negative: the gap. `None` if the gap is wider than
+    /// `margin_m`.
     #[inline]
     fn depth_m(&self, center_m: &Vec3, radius_m: f32, margin_m: f32) -> Option<f32> {
         let from_a = center_m - self.a_m;
@@ -282,7 +286,7 @@ mod tests {
     use proptest::prelude::*;
     use std::boxed::Box;
 
-    /// A bar that stands on z, its lower end at `z`.
+    /// A bar along the z axis, with its lower end at `z`.
     fn bar(z: f32) -> Capsule {
         Capsule {
             a_m: Vec3::new(0.0, 0.0, z + 0.1),
@@ -292,7 +296,7 @@ mod tests {
         }
     }
 
-    /// A bar that comes down on a ball of 10 mm from 10 mm above `z`, in one tick.
+    /// A bar that comes down on a ball of 10 mm radius in one tick, from 4 mm above `z` to `z`.
     fn meet(z: f32, held: bool) -> (ToolContacts, Box<Bodies>) {
         let mut ball = sphere(Vec3::zeros(), 0.01);
         ball.held = held;
@@ -329,7 +333,7 @@ mod tests {
             math::norm(&(contact.at_m - Vec3::z() * 0.008)) < 1.0e-6,
             "{contact:?}"
         );
-        // The tissue goes the other way: F w dt².
+        // The tissue moves the other way, by F w dt².
         let moved = bodies.nodes.at(0).moved_m();
         assert!(
             math::norm(&(moved + Vec3::z() * (0.000_5 * force_n))) < 1.0e-7,

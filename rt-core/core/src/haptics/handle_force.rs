@@ -1,4 +1,5 @@
-//! Force and torque at the handle: the contacts' wrench about the port, taken through the lever.
+//! Force and torque at the handle: the contacts' wrench about the port, transmitted by the shaft as
+//! a lever.
 
 use nalgebra::Matrix3;
 
@@ -28,7 +29,8 @@ pub(crate) fn felt(
     renders_torque: bool,
 ) -> Felt {
     let mut at_port = Wrench::ZERO;
-    // Of springs k along n at the instrument the handle feels Σ k (T n)(T n)ᵀ, T the lever.
+    // Springs k along n at the instrument are a stiffness Σ k (T n)(T n)ᵀ at the handle, where T
+    // maps a force at the instrument to the handle.
     let mut stiffness_n_m = Matrix3::zeros();
     let mut grip_n_m = 0.0;
     let mut add_spring = |at_m: &Vec3, normal: &Vec3, k: f32| {
@@ -65,7 +67,8 @@ pub(crate) fn felt(
     }
 }
 
-/// Force at the handle of a unit force along `normal`, with a shaft that turns freely in the hand.
+/// Force on the hand from a unit force along `normal` on the instrument at `at_m`, with a shaft
+/// that turns freely in the hand.
 fn handle_way(
     kinematics: &Kinematics,
     world_from_handle: &Pose,
@@ -78,8 +81,9 @@ fn handle_way(
     kinematics.at_handle(world_from_handle, &free).force_n
 }
 
-/// Upper bound of the largest eigenvalue of a positive semidefinite matrix: `tr(M⁸)^⅛`, between it
-/// and `3^⅛ = 1.15` times it. It changes by no more than the stiffness of a contact changes.
+/// Upper bound of the largest eigenvalue of a positive semidefinite matrix: `tr(M⁸)^⅛`, between
+/// that eigenvalue and `3^⅛ = 1.15` times it. When one contact's share of the matrix changes, the
+/// bound changes by no more than the stiffness of that share.
 fn stiffest(m: &Matrix3<f32>) -> f32 {
     let size = m.trace();
     if size <= f32::MIN_POSITIVE {
@@ -104,7 +108,7 @@ mod tests {
     };
 
     fn handle() -> Pose {
-        // 0.2 m outside the body, 0.1 m inside.
+        // The shaft is 0.2 m outside the body and 0.1 m inside.
         Pose::from_parts(Vec3::new(0.0, 0.0, 0.2).into(), Quat::identity())
     }
 
@@ -131,7 +135,8 @@ mod tests {
         };
         let felt = felt(&[rubbed], None);
         assert!(is_force(&felt, -0.1, 0.0, 2.0), "{felt:?}");
-        // 800 · (1/2)² in two directions, 100 in the third: at most 2^⅛ too high.
+        // 800 · (1/2)² in two directions and 100 in the third; the bound is at most 2^⅛ times too
+        // high.
         assert!((200.0..=219.0).contains(&felt.stiffness_n_m), "{felt:?}");
     }
 
@@ -159,7 +164,8 @@ mod tests {
         let across = felt(&[side], None);
         assert!(is_force(&across, -1.0, 0.0, 0.0));
         assert!((across.stiffness_n_m - 100.0).abs() < 1.0e-3); // 400 · (1/2)²
-        // Two on one side add; two that press against each other cancel, and are as stiff.
+        // The forces of two contacts on one side add. The forces of two opposite contacts cancel,
+        // but their stiffness is the same.
         let both = felt(&[side, side], None);
         assert!(is_force(&both, -2.0, 0.0, 0.0));
         let squeezed = felt(&[side, contact(tip, -Vec3::x())], None);
@@ -224,7 +230,7 @@ mod tests {
             };
             let way = math::unit(&way).unwrap_or_else(Vec3::x);
             prop_assert!(math::norm(&answer(&way)) <= stiffness * 1.001 + 1.0e-3);
-            // Power iteration finds the stiffest.
+            // Power iteration finds the stiffest direction.
             let mut stiff = way;
             for _ in 0..200 {
                 stiff = math::unit(&answer(&stiff)).unwrap_or(stiff);

@@ -9,8 +9,7 @@
 //! so that a force that is only too strong does not count as too fast.
 //!
 //! A trip latches until a person enables the force again. A stale or lost device does not latch:
-//! its effect ends with its cause, and the force rises by the ramp. Every gate that acts raises its
-//! fault.
+//! when samples come again, the force rises by the ramp. Every gate that acts raises its fault.
 
 use crate::fault::{Fault, FaultSet};
 use crate::haptics::passivity::Passivity;
@@ -19,35 +18,36 @@ use crate::port::{DeviceCapabilities, ForceCommand};
 use crate::time::TICK_S;
 use crate::words::Status;
 
-/// Largest change of force in a tick, N. A Touch reaches its peak in 3.3 ms.
+/// Largest change of force in a tick, N. At this rate a Touch reaches its peak in 3.3 ms.
 const SLEW_N: f32 = 1.0;
-/// Share that is rendered of the stiffness at which a loop of the device's damping and delay begins
-/// to oscillate (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). A larger share
-/// renders stiffer contact with less margin. The rule holds for the emulated Touch (`evaluate
-/// haptics`), so a small margin suffices.
+/// Largest rendered stiffness, as a share of that at which a loop with the device's damping and
+/// delay begins to oscillate (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). A
+/// larger share renders stiffer contact with less margin. The rule holds for the emulated Touch
+/// (`evaluate haptics`), so a small margin suffices.
 const STABLE_SHARE: f32 = 0.7;
-/// Force by which the stiffness gate's share may change in a tick, N, besides half of the change of
-/// the force itself. It is below the threshold of feeling; a larger one is felt as a knock.
+/// Change of force that a change of the stiffness gate's share may make in a tick, N, in addition
+/// to half of the change of the demanded force. A hand does not feel this step; a larger one is
+/// felt as a knock.
 const SCALE_STEP_N: f32 = 0.001;
-/// Ticks for which the largest stiffness is held before it fades. A stiffness that flickers
-/// (spheres that stick and slip) is thus rendered steadily, as its maximum.
+/// Ticks for which the gate holds the largest recent stiffness before it fades. If the stiffness
+/// flickers (spheres that stick and slip), the gate thus uses its maximum, and the force is steady.
 const STIFF_TICKS: u32 = 50;
-/// Largest stiffness that is remembered, N/m: an infinite one would never fade.
+/// Upper bound of the remembered stiffness, N/m. An infinite stiffness would never fade.
 const RIGID_N_M: f32 = 1.0e6;
 /// Factor per tick by which a remembered stiffness fades. A larger one fades more slowly.
 const FADES: f32 = 0.98;
-/// Least share that serves as a divisor. A device with hardly any damping may render a thousandth
-/// of a wall of 20 kN/m.
+/// Lower bound of the stiffness gate's share where it serves as a divisor. A device with hardly any
+/// damping may render a thousandth of a wall of 20 kN/m.
 const SCALE_MIN: f32 = 1.0e-4;
 /// Longest delay of a device for which a stiffness is computed, s.
 const DELAY_MAX_S: f32 = 0.1;
-/// Largest change of torque and of the opening force in a tick, as a share of the peak: as quick as
-/// that of force.
+/// Largest change of torque and of the opening force in a tick, as a share of the peak: as fast as
+/// the force of a Touch.
 const SLEW_SHARE: f32 = 0.3;
 /// Speed of the handle above which the force trips, m/s.
 const SPEED_TRIP_M_S: f32 = 1.2;
-/// Time constant of the motors' heating, s. Assumed: makers do not publish it. After 4 s at the
-/// peak, a Touch reaches its thermal limit.
+/// Time constant of the motors' heating, s. The value is assumed, because makers do not publish it.
+/// With it, a Touch reaches its thermal limit after 4 s at the peak.
 const HEAT_TIME_S: f32 = 60.0;
 /// Share of the continuous limit's heat at which the limit begins to fall from the peak. Raising it
 /// makes the fall shorter and steeper.
@@ -59,15 +59,15 @@ const FALL_S: f32 = 0.02;
 /// Force that the simulation asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
-    /// Force on the handle, N, in any one frame.
+    /// Force on the handle, N, in any frame.
     pub force_n: Vec3,
-    /// Torque on the handle, N m, in the same frame.
+    /// Torque on the handle, N m, in the frame of the force.
     pub torque_n_m: Vec3,
     /// Force that opens the handle, N.
     pub opening_n: f32,
     /// Stiffness of the contact at the handle, N/m.
     pub stiffness_n_m: f32,
-    /// Position of the handle, m, in that frame, if this tick brought a sample.
+    /// Position of the handle, m, in the frame of the force, if this tick brought a sample.
     pub handle_m: Option<Vec3>,
     /// Speed of the handle, m/s.
     pub speed_m_s: f32,
@@ -91,15 +91,16 @@ pub struct OutputLimit {
     ramp_s: f32,
     enabled: bool,
     tripped: bool,
-    /// Ramp: rises from 0 to 1.
+    /// Share of the force that the ramp lets through, 0 to 1.
     gain: f32,
-    /// Largest recent stiffness of the contact, N/m, and the ticks since it was measured.
+    /// Largest recent stiffness of the contact, N/m.
     stiffness_n_m: f32,
+    /// Ticks since `stiffness_n_m` was measured, counted up to `STIFF_TICKS`.
     stiff_ticks: u32,
     /// Share of the force that the stiffness gate lets through.
     stiffness_scale: f32,
-    /// Size of the force demanded in the last tick, N; 0 after a cut, so that the next force begins
-    /// with its own share.
+    /// Size of the force demanded in the last tick, N; 0 after a cut, so that the next force does
+    /// not keep the stiffness gate's share of the last one.
     wanted_n: f32,
     /// Running mean of the squared force, N².
     heat_n2: f32,
@@ -110,7 +111,7 @@ pub struct OutputLimit {
 /// A limit below this (N, N/m, s) counts as 0: squares of smaller forces lose their digits.
 const LIMIT_MIN: f32 = 1.0e-9;
 
-/// The limit, or 0 if it is not a positive number.
+/// The limit, or 0 if it is not finite or below `LIMIT_MIN`.
 fn safe(limit: f32) -> f32 {
     if limit.is_finite() && limit >= LIMIT_MIN {
         limit
@@ -190,7 +191,7 @@ impl OutputLimit {
     }
 
     /// Energy that the hand put into contact and the device's damping and did not get back, J.
-    /// Below zero the loop makes energy and is damped.
+    /// Below zero the loop has generated energy, and it is damped.
     #[must_use]
     pub const fn energy_j(&self) -> f32 {
         self.passivity.energy_j()
@@ -199,7 +200,7 @@ impl OutputLimit {
     /// Passes a demand through all gates. The result is in the demand's frame, finite, and never
     /// above the device's peaks.
     pub fn apply(&mut self, demand: &Demand, faults: &mut FaultSet) -> ForceCommand {
-        // Of a device whose fault is known, nobody is told that samples came late.
+        // A known fault of the device already explains that samples are late.
         let is_late = demand.device == Status::Stale && !faults.explains_silence();
         faults.raise_if(is_late, Fault::StaleDevice);
         faults.raise_if(demand.device == Status::Lost, Fault::LostDevice);
@@ -270,8 +271,9 @@ impl OutputLimit {
         self.gain = (self.gain + step).clamp(0.0, 1.0);
     }
 
-    /// Share of the force that keeps the stiffness within the device's. It changes in small steps
-    /// of force, so that a contact that begins or ends under load is not felt as a knock.
+    /// Share of the force that keeps the stiffness within the device's limit. The share changes in
+    /// small steps of force, so that a contact that begins or ends under load is not felt as a
+    /// knock.
     fn cap_stiffness(&mut self, demand: &Demand, faults: &mut FaultSet) -> f32 {
         self.remember_stiffness(demand.stiffness_n_m);
         let too_stiff = self.stiffness_n_m > self.stiffness_max_n_m;
@@ -292,7 +294,8 @@ impl OutputLimit {
         } else {
             goal
         };
-        // A felt force changes slowly; a new one begins with its own share.
+        // A force that is felt already changes its share slowly; a new force begins with its own
+        // share.
         let step_n = SCALE_STEP_N + 0.5 * (wanted_n - self.wanted_n).abs();
         let step = step_n / self.wanted_n.max(step_n);
         self.stiffness_scale += (goal - self.stiffness_scale).max(-step).min(step);
@@ -327,18 +330,18 @@ impl OutputLimit {
     fn limit_torque(&self, torque: &Vec3, faults: &mut FaultSet) -> Vec3 {
         let peak = self.torque_max_n_m;
         if peak <= 0.0 {
-            return Vec3::zeros(); // the device says that it drops torque: nothing is cut off
+            return Vec3::zeros(); // the device renders no torque, so no fault is raised
         }
         let torque = clamp(torque, peak, Fault::Clamped, faults);
         slew(&self.last.torque_n_m, &torque, SLEW_SHARE * peak, faults)
     }
 
-    /// The handle's opening has a stiffness of its own, which bounds the demand, so that the
-    /// contact's gate does not act on it.
+    /// Limits the opening force. The stiffness gate of the contact does not act on it, because the
+    /// stiffness of the opening already bounds the demand.
     fn limit_opening(&self, opening_n: f32, faults: &mut FaultSet) -> f32 {
         let peak = self.opening_max_n;
         if peak <= 0.0 {
-            return 0.0; // the device says that it renders none: nothing is cut off
+            return 0.0; // the device renders no opening force, so no fault is raised
         }
         let as_vector = |newtons: f32| Vec3::new(newtons, 0.0, 0.0);
         let force = clamp(&as_vector(opening_n), peak, Fault::Clamped, faults);
@@ -364,7 +367,7 @@ impl OutputLimit {
     }
 }
 
-/// Stiffest contact for a device, N/m; 0 if its figures make no sense.
+/// Stiffest contact that is rendered unscaled, N/m; 0 if the device's rate or delay is implausible.
 fn stiffness_max_n_m(device: &DeviceCapabilities) -> f32 {
     let period_s = if device.rate_hz >= 1.0 {
         device.rate_hz.recip().max(TICK_S)

@@ -1,29 +1,30 @@
 //! Passivity observer and controller at the handle (Hannaford and Ryu 2002, in the time domain).
 //!
-//! A contact may return to the hand the energy that the hand put in, no more. The observer sums the
-//! work that hand and device exchange with the rendered force. The sum is exact for the force that
-//! acted in each period, which was sent `delay` before. The device's own damping counts as well.
-//! Where the sum falls below zero, the loop makes energy: it is too stiff for its delay, or samples
+//! A contact may return to the hand at most the energy that the hand put in. The observer sums the
+//! work that the hand does against the rendered force. For each period it uses the force that acted
+//! then, which was sent `delay` earlier. The energy that the device's own damping takes is added.
+//! If the sum is below zero, the loop generates energy: it is too stiff for its delay, or samples
 //! come late. The controller dissipates that energy by damping, at most as strong as the device
 //! renders.
 //!
-//! Energy that tissue dissipated must not hide energy that the loop makes. So the sum never exceeds
-//! the work that the present force could do on the way back to where contact began. Without contact
-//! it is reset.
+//! Energy that tissue has dissipated must not hide energy that the loop generates. So the sum never
+//! exceeds the work that the present force could do on the way back to the place where contact
+//! began. After `FREE_TICKS` without contact the sum is reset.
 
 use crate::math::{self, Vec3};
 use crate::port::DeviceCapabilities;
 use crate::time::TICK_S;
 
-/// Longest delay that is compensated, ticks: that of a slow USB device.
+/// Number of sent forces that are kept, one a tick. The longest delay that is compensated is one
+/// tick less, which covers a slow USB device.
 const DELAY_MAX: usize = 16;
 /// Ticks without force after which the energy is reset.
 const FREE_TICKS: u32 = 100;
 /// Speed below which nothing is damped, m/s: one encoder step of a Touch in 4 ms. Raising it avoids
 /// noise and leaves more energy undamped.
 const STILL_M_S: f32 = 0.015;
-/// Weight of a new speed in its running mean: encoder steps are coarse. A larger weight follows
-/// faster and is noisier.
+/// Weight of a new speed in the running mean, which smooths coarse encoder steps. A larger weight
+/// follows faster and is noisier.
 const SPEED_BLEND: f32 = 0.3;
 
 /// State of the observer. Positions and forces are in the device's frame.
@@ -36,8 +37,9 @@ pub(crate) struct Passivity {
     delay_ticks: usize,
     /// Position of the handle at its last sample, m.
     handle_m: Option<Vec3>,
-    /// Sum of the forces that acted in the ticks since then, N.
+    /// Sum of the forces that acted in the ticks since that sample, N.
     acted_n: Vec3,
+    /// Number of ticks since that sample.
     ticks: f32,
     speed_m_s: Vec3,
     /// Position at which the present contact began, m.
@@ -48,8 +50,8 @@ pub(crate) struct Passivity {
 }
 
 impl Passivity {
-    /// An observer without energy. Figures of the device that make no sense count as 0, and its
-    /// delay as at most `DELAY_MAX`.
+    /// An observer without energy. Negative or infinite figures of the device and NaN count as
+    /// zero. A longer delay than `DELAY_MAX - 1` ticks counts as that.
     pub(crate) fn new(device: &DeviceCapabilities) -> Self {
         let sane = |x: f32| if x.is_finite() { x.max(0.0) } else { 0.0 };
         Self {
@@ -89,7 +91,7 @@ impl Passivity {
         self.ticks = 0.0;
     }
 
-    /// `wanted_n` plus the damping force; and true if damping acted.
+    /// Returns `wanted_n` plus the damping force, and true if damping acted.
     pub(crate) fn damp(&mut self, wanted_n: &Vec3) -> (Vec3, bool) {
         let Some(handle_m) = self.handle_m else {
             return (*wanted_n, false);
@@ -127,7 +129,7 @@ impl Passivity {
         }
     }
 
-    /// Resets the observer, after a time that it did not see.
+    /// Resets the observer, after a time in which it was not called.
     pub(crate) fn forget(&mut self) {
         *self = Self {
             sent_n: [Vec3::zeros(); DELAY_MAX],
@@ -189,7 +191,8 @@ mod tests {
 
     #[test]
     fn a_held_force_makes_energy_by_hand() {
-        // In and out in two steps of 10 mm at 100 N/m: in against no force, out with 1 N.
+        // In and out in two steps of 10 mm at 100 N/m. The hand goes in against no force and comes
+        // out with 1 N.
         let mut passivity = Passivity::new(&DEVICE);
         for (x, force, energy) in [(0.0, 0.0, 0.0), (-0.01, 1.0, 0.0), (0.0, 0.0, -0.01)] {
             passivity.observe(Some(Vec3::x() * x));

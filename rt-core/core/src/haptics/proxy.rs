@@ -1,32 +1,33 @@
 //! Proxy pose: the pose of the instrument when the hand pushes harder than the device can push
 //! back.
 //!
-//! The device's force is limited. A hand that pushes on would drive the instrument through organs
-//! with forces that it does not feel. So the instrument follows a handle that is displaced from the
-//! device pose, far enough to keep the tissue's force at the felt force. It is a god-object (Zilles
-//! and Salisbury 1995) on a spring that bears the device's limit and no more. Below the limit the
-//! proxy pose is the device pose, and the tissue's force reaches the hand without a coupling in
-//! between.
+//! The device's force is limited. A hand that pushed on beyond the limit would drive the instrument
+//! through organs with forces that it does not feel. So the instrument then follows a virtual
+//! handle, displaced from the device pose just so far that the tissue's force stays at the limit.
+//! The instrument is a god-object (Zilles and Salisbury 1995) on a spring that yields at the limit.
+//! Below the limit the proxy pose is the device pose, and the tissue's force reaches the hand
+//! without a virtual coupling.
 
 use crate::math::{self, Pose, Vec3};
 
-/// Share of the excess force that one tick removes by yielding. Below 1 because the tissue answers
-/// a tick later; a larger share follows faster and may oscillate.
+/// Share of the force above the limit that one tick removes by moving the proxy. It is below 1,
+/// because the tissue responds a tick later; a larger share follows faster and may oscillate.
 const GAIN: f32 = 0.25;
-/// Least stiffness by which an excess force is divided, N/m. Softer contact takes more ticks.
+/// Lower bound of the stiffness by which the excess force is divided, N/m. On softer contact the
+/// excess takes more ticks to vanish.
 const STIFFNESS_MIN_N_M: f32 = 50.0;
 /// Largest change of the displacement in a tick, m.
 const STEP_MAX_M: f32 = 0.001;
 /// Largest displacement of the instrument from the hand, m.
 const BEHIND_MAX_M: f32 = 0.05;
-/// Least limit that is used, N. The instrument must be able to press on tissue even with a device
-/// that renders less.
+/// Lower bound of the force limit, N. The instrument must be able to press on tissue even with a
+/// device that renders less.
 const LIMIT_MIN_N: f32 = 0.5;
 
 /// Displacement of the instrument from the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Proxy {
-    /// From the device's handle to the instrument's, world frame, m.
+    /// Vector from the real handle to the virtual one, world frame, m.
     behind_m: Vec3,
 }
 
@@ -36,7 +37,7 @@ impl Proxy {
         behind_m: Vec3::new(0.0, 0.0, 0.0),
     };
 
-    /// The instrument's own handle.
+    /// Pose of the virtual handle, which the instrument follows.
     pub(crate) fn handle(&self, world_from_hand: &Pose) -> Pose {
         let mut handle = *world_from_hand;
         handle.translation.vector += self.behind_m;
@@ -44,8 +45,8 @@ impl Proxy {
     }
 
     /// Updates the displacement after a tick in which tissue pushed on the handle with `force_n`
-    /// (world frame), of a stiffness of at most `stiffness_n_m`. The device renders at most
-    /// `limit_n` of the force.
+    /// (world frame). The stiffness of this force is at most `stiffness_n_m`. The device renders at
+    /// most `limit_n` of the force.
     pub(crate) fn give_way(&mut self, force_n: &Vec3, stiffness_n_m: f32, limit_n: f32) {
         let over_n = math::norm(force_n) - limit_n.max(LIMIT_MIN_N);
         let step_m = GAIN * over_n.abs() / stiffness_n_m.max(STIFFNESS_MIN_N_M);
@@ -78,7 +79,7 @@ mod tests {
         // 0.2 N too much, 200 N/m: a quarter of 1 mm.
         proxy.give_way(&Vec3::new(0.0, 0.0, 3.2), 200.0, 3.0);
         assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_25)) < 1.0e-8);
-        // 0.1 N below: half of that back; then the rest.
+        // At 0.1 N below the limit, half of it is taken back; without force, the rest.
         proxy.give_way(&Vec3::new(0.0, 0.0, 2.9), 200.0, 3.0);
         assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_125)) < 1.0e-8);
         proxy.give_way(&Vec3::zeros(), 0.0, 3.0);
@@ -86,7 +87,8 @@ mod tests {
     }
 
     proptest! {
-        /// Displacement and step are bounded for any force; without a force it returns.
+        /// Displacement and step are bounded for any force; without a force the proxy returns to
+        /// the hand.
         #[test]
         fn proxy_is_continuous_and_comes_back(
             all in prop::collection::vec((vector(1.0e4), 0.0f32..1.0e6, 0.0f32..5.0), 0..200),

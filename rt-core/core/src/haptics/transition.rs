@@ -1,5 +1,6 @@
-//! Transitions: a force that ends by a decision fades instead of ending in one tick. Decisions are
-//! a pause, another instrument, jaws that open, a reset. Only the missing part of the force fades.
+//! Transitions: a force that would end in one tick by an action of a person fades instead. Such
+//! actions are a pause, a change of the instrument, jaws that open, a reset. Only the part of the
+//! force that is lost fades; a new force is felt at once.
 
 use crate::time::TICK_S;
 use crate::tool::Wrench;
@@ -7,15 +8,16 @@ use crate::tool::Wrench;
 /// Duration of a transition, s. Raising it makes the end of a force softer and later.
 const TRANSITION_S: f32 = 0.02;
 
-/// The part of a force that is fading.
+/// State of a transition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Transition {
     /// Wrench that was felt in the last tick.
     last: Wrench,
-    /// Missing part of the wrench at the start of the transition, and its share that is still felt.
+    /// Part of the wrench that was lost at the start of the transition.
     rest: Wrench,
+    /// Share of `rest` that is still felt.
     left: f32,
-    /// A transition begins with the next wrench.
+    /// True if a transition begins with the next wrench.
     is_discontinuous: bool,
 }
 

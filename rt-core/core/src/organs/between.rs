@@ -1,8 +1,8 @@
 //! Contact of organs: spheres that overlap press each other apart, with friction.
 //!
 //! The contact is a damped spring (XPBD, Macklin 2016) in each of the finer organ's substeps. So
-//! the pushes on a sphere that is squeezed between others come to a balance. Exact distances,
-//! solved in turn, would never let it rest.
+//! the pushes on a sphere that is squeezed between others come to a balance. Exact distance
+//! constraints, solved one after another, would never let it rest.
 
 use heapless::Vec;
 
@@ -16,16 +16,17 @@ use crate::tissue::lanes::Lanes;
 use crate::tissue::multirate::{Multirate, SubstepWindow};
 use crate::words::SphereBits;
 
-/// Distance from contact at the beginning of a tick within which a pair may touch in it, m. Spheres
-/// that approach faster than 0.5 m/s meet a tick later.
+/// Largest gap of a pair at the beginning of a tick, m, with which the pair may touch in that tick.
+/// Spheres that approach faster than 0.5 m/s push each other a tick late.
 const CLOSE_M: f32 = 0.000_5;
 /// Stiffness of the contact of two spheres, N/m: a gallbladder that is pressed on the liver with 1
-/// N lies a quarter of a millimetre in it.
+/// N sinks a quarter of a millimetre into it.
 const STIFFNESS_N_M: f32 = 200.0;
-/// Weight of an overlap's speed against its depth, s: enough that nothing bounces. More of it slows
-/// the approach to balance.
+/// Weight of the speed of an overlap relative to its depth, s: enough that nothing bounces. A
+/// larger weight slows the approach to balance.
 const DAMPED_S: f32 = 0.001;
-/// Largest share of an overlap that a substep corrects. A larger one shoots light spheres out.
+/// Largest share of an overlap that a substep corrects. A larger share would shoot light spheres
+/// out.
 const SOFT: f32 = 0.4;
 /// Largest speed at which overlapping organs part, m/s. A duct that has slipped far into an organ
 /// comes out slowly.
@@ -42,7 +43,7 @@ const NO_PAIR: [u16; 2] = [u16::MAX; 2];
 #[derive(Debug, Clone, Copy)]
 struct Close {
     pair: Pair,
-    /// Steps of a tick in which it is solved.
+    /// Number of substeps of a tick in which the pair is solved.
     times: u32,
 }
 
@@ -50,7 +51,7 @@ struct Close {
 #[derive(Debug, Clone)]
 pub(crate) struct Between {
     close: Vec<Close, MAX_CLOSE_PAIRS>,
-    /// Hash table of the pairs, so that none is in twice.
+    /// Hash table of the pairs, so that no pair is listed twice.
     slots: [[u16; 2]; SLOTS],
 }
 
@@ -111,7 +112,7 @@ impl Between {
         false
     }
 
-    /// Presses apart the touching pairs that are due in the finest step `now` of the tick.
+    /// Presses apart the touching pairs that are due in the finest substep `now` of the tick.
     pub(crate) fn press_due(&self, now: u32, scene: &Scene<'_>, bodies: &mut Bodies) {
         for close in &self.close {
             if let Some(moment) = SubstepWindow::due(now, close.times, scene) {
@@ -142,7 +143,7 @@ fn press(pair: &Pair, at: &SubstepWindow, scene: &Scene<'_>, bodies: &mut Bodies
     let answer = ((1.0 + rate) + softness).recip().min(SOFT);
     let wanted_m = answer * (pair.apart_m - near_m + rate * came_m);
     let push_m = wanted_m.min(came_m + PART_M_S * step_s).max(0.0);
-    // Friction along the surfaces is a share of that.
+    // Friction along the surfaces is a share of the push.
     let slid = now - before;
     let slid = slid - direction * direction.dot(&slid);
     let held = FRICTION * push_m
@@ -282,7 +283,8 @@ mod tests {
                 let energy = a * a + b * b;
                 assert!(energy < 0.01 + 1.0e-5, "{energy}");
             }
-            // 0.1 m/s of 0.1 g against 200 N/m: 0.07 mm were it not damped.
+            // Without damping, 0.1 m/s with a reduced mass of 0.1 g would go 0.07 mm deep against
+            // 200 N/m.
             assert!(nearest_m > 2.0 * RADIUS_M - 0.000_08, "{nearest_m}");
             let [a, b] = two.speeds_m_s();
             assert!(b - a < 0.02 && b >= a, "{a} {b} m/s");
@@ -315,7 +317,7 @@ mod tests {
 
     #[test]
     fn squeezed_sphere_comes_to_rest_as_between_springs() {
-        // Between two walls of spheres 0.2 mm too near for one that is free between them.
+        // A free sphere between two held ones, which are 0.3 mm too near each other for it.
         let mut two = Two::new(&kinds()[0], 0.05, [0.0, 0.0]);
         two.spheres = std::vec![at(0.0), at(0.05), at(0.1)];
         two.spheres[0].held = true;
@@ -336,7 +338,7 @@ mod tests {
             assert!(tick < 250 || (now_m - last_m).abs() < 1.0e-8, "{now_m}");
             last_m = now_m;
         }
-        // Its neighbours push in turn: the first a little deeper.
+        // The neighbours push one after the other, so the first overlap is a little deeper.
         assert!((last_m - 0.019_85).abs() < 1.5e-5, "{last_m}");
     }
 
@@ -352,7 +354,7 @@ mod tests {
             two.tick();
         }
         assert!((two.apart_m() - 0.012).abs() < 1.0e-7);
-        // If they come nearer, they return to that.
+        // If they come nearer, they return to that distance.
         let nearer = Vec3::x() * -0.002;
         two.bodies.nodes.at_mut(1).put(&nearer, &Vec3::zeros());
         for _ in 0..400 {

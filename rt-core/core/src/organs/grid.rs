@@ -1,17 +1,18 @@
-//! A grid over the spheres of each organ. It finds spheres near a place in the few cells around it,
-//! whatever their number and size.
+//! A grid over the spheres of each organ. It finds the spheres near a place in the few cells around
+//! the place, whatever the number and size of the spheres.
 
 use crate::capacity::{MAX_ORGANS, MAX_SPHERES};
 use crate::math::Vec3;
 use crate::tissue::{Bodies, Bounds};
 
-/// Mean number of spheres in a cell; fewer make more rows of cells, which cost time as spheres do.
+/// Mean number of spheres in a cell. With fewer, a search visits more rows of cells, which cost
+/// time as well.
 const SPHERES_IN_CELL: usize = 2;
 /// Cells of all organs together.
 const CELLS: usize = MAX_SPHERES / SPHERES_IN_CELL + MAX_ORGANS;
 /// Factor by which cells are widened until there are few enough.
 const WIDER: f32 = 1.25;
-/// Cells along the longest axis of an organ at most.
+/// Most cells along the longest side of an organ's box.
 const SIDE_MAX: f32 = 48.0;
 
 /// The cells of an organ.
@@ -21,7 +22,7 @@ struct Part {
     bounds: Bounds,
     per_m: f32,
     sides: [usize; 3],
-    /// First of its cells.
+    /// Index of the organ's first cell.
     first: usize,
     /// Reach of the widest sphere, m.
     reach_m: f32,
@@ -80,7 +81,7 @@ pub(super) struct Grid {
     seen: [Seen; MAX_SPHERES],
 }
 
-/// A sphere when the grid was built.
+/// A sphere as it was when the grid was built.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seen {
     center_m: [f32; 3],
@@ -95,7 +96,7 @@ impl Seen {
         sphere: 0,
     };
 
-    /// True if it then came nearer than `reach_m` to `center_m`.
+    /// True if its centre was nearer to `center_m` than the sum of its reach and `reach_m`.
     #[inline(always)]
     pub(super) fn is_near(&self, center_m: &[f32; 3], reach_m: f32) -> bool {
         let [x, y, z] = self.center_m;
@@ -161,7 +162,7 @@ impl Grid {
                 };
             }
         }
-        // … and so each holds its start, which is the end of the one before.
+        // … so each entry now holds the start of its cell, which is the end of the cell before it.
         self.ends.rotate_left(1);
         if let Some(last) = self.ends.last_mut() {
             *last = sum;
@@ -173,8 +174,8 @@ impl Grid {
         part.slot(part.cell(at_m))
     }
 
-    /// Runs of spheres that may come nearer to `center_m` than their reach and `reach_m`, in a
-    /// fixed order.
+    /// Runs of spheres that may be nearer to `center_m` than the sum of their reach and `reach_m`,
+    /// in a fixed order.
     pub(super) fn near(&self, center_m: &Vec3, reach_m: f32) -> impl Iterator<Item = &[Seen]> {
         let center_m = *center_m;
         let near = move |part: &&Part| {

@@ -1,18 +1,19 @@
 //! Near pairs of spheres, of two organs or of one, that are not linked. [`crate::organs::between`]
 //! presses them apart.
 //!
-//! An outer sphere reaches about as far as the skin that it is nearest to lies from it at rest, and
-//! not only as far as its radius, because inner spheres lie under the skin.
+//! The reach of an outer sphere is about its distance at rest from the skin that it is nearest to,
+//! not only its radius, because spheres lie under the skin.
 //!
 //! Inner spheres of one organ overlap at rest by construction. So within an organ only pairs that
-//! were apart at rest are kept apart; spheres of two organs come no nearer than they were at rest.
-//! The paper does not say how it tells these cases.
+//! were apart at rest are kept apart. Spheres of two organs that overlapped at rest come no nearer
+//! than they were at rest. The inner-sphere paper does not say how it distinguishes these cases.
 //!
-//! Near pairs are searched in a grid, a sixteenth of the spheres a tick. A list is complete after
-//! [`CYCLE`] ticks and is used for as many; two organs that meet are kept apart at once. Spheres
-//! that approach by more than [`MARGIN_M`] in that time (0.2 m/s) are seen late by at most 16 ms.
-//! Spheres that have hardly moved since their last search are not searched again: two of them keep
-//! their pair. O(spheres that move · spheres in cells within reach / 16 + pairs) a tick.
+//! Near pairs are searched in a grid, a sixteenth of the spheres a tick. A list of pairs is
+//! complete after [`CYCLE`] ticks and is then used for as many. A pair of two organs is used from
+//! the tick in which it is found. Spheres that approach by more than [`MARGIN_M`] in that time (0.2
+//! m/s) are found late, by at most 16 ms. Spheres that have hardly moved since their last search
+//! are not searched again; a pair of two such spheres is kept. O(spheres that move · spheres in
+//! cells within reach / 16 + pairs) a tick.
 
 use heapless::Vec;
 
@@ -24,30 +25,30 @@ use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 
-/// Ticks in which every sphere is searched once. More cost less time a tick, and see fast spheres
-/// later.
+/// Ticks in which every sphere is searched once. More ticks cost less time in each, but fast
+/// spheres are found later.
 const CYCLE: u32 = 16;
-/// Distance from contact within which a pair is kept, m. A larger one sees faster spheres in time,
-/// and keeps more pairs.
+/// Largest gap of a listed pair, m. With a larger one, faster spheres are found in time, but more
+/// pairs are listed.
 const MARGIN_M: f32 = 0.003;
 
-/// Travel of a sphere between the grid's construction and its use, m; the next grid sees faster
-/// ones (0.2 m/s).
+/// Travel of a sphere between the construction of the grid and its use that a search allows for, m.
+/// Faster spheres (0.2 m/s) are found in the next grid.
 const MOVED_M: f32 = 0.003;
 
-/// Travel since its last search below which a sphere is still, m. Two still spheres can have
+/// Travel since its last search below which a sphere counts as still, m. Two still spheres can have
 /// approached by three times this since the second was searched.
 const STILL_M: f32 = 0.000_15;
 
-/// Share of a pair's distance at rest below which it is kept apart within an organ: an organ at
-/// rest has no such pair.
+/// Upper bound of the distance at which a pair within one organ is kept apart, as a share of the
+/// pair's distance at rest. So no pair of an organ at rest pushes.
 const HAS_CLOSED: f32 = 0.95;
-/// Share of the squared distance at rest below which a pair is listed: still spheres cannot come to
-/// touch from farther.
+/// Share of the squared distance at rest below which a pair within one organ is listed. A pair of
+/// still spheres that is farther apart cannot come to touch.
 const MAY_CLOSE: f32 = 0.96;
 
-/// Largest reach of a sphere, in its radii: a sphere beside a thin rim does not reach as far as the
-/// rim.
+/// Largest reach of a sphere, in its radii, so that a sphere near a thin rim does not reach as far
+/// as the rim.
 const REACH_MAX: f32 = 1.5;
 
 /// Position of a sphere that was never searched.
@@ -58,7 +59,7 @@ const NEVER: Vec3 = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
 pub(crate) struct Pair {
     pub(crate) a: u16,
     pub(crate) b: u16,
-    /// Least distance of their centres, m.
+    /// Distance of the centres at and beyond which the spheres do not push each other, m.
     pub(crate) apart_m: f32,
 }
 
@@ -95,16 +96,16 @@ impl SkinDistance {
 #[derive(Debug, Clone)]
 pub(crate) struct Pairs {
     grid: Grid,
-    /// Spheres that another can meet: those nearest to the skin, where there is one. The others lie
-    /// behind them.
+    /// Spheres that other spheres can meet. In an organ with a skin, these are the spheres that are
+    /// nearest to some skin vertex; the others lie behind them.
     outer: Vec<u16, MAX_SPHERES>,
-    /// Reach of each of those from its centre, m.
+    /// Reach of each sphere from its centre, m.
     reach_m: PerSphere<f32>,
     current: Vec<Pair, MAX_SPHERE_PAIRS>,
     next: Vec<Pair, MAX_SPHERE_PAIRS>,
     /// Position of each sphere at its last search, m.
     searched_m: PerSphere<Vec3>,
-    /// Spheres that are still in this cycle.
+    /// Spheres that count as still in this cycle.
     is_still: PerSphere<bool>,
     /// Position in the cycle.
     phase: u32,
@@ -139,7 +140,7 @@ impl Pairs {
             let skin_m = skin_distances.at(number).reach_m();
             let reach_m = skin_m.unwrap_or(0.0).max(sphere.radius_m);
             *self.reach_m.at_mut(number) = reach_m.min(REACH_MAX * sphere.radius_m);
-            // Spheres without a skin, or nearest to some of it.
+            // Spheres of organs without a skin, and spheres nearest to some skin vertex.
             if scene.skin.near_sphere(number).is_none() || skin_m.is_some() {
                 let _ = self.outer.push(number as u16); // has room for every sphere
             }
@@ -183,14 +184,15 @@ impl Pairs {
                         continue;
                     }
                     let b = u32::from(seen.sphere);
-                    // Two that move find each other: once is enough.
+                    // Two moving spheres find each other twice, so one of the finds is skipped.
                     if b <= a && (b == a || !*self.is_still.at(b)) {
                         continue;
                     }
                     if let Some(pair) = near_pair(bodies, &self.reach_m, a.min(b), a.max(b)) {
                         faults.raise_if(self.next.push(pair).is_err(), Fault::PairOverflow);
                         if bodies.organ.at(a) != bodies.organ.at(b) {
-                            // At once as well; a pair listed twice is solved once.
+                            // The pair is used at once as well. A pair that is listed twice is
+                            // solved once.
                             let _ = self.current.push(pair);
                         }
                     }
@@ -242,7 +244,7 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec as List;
 
-    /// `Pairs` and `Bodies` over spheres of radius 1 cm, with every pair found.
+    /// `Pairs` and `Bodies` of these organs after `moved`, when every pair has been found.
     fn found(
         organs: &[Organ],
         spheres: &[RestSphere],
@@ -289,7 +291,7 @@ mod tests {
         };
         assert_eq!(after(1, 0.0), [(0, 1)], "kept");
         assert_eq!(after(1, 0.0001), [(0, 1)], "hardly moved");
-        // To either side: the moving one has the higher number, or the lower.
+        // Motion to either side, of the sphere with the higher number and of that with the lower.
         assert_eq!(after(1, 0.06), [(1, 2)]);
         assert_eq!(after(1, -0.06), [(0, 1)]);
         assert_eq!(after(0, -0.05), []);

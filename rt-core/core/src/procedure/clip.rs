@@ -1,9 +1,9 @@
 //! Clips: a closing applier closes the tubes between its jaws, as far as the clip reaches over
 //! them.
 //!
-//! A clip stays on its link of the tube and moves with it; the link is stiff and thin there. A tube
-//! that is squeezed flat is half its circumference wide, and the part of it beyond the clip stays
-//! open. Scissors do not cut steel (`cut.rs`). A clip that is on no tube is lost.
+//! A clip stays on its link of the tube, moves with it, and makes it stiff and thin. A tube that is
+//! squeezed flat is half its circumference wide; the part of this width that the clip does not
+//! reach stays open. Scissors do not cut a clip (`cut.rs`). A clip that closes on no tube is lost.
 
 use heapless::Vec;
 
@@ -15,11 +15,12 @@ use crate::tissue::Bodies;
 use crate::tissue::bar::Bar;
 use crate::tissue::tubes::Step;
 
-/// Length of a closed clip (medium-large, titanium), m. It lies at the jaws' ends.
+/// Length of a closed clip (medium-large, titanium), m. The clip lies at the ends of the jaws.
 const LENGTH_M: f32 = 0.009;
-/// Half of the length of tube that a clip occupies, and within which it stops blades, m.
+/// Half of the length of tube that a clip occupies, m. Closer to the clip than this, blades do not
+/// cut.
 const HALF_WIDTH_M: f32 = 0.001_2;
-/// Compliance of a clipped link relative to that of the tube.
+/// Compliance of a clipped link, relative to that of the same link without a clip.
 const STIFF: f32 = 0.02;
 /// Thickness of a tube that is fully closed, relative to the open tube.
 const SQUEEZED: f32 = 0.5;
@@ -29,11 +30,11 @@ const SQUEEZED: f32 = 0.5;
 pub struct Clip {
     /// Number of the clip, from 0. A clip that closes two tubes is listed on both.
     pub number: u32,
-    /// Spheres between which it lies.
+    /// Spheres of the tube between which the clip lies.
     pub spheres: [u32; 2],
     /// Position from the first sphere, 0, to the second, 1.
     pub share: f32,
-    /// Share of the tube's lumen that it closes.
+    /// Share of the tube's lumen that the clip closes.
     pub closed: f32,
     /// Direction of its legs, from the bend to the open ends: a unit vector across the tube, world
     /// frame.
@@ -67,8 +68,9 @@ impl Clips {
         CLIPS.saturating_sub(self.used)
     }
 
-    /// Organs with a tube between closing jaws. The applier holds only these, and before the jaws
-    /// touch them: the ends of a clip close first, so tissue within its legs cannot slip out.
+    /// Organs with a tube between closing jaws. The applier holds only these organs. It holds them
+    /// before the jaws touch them, because the ends of a clip close first, so that tissue between
+    /// its legs cannot slip out.
     pub(crate) fn between(
         jaws: &Jaws<'_>,
         scene: &Scene<'_>,
@@ -85,7 +87,8 @@ impl Clips {
     }
 
     /// Closes the next clip on every tube between `jaws`, if a clip is left. `closed` receives each
-    /// organ with such a tube, or `None`, and the clip's number. O(beads).
+    /// organ with such a tube and the clip's number; if there is no such tube, `None` and the
+    /// number. O(beads).
     pub(crate) fn close(
         &mut self,
         jaws: &Jaws<'_>,
@@ -163,7 +166,7 @@ impl Clips {
     }
 
     /// Holds clipped tubes together and turns each clip with its tube, after the constraints of a
-    /// substep of `organ`; those of every organ if `organ` is `None`.
+    /// substep of `organ`. If `organ` is `None`, it does so for the clips of all organs.
     pub(crate) fn carry(&mut self, organ: Option<u8>, scene: &Scene<'_>, bodies: &mut Bodies) {
         for clip in &mut self.on {
             let [a, b] = clip.spheres;
@@ -204,7 +207,7 @@ fn squeeze(clip: &Clip, bodies: &mut Bodies) {
     *radius_m *= 1.0 - (1.0 - SQUEEZED) * clip.closed;
 }
 
-/// Ends of a step along a tube, world frame, m, and its radius, m.
+/// Ends of a step (link) along a tube, world frame, m, and the radius of the tube there, m.
 fn lies(step: &Step, bodies: &Bodies) -> ([Vec3; 2], f32) {
     let spheres = [u32::from(step.a), u32::from(step.b)];
     let [a, b] = spheres.map(|it| *bodies.radius_m.at(it));

@@ -1,11 +1,11 @@
 //! Scissors: closing blades cut links that cross between them.
 //!
-//! Links of tubes, bands and sutures are damaged by as much as the blades close on them, from the
-//! moment at which the gap is as narrow as they are thick. A link that slides out from between the
-//! blades is damaged by as much as they had closed on it. The edges grip: tissue between them moves
-//! with them. The arm does not feel the cutting force, because it is in balance between the blades.
-//! It feels that the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel
-//! the force ([`crate::procedure::opening`]). Tetrahedra are not cut yet.
+//! The damage of a link (of a tube, band or suture) between the blades begins when their gap is as
+//! narrow as the link is thick, and is complete when the gap is shut. A link that slides out from
+//! between the blades keeps its damage. The edges grip, so tissue between them moves with them. The
+//! arm does not feel the cutting force, because the forces of the two blades are in balance. It
+//! feels that the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel the
+//! force ([`crate::procedure::opening`]). Tetrahedra are not cut yet.
 
 use crate::math::Vec3;
 use crate::procedure::clip::guards;
@@ -19,8 +19,8 @@ use crate::tissue::damage::{Apart, damage_all, sparing_none};
 pub(crate) struct Cutting {
     /// Tissue remains between the edges.
     pub(crate) is_cutting: bool,
-    /// Energy that the links between the edges take for a full closing of the blades at this rate,
-    /// J.
+    /// Energy that a full closing of the blades would take, J, at the present energy per closing of
+    /// the links between the edges.
     pub(crate) full_closing_j: f32,
 }
 

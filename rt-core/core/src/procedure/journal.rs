@@ -40,7 +40,8 @@ impl Journal {
         &self.events
     }
 
-    /// Adds an event. A lack of room is counted at the end of the tick.
+    /// Adds an event. If there is no room, the event is lost, and the tick raises a fault at its
+    /// end.
     pub(crate) fn raise(&mut self, event: Event) {
         self.is_full |= self.events.push(event).is_err();
     }
@@ -85,7 +86,8 @@ impl Journal {
         }
     }
 
-    /// Electrosurgery on and off. Both electrodes at once is none.
+    /// Raises an event when the electrosurgical current changes. Both pedals at once give no
+    /// current.
     pub(crate) fn note_electro(&mut self, pedal: &PedalSample, at_m: Vec3) {
         let electro = match (pedal.cut, pedal.coagulate) {
             (true, false) => 1,
@@ -104,7 +106,7 @@ impl Journal {
         }
     }
 
-    /// Events of faults that concern a person, each at most once a second.
+    /// Raises events of faults of which a person has to know, at most one a second for each fault.
     pub(crate) fn note_faults(&mut self, faults: &FaultSet, at_m: Vec3) {
         for fault in Fault::ALL {
             let Some(quiet) = self.fault_quiet.get_mut(usize::from(fault.code())) else {

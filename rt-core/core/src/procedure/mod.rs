@@ -4,53 +4,56 @@
 //!
 //! Closed jaws hold each sphere between them by a spring of its own (XPBD). `bite` computes three
 //! things: the resistance of the tissue, a neo-Hookean slab between two plates, `A G (1/λ² − λ)`;
-//! the friction that it bears; and the stiffness of the tissue behind it, a half-space under a disc
-//! as wide as the bite. A pull beyond the friction makes the grip slide, and the tissue keeps the
-//! jaws open. A handle that opens and shuts renders the squeeze; one with a button does not.
+//! the friction of the slab on the jaws; and the stiffness of the tissue behind it, a half-space
+//! under a disc as wide as the bite. A pull beyond the friction makes the grip slide. The tissue
+//! between the jaws keeps them open. A handle that opens and shuts renders the squeeze; one with a
+//! button does not.
 //!
 //! # Scissors
 //!
-//! Closing blades damage the links of tubes, bands and sutures by as much as they close on them,
-//! from the moment at which the gap is as narrow as the link is thick. The arm does not feel the
-//! cutting force, which is in balance between the blades. It feels that the severed tissue no
-//! longer pulls. Fingers in a handle that opens and shuts feel the cut.
+//! Closing blades damage the links of tubes, bands and sutures between them. The damage begins when
+//! the gap is as narrow as the link is thick, and is complete when the gap is shut. The arm does
+//! not feel the cutting force, because the forces of the two blades are in balance. It feels that
+//! the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel the cut.
 //!
 //! # Current
 //!
-//! The hook is bare at its bent end only. First the contact areas of everything touched are summed,
-//! in m². Then each takes its dose of the tick's energy, in J/m². The generator gives 30 W, of
-//! which half becomes heat at the tip: of the resistance around a small ball in tissue, `(1/a −
-//! 1/r) / 4πσ`, half lies within one radius. A cutting current divides tissue with 0.9 of the heat,
-//! a coagulating one with 0.15; the rest desiccates the tissue around. Both shares are assumed.
-//! Heating tissue from 37 to 100 °C and boiling its water takes `1060 kg/m³ (3600 J/kg K · 63 K +
-//! 0.75 · 2.26 MJ/kg)`. The damage of a link grows by its energy over the energy that boils it
-//! through, across the electrode's width. Walls are burnt through place by place. Current without
-//! contact burns nothing.
+//! The hook is bare at its bent end only. First the contact areas with all touched tissue are
+//! summed, in m². The energy of the tick over this sum is the dose, in J/m², that each area takes.
+//! The generator gives 30 W, of which half becomes heat at the tip: of the resistance around a
+//! small ball in tissue, `(1/a − 1/r) / 4πσ`, half lies within one radius. A cutting current
+//! divides tissue with 0.9 of the heat, a coagulating one with 0.15; the rest desiccates the tissue
+//! around the tip. Both shares are assumed. Heating tissue from 37 to 100 °C and boiling its water
+//! takes `1060 kg/m³ (3600 J/kg K · 63 K + 0.75 · 2.26 MJ/kg)`. The damage of a link grows by the
+//! energy that it takes, divided by the energy that boils it away over the width of the electrode.
+//! Walls are burnt through place by place. Current without contact burns nothing.
 //!
 //! # Clips
 //!
-//! A clip closes the tubes between the applier's jaws, which hold the tubes from the moment they
-//! begin to close. It closes them as far as the jaws reach over them. A tube that is squeezed flat
-//! is half its circumference wide, and the part of it beyond the clip stays open. A clip stays on
-//! its link, which is stiff and thin there.
+//! A clip closes the tubes between the applier's jaws. The jaws hold the tubes from the moment at
+//! which they begin to close. A tube that is squeezed flat is half its circumference wide; if the
+//! clip does not reach over all of this width, the part beyond the clip stays open. A clip stays on
+//! its link of the tube, and makes it stiff and thin.
 //!
 //! # Vessels
 //!
 //! The pressure of blood spreads from the held spheres of a vessel and from attached vessels, that
-//! of bile from a full gallbladder and from the liver. It spreads along intact links, and through
-//! clips and desiccated walls as far as they leave the lumen open. It does so only after a change,
-//! and by one link a tick, so that its cost is bounded. Then every divided end and every hole leaks
-//! what reaches it. All events of one leak carry the place where it began. A divided artery
-//! shortens by a tenth, because vessels lie stretched in the body (10.1007/s00414-011-0549-9); a
-//! duct by half of that, which is assumed. Desiccation closes arteries of up to 1.5 mm in radius.
+//! of bile from a full gallbladder and from the liver. Pressure spreads along intact links; clips
+//! and desiccated walls reduce it to the share of the lumen that they leave open. It is computed
+//! only after a change, and spreads by at least one link a tick, so that the cost of a tick is
+//! bounded. Then every divided end and every hole leaks at the pressure that reaches it. All events
+//! of one leak carry the place where it began. A divided artery shortens by a tenth, because
+//! vessels lie stretched in the body (10.1007/s00414-011-0549-9); a duct by half of that, which is
+//! assumed. Desiccation closes arteries of up to 1.5 mm in radius.
 //!
 //! # Sutures
 //!
 //! A suture to the world that is shorter than the distance of its ends at rest (`drawn_mm` in a
-//! recipe) is drawn in within two seconds. So the triangle's gallbladder is hung.
-//! `Command::Start(Task::Hang)` takes the sutures down, and the trainee places them. The pedal
-//! passes the needle through the tissue at the grasper's tip; pressed again, it hangs the suture on
-//! the wall, in the direction in which the tip was carried.
+//! recipe) is drawn in within two seconds. This is how the scene of Calot's triangle hangs the
+//! gallbladder. `Command::Start(Task::Hang)` takes the sutures down, and the trainee places them. A
+//! first press of the pedal passes the needle through the tissue at the grasper's tip. A second
+//! press hangs the suture on the abdominal wall, in the direction in which the tip was carried in
+//! between.
 
 pub(crate) mod cautery;
 pub mod clip;

@@ -1,20 +1,22 @@
 //! The handle's opening: the jaws follow it, and the fingers feel what the jaws hold or cut.
 //!
-//! A spring of the device's own stiffness `K` presses on the fingers, so they never feel anything
-//! stiffer. The fingers travel by `L` from shut to wide open, the jaws by `g`.
+//! A spring presses on the fingers. Its stiffness `K` is the largest that the device renders
+//! stably, so the fingers never feel anything stiffer. The fingers travel by `L` from shut to wide
+//! open, the jaws by `g`.
 //!
 //! - Grasper: the spring joins the fingers to the jaws (a god-object, as
-//!   [`crate::haptics::proxy`]). Fingers at `h` and jaws at `j`, both 0 shut to 1 wide open, press
-//!   on the fingers with `F = K L (j − h)`, at most with the device's peak, and by virtual work on
-//!   the tissue with `F L / g`. The jaws stand where the tissue's resistance balances this. Tissue
-//!   is never squeezed harder than the fingers feel. A handle without a motor drives its jaws like
-//!   a button: with 4 N at most.
+//!   [`crate::haptics::proxy`]). With the fingers at `h` and the jaws at `j`, both 0 shut to 1 wide
+//!   open, the spring presses on the fingers with `F = K L (j − h)`, at most the device's peak. By
+//!   virtual work it presses on the tissue with `F L / g`. The jaws stand where the tissue's
+//!   resistance balances this force. So tissue is never squeezed harder than the fingers feel. A
+//!   handle without a motor drives its jaws as a button does, with 4 N at most.
 //! - Scissors: the blades are where the fingers are. A cut takes the energy that parts the tissue
-//!   (its toughness times the area) over the fingers' way (Mahvash et al. 2008). The spring's
-//!   anchor slips when the spring is as strong as the cut (plastic friction, Hayward and Armstrong
-//!   2000), so fingers that tremble feel no chatter. Greenish et al. 2002 recorded such forces at
-//!   scissors.
-//! - Others: the jaws are where the fingers are. No source gives the force that closes a clip.
+//!   (its toughness times the area), spread over the travel of the fingers (Mahvash et al. 2008).
+//!   The spring's anchor slips when the spring is as strong as the cut (plastic friction, Hayward
+//!   and Armstrong 2000), so fingers that tremble feel no chatter. Greenish et al. 2002 recorded
+//!   such forces at scissors.
+//! - Others: the jaws are where the fingers are. No force is rendered, because no source gives the
+//!   force that closes a clip.
 
 use crate::port::Opening;
 use crate::procedure::grasp::{GRIP_MAX_N, Grasp, Jaws};
@@ -23,10 +25,10 @@ use crate::tool::Instrument;
 
 /// Time in which the jaws close or open fully, s. A surgeon's hand needs 0.5 s (Barrie et al.).
 pub(crate) const JAW_TIME_S: f32 = 0.15;
-/// Bisections that find the jaws' balance: to 1/65536 of the opening, 0.4 mN at 25 N a travel. Ten
-/// leave steps that fingers feel.
+/// Bisections that find the jaws' balance: to 1/65536 of the opening, which is 0.4 mN for a spring
+/// of 25 N over the whole travel. With ten bisections the fingers feel steps.
 const HALVINGS: u32 = 16;
-/// Bisections for jaws that a button closes. Nobody feels where they stop.
+/// Bisections for jaws that a button closes. No hand feels where such jaws stop.
 const BUTTON_HALVINGS: u32 = 10;
 
 /// The drive of the jaws by the handle, and its state.
@@ -39,7 +41,7 @@ pub(crate) struct Drive {
     jaw: f32,
     /// Opening at which the spring on the fingers is anchored.
     anchor: f32,
-    /// Energy of the present cut for a full closing of the blades, J.
+    /// Energy that the present cut would take over a full closing of the blades, J.
     cut_j: f32,
 }
 
@@ -54,8 +56,8 @@ impl Drive {
         }
     }
 
-    /// Follows a handle that is open by `hand`, no faster than jaws move. If it `takes_up` after a
-    /// gap, it follows at once. A sample without an opening leaves it where it was.
+    /// Follows a handle that is open by `hand`, no faster than jaws move. For the first sample
+    /// after a gap (`takes_up`), it follows at once. A sample without an opening changes nothing.
     pub(crate) fn follow(&mut self, hand: Option<f32>, takes_up: bool) {
         let Some(hand) = hand.filter(|_| self.handle.is_measured()) else {
             return;
@@ -87,8 +89,8 @@ impl Drive {
         };
     }
 
-    /// Opening at which the jaws stand after this tick, for a button that is `pressed`: it closes
-    /// them. A handle that opens and shuts settles them instead.
+    /// Opening at which the jaws stand after this tick. A button closes them while it is `pressed`.
+    /// With a handle that opens and shuts, `settle` has set the opening instead.
     pub(crate) fn jaw(&self, pressed: bool, jaws: &Jaws<'_>, grasp: &Grasp) -> f32 {
         if self.hand.is_some() {
             return self.jaw;
@@ -117,17 +119,17 @@ impl Drive {
         }
     }
 
-    /// Notes the energy that the present cut takes for a full closing of the blades, J.
+    /// Notes the energy that the present cut would take over a full closing of the blades, J.
     pub(crate) const fn note_cut(&mut self, full_closing_j: f32) {
         self.cut_j = full_closing_j;
     }
 
-    /// Force on the fingers when they are a whole travel from the jaws, N.
+    /// Force of the spring when the fingers are a whole travel away from the jaws, N.
     fn spring_n(&self) -> f32 {
         self.handle.stiffness_max_n_m * self.handle.travel_m
     }
 
-    /// Ways of the fingers for one of the jaws.
+    /// Travel of the fingers per travel of a jaw.
     fn lever(&self, instrument: Instrument) -> f32 {
         self.handle.travel_m / instrument.jaw_opening_m().max(f32::MIN_POSITIVE)
     }
@@ -137,7 +139,7 @@ impl Drive {
         let spring_n = if self.handle.is_rendered() {
             self.spring_n() * self.lever(jaws.instrument)
         } else {
-            f32::MAX // drives its jaws as a button does
+            f32::MAX // `most_n` alone limits the jaws, as with a button
         };
         let push_n = |jaw: f32| (spring_n * (jaw - hand)).min(most_n);
         grasp.stop(jaws, (1.0, hand), HALVINGS, push_n)
@@ -147,7 +149,7 @@ impl Drive {
         if !self.handle.is_rendered() {
             return hand;
         }
-        // A cut that resists harder than the motor can is felt as hard as the motor can.
+        // A cut that resists with more than the motor's peak is felt with the peak.
         let cut_n = (self.cut_j / self.handle.travel_m).min(self.handle.force_max_n);
         self.anchor.max(hand).min(hand + cut_n / self.spring_n())
     }

@@ -1,17 +1,18 @@
 //! Organs that shake while a hand moves them.
 //!
-//! A moving hand moves organs, which is no fault. An organ shakes only if it reverses many times a
-//! second, and is much faster than the hand was at any time in the last half second. Tissue that is
-//! pulled, slips or swings does not do both: it reverses less often, or is about as fast as the
-//! hand.
+//! A moving hand moves organs, which is no fault. An organ shakes only if its motion reverses many
+//! times a second, and if it is much faster than the hand was at any time in the last half second.
+//! Tissue that is pulled, slips or swings does not do both: it reverses less often, or is about as
+//! fast as the hand.
 //!
 //! Nothing here feeds back into the simulation.
 
 use crate::capacity::MAX_ORGANS;
 use crate::math::{self, Vec3};
 
-/// Length of a part, ticks: organs are judged at the end of each part. The speed of the hand is its
-/// largest in this part and the two before, so in at least the last 0.5 s.
+/// Length of a part, ticks: time is divided into parts, and organs are judged at the end of each.
+/// The speed of the hand that counts is the largest in this part and the two before, so over at
+/// least the last 0.5 s.
 const PART_TICKS: u16 = 250;
 /// Number of parts in a row that must count as shaking before an organ is reported: 6 s. An organ
 /// that no hand moves is reported after as long.
@@ -30,9 +31,9 @@ struct Organ {
     /// Sphere whose reversals are counted: the fastest one at the end of the last part. `None` if
     /// the organ was slow in that part.
     sphere: Option<u32>,
-    /// Its last velocity that counted, m/s.
+    /// Last velocity of that sphere that counted, m/s.
     turned_m_s: Vec3,
-    /// Its reversals in this part.
+    /// Reversals of that sphere in this part.
     reversals: u8,
     /// Largest speed in this part, m/s.
     peak_m_s: f32,
@@ -74,8 +75,8 @@ impl Shaking {
         }
     }
 
-    /// Sphere of the organ whose velocity must be noted. `None` if the organ was slow in the last
-    /// part.
+    /// Sphere of the organ of which `Self::note_velocity` needs the velocity. `None` if the organ
+    /// was slow in the last part.
     pub(crate) fn watched(&self, organ: usize) -> Option<u32> {
         self.organs.get(organ)?.sphere
     }

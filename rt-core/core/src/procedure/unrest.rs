@@ -1,14 +1,16 @@
 //! Organs that fall or shake: signs that a scene does not hold together.
 //!
-//! An organ falls when its middle stays farther from its place than the organ is long. It shakes
-//! when no tool moves it, and its speed neither falls below a bound nor dies away. Both are
-//! reported once, and again after a reset; a shaking organ also after it came to rest.
+//! An organ falls when its middle stays farther from its initial place than the organ is long. An
+//! organ shakes when no tool moves it, and its speed neither falls below a bound nor dies away.
+//! Each is reported once, and again after a reset. Shaking is also reported again if the organ came
+//! to rest in between.
 //!
-//! Tissue that the trainee works on moves for a good reason. So no fall is reported of an organ
-//! that a tool moves or moved a moment ago, nor of those next to it, and no shaking unless the hand
-//! does not explain it ([`super::shaking`]). An organ may fall or dangle
-//! once it was grasped, or once something was cut, burnt away or torn at it while a tool worked. So
-//! may all that hangs together with it by attachments, up to organs with held tissue.
+//! Tissue that the trainee works on moves for a good reason. So an organ that a tool moves, or
+//! moved a moment ago, is not reported as falling, nor are the organs next to it. Such an organ is
+//! reported as shaking only if it is faster than the hand explains ([`super::shaking`]). An organ
+//! may fall or dangle once it was grasped, or once something was cut, burnt away or torn at it
+//! while a tool worked. So may all organs that attachments join to it, up to organs with held
+//! tissue.
 //!
 //! Nothing here feeds back into the simulation.
 
@@ -21,13 +23,14 @@ use crate::tissue::Bounds;
 /// Time for which an organ still counts as moved after a tool moved it, ticks. A liver that was
 /// pressed is back at its place within a second.
 const DISTURBED_TICKS: u16 = 2000;
-/// Time for which an organ must be off its place, ticks: a fall of 0.2 s is 0.2 m deep.
+/// Time for which an organ must be away from its place to count as fallen, ticks. A free fall of
+/// 0.2 s is 0.2 m deep.
 const OFF_TICKS: u16 = 200;
 /// Speed above which an organ shakes, m/s. A sphere is then 0.1 mm ahead of its trail of 32 ticks,
 /// which is a pixel of a picture of 10 cm and 1000 pixels.
 const SHAKES_M_S: f32 = 0.003;
-/// Factor of that speed for an organ that touches a tool at rest: pressed tissue alternates between
-/// places.
+/// Factor on `SHAKES_M_S` for an organ that touches a tool at rest, because pressed tissue
+/// alternates between places.
 const TOUCHED_FACTOR: f32 = 10.0;
 /// Length of a window in which the largest speed is measured, ticks: several swings of any organ.
 const WINDOW_TICKS: u16 = 2000;
@@ -37,7 +40,7 @@ const WINDOWS: u8 = 3;
 /// swings out: its speed falls to a tenth within 9 s.
 const KEPT_SHARE: f32 = 0.6;
 
-/// A finding of [`Unrest::look`].
+/// A finding about an organ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Found {
     /// Distance of the organ's middle from its place, m.
@@ -52,13 +55,15 @@ struct Watched {
     place_m: Vec3,
     /// Distance from its place at which it has fallen, m.
     reach_m: f32,
-    /// Ticks for which it still counts as moved by a tool, and as touched by a tool at rest.
+    /// Ticks for which the organ still counts as moved by a tool.
     disturbed: u16,
+    /// Ticks for which the organ still counts as touched by a tool at rest.
     touched: u16,
     off_ticks: u16,
     window_ticks: u16,
-    /// Largest speed of this window and of the last one, m/s.
+    /// Largest speed in this window, m/s.
     peak_m_s: f32,
+    /// Largest speed in the last window, m/s.
     before_m_s: f32,
     windows: u8,
     is_freed: bool,
@@ -90,7 +95,7 @@ impl Watched {
         } else {
             0
         };
-        // It counts no further than this, so it does not overflow.
+        // The counter stops at `OFF_TICKS`, so it does not overflow.
         if self.off_ticks < OFF_TICKS || self.has_fallen {
             self.off_ticks = self.off_ticks.min(OFF_TICKS);
             return None;
@@ -132,7 +137,8 @@ impl Watched {
 #[derive(Debug, Clone)]
 pub(crate) struct Unrest {
     organs: [Watched; MAX_ORGANS],
-    /// Organs with the same number hang together without held tissue.
+    /// Group of each organ. Attachments join the organs of a group, and none of them has held
+    /// tissue unless it is alone.
     group: [u8; MAX_ORGANS],
     /// Speed with which breathing may move an organ, m/s.
     breath_m_s: f32,
@@ -156,7 +162,8 @@ impl Unrest {
             period_s if period_s > 0.0 => breaths.fold(0.0, f32::max),
             _ => 0.0,
         };
-        // A breath there and back is at most as fast as a sine, and a far end moves twice as far.
+        // The raised cosine of a breath reaches the speed π · breath / period. A far end may move
+        // twice as far.
         let per_s = 2.0 * core::f32::consts::PI / scene.room.breath_s.max(0.1);
         self.breath_m_s = breath_m * per_s;
         self.shaking = Shaking::NONE;
@@ -208,8 +215,8 @@ impl Unrest {
         self.shaking.note_speed(organ, speed_m_s);
     }
 
-    /// Records the velocities of the spheres that are watched. `velocity_m_s` gives that of a
-    /// sphere over its last ticks.
+    /// Records the velocities of the watched spheres. `velocity_m_s` gives the velocity of a sphere
+    /// over its last ticks.
     pub(crate) fn note_velocities(&mut self, organs: usize, velocity_m_s: impl Fn(u32) -> Vec3) {
         let slowest_m_s = self.slowest_touched_m_s();
         for organ in 0..organs {
@@ -221,7 +228,7 @@ impl Unrest {
         }
     }
 
-    /// Speed above which an organ shakes that a tool touches, m/s.
+    /// Speed above which an organ that a tool touches counts as shaking, m/s.
     fn slowest_touched_m_s(&self) -> f32 {
         (SHAKES_M_S + self.breath_m_s) * TOUCHED_FACTOR
     }
@@ -245,7 +252,7 @@ impl Unrest {
         self.organs.iter().any(|it| it.disturbed > 0)
     }
 
-    /// Passes on to organs within `margin_m` of each other that a tool moves them.
+    /// Marks the organs within `margin_m` of an organ that a tool moves as moved by the tool too.
     pub(crate) fn spread(&mut self, bounds: &[Bounds], margin_m: f32) {
         let before = self.organs;
         let moved = || before.iter().zip(bounds).filter(|(it, _)| it.disturbed > 0);
@@ -258,7 +265,7 @@ impl Unrest {
         }
     }
 
-    /// Records that the trainee freed the organ, and with it all that hangs together with it.
+    /// Records that the trainee freed the organ, and with it all organs of its group.
     pub(crate) fn free(&mut self, organ: usize) {
         let Some(own) = self.group.get(organ).copied() else {
             return;
@@ -268,8 +275,8 @@ impl Unrest {
         }
     }
 
-    /// Hands those of the organs that a tool moves to `tell` that shake under a hand of this speed.
-    /// `fastest` names the fastest sphere of an organ.
+    /// Ends a tick in which the hand had this speed: calls `tell` with each organ that a tool moves
+    /// and that shakes. `fastest` gives the fastest sphere of an organ.
     pub(crate) fn look_at_worked(
         &mut self,
         hand_m_s: f32,
@@ -292,7 +299,7 @@ impl Unrest {
         self.shaking.look(hand_m_s, slowest_m_s, fastest, found);
     }
 
-    /// Ends a tick: hands the findings of organs to `tell`.
+    /// Ends a tick: calls `tell` with each new finding about an organ that nobody freed.
     pub(crate) fn look(&mut self, bounds: &[Bounds], mut tell: impl FnMut(u32, Vec3, Found)) {
         let slowest_m_s = SHAKES_M_S + self.breath_m_s;
         for ((organ, watched), bounds) in (0u32..).zip(&mut self.organs).zip(bounds) {

@@ -13,7 +13,8 @@ pub const NO_CELL: u16 = u16::MAX;
 /// A hexahedron of tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
-    /// Spheres of one organ that carry its centre, nearest first. The cell represents the nearest.
+    /// Spheres of one organ that carry the cell's centre, nearest first. The cell belongs to the
+    /// nearest.
     pub spheres: [u16; SKIN_BINDINGS],
     /// Weights of the spheres; the sum is 1.
     pub weights: [f32; SKIN_BINDINGS],
@@ -21,16 +22,16 @@ pub struct Cell {
     pub neighbours: [u16; 6],
     /// Centre at rest, world frame, m.
     pub center_m: Vec3,
-    /// Distance of each two opposite faces, m.
+    /// Distance between the opposite faces of each pair, m.
     pub extent_m: [f32; 3],
     /// Volume, m³.
     pub volume_m3: f32,
-    /// Energy that removes it, J.
+    /// Energy that removes the cell, J.
     pub energy_j: f32,
 }
 
 impl Cell {
-    /// Sphere that it represents.
+    /// Sphere to which the cell belongs.
     pub(crate) fn sphere(&self) -> u32 {
         u32::from(self.spheres[0])
     }
@@ -53,7 +54,7 @@ impl Cell {
 pub struct Column {
     /// Cells at the surface; [`NO_CELL`] in unused places.
     pub cells: [u16; COLUMNS],
-    /// Face of each through which the cells behind it follow, away from the surface.
+    /// For each of these cells, the face behind which the next deeper cell lies.
     pub inwards: [u8; COLUMNS],
 }
 

@@ -11,7 +11,7 @@ use crate::scene::{
     TetraBatch, is_suture,
 };
 
-/// Reason why [`Scene::new`] refused a scene. Indices are the caller's.
+/// Reason for which a scene is refused. Indices refer to the caller's arrays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SceneError {
     /// More of `what` than [`crate::capacity`] allows.
@@ -33,7 +33,7 @@ pub enum SceneError {
         start: u32,
         /// Number in its range.
         count: u32,
-        /// First that the range should have.
+        /// Start that the range should have.
         expected_start: usize,
         /// Number in the scene.
         available: usize,
@@ -267,7 +267,7 @@ fn check_compliance(i: usize, compliance_m_n: f32) -> Result<(), SceneError> {
 
 fn check_organ(i: usize, organ: &Organ) -> Result<(), SceneError> {
     check_material(i, &organ.material)?;
-    // Nearest allowed value: only an allowed one equals it.
+    // The allowed value nearest to `substeps`. Only an allowed `substeps` equals it.
     let allowed = organ.substeps.clamp(1, SUBSTEPS_MAX).next_power_of_two() as f32;
     let is = organ.substeps as f32;
     in_range("substeps", i, is, (allowed, allowed), "1, 2, 4, 8 or 16")?;
@@ -295,7 +295,7 @@ fn at_most(what: &'static str, count: usize, limit: usize) -> Result<(), SceneEr
     }
 }
 
-/// End of a range that must start where the last one ended.
+/// End of this range, which must start where the last range ended.
 fn follow(
     organ: usize,
     what: &'static str,

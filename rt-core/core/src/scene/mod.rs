@@ -15,8 +15,9 @@ pub use tetra::{LANES, Tetra, TetraBatch, batches};
 use crate::math::{Pose, Vec3};
 use crate::time::TICK_S;
 
-/// Material of an organ. The stiffness of the paper's method is a share, 0..=1, and depends on
-/// iterations and time step (its known fault).
+/// Material of an organ. The two stiffnesses of the inner-sphere paper's method are shares, 0..=1.
+/// The stiffness of tissue that they give depends on the iterations and the time step (a known
+/// fault of that method).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material {
     /// Young's modulus, Pa.
@@ -32,11 +33,11 @@ pub struct Material {
     pub laplacian_stiffness: f32,
     /// Share of velocity lost per second (damping proportional to mass).
     pub damping_per_s: f32,
-    /// Stiffness between a tool and a sphere that it overlaps, N/m.
+    /// Stiffness of a sphere's wall under a tool, N/m, in organs without a contact skin.
     pub contact_stiffness_n_m: f32,
     /// Coefficient of Coulomb friction on a moist steel tool.
     pub friction: f32,
-    /// Energy of a tear or cut per area, J/m²; 0: cannot tear.
+    /// Energy of a tear or cut per area, J/m²; 0 if the organ cannot tear.
     pub toughness_j_m2: f32,
 }
 
@@ -66,8 +67,8 @@ pub struct Organ {
     pub link_start: u32,
     /// Number of links.
     pub link_count: u32,
-    /// Number of its links, from the first, that carry load in addition to the tetrahedra. The
-    /// paper's method uses all.
+    /// Number of links, counted from the first, that carry load in addition to the tetrahedra. The
+    /// paper's method uses all links.
     pub elastic_links: u32,
     /// First batch of tetrahedra.
     pub batch_start: u32,
@@ -88,13 +89,13 @@ pub struct Organ {
 }
 
 impl Organ {
-    /// True for a tube: links carry it, no tetrahedra.
+    /// True for a tube: it has elastic links and no tetrahedra.
     pub(crate) const fn is_tube(&self) -> bool {
         self.batch_count == 0 && self.elastic_links > 0
     }
 }
 
-/// Contents of an organ, which leak from a hole.
+/// Content of an organ, which leaks from a hole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Inside {
     /// Solid tissue.
@@ -102,7 +103,7 @@ pub enum Inside {
     Solid,
     /// Liver: tissue whose bile flows into attached ducts.
     Liver,
-    /// Blood, from where a vessel is held or attached to another vessel.
+    /// Blood. It enters where the vessel is held, or attached to another vessel.
     Blood,
     /// Bile: a bag (an organ with tetrahedra) is full of it, and ducts carry it.
     Bile,
@@ -122,7 +123,7 @@ pub struct RestSphere {
     pub radius_m: f32,
     /// Mass, kg. Positive.
     pub mass_kg: f32,
-    /// Attached to its surroundings: immovable.
+    /// True if the sphere is fixed to its surroundings: constraints do not move it.
     pub held: bool,
 }
 
@@ -144,7 +145,7 @@ pub struct Link {
 pub struct Attachment {
     /// The sphere.
     pub sphere: u32,
-    /// Its other end.
+    /// The other end.
     pub to: Anchor,
     /// Rest length, m; 0 holds the two together.
     pub rest_length_m: f32,
@@ -152,7 +153,7 @@ pub struct Attachment {
     pub compliance_m_n: f32,
     /// True for a suture: pulls and never pushes.
     pub is_thread: bool,
-    /// Energy that tears it, J; 0: cannot tear.
+    /// Energy that tears it, J; 0 if it cannot tear.
     pub tear_j: f32,
 }
 

@@ -14,13 +14,15 @@ pub const NO_VERTEX: u16 = u16::MAX;
 /// A vertex of the contact skin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkinVertex {
-    /// Spheres of its organ that carry it; an unused place repeats another with weight 0.
+    /// Spheres of its organ that carry the vertex; an unused place repeats another sphere with
+    /// weight 0.
     pub spheres: [u16; SKIN_BINDINGS],
-    /// `Σ w = 1`, and `Σ w X` is its rest position: it follows every affine motion exactly.
+    /// Weights w of the spheres, with `Σ w = 1`. With rest positions X of the spheres, `Σ w X` is
+    /// that of the vertex, so the vertex follows every affine motion exactly.
     pub weights: [f32; SKIN_BINDINGS],
-    /// First of its fan.
+    /// Index in `Skin::fans` of the first triangle around the vertex (its fan).
     pub fan_start: u32,
-    /// Triangles around it.
+    /// Number of triangles around the vertex.
     pub fan_count: u32,
     /// Width A of the Gaussian `exp(−r²/A²)` over which a force on this vertex is spread on the
     /// skin, m.
@@ -29,7 +31,8 @@ pub struct SkinVertex {
     pub curvature_per_m: f32,
 }
 
-/// Contact skins of all organs. Organs without tetrahedra have none: their beads collide.
+/// Contact skins of all organs. Organs without tetrahedra have none; tools collide with their
+/// beads.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Skin<'a> {
     /// Vertices.
@@ -170,7 +173,7 @@ impl<'a> Scene<'a> {
 
 /// Most triangles around a vertex.
 const FAN_MAX: usize = 32;
-/// Largest weight of a sphere: a larger one would make a vertex oscillate.
+/// Largest weight of a sphere. A larger weight would make a vertex oscillate.
 const WEIGHT_MAX: f32 = 8.0;
 
 fn foreign(what: &'static str, index: usize, sphere: u32) -> SceneError {

@@ -1,4 +1,5 @@
-//! Tetrahedra in batches of eight that share no sphere: the work of one vector register.
+//! Tetrahedra in batches of eight that share no sphere. One batch fills the lanes of a vector
+//! register.
 
 use crate::math::{self, Vec3};
 use crate::scene::{RestSphere, SceneError};
@@ -15,7 +16,8 @@ const FLAT: f32 = 1.0e-3;
 pub struct Tetra {
     /// Its corners, indices into the scene's spheres; `det(b − a, c − a, d − a)` is positive.
     pub spheres: [u32; 4],
-    /// Volume of tissue that it represents, m³; more than its own where it lies under the skin.
+    /// Volume of tissue that the tetrahedron represents, m³; more than its own volume where it lies
+    /// under the skin.
     pub volume_m3: f32,
 }
 
@@ -23,12 +25,12 @@ pub struct Tetra {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(64))]
 pub struct TetraBatch {
-    /// Corner, lane.
+    /// Indices of the spheres, by corner, then lane.
     pub(crate) spheres: [[u16; LANES]; 4],
     /// Gradient of the shape function of corners 1 to 3, world axes, 1/m: corner, axis, lane. It
     /// is zero in an unused lane, which therefore changes nothing.
     pub(crate) gradients_per_m: [[[f32; LANES]; 3]; 3],
-    /// Inverse of the volume carried, 1/m³.
+    /// Inverse of the represented volume, 1/m³, by lane.
     pub(crate) inverse_volume_per_m3: [f32; LANES],
 }
 
@@ -83,8 +85,8 @@ impl TetraBatch {
 /// next tetrahedron shares a sphere with it; preparation orders them so that batches are full.
 ///
 /// # Errors
-/// If a tetrahedron is flat or inverted at rest, carries nothing, or names a sphere that does not
-/// exist. The index is the tetrahedron's.
+/// If a tetrahedron is flat or inverted at rest, represents no volume, or names a sphere that does
+/// not exist. The index is the tetrahedron's.
 pub fn batches(
     tetrahedra: &[Tetra],
     spheres: &[RestSphere],

@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::substeps::Coupling;
 
-/// Everything that acts on organs from outside.
+/// Everything outside an organ that acts on it in a substep.
 pub(super) struct Tools<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) jaws: &'a Pose,

@@ -1,7 +1,7 @@
 //! Digest of a tick: a few bytes in which two runs with equal inputs agree.
 //!
-//! Every sphere counts in every tick, so the first tick that differs is known, and the organ. A
-//! hash of all spheres would take longer than a tick has to spare; sums of their bits take
+//! Every sphere counts in every tick, so a comparison finds the first tick that differs, and the
+//! organ. A hash of all spheres would take longer than a tick has to spare; sums of their bits take
 //! microseconds.
 
 use crate::capacity::MAX_ORGANS;
@@ -74,9 +74,9 @@ impl TickView<'_> {
     }
 }
 
-/// Checksum of a row of spheres, per lane: the sum of the words and the sum of its partial sums (as
-/// in Fletcher's checksum). It detects every single word that differs, and nearly every exchange.
-/// It only adds.
+/// Checksum of a row of spheres, per lane: the sum of the words, and the sum of the partial sums
+/// (as in Fletcher's checksum). It detects every single word that differs, and nearly every
+/// exchange of two words.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Sums {
     sum: [u64; 4],

@@ -20,7 +20,8 @@ pub enum Command {
     Instrument(Instrument),
 }
 
-/// A task of the operation, named by its work; it begins with the work before it done.
+/// A task of the operation, named by its work. When a task begins, the work of the earlier tasks is
+/// done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Task {
@@ -28,11 +29,11 @@ pub enum Task {
     Hang = 0,
     /// Begins with the organ hung.
     Identify = 1,
-    /// Begins with the triangle cleared.
+    /// Begins with Calot's triangle cleared of tissue.
     Clamp = 2,
     /// Begins with duct and artery clipped.
     Cut = 3,
-    /// Begins with both divided.
+    /// Begins with duct and artery divided.
     Disconnect = 4,
 }
 
@@ -93,12 +94,12 @@ impl Stage {
     ];
 }
 
-/// Work that a late tick may omit, in order of omission. Force is never omitted.
+/// Work that a late tick may omit, in order of omission. The force is never omitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Optional {
     /// Contact of organs with each other and themselves: they may overlap for one more tick.
     SelfCollision,
-    /// Organs that the instrument neither touches nor holds: they stand still for a tick.
+    /// Organs that no tool is near and the jaws do not hold: they stand still for a tick.
     FarOrgans,
 }
 

@@ -21,9 +21,9 @@
 //!
 //! The digest of a tick holds a hash of the tools, a hash of the checksums of all organs' spheres,
 //! and eight bits of each organ's checksum. Every sphere counts in every tick. So a comparison of
-//! two runs finds the first tick and the organ that differ. The checksums only add, because a hash
-//! over all spheres would take too long for a tick. The digest does not cover results that act on
-//! neither tools nor spheres, such as the flow of a leak.
+//! two runs finds the first tick and the organ that differ. The checksums are plain sums, because a
+//! hash over all spheres would take too long for a tick. The digest does not cover results that
+//! affect neither tools nor spheres, such as the flow of a leak.
 //!
 //! # Checkpoints
 //!
@@ -33,7 +33,7 @@
 //! # Prepared tasks
 //!
 //! `Command::Start` resets the scene and does the work of the earlier tasks: it clears tissue, puts
-//! on clips and divides tubes. The reset raises an event, the prepared work does not.
+//! on clips and divides tubes. The reset raises an event, but the prepared work raises none.
 
 mod checkpoint;
 mod coupling;
@@ -78,7 +78,7 @@ use crate::tissue::{Bounds, Method, Node, substeps};
 use crate::tool::{Capsule, Kinematics, ToolState, Wrench, capsules, endoscope};
 use crate::words::{Event, EventKind};
 
-/// Gap between the bounding boxes of two organs below which a moving one wakes a sleeping one, m.
+/// Gap between the bounding boxes of two organs below which a moving organ wakes a sleeping one, m.
 /// Raising it wakes organs earlier, at more cost.
 const STIR_M: f32 = 0.002;
 
@@ -182,7 +182,7 @@ impl<'a> Sim<'a> {
     }
 
     /// Advances one control period, stage by stage. The scene's counts and [`crate::capacity`]
-    /// bound its cost. It neither blocks, allocates nor panics.
+    /// bound its cost. A tick neither blocks, allocates nor panics.
     pub fn tick(&mut self, ports: &mut impl Ports) {
         let mut faults = FaultSet::NONE;
         self.journal.begin();
@@ -270,8 +270,8 @@ impl<'a> Sim<'a> {
         });
     }
 
-    /// Computes the instrument's pose, through the port, and capsules from the device's pose. The
-    /// endoscope follows the tracker.
+    /// Computes the instrument's pose (through the port) and capsules from the device's pose, and
+    /// the endoscope's from the tracker's.
     fn move_tool(&mut self) {
         let room = self.scene.room();
         if let Some(sample) = self.inputs.device.newest() {
@@ -282,7 +282,7 @@ impl<'a> Sim<'a> {
             let takes_up = self.inputs.takes_up() && self.grasp.count() == 0;
             self.drive.follow(sample.opening, takes_up);
             if let (Some(hand), true) = (self.drive.hand(), takes_up) {
-                tool.jaw = hand; // after a gap the jaws jump to the handle, without a bite or a cut
+                tool.jaw = hand; // after a gap the jaws jump to it, without bite or cut
             }
             let handle = &self.proxy.handle(&tool.world_from_handle);
             let length = tool.instrument.jaw_length_m();
@@ -375,8 +375,9 @@ impl<'a> Sim<'a> {
         bodies.carry_removed(scene);
     }
 
-    /// Organs that are simulated in this tick: those near a tool or in the jaws, and all others
-    /// that are awake if `far_organs`. Wakes organs that something near moves or that breathe.
+    /// Organs that are simulated in this tick: those near a tool or in the jaws and, if
+    /// `far_organs`, all others that are awake. Wakes organs that breathe, and organs that
+    /// something near them moves.
     fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
         let worked = self.worked_organs();
         let mut moves = worked;

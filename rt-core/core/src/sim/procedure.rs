@@ -131,8 +131,8 @@ impl Sim<'_> {
         self.tell_of_grasp(EventKind::Grasp, self.grasp.count() as f32);
     }
 
-    /// Updates the grip, and lets go of tissue when the jaws open or it has slid out. Raises the
-    /// events of tissue that slips, is crushed or is released.
+    /// Updates the grip, and releases tissue when the jaws open or the tissue has slid out. Raises
+    /// the events of tissue that slips, is crushed or is released.
     fn hold(&mut self, closing: bool) {
         let Some(first) = self.grasp.first() else {
             return;

@@ -20,7 +20,8 @@ const RISES: f32 = 0.5;
 const THREAD_M: f32 = 0.2;
 
 impl Sim<'_> {
-    /// True if the instrument holds a needle, which the pedal then leads.
+    /// True if a press of the pedal leads the needle: the instrument is the grasper, and a suture
+    /// waits to be placed.
     fn is_sewing(&self) -> bool {
         self.tool.instrument == Instrument::Grasper && self.state.bodies.sutures.are_awaited()
     }
@@ -36,8 +37,8 @@ impl Sim<'_> {
         }
     }
 
-    /// Places half of the next suture when the pedal is pressed. An impossible step does nothing
-    /// and raises no event.
+    /// Does the next step of placing a suture (stitch, then hang) when the pedal is pressed. An
+    /// impossible step does nothing and raises no event.
     pub(super) fn sew(&mut self) {
         let pedal = self.tool.switches.pedal;
         let is_down = pedal.cut || pedal.coagulate;
@@ -71,8 +72,8 @@ impl Sim<'_> {
         });
     }
 
-    /// Passes the suture through its organ at the tip: through the free sphere nearest to the
-    /// touched place.
+    /// Passes the suture through its organ at the tip: it then holds the free sphere nearest to the
+    /// place that the tip touches.
     fn through(&self, mut suture: Suture) -> Option<(Suture, EventKind, Vec3)> {
         let bodies = &self.state.bodies;
         let own = *bodies.organ.at(suture.sphere);

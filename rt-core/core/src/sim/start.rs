@@ -47,7 +47,7 @@ impl Sim<'_> {
                 let (a, b) = (u32::from(step.a), u32::from(step.b));
                 let links = (it.link_start..).zip(self.scene.elastic_links_of(it));
                 for (link, ends) in links {
-                    // The longer links across it, which resist bending, are severed too.
+                    // The longer links over this step, which resist bending, are severed too.
                     let (low, high) = (ends.a.min(ends.b), ends.a.max(ends.b));
                     if low <= a.min(b) && high >= a.max(b) {
                         self.state.bodies.parted.part_link(link);
@@ -108,7 +108,8 @@ impl Sim<'_> {
         Some(sphere.saturating_sub(it.sphere_start) * 2 > it.sphere_count)
     }
 
-    /// Step at this share of a tube whose spheres are in line.
+    /// Step (link) at this share of the length of a tube whose spheres are numbered along it. The
+    /// share counts from the first sphere if `is_from_low`, else from the last.
     fn step_at(&self, organ: u8, it: &Organ, share: f32, is_from_low: bool) -> Option<Step> {
         let share = if is_from_low { share } else { 1.0 - share };
         let sphere = it.sphere_start + (share * it.sphere_count as f32) as u32;

@@ -8,21 +8,22 @@ use crate::words::{Event, EventKind};
 
 /// Speed below which the handle is at rest, m/s: five times the tremor of a resting hand.
 const HANDLE_RESTS_M_S: f32 = 0.005;
-/// Shortest outer arm of the shaft, m: about half the width of a hand at the port. It only bounds
-/// the lever.
+/// Lower bound of the length of the shaft outside the body by which `Sim::lever` divides, m:
+/// about half the width of a hand.
 const LEVER_MIN_M: f32 = 0.05;
-/// Ticks between two looks for organs beside those that a tool moves.
+/// Ticks between two searches for organs next to those that a tool moves.
 const SPREAD_TICKS: u64 = 16;
 
 impl Sim<'_> {
-    /// Learns which organs hang together, and where they are.
+    /// Records which organs attachments join, and where the organs are.
     pub(super) fn load_unrest(&mut self) {
         let organs = &self.state.bodies.organ;
         self.unrest.load(&self.scene, |sphere| *organs.at(sphere));
         self.unrest.start(&self.scene, &self.bounds);
     }
 
-    /// Raises the events of organs that fall or shake. What it remembers feeds back into nothing.
+    /// Raises the events of organs that fall or shake. Nothing of this feeds back into the
+    /// simulation.
     pub(super) fn note_unrest(&mut self) {
         if self.tool.switches.paused {
             return;
@@ -61,7 +62,7 @@ impl Sim<'_> {
                 Found::Falls(distance_m) => (EventKind::Fall, distance_m),
                 Found::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
             };
-            // The room of a tick belongs to the events of the operation first.
+            // The events of the operation come first, if the journal has room for few.
             if journal.has_room() && (organ as usize) < organs.len() {
                 journal.raise(Event {
                     kind,
@@ -77,7 +78,8 @@ impl Sim<'_> {
             .look_at_worked(hand_m_s, bounds, fastest, &mut tell);
     }
 
-    /// Speed of the tip in speeds of the handle, at least 1: the shaft turns about the port.
+    /// Speed of the tip over that of the handle, at least 1, because the shaft is a lever about the
+    /// port.
     fn lever(&self) -> f32 {
         let port_m = self.scene.room.instrument_port_m;
         let [tip_m, handle_m] = [
@@ -98,7 +100,7 @@ impl Sim<'_> {
         for event in self.journal.events() {
             let is_freed = match event.kind {
                 EventKind::Cut | EventKind::Removed | EventKind::Divided => true,
-                // What tears without a tool is a fault of the scene.
+                // Tissue that tears without a tool is a fault of the scene.
                 EventKind::Tear | EventKind::Perforation => is_worked_on,
                 _ => false,
             };

@@ -24,7 +24,7 @@ pub struct SphereView {
 pub struct TickView<'a> {
     /// Number of the tick, from 0.
     pub tick: u64,
-    /// Time at which the device sample of this tick was read; 0 before the first.
+    /// Time at which the newest device sample was read; 0 before the first.
     pub sample_ns: TimeNs,
     /// True if that sample is new in this tick.
     pub sample_is_fresh: bool,
@@ -32,12 +32,12 @@ pub struct TickView<'a> {
     pub tool: &'a ToolState,
     /// Events, in order.
     pub events: &'a [Event],
-    /// Energy that the hand put into contact and did not get back, J. Below zero, contact makes
-    /// energy.
+    /// Energy that the hand put into contact and did not get back, J. Below zero, contact has
+    /// generated energy.
     pub energy_j: f32,
     /// True if contact asked for a force in this tick, and the simulation is not paused.
     pub asks_force: bool,
-    /// Share of that force that the ramp let through; 0 while force is cut.
+    /// Share of the demanded force that the ramp let through; 0 while force is cut.
     pub force_share: f32,
     /// Faults of this tick.
     pub faults: FaultSet,
@@ -66,7 +66,7 @@ impl<'a> TickView<'a> {
     }
 
     /// Sutures that hang organs on the abdominal wall, in the order of the scene's attachments;
-    /// true with each that is cut through.
+    /// each with true if it is cut through.
     pub fn sutures(&self) -> impl Iterator<Item = (&'a Suture, bool)> + use<'a> {
         let parted = &self.bodies.parted;
         let ties = self.scene.attachments.iter().enumerate();

@@ -1,4 +1,5 @@
-//! A sphere against a part of an instrument: a cylinder with flat ends (paper Algorithm 1).
+//! A sphere against a part of an instrument: a cylinder with flat ends (Algorithm 1 of the
+//! inner-sphere paper).
 
 use crate::math::{self, Vec3};
 use crate::tool::Capsule;
@@ -11,7 +12,7 @@ struct Local {
     radial: Vec3,
     /// `x − h/2` of the paper: distance beyond the nearer end, m.
     beyond_end_m: f32,
-    /// `d − r0` of the paper: distance outside the mantle, m.
+    /// `d − r0` of the paper: distance outside the lateral surface, m.
     outside_m: f32,
 }
 
@@ -61,9 +62,9 @@ pub struct Touch {
 }
 
 /// Depth and normal, which the paper does not give: from the signed distance of the sphere's centre
-/// to the solid cylinder. Contact (`depth > 0`) agrees with Algorithm 1. It differs from the
-/// paper's three cases only for a centre inside the cylinder, which leaves through the nearest
-/// face, mantle or end. The depth is then continuous everywhere, and so is the force.
+/// to the solid cylinder. Contact (`depth > 0`) agrees with Algorithm 1. The distance differs from
+/// the paper's three cases only for a centre inside the cylinder: there it is that to the nearest
+/// face, lateral surface or end. The depth is then continuous everywhere, and so is the force.
 #[must_use]
 pub fn touch(center_m: &Vec3, radius_m: f32, part: &Capsule) -> Touch {
     let Local {
@@ -122,13 +123,13 @@ mod tests {
     fn every_branch_by_hand() {
         let y = Vec3::new(0.0, 1.0, 0.0);
         let x = Vec3::new(1.0, 0.0, 0.0);
-        // Beside the mantle (x < h/2): d = 1.4, so depth 1 + 0.5 − 1.4.
+        // Next to the lateral surface (x < h/2): d = 1.4, so depth 1 + 0.5 − 1.4.
         check(Vec3::new(1.0, 1.4, 0.0), 0.5, 0.1, -y);
         check(Vec3::new(1.0, -1.6, 0.0), 0.5, -0.1, y);
-        // Beyond an end, over the disc (d < r0): x − h/2 = 0.3 and −0.6 beyond the other.
+        // Beyond an end, over the disc (d < r0): x − h/2 = 0.3, and 0.6 at the other end.
         check(Vec3::new(2.3, 0.5, 0.0), 0.5, 0.2, -x);
         check(Vec3::new(-2.6, 0.5, 0.0), 0.5, -0.1, x);
-        // Beyond the rim: 3-4-5 from it.
+        // Beyond the rim: 0.3 and 0.4 from it, so 0.5 away.
         check(
             Vec3::new(2.3, 1.4, 0.0),
             0.6,
@@ -141,7 +142,7 @@ mod tests {
             -0.1,
             Vec3::new(-0.6, -0.8, 0.0),
         );
-        // Centre inside: nearest face is the mantle, then the end.
+        // Centre inside: the nearest face is the lateral surface, then the end.
         check(Vec3::new(0.0, 0.6, 0.0), 0.5, 0.9, -y);
         check(Vec3::new(1.9, 0.2, 0.0), 0.5, 0.6, -x);
     }

@@ -50,7 +50,8 @@ impl Instrument {
         }
     }
 
-    /// Distance of an open jaw's end from the shaft's axis, m; 0: nothing opens.
+    /// Distance of the end of an open jaw from the shaft's axis, m; 0 for an instrument without
+    /// jaws.
     #[must_use]
     pub const fn jaw_opening_m(self) -> f32 {
         match self {
@@ -68,7 +69,7 @@ impl Instrument {
 pub enum Role {
     /// From the port to the jaw joint.
     Shaft = 0,
-    /// Jaw on the side of +y.
+    /// Jaw on the side of +y; for the hook, its straight part.
     UpperJaw = 1,
     /// Jaw on the side of −y.
     LowerJaw = 2,
@@ -111,9 +112,9 @@ pub struct Capsule {
     pub role: Role,
 }
 
-/// Capsules of `instrument` (the paper's three: two blades and the shaft), world frame. `jaw` is
-/// the opening, 0 closed to 1 open. The round ends of jaws reach to their tips. A shaft that is not
-/// in the body yet is omitted.
+/// Capsules of `instrument`, world frame: two jaws and the shaft, as in the inner-sphere paper.
+/// `jaw` is the opening, 0 closed to 1 open. The round ends of jaws reach to their tips. A shaft
+/// that is not in the body yet is omitted.
 #[must_use]
 pub fn capsules(
     instrument: Instrument,
@@ -151,7 +152,7 @@ pub fn capsules(
         let off = instrument.jaw_opening_m() * jaw.clamp(0.0, 1.0);
         let reach = -math::sqrt(length * length - off * off);
         let axis = 1.0 - JAW_RADIUS_M / length;
-        // Closed jaws lie side by side, not in each other.
+        // Closed jaws lie next to each other and do not overlap.
         let (off, reach) = (axis * off + 0.001, axis * reach);
         add(joint, world(0.0, off, reach), JAW_RADIUS_M, Role::UpperJaw);
         add(joint, world(0.0, -off, reach), JAW_RADIUS_M, Role::LowerJaw);
@@ -200,7 +201,7 @@ mod tests {
             let pose = LEVER.instrument(&h, instrument.jaw_length_m());
             let parts = capsules(instrument, &pose, &LEVER.port_m, 0.0);
             assert_eq!(parts.len(), 3);
-            // How far each part reaches along the shaft beyond the tip.
+            // Distance by which each part reaches beyond the tip, along the shaft.
             let axis = LEVER.axis(&h);
             let beyond_m = |c: &Capsule| (c.b_m - LEVER.tip(&h)).dot(&axis) + c.radius_m;
             let farthest_m = parts.iter().map(beyond_m).fold(f32::MIN, f32::max);

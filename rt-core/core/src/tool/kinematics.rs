@@ -5,15 +5,15 @@
 
 use crate::math::{self, Pose, Quat, Vec3};
 
-/// Least length outside the body by which the lever law divides, m. Nearer than that, the hand
-/// would hold the trocar itself.
+/// Lower bound of the length of the shaft outside the body, m, by which the lever law divides. A
+/// hand that is nearer to the port would hold the trocar itself.
 const OUTSIDE_MIN_M: f32 = 0.02;
 /// The shaft and the port that it pivots about.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kinematics {
     /// The trocar, world frame, m.
     pub port_m: Vec3,
-    /// From the handle to the tip, m.
+    /// Length of the shaft from the handle to the tip, m.
     pub length_m: f32,
 }
 
@@ -55,12 +55,13 @@ impl Kinematics {
         Pose::from_parts((tip_m - axis * self.length_m).into(), turned)
     }
 
-    /// Wrench on the hand from a wrench on the instrument, by virtual work. The port bears the
-    /// rest: the force across the shaft.
+    /// Wrench on the hand from a wrench on the instrument, by virtual work. The port bears the rest
+    /// of the force across the shaft.
     ///
-    /// With `F` and the torque `τ` about the port: force `d (d·F) + d × τ / l_out`, torque `d
-    /// (d·τ)`. The roll follows the handle's y (see [`Self::instrument`]). A handle whose y is
-    /// tilted along the shaft takes part of the torque about that y, and the resulting push.
+    /// With the force `F`, the torque `τ` about the port and the length `l_out` outside the body:
+    /// force `d (d·F) + d × τ / l_out`, torque `d (d·τ)`. The roll of the shaft follows the
+    /// handle's y (see [`Self::instrument`]). If this y is tilted along the shaft, part of the roll
+    /// torque acts on the hand about y, and as a push across the shaft.
     #[must_use]
     pub fn at_handle(&self, world_from_handle: &Pose, at_port: &Wrench) -> Wrench {
         let axis = self.axis(world_from_handle);
@@ -197,12 +198,12 @@ mod tests {
     fn a_wrench_through_the_lever_by_hand() {
         let h = handle(0.0, 0.0, 0.3);
         let tip = LEVER.tip(&h);
-        // 3 N along the shaft pass; 2 N across become −2 · 0.13 / 0.2.
+        // 3 N along the shaft pass unchanged; 2 N across it become −2 · 0.13 / 0.2.
         let hand = felt(&h, tip, Vec3::new(2.0, 0.0, 3.0));
         assert!(near(&hand.force_n, [-1.3, 0.0, 3.0]), "{hand:?}");
         assert!(near(&hand.torque_n_m, [0.0; 3]), "{hand:?}");
-        // 10 mm off the shaft 2 N along it also bend it: 20 mN m / 0.2 m. The other way round they
-        // roll it.
+        // At 10 mm from the axis, 2 N along the shaft also bend it: 20 mN m / 0.2 m. 2 N across the
+        // shaft also roll it.
         let jaw = tip + Vec3::new(0.01, 0.0, 0.0);
         let hand = felt(&h, jaw, Vec3::new(0.0, 0.0, 2.0));
         assert!(near(&hand.force_n, [-0.1, 0.0, 2.0]), "{hand:?}");
@@ -242,8 +243,9 @@ mod tests {
             prop_assert!(math::is_rigid(&h));
         }
 
-        /// Virtual work: what the hand gives in a small motion is what the instrument gives.
-        /// Against finite differences of the kinematics itself, in `f32`, hence the tolerance.
+        /// Virtual work: in a small motion, the work at the handle equals the work at the
+        /// instrument. The motion is a finite difference of the kinematics in `f32`, hence the
+        /// tolerance.
         #[test]
         fn no_work_is_lost_on_the_way(
             f in vector(3.0), step in vector(1.0), turn in vector(1.0), arm in vector(0.02),

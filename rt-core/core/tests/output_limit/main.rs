@@ -41,7 +41,7 @@ fn open() -> OutputLimit {
     limit
 }
 
-/// Size of the force, and the faults raised.
+/// Applies `demand`. Returns the size of the force, and the faults raised.
 fn apply(limit: &mut OutputLimit, demand: &Demand) -> (f32, FaultSet) {
     let mut faults = FaultSet::NONE;
     let out = limit.apply(demand, &mut faults);
@@ -127,7 +127,7 @@ fn value_that_is_no_number_is_no_force() {
 #[test]
 fn a_loop_that_makes_energy_is_damped_and_free_space_never_is() {
     let device = DeviceCapabilities {
-        damping_n_s_m: 0.7, // bears 490 N/m without delay, as it says
+        damping_n_s_m: 0.7, // with no delay, 490 N/m is within the limit
         delay_s: 0.0,
         ..DEVICE
     };
@@ -227,7 +227,7 @@ fn the_force_on_the_fingers_passes_the_same_gates() {
         limit = opened(&device);
         limit.apply(&opens, &mut faults);
     }
-    // A pause lets it fall with the ramp.
+    // In a pause the force falls by the ramp.
     let paused = Demand {
         paused: true,
         ..opens
@@ -528,7 +528,7 @@ fn a_peak_too_small_to_square_lets_nothing_through() {
 
 proptest! {
     /// For any demand and any device: finite, never above its peak, never a faster rise than the
-    /// slew limit, and zero while the device is not live.
+    /// slew limit, and zero while the device is lost.
     #[test]
     fn output_is_bounded_on_any_input(
         demands in prop::collection::vec((demand(), any::<bool>()), 1..200),

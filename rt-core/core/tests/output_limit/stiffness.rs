@@ -59,7 +59,7 @@ fn new_contact_takes_no_force_from_a_hand_that_goes_deeper() {
     let rises = |(a, b): (&f32, &f32)| b >= &(a - 1.0e-5);
     assert!(goes_in.iter().zip(&goes_in[1..]).all(rises));
     assert!(goes_out[1..].iter().zip(&goes_out).all(rises));
-    // The felt stiffness is half a newton a millimetre while one part alone touches.
+    // The felt stiffness is half a newton a millimetre while only the first part touches.
     assert!(
         (goes_in[900] - 500.0 * way(900)).abs() < 0.02,
         "{}",

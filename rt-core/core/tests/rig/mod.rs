@@ -1,5 +1,5 @@
 //! Rig: synthetic organs and a scripted hand, for tests, the bench and the examples. It uses no
-//! files and no randomness, so it is equal on every machine.
+//! files and no randomness, so it is the same on every machine.
 
 #![allow(dead_code)] // every user takes what it needs
 
@@ -24,15 +24,15 @@ use rt_core::words::{Event, SphereBits};
 /// A Touch-class device.
 pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities::TOUCH;
 
-/// Iterations of the paper's method.
+/// Iterations of the method of the inner-sphere paper ("the paper").
 pub(crate) const PAPER: u32 = 10;
 
-/// Storage of the paper's method, for a run with so many iterations of it.
+/// Storage of the paper's method with this number of iterations; `None` for the product's method.
 pub(crate) fn paper(iterations: Option<u32>) -> Option<Box<Paper>> {
     iterations.map(|iterations| Box::new(Paper::new(iterations)))
 }
 
-/// The paper's method in its storage, else the product's.
+/// The paper's method if there is storage for it, else the product's.
 pub(crate) fn method(paper: &mut Option<Box<Paper>>) -> Method<'_> {
     paper
         .as_mut()
@@ -95,7 +95,7 @@ pub(crate) struct Anatomy {
 
 impl Anatomy {
     /// Adds an ellipsoid of `count` spheres on a lattice with its `link_count` shortest links,
-    /// ordered so that neighbours share no sphere. Its lowest tenth is held.
+    /// ordered so that neighbours share no sphere. The lowest tenth of the spheres is held.
     pub(crate) fn with_ellipsoid(
         mut self,
         center_m: Vec3,
@@ -238,7 +238,7 @@ impl Anatomy {
         self
     }
 
-    /// Rotates one organ about the origin, with the room and the devices.
+    /// Rotates all organs about the origin, with the room and the devices.
     pub(crate) fn turned(mut self, turn: Quat) -> Self {
         for sphere in &mut self.spheres {
             sphere.center_m = turn * sphere.center_m;

@@ -24,8 +24,8 @@ fn thin_tube() -> Anatomy {
     tube
 }
 
-/// The bench after the hook has gone to `at` and stayed there for `ticks` under this current, which
-/// is off at the end.
+/// The bench after this instrument has gone to `at` and stayed there for `ticks` under this
+/// current, which is off at the end.
 fn burnt(
     anatomy: &Anatomy,
     instrument: Instrument,

@@ -31,16 +31,16 @@ fn a_clip_before_the_cut_keeps_the_blood_in_and_scissors_do_not_cut_it() {
         "{clip:?}"
     );
     assert_eq!(clip.spheres, [7, 8]);
-    // On the clip itself, which is steel.
+    // Scissors on the clip itself, which is metal.
     let at_m = (bench.centers_m[7] + bench.centers_m[8]) * 0.5;
     work(&mut sim, &mut bench, Instrument::Scissors, &over(at_m.x));
     assert_eq!(count(&bench, EventKind::Cut), 0);
-    // Next to it.
+    // Scissors next to the clip.
     work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
     assert_eq!(count(&bench, EventKind::Cut), 1);
     assert!(leaks(&bench).is_empty(), "{:?}", leaks(&bench));
     assert_eq!(divided(&bench), [1.0], "what goes away is open");
-    // It has moved with the tissue, and still lies across the tube.
+    // The clip has moved with the tissue, and still lies across the tube.
     let clip = bench.clips[0];
     let along = bench.centers_m[8] - bench.centers_m[7];
     assert!(clip.legs.dot(&along).abs() < 1.0e-3 * norm(&along));
@@ -48,8 +48,8 @@ fn a_clip_before_the_cut_keeps_the_blood_in_and_scissors_do_not_cut_it() {
 
 #[test]
 fn both_sides_are_closed_only_after_a_cut_between_clips() {
-    // Places of cuts (m along the tube) and the open share of each; clips lie at -0.0105 and
-    // 0.0105.
+    // Places of two cuts (m along the tube), and the open share that each reports. Clips lie at
+    // -0.0105 and 0.0105.
     for (at_m, open) in [
         ([-0.0165, 0.0015], [1.0, 0.0]),
         ([0.0165, 0.0015], [1.0, 0.0]),
@@ -67,7 +67,8 @@ fn both_sides_are_closed_only_after_a_cut_between_clips() {
             work(&mut sim, &mut bench, Instrument::Scissors, &over(at_m));
         }
         assert_eq!(divided(&bench), open, "{at_m:?} {:?}", bench.clips);
-        // A stump ends at its division; its clip lies behind that.
+        // A third cut, between the two divisions: both stumps end at a division, so no lumen is
+        // open.
         let middle_m = (bench.centers_m[8] + bench.centers_m[9]) * 0.5;
         let at = middle_m + over(-0.0005);
         work(&mut sim, &mut bench, Instrument::Scissors, &at);

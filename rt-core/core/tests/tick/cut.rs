@@ -6,7 +6,7 @@ use super::*;
 use rt_core::scene::{Anchor, Attachment};
 use rt_core::tool::Instrument;
 
-/// Place at which the blades reach 4 mm beyond the tube's middle.
+/// Place of the tip at which the blades reach 4 mm beyond the tube's middle.
 const ACROSS: Vec3 = Vec3::new(0.0005, 0.0, -0.004);
 
 /// A tight tube that cannot tear, and a suture across it to a point of the world.
@@ -27,7 +27,8 @@ fn anatomy() -> Anatomy {
     tube
 }
 
-/// Events `cut` after this instrument went there, closed its jaws and opened them.
+/// Number of `Cut` events, and the centres of the spheres, after this instrument went to `at`,
+/// closed its jaws and opened them.
 fn cuts(instrument: Instrument, at: &Vec3) -> (usize, Vec<Vec3>) {
     let anatomy = anatomy();
     let mut state = store();
@@ -49,7 +50,7 @@ fn scissors_cut_the_tube_and_the_suture_and_nothing_else_does() {
     assert_eq!(cut, 2, "a link and the suture");
     assert_eq!(cuts(Instrument::Grasper, &ACROSS).0, 0);
     assert_eq!(cuts(Instrument::ClipApplier, &ACROSS).0, 0);
-    // Next to it, and above it.
+    // Next to the tube, and above it.
     assert_eq!(
         cuts(Instrument::Scissors, &(ACROSS + Vec3::y() * 0.02)).0,
         0

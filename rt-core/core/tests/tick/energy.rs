@@ -1,4 +1,5 @@
-//! Energy of the loop of hand, instrument and tissue: it makes none, in any orientation.
+//! The loop of hand, instrument and tissue generates no energy, and behaves alike in any
+//! orientation.
 
 use super::tear::{BITTEN, pad};
 use super::*;
@@ -6,7 +7,8 @@ use crate::rig::LEVER;
 use proptest::prelude::*;
 use rt_core::math::Quat;
 
-/// Number of random cases. 300 of each have been run; the hand put energy in every time.
+/// Number of random cases of each test. 300 cases have been run once; the hand put energy in every
+/// time.
 const CASES: u32 = 12;
 
 /// A segment of the hand's path: target of the tip, and speed.
@@ -32,8 +34,9 @@ struct Hand<'a, 's> {
     /// Position at the end of the last tick.
     handle_m: Vec3,
     force_n: Vec3,
-    /// Energy given so far, and its maximum, J.
+    /// Energy that the hand has given so far, J.
     given_j: f32,
+    /// Largest value of `given_j` so far, J.
     most_j: f32,
 }
 

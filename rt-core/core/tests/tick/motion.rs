@@ -58,7 +58,7 @@ fn damping_is_a_share_of_speed_per_second() {
 
 #[test]
 fn organs_lie_on_each_other() {
-    // A row of held spheres, and a free one that falls on them from 5 mm above.
+    // A grid of held spheres, and a free one that falls on them from 5 mm above.
     let mut spheres: Vec<RestSphere> = (-3..=3)
         .flat_map(|x| (-3..=3).map(move |y| (x, y)))
         .map(|(x, y)| RestSphere {
@@ -143,7 +143,7 @@ fn waking_is_neither_missed_nor_felt() {
     let steps_n = force_steps_n(true);
     let most_n = steps_n.iter().copied().fold(0.0, f32::max);
     assert!(most_n < 0.005, "{most_n} N in a tick");
-    // The approaching tool wakes it before there is a force.
+    // The approaching tool wakes the organ before there is a force.
     let first = |steps: &[f32]| steps.iter().position(|step| *step > 0.0);
     let (slept, was_awake) = (first(&steps_n), first(&force_steps_n(false)));
     let apart = slept.zip(was_awake).map(|(a, b)| a.abs_diff(b));

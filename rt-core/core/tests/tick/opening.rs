@@ -163,7 +163,8 @@ fn a_cut_takes_the_energy_that_parts_the_tissue() {
         .windows(2)
         .map(|pair| pair[0].opening_n * (pair[0].hand - pair[1].hand) * HANDLE.travel_m)
         .sum();
-    // While the spring tightens, the blades cut already.
+    // The blades already cut while the spring tightens; the fingers do less work for this part of
+    // the cut.
     let peak_n = closing
         .iter()
         .fold(0.0f32, |most, it| most.max(it.opening_n));
@@ -176,7 +177,7 @@ fn a_cut_takes_the_energy_that_parts_the_tissue() {
     );
     let shut = move_fingers(&mut sim, &mut bench, &tip, (0.0, 0.0), 10);
     assert!(shut[9].opening_n.abs() < 1.0e-6, "nothing is left");
-    // Opened and shut again, the blades meet nothing.
+    // When the blades open again, they meet nothing.
     let again = move_fingers(&mut sim, &mut bench, &tip, (0.0, 1.0), 400);
     assert!(again.iter().all(|it| it.opening_n.abs() < 1.0e-6));
 }
@@ -213,7 +214,7 @@ fn a_handle_that_was_shut_in_a_gap_bites_nothing() {
     }
     move_fingers(&mut sim, &mut bench, &over(0.0015), (0.0, 0.0), 400);
     assert!(bench.clips.is_empty(), "{:?}", bench.clips);
-    // It clips when the hand has opened and shuts.
+    // The applier clips after the hand has opened it and shuts it.
     move_fingers(&mut sim, &mut bench, &over(0.0015), (0.0, 1.0), 300);
     move_fingers(&mut sim, &mut bench, &over(0.0015), (1.0, 0.0), 300);
     assert_eq!(bench.clips.len(), 1);

@@ -30,12 +30,15 @@ fn ball() -> Anatomy {
     }
 }
 
-/// Places above it, just in it, and 8 mm in it.
+/// Place above the ball.
 const ABOVE: Vec3 = Vec3::new(0.0, 0.0, 0.07);
+/// Place of the tip at which the open jaws are just in the ball.
 const LIGHT: Vec3 = Vec3::new(0.0, 0.0, 0.0472);
+/// Place of the tip at which the open jaws are 8 mm deep in the ball.
 const DEEP: Vec3 = Vec3::new(0.0, 0.0, 0.0405);
 
-/// Displacement of the proxy's tip from the device's, tick by tick, along the path.
+/// Displacement of the proxy's tip from the device's, tick by tick, while the hand moves from one
+/// place to another.
 fn behind(sim: &mut Sim<'_>, bench: &mut Bench, ends: (&Vec3, &Vec3), ticks: usize) -> Vec<Vec3> {
     let (from, to) = ends;
     let tick = |t: usize| {

@@ -13,7 +13,7 @@ use rt_core::tool::Instrument;
 const WALL_M: f32 = 0.12;
 /// A place above the liver's top, away from the scene's sutures.
 const ADJACENT: Vec3 = Vec3::new(0.02, 0.0, 0.1);
-/// A place deep enough in it to touch.
+/// A place deep enough in the liver to touch it.
 const TOUCHES: Vec3 = Vec3::new(0.02, 0.0, 0.043);
 
 /// The liver, hung by two sutures that are drawn in by 8 mm and 4 mm.
@@ -126,7 +126,7 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
     go(&mut sim, &mut bench, &TOUCHES, &ADJACENT, 500, NONE);
     step(&mut sim, &mut bench, &ADJACENT);
     assert_eq!(placed(&bench), [Placed::Hung; 2]);
-    // No suture is left to be sewn, and the pedal was down at that moment.
+    // The pedal was still down when the last suture was hung, but no current flowed.
     let reported = [EventKind::Stitch, EventKind::Hung].map(|kind| count(&bench, kind));
     assert_eq!(reported, [2, 2]);
     assert_eq!(count(&bench, EventKind::Electro), 0, "no current");

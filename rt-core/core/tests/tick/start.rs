@@ -20,7 +20,8 @@ fn anatomy() -> Anatomy {
     anatomy
 }
 
-/// Spheres of links that are longer than twice their rest length after a second.
+/// Runs the first second of a task. Returns the bench, and the first sphere of each link of the
+/// tube that is then longer than 4 mm (3 mm at rest).
 fn begin(task: Task) -> (Bench, Vec<usize>) {
     let anatomy = anatomy();
     let mut state = store();

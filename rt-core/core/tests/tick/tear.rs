@@ -4,7 +4,8 @@ use super::grip::{count, felt, largest_step};
 use super::*;
 use rt_core::scene::{Anchor, Attachment, Link};
 
-/// Energy that tears one attachment, J: 100 mN at 2 mm, and as much again.
+/// Energy that tears one attachment, J: 0.1 mJ up to 100 mN at 2 mm, and as much again while the
+/// force falls to zero.
 const BAND_J: f32 = 2.0e-4;
 const BAND_N_M: f32 = 50.0;
 
@@ -65,7 +66,7 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
         "{before_n} {}",
         bench.force_n.z
     );
-    // Pulled off: 40 mm in 8 s.
+    // The pad is pulled off its bed: 40 mm in 8 s.
     let (travel_m, ticks) = (0.04, 8000);
     let forces = felt(
         &mut sim,
@@ -92,7 +93,7 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
     let step = largest_step(&forces);
     // The load vanishes as fast as fibres tear, in 50 ticks; then the pad springs against the jaws.
     assert!(step < most_n / 4.0, "{step} of {most_n} N in a tick");
-    // A reset repairs them.
+    // A reset repairs the bands.
     bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
     sim.tick(&mut bench);
     let events = bench.events.len();
@@ -161,7 +162,7 @@ fn a_tube_tears_where_its_toughness_ends() {
         stay(&mut sim, &mut bench, &up, 300, Buttons::GRASP);
         (count(&bench, EventKind::Tear), -bench.force_n.z)
     };
-    // Each link bears a stretch of √(Γ L / E): 0.55 mm of 3 at 0.5 J/m², 7.7 mm at 100.
+    // Each link of 3 mm bears a stretch of √(Γ L / E): 0.55 mm at 0.5 J/m², 7.7 mm at 100 J/m².
     let (tears, left_n) = torn(0.5);
     assert!(tears >= 1 && left_n.abs() < 0.02, "{tears} {left_n}");
     let (tears, left_n) = torn(100.0);

@@ -72,7 +72,7 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
     assert!(back.fold(0.0, f32::max) < 2.0e-4);
 }
 
-/// Pause, change of instrument and reset while the hand presses.
+/// A pause, a change of instrument, a reset and the start of a task, each while the hand presses.
 #[test]
 fn force_that_a_command_ends_fades() {
     let anatomy = Anatomy::liver();
@@ -93,7 +93,8 @@ fn force_that_a_command_ends_fades() {
         for tick in 0..30 {
             bench.next_at(&PRESSED, NONE).command = (tick == 0).then_some(command);
             sim.tick(&mut bench);
-            // A twentieth a tick; two twentieths in a pause, which also runs the ramp down.
+            // The force falls by a twentieth a tick; by two twentieths in a pause, which also runs
+            // the ramp down.
             let step_n = norm(&(bench.force_n - last_n));
             assert!(
                 step_n < 0.11 * pressed_n,

@@ -3,7 +3,7 @@
 use super::*;
 use crate::grip::count;
 
-/// A loose sphere of 1 cm, far from the tool, falls 0.3 m in a quarter of a second.
+/// Loose spheres of 1 cm radius, far from the tool, fall 0.3 m in a quarter of a second.
 #[test]
 fn a_loose_organ_that_falls_is_reported_once_and_again_after_a_reset() {
     let anatomy = loose(&[sphere(0.1, 0.0), sphere(-0.1, 0.0)], SOFT);
@@ -56,7 +56,7 @@ fn a_fall_is_reported_again_from_a_checkpoint_before_it() {
     assert_eq!(count(&bench, EventKind::Fall), 2);
 }
 
-/// A liver so many times as stiff as tissue, in one substep a tick and without damping.
+/// A liver that is `factor` times as stiff as tissue, in one substep a tick and without damping.
 fn stiffer(factor: f32) -> Anatomy {
     let mut anatomy = Anatomy::liver();
     for organ in &mut anatomy.organs {
@@ -68,8 +68,8 @@ fn stiffer(factor: f32) -> Anatomy {
     anatomy
 }
 
-/// A hand strokes the liver at 10 mm/s and never rests. One substep bears the first liver, not the
-/// second, which goes back and forth by a centimetre.
+/// A hand strokes the liver at 10 mm/s and never rests. One substep suffices for the first liver.
+/// The second is unstable and goes back and forth by a centimetre.
 #[test]
 fn a_liver_that_shakes_under_a_moving_hand_is_reported_once() {
     for (factor, times) in [(1.0, 0), (300.0, 1)] {

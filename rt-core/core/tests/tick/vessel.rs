@@ -17,7 +17,8 @@ pub(super) fn artery() -> Anatomy {
     let mut artery = tube(0.0);
     artery.organs[0].inside = Inside::Blood;
     artery.organs[0].material.young_pa = young_pa;
-    // A chain without bending stiffness: damped as in fluid, or its stumps would swing.
+    // The chain has no bending stiffness. It is damped as in fluid, because its stumps would swing
+    // otherwise.
     artery.organs[0].material.damping_per_s = 60.0;
     for sphere in &mut artery.spheres {
         sphere.radius_m = 0.001_2;
@@ -172,7 +173,7 @@ fn a_bag_that_is_burnt_through_leaks_once() {
         leaks.len() == 1 && (0.1..1.0).contains(&leaks[0].0),
         "{leaks:?}"
     );
-    // A reset closes it.
+    // A reset closes the hole.
     bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
     sim.tick(&mut bench);
     stay(&mut sim, &mut bench, &AWAY, 100, NONE);

@@ -19,7 +19,7 @@ pub(crate) struct View {
     right: Vec3,
     up: Vec3,
     forward: Vec3,
-    /// Half the picture's height: at distance 1 in perspective, otherwise in metres.
+    /// Half of the visible height: in perspective per unit of distance, otherwise in metres.
     half: f64,
     perspective: bool,
 }
@@ -52,7 +52,7 @@ impl View {
         }
     }
 
-    /// Right, up and depth of a point; right and up are in -1..1 within the picture.
+    /// Right, up and depth of a point. Within the panel, right and up are in -1..1.
     fn project(&self, p: &Vec3) -> Option<[f64; 3]> {
         let q = p - self.eye;
         let depth = q.dot(&self.forward);

@@ -16,7 +16,7 @@ pub(crate) struct Panel {
     pub(crate) axes: [&'static str; 2],
     /// True for a logarithmic axis.
     pub(crate) is_log: [bool; 2],
-    /// Numbers at each axis. The first and the last are its ends.
+    /// Numbers printed along each axis. The first and the last number are the ends of the axis.
     pub(crate) marks: [&'static [f64]; 2],
     pub(crate) series: Vec<Series>,
 }

@@ -1,12 +1,12 @@
-//! Fit of spheres to an organ by their number: `cargo run --release -p scene-prepare --example
-//! packing -- [--out DIR] [--quick]` writes `packing.csv` and `packing.svg`, by default into
-//! `tests/results`.
+//! Measures how well spheres fit an organ, by the number of spheres: `cargo run --release -p
+//! scene-prepare --example packing -- [--out DIR] [--quick]` writes `packing.csv` and
+//! `packing.svg`, by default into `tests/results`.
 //!
 //! Coverage and mechanics conflict. A few large spheres on the medial axis cover best, but their
-//! links point along the axis (isotropy 0.1 to 0.35) and they stay round under a small dent. So
-//! preparation packs evenly, caps the radii at 1.15 spacings, and accepts less coverage where the
-//! links are isotropic. The last panel shows coverage against isotropy at the paper's 581 spheres.
-//! Beside our packings it has eight algorithms that a prototype study measured on another liver.
+//! links point along the axis (isotropy 0.1 to 0.35), and a large sphere cannot follow a small
+//! dent. So preparation packs evenly, caps the radii at 1.15 spacings, and accepts less coverage in
+//! exchange for isotropic links. The last panel shows coverage against isotropy at the paper's 581
+//! spheres. It also shows eight algorithms that a prototype study measured on another liver.
 
 mod chart;
 
@@ -32,7 +32,7 @@ const ORGANS: [(&str, Form, usize); 4] = [
     ("stomach", Form::Stomach, 452),
 ];
 const COUNTS: [usize; 7] = [100, 200, 400, 1000, 2000, 4000, 8000];
-/// The paper's filling tries each pair of spheres against all spheres. Beyond this count it takes
+/// The paper's packing tests each pair of spheres against all spheres. Beyond this count that takes
 /// minutes.
 const PAPER_MAX: usize = 1000;
 /// Coverage and isotropy of the study's algorithms at 581 spheres.
@@ -70,7 +70,7 @@ struct Row {
 /// Packs every organ with every count.
 ///
 /// # Errors
-/// When an organ cannot be packed; the reason in words.
+/// When an organ cannot be packed. The error gives the reason in words.
 fn run(quick: bool) -> Result<Vec<Row>, String> {
     let mut rows = Vec::new();
     for (name, form, of_paper) in ORGANS {

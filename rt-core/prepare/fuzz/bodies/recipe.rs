@@ -1,5 +1,5 @@
-//! Body of the fuzz target for recipes: no bytes may make the reader panic, hang or take memory out
-//! of proportion.
+//! Body of the fuzz target for recipes: no input may make the reader panic, hang or take far more
+//! memory than the input's size justifies.
 
 use std::path::Path;
 

@@ -1,13 +1,14 @@
-//! The course: the line across which the cross-sections of layered tissue stand.
+//! The course: the line through the middles of the parallel cross-sections of layered tissue.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
 use crate::Vec3;
 use crate::mesh::Mesh;
 
-/// The middle of a section is the mean of the inner surface up to this far on either side, cells.
+/// The middle of a section is the mean of the inner organ's vertices up to this far on either side
+/// of the section, in cell sizes.
 const SLAB_CELLS: f64 = 2.0;
-/// Rounds that smooth the line of the middles.
+/// Number of rounds that smooth the line of the middles.
 const ROUNDS: usize = 4;
 
 /// Parallel cross-sections at equal distances along a line.
@@ -19,8 +20,9 @@ pub(super) struct Course {
     pub(super) middles: Vec<Vec3>,
 }
 
-/// Lays sections across the longest way through `around`, about `cell_m` apart and from end to end
-/// of `own`. They are parallel, so they never cut each other.
+/// Lays sections perpendicular to the longest axis of the inner organ `around`, about `cell_m`
+/// apart, from one end of the layered tissue `own` to the other. Parallel sections never cut each
+/// other.
 pub(super) fn course(around: &Mesh, own: &Mesh, cell_m: f64) -> Course {
     let mean = around.vertices.iter().sum::<Vec3>() / around.vertices.len().max(1) as f64;
     let spread = around.vertices.iter().fold(Matrix3::zeros(), |sum, p| {

@@ -1,19 +1,21 @@
-//! Draws the outer corners of the cells onto the organ's surface.
+//! Moves the outer corners of the cells onto the organ's surface.
 
 use super::{Cells, hexa};
 use crate::Vec3;
 use crate::field::Nearest;
 
-/// Corners farther from the surface than this stay where they are, cells.
+/// Corners farther from the surface than this stay where they are, in cell sizes.
 const REACH_CELLS: f64 = 0.75;
-/// Least share of its triple product of edges that a corner of a cell keeps.
+/// A move is refused if the triple product of the edges at a corner of a cell falls below this
+/// share of its value before all moves.
 const LEFT: f64 = 0.2;
 /// Shares of the way to the surface that are tried, the largest first.
 const TRIES: [f64; 4] = [1.0, 0.7, 0.4, 0.2];
 /// Rounds over all corners.
 const ROUNDS: usize = 2;
 
-/// Draws outer corners onto the surface, each as far as all of its cells keep their shape.
+/// Moves each outer corner towards the surface, as far as all cells at that corner keep their
+/// shape.
 pub(super) fn onto_surface(cells: &mut Cells, surface: &Nearest<'_>, cell_m: f64) {
     let mut is_outside = vec![false; cells.corners.len()];
     let mut of_corner = vec![Vec::new(); cells.corners.len()];

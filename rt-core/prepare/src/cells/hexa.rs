@@ -1,4 +1,5 @@
-//! One hexahedron. Its eight corners are numbered by bits.
+//! One hexahedron. Bit `k` of a corner's number, 0 to 7, says on which side along direction `k` the
+//! corner lies.
 
 use crate::Vec3;
 
@@ -18,7 +19,8 @@ pub(super) const fn opposite(face: usize) -> usize {
     face ^ 1
 }
 
-/// The place at these shares of the way through the cell, along bits 0, 1 and 2.
+/// The point with these shares (trilinear coordinates, 0 to 1) along the directions of bits 0, 1
+/// and 2.
 pub(super) fn at(p: &[Vec3; 8], [u, v, w]: [f64; 3]) -> Vec3 {
     let mut sum = Vec3::zeros();
     for (i, corner) in p.iter().enumerate() {
@@ -28,7 +30,7 @@ pub(super) fn at(p: &[Vec3; 8], [u, v, w]: [f64; 3]) -> Vec3 {
     sum
 }
 
-/// Determinant of the derivative of [`at`] by the three shares.
+/// Determinant of the derivative of [`at`] with respect to the three shares.
 fn jacobian(p: &[Vec3; 8], [u, v, w]: [f64; 3]) -> f64 {
     let mut ways = [Vec3::zeros(); 3];
     for (i, corner) in p.iter().enumerate() {
@@ -75,7 +77,7 @@ pub(super) fn shape(p: &[Vec3; 8]) -> f64 {
     corners(p).into_iter().map(share).fold(1.0, f64::min)
 }
 
-/// Mean length of the edges along each of the three ways, m.
+/// Mean length of the edges along each of the three directions, m.
 pub(super) fn extents_m(p: &[Vec3; 8]) -> [f64; 3] {
     std::array::from_fn(|bit| {
         let pairs = (0..8).filter(|i| i >> bit & 1 == 0);
@@ -89,7 +91,8 @@ pub(super) fn bounds(p: &[Vec3; 8]) -> [Vec3; 2] {
     all.fold([p[0]; 2], |[low, high], q| [low.inf(q), high.sup(q)])
 }
 
-/// True if the point lies inside the cell. Newton's method finds the point's shares.
+/// True if the point lies inside the cell. Newton's method finds the point's shares along the three
+/// directions.
 pub(super) fn holds(p: &[Vec3; 8], point: &Vec3) -> bool {
     let mut share = Vec3::repeat(0.5);
     let step = 1e-4;

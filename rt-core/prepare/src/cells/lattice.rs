@@ -11,21 +11,23 @@ use crate::recipe::Layers;
 
 /// Fewest and most rays of a section.
 const RAYS: (f64, f64) = (18.0, 96.0);
-/// Length of a step along a ray, cells.
+/// Length of a step along a ray, in cell sizes.
 const STEP_CELLS: f64 = 0.1;
-/// No outline begins nearer to the course than this, m, because all rays meet there.
+/// Rays start this far from the course, m. All rays of a section meet at the course, so a cell that
+/// began there would have no width.
 const INNERMOST_M: f64 = 0.000_4;
-/// The first and the last section look for tissue this far inside the organ, cells: at its very end
-/// there is none.
+/// The first and the last section look for tissue this far inside the organ, in cell sizes, because
+/// at the very end of the organ they would find none.
 const INSET_CELLS: f64 = 0.3;
-/// Rounds in which rays that meet nothing take the outlines of neighbouring rays.
+/// Number of rounds in which rays that meet no tissue take the outlines of neighbouring rays.
 const CARRIED: usize = 2;
-/// Points along each edge of a cell at which it is tested for tissue.
+/// A cell is tested for tissue at this number of points along each of its three directions.
 const SAMPLES: usize = 4;
-/// Smallest and largest value of the least share of tissue of a kept cell.
+/// Bounds of the threshold of `Lattice::cells`: cells with a smaller share of tissue are left
+/// out.
 const TISSUE: (f64, f64) = (0.2, 0.8);
 
-/// Inner and outer outline along every ray of every section.
+/// Radii at which tissue begins and ends along every ray of every section.
 pub(super) struct Lattice<'a> {
     course: &'a Course,
     field: &'a Field,
@@ -46,7 +48,7 @@ impl<'a> Lattice<'a> {
             outline: Vec::new(),
         };
         lattice.find_outlines(plan.cell_m);
-        // As many rays as make the cells as wide as wished in the middle of the tissue.
+        // The number of rays makes cells `cell_m` wide halfway between the outlines.
         let found = || lattice.outline.iter().flatten();
         let middle_m =
             found().map(|[a, b]| 0.5 * (a + b)).sum::<f64>() / found().count().max(1) as f64;
@@ -66,7 +68,7 @@ impl<'a> Lattice<'a> {
     fn ray(&self, ray: usize) -> Vec3 {
         let angle = std::f64::consts::TAU * ray as f64 / self.rays as f64;
         let [_, x, y] = self.course.axes;
-        // Along the course, around, outwards: right-handed.
+        // The directions along the course, around it and outwards are right-handed.
         x * libm::cos(angle) - y * libm::sin(angle)
     }
 
@@ -105,7 +107,7 @@ impl<'a> Lattice<'a> {
         in_grid && self.field.at(p) < 0.0
     }
 
-    /// Gives a ray that meets nothing the mean outline of its neighbours that have one.
+    /// Gives a ray that meets no tissue the mean outline of those neighbours that have one.
     fn carry_on(&mut self) {
         let (sections, rays) = (self.sections(), self.rays);
         let old = self.outline.clone();
@@ -128,8 +130,8 @@ impl<'a> Lattice<'a> {
         }
     }
 
-    /// Joins the points to hexahedra and keeps those that are mostly tissue. The least share of
-    /// tissue is chosen so that the kept cells together have the organ's volume.
+    /// Joins the points to hexahedra and keeps those with enough tissue. The threshold for the
+    /// share of tissue is chosen so that the kept cells together have the organ's volume.
     pub(super) fn cells(&self, volume_m3: f64) -> Cells {
         let (rays, layers) = (self.rays, self.layers);
         let points = layers + 1;

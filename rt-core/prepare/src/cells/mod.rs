@@ -1,14 +1,14 @@
-//! Layered tissue: an organ of fat or connective tissue that lies around another organ, as
-//! hexahedra in layers between that organ and its own surface (the paper's multi-layer hexahedral
-//! model).
+//! Layered tissue: an organ of fat or connective tissue that lies around another organ. It is
+//! filled with hexahedra in layers between the inner organ and its own surface (the paper's
+//! multi-layer hexahedral model).
 //!
-//! 1. Cross-sections stand across the course of the inner organ ([`course`]).
+//! 1. Parallel cross-sections are laid along the inner organ ([`course`]).
 //! 2. In each section, rays from the course find where tissue begins and where it ends
 //!    ([`lattice`]).
 //! 3. Layers lie evenly between the two outlines. Each layer has a point on every ray.
 //! 4. Neighbouring points of neighbouring layers, rays and sections are joined to hexahedra. Cells
-//!    with hardly any tissue are left out. Corners that then lie on the outside are drawn onto
-//!    the organ's surface ([`fit`]).
+//!    with hardly any tissue are left out. Corners that then lie on the outside are moved onto the
+//!    organ's surface ([`fit`]).
 //!
 //! The organ's spheres carry each cell.
 
@@ -35,9 +35,9 @@ use crate::skin;
 
 pub(crate) use region::Regions;
 
-/// Fewest cells of a connected group that is kept. A smaller group hangs on nothing.
+/// Smallest connected group of cells that is kept. A smaller group would hang in the air.
 const GROUP_MIN: usize = 8;
-/// Distance from a contact vertex up to which cells count as lying under it, cells.
+/// Distance from a contact vertex up to which cells count as lying under the vertex, in cell sizes.
 const OVER_CELLS: f64 = 2.5;
 
 /// Layered tissue at rest. Indices count within the organ.
@@ -45,10 +45,11 @@ const OVER_CELLS: f64 = 2.5;
 pub(crate) struct Cells {
     /// Corners, world frame, m.
     pub(crate) corners: Vec<Vec3>,
-    /// Corners of each cell by place: bit 0 is along the course, bit 1 around it, bit 2 outwards.
+    /// Corners of each cell. In the number of a corner, bit 0 is the side along the course, bit 1
+    /// the side around it, bit 2 is set on the outer side.
     pub(crate) cells: Vec<[u32; 8]>,
-    /// Neighbours of each cell: back and on along the course, back and on around it, inwards,
-    /// outwards.
+    /// Neighbours of each cell: backwards and forwards along the course, backwards and forwards
+    /// around it, inwards, outwards.
     pub(crate) neighbours: Vec<[Option<u32>; 6]>,
     /// Layer of each cell, 0 the innermost.
     pub(crate) layers: Vec<u8>,
@@ -69,7 +70,8 @@ pub struct Filling {
 }
 
 impl Cells {
-    /// Fills `own` with cells around the organ `around`. There are none where no ray meets tissue.
+    /// Fills `own` with cells around the organ `around`. The result is empty if no ray meets
+    /// tissue.
     pub(crate) fn new(own: &Mesh, around: &Mesh, plan: &Layers) -> Self {
         let grid = Grid::around(own.bounds(), plan.cell_m / 4.0, 2);
         let field = Field::new(own, grid, Sign::Closed);
@@ -118,7 +120,7 @@ impl Cells {
         self.keep(|cell| sizes[group[cell]] >= GROUP_MIN);
     }
 
-    /// Keeps the cells that `stays` names, and their corners.
+    /// Keeps the cells for which `stays` is true, and their corners.
     fn keep(&mut self, stays: impl Fn(usize) -> bool) {
         let kept: Vec<usize> = (0..self.cells.len()).filter(|&i| stays(i)).collect();
         let mut number = vec![None; self.cells.len()];
@@ -176,7 +178,8 @@ impl Cells {
     }
 }
 
-/// Puts the cells of organ `organ` into the scene, which already has its spheres and contact skin.
+/// Puts the cells of organ `organ` into the scene, which must already hold the organ's spheres and
+/// contact skin.
 pub(crate) fn append(
     scene: &mut SceneData,
     organ: usize,
@@ -236,8 +239,8 @@ pub(crate) fn append(
 /// Share of the water in loose tissue that has boiled when the tissue parts. Steam bursts tissue
 /// under an electrode (Honig 1975, 10.1109/tbme.1975.324541) long before all of its water has
 /// boiled: the steam of one hundredth of the water fills ten times the volume of connective tissue.
-/// No source says how much steam escapes; a fifth of the water is assumed. Walls and cords are
-/// dense and need more (`rt_core::procedure::cautery`).
+/// No source says how much steam escapes; a fifth of the water is assumed. Organ walls and cords
+/// are dense, so a larger share of their water must boil (`rt_core::procedure::cautery`).
 const STEAM_BURSTS: f64 = 0.2;
 
 /// Energy that parts loose tissue, J/kg: the energy that heats the tissue from 37 to 100 °C and
@@ -267,7 +270,8 @@ fn surface(cells: &Cells) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// Appends, for every contact vertex of the scene so far, the cells under it.
+/// Records, for every contact vertex of this organ, the cells under the vertex. The contact
+/// vertices of other organs keep their columns.
 fn append_columns(
     scene: &mut SceneData,
     [first, count]: [u32; 2],

@@ -8,7 +8,8 @@ use crate::recipe::OrganPlan;
 
 /// Tissue up to this far outside the triangle's sides still belongs to the triangle, m.
 const MARGIN_M: f64 = 0.003;
-/// Share of the bed's length, from the neck, that is its lower part.
+/// Length of the lower part of the gallbladder's bed, from the neck, as a share of the bed's
+/// length.
 const LOWER: f64 = 1.0 / 3.0;
 
 /// Calot's triangle and the gallbladder's bed; `None` for what the scene does not have.
@@ -91,7 +92,7 @@ fn nearest_of(mesh: &Mesh, other: &Mesh) -> Vec3 {
     nearest.map_or_else(Vec3::zeros, |(_, p)| *p)
 }
 
-/// True if a place lies over or under a triangle, or at most [`MARGIN_M`] beside it.
+/// True if a place lies over or under a triangle, or at most [`MARGIN_M`] outside its sides.
 fn is_over(corners: &[Vec3; 3], p: &Vec3) -> bool {
     let [a, b, c] = *corners;
     let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-12) else {

@@ -1,12 +1,12 @@
-//! Inside or outside of a closed surface, for all points of a grid at once: counts, along each grid
-//! line parallel to x, how often the line enters and leaves the surface.
+//! Finds which points of a grid lie inside a closed surface. For each grid line parallel to x, it
+//! counts how often the line enters and leaves the body.
 
 use super::Grid;
 use crate::Vec3;
 use crate::mesh::Mesh;
 
-/// Share of a cell by which lines are shifted, so that they miss the vertices and edges of meshes
-/// that lie on round coordinates.
+/// Grid lines are shifted along y and z by these shares of a cell, so that they miss the vertices
+/// and edges of meshes with round coordinates.
 const SHIFT: [f64; 2] = [1.234_567e-4, -2.345_678e-4];
 
 /// A crossing: its place along the line, in cells, and the change of the winding number.
@@ -34,9 +34,10 @@ pub(super) fn inside(mesh: &Mesh, grid: &Grid) -> Vec<bool> {
 pub(crate) struct Overlap {
     /// Volume with a winding number above zero, m³.
     pub(crate) enclosed_m3: f64,
-    /// Volume that is enclosed again, or that lies inside a part turned inside out, m³.
+    /// Volume that is enclosed more than once, counted once for each further time, or that lies
+    /// inside a part turned inside out, m³.
     pub(crate) doubled_m3: f64,
-    /// Middle of the longest stretch of a line in such volume.
+    /// Middle of the longest stretch of a grid line within doubled volume.
     pub(crate) at: Vec3,
 }
 
@@ -128,7 +129,7 @@ fn crossings(mesh: &Mesh, grid: &Grid) -> Vec<Vec<Crossing>> {
                     let x = (p[0].x * u + p[1].x * v + p[2].x * w) / area;
                     let cells = (x - grid.origin.x) / grid.cell_m;
                     // A triangle whose area in the yz plane is positive faces +x, so the line
-                    // leaves there.
+                    // leaves the body through it.
                     let step = if area > 0.0 { -1 } else { 1 };
                     crossings[y + grid.size[1] * z].push((cells, step));
                 }
@@ -141,8 +142,9 @@ fn crossings(mesh: &Mesh, grid: &Grid) -> Vec<Vec<Crossing>> {
     crossings
 }
 
-/// Side of a triangle's edge on which a point of the yz plane lies. Both triangles at an edge
-/// compute it from the same end, so that no point falls between them or into both.
+/// Twice the signed area between a triangle's edge and a point, in the yz plane. The sign says on
+/// which side of the edge the point lies. Both triangles at an edge compute it from the same end,
+/// so that no point falls between them or into both.
 fn edge(p: &[Vec3; 3], triangle: [u32; 3], i: usize, j: usize, at: [f64; 2]) -> f64 {
     let area = |a: &Vec3, b: &Vec3| (b.y - a.y) * (at[1] - a.z) - (b.z - a.z) * (at[0] - a.y);
     if triangle[i] < triangle[j] {

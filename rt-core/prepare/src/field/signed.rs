@@ -23,8 +23,8 @@ pub enum Sign<'a> {
 pub struct Field {
     /// The points.
     pub grid: Grid,
-    /// Signed distance of each point, m. Outside of a closed mesh it is never above one and a half
-    /// cells, [`Field::new`]'s near band.
+    /// Signed distance of each point, m. Outside of a closed mesh the distance is capped at one and
+    /// a half cells, the width of [`Field::new`]'s near band.
     pub distance_m: Vec<f32>,
 }
 
@@ -176,7 +176,7 @@ impl Sweep<'_> {
                 for j in 0..ny {
                     for i in 0..nx {
                         let at = [order(0, nx, i), order(1, ny, j), order(2, nz, k)];
-                        // What the near band found is exact already.
+                        // Distances within the near band are exact already.
                         if self.squared[self.grid.index(at)] > far {
                             self.try_neighbours(at, direction);
                         }

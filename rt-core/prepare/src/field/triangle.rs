@@ -15,7 +15,7 @@ pub(crate) fn closest_on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
         return *b;
     }
     let vc = d1 * d4 - d3 * d2;
-    // Each edge must have a length: 0 / 0 is no place.
+    // An edge of length zero is skipped, because it would give 0 / 0.
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3 {
         return a + ab * (d1 / (d1 - d3));
     }
@@ -44,7 +44,7 @@ pub(crate) fn closest_on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// An edge without length gave 0 / 0, and spheres without a radius.
+    /// An edge of length zero once gave 0 / 0, and with it spheres whose radius was no number.
     #[test]
     fn a_triangle_without_area_has_a_nearest_point() {
         let [a, b] = [Vec3::zeros(), Vec3::x()];

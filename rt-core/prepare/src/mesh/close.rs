@@ -12,7 +12,7 @@ pub(super) fn open_loops(mesh: &Mesh) -> Vec<Vec<u32>> {
     let open = edges
         .iter()
         .filter(|[a, b]| edges.binary_search(&[*b, *a]).is_err());
-    // A patch runs along an edge against the triangle that it joins.
+    // Along an open edge, a patch runs in the opposite direction to the triangle at that edge.
     let mut next: HashMap<u32, Vec<u32>> = HashMap::new();
     let mut starts = Vec::new();
     for &[a, b] in open {
@@ -37,8 +37,8 @@ pub(super) fn open_loops(mesh: &Mesh) -> Vec<Vec<u32>> {
     loops
 }
 
-/// Closes every loop: three edges with a triangle, others with ever smaller rings towards the
-/// middle, which are smoothed.
+/// Closes every loop: a loop of three edges with a triangle, a longer one with rings of vertices
+/// that shrink towards the middle and are then smoothed.
 pub(super) fn fill(mesh: &mut Mesh, loops: &[Vec<u32>]) {
     for ring in loops {
         match ring.as_slice() {

@@ -66,8 +66,8 @@ impl Mesh {
         all.fold([first; 2], |[min, max], p| [min.inf(p), max.sup(p)])
     }
 
-    /// Unit normals of the vertices: the mean over each vertex's triangles, weighted by their
-    /// angles there.
+    /// Unit normals of the vertices: the mean normal of each vertex's triangles, weighted by their
+    /// angles at the vertex.
     #[must_use]
     pub fn vertex_normals(&self) -> Vec<Vec3> {
         let mut normals = vec![Vec3::zeros(); self.vertices.len()];

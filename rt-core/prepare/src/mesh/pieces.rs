@@ -42,7 +42,8 @@ pub(super) fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
     for (t, &piece) in mesh.triangles.iter().zip(&of_triangle) {
         triangles[piece].push(*t);
     }
-    // All pieces share one table, because a scanned organ may come with thousands of specks.
+    // All pieces share one table. A scanned organ may have thousands of specks, and a table for
+    // each would take too long.
     let mut new_index = vec![0u32; mesh.vertices.len()];
     let mut alone = |triangles: Vec<[u32; 3]>| {
         let mut used = triangles.as_flattened().to_vec();
@@ -60,8 +61,8 @@ pub(super) fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
     triangles.into_iter().map(&mut alone).collect()
 }
 
-/// Distance of each piece except the largest from the nearest larger one, m. It is measured from
-/// the piece's vertices to the larger one's surface.
+/// Distance of each piece except the largest from the nearest larger piece, m, measured from the
+/// piece's vertices to the surface of the larger piece.
 pub(super) fn gaps(mesh: &Mesh) -> Vec<f64> {
     let mut all = piece_meshes(mesh);
     all.sort_by(|a, b| b.volume().total_cmp(&a.volume()));

@@ -21,8 +21,8 @@ const WELD_SHARE: f64 = 1e-6;
 const VOLUME_SHARE_MIN: f64 = 2e-5;
 /// Pieces with less than this share of the largest piece's volume are dust.
 const DUST_SHARE: f64 = 1e-3;
-/// Inner pieces with at least this share of the organ's volume are a cavity, and a person is told
-/// that it was filled. Smaller ones are specks of a segmentation.
+/// Inner pieces that together have at least this share of the organ's volume are a cavity, and a
+/// warning says that it was filled. Smaller ones are specks of a segmentation.
 const CAVITY_SHARE: f64 = 0.05;
 /// Pieces whose volumes differ by less than this share are equally large. Single precision and the
 /// order of a sum change a volume by less.
@@ -36,16 +36,16 @@ const PIECES_MAX: usize = 256;
 const THIN_SHARE: f64 = 0.05;
 /// A thin mesh is hollow if its outer surface alone holds more than this many times its volume.
 const HOLLOW_GAIN: f64 = 1.6;
-/// A thin mesh is hollow too if it holds more than this many times the volume of its outer surface:
-/// it counts walls twice.
+/// A thin mesh is hollow too if its volume is more than this many times that of its outer surface,
+/// because walls inside walls count twice.
 const TWICE_SHARE: f64 = 1.3;
 
 /// Share of its volume that a surface may enclose twice before it counts as overlapping itself.
 const OVERLAP_SHARE: f64 = 0.02;
-/// Largest share of an open surface's own area that the lids of a body's holes have. Half a ball
-/// has one half, and a flat sheet 1.
+/// Lids larger than this share of an open surface's own area suggest that the surface is a sheet,
+/// not a body with holes. Half a ball has a lid of one half of its area, and a flat sheet one of 1.
 const LID_SHARE_MAX: f64 = 0.6;
-/// Grid lines across the mesh's longest side, along which the overlap is measured.
+/// Number of grid cells along the mesh's longest side when the overlap is measured.
 const OVERLAP_LINES: f64 = 120.0;
 
 /// A mended mesh and what was done to it.
@@ -121,7 +121,8 @@ fn millilitres(volume_m3: f64) -> String {
 }
 
 impl Mended {
-    /// Keeps only the largest of its separate pieces, and what is known of its inside.
+    /// Keeps only the largest of its separate pieces, and the notes about cavities inside that
+    /// piece.
     #[must_use]
     pub fn largest_piece(mut self) -> Self {
         let all = piece_meshes(&self.mesh);
@@ -242,7 +243,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
         orient_consistently(&mut mesh)?;
         let parted = touch::part(&mut mesh);
         many = edges_of_many_triangles(&mesh);
-        // An edge stays whole if its bodies also hang together at both of its ends.
+        // An edge is not split if its bodies are also connected around both of its ends.
         if many == 0 {
             mended.parted_edges = parted;
         }
@@ -286,7 +287,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
     }
     let mut mended = finish(mended, mesh)?;
     let is_thin = is_thin(&mended);
-    // A body with a hole keeps to one side of its lid. A sheet lies close to it, or crosses it.
+    // A body with a hole lies on one side of the lid. A sheet lies close to its lid, or crosses it.
     let is_sheet = || closing == Closing::Auto && lid_share > LID_SHARE_MAX && !mended.wrapped;
     if is_sheet() && (is_thin || doubled(&mended.mesh).0 > OVERLAP_SHARE) {
         return Err(MeshProblem::Sheet {
@@ -507,9 +508,9 @@ fn orient_pieces_outward(mesh: &mut Mesh) -> Vec<bool> {
     volume.iter().map(|v| *v < 0.0).collect()
 }
 
-/// A vertex inside the other piece if a piece lies wholly inside it, as judged by all of its
-/// vertices, or by many spread over it. One vertex is not enough, because overlapping bodies have
-/// some in each other. Vertices in which the two touch do not count.
+/// Returns a vertex of `piece` if the piece lies wholly inside `other`. All vertices of the piece
+/// are tested, or about `LOOKED_AT` spread over it. One vertex is not enough, because overlapping
+/// bodies have some vertices in each other. Vertices in which the two touch do not count.
 fn lies_inside(piece: &Mesh, other: &Mesh) -> Option<Vec3> {
     let [[low, high], [least, most]] = [piece, other].map(Mesh::bounds);
     if !(0..3).all(|k| least[k] <= low[k] && high[k] <= most[k]) {
@@ -525,8 +526,8 @@ fn lies_inside(piece: &Mesh, other: &Mesh) -> Option<Vec3> {
     apart.first().filter(|_| is_inside).map(|p| **p)
 }
 
-/// Drops and notes dust, and pieces that lie inside a larger one, such as the inner side of a wall.
-/// Returns the numbers of the pieces that are left.
+/// Drops dust, and pieces that lie inside a larger one, such as the inner side of a wall. Both are
+/// noted in `mended`. Returns the numbers of the pieces that are left.
 ///
 /// # Errors
 /// When too many pieces are left to find out which lies inside which.

@@ -14,7 +14,7 @@ struct Leaf {
 }
 
 /// Parts the bodies at every edge of more than two triangles. Returns the number of these edges. If
-/// walls rather than bodies meet at one, the mesh stays as it was, and the number is 0.
+/// walls rather than bodies meet at one of them, the mesh stays as it was, and the number is 0.
 pub(super) fn part(mesh: &mut Mesh) -> usize {
     let mut around: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
     for (i, &t) in mesh.triangles.iter().enumerate() {
@@ -38,8 +38,10 @@ pub(super) fn part(mesh: &mut Mesh) -> usize {
             [_] => {}
             &[a, b] => join(a, b),
             many => {
-                // The body may lie around a cavity that touches its skin, which runs the other way.
-                // Or bodies side by side run different ways, each of them its own.
+                // The first try gives all triangles the direction of the whole mesh, because a
+                // cavity that touches its body's skin has a negative volume of its own. The second
+                // try gives each shell its own direction, because bodies side by side may be
+                // oriented differently.
                 let found = pairs(mesh, edge, many, &outward);
                 let Some(pairs) = found.or_else(|| pairs(mesh, edge, many, &own)) else {
                     return 0;
@@ -58,8 +60,8 @@ pub(super) fn part(mesh: &mut Mesh) -> usize {
     edges
 }
 
-/// True for the triangles of each shell that encloses a positive volume. A shell reaches across
-/// edges of two triangles.
+/// True for the triangles of each shell that encloses a positive volume. A shell is connected
+/// across edges of exactly two triangles.
 fn each_outward(mesh: &Mesh, around: &HashMap<[u32; 2], Vec<u32>>) -> Vec<bool> {
     let mut shells = Corners::new(mesh.triangles.len());
     for triangles in around.values() {
@@ -153,7 +155,8 @@ impl Corners {
         self.parent[a.max(b)] = a.min(b);
     }
 
-    /// Parts these vertices. The first set of corners at each keeps it. Each other set gets a copy.
+    /// Splits these vertices. The first set of joined corners at a vertex keeps the vertex. Each
+    /// other set gets a copy.
     fn rename(&mut self, mesh: &mut Mesh, parted: &HashSet<u32>) {
         let mut taken: HashSet<u32> = HashSet::new();
         let mut names: HashMap<usize, u32> = HashMap::new();

@@ -1,5 +1,5 @@
 //! A new closed surface around triangles that cannot be closed. It lies where the generalised
-//! winding number (Jacobson et al. 2013) passes one half, and is drawn onto the triangles where
+//! winding number (Jacobson et al. 2013) passes one half, and is pulled onto the triangles where
 //! they are near.
 
 use rayon::prelude::*;
@@ -15,7 +15,8 @@ const CELLS: f64 = 90.0;
 const POINTS_MAX: f64 = 2.5e6;
 /// Triangles in a leaf of the tree, at most.
 const LEAF: usize = 12;
-/// A group of triangles more than this many radii away counts as one dipole (Barill et al. 2018).
+/// A group of triangles more than this many of its radii away counts as one dipole (Barill et al.
+/// 2018).
 const FAR: f64 = 2.3;
 
 /// Winding number of the surface around a point: 1 inside, 0 outside, in between where the surface
@@ -54,8 +55,8 @@ pub(super) fn wrap(mesh: &Mesh) -> Option<Mesh> {
     Some(wrapped)
 }
 
-/// The outermost surface, closed. Whatever a ball as wide as a tenth of the mesh cannot reach from
-/// outside counts as inside. `None` if that is nothing.
+/// The outermost surface, closed. The inside is all that a ball as wide as a tenth of the mesh
+/// cannot reach from outside. `None` if the inside is empty.
 pub(super) fn seal(mesh: &Mesh) -> Option<Mesh> {
     let [min, max] = mesh.bounds();
     let extent = (max - min).max();

@@ -1,34 +1,36 @@
-//! Even packing: a centroidal Voronoi tessellation by Lloyd's iteration on the grid. Then its outer
-//! layer is set just under the skin.
+//! Even packing: a centroidal Voronoi tessellation by Lloyd's iteration on the grid. Then the outer
+//! layer of spheres is moved to one depth just under the skin.
 //!
 //! Spheres at even spacing, with an outer layer at one depth, carry mechanics better than spheres
-//! on the medial axis, which are large and stay round under a small dent. The price is less
-//! coverage of the volume.
+//! on the medial axis, which are large and cannot follow a small dent. The price is less coverage
+//! of the volume.
 
 use super::{Ball, Interior};
 use crate::Vec3;
 
 /// Lloyd iterations before the outer layer is set.
 const ITERATIONS: usize = 12;
-/// Iterations that set the outer layer and let the rest follow.
+/// Further iterations. Each also moves the outer layer to its depth, so that the other spheres
+/// follow.
 const SETTING: usize = 8;
-/// Centres move this many times the way to the middle of their points, which halves the iterations.
+/// Centres move this many times the way to the middle of their points, which halves the number of
+/// iterations needed.
 const OVERSTEP: f64 = 1.4;
-/// Depth of the outer layer, in spacings. A deeper layer covers more and leaves smaller gaps (0.55:
-/// 88 % of the liver, 95 % gap 0.27; 0.65: 90 %, 0.24; 0.75: 92 %, 0.21), but takes mass and nodes
-/// away from the skin.
+/// Depth of the outer layer, in spacings. A deeper layer covers more and leaves smaller gaps (depth
+/// 0.55: 88 % of the liver, 95 % gap 0.27 spacings; 0.65: 90 %, 0.24; 0.75: 92 %, 0.21), but takes
+/// mass and nodes away from the skin.
 const LAYER_DEPTH: f64 = 0.65;
 /// Centres nearer to the skin than this belong to the outer layer, in spacings.
 const LAYER_LIMIT: f64 = 0.95;
 /// Largest radius, in spacings. Larger spheres would hide dents.
 const RADIUS_MAX: f64 = 1.15;
-/// Centres claim points up to this far, in spacings. The points that are left are searched one by
-/// one.
+/// Centres claim points up to this far, in spacings. For each point that no centre claims, all
+/// centres are searched.
 const REACH: f64 = 1.45;
 
 const NONE: u32 = u32::MAX;
 
-/// Packs this many spheres, or one in each grid point if there are fewer points.
+/// Packs this many spheres, or one for each grid point inside if there are fewer points.
 #[must_use]
 pub fn pack_evenly(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     let mut owners = Owners::new(interior);
@@ -104,7 +106,8 @@ fn interleave(x: u64) -> u64 {
 /// Assigns each grid point inside to its nearest centre.
 pub(super) struct Owners<'a, 'm> {
     interior: &'a Interior<'m>,
-    /// Squared distance of each grid point to its owner, in cells; negative infinity outside.
+    /// Squared distance of each grid point to its owner (the nearest centre), in cells; negative
+    /// infinity outside.
     best: Vec<f32>,
     owner: Vec<u32>,
     result: Vec<u32>,

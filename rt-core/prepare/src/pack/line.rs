@@ -9,7 +9,7 @@ use crate::Vec3;
 /// Pieces of a slice with less than this share of the mean piece's points are bumps, not branches.
 const BUMP_SHARE: f64 = 0.2;
 
-/// Spheres along a tube, numbered from one of its ends, and their order.
+/// Spheres along a tube, numbered from one of its ends, and which spheres follow each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Spheres as wide as the tube.
@@ -134,7 +134,8 @@ fn slice(interior: &Interior<'_>, way_m: &HashMap<u32, f64>, longest: f64, slice
         }
         pieces.push(members);
     }
-    // Keep the order along the line, because users find a place along it by counting spheres.
+    // Number the spheres in their order along the line, because callers find a place along a tube
+    // by counting spheres.
     pieces.sort_by_key(|members| (slice_of(members[0]), members[0]));
     for (number, members) in pieces.iter().enumerate() {
         for &member in members {

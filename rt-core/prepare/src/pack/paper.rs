@@ -6,10 +6,10 @@ use crate::Vec3;
 
 /// Share of the spheres that stand on the medial axis. Filling adds the others.
 const AXIS_SHARE: f64 = 0.5;
-/// A new centre on the medial axis keeps this share of each earlier sphere's radius from its
-/// centre.
+/// A new centre on the medial axis is at least this share of an earlier sphere's radius away from
+/// that sphere's centre.
 const AXIS_SPACING: f64 = 0.6;
-/// Neighbours that filling pairs each sphere with.
+/// Number of neighbours with which filling pairs each sphere.
 const NEIGHBOURS: usize = 6;
 
 /// Paper Eq. 2: the sphere in the middle of the gap between two spheres, on the line of their
@@ -34,7 +34,8 @@ pub fn pack_as_paper(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     balls
 }
 
-/// Takes large inscribed spheres first, each centre outside of the cores of those before it.
+/// Takes large inscribed spheres first, each with its centre outside of the cores
+/// (`AXIS_SPACING`) of the earlier ones.
 fn medial_axis(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     let field = &interior.field;
     let mut deepest: Vec<u32> = interior.points.clone();
@@ -50,7 +51,7 @@ fn medial_axis(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
         let center = interior.position(point);
         let free = |b: &Ball| (b.center - center).norm() > AXIS_SPACING * b.radius_m;
         if balls.iter().all(free) {
-            // Reduce the radius (Eq. 1) by the exact distance, not the grid's.
+            // Reduce the radius (Eq. 1) to the exact distance, not to the grid's.
             balls.push(interior.inscribed(center, f64::INFINITY));
         }
     }
@@ -103,8 +104,8 @@ fn fill(interior: &Interior<'_>, balls: &mut Vec<Ball>, count: usize) {
 mod tests {
     use super::*;
 
-    /// Two balls of radius 1 and 2 have their centres 6 apart. The gap reaches from 1 to 4, its
-    /// middle is at 2.5.
+    /// Two balls of radius 1 and 2 have their centres 6 apart. From the first centre, the gap
+    /// reaches from 1 to 4, and its middle is at 2.5.
     #[test]
     fn equation_2_puts_the_new_sphere_into_the_middle_of_the_gap() {
         let a = Ball {

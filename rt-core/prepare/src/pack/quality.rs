@@ -14,7 +14,7 @@ pub struct Quality {
     pub coverage: f64,
     /// Mean distance from the skin to the nearest sphere, m.
     pub gap_mean_m: f64,
-    /// Distance than which 95 % of the skin is nearer to a sphere, m.
+    /// 95 % of the skin is no farther than this from the nearest sphere, m.
     pub gap_95_m: f64,
     /// Largest distance from the skin to the nearest sphere, m.
     pub gap_max_m: f64,

@@ -525,7 +525,7 @@ pub(super) fn from_mesh(path: &Path, options: &MeshOptions) -> Result<Recipe, Re
         });
     }
     let kind = options.kind;
-    // Without a unit a factor applies to metres.
+    // Without a unit, a scale other than 1 applies to metres.
     let is_scaled = options.scale.to_bits() != 1f64.to_bits();
     let unit = options.unit.or(is_scaled.then_some(Unit::Metre));
     Ok(Recipe {

@@ -27,7 +27,7 @@ pub struct Material {
     pub toughness_j_m2: f64,
 }
 
-/// Viscosity of all tissue, Pa s. It damps vibration without slowing an organ's swing.
+/// Viscosity of all tissue, Pa s. It damps vibration, but not the swing of an organ as a whole.
 const VISCOSITY_PA_S: f64 = 5.0;
 
 impl Material {
@@ -39,7 +39,7 @@ impl Material {
     /// wall (G 85 kPa, 2 mm) around bile; a solid body of the same bending has about 15 kPa.
     /// Intestine, connective tissue and abdominal wall have no source. The first two are taken to
     /// lie between stomach and liver, the wall to be stiff. Poisson's ratio is 0.45 for all,
-    /// because the solver's linear tetrahedra lock beyond. The paper gives no stiffness; the
+    /// because the solver's linear tetrahedra lock above that. The paper gives no stiffness; the
     /// dimensionless ones here keep its method stable at 1 kHz.
     ///
     /// Toughness (measured values collected in 10.1186/s10033-022-00767-4, Table 2): liver 164 J/m²

@@ -2,7 +2,8 @@
 //! attachments, and the room around them.
 //!
 //! Everything except `name` and the organs' names, kinds and surfaces has a default. An unknown key
-//! is an error. Axes are the atlas': x to the patient's left, y to the head, z to the front.
+//! is an error. Axes are those of the Human Reference Atlas: x to the patient's left, y to the
+//! head, z to the front.
 
 mod check;
 mod locate;
@@ -19,9 +20,9 @@ use crate::Vec3;
 use crate::error::RecipeError;
 use crate::shape::Shape;
 
-/// Spheres of one organ, at least.
+/// Fewest spheres of one organ.
 pub const SPHERES_MIN: usize = 8;
-/// Spheres of one organ, at most. The realtime process holds no more in a whole scene.
+/// Most spheres of one organ. The realtime process holds no more in a whole scene.
 pub const SPHERES_MAX: usize = rt_core::capacity::MAX_SPHERES;
 
 /// Bytes of a recipe's file, at most.
@@ -33,8 +34,8 @@ pub struct Recipe {
     /// The scene's name.
     pub name: String,
     /// Time budget of a tick, µs on one core ([`crate::cost`]). The scene gets as many spheres as
-    /// the budget allows, shared as the organs' counts are. Tubes and organs with an error budget
-    /// keep theirs.
+    /// the budget allows, in the proportions of the organs' counts. Tubes and organs with an error
+    /// budget keep their counts.
     pub tick_us: Option<f64>,
     /// The room around the organs. A value that is `None` is derived from the organs.
     pub room: RoomPlan,
@@ -57,9 +58,9 @@ pub struct RoomPlan {
     pub endoscope_port_m: Option<Vec3>,
     /// Point in the middle of the picture.
     pub look_at_m: Option<Vec3>,
-    /// Distance from the camera to that point, m.
+    /// Distance from the camera to `look_at_m`, m.
     pub camera_distance_m: Option<f64>,
-    /// Time of a breath, s. By default nobody breathes.
+    /// Period of breathing, s. By default the patient does not breathe.
     pub breath_s: Option<f64>,
     /// Direction that is up in the picture.
     pub up: Option<Vec3>,
@@ -100,21 +101,24 @@ pub struct OrganPlan {
     /// Error budget: distance from the spheres within which 95 % of the skin must lie, m. The
     /// smallest count that keeps the budget is taken.
     pub gap_95_m: Option<f64>,
-    /// Counts of the scene's coarser levels, finest first. A level beyond the last count has the
-    /// last; without counts, every level has the finest level's.
+    /// Counts of spheres at the scene's coarser levels of detail, finest first. A level beyond the
+    /// last count uses the last count. Without counts, every level uses the count of the finest
+    /// level.
     pub coarser: Vec<usize>,
     /// Packing of the spheres.
     pub packing: Packing,
-    /// Share of gravity that acts. With the default 0 the surface is the shape in the body, where
-    /// weight is in balance; with 1 it is the unloaded shape.
+    /// Share of gravity that acts on the organ. With the default 0 the surface is the organ's shape
+    /// in the body, with its weight already in balance. With 1 the surface is the shape without
+    /// load.
     pub gravity_share: f64,
-    /// Displacement of the organ's held spheres with a breath, m.
+    /// Displacement of the organ's held spheres at full inspiration, m.
     pub breath_m: Vec3,
     /// Material.
     pub material: Material,
-    /// Regions of space. Spheres whose centre lies in one are attached to the surroundings.
+    /// Regions of space. A sphere is held by its surroundings if its centre (for a region near an
+    /// organ, its surface) lies in one.
     pub held: Vec<Region>,
-    /// Other organs to which this one is grown.
+    /// Other organs to which this one is attached.
     pub attached: Vec<Attached>,
     /// Layers of cells, for tissue that is taken away bit by bit.
     pub layers: Option<Layers>,
@@ -124,15 +128,15 @@ pub struct OrganPlan {
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layers {
-    /// Name of the inner organ. Cross-sections stand along its course.
+    /// Name of the inner organ. Cross-sections are laid along its longest axis.
     pub around: String,
     /// Number of layers.
     pub count: usize,
-    /// Length of a cell's edges along the course and around it, about, m.
+    /// Approximate length of a cell's edges along the inner organ and around it, m.
     pub cell_m: f64,
 }
 
-/// Another organ to which this one is grown.
+/// Another organ to which this one is attached.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Attached {
@@ -151,8 +155,8 @@ pub struct Tie {
     pub to: Place,
     /// Length when slack, m. By default it is the distance of the ends.
     pub length_m: Option<f64>,
-    /// Length by which the tie is drawn in, m. Within two seconds a suture to the world gets
-    /// shorter by it.
+    /// Length by which the tie is shortened, m. A suture to the world is shortened over the first
+    /// two seconds.
     pub drawn_m: f64,
     /// Force per stretch, N/m. By default a suture is a 3-0 thread, and a band is a bar of the
     /// first organ's tissue, as thick as the sphere at which it starts.
@@ -220,7 +224,7 @@ pub enum Closing {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pieces {
-    /// Link pieces that are no farther apart than the spheres. Refuse others.
+    /// Link pieces that are no farther apart than the spacing of the spheres. Refuse others.
     #[default]
     Near,
     /// Link all pieces, however far apart they are.
@@ -229,11 +233,12 @@ pub enum Pieces {
     Largest,
 }
 
-/// Directions of the three axes of a mesh file, named as radiology does by where they point.
+/// Directions of the three axes of a mesh file, named as in radiology by the directions in which
+/// they point.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
 pub enum Axes {
-    /// The scene's own axes: to the patient's left, to her head, to her front. So do figures stand
-    /// in glTF, with y up.
+    /// The scene's own axes: to the patient's left, to her head, to her front. Figures in glTF
+    /// files stand like this, with y up.
     #[default]
     #[serde(rename = "LSA")]
     Lsa,
@@ -260,11 +265,11 @@ impl Axes {
 /// Options of a single mesh, by the names that a recipe gives them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshOptions {
-    /// Unit of its numbers; `None`: metres, or millimetres for a mesh more than 2 m across.
+    /// Unit of the mesh's numbers; `None`: metres, or millimetres for a mesh more than 2 m across.
     pub unit: Option<Unit>,
     /// Factor on top of the unit, 0.001 to 1000.
     pub scale: f64,
-    /// Directions of its axes.
+    /// Directions of the mesh's axes.
     pub axes: Axes,
     /// Kind of organ: its material, its colour, its usual size.
     pub kind: OrganKind,
@@ -293,7 +298,7 @@ impl Default for MeshOptions {
 /// The kind of organ that a recipe calls by this name.
 ///
 /// # Errors
-/// A list of the names.
+/// The error lists the known names.
 pub fn organ_kind(name: &str) -> Result<OrganKind, String> {
     check::organ_kind(name)
 }
@@ -380,7 +385,7 @@ impl Recipe {
     /// Reads a recipe from text. Relative paths of meshes start at `meshes_dir`.
     ///
     /// # Errors
-    /// Names the line, the key, the value and the allowed range.
+    /// The error names the line, the key, the value and the allowed range.
     pub fn parse(text: &str, file: &str, meshes_dir: &Path) -> Result<Self, RecipeError> {
         check::check(text, file, meshes_dir)
     }
@@ -434,9 +439,9 @@ impl Recipe {
         Self::parse(&text, "built-in recipe of Calot's triangle", Path::new("."))
     }
 
-    /// A scene of a single organ, of kind liver, from a mesh. Without a unit its numbers are taken
-    /// for metres, or for millimetres if it would be more than 2 m across. The report names the
-    /// unit.
+    /// A scene of a single organ from a mesh, of the kind that `options` names. Without a unit the
+    /// mesh's numbers are taken for metres, or for millimetres if the mesh would be more than 2 m
+    /// across. The report names the guessed unit.
     ///
     /// # Errors
     /// When the path has no usable name.
@@ -451,7 +456,7 @@ impl Recipe {
         1 + coarser.unwrap_or(0)
     }
 
-    /// Level `level` of the recipe, 0 the finest, as a recipe of one level. Budgets choose the
+    /// Level `level` of the recipe, 0 the finest, as a recipe of one level. Budgets apply to the
     /// finest level only.
     #[must_use]
     pub fn level(&self, level: usize) -> Self {
@@ -484,11 +489,11 @@ impl Recipe {
         self
     }
 
-    /// Returns the recipe with this many spheres in all, shared among the organs as before. It has
-    /// no budgets any more.
+    /// Returns the recipe with this many spheres in all, shared among the organs as before, and
+    /// without its budgets.
     ///
     /// # Errors
-    /// When an organ would get too few, or the scene too many.
+    /// When an organ would get too few spheres, or the scene too many.
     pub fn with_spheres(mut self, spheres: usize) -> Result<Self, RecipeError> {
         let before: usize = self.organs.iter().map(|organ| organ.spheres).sum();
         let share = spheres as f64 / before.max(1) as f64;

@@ -1,4 +1,4 @@
-//! Sizes and places of the built-in organs, and the bodies that follow from these.
+//! Sizes and places of the built-in organs.
 
 use serde::Deserialize;
 
@@ -22,11 +22,11 @@ pub enum Course {
 pub struct Build {
     /// Factor of all lengths, about the organ's middle; 0.7..=1.4.
     pub size: f64,
-    /// Factor of the thickness alone; 0.5..=2. It is that of organs with a centre line, and of the
-    /// layer of fat or connective tissue.
+    /// Factor of the thickness alone; 0.5..=2. It applies to organs with a centre line and to the
+    /// layer of connective tissue, which gets no thicker above 1.
     pub width: f64,
     /// Shift from the usual place, mm; each within 30. The ends of cystic duct and cystic artery
-    /// stay where they join, so their shift moves only their middles.
+    /// stay where they join other organs, so a shift moves only the middles of these two.
     pub shift_mm: [f64; 3],
 }
 
@@ -60,8 +60,8 @@ impl Build {
         usual.iter().map(place).collect()
     }
 
-    /// A centre line whose ends follow what they join. `first` and `last` move the ends, the
-    /// organ's own shift moves the middle as well.
+    /// A centre line whose ends follow the organs that they join. `first` and `last` move the ends,
+    /// and the organ's own shift moves the middle as well.
     pub(super) fn line_between(&self, usual: &[Through], first: Vec3, last: Vec3) -> Vec<Through> {
         let steps = (usual.len() - 1) as f64;
         let place = |(i, &(p, radius)): (usize, &Through)| {

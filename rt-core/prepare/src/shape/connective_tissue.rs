@@ -18,7 +18,7 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     let middle = GAP_M + room / 2.0;
     let from_gallbladder = gallbladder::distance(bodies, p);
     let layer = (from_gallbladder - middle).abs() - thickness / 2.0;
-    // Far from the layer, the liver takes nothing away from it.
+    // Far from the layer the liver cannot matter, so its distance is not computed.
     if layer > 0.004 {
         layer
     } else {

@@ -1,5 +1,5 @@
 //! The fat in and over Calot's triangle: lumps around the bile duct and towards the gallbladder's
-//! neck. The ducts emerge from it.
+//! neck. The ducts emerge from the fat.
 
 use super::bodies::Bodies;
 use super::primitive::{Through, carve};

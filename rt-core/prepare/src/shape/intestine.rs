@@ -6,7 +6,7 @@ use super::primitive::Through;
 pub(super) const EDGE_M: f64 = 0.0042;
 
 const RADIUS_M: f64 = 0.0115;
-/// Height of the uppermost row, m.
+/// Coordinate y of the uppermost row, m.
 const TOP_M: f64 = 0.152;
 /// Distance from one row to the next, m.
 const ROW_M: f64 = 0.0320;
@@ -16,8 +16,9 @@ const POINTS: usize = 8;
 /// Half the length of a row, m.
 const HALF_M: f64 = 0.076;
 
-/// The centre line, from the upper left to the lower end. The waves of neighbouring rows fit into
-/// each other. Rows bulge to the front in the middle, and round bends join them.
+/// The centre line, from the right end of the uppermost row to the lower end. The waves of
+/// neighbouring rows fit into each other. Rows bulge to the front in the middle, and round bends
+/// join them.
 pub(super) fn line() -> Vec<Through> {
     let mut line = Vec::new();
     for row in 0..ROWS {

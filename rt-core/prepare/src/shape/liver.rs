@@ -13,9 +13,9 @@ use std::sync::LazyLock;
 /// Length of a triangle's side, m.
 pub(super) const EDGE_M: f64 = 0.0037;
 
-/// The body is drawn first, then scaled about this point.
+/// The body is modelled by `drawn` first, then scaled about this point, m.
 const MIDDLE: [f64; 3] = [-0.062, 0.290, -0.030];
-/// Scale that gives the drawn body a healthy adult's volume.
+/// Scale that gives the modelled body a healthy adult's volume.
 const SIZE: f64 = 0.94;
 
 /// Spine and vena cava, which lie behind the liver.
@@ -51,7 +51,7 @@ static PORTA: LazyLock<Tube> = LazyLock::new(|| {
     )
 });
 
-/// Bounds of the body as drawn, m.
+/// Bounds of the body before it is scaled, m.
 const BOUNDS: [[f64; 3]; 2] = [[-0.165, 0.235, -0.165], [0.135, 0.455, 0.045]];
 
 /// Bounds in this build, m.

@@ -1,6 +1,7 @@
 //! Built-in organs, made from signed distance functions.
 //!
-//! Axes are the atlas': x to the patient's left, y to the head, z to the front; metres.
+//! Axes are those of the Human Reference Atlas: x to the patient's left, y to the head, z to the
+//! front; metres.
 
 mod anatomy;
 mod bodies;
@@ -92,7 +93,7 @@ impl Shape {
         skin(&|p: &Vec3| self.distance(&bodies, p), bounds, edge_m)
     }
 
-    /// Signed distance, m: negative inside, about right near the surface.
+    /// Signed distance, m: negative inside, accurate only near the surface.
     fn distance(&self, bodies: &Bodies, p: &Vec3) -> f64 {
         match self.form {
             Form::Liver => liver::distance(bodies, p),

@@ -44,14 +44,15 @@ pub(super) fn half_space(p: &Vec3, point: [f64; 3], outward: [f64; 3]) -> f64 {
 /// A point of a centre line and the radius there.
 pub(super) type Through = ([f64; 3], f64);
 
-/// A curve with a radius along it: Catmull–Rom through its points, drawn as round cones.
+/// A tube along a Catmull–Rom curve through points that each have a radius. It is approximated by
+/// round cones.
 #[derive(Debug, Clone)]
 pub(super) struct Tube {
     points: Vec<(Vec3, f64)>,
-    /// A ball around all of it.
+    /// A ball around the whole tube.
     around: Ball,
-    /// Groups of up to [`TOGETHER`] cones with a ball around each. Most groups are too far away to
-    /// be looked at closely.
+    /// Groups of up to [`TOGETHER`] cones with a ball around each group. A group whose ball is too
+    /// far away is skipped.
     parts: Vec<(Ball, Vec<Cone>)>,
 }
 
@@ -81,7 +82,7 @@ fn ball_around(points: &[(Vec3, f64)]) -> Ball {
     (middle, reach)
 }
 
-/// Farther away than this from a tube, its exact distance does not matter, m.
+/// Farther away than this from a tube, a lower bound of the distance is enough, m.
 const FAR_M: f64 = 0.03;
 
 impl Tube {
@@ -142,8 +143,8 @@ impl Tube {
         self.points.iter().map(|(_, r)| *r).fold(0.0, f64::max)
     }
 
-    /// Distance to the tube, about: to the nearest cone, with its radius at the foot of the
-    /// perpendicular. Far away it is a lower bound.
+    /// Approximate distance to the tube: for the nearest cone, the distance to the cone's axis less
+    /// its radius at the foot of the perpendicular. Farther than `FAR_M` it is a lower bound.
     pub(super) fn distance(&self, p: &Vec3) -> f64 {
         let (middle, reach) = self.around;
         let at_least = (p - middle).norm() - reach;

@@ -11,8 +11,8 @@ use crate::surface_nets;
 const ROUNDS: usize = 12;
 
 /// The surface of `distance` within the bounds, with triangles' sides about `edge_m` long. Surface
-/// nets come first. Then vertices slide along the surface until they lie evenly, and Newton steps
-/// put them back onto it, so that the grid does not show.
+/// nets give the first mesh. Then vertices slide along the surface until they are evenly spaced,
+/// and Newton steps put them back onto the surface, so that the grid leaves no pattern.
 #[must_use]
 pub fn skin(distance: &(dyn Fn(&Vec3) -> f64 + Sync), bounds: [Vec3; 2], edge_m: f64) -> Mesh {
     let grid = Grid::around(bounds, edge_m, 1);

@@ -53,7 +53,7 @@ pub(super) fn duodenum(bodies: &Bodies, p: &Vec3) -> f64 {
 }
 
 fn under_the_liver(bodies: &Bodies, body: f64, p: &Vec3) -> f64 {
-    // Far from the organ, the liver takes nothing away from it.
+    // Far from the organ the liver cannot matter, so its distance is not computed.
     if body > 0.01 {
         body
     } else {

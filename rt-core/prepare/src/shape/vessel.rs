@@ -79,7 +79,7 @@ pub(super) fn cystic_artery(variant: bool) -> &'static [Through] {
 
 pub(super) fn distance(bodies: &Bodies, vessel: &Tube, p: &Vec3) -> f64 {
     let tube = vessel.distance(p);
-    // Far from the vessel, the liver takes nothing away from it.
+    // Far from the vessel the liver cannot matter, so its distance is not computed.
     if tube > 0.003 {
         tube
     } else {

@@ -1,5 +1,5 @@
-//! The contact skin, which tools meet. It is a closed surface, coarser than the one that is drawn.
-//! Its vertices follow the spheres exactly under every affine motion.
+//! The contact skin, against which tools collide. It is a closed surface, coarser than the surface
+//! that the display draws. Its vertices follow the spheres exactly under every affine motion.
 
 mod curve;
 mod patch;
@@ -17,25 +17,28 @@ use crate::tetra::Tetra;
 
 /// Edge of the skin's triangles, as a multiple of the spheres' spacing.
 const EDGE_SPACINGS: f64 = 0.4;
-/// Shortest edge, m: nothing finer than the jaws' width can be told apart.
+/// Shortest edge, m: jaws cannot feel details that are finer than the jaws are wide.
 const EDGE_MIN_M: f64 = 0.0025;
-/// Longest edge, m: the arc over it is 0.1 mm high where an organ's radius is 3 cm.
+/// Longest edge, m: over an edge of this length, an organ with a radius of 3 cm bulges by 0.1 mm.
 const EDGE_MAX_M: f64 = 0.005;
-/// Vertices of an organ's skin, at most, about.
+/// Approximate upper limit for the number of vertices of an organ's skin.
 const VERTICES_MAX: f64 = 6000.0;
 /// Width of the Gaussian that weights near spheres, as a multiple of their spacing.
 const CARRY_SPACINGS: f64 = 1.2;
-/// Largest weight of a sphere. A vertex with a larger one would swing.
+/// Largest weight of a sphere. With a larger one, a small motion of the sphere would swing the
+/// vertex.
 const WEIGHT_MAX: f64 = 2.0;
 
-/// Vertices of a skin, at least: as many as surface nets have around 2 × 2 × 2 points inside.
+/// Fewest vertices of a skin: as many as surface nets have around 2 × 2 × 2 grid points inside.
 const VERTICES_MIN: usize = 26;
-/// Halvings of the edge for organs too small for it: 2.5 mm becomes 0.04 mm.
+/// Number of edges tried for an organ that is too small, each half of the one before: from 2.5 mm
+/// to 0.04 mm.
 const EDGES_TRIED: usize = 7;
-/// Triangles around a vertex that the realtime process takes.
+/// Numbers of triangles around a vertex that the realtime process accepts.
 const FAN: std::ops::RangeInclusive<u32> = 3..=32;
-/// Smallest patch and largest curvature that it takes, m and 1/m.
+/// Smallest patch that the realtime process accepts, m.
 const PATCH_MIN_M: f32 = 1e-4;
+/// Largest curvature that the realtime process accepts, 1/m.
 const CURVATURE_MAX_PER_M: f32 = 1e4;
 
 /// A contact skin. Indices count within the organ.
@@ -50,8 +53,8 @@ pub struct ContactSkin {
 }
 
 impl ContactSkin {
-    /// Makes the skin around `mesh`. The spheres `balls` carry it; between them lie the tetrahedra
-    /// `tets`, of a material of this Poisson's ratio.
+    /// Makes the skin around `mesh`. The spheres `balls` carry the skin. Between the spheres lie
+    /// the tetrahedra `tets`, of a material with this Poisson's ratio.
     #[must_use]
     pub fn new(
         interior: &Interior<'_>,
@@ -215,8 +218,8 @@ pub(crate) fn carriers(
         })
         .collect();
     let mut weights = [0.0; SKIN_BINDINGS];
-    // If the near spheres lie in a plane, nothing holds the place beside it. A little of the plain
-    // mean is added, and more until no weight is large.
+    // If the near spheres lie in a plane, no weights give a place outside of that plane. So the
+    // condition on `Σ ω X` is softened a little, and more until no weight is large.
     let mut stay = 1e-6;
     loop {
         let mut moment = Matrix4::from_diagonal(&Vector4::new(0.0, stay, stay, stay));

@@ -1,11 +1,12 @@
 //! Width of the patch over which the spheres themselves spread a force on the skin.
 //!
 //! The spheres yield to a force on one vertex by `c_patch`, and to the same force spread over a
-//! Gaussian of the skin, of width `A`, by `c_wide`. They are fine enough for the Gaussian, whose
-//! local compliance on a half-space is `0.399 / (E* A)`. Their local compliance at the vertex is
-//! therefore `c = c_patch − c_wide + 0.399 / (E* A)`, and they act as if they spread the force over
-//! a patch of width `0.399 / (E* c)`. Distant influences (the organ's shape, its attachments) are
-//! in both compliances and cancel, so a neighbourhood of a few spacings is enough.
+//! Gaussian of the skin, of width `A`, by `c_wide`. The spheres are fine enough for the Gaussian,
+//! whose local compliance on a half-space is `0.399 / (E* A)`. The local compliance of the spheres
+//! at the vertex is therefore `c = c_patch − c_wide + 0.399 / (E* A)`, and they act as if they
+//! spread the force over a patch of width `0.399 / (E* c)`. Distant influences (the organ's shape,
+//! its attachments) are in both compliances and cancel, so a neighbourhood of a few spacings is
+//! enough.
 
 use std::collections::BTreeMap;
 
@@ -18,17 +19,17 @@ use crate::Vec3;
 use crate::pack::Ball;
 use crate::tetra::Tetra;
 
-/// Width `A` of the Gaussian, spacings.
+/// Width `A` of the Gaussian, in spacings of the spheres.
 const WIDE_SPACINGS: f64 = 1.5;
-/// Radius of the neighbourhood, spacings.
+/// Radius of the neighbourhood, in spacings.
 const NEIGHBOURHOOD_SPACINGS: f64 = 3.2;
-/// Mean of 1/(π r), r the distance of two random points of a Gaussian `exp(−r²/A²)`, times A: `1 /
-/// √(2π)`.
+/// Mean of `A / (π r)`, where r is the distance between two random points of a Gaussian
+/// `exp(−r²/A²)`: `1 / √(2π)`.
 const GAUSSIAN: f64 = 0.398_942_3;
-/// Smallest and largest patch, spacings.
+/// Smallest and largest patch, in spacings.
 const PATCH_SPACINGS: [f64; 2] = [0.25, 4.0];
 
-/// Inputs of the baking.
+/// The tissue under the skin, from which patches are computed.
 pub(super) struct Tissue<'a> {
     pub(super) balls: &'a [Ball],
     pub(super) tets: &'a [Tetra],
@@ -101,7 +102,8 @@ impl Neighbourhood {
         for tet in tets {
             add(&mut stiffness, &tissue.tets[tet as usize], &rows, tissue);
         }
-        // A sphere in no tetrahedron carries nothing.
+        // A sphere in no tetrahedron carries nothing. It gets a stiffness, because the matrix would
+        // be singular otherwise.
         for i in 0..stiffness.nrows() {
             if stiffness[(i, i)] <= 0.0 {
                 stiffness[(i, i)] = 1.0;

@@ -5,7 +5,7 @@ use scene_prepare::mesh::read;
 
 use super::{CORNERS, assert_is_cube, assert_refused, measured, read_as, triangles};
 
-/// Bytes of the cube's corners in metres, its indices of 16 bits, and a corner.
+/// Bytes of the cube's corners, in millimetres, and then of its indices, 16 bits each.
 fn data() -> Vec<u8> {
     let corners = CORNERS.iter().flatten().map(|x| *x as f32);
     let mut bytes: Vec<u8> = corners.flat_map(f32::to_le_bytes).collect();
@@ -14,7 +14,8 @@ fn data() -> Vec<u8> {
     bytes
 }
 
-/// A glTF file. `{...}` is the rest of its root after the parts that all have.
+/// A glTF file with its data at `uri`. `positions` are fields of the accessor of the positions,
+/// `root` fields of the root.
 fn file(uri: &str, positions: &str, root: &str) -> String {
     let length = data().len();
     format!(
@@ -82,7 +83,7 @@ fn files_without_a_scene_are_read() {
     }
 }
 
-/// The fifth corner comes from a sparse list. Without a base, all others are zero.
+/// The fifth corner comes from a sparse list. Without a base, all other corners are zero.
 #[test]
 fn sparse_accessors_are_read() {
     let sparse = |place: u8, base: &str| {
@@ -141,7 +142,7 @@ fn extensions_about_pictures_are_no_obstacle_and_others_are_named() {
             &["uses the glTF extension", name, option],
         );
     }
-    // Not required, and yet the data are not there without it.
+    // The file does not require the extension, and yet the data are missing without it.
     let used = requiring("EXT_meshopt_compression")
         .replace(r#""extensionsRequired":["EXT_meshopt_compression"],"#, "")
         .replace(&format!(r#","uri":"{}""#, embedded()), "");
@@ -152,7 +153,7 @@ fn extensions_about_pictures_are_no_obstacle_and_others_are_named() {
     );
 }
 
-/// A mirrored node turns its triangles over, so that the surface still faces outward.
+/// The triangles of a mirrored node are turned over, so that the surface still faces outward.
 #[test]
 fn mirrored_nodes_keep_their_winding() {
     let root = SCENE.replace(r#"{"mesh":0}"#, r#"{"mesh":0,"scale":[-1,1,1]}"#);

@@ -23,7 +23,7 @@ const CORNERS: [[i32; 3]; 8] = [
     [0, 40, 40],
 ];
 
-/// Its outward sides.
+/// Sides of the cube, anticlockwise seen from outside.
 const SIDES: [[u32; 4]; 6] = [
     [0, 3, 2, 1],
     [4, 5, 6, 7],

@@ -82,7 +82,7 @@ fn binary_of_every_program_is_read() {
     }
 }
 
-/// As the Stanford scans are stored: -1 parts one strip from the next.
+/// Strips as in the files of the Stanford scans: -1 separates one strip from the next.
 #[test]
 fn triangle_strips_are_read() {
     let strips = SIDES.map(|[a, b, c, d]| format!("{a} {b} {d} {c}"));

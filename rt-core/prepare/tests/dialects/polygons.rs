@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{measured, read_as};
 
-/// A prism of 10 mm over a polygon, both caps one face, as an OBJ and a PLY file.
+/// A prism of 10 mm over a polygon, each cap one face, as an OBJ and a PLY file.
 fn prism(rim: &[[f64; 2]]) -> [(&'static str, String); 2] {
     let count = rim.len();
     let vertices: Vec<String> = [0, 10]
@@ -75,7 +75,7 @@ fn letters_keep_their_gaps() {
         [0.0, 60.0],
     ];
     assert_is_exact(&c);
-    // Whichever corner comes first.
+    // The first corner of a face may be any of them.
     for first in 0..c.len() {
         assert_is_exact(&[&c[first..], &c[..first]].concat());
     }
@@ -115,7 +115,7 @@ proptest! {
     }
 }
 
-/// A face with a hole is cut open by a bridge, whose corners come twice.
+/// A face with a hole is cut open by a bridge, whose corners occur twice.
 #[test]
 fn a_hole_cut_in_by_a_bridge_stays_a_hole() {
     let outer = [[0.0, 0.0], [40.0, 0.0], [40.0, 40.0], [0.0, 40.0]];

@@ -23,11 +23,12 @@ fn target(built: &Prepared) -> Site {
 
 /// Largest step of the force from a tick to the next where a hand works slowly, N.
 const STEP_N: f32 = 0.005;
-/// Largest step while jaws close, N. Their ends go through tissue at 50 mm/s, and each tick's step
-/// is like the one before.
+/// Largest step while jaws close, N. The ends of the jaws move through tissue at 50 mm/s, and each
+/// tick's step is similar to the one before.
 const BITE_N: f32 = 0.008;
 
-/// Least force that some leg must reach, N: a tool that feels nothing has no step either.
+/// Force that at least one leg of the hand's motion must reach, N. A tool that touches nothing
+/// would have no step either.
 const FELT_N: f32 = 0.1;
 
 fn assert_smooth(built: &Prepared, hand: &Hand) {
@@ -44,7 +45,8 @@ fn assert_smooth(built: &Prepared, hand: &Hand) {
     }
 }
 
-/// Deep in Calot's triangle the shaft lies on the liver's edge and on the layer beside it.
+/// Deep in Calot's triangle the shaft lies on the liver's edge and on the layer of tissue next to
+/// the liver.
 #[test]
 fn force_deep_in_the_triangle_has_no_step() {
     let hand = Hand::new()
@@ -113,8 +115,8 @@ fn scenes_that_are_left_alone_sleep() {
     }
 }
 
-/// A thin duct that a hand gently holds aside comes to rest. It would flutter if a push turned with
-/// it at once.
+/// A thin duct that a hand gently holds aside comes to rest. It would flutter if the direction of
+/// the tool's push followed the duct's turn at once.
 #[test]
 fn a_duct_under_a_tool_does_not_flutter() {
     let built = prepared_triangle(false);
@@ -150,7 +152,7 @@ fn a_duct_under_a_tool_does_not_flutter() {
                 let felt = work.leg(held);
                 most_n = most_n.max(felt.largest_n);
                 println!("{eighth} {instrument:?}: {felt:?}");
-                // Of a push that turns at once all of it comes and goes.
+                // If the push turned at once, its whole force would come and go.
                 assert!(
                     felt.largest_knock_n < 0.4 * felt.largest_n + 1.0e-4,
                     "{eighth} {instrument:?}: {felt:?}"

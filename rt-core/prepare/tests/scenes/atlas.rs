@@ -1,4 +1,4 @@
-//! Real organ meshes, if this machine has them.
+//! Tests with real organ meshes. A machine without the meshes skips these tests.
 
 use scene_prepare::mesh::mend;
 use scene_prepare::pack::{Interior, Quality, pack_as_paper, pack_evenly};

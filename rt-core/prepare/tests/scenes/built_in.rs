@@ -1,4 +1,5 @@
-//! The built-in organs: they are sound, as large as in an atlas, and the same on any machine.
+//! The built-in organs: they are sound, as large as in an atlas, and the same on any number of
+//! threads.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! The hook takes layered tissue away. Fat goes cell by cell at its tip, the organs under the fat
-//! come free, and the same hand gives the same bits.
+//! The hook removes layered tissue. Fat disappears cell by cell at the hook's tip, the force on the
+//! hand has no step, and the same motion gives the same bits.
 
 use crate::support::LoadedScene;
 use std::path::Path;
@@ -77,35 +77,36 @@ impl Ports for Hand {
     fn stamp(&mut self, _: Stage) {}
 }
 
-/// Findings of a hand that comes down on the fat, stays there with or without current, waits and
+/// Results for a hand that comes down on the fat, stays on it with or without current, waits and
 /// leaves.
 struct Found {
     removed: Vec<u16>,
     cells: Vec<u8>,
     digest: u64,
     largest_step_n: f32,
-    /// Force on the hand before the current.
+    /// Force on the hand before the current, N.
     before_n: f32,
-    /// Force on the hand after the current, at the same place.
+    /// Force on the hand after the current, at the same place, N.
     after_n: f32,
-    /// After a reset.
+    /// State of the cells after a reset.
     reset: Vec<u8>,
 }
 
-/// A part of the hand's way, which begins and ends gently.
+/// A part of the hand's motion, with zero speed at its beginning and end.
 #[derive(Clone, Copy)]
 struct Leg {
     ticks: u16,
-    /// Height of the tip at its end above the target.
+    /// Height of the tip above the target at the end of this part, m.
     height_m: f32,
-    /// The pedal's cut is down.
+    /// True while the pedal for cutting is pressed.
     cuts: bool,
 }
 
-/// Height at which the hand begins.
+/// Height of the tip above the target at which the hand begins, m.
 const START_M: f32 = 0.012;
 
-/// The cell nearest to the instrument's port, and the way there.
+/// Centre of the cell nearest to the instrument's port, and the direction from the cell to the
+/// port.
 fn nearest_to_the_port(scene: &SceneData) -> (Vec3, Vec3) {
     let port = Vec3::from(scene.room.expect("a room").instrument_port_m);
     let places = scene.cells.iter().map(|cell| Vec3::from(cell.center_m));
@@ -251,14 +252,14 @@ fn fat_goes_under_the_hook_and_only_there() {
         cold.largest_step_n,
     );
     assert!(hot.removed.len() >= 8, "{} cells", hot.removed.len());
-    // Each removed cell was reported once, and is gone.
+    // Each removed cell was reported once, and is marked as removed.
     let gone = (0u16..)
         .zip(&hot.cells)
         .filter(|(_, cell)| **cell == REMOVED);
     let mut told = hot.removed.clone();
     told.sort_unstable();
     assert_eq!(told, gone.map(|(i, _)| i).collect::<Vec<u16>>());
-    // Heat allows no more cells than this: 15 W for 2.5 s.
+    // All removed cells together took less energy than 15 W give in 2.5 s.
     let energy_j: f32 = told
         .iter()
         .map(|&i| scene.cells[usize::from(i)].energy_j)
@@ -269,7 +270,7 @@ fn fat_goes_under_the_hook_and_only_there() {
         let off_m = norm(&(at - target));
         assert!(off_m < 0.012, "cell {cell} {off_m} m off the tip");
     }
-    // Removed fat does not push back, and it goes without a step of the force.
+    // Removed fat does not push back, and its removal causes no step of the force.
     assert!(
         hot.after_n < 0.7 * cold.after_n,
         "{} N, without current {} N",

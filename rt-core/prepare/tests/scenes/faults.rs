@@ -17,7 +17,7 @@ fn ball(at: [f64; 3], radius_m: f64) -> Mesh {
     shape::skin(&distance, [at - margin, at + margin], radius_m / 6.0)
 }
 
-/// An ellipsoid-like plate: 80 × 50 × 24 mm with round edges, its middle at this height.
+/// A plate of 80 × 50 × 24 mm with round edges. Its middle is at this height.
 fn plate(up_m: f64) -> Mesh {
     let (half_m, up, round_m) = (Vec3::new(0.04, 0.025, 0.012), Vec3::z() * up_m, 0.009);
     let distance = move |p: &Vec3| {
@@ -138,7 +138,8 @@ fn a_support_that_holds_nothing_is_refused_with_entry_place_and_distance() {
         assert!(words.iter().all(|it| message.contains(it)), "{message}");
         assert!(!message.contains("millimetres"), "{message}");
     }
-    // The ball's surface is 190 mm away from the middle, and the plate 25 mm wide.
+    // The ball's surface is 190 mm away from the middle of the plate, and the plate reaches 25 mm
+    // towards the ball.
     let message = refused(cases[0].0);
     let off_mm: f64 = message
         .split("nearest is ")
@@ -234,7 +235,7 @@ fn an_organ_that_is_held_neither_falls_nor_shakes() {
     assert_eq!(left_alone(&built, 12), []);
 }
 
-/// Breath moves an organ for ever. That is no reason to take its weight.
+/// Breath keeps an organ moving for ever. Preparation must not reduce the organ's weight for that.
 #[test]
 fn an_organ_that_breathes_keeps_its_weight() {
     let lines = "spheres = 60\nheld = [{ base = 0.2 }]\ngravity_share = 1.0\n\
@@ -244,7 +245,8 @@ fn an_organ_that_breathes_keeps_its_weight() {
     assert!((built.scene.organs[0].gravity_share - 1.0).abs() < 1.0e-6);
 }
 
-/// Soft and stiff tissue comes to rest, with less weight where it cannot bear its own.
+/// Soft and stiff tissue comes to rest. Tissue that cannot bear its own weight does so with less
+/// weight.
 #[test]
 fn an_organ_that_cannot_bear_its_weight_gets_less_of_it() {
     let built = |young_pa: u32| {
@@ -263,7 +265,7 @@ fn an_organ_that_cannot_bear_its_weight_gets_less_of_it() {
     }
 }
 
-/// The depth is that of the skins, whatever the spheres.
+/// The reported depth is measured between the skins and does not depend on the spheres.
 #[test]
 fn organs_that_overlap_are_reported_with_place_and_depth() {
     let at = |gap_m: f64| {
@@ -292,7 +294,8 @@ fn organs_that_overlap_are_reported_with_place_and_depth() {
     }
 }
 
-/// The skin of an organ of 3 mm had no vertices, and its spheres named those of the organ before.
+/// An organ of 3 mm once got a contact skin without vertices, and its spheres named vertices of the
+/// organ before.
 #[test]
 fn organs_of_a_few_millimetres_run_alone_and_beside_another() {
     for (radius_m, spheres) in [(0.0015, 200), (0.002, 60), (0.0012, 400), (0.004, 8)] {

@@ -1,4 +1,5 @@
-//! Whole scenes, prepared and at work: the built-in ones, the atlas', and random blobs.
+//! Whole scenes, prepared and at work: the built-in ones, those from the Human Reference Atlas, and
+//! random blobs.
 
 mod at_work;
 mod atlas;

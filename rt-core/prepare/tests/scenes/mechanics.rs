@@ -47,7 +47,7 @@ fn triangle_rests_and_its_organs_hold_each_other() {
     let moved_m = largest(&tissue, 0..spheres);
     assert!(moved_m < 5e-6, "at rest it moves by {moved_m} m");
 
-    // The cystic duct is drawn 6 mm towards the feet. Gallbladder and bile duct come along, and go
+    // The cystic duct is pulled 6 mm towards the feet. Gallbladder and bile duct come along, and go
     // back when the duct is let go.
     let duct = organ("cystic duct");
     let led = middle_of(&loaded, duct);
@@ -86,7 +86,7 @@ fn triangle_rests_and_its_organs_hold_each_other() {
     }
 }
 
-/// The scene without the links of `organ` that `is_cut` names.
+/// The scene without the links of `organ` for which `is_cut` is true.
 fn without(scene: &SceneData, organ: usize, is_cut: impl Fn(&LinkRecord) -> bool) -> SceneData {
     let mut left = SceneData {
         links: Vec::new(),
@@ -158,7 +158,8 @@ fn tubes_are_cut_at_any_place() {
             }
             tissue.displacement_m(seen).norm()
         };
-        // Ends that are grown in cannot be cut off. Every place between them can be cut.
+        // The ends that are tied to other organs cannot be cut off. Every place between the ends
+        // can be cut.
         let first_free = along.iter().position(|(i, _)| !tied(*i)).unwrap();
         let last_free = along.iter().rposition(|(i, _)| !tied(*i)).unwrap();
         for k in first_free..=last_free {

@@ -16,9 +16,11 @@ const HALF_M: [[f64; 3]; 2] = [[0.04, 0.04, 0.012], [0.022, 0.018, 0.012]];
 const ROUND_M: f64 = 0.009;
 /// Gap between the two before the cushion falls, m.
 const FALL_M: f64 = 0.002;
-/// Skins nearer to each other than this meet, m: spheres alone would let them 0.7 mm in.
+/// Skins whose depth in each other is below this, of either sign, meet, m. With spheres alone, the
+/// skins would be 0.7 mm inside each other.
 const NEAR_M: f64 = 0.00055;
-/// A cushion whose spheres are all slower than this lies, m/s: the two slide on each other.
+/// A cushion whose spheres are all slower than this lies still, m/s. The limit is not zero, because
+/// the cushion still slides on the bed.
 const STILL_M_S: f32 = 0.03;
 /// Number of ticks after which the cushion lies.
 const TICKS: u64 = 3000;
@@ -133,7 +135,7 @@ fn skin_of(loaded: &LoadedScene, organ: &Organ, centers_m: &[Vec3]) -> Mesh {
         let start = vertex.fan_start as usize;
         for [b, c] in &loaded.skin_fans[start..start + vertex.fan_count as usize] {
             let [a, b, c] = [number as u32, u32::from(*b), u32::from(*c)].map(|it| it - first);
-            // Each triangle stands in three fans.
+            // Each triangle is in the fans of its three corners.
             if a < b && a < c {
                 mesh.triangles.push([a, b, c]);
             }

@@ -1,4 +1,4 @@
-//! Meshes as they come: a box, a mesh in two pieces, a mesh whose unit is guessed.
+//! Meshes as users bring them: a box, a mesh in two pieces, a mesh whose unit is guessed.
 
 use scene_prepare::recipe::{Axes, MeshOptions, Unit};
 use scene_prepare::{Recipe, Vec3, prepare};
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use crate::sound::{assert_json_has_all_keys, check};
 
-/// A box of a height, mm, on a square of 100 mm.
+/// A box of this height, mm, on a square of 100 mm.
 #[allow(clippy::unwrap_used)]
 fn box_of(height_mm: u32) -> (tempfile::TempDir, Recipe) {
     let mut text = String::new();
@@ -48,7 +48,7 @@ fn a_sheet_whose_spheres_lie_in_one_layer_is_refused() {
     }
 }
 
-/// The coarsest closed mesh: none of its vertices lies where the hand is to work.
+/// A very coarse mesh: none of its vertices is suitable as the target of the scripted hand.
 #[test]
 fn a_box_of_twelve_triangles_becomes_a_scene() {
     let (_folder, cube) = box_of(100);

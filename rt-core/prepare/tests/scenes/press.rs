@@ -1,5 +1,5 @@
-//! A round tip against the contact skin. Its force depends on the tissue and not on the number of
-//! spheres, and changes without steps.
+//! A round tip against the contact skin. The force on the tip depends on the tissue and not on the
+//! number of spheres, and changes without steps.
 
 use crate::support::LoadedScene;
 use rt_core::math::{Vec3, norm};
@@ -65,7 +65,8 @@ fn the_force_is_the_tissues_and_not_the_spheres() {
         let felt = press(&liver(spheres), radius_m, depth_m, 400);
         felt.last().copied().unwrap_or_default()
     });
-    // The tissue is not linear, and the body yields as a whole.
+    // The force is below that of Hertz's half-space, because the tissue is not linear and the body
+    // yields as a whole.
     let share = felt_n[1] / hertz_n;
     assert!((0.5..0.9).contains(&share), "{share} of Hertz");
     for (i, spheres) in [(0, 250), (2, 1200)] {
@@ -77,8 +78,8 @@ fn the_force_is_the_tissues_and_not_the_spheres() {
     }
 }
 
-/// The force is exact although spheres this close move much in a tick, so that one pass over the
-/// constraints is not.
+/// Spheres this close together move much in a tick, so that one pass over the constraints is not
+/// exact. The contact force must be exact nevertheless.
 #[test]
 fn the_force_is_that_of_many_more_substeps() {
     let mut built = organ("gallbladder", 250, 0.6);
@@ -173,7 +174,7 @@ fn a_shaft_and_a_tip_behind_each_other_count_once() {
 }
 
 /// Presses a ball of 3 mm radius `depth_m` deep, draws it 6 mm along the skin at 6 mm/s, and draws
-/// it back. Returns the force along the normal and along the way at every tick.
+/// it back. Returns the force along the normal and along the skin at every tick.
 fn slide(tissue: &mut Tissue<'_>, site: Vec3, normal: Vec3, depth_m: f32) -> Vec<[f32; 2]> {
     let radius_m = 0.003;
     let along = normal.cross(&Vec3::x()).normalize();
@@ -202,8 +203,8 @@ fn friction_holds_back_both_ways_and_has_no_step() {
         let step_n = libm::hypotf(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
         assert!(step_n < 0.005, "tick {tick}: {step_n} N");
     }
-    // At the same place there and back, the skin's slope gives the same force and friction the
-    // opposite one.
+    // At the same place on the way there and on the way back, the skin's slope gives the same
+    // force, and friction gives the opposite one.
     let mut shares = Vec::new();
     for off in (100..600).step_by(50) {
         let (there, back) = (felt[1400 - off], felt[1400 + off]);

@@ -1,4 +1,4 @@
-//! Sutures and bands, from the recipe to tissue that is stepped.
+//! Sutures and bands, from the recipe to the simulated tissue.
 
 use crate::support::LoadedScene;
 use rt_core::math::Vec3;
@@ -39,7 +39,8 @@ fn pebble(name: &str, center_m: Vec3) {
             text += &format!("f {a} {c} {d}\nf {a} {d} {b}\n");
         }
     }
-    // The tests run side by side. A rename gives each of them a whole file.
+    // The tests run in parallel and write the same files. The rename makes sure that each of them
+    // reads a whole file.
     let path = std::path::Path::new(MESHES).join(format!("{name}.obj"));
     let own = path.with_extension(format!("{:?}", std::thread::current().id()));
     std::fs::write(&own, text).expect("writable");
@@ -64,8 +65,8 @@ fn sewn(ties: &str) -> String {
     recipe + ties
 }
 
-/// Steps a recipe to rest. Returns each attachment's length then and as prepared, m, and the
-/// displacement of the sphere that moved farthest, m.
+/// Simulates a recipe until it rests. Returns each attachment's length at the end and its rest
+/// length, m, and the displacement of the sphere that moved farthest, m.
 fn settled(recipe: &str) -> (Vec<[f32; 2]>, f32) {
     let recipe = Recipe::parse(recipe, "sewn.toml", std::path::Path::new(MESHES)).expect("sound");
     let built = prepare(&recipe, &mut |_| {}).expect("sound");
@@ -96,7 +97,7 @@ fn sutures_and_bands_of_a_recipe_hold_what_they_are_sewn_to() {
              to = {{ organ = \"right\", near_m = [0.01, 0, 0] }}\nlength_mm = {length_mm}\n{stiffness}"
         ))
     };
-    // A suture draws both pebbles together and hardly stretches.
+    // A suture pulls both pebbles together and hardly stretches.
     let (lengths, moved_m) = settled(&tie("suture", 12.0, ""));
     let [now_m, rest_m] = lengths[0];
     assert!((now_m - rest_m).abs() < 5e-4, "{now_m} {rest_m}");
@@ -135,7 +136,7 @@ fn a_place_far_from_its_organ_is_a_slip_that_is_named() {
     );
 }
 
-/// Both sutures draw the gallbladder by some millimetres, then it hangs still. Ties between organs
+/// Both sutures pull the gallbladder by some millimetres, then it hangs still. Ties between organs
 /// are stretched by less than they bear.
 #[test]
 fn the_triangle_s_gallbladder_is_hung_and_nothing_tears() {

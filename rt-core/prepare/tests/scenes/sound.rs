@@ -1,4 +1,4 @@
-//! Properties of every prepared scene.
+//! Properties that every prepared scene must have.
 
 use scene_prepare::{Prepared, Vec3, tetra};
 use shared_mem::scene::{OrganKind, SceneFile, WEIGHT_SUM};

@@ -15,8 +15,8 @@ fn triangle_of_calot_is_sound_in_both_courses() {
         check(prepared);
         let scene = &prepared.scene;
         for (organ, report) in scene.organs.iter().zip(&prepared.report.organs) {
-            // Only tubes are left: they have no tetrahedra. Nor has connective tissue, a layer one
-            // sphere thick.
+            // Only tubes are checked here: they have no tetrahedra. Connective tissue has none
+            // either, because it is a layer one sphere thick.
             if report.tetrahedra > 0 || organ.kind == OrganKind::ConnectiveTissue as u32 {
                 continue;
             }

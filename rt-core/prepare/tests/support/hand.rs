@@ -12,7 +12,7 @@ use scene_prepare::Prepared;
 
 const OPEN: Buttons = Buttons(0);
 
-/// A length of a script.
+/// A length in a script.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Length {
     mm: f32,
@@ -22,7 +22,7 @@ pub(crate) const fn mm(mm: f32) -> Length {
     Length { mm }
 }
 
-/// A time of a script, in ticks.
+/// A time in a script, in ticks.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Time {
     ticks: u16,
@@ -34,7 +34,7 @@ pub(crate) fn s(seconds: f32) -> Time {
     Time { ticks }
 }
 
-/// Place of the tip from the target, mm.
+/// Place of the tip relative to the target, mm.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     /// Out of the tissue, along the normal.
@@ -50,7 +50,8 @@ const START: Place = Place {
 };
 
 impl Place {
-    /// Place after a share of the ticks from here to another place; it begins and ends gently.
+    /// Place after this share of the time of a motion from here to `end`. The motion has zero speed
+    /// at its beginning and end.
     fn towards(&self, end: &Self, share: f32) -> Self {
         let share = share * share * (3.0 - 2.0 * share);
         let between = |from: f32, to: f32| from + (to - from) * share;
@@ -61,12 +62,12 @@ impl Place {
     }
 }
 
-/// A part of a script.
+/// A leg of a script: a motion to a place within a time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Leg {
     pub(crate) name: &'static str,
     time: Time,
-    /// Place at its end.
+    /// Place at the leg's end.
     end: Place,
     pub(crate) buttons: Buttons,
 }
@@ -118,7 +119,7 @@ impl Hand {
         self.go("return", end, within)
     }
 
-    /// Goes to where it began.
+    /// Goes back to the place where the script began.
     pub(crate) fn leave(self, within: Time) -> Self {
         self.go("leave", START, within)
     }
@@ -198,7 +199,7 @@ impl Ports for Handle {
 pub(crate) struct Site {
     pub(crate) target_m: Vec3,
     pub(crate) normal: Vec3,
-    /// Square to the normal: the way along the tissue.
+    /// Direction along the tissue, perpendicular to the normal.
     pub(crate) along: Vec3,
     pub(crate) instrument: Instrument,
 }

@@ -1,5 +1,5 @@
-//! History of leaks in a session. A display keeps each leak until it hears of a change, so after a
-//! jump it must be told the state of all of them.
+//! History of leaks in a session. A display shows each leak until an event changes it. So after a
+//! jump in time the display must get the state of all leaks.
 
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::{CommandMsg, EventMsg};
@@ -8,7 +8,7 @@ use shared_mem::words::EventKind;
 /// Most changes kept; a session has some dozens.
 const KEPT: usize = 4096;
 
-/// A change at a tick.
+/// A change of leaks at a tick.
 enum Change {
     /// A leak event.
     Told(EventMsg),
@@ -27,7 +27,7 @@ pub(super) fn puts_back(record: &InputRecord) -> bool {
 }
 
 impl Leaks {
-    /// Keeps the changes of a tick.
+    /// Stores the changes of a tick.
     pub(super) fn keep(
         &mut self,
         tick: u64,
@@ -36,7 +36,7 @@ impl Leaks {
     ) {
         let room = KEPT.saturating_sub(self.0.len());
         let told = events.filter(|event| event.is(EventKind::Leak));
-        // Commands come first in a tick.
+        // In a tick, a command takes effect before the events occur.
         let put_back = puts_back(record).then_some(Change::AllClosed);
         let changes = put_back.into_iter().chain(told.map(Change::Told));
         self.0.extend(changes.take(room).map(|it| (tick, it)));
@@ -49,8 +49,9 @@ impl Leaks {
             .any(|(at, change)| matches!(change, Change::AllClosed) && (from + 1..to).contains(at))
     }
 
-    /// All places that ever leak, with their state at a tick; leaks that are closed then, or start
-    /// later, have the value 0. Open leaks come last, for displays that keep only the newest.
+    /// All places that leak in any tick run so far, each with its state at `tick`. A leak that is
+    /// closed at `tick`, or starts later, has the value 0. Open leaks come last, for displays that
+    /// keep only the newest.
     pub(super) fn at(&self, tick: u64) -> Vec<EventMsg> {
         let place = |event: &EventMsg| (event.organ, event.at_m.map(f32::to_bits));
         let mut places: Vec<EventMsg> = Vec::new();

@@ -5,12 +5,13 @@ use shared_mem::inputs::InputRecord;
 
 use super::{Recorded, Replayed};
 
-/// Most checkpoints, of 1.7 MB each. In a session of one hour, every moment is at most half a
-/// minute of ticks from one of them.
+/// Most checkpoints, of 1.7 MB each. In a session of one hour, at most about half a minute of ticks
+/// lies between a moment and the checkpoint before it.
 const KEPT_MAX: usize = 128;
-/// Ticks between two checkpoints at first; doubled whenever there are too many.
+/// Number of ticks between two checkpoints at first. It is doubled whenever there are too many
+/// checkpoints.
 const EVERY_FIRST: u64 = 500;
-/// Longest time between two ticks: a damaged session may claim hundreds of years.
+/// Longest time that counts between two ticks, ns. A damaged session may claim hundreds of years.
 const STEP_MAX_NS: u64 = 1_000_000_000;
 
 /// Time that has passed in a session.
@@ -21,7 +22,7 @@ pub(super) struct SessionTime {
 }
 
 impl SessionTime {
-    /// Advances to a tick's time.
+    /// Advances to a tick's time. Returns the time passed since the first tick, ns.
     pub(super) fn pass(&mut self, now_ns: u64) -> u64 {
         let before_ns = self.newest_ns.replace(now_ns).unwrap_or(now_ns);
         let step_ns = now_ns.saturating_sub(before_ns).min(STEP_MAX_NS);
@@ -41,13 +42,13 @@ pub fn length_ns(ticks: impl IntoIterator<Item = InputRecord>) -> u64 {
 
 /// A checkpoint.
 struct Kept<T> {
-    /// Number of ticks run before it.
+    /// Number of ticks run before the checkpoint.
     ran: u64,
     time: SessionTime,
     state: T,
 }
 
-/// Checkpoints, bounded however long the session is.
+/// The checkpoints of a session. Their number is bounded for any length of the session.
 struct Keeper<T> {
     kept: Vec<Kept<T>>,
     every: u64,
@@ -79,7 +80,7 @@ impl<T> Keeper<T> {
         self.kept.push(Kept { ran, time, state });
     }
 
-    /// Last checkpoint before a moment; the first one is the start.
+    /// Last checkpoint before a moment. The first checkpoint is the start of the session.
     fn before(&self, at_ns: u64) -> Option<&Kept<T>> {
         let after = self.kept.partition_point(|it| it.time.passed_ns < at_ns);
         self.kept.get(after.saturating_sub(1))
@@ -137,9 +138,10 @@ impl<'a> Player<'a> {
         });
     }
 
-    /// Goes to a state before a moment of the session. Stays if the moment is still ahead and no
-    /// later checkpoint is nearer; otherwise restores the nearest checkpoint. Returns the number of
-    /// ticks before the new place if it has moved.
+    /// Goes to a state before a moment of the session. If the moment is still ahead and no
+    /// checkpoint lies before it on the way, the state stays as it is. Otherwise the last
+    /// checkpoint before the moment is restored, and the number of ticks before that checkpoint is
+    /// returned.
     pub(super) fn go_before(&mut self, at_ns: u64) -> Option<u64> {
         let kept = self.keeper.before(at_ns)?;
         let is_ahead = self.time.passed_ns < at_ns || self.ran == 0;
@@ -167,7 +169,7 @@ mod tests {
     }
 
     proptest! {
-        /// For any moment a checkpoint lies before it, at most two distances away.
+        /// Every moment has a checkpoint before it, at most two intervals of checkpoints away.
         #[test]
         fn a_checkpoint_is_near_and_there_are_few(length in 1u64..4_000_000, share in 0.0f64..1.0) {
             let (mut keeper, mut time) = (Keeper::new(), SessionTime::default());

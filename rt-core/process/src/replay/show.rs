@@ -23,13 +23,14 @@ use crate::{frames, inputs};
 const FRAME_EVERY: u64 = 4;
 /// Bit of [`ToolFrame::switches`]: the show is paused.
 const PAUSED: u32 = Switches::PAUSED.bits();
-/// Time without a frame after which a display considers its controller gone.
+/// Longest time between two frames, ns. After it the last frame is sent again, because a display
+/// that gets none takes its controller for gone.
 const STILL_ALIVE_NS: u64 = 100_000_000;
 /// Interval at which commands are read while idle.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// Interval at which commands are read while ticks run without being shown, ticks.
+/// Number of ticks between two reads of commands while ticks run without being shown.
 const LOOK_EVERY_TICKS: u64 = 16;
-/// Records that are read before commands are read again.
+/// Number of records that are skipped before commands are read again.
 const READ_AT_ONCE: u64 = 4096;
 
 /// Speed and start of a show.
@@ -55,9 +56,10 @@ pub struct Shown {
 }
 
 /// Shows the ticks from `open` on `station` until `stop` is set. The first frame stands still until
-/// `begun` is set; the last one stands. Commands of a display pause it, change its speed, seek any
-/// moment, or restart it (reset). `each` sees every tick once, as soon as it has run; `tell`
-/// receives the state of the show. Needs a stack of several megabytes.
+/// `begun` is set. At the end the last frame stands still. Commands of a display pause the show,
+/// change its speed, seek any moment, or restart it (reset). `each` sees every tick once, as soon
+/// as it has run; `tell` receives the state of the show. The calling thread needs a stack of
+/// several megabytes.
 ///
 /// # Errors
 /// When the station has a controller, the core refuses the scene, or the session ends before
@@ -144,7 +146,7 @@ pub fn show<I: Iterator<Item = InputRecord>>(
             None => {
                 let end_ns = *stage.length_ns.insert(player.passed_ns());
                 if stage.seek_ns.is_some() {
-                    // The session is shorter, so show its last moment.
+                    // The session is shorter than the asked moment, so show its last moment.
                     stage.asked_ns = Some(end_ns);
                     continue;
                 }
@@ -161,7 +163,7 @@ pub fn show<I: Iterator<Item = InputRecord>>(
 struct Stage {
     controller: Controller,
     scene_id: [u8; 16],
-    /// Start of the show, also after a restart.
+    /// Start of the show in the session, also after a restart, ns.
     start_ns: u64,
     speed: f64,
     state: Box<StateFrame>,
@@ -170,16 +172,17 @@ struct Stage {
     paused: bool,
     /// Ticks before this time run without being shown.
     seek_ns: Option<u64>,
-    /// Moment that a display asked for.
+    /// Moment of the session that a display asked for, ns.
     asked_ns: Option<u64>,
     length_ns: Option<u64>,
     at_ns: u64,
-    /// A moment of the session and the time at which it was shown; later ticks are timed from it.
+    /// A moment of the session, and the clock's time at which it was shown, ns. Later ticks are
+    /// timed from this pair.
     anchor: Option<(u64, u64)>,
     sent_ns: u64,
     has_shown: bool,
     leaks: Leaks,
-    /// Tick that stands or is being played.
+    /// Tick that is being played or whose frame stands still.
     shown_tick: u64,
     /// Time at which the leaks are sent again after a jump.
     again_ns: Option<u64>,
@@ -207,7 +210,7 @@ impl Stage {
         let before = core::mem::replace(&mut self.shown_tick, tick.view.tick);
         if self.seek_ns.take().is_some() {
             self.show(tick);
-            // Displays must see a jump over a reset as a reset.
+            // If the jump passes a reset of the organs, displays must receive a reset.
             if self.leaks.were_put_back(before, self.shown_tick) {
                 self.tell(EventMsg {
                     kind: EventKind::Reset.number(),
@@ -216,8 +219,8 @@ impl Stage {
                 });
             }
             self.tell_leaks();
-            // A display that takes these events before it notices the jump forgets them with the
-            // rest, so they are sent again.
+            // A display that receives these events before it notices the jump drops them with all
+            // earlier events. So they are sent once more.
             self.again_ns = Some(monotonic_ns().saturating_add(STILL_ALIVE_NS));
         }
         tell(self.shown());
@@ -228,7 +231,7 @@ impl Stage {
             }
             let now = monotonic_ns();
             if self.paused || !begun.load(Relaxed) {
-                // The following ticks are shown later by the time of the pause.
+                // The ticks that follow are delayed by the duration of the pause.
                 self.anchor = None;
                 self.send_again_if_due();
                 std::thread::sleep(LOOK_EVERY);
@@ -256,15 +259,15 @@ impl Stage {
         }
     }
 
-    /// Sends the state of all leaks at this moment, closed ones too, because a new display first
-    /// receives earlier events.
+    /// Sends the state of all leaks at this moment. Closed leaks are sent too, because a new
+    /// display first receives earlier events, in which they may be open.
     fn tell_leaks(&mut self) {
         for event in self.leaks.at(self.shown_tick) {
             self.tell(event);
         }
     }
 
-    /// Sends an event at the tick that stands.
+    /// Sends an event with the number of the shown tick.
     fn tell(&mut self, event: EventMsg) {
         let event = EventMsg {
             sequence: self.next_event,
@@ -292,7 +295,7 @@ impl Stage {
         self.send();
     }
 
-    /// Repeats the standing frame for displays that join or wait for it.
+    /// Sends the frame that stands still again, for displays that join or wait for a frame.
     fn send_again_if_due(&mut self) {
         let now = monotonic_ns();
         if self.has_shown && now.saturating_sub(self.sent_ns) > STILL_ALIVE_NS {

@@ -66,7 +66,8 @@ impl Bench {
 }
 
 impl Drop for Bench {
-    /// iceoryx2 leaves a few bytes per station in shared memory; this station is never used again.
+    /// Removes what iceoryx2 leaves of the station in shared memory, because the station is never
+    /// used again.
     fn drop(&mut self) {
         let station = Station::new(&self.station).expect("the test's own set-up");
         let own = station.file_prefix();
@@ -147,7 +148,8 @@ impl Emulated {
         self.thread.join().expect("the test's own set-up");
     }
 
-    /// Writes a station file that names them, two by driver, and moves the device.
+    /// Writes a station file that names the haptic device and the tracker with their drivers, makes
+    /// a button of the handle a pedal, and moves the haptic device's base.
     pub fn station_file(&self, bench: &Bench) -> PathBuf {
         let Lines {
             haptic, tracker, ..
@@ -194,8 +196,8 @@ fn block(n: usize) -> SceneData {
             mass_kg: 0.5 / (n * n * n) as f32,
             held: u32::from(z == 0),
         });
-        // Along edges and across faces; without the diagonals the block would shear like a deck of
-        // cards.
+        // Links along the edges and the diagonals of the faces. Without the diagonals the block
+        // would not resist shear.
         for (dx, dy, dz) in [
             (1, 0, 0),
             (0, 1, 0),

@@ -24,7 +24,7 @@ pub(crate) struct Loaded {
 }
 
 const GROUP: u32 = 64;
-/// Parts that fit into the buffer.
+/// Most parts that fit into the buffer.
 const PARTS: usize = 16;
 
 const KERNEL: &str = "
@@ -63,7 +63,7 @@ impl Card {
     /// Opens the best card of this machine.
     ///
     /// # Errors
-    /// When there is none; the reason in words.
+    /// When there is none. The error gives the reason in words.
     pub(crate) fn open() -> Result<Self, String> {
         let mut choice = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
         if std::env::var_os("WGPU_BACKEND").is_none() {

@@ -96,9 +96,9 @@ struct Node {
     inside: Vec<u32>,
 }
 
-/// A leaf with more faces than this is cut.
+/// A leaf with more faces than this is divided.
 const LEAF_FACES: usize = 12;
-/// Cuts from the root to a leaf, at most.
+/// Most divisions from the root to a leaf.
 const LEVELS: u32 = 9;
 
 impl Octree {
@@ -249,7 +249,7 @@ impl Hierarchy {
         mesh.ok().map(Self)
     }
 
-    /// Moves the vertices to where they are now. Boxes are refitted, the tree stays as it is.
+    /// Moves the vertices to these places. Boxes are refitted, but the tree is not built again.
     pub(crate) fn follow(&mut self, vertices: &[V3]) {
         self.0.update_vertices(|own| {
             for (own, now) in own.iter_mut().zip(vertices) {
@@ -258,8 +258,8 @@ impl Hierarchy {
         });
     }
 
-    /// Finds the deepest contact by parry's distance between the mesh and a part's axis, less its
-    /// radius.
+    /// Finds the deepest contact. The depth of a part is its radius less parry's distance between
+    /// the mesh and the part's axis.
     pub(crate) fn find(&self, parts: &[Capsule]) -> Found {
         let mut found = None;
         let here = parry3d::math::Pose::identity();
@@ -279,8 +279,8 @@ impl Hierarchy {
     }
 }
 
-/// The true contact: the distance of the mesh from places 0.25 mm apart on each part's axis,
-/// negative inside.
+/// The true contact. It is computed from the distance of the mesh, negative inside, at places 0.25
+/// mm apart on each part's axis.
 pub(crate) struct Exact<'a> {
     nearest: Nearest<'a>,
     inside: Field,
@@ -309,8 +309,8 @@ impl<'a> Exact<'a> {
             while i <= places {
                 let at: Vector3<f64> = (part.a_m + (part.b_m - part.a_m) * (i / places)).cast();
                 let signed = self.inside.at(&at);
-                // The field errs by less than a cell, so places farther away than this can be
-                // skipped.
+                // The field errs by less than a cell. Places that are surely free within this
+                // distance can be skipped.
                 let skip_m = signed as f32 - 2.0 * self.inside.grid.cell_m as f32 - part.radius_m;
                 if skip_m > 0.0 {
                     i += (skip_m / STEP_M).max(1.0).floor();

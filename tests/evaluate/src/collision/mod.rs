@@ -106,7 +106,7 @@ const ORGANS: [(&str, Form, usize); 4] = [
 ];
 /// Multiples of the paper's number of spheres. From one to the next, every face is cut into four.
 const SIZES: [usize; 2] = [1, 4];
-/// Timed updates of a structure.
+/// Number of timed updates of a structure, of which the median counts.
 const FOLLOWED: usize = 21;
 /// Numbers of balls with which the paper's kernel is timed alone.
 const BALLS: [usize; 5] = [500, 2000, 8000, 32_000, 128_000];
@@ -114,7 +114,7 @@ const BALLS: [usize; 5] = [500, 2000, 8000, 32_000, 128_000];
 /// Measures all organs whose names contain `only`.
 ///
 /// # Errors
-/// The reason in words.
+/// The error gives the reason in words.
 pub(crate) fn run(quick: bool, only: &str) -> Result<Measured, String> {
     let card = gpu::Card::open();
     let mut rows = Vec::new();
@@ -208,7 +208,7 @@ fn organ(
     let truth: Vec<Found> = motion.iter().map(|parts| exact.find(parts)).collect();
     let mut rows = Vec::new();
     let skinning = Skinning::new(&vertices, &spheres).ok_or_else(none)?;
-    // The displacement of the spheres does not matter to the time of following them.
+    // The time to follow the spheres does not depend on how far they move.
     let moves = vec![V3::repeat(1e-4); spheres.len()];
     let mut moved = Vec::new();
     let skin_us = median_us(|| skinning.moved(&vertices, &moves, &mut moved));

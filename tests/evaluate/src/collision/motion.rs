@@ -1,4 +1,4 @@
-//! The instruments and their motion: two of three parts each, the same for every way.
+//! The two instruments, of three parts each, and their motion, which is the same for every way.
 
 use nalgebra::Vector3;
 use rt_core::tool::{Capsule, Role};
@@ -15,7 +15,7 @@ const SHAFT_M: f64 = 0.15;
 const OPEN_M: f64 = 0.004;
 /// Half the swing of the tips' height over the surface, m.
 const SWING_M: f64 = 0.007;
-/// Middle of that swing, m.
+/// Mean height of the tips over the surface, m.
 const MIDDLE_M: f64 = 0.003;
 
 /// The parts of both instruments in each of `ticks` ticks. Their tips go around the organ and in

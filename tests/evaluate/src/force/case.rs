@@ -61,7 +61,7 @@ fn placed(form: Form, turn: &Rotation3<f64>) -> Mesh {
     mesh
 }
 
-/// A place on a body, with the hold of the body.
+/// A place on a body, and the part of the body that is held.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Site {
     /// The body.
@@ -212,7 +212,7 @@ impl Shaped {
     }
 
     /// Length that scales the region of small elements, m. For tips it is the geometric mean of the
-    /// radius and another length, for jaws and a shaft it is the radius.
+    /// radius and `other_m`, for jaws and a shaft it is the radius.
     pub(crate) fn mean_m(self, other_m: f64) -> f64 {
         match self {
             Self::Shaft | Self::Jaws | Self::OpenJaws => self.radius_m(),
@@ -302,7 +302,7 @@ impl Case {
         let from = Point::from(self.site.from);
         let (at_m, outward) = meet(mesh, &self.site.at_m.into(), &from)
             .ok_or_else(|| format!("{}: the tool meets no surface there", self.name()))?;
-        // Bars lie along the world's axis that is flattest on the surface.
+        // Bars lie along the world axis that is nearest to the surface's tangent plane.
         let along = [Point::x(), Point::y(), Point::z()]
             .map(|axis| axis - outward * axis.dot(&outward))
             .into_iter()

@@ -115,8 +115,8 @@ pub(crate) struct Measured {
 }
 
 /// Measures all cases whose names contain `only`. References that are kept in `out` or in the
-/// repository are not solved again. With `kept` no reference is solved, and those of older meshes
-/// count too.
+/// repository are not solved again. With `kept` no reference is solved, and references from older
+/// meshers count too.
 ///
 /// # Errors
 /// The reason in words.

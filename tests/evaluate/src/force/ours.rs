@@ -1,5 +1,5 @@
-//! Presses on the product's tissue, with its own contact law and with two plainer ones for
-//! comparison, which stand here and not in the product.
+//! Presses on the product's tissue with the product's contact law. Two plainer laws for comparison
+//! are implemented here and not in the product.
 
 use nalgebra::Vector3;
 use rt_core::study::{Correction, Tissue};
@@ -46,7 +46,7 @@ const SPEED_M_S: f64 = 0.010;
 const TICKS_PER_MM: usize = 100;
 /// Longest rest at a depth, ticks.
 const REST_TICKS: usize = 600;
-/// A rest ends when the mean force changes by less than this, N.
+/// A rest ends when the mean force over 50 ticks differs by less than this from the mean before, N.
 const STILL_N: f64 = 2e-5;
 /// Stiffness of [`Law::Spheres`], N/m.
 const SPHERE_N_M: f32 = 500.0;
@@ -176,7 +176,8 @@ impl Rig {
         let Some(speed) = slide_m_s else {
             return Ok(largest);
         };
-        // The slide sets off and stops smoothly: its place is half a wave of a sine.
+        // The slide starts and stops smoothly: the place of the tool follows half a wave of a
+        // cosine.
         let ticks = (0.040 / speed / tick_s * std::f64::consts::FRAC_PI_2) as usize;
         for i in 0..=ticks {
             let side = -(std::f64::consts::PI * i as f64 / ticks as f64).cos();
@@ -233,8 +234,8 @@ impl Run<'_> {
     }
 }
 
-/// Depth of a ball in the part that it is deepest in, m, and the unit vector out of it; `None`
-/// outside of all.
+/// Depth of a ball in the part in which it lies deepest, m, and the unit vector out of that part;
+/// `None` if the ball is outside of all parts.
 fn depth(parts: &[Capsule], center_m: &V3, radius_m: f32) -> Option<(f32, V3)> {
     let one = |part: &Capsule| {
         let axis = part.b_m - part.a_m;

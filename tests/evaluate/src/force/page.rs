@@ -56,7 +56,7 @@ fn points(force_n: impl Iterator<Item = f64>) -> Vec<[f64; 2]> {
     at.map(|(depth, force)| [*depth, force]).collect()
 }
 
-/// The asked number of spheres that is nearest to the packed one.
+/// The requested number of spheres that is nearest to the packed number.
 fn rounded(spheres: usize) -> usize {
     let asked = [250, 581, 1200, 2500];
     let nearest = asked

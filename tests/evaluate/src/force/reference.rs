@@ -17,7 +17,7 @@ type Point = Vector3<f64>;
 pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 
 /// Sizes of the smallest elements of the coarser and the finer mesh, as multiples of the tool's
-/// radius or, if that is less, of [`MEAN_M`].
+/// radius or of [`MEAN_M`], whichever is less.
 const SIZES: [f64; 2] = [1.2, 0.9];
 /// Element sizes under tips on an organ that is small enough for finer elements.
 const FINE_SIZES: [f64; 2] = [0.9, 0.7];
@@ -32,13 +32,13 @@ const NEAR_SIZES: f64 = 2.7;
 /// Ratio of an element's length along a tool that lies on its side to its length across: forces
 /// hardly change along the tool.
 const STRETCH: f64 = 3.0;
-/// A curve ends where the load needs steps below this share of it.
+/// A curve ends where the solver needs load steps below this share of the whole load.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 
-/// Number of the mesher that makes a case's meshes. The first cut off the edge of the held part.
-/// The second let elements grow along the line on which a tool touches, and made them too large
-/// under thin and thick tips. Under tips of 5 mm it makes the same meshes as the third, except for
-/// the gallbladder.
+/// Version of the mesher that makes a case's meshes. Version 1 cut off the edge of the held part.
+/// Version 2 let elements grow along the line on which a tool touches, and made them too large
+/// under thin and thick tips. Under tips of 5 mm version 2 makes the same meshes as version 3,
+/// except for the gallbladder.
 fn mesher(case: &Case) -> usize {
     match (case.site.subject, case.tool) {
         (Subject::Liver | Subject::Stomach, Shaped::Tip(5.0)) => 2,
@@ -56,12 +56,13 @@ pub(crate) struct Curve {
     pub(crate) coarse_n: Vec<f64>,
     /// Nodes of the coarser and the finer mesh.
     pub(crate) nodes: [usize; 2],
-    /// Number of the mesher that made the meshes; the current one is [`mesher`].
+    /// Version of the mesher that made the meshes. [`mesher`] gives the current version.
     pub(crate) mesher: usize,
 }
 
 impl Curve {
-    /// Root mean square difference of the meshes, relative to the finer, %.
+    /// Root mean square difference between the forces on the two meshes, relative to the finer
+    /// mesh, %.
     pub(crate) fn doubt_pct(&self) -> f64 {
         rms_pct(&self.coarse_n, &self.force_n)
     }
@@ -70,7 +71,8 @@ impl Curve {
 /// Least force at which a relative error means anything, N. Below it the tool hardly touches.
 const TOUCHES_N: f64 = 0.005;
 
-/// Relative errors of values, for as many values as both have, where the tool touches.
+/// Relative errors of `values` against `truth`, at the depths that both have and at which the tool
+/// touches.
 pub(crate) fn off(values: &[f64], truth: &[f64]) -> Vec<f64> {
     let pairs = values.iter().zip(truth);
     let felt = pairs.filter(|(_, t)| **t >= TOUCHES_N);
@@ -138,8 +140,8 @@ pub(crate) fn found(case: &Case, folder: &Path, quick: bool) -> Option<Curve> {
     kept.or_else(|| recorded(case, RECORDED).filter(|_| !quick))
 }
 
-/// The references as `force_reference.csv`. Nodes are 0 if they were not kept, and a depth that the
-/// coarser mesh did not reach is empty.
+/// The references as `force_reference.csv`. Nodes are 0 if their number was not kept. The coarser
+/// mesh's force is empty at a depth that this mesh did not reach.
 pub(crate) fn csv<'a>(curves: impl Iterator<Item = (&'a Case, &'a Curve)>) -> String {
     let mut text = "organ,site,tool,mesher,coarser_nodes,nodes,depth_mm,reference_n,\
                     coarser_reference_n\n"

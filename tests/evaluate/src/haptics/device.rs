@@ -155,7 +155,7 @@ impl Loop {
             let damping = self.device.damping_n_s_m + self.hand.damping_n_s_m;
             let free_n = self.acting_n + held_n - damping * self.v_m_s;
             let v = self.v_m_s + free_n * STEP_S / mass_kg;
-            // Dry friction slows the handle and never turns it round.
+            // Dry friction slows the handle and never reverses its motion.
             let brake = self.device.friction_n * STEP_S / mass_kg;
             self.v_m_s = v.signum() * (v.abs() - brake).max(0.0);
             self.x_m += self.v_m_s * STEP_S;

@@ -129,8 +129,8 @@ impl Ports for World {
 }
 
 impl<'a> Product<'a> {
-    /// Makes a product whose shaft stands upright over the scene. `top_m` is the height that the
-    /// tip meets.
+    /// Makes a product whose shaft stands upright over the scene. `top_m` is the height at which
+    /// the tip meets the scene.
     pub(super) fn new(
         scene: Scene<'a>,
         state: &'a mut State,

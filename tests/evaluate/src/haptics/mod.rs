@@ -1,4 +1,4 @@
-//! Tests that contact stays still under a hand. The device and the hand move along one axis at 20
+//! Tests whether contact is stable under a hand. The device and the hand move along one axis at 20
 //! kHz. The force comes from the product's own tick, or from a law with which it is compared.
 
 mod device;
@@ -58,7 +58,7 @@ impl How {
     }
 }
 
-/// One figure of the chart.
+/// Result of one test with one law, hand and device.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row {
     pub(crate) test: Test,
@@ -83,7 +83,7 @@ pub(crate) struct Row {
 const SOFTEST_N_M: f64 = 100.0;
 /// Force of the hand on a wall, N.
 const WALL_PRESS_N: f64 = 1.0;
-/// Force of the hand on tissue, N: it goes 8 mm deep in soft tissue.
+/// Force of the hand on tissue, N: it presses the tip 8 mm into soft tissue.
 const TISSUE_PRESS_N: f64 = 0.3;
 /// Number of jaws. Closed jaws lie side by side, and each meets a wall as a spring of its own.
 const JAWS: f64 = 2.0;

@@ -1,5 +1,5 @@
 //! Corotational linear hexahedra, stepped by implicit Euler with conjugate gradients. The paper
-//! compares its method with such a one under the name "FEM, hexahedra".
+//! compares its method with such a method under the name "FEM, hexahedra".
 
 use nalgebra::{Matrix3, Quaternion, SMatrix, UnitQuaternion};
 

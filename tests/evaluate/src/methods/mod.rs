@@ -1,5 +1,5 @@
 //! The methods on the chart, one file each. They follow the equations as published, in single
-//! precision, on one thread, without vector instructions by hand.
+//! precision, on one thread, without hand-written vector instructions.
 
 mod hexahedra;
 mod mass_spring;
@@ -185,7 +185,8 @@ pub(crate) enum Way {
     Springs,
     /// The paper's inner spheres as the product computes them: stiffness and iterations.
     Paper(f32, u32),
-    /// Stretching of the edges by this share, and volume of the tetrahedra.
+    /// Position-based stretching of the edges, corrected by this share, and volumes of the
+    /// tetrahedra.
     StretchVolume(f32),
     /// Compliant springs and volumes.
     XpbdSprings,
@@ -236,7 +237,8 @@ impl Way {
         }
     }
 
-    /// Parts that the method borrows. Only the product meets tools at a skin, if there is one.
+    /// Parts that the method borrows. Only the product's method collides with tools at a contact
+    /// skin, if there is one.
     ///
     /// # Errors
     /// The message with which the product refuses the scene.
@@ -403,8 +405,8 @@ mod tests {
         }
     }
 
-    /// A bar is pulled by 30 % at both ends. Its force and its waist are compared with the closed
-    /// form.
+    /// A bar is stretched by 30 % between its ends. Its force and its volume are compared with the
+    /// closed form.
     #[test]
     fn neo_hookean_pulls_with_the_closed_forms_force() {
         let body = bar();

@@ -150,7 +150,7 @@ impl Parts {
         })
     }
 
-    /// Adds the skin that tools meet.
+    /// Adds the contact skin, against which tools collide.
     pub(crate) fn with_skin(mut self, skin: ContactSkin) -> Self {
         self.plan.skin = skin;
         self

@@ -11,8 +11,8 @@ pub(crate) struct StretchVolume {
     pub(crate) stiffness: f32,
 }
 
-/// Runs one pass of `det F = 1` over all tetrahedra with compliance `1 / (κ V)`. Infinite κ is
-/// rigid.
+/// Runs one pass of `det F = 1` over all tetrahedra with compliance `1 / (κ V)`. With infinite κ
+/// the pass corrects each volume in full.
 pub(super) fn volume(body: &Body, state: &mut State, kappa_pa: f32, dt_s: f32) {
     for tet in &body.tets {
         let f = Body::gradient(tet, |n| state.now(n));

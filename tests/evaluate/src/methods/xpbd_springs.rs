@@ -5,8 +5,8 @@ use super::stretch_volume::volume;
 use super::{Env, Method, State, edge_stiffness};
 use crate::body::Body;
 
-/// Springs resist shear (a network of springs has ν = 1/4), volumes resist the rest. There is one
-/// pass.
+/// Springs resist shear (a network of springs has ν = 1/4), volumes resist the rest. Each step
+/// makes one pass.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct XpbdSprings;
 

@@ -278,7 +278,8 @@ fn point(lab: &Lab, way: Way, share: f64) -> bool {
     released(lab, way, |_, x| (lab.middle_m - x) * share as f32)
 }
 
-/// Every sphere is on its way to another's place, in three shuffles.
+/// Every sphere is put this share of the way to another sphere's place. The method must survive
+/// three shuffles.
 fn scrambled(lab: &Lab, way: Way, share: f64) -> bool {
     let mut dice = Dice::new();
     let rest = &lab.body(way).rest_m;
@@ -300,8 +301,8 @@ fn slivers(lab: &Lab, way: Way, times: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// A hook appears in a duct, by this share of the way to its middle, stays for 50 ticks and is
-/// gone.
+/// A hook appears in one tick, at this share of the way from outside a duct to its middle. It stays
+/// for 50 ticks and disappears.
 fn duct(lab: &Lab, way: Way, share: f64) -> bool {
     let body = &lab.duct;
     let ends = |x: &V3| x.x < -0.017 || x.x > 0.017;
@@ -314,9 +315,9 @@ fn duct(lab: &Lab, way: Way, share: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// Four neighbours are led through each other, held for a second and let go. (Led by 100 mm, five
-/// times their distance, the tissue ties a knot in which no tetrahedron is inverted, and stays in
-/// it.)
+/// Four neighbouring spheres are led through each other, held until a second is over and let go.
+/// (When they are led by 100 mm, five times their distance, the tissue gets into a knot in which no
+/// tetrahedron is inverted, and stays in it.)
 fn conflict(lab: &Lab, way: Way, mm: f64) -> bool {
     let stand = lab.stand(way);
     let back = stand.run(way, |rig| {

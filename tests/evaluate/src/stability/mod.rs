@@ -51,8 +51,10 @@ const DUCT_PA: f64 = 50e3;
 const DUCT_M: [f64; 2] = [1e-3, 20e-3];
 
 impl Lab {
+    /// Makes the bodies: a liver of about `spheres` spheres, the same liver of cubes, and a duct.
+    ///
     /// # Errors
-    /// When a body cannot be packed, in words.
+    /// When a body cannot be packed. The error gives the reason in words.
     pub(crate) fn new(spheres: usize) -> Result<Self, String> {
         let surface = Organ::Liver.mesh()?;
         let packed = Body::packed(&surface, spheres, Tissue::LIVER);
@@ -117,9 +119,9 @@ impl Lab {
         Stand::new(self.body(way), self.fixed(way))
     }
 
-    /// Copy of the body with slivers. In every eighth tetrahedron a new sphere lies so near to the
-    /// middle of a face that a tetrahedron there is `times` as flat as the one that the sphere
-    /// divides.
+    /// Copy of the body with slivers. Every eighth tetrahedron is divided by a new sphere, which
+    /// lies so near to the middle of a face that the new tetrahedron on this face is `times` as
+    /// flat as the divided one.
     fn with_slivers(&self, way: Way, times: f64) -> Body {
         let body = self.body(way);
         if way == Way::Hexahedra {
@@ -258,9 +260,9 @@ pub(crate) fn csv(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// In the quick run, ours survives every case except one, and others do not. Of 80 scrambled
-    /// spheres some tie a knot in which no tetrahedron is inverted (of 250 none do). It stays, as
-    /// in any elastic solid.
+    /// In the quick run, ours survives every case except one, and others do not. The tissue of 80
+    /// scrambled spheres gets into a knot in which no tetrahedron is inverted (that of 250 does
+    /// not). Such a knot stays in any elastic solid.
     #[test]
     fn ours_survives_where_others_fail() {
         let rows = run(true, "").expect("a run");

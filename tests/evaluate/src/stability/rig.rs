@@ -46,8 +46,9 @@ impl<'a> Stand<'a> {
         let substeps = way.substeps();
         let mut dt_s = self.dt_s / substeps as f32;
         if matches!(way, Way::Ours | Way::Paper(..)) {
-            // The product's tick is 1 ms. A longer tick is the same as 1 ms in stiffer tissue under
-            // more gravity: E dt², c dt and g dt² count, and the scene's check bounds them.
+            // The product's tick is 1 ms. A longer tick is the same as 1 ms in stiffer and more
+            // damped tissue under more gravity, because only E dt², c dt (c is the damping) and g
+            // dt² count. The scene's check bounds these values.
             let ratio = self.dt_s / TICK_S;
             body.tissue.young_pa *= f64::from(ratio * ratio);
             around.gravity_m_s2 *= ratio * ratio;

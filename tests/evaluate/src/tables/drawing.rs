@@ -1,9 +1,9 @@
-//! Tables of what a graphics card draws, from `cargo xtask gpu`.
+//! Tables of a graphics card's drawing times, from `cargo xtask gpu`.
 
 use super::Table;
 use crate::csv::{Csv, Row};
 
-/// Views in the table, those that cost most.
+/// Number of the most expensive views that the table lists.
 const DEAREST: usize = 6;
 
 /// Cost of the qualities, by size.

@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, HashMap};
 use super::Mesh;
 use crate::{FemError, Vec3};
 
-/// A lattice point is moved onto the surface if a crossing of one of its edges is nearer than this
-/// share of the edge.
+/// A lattice point is moved onto the surface if the surface crosses one of the point's edges nearer
+/// to it than this share of the edge.
 const WARP: f64 = 0.25;
 
 /// Fills the shape where `distance` (the signed distance to its surface, m) is negative, between
@@ -213,8 +213,8 @@ impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
             }
             (&[a, b], &[p], &[z]) => {
                 let (ap, bp) = (self.between(a, p), self.between(b, p));
-                // A pyramid over the quadrangle a b bp ap, which is cut along the diagonal of its
-                // lowest number.
+                // A pyramid over the quadrangle a b bp ap, which is cut along the diagonal from its
+                // corner with the lowest number.
                 if a.min(bp) < b.min(ap) {
                     self.tets.extend([[a, b, bp, z], [a, bp, ap, z]]);
                 } else {
@@ -234,8 +234,8 @@ impl<D: Fn(&Vec3) -> f64> Cut<'_, D> {
         }
     }
 
-    /// Cuts a wedge into three tetrahedra. Every quadrangle is cut from its lowest number, so that
-    /// neighbours agree (Dompierre et al. 1999).
+    /// Cuts a wedge into three tetrahedra. Every quadrangle is cut along the diagonal from its
+    /// corner with the lowest number, so that neighbours agree (Dompierre et al. 1999).
     fn wedge(&mut self, bottom: [usize; 3], top: [usize; 3]) {
         let all = [bottom, top].concat();
         let lowest = (0..6).min_by_key(|&i| all[i]).unwrap_or(0);

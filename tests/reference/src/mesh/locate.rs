@@ -4,7 +4,7 @@ use super::Mesh;
 use crate::Vec3;
 use crate::element::{jacobian, shape, shape_slopes};
 
-/// A point's element and its place in it.
+/// An element, and the place of a point in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// Index of the tetrahedron.
@@ -13,7 +13,8 @@ pub struct Place {
     pub xi: Vec3,
 }
 
-/// Finds the element of any point. A point outside gets a near element, extrapolated.
+/// Finds the element of any point. A point outside of the mesh gets a near element, from which
+/// values are extrapolated.
 pub struct Locator<'a> {
     mesh: &'a Mesh,
     origin: Vec3,

@@ -26,8 +26,8 @@ pub fn block(min_m: Vec3, max_m: Vec3, cells: [usize; 3]) -> Mesh {
     for k in 0..cells[2] {
         for j in 0..cells[1] {
             for i in 0..cells[0] {
-                // Kuhn's six tetrahedra go along the brick's diagonal, one axis at a time, in each
-                // order of axes.
+                // Each of Kuhn's six tetrahedra goes from one corner of the brick to the opposite
+                // one, along one axis at a time, in its own order of axes.
                 for order in [
                     [0, 1, 2],
                     [1, 2, 0],
@@ -50,9 +50,9 @@ pub fn block(min_m: Vec3, max_m: Vec3, cells: [usize; 3]) -> Mesh {
     Mesh::from_linear(corners, &tets)
 }
 
-/// The octant `x, y, z ≥ 0` of a thick spherical shell, with `around` cells along half a quarter
-/// circle and `through` cells through the wall. Every node of its curved sides lies exactly on its
-/// sphere.
+/// The octant `x, y, z ≥ 0` of a thick spherical shell, with `around` cells along an eighth of a
+/// circle and `through` cells through the wall. All nodes of the curved sides lie exactly on their
+/// spheres.
 #[must_use]
 pub fn shell_octant(inner_m: f64, outer_m: f64, around: usize, through: usize) -> Mesh {
     let unit = block(Vec3::zeros(), Vec3::repeat(1.0), [around, around, through]);

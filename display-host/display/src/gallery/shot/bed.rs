@@ -1,5 +1,5 @@
-//! The gallbladder's bed half dissected from the neck, with the gallbladder drawn away to show the
-//! remaining tissue.
+//! The gallbladder's bed, which is the connective tissue between gallbladder and liver. It is half
+//! dissected from the neck, and the gallbladder is drawn away to show the rest of it.
 
 use glam::Vec3;
 use shared_mem::message::{SphereState, StateFrame};
@@ -8,17 +8,18 @@ use shared_mem::scene::{CellRecord, OrganKind, OrganRecord, SceneFile};
 use super::{Chapter, Shot, is_free, nothing, sides};
 use crate::render::camera::looking;
 
-/// Displacement of the neck, m.
+/// Displacement of the gallbladder at its neck, m.
 const DRAWN_M: f32 = 0.020;
-/// Dissected share of the bed's length from the neck, and the share up to which it opens.
+/// Share of the bed's length that is dissected, from the neck.
 const GONE: f32 = 0.45;
+/// Share of the bed's length, from the neck, over which the gallbladder is drawn away.
 const OPENS: f32 = 0.75;
-/// Other organs within this distance of the gallbladder follow it, m.
+/// Other organs within this distance of the gallbladder are drawn along with it, m.
 const FOLLOWS_M: f32 = 0.018;
-/// Distance of the camera, m.
+/// Distance of the camera from the cells at the edge of the dissection, m.
 const FAR_M: f32 = 0.055;
 
-/// `None`: the scene has no bed between a gallbladder and a liver.
+/// The picture. `None` if the scene has no bed between a gallbladder and a liver.
 pub(super) fn open(scene: &SceneFile) -> Option<Shot> {
     let organ = |kind: OrganKind| scene.organs().iter().find(|it| it.kind == kind as u32);
     let bed = Bed::of(scene, organ(OrganKind::ConnectiveTissue)?)?;
@@ -66,7 +67,7 @@ pub(super) fn open(scene: &SceneFile) -> Option<Shot> {
     let home = (eye - middle).normalize_or(Vec3::Z);
     let seen = |from: Vec3| {
         let free = front.iter().filter(|at| is_free(**at, from, &hides));
-        // Into the gap, from the neck.
+        // Prefer a direction that looks into the gap from the neck.
         (1.0 + free.count() as f32) * (1.0 + 0.2 * from.dot(home) - 0.7 * from.dot(bed.axis))
     };
     let from = sides().map(|side| (seen(side), side));
@@ -94,8 +95,9 @@ struct Bed<'a> {
     spheres: core::ops::Range<usize>,
     /// Direction from the liver to the gallbladder.
     away: Vec3,
-    /// Direction from the neck to the fundus, and the ends of the bed along it, m.
+    /// Direction from the neck to the fundus.
     axis: Vec3,
+    /// Both ends of the bed along `axis`, m.
     ends_m: [f32; 2],
 }
 
@@ -132,18 +134,19 @@ impl<'a> Bed<'a> {
         })
     }
 
-    /// Share of the bed's length: 0 at the neck, 1 at the fundus.
+    /// Position along the bed: 0 at the neck, 1 at the fundus.
     fn along(&self, at: Vec3) -> f32 {
         let [low, high] = self.ends_m;
         (at.dot(self.axis) - low) / (high - low).max(1e-6)
     }
 
-    /// Width of the opening there, m.
+    /// Width of the opening at a place, m.
     fn opening_m(&self, at: Vec3) -> f32 {
         DRAWN_M * ((OPENS - self.along(at)) / OPENS).clamp(0.0, 1.3)
     }
 
-    /// Share of the gallbladder's motion at a place in the bed, by its layer.
+    /// Share of the gallbladder's motion that a place in the bed follows, from the layer of the
+    /// nearest cell.
     fn share_of_bladder(&self, at: Vec3) -> f32 {
         let off = |cell: &CellRecord| Vec3::from(cell.center_m).distance_squared(at);
         let nearest = self

@@ -14,8 +14,9 @@ const HOOK_TIP_M: Vec3 = Vec3::new(0.0, -0.0042, -0.0119);
 /// Clearance between the line of sight and the spheres of an organ, m.
 const CLEAR_M: f32 = 0.004;
 
-/// Each effect at its usual site, after a few seconds: burning with the hook in contact, blood and
-/// bile from their vessels, seen from beside their course.
+/// A picture of each effect at its usual site, some time after its start. The hook touches the
+/// tissue that burns. Blood and bile come from their vessels and are seen from the side of the
+/// flow.
 pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
     use OrganKind as Organ;
     let burns = Site::on(scene, &[Organ::Fat, Organ::ConnectiveTissue, Organ::Liver]);
@@ -67,7 +68,7 @@ struct Site {
 }
 
 impl Site {
-    /// A site on the first of these organs that the scene has; otherwise at its target.
+    /// A site on the first of these organs that the scene has, or else at the scene's target.
     fn on(scene: &SceneFile, kinds: &[OrganKind]) -> Self {
         let room = scene.room();
         let organs = scene.organs();
@@ -93,7 +94,7 @@ impl Site {
             let out = Vec3::from(room.target_normal).normalize_or(Vec3::Y);
             (at, out, (eye - at).normalize_or(out))
         });
-        // Not along the direction of the particles, if another direction is free too.
+        // Do not look along the path of the particles, if another direction is free too.
         let beside = side
             .reject_from(out)
             .normalize_or(out.any_orthonormal_vector());
@@ -107,11 +108,11 @@ impl Site {
     }
 }
 
-/// Tools with the hook's tip on a visible place, for the camera at `looks`.
+/// Tools with the hook's tip on a visible place `at`, for the camera at `looks`.
 fn hook_at(scene: &SceneFile, at: Vec3, from: Vec3, looks: PoseMsg) -> ToolFrame {
     let port = Vec3::from(scene.room().instrument_port_m);
     let mut tools = nothing(scene, looks);
-    // From its port, but turned into view rather than behind the place that it burns.
+    // The hook comes from its port, but is turned towards the viewer so that no tissue hides it.
     let back = ((port - at).normalize_or(from) + from).normalize_or(from);
     let x = from
         .reject_from(back)

@@ -6,21 +6,22 @@ use shared_mem::scene::{OrganKind, SceneFile};
 
 use super::{Chapter, Shot, is_free, judges, near, others};
 
-/// Displacement of the fold, m, and radius of the tissue that follows.
+/// Displacement of the fold, m.
 const DRAWN_M: f32 = 0.008;
+/// Radius of the tissue that follows the fold, m.
 const FOLLOWS_M: f32 = 0.014;
 /// Depth of the tips below the displaced skin, m.
 const UNDER_M: f32 = 0.002;
-/// Opening of jaws that hold a fold.
+/// Opening of jaws that hold a fold: 0 is closed, 1 is open.
 const JAW: f32 = 0.12;
 
-/// `None`: there is no gallbladder, or it is hidden.
+/// The picture. `None` if there is no gallbladder, or other organs hide it from the port.
 pub(super) fn shot(scene: &SceneFile) -> Option<Shot> {
     let is_it = |kind: u32| kind == OrganKind::Gallbladder as u32;
     let bladder = scene.organs().iter().find(|it| is_it(it.kind))?;
     let port = Vec3::from(scene.room().instrument_port_m);
     let others = others(scene, bladder);
-    // A place that the instrument meets head on.
+    // Choose the visible place that faces the port best.
     let judges = judges(scene, bladder);
     let free = judges
         .iter()

@@ -8,13 +8,15 @@ use super::{Chapter, Shot, is_free, nothing, sides};
 use crate::render::camera::looking;
 use crate::render::sutures::given;
 
-/// Distance of the camera, m. It looks at this share of the first suture's length.
+/// Distance of the camera, m.
 const FAR_M: f32 = 0.055;
+/// The camera looks at this share of the first suture's length, from the organ.
 const ALONG: f32 = 0.3;
-/// Largest cosine between the direction of view and the suture: it is seen from the side.
+/// Largest cosine of the angle between the direction of view and the suture, so that the suture is
+/// seen from the side.
 const ACROSS: f32 = 0.6;
 
-/// Empty if no organ hangs by a suture.
+/// The pictures; empty if no organ hangs by a suture.
 pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
     let given = given(scene);
     let Some(first) = given.first() else {
@@ -43,7 +45,7 @@ pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
             ..Shot::new(Chapter::Instruments, title, tools)
         }
     };
-    // As if a tip outside the picture had carried it there.
+    // The free end is where an instrument outside the picture could have carried it.
     let carried = middle.lerp(to, 0.2) + side.cross(out) * 0.01;
     vec![
         shot("Sutures", SutureMsg::HUNG, to),

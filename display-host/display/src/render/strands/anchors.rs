@@ -9,11 +9,11 @@ use super::super::hexahedron::{FACES, INWARDS, OUTWARDS};
 use super::weave::Weave;
 use crate::skinning::{RestVertex, pairs};
 
-/// Largest distance between a fibre's cell and its anchor in skin, m.
+/// Largest distance from a cell's corner to the skin that anchors a fibre, m.
 const ANCHORED_M: f32 = 0.006;
 
-/// Anchors of fibres inwards and outwards of the cells' corners: on skins, or none if no skin is
-/// near.
+/// Anchors of fibres on the skins inwards and outwards of the cells' corners. A corner far from any
+/// skin has none.
 #[derive(Default)]
 pub(in crate::render) struct Anchors {
     pub(super) places: Vec<RestVertex>,
@@ -57,7 +57,7 @@ impl Anchors {
                     else {
                         continue;
                     };
-                    // Straight across from the corner, at the skin's plane.
+                    // The anchor is straight across from the corner, in the skin's plane.
                     let normal = Vec3::from(skin.normal);
                     let across = normal * (at - Vec3::from(skin.position_m)).dot(normal);
                     anchors.places.push(RestVertex {
@@ -74,7 +74,7 @@ impl Anchors {
         anchors
     }
 
-    /// Anchors opposite two corners of a cell.
+    /// Anchors opposite two corners of a cell, if both corners have one.
     pub(super) fn across(&self, way: usize, corners: [u32; 2]) -> Option<[u32; 2]> {
         let of = &self.of_corners[usize::from(way == OUTWARDS)];
         let anchor = |corner: u32| of.get(&u16::try_from(corner).ok()?).copied();

@@ -1,5 +1,5 @@
-//! Geometry of a present fibre: its path, its thickness, and the drawn corners of it and of the
-//! films beside it.
+//! Present geometry of a fibre: its path, its thickness, and the drawn corners of the fibre and of
+//! the films next to it.
 
 use glam::Vec3;
 
@@ -7,14 +7,16 @@ use super::super::fibre::{SIDES, section};
 use super::net::{Film, Piece};
 use crate::skinning::SkinnedVertex;
 
-/// Rings along a piece: flare of the root, neck behind it, middle.
+/// Places of the rings along a piece, as shares of its length: at each end a root and the neck
+/// behind it, and the middle.
 pub(super) const RINGS: [f32; 5] = [0.0, 0.16, 0.5, 0.84, 1.0];
-/// Points across a film, on each of its two sides.
+/// Number of points across a film, in each of its two rows: in the fork and at the free edge.
 pub(super) const ACROSS: usize = 5;
-/// Corners of a fibre's piece, and of one side of a film.
+/// Number of corners of a fibre's piece.
+/// Number of corners of one side of a film.
 pub(super) const TUBE: usize = RINGS.len() * SIDES;
 pub(super) const SHEET: usize = 2 * ACROSS;
-/// Widening of a fibre at its root.
+/// Radius of a fibre at its root, as a multiple of its radius elsewhere.
 const ROOT: f32 = 2.6;
 
 /// Present geometry of a piece.
@@ -22,7 +24,7 @@ const ROOT: f32 = 2.6;
 pub(super) struct Course {
     ends: [Vec3; 2],
     bow: Vec3,
-    /// Unit vector across it.
+    /// Unit vector across the piece.
     across: Vec3,
     radii_m: [f32; 2],
     is_root: [bool; 2],
@@ -36,7 +38,7 @@ impl Course {
 
     fn radius_m(&self, share: f32) -> f32 {
         let [a, b] = self.radii_m;
-        // Necks behind the roots, and a waist.
+        // The piece narrows behind its roots and in its middle.
         let flare = |is_root: bool, off: f32| match is_root {
             true => 1.0 + (ROOT - 1.0) * (1.0 - off / 0.2).max(0.0).powi(2),
             false => 1.0,
@@ -54,7 +56,7 @@ impl Piece {
         let ends = self.ends.map(|end| end.on_side(place) + off * end.off_m);
         let along = ends[1] - ends[0];
         let across = off.cross(along).normalize_or(off.any_orthonormal_vector());
-        // Stretched it is straight and thin, slack it bows.
+        // A stretched piece is straight and thin, and a slack one bows.
         let slack = (length_m / along.length().max(1e-6)).clamp(0.2, 1.15);
         Course {
             ends,
@@ -81,7 +83,7 @@ impl Course {
     }
 }
 
-/// Draws both sides of a film; the second is the first reversed.
+/// Draws both sides of a film. The second side is the first with the opposite normal.
 pub(super) fn draw_film(film: &Film, first: &Course, second: &Course, sheet: &mut [SkinnedVertex]) {
     let at = |across: f32, is_edge: bool| {
         let height = film.height_at(across, is_edge);

@@ -8,36 +8,39 @@ use super::anchors::Anchors;
 use super::weave::Weave;
 use crate::effects::chance;
 
-/// Most pieces and films; further ones are not shown.
+/// Largest number of pieces. Further ones are not shown.
 pub(super) const PIECES: usize = 4000;
+/// Largest number of films. Further ones are not shown.
 pub(super) const FILMS: usize = 1500;
-/// Radii of the thinnest and of the thickest fibre, m; most are thin.
+/// Radius of the thinnest fibre, m. Most fibres are thin.
 const THIN_M: f32 = 0.000_028;
+/// Radius of the thickest fibre, m.
 const THICK_M: f32 = 0.000_15;
-/// Thinning of a free end.
+/// Radius of a fibre's free end, as a share of the fibre's radius.
 const FREE: f32 = 0.4;
-/// Distance of a fibre from its cell's side, m, and of its free end.
+/// Largest distance of a node from its cell's side, m.
 const OFF_M: f32 = 0.000_5;
+/// Largest distance of a free end from its cell's side, m.
 const FREE_M: f32 = 0.001_1;
-/// Bow of a fibre, as a share of its length at rest.
+/// Largest bow of a fibre, as a share of its length at rest.
 const BOW: f32 = 0.30;
-/// Lateral offset of an anchor, as a share of the cell's width.
+/// Width of the range of an anchor's lateral offset, as a share of the cell's width.
 const ASKEW: f32 = 1.2;
-/// Number of nodes between two cells at which fibres meet.
+/// Number of nodes, at which fibres meet, between two cells.
 const NODES: u32 = 2;
-/// Height of a film along the two fibres of a fork, as shares of their length.
+/// Range of a film's height along the two fibres of a fork, as shares of their length.
 const FILM: [f32; 2] = [0.25, 0.65];
-/// Reduction of that height in its middle.
+/// Share by which a film is lower in its middle.
 const ARCH: f32 = 0.6;
-/// Longest gap that fibres span, cells.
+/// Longest gap that fibres span, in cells.
 const SPAN: usize = 2;
 /// A fibre along one cell, or across a gap.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
-    /// Corners of the side along which it runs.
+    /// Corners of the side of a cell along which the piece runs.
     pub(super) side: [u32; 4],
     pub(super) ends: [End; 2],
-    /// Bow off the side and along it, as shares of its length at rest.
+    /// Bow off the side and along the side, as shares of the piece's length at rest.
     pub(super) bow: [f32; 2],
 }
 
@@ -49,12 +52,12 @@ pub(super) struct End {
     pub(super) shares: [f32; 2],
     pub(super) off_m: f32,
     pub(super) radius_m: f32,
-    /// It widens into tissue.
+    /// True if the end widens into tissue.
     pub(super) is_root: bool,
 }
 
 impl End {
-    /// Point on the side, for any position of its corners.
+    /// Point of the end on the side, with the side's corners at `place`.
     pub(super) fn on_side(&self, place: impl Fn(u32) -> Vec3) -> Vec3 {
         let [a, b, c, d] = self.corners.map(place);
         let [u, v] = self.shares;
@@ -66,13 +69,14 @@ impl End {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Film {
     pub(super) pieces: [usize; 2],
-    /// End of the fibres at which it lies.
+    /// Index of the two fibres' ends between which the film lies.
     pub(super) end: usize,
     pub(super) height: f32,
 }
 
 impl Film {
-    /// Share of the fibres' length at a place across the film: at their ends, or at its free edge.
+    /// Place along the fibres, as a share of their length, of a point across the film: in the fork
+    /// or at its free edge.
     pub(super) fn height_at(&self, across: f32, is_edge: bool) -> f32 {
         let arch = 1.0 - ARCH * (across * core::f32::consts::PI).sin();
         let up = if is_edge { self.height * arch } else { 0.0 };
@@ -87,7 +91,7 @@ pub(super) struct Net {
     pub(super) films: Vec<Film>,
 }
 
-/// Surroundings of a net.
+/// The data from which a net grows.
 struct Ground<'a, G> {
     cells: &'a [CellRecord],
     weaves: &'a [Weave],
@@ -161,27 +165,27 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         self.weaves.get(cell).copied().unwrap_or(Weave::Plain)
     }
 
-    /// Corners of a side's inner edge.
+    /// Corners of a side's inward edge.
     fn inner_edge(side: usize) -> [usize; 2] {
         let mut inner = FACES[side].into_iter().filter(|k| k & 4 == 0);
         [inner.next().unwrap_or(0), inner.next().unwrap_or(0)]
     }
 
-    /// True if the same side of the next cell is open.
+    /// True if the same side of the next cell in the column also borders on a removed cell.
     fn goes_on(&self, cell: usize, side: usize, way: usize) -> bool {
         let beyond = self.cells[cell].neighbours[way];
         let beside = self.cells.get(usize::from(beyond));
         self.stands(beyond) && beside.is_some_and(|it| (self.is_gone)(it.neighbours[side]))
     }
 
-    /// Pairs of corners at which a side meets the next cell of its column.
+    /// The two corners at which a side meets the next cell of its column.
     fn rim(&self, cell: usize, side: usize, way: usize) -> [u32; 2] {
         let outer = if way == OUTWARDS { 4 } else { 0 };
         Self::inner_edge(side).map(|k| u32::from(self.cells[cell].corners[k | outer]))
     }
 
-    /// Seed that does not depend on other removed cells: from a column's side, a level and a
-    /// further number.
+    /// Seed from a column's side, a level and a further number. It does not depend on other removed
+    /// cells, so that their removal moves no fibre.
     fn seed(&self, cell: usize, side: usize, level: u32, more: u32) -> u32 {
         let root = foot(self.cells, cell) as u32;
         (root * 4 + side as u32)
@@ -205,7 +209,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         }
     }
 
-    /// Adds fibres along an open side.
+    /// Adds fibres along a side that borders on a removed cell.
     fn along(&self, cell: usize, side: usize, net: &mut Net) {
         let it = &self.cells[cell];
         if !(self.is_gone)(it.neighbours[side]) {
@@ -213,7 +217,8 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         }
         let level = u32::from(it.layer);
         let (most, there) = self.weave(cell).fibres();
-        // The cell's own, then those to its anchors, each beside the last of its kind.
+        // Last piece of each kind: along the cell, to its inward anchors, to its outward anchors.
+        // The next piece of a kind is joined with it.
         let mut last = [None; 3];
         for fibre in 0..most {
             let own = chance(self.seed(cell, side, 0, fibre)) * 0.5 + 0.5;
@@ -259,7 +264,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
                 bow: [BOW * sway.x.abs(), BOW * sway.y],
             };
             let anchored = |way: usize| {
-                // Not quite straight across.
+                // The fibre does not run quite straight across.
                 let corners = self.anchors.across(way, self.rim(cell, side, way))?;
                 let [a, b] = corners;
                 let root = End {
@@ -286,7 +291,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         }
     }
 
-    /// Adds fibres between the nodes of two neighbouring columns.
+    /// Adds a fibre between the nodes of two neighbouring columns, for half of these pairs.
     fn between(&self, cell: usize, side: usize, net: &mut Net) {
         let next = self.cells[cell].neighbours[if side < 2 { 3 } else { 1 }];
         let beside = usize::from(next);
@@ -317,7 +322,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         });
     }
 
-    /// Adds fibres across a gap to the next cell.
+    /// Adds fibres across a gap to the next remaining cell.
     fn over(&self, cell: usize, side: usize, net: &mut Net) {
         let mut next = self.cells[cell].neighbours[side];
         let mut gap = 0;
@@ -365,7 +370,8 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
 
 /// Innermost cell of a cell's column, removed or not.
 fn foot(cells: &[CellRecord], mut cell: usize) -> usize {
-    // Layers are numbered by a byte, so a loop ends.
+    // Layers are numbered by a byte, so no column is longer. The bound also ends a loop in bad
+    // data.
     for _ in 0..=u8::MAX {
         match cells.get(cell).map(|it| it.neighbours[INWARDS]) {
             Some(inner) if inner != NO_CELL => cell = usize::from(inner),
@@ -383,7 +389,7 @@ mod tests {
 
     use super::*;
 
-    /// Two neighbouring columns of two cells along the course.
+    /// Two neighbouring columns of two cells each.
     fn columns() -> Vec<CellRecord> {
         let none = NO_CELL;
         let neighbours = [
@@ -425,11 +431,12 @@ mod tests {
         let one = dense(&[1]);
         let most = Weave::Dense.fibres().0 as usize;
         assert!((1..=most).contains(&one.len()), "{}", one.len());
-        // Towards the removed one, from the inner edge of the cell to its outer.
+        // The fibre is on the side of the removed cell and runs from the cell's inner edge to its
+        // outer.
         let [inner, outer] = one[0].ends;
         assert_eq!(inner.corners[..2], [1, 4]);
         assert_eq!(outer.corners[..2], [7, 10]);
-        // Rooted in tissue at both ends.
+        // The fibre is rooted in tissue at both ends.
         assert!(inner.is_root && outer.is_root);
         assert!(dense(&[0, 1, 2, 3]).is_empty());
         assert!(grown(&[1], Weave::Plain, &none).pieces.is_empty());
@@ -467,7 +474,7 @@ mod tests {
         assert_eq!(held[1].ends[1].corners, held[0].ends[0].corners);
     }
 
-    /// Three cells in a row, the middle one removed.
+    /// Cells in a row, some of them removed.
     #[test]
     fn gaps_are_spanned_from_wall_to_wall_and_not_past_a_wall() {
         let none = NO_CELL;
@@ -499,7 +506,7 @@ mod tests {
             };
             net.pieces.iter().filter(far).count()
         };
-        // By chance: in one of many rows.
+        // Fibres span gaps by chance, so this needs many rows.
         let some: usize = (3..40).map(|count| spans(count, &[count - 2])).sum();
         assert!(some > 0);
         let wide: usize = (8..40).map(|count| spans(count, &[2, 3, 4, 5])).sum();

@@ -12,7 +12,7 @@ pub(in crate::render) enum Weave {
 }
 
 impl Weave {
-    /// Most fibres along a cell's side, and the share that exists.
+    /// Largest number of fibres along a cell's side, and the share of them that exists.
     pub(super) fn fibres(self) -> (u32, f32) {
         match self {
             Self::Plain => (0, 0.0),
@@ -21,7 +21,7 @@ impl Weave {
         }
     }
 
-    /// Share of gaps that are spanned.
+    /// Share of the possible fibres across a gap that exist. It is halved for a gap of two cells.
     pub(super) fn spans(self) -> f32 {
         match self {
             Self::Plain => 0.0,

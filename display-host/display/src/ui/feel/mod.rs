@@ -1,5 +1,5 @@
-//! Screens of `calot devices feel --window`: a pure function from the state of the test to widgets
-//! and the person's wishes.
+//! Screens of `calot devices feel --window`, the test of a haptic device by hand: a pure function
+//! from the state of the test to widgets and the person's wishes.
 //!
 //! While the handle pushes, and until the person has said which way, the picture hides force and
 //! handle: the person must feel the answer, not read it.
@@ -22,7 +22,8 @@ use crate::words::Words;
 /// Smallest width at which words and picture stand side by side, points.
 const SIDE_BY_SIDE: f32 = 1000.0;
 
-/// Answers of fingers, with the key and the name of each: it opened them, shut them, or neither.
+/// Answers about the fingers, each with its key and name: the handle opened them, shut them, or
+/// neither.
 const FINGERS: [(Key, &str, Option<bool>); 3] = [
     (Key::O, "open", Some(true)),
     (Key::S, "shut", Some(false)),
@@ -47,7 +48,7 @@ pub enum Way {
 }
 
 impl Way {
-    /// Each with the key that names it, as in the terminal.
+    /// Each direction with the key that names it, as in the terminal.
     const KEYS: [(Self, Key); 6] = [
         (Self::Right, Key::R),
         (Self::Left, Key::L),
@@ -95,31 +96,31 @@ pub enum Screen {
     },
     /// Hold the handle loosely before it pushes.
     Hold,
-    /// It pushes.
+    /// The handle pushes.
     Push {
         /// Size of the force, N.
         force_n: f32,
     },
-    /// Question: which way did it push?
+    /// Question: which way did the handle push?
     AskPushed,
     /// Shut the handle.
     Shut,
-    /// Open it.
+    /// Open the handle.
     Open,
-    /// Hold it half open before it pushes the fingers.
+    /// Hold the handle half open before it pushes the fingers.
     HoldFingers,
-    /// It pushes the fingers.
+    /// The handle pushes the fingers.
     PushFingers {
         /// Size of the force, N.
         force_n: f32,
     },
-    /// Question: which way did it push the fingers?
+    /// Question: which way did the handle push the fingers?
     AskFingers,
-    /// Is there a scale?
+    /// Question: is there a scale?
     AskScale,
     /// Stand the handle on the scale.
     Scale,
-    /// It presses on the scale.
+    /// The handle presses on the scale.
     Press {
         /// Size of the force, N.
         force_n: f32,
@@ -128,10 +129,10 @@ pub enum Screen {
     AskPressed {
         /// Text in the field.
         grams: String,
-        /// True if the text that was entered is no weight.
+        /// True if the text that was entered is not a weight.
         wrong: bool,
     },
-    /// It pushes to and fro.
+    /// The handle pushes to and fro.
     Response,
     /// The test is over.
     Ended(Ended),
@@ -148,7 +149,7 @@ pub struct Live {
     pub force_n: [f32; 3],
     /// Opening of the handle, 0 shut to 1 wide open.
     pub opening: Option<f32>,
-    /// Commanded force that opens it, N.
+    /// Commanded force that opens the handle, N.
     pub opening_n: f32,
 }
 
@@ -161,11 +162,11 @@ pub struct View {
     pub progress: Progress,
     /// The step or question.
     pub screen: Screen,
-    /// The device.
+    /// State of the device.
     pub live: Live,
-    /// Radius of its workspace, m.
+    /// Radius of the device's workspace, m.
     pub radius_m: f32,
-    /// True if its handle opens and shuts.
+    /// True if the device's handle opens and shuts.
     pub opens: bool,
 }
 
@@ -174,9 +175,9 @@ pub struct View {
 pub enum Wish {
     /// The step is done.
     Done,
-    /// It pushed this way; `None`: nothing was felt.
+    /// The handle pushed this way. `None` if nothing was felt.
     Felt(Option<Way>),
-    /// It opened the fingers (true) or shut them; `None`: nothing was felt.
+    /// The handle opened the fingers (true) or shut them. `None` if nothing was felt.
     FeltFingers(Option<bool>),
     /// There is a scale, or none.
     HasScale(bool),
@@ -247,7 +248,7 @@ impl View {
         Some(self.words.say(id))
     }
 
-    /// True while the person must feel what the picture would tell.
+    /// True while the picture must hide what the person must feel.
     const fn is_secret(&self) -> bool {
         matches!(
             self.screen,
@@ -309,7 +310,7 @@ fn instruction(ui: &mut Ui, view: &View, wishes: &mut Vec<Wish>) {
         if text != *grams {
             wishes.push(Wish::Grams(text));
         }
-        // Enter takes the focus from the field.
+        // The field loses the focus when Enter is pressed.
         if field.lost_focus() && pressed(ui, Key::Enter) {
             wishes.push(Wish::TakeGrams);
         }
@@ -321,7 +322,7 @@ fn instruction(ui: &mut Ui, view: &View, wishes: &mut Vec<Wish>) {
     ui.add_space(12.0);
 }
 
-/// Name of the screen for its widgets, the button that Enter presses, and the buttons.
+/// Name of the screen for its widgets, index of the button that Enter presses, and the buttons.
 fn buttons(view: &View) -> (&'static str, Option<usize>, Vec<(String, Wish)>) {
     let words = &view.words;
     let done = || vec![(words.say("feel-done"), Wish::Done)];

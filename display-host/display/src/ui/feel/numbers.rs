@@ -1,4 +1,4 @@
-//! Position, velocity and force, live.
+//! Present position, velocity and force as numbers.
 
 use egui::{Align, Grid, Layout, RichText, Ui, vec2};
 
@@ -8,7 +8,7 @@ use crate::ui::screens::BODY;
 /// Width of a column of numbers, points.
 const COLUMN: f32 = 96.0;
 
-/// Shows the numbers. A secret direction hides them.
+/// Shows the numbers, or hides them while the person must feel the direction.
 pub(super) fn show(ui: &mut Ui, view: &View) {
     let words = &view.words;
     let live = &view.live;
@@ -82,7 +82,7 @@ fn opening(ui: &mut Ui, view: &View) {
     }
 }
 
-/// A number at the right of its column, or the column's name.
+/// Shows a number at the right of its column, or the column's name.
 fn right(ui: &mut Ui, text: RichText) {
     let place = Layout::right_to_left(Align::Center);
     let size = vec2(COLUMN, ui.spacing().interact_size.y);

@@ -28,7 +28,7 @@ pub struct CheckLine {
     pub name: String,
     /// Its result.
     pub result: CheckResult,
-    /// Finding. In English, as in the terminal.
+    /// Finding of the check, in English, as in the terminal.
     pub detail: String,
 }
 

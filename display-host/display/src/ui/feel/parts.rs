@@ -1,11 +1,11 @@
-//! Progress: the parts of the test, and the place in the present one.
+//! Progress: the parts of the test, and the step in the present part.
 
 use egui::{Color32, Frame, Margin, RichText, Stroke, Ui};
 
 use crate::ui::screens::BODY;
 use crate::words::Words;
 
-/// A part of the test, in their order.
+/// A part of the test. The parts are in the order in which they are done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Part {
     /// The person moves the handle.
@@ -15,9 +15,9 @@ pub enum Part {
     Push,
     /// The handle opens and shuts.
     Opening,
-    /// It presses on a scale.
+    /// The handle presses on a scale.
     Scale,
-    /// It pushes to and fro.
+    /// The handle pushes to and fro.
     Response,
 }
 
@@ -41,9 +41,11 @@ impl Part {
     }
 }
 
-/// Colours of a part that is done, of the present one, and of a later one.
+/// Colour of a part that is done.
 const DONE: Color32 = Color32::from_rgb(35, 70, 45);
+/// Colour of the present part.
 const NOW: Color32 = Color32::from_rgb(30, 75, 125);
+/// Colour of a later part.
 const LATER: Color32 = Color32::from_gray(38);
 
 /// Place in the test.
@@ -55,7 +57,7 @@ pub struct Progress {
     pub step: [usize; 2],
 }
 
-/// Shows the parts in a row; that of the opening only if the handle `opens`.
+/// Shows the parts in a row, with the part of the opening only if the handle `opens`.
 pub(super) fn show(ui: &mut Ui, words: &Words, progress: &Progress, opens: bool) {
     ui.horizontal_wrapped(|ui| {
         let has = |part: &Part| opens || *part != Part::Opening;

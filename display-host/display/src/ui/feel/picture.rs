@@ -1,19 +1,20 @@
-//! The workspace in an oblique view: x to the right, y up, z towards the person, down to the left.
+//! The workspace in an oblique view: x to the right, y up, and z, towards the person, down to the
+//! left.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Sense, Stroke, Ui, Vec2, pos2, vec2};
 
 use super::{Screen, View};
 use crate::ui::screens::BODY;
 
-/// Picture of one unit towards the person, in units of the picture.
+/// Offset in the picture of a point one unit nearer to the person, in the same units.
 const TOWARDS: Vec2 = Vec2::new(-0.5, 0.38);
 /// Share of the picture's smaller side that the workspace's radius takes.
 const RADIUS_SHARE: f32 = 0.36;
-/// Length of the arrow of a move, as a share of the radius. It is no measure of the way.
+/// Length of a move's arrow, as a share of the radius, whatever the length of the move.
 const MOVE_SHARE: f32 = 0.75;
 /// Length of a force's arrow for each newton, as a share of the radius.
 const FORCE_SHARE: f32 = 1.3;
-/// Farthest place that is drawn, as a share of the radius.
+/// Farthest place at which the handle is drawn, as a share of the radius.
 const FAR: f32 = 1.3;
 
 const AXIS: Color32 = Color32::from_gray(95);
@@ -29,7 +30,7 @@ struct Place {
 }
 
 impl Place {
-    /// Place of a point that is given in radii of the workspace.
+    /// Place in the picture of a point that is given in radii of the workspace.
     fn of(&self, [x, y, z]: [f32; 3]) -> Pos2 {
         self.middle + self.radius * (vec2(x, -y) + z * TOWARDS)
     }
@@ -86,7 +87,7 @@ pub(super) fn show(ui: &mut Ui, view: &View, height: f32) {
     }
 }
 
-/// The three axes with their names, and the workspace's middle plane.
+/// The three axes with their names, and the edge of the workspace's horizontal middle plane.
 fn axes(painter: &Painter, place: &Place, view: &View) {
     let round = (0..=48).map(|step| {
         let turn = step as f32 / 48.0 * core::f32::consts::TAU;

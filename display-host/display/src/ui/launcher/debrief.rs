@@ -11,7 +11,7 @@ use crate::ui::task::alarm;
 use crate::ui::widgets::{Mark, line, sign};
 use crate::words::Words;
 
-/// Most earlier sessions in the list.
+/// Largest number of earlier sessions in the list.
 const EARLIER_MAX: usize = 5;
 
 /// Width of a page below which everything stands in one column, points.
@@ -55,18 +55,18 @@ pub struct Debrief {
 pub struct MetricRow {
     /// Name, as in `summary.json`.
     pub name: String,
-    /// Its unit; `1` for a share, `n` for a count.
+    /// Unit of the metric; `1` for a share, `n` for a count.
     pub unit: String,
-    /// Its value; `None`: not measured.
+    /// Value of the metric; `None` if it was not measured.
     pub value: Option<f64>,
-    /// Least and largest value that pass; NaN: unlimited.
+    /// Least and largest value that pass. A bound that is not finite sets no limit.
     pub passes: Option<[f64; 2]>,
     /// Best value of earlier sessions.
     pub best: Option<f64>,
 }
 
 impl MetricRow {
-    /// True if it meets its rule; `None`: without a rule or a value.
+    /// True if the value meets the rule. `None` without a rule or without a value.
     fn is_met(&self) -> Option<bool> {
         let [least, most] = self.passes?;
         let value = self.value?;
@@ -93,7 +93,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     if debrief.report.is_some() {
         buttons.push((words.say("debrief-report"), Wish::OpenReport));
     }
-    // Both belong to a stored session.
+    // Questionnaire and sheet belong to a stored session.
     if !debrief.trainee.is_empty() {
         let questions = Wish::Ask(Asking::Questions);
         buttons.push((words.say("debrief-questions"), questions));
@@ -210,7 +210,7 @@ fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
                 match row.is_met() {
                     Some(met) => {
                         let mark = if met { Mark::Good } else { Mark::Bad };
-                        // Unwrapped: a table's column does not wrap.
+                        // Keep the value on one line, because a column of a table does not wrap.
                         ui.horizontal(|ui| {
                             sign(ui, mark);
                             ui.add(Label::new(&now).extend());

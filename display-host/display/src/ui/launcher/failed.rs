@@ -1,4 +1,4 @@
-//! A failed operation: its last messages, and the ways on.
+//! A failed operation: its last messages, and what the user can do next.
 
 use egui::{Key, RichText, Ui};
 
@@ -14,7 +14,7 @@ pub struct Failed {
     pub status: String,
     /// Its last messages.
     pub said: Vec<String>,
-    /// True if it used real devices: simulated ones are a way on.
+    /// True if the operation used real devices. The user may then repeat it with simulated ones.
     pub had_devices: bool,
 }
 

@@ -39,7 +39,7 @@ pub enum Screen {
     Debrief(Debrief),
     /// Ratings from 1 to 5: the questionnaire, or the instructor's sheet.
     Points(Points),
-    /// There is nothing to debrief.
+    /// The operation failed, so there is nothing to debrief.
     Failed(Failed),
 }
 

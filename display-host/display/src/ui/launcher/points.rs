@@ -27,9 +27,9 @@ pub struct Points {
     pub items: Vec<(String, String)>,
     /// Ratings, as far as given.
     pub given: Vec<Option<u8>>,
-    /// Index of the present item; the number of items after the last.
+    /// Index of the present item; after the last item, the number of items.
     pub at: usize,
-    /// Reason why they were not saved.
+    /// Reason why the ratings were not saved.
     pub problem: Option<String>,
 }
 
@@ -118,7 +118,8 @@ fn keys(ui: &Ui, points: &Points, wishes: &mut Vec<Wish>) {
                 wishes.push(Wish::Answer(number as u8 + 1));
                 left -= 1;
             }
-            // Typed ahead of the picture with the button. That button takes it otherwise.
+            // Enter that is typed before the button is on the screen. Later the button itself takes
+            // Enter.
             None if key == Key::Enter && left == 0 && !is_answered => wishes.push(Wish::Keep),
             _ => {}
         }

@@ -13,13 +13,13 @@ pub struct Running {
     pub trainee: String,
     /// Name of the task.
     pub task: String,
-    /// Time since its start, s.
+    /// Time since the operation's start, s.
     pub seconds: f64,
-    /// Its last message.
+    /// Last message of the operation.
     pub said: Option<String>,
     /// True if it was asked to end.
     pub ending: bool,
-    /// True if it has had time to end: it may be stopped without a report.
+    /// True if the operation has had time to end. The user may then stop it without a report.
     pub overdue: bool,
 }
 
@@ -34,7 +34,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, running: &Running, wishes: &mut V
     {
         wishes.push(wish.clone());
     }
-    // No button has the focus: a second Enter at the start ends no operation.
+    // No button has the focus, so that a second Enter at the start does not end the operation.
     let buttons = offered.map(|(id, wish)| (words.say(id), wish));
     screen(ui, "running", None, buttons.as_slice(), wishes, |ui, _| {
         ui.add_space(0.2 * ui.available_height());

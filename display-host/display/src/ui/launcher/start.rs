@@ -92,14 +92,14 @@ pub enum DeviceState {
     There(String),
     /// The station file names it, and it is missing.
     Missing(String),
-    /// It has no path: its presence is known only when it is opened.
+    /// The station file names it without a path, so only opening it shows if it is present.
     Named(String),
 }
 
 pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<Wish>) {
     let name = Id::unique("launcher name");
     let file = Id::unique("launcher station file");
-    // The key that ends the editing is not meant for the screen.
+    // The key that ends the editing of a field is not meant for the screen.
     let writes = ui.memory(|memory| {
         let written = |id| memory.has_focus(id) || memory.had_focus_last_frame(id);
         [name, file].into_iter().any(written)
@@ -228,7 +228,7 @@ fn scope_and_scene(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartFo
         for scene in &start.scenes {
             let id = format!("scene-{scene}");
             let said = words.say(&id);
-            // A file is shown by its own name.
+            // A scene file has no message and is shown by its own name.
             let text = if said == id { scene.clone() } else { said };
             ui.radio_value(&mut form.scene, scene.clone(), text);
         }

@@ -17,7 +17,8 @@ const HELP: f32 = 14.0;
 const SIDE: f32 = 236.0;
 /// Space between the left column and the alarm, including margins and frames, points.
 const CLEAR: f32 = 62.0;
-/// Width of the picture below which the middle is left out, as it would cover the sides, points.
+/// Width of the picture, points. On a narrower one, a result or pause in the middle hides the other
+/// cards, which it would cover.
 const NARROW: f32 = 900.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
@@ -39,7 +40,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
     }
 }
 
-/// On the left: state of the task.
+/// Shows the state of the task, on the left.
 fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
     let words = &state.words;
     card(ui, "hud", place, Align2::LEFT_TOP, |ui| {
@@ -65,7 +66,7 @@ fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
     });
 }
 
-/// The latest error: in the middle, or on the right if that leaves too little room.
+/// Shows the latest error in the middle, or on the right if the middle has too little room.
 fn alarm(ui: &Ui, place: Rect, words: &Words, note: &TaskNote) {
     let middle = place.width() - 2.0 * (SIDE + CLEAR);
     let (side, width) = match middle >= SIDE {
@@ -81,7 +82,7 @@ fn alarm(ui: &Ui, place: Rect, words: &Words, note: &TaskNote) {
     });
 }
 
-/// In the middle: result of the task.
+/// Shows the result of the task, in the middle.
 fn over(
     ui: &Ui,
     place: Rect,
@@ -101,14 +102,14 @@ fn over(
         for reason in &end.reasons {
             ui.label(RichText::new(words.reason(reason)).size(TEXT));
         }
-        // The trainee ends the task.
+        // Only the trainee ends the task, not the instructor.
         if !state.instructor && ui.button(words.say("hud-end")).clicked() {
             asked.push(Asked::Quit);
         }
     });
 }
 
-/// At the bottom: the next step, and the keys of the instrument while mouse and keyboard lead it.
+/// Shows the next step at the bottom, and the instrument's keys while mouse and keyboard lead it.
 fn foot(ui: &Ui, place: Rect, state: &UiState) {
     let words = &state.words;
     let task = state.task_view.as_ref().filter(|it| it.end.is_none());

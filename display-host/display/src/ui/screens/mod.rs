@@ -36,7 +36,7 @@ pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> boo
 /// Shows the cards over the picture.
 pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<Asked>) {
     hud::show(ui, place, state, asked);
-    // A paused replay stays visible.
+    // The pause screen must not cover a paused replay.
     let covers = !state.instructor && state.replay.is_none();
     if state.link == Link::Live && state.is_paused() && covers {
         pause::show(ui, place, state, asked);

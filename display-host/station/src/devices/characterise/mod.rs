@@ -29,20 +29,21 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// `SCHED_FIFO` priority of the measurement, as that of the tick.
+/// `SCHED_FIFO` priority of the measurement, the same as that of the tick.
 const PRIORITY: u8 = 80;
-/// Lateness after which the millisecond's grid begins anew, ns.
+/// Lateness after which the grid of milliseconds restarts at the present time, ns.
 const LATE_NS: u64 = 20_000_000;
 const MILLISECOND_NS: u64 = 1_000_000;
-/// Interval at which Enter is looked for before the start.
+/// Interval at which the wait for Enter checks for Ctrl-C.
 const LOOK: Duration = Duration::from_millis(20);
-/// Time in which a person lets the handle go, s.
+/// Time that a person gets to let the handle go, s.
 const LET_GO_S: f64 = 3.0;
-/// Files of `--out`.
+/// File in the folder of `--out` with the charts.
 const PAGE: &str = "characterise.html";
+/// File in the folder of `--out` with all figures.
 const FIGURES: &str = "characterise.json";
 
-/// Real milliseconds until a person presses Enter or Ctrl-C.
+/// A clock of real milliseconds, which ends when a person presses Enter or Ctrl-C.
 struct RealClock {
     stop: Arc<AtomicBool>,
     keys: Receiver<String>,
@@ -101,7 +102,7 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
     // The experiments have a thread of their own, so that only they have the tick's priority.
     let experiments = std::thread::scope(|scope| {
         let experiments = scope.spawn(|| {
-            // If Linux refuses, late milliseconds are measured as they were.
+            // If Linux refuses the priority, the records hold the real times of late steps.
             let _ = realtime::take_fifo(PRIORITY);
             experiments(args, &spec, &mut clock)
         });
@@ -155,7 +156,8 @@ fn save(folder: &Path, page: &str, json: &str) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The device that the arguments name, as it declares itself: without measured values, whole.
+/// The device that the arguments name, with the damping and delay that it declares itself and
+/// without a motion scale.
 fn spec(args: &CharacteriseArgs) -> Result<HapticSpec, Problem> {
     if let Some(file) = &args.station_file {
         let named = StationFile::read(file)?.haptic;
@@ -193,7 +195,7 @@ impl Made {
     }
 }
 
-/// All experiments. `None`: a person did not let them begin.
+/// Runs all experiments. Returns `None` if nobody pressed Enter to begin.
 fn experiments(
     args: &CharacteriseArgs,
     spec: &HapticSpec,
@@ -261,7 +263,8 @@ fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
     }
 }
 
-/// Waits for Enter, and drops the samples that piled up meanwhile. Returns false on Ctrl-C.
+/// Waits for Enter, and drops the samples that piled up meanwhile. Returns false on Ctrl-C, and if
+/// nobody can press Enter.
 fn is_begun(device: &mut dyn HapticDevice, clock: &RealClock) -> bool {
     let begins = clock.wait_for_enter();
     device.poll(now_ns());

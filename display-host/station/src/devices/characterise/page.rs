@@ -10,7 +10,7 @@ use hardware::characterise::{Axis, Characterised, Trace, Wall};
 use super::{place, table};
 use crate::problem::Problem;
 
-/// Most points of a measured course.
+/// Most points of a measured course that the chart draws.
 const POINTS: usize = 250;
 
 /// The whole page.
@@ -110,7 +110,7 @@ fn linear(title: &str, axes: [&str; 2], measured: Vec<[f64; 2]>, model: Vec<[f64
     }
 }
 
-/// Swing of each wall: 0 where it was still.
+/// The chart of the walls: swing of the handle over the stiffness; 0 if the wall did not buzz.
 fn wall(wall: &Wall) -> Panel {
     let trials = |buzzes: bool| {
         let of = wall

@@ -12,7 +12,8 @@ const TOUCH: (f64, f64) = (0.2, 0.26);
 /// Delays of the chart, ms. The map ends at 5 ms.
 const DELAYS_MS: [f64; 9] = [0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 7.5, 10.0];
 
-/// The map's devices with their dampings, from the least.
+/// The map's devices with their dampings, N s/m, from the least. The Touch's dry friction counts as
+/// viscous damping.
 fn devices() -> Vec<(String, f64)> {
     let viscous = DAMPINGS.iter().map(|it| (format!("{it} N s/m"), *it));
     let touch = (

@@ -27,8 +27,9 @@ const ROWS: [Row; 7] = [
     (TREMOR, "N s/m", 1.0, 3, Axis::tremor_damping_n_s_m),
     (DELAY, "ms", 1e3, 2, |it| it.delay_s),
 ];
-/// Rows that have a declared value.
+/// Name of the row with the damping of a tremor. The row has a declared value.
 const TREMOR: &str = "damping of a tremor";
+/// Name of the row with the delay. The row has a declared value.
 const DELAY: &str = "delay";
 
 /// Table, comparisons, and lines for the station file.

@@ -83,7 +83,8 @@ fn json_and_page_hold_the_figures() {
 #[test]
 fn place_lies_between_devices_of_the_map() {
     let said = place::sentence(&touch()).unwrap();
-    // 1.855 N s/m, as the map's Touch, which rounds to no less.
+    // The device has 1.855 N s/m, as the map's Touch. Rounding decides on which side of the
+    // Touch it lies.
     assert!(said.contains("N s/m ("), "{said}");
     let mut strong = touch();
     strong.axes[0]

@@ -74,7 +74,8 @@ fn read(file: &Path) -> Result<String, Problem> {
     Ok(std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?)
 }
 
-/// The device of the arguments, unscaled: real ways count.
+/// Opens the device that the arguments name, without a motion scale: the test measures real
+/// distances.
 fn opened(args: &FeelArgs, text: Option<&str>) -> Result<Box<dyn HapticDevice + Send>, Problem> {
     match (&args.path, &args.station_file, text) {
         (Some(path), _, _) => Ok(open_haptic(path, args.driver)?),

@@ -1,4 +1,4 @@
-//! Milliseconds of a test, until it must end.
+//! Clock of a test: waits for each millisecond, and knows when the test must end.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use rt_process::time_driver::now_ns;
 
-/// Paces a test. It ends on Ctrl-C, or when nobody can answer any more.
+/// Paces a test. The test ends on Ctrl-C, or when nobody can answer any more.
 pub(super) struct Pace {
     stop: Arc<AtomicBool>,
     is_over: bool,
@@ -14,7 +14,7 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// A test that `stop` ends.
+    /// Starts the clock of a test that `stop` ends.
     pub(super) fn new(stop: Arc<AtomicBool>) -> Self {
         Self {
             stop,
@@ -70,7 +70,7 @@ mod tests {
         for _ in 0..10 {
             pace.wait();
         }
-        // The first returns at once, as late as it is.
+        // The first wait is late and returns at once. The other nine take 1 ms each.
         assert!(start.elapsed() >= Duration::from_millis(29));
     }
 }

@@ -1,4 +1,4 @@
-//! Page of a test by hand: its checks, and the answers to steps, sine and chirp.
+//! Page of a test by hand: its checks, and the device's response to steps, sine and chirp.
 
 use core::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use figures::times;
 use hardware::conformance::Outcome;
 use hardware::feel::{Felt, Point};
 
-/// The page, understandable without prior knowledge.
+/// The whole page.
 pub(super) fn page(felt: &Felt) -> String {
     let device = escape(&felt.report.device);
     let mut page = format!(

@@ -1,4 +1,4 @@
-//! Leads a program with a sensor of its own through `feel`: one JSON object per line.
+//! Leads a program that has a force sensor through `feel`. Both sides write one JSON object a line.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;

@@ -13,7 +13,7 @@ use super::weight::weight_n;
 use crate::devices::typed::typed_lines;
 use crate::say;
 
-/// Interval at which a question looks whether it must end.
+/// Interval at which a waiting question checks whether the test must end.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 
 /// A person at a terminal.

@@ -9,7 +9,8 @@ use crate::math::{self, Vec3};
 use crate::scene::{Scene, Skin};
 use crate::tissue::Bodies;
 
-/// Directions from the middle of a wide patch to the ring around it.
+/// Directions, in the plane of the skin, from the middle of a wide patch to six places around it
+/// (the ring).
 const RING: [[f32; 2]; 6] = [
     [1.0, 0.0],
     [0.5, 0.866_025_4],
@@ -20,7 +21,7 @@ const RING: [[f32; 2]; 6] = [
 ];
 /// Share of a wide patch's force that its middle bears, and that each place of the ring bears.
 const RING_SHARES: [f32; 2] = [0.25, 0.125];
-/// Steps of a walk at most; a tool at 3 m/s crosses one vertex in a tick.
+/// Most steps of a walk. A tool at 3 m/s crosses one vertex in a tick.
 const WALK_MAX: u32 = 12;
 
 /// The skin's closest point to a tool point.
@@ -28,8 +29,9 @@ const WALK_MAX: u32 = 12;
 pub(crate) struct ClosestPoint {
     /// Spheres that carry the point.
     pub(crate) patch: Patch,
-    /// Corners of the triangle, and their barycentric shares.
+    /// Corners of the triangle that holds the point.
     corners: [u16; 3],
+    /// Barycentric coordinates of the point in the triangle.
     shares: [f32; 3],
     /// Outward unit normal, blended from the corners.
     pub(crate) normal: Vec3,
@@ -63,7 +65,7 @@ impl ClosestPoint {
         known: &mut Corners,
     ) {
         let [middle, around] = RING_SHARES;
-        // The mean square distance of middle and ring is the Gaussian's.
+        // Middle and ring together have the mean square distance of the Gaussian.
         let radius_m = width_m / math::sqrt(1.0 - middle);
         let x = math::across(&self.normal);
         let y = self.normal.cross(&x);
@@ -78,8 +80,8 @@ impl ClosestPoint {
             under.add(corners, shares, around);
         }
         self.patch = under.patch(skin);
-        // The separation is measured in the middle, which sinks as under a patch of this width: by
-        // its own share of the force and by the ring's influence.
+        // The separation is measured at the middle. The middle sinks by its own share of the force
+        // and by the influence of the ring, as under a single patch of this width.
         let between = law::mesh_influence(radius_m, self.patch_width_m);
         self.patch_width_m /= middle + (1.0 - middle) * between;
     }
@@ -123,8 +125,8 @@ struct Nearest {
     shares: [f32; 3],
 }
 
-/// Closest point downhill from vertex `from`. It is a local one, so a tool that went in on one side
-/// stays on that side.
+/// Closest point that a walk of falling distance reaches from vertex `from`. It is a local minimum,
+/// so a tool that went in on one side stays on that side.
 pub(crate) fn walk(
     place_m: &Vec3,
     from: u16,
@@ -235,7 +237,8 @@ fn finish(
         curvature_per_m += vertex.curvature_per_m * share;
     }
     let normal = math::unit(&blended)?;
-    // Phong tessellation (Boubekeur and Alexa 2008), half of it: on a sphere the arc's height.
+    // Half of Phong tessellation (Boubekeur and Alexa 2008). On a sphere this is the height of the
+    // arc.
     let mut bulge_m = 0.0;
     for ((at_m, own, _), share) in corners.iter().zip(found.shares) {
         bulge_m += 0.5 * share * (at_m - flat_m).dot(own) * own.dot(&normal);

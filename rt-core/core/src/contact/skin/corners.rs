@@ -6,8 +6,8 @@ use crate::scene::{Skin, SkinVertex};
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// Rows of the table. A vertex that displaces another costs the sum over its twelve spheres again;
-/// more rows cost memory.
+/// Rows of the table. Two vertices of one row displace each other, and a displaced vertex costs its
+/// sum over twelve spheres again. More rows cost memory.
 const SIZE: usize = 1024;
 
 /// Position and normal of a vertex in one tick.
@@ -15,7 +15,7 @@ const SIZE: usize = 1024;
 struct Corner {
     vertex: u16,
     has_normal: bool,
-    /// Tick in which they were computed.
+    /// Tick in which position and normal were computed.
     tick: u32,
     at_m: Vec3,
     normal: Vec3,
@@ -29,7 +29,8 @@ const UNKNOWN: Corner = Corner {
     normal: Vec3::new(0.0, 0.0, 0.0),
 };
 
-/// Vertices met last; a vertex's row is the low bits of its number.
+/// Table of the vertices that were computed last. The row of a vertex is the low bits of its
+/// number.
 #[derive(Debug, Clone)]
 pub(crate) struct Corners {
     rows: [Corner; SIZE],
@@ -94,7 +95,7 @@ impl Corners {
             sum += (b_m - center_m).cross(&(c_m - center_m));
         }
         let normal = math::unit(&sum).unwrap_or_else(Vec3::zeros);
-        // A corner of its fan may have taken this row meanwhile.
+        // A corner of the vertex's fan may have taken this row meanwhile.
         *self.row(index) = Corner {
             vertex: index,
             has_normal: true,
@@ -126,7 +127,7 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec as List;
 
-    /// As [`Corners::normal`], with nothing remembered.
+    /// As [`Corners::normal`], but without the table.
     fn plain_normal(index: u16, skin: &Skin<'_>, bodies: &Bodies) -> Vec3 {
         let vertex = skin.vertex(index).unwrap();
         let center_m = at_m(vertex, bodies);
@@ -137,8 +138,9 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever was asked for before, and whoever shares a row, a vertex is where it is: 3000
-        /// vertices in 1024 rows, their fans anywhere.
+        /// The table gives the same position and normal as a fresh computation, whatever was asked
+        /// for before and whichever vertex shares the row. 3000 vertices with random fans share
+        /// 1024 rows.
         #[test]
         fn table_holds_what_a_fresh_computation_gives(
             seed in 1u32..u32::MAX, asked in prop::collection::vec((0u16..3000, any::<bool>()), 1..200),

@@ -27,24 +27,25 @@ use closest::{ClosestPoint, walk};
 use corners::Corners;
 use tool_points::{ToolPoint, tool_points};
 
-/// Skin nearer than this to a tool is checked again after the solve, m: the travel of the fastest
+/// Separation below which skin becomes a candidate for the solver, m: the travel of the fastest
 /// sphere in a tick.
 const NEAR_M: f32 = 0.003;
-/// Skin farther than this is no longer tracked, m.
+/// Separation from which on skin is not tracked, m.
 const TRACKING_RANGE_M: f32 = 0.012;
-/// Tissue's travel in a tick, m, by which the search of distant skin may be put off. Faster tissue
-/// is met late, with an offset of its depth.
+/// Travel of tissue in a tick, m, that is assumed when the search for distant skin is put off.
+/// Faster tissue is found late, and its contact then begins at zero depth.
 const TISSUE_M: f32 = 0.0005;
-/// Slip over the skin that a tick allows beyond twice the tool's travel, m: a tool can slip off an
-/// edge.
+/// Slip over the skin that a tick allows beyond twice the tool's travel, m, so that even a still
+/// tool can slip off an edge.
 pub(crate) const SLIP_M: f32 = 0.000_01;
 
-/// Largest offset against opening, m: skin that opens at once by more does not push.
+/// Largest offset of a contact that opens, m: skin that moves away by more than this in a tick does
+/// not push.
 const OPENING_MAX_M: f32 = 0.003;
-/// Change of a force by turning, N a tick, where the tool is still. Skin that folds, or a contact
-/// that jumps between folds, would turn it at once. Several tool points may turn together, and the
-/// lever may double the force at the hand. A larger value follows folds faster, with a larger step
-/// of force.
+/// Largest change of a contact force by turning, N a tick, while the tool is still. Without this
+/// bound, skin that folds, or a contact that jumps between folds, would turn the force at once.
+/// Several tool points may turn together, and the lever may double the force at the hand. A larger
+/// value follows folds faster, with a larger step of force.
 const TURN_N: f32 = 0.001_5;
 /// Largest turn in a tick, rad, however small the force is.
 const TURN_MAX: f32 = 0.1;
@@ -54,21 +55,23 @@ fn turn_at_rest(force_n: f32) -> f32 {
     (TURN_N / force_n.max(TURN_N)).min(TURN_MAX)
 }
 
-/// A tool point on an organ, as a tick leaves it.
+/// Contact of a tool point with an organ, at the end of a tick.
 #[derive(Debug, Clone, Copy)]
 struct PersistentContact {
     vertex: u16,
-    /// Near enough to be touched.
+    /// True if the separation is below `NEAR_M`.
     is_near: bool,
-    /// Travel of point and skin before they can be near, m.
+    /// Travel of point and skin together that is left before they can be near each other, m.
     idle_m: f32,
     cached: CachedForce,
     separation: FilteredSeparation,
-    /// Contact point on the skin, m; its outward normal; and the tool point, m.
+    /// Contact point on the skin, world frame, m.
     at_m: Vec3,
+    /// Outward normal of the skin at the contact point.
     normal: Vec3,
-    /// Direction of the skin's push; it turns towards the normal.
+    /// Direction in which the skin pushes the tool; it turns towards `normal` gradually.
     push: Vec3,
+    /// The tool point, world frame, m.
     center_m: Vec3,
     /// Travel of the tool point in the last tick, m.
     travel_m: Vec3,
@@ -108,7 +111,8 @@ impl PersistentContact {
         self.idle_m > 0.0
     }
 
-    /// Takes in the skin's closest point; the separation and the push change without steps.
+    /// Updates the contact with the closest point of the skin. The separation and the push change
+    /// without steps.
     fn track(&mut self, found: &ClosestPoint, separation_m: f32, point: &ToolPoint) {
         let center_m = &point.center_m;
         let mut push = found.normal;
@@ -169,7 +173,7 @@ struct Ball {
 impl SkinContacts {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
-        // In place: a whole one is too large for a tick's stack.
+        // In place, because a new `SkinContacts` is too large for the stack of a tick.
         for contact in self.contacts.iter_mut().flatten() {
             *contact = NOWHERE;
         }
@@ -177,8 +181,8 @@ impl SkinContacts {
         self.counts = [0; 2];
     }
 
-    /// Forgets points that no longer exist (a shaft drawn out, a camera out of the body): they
-    /// return elsewhere.
+    /// Forgets points that no longer exist (a shaft drawn out, a camera out of the body), because
+    /// they will return elsewhere.
     fn forget_missing(&mut self, tool_points: &[(u8, ToolPoint)]) {
         let is_own = |number: u8| usize::from(number) < INSTRUMENT_POINTS;
         let own = tool_points
@@ -274,8 +278,9 @@ impl SkinContacts {
     }
 }
 
-/// The skin of an organ nearest to a tool point, and its separation, m. A touched skin is followed;
-/// otherwise the nearest sphere shows where it could be nearer.
+/// The skin of an organ nearest to a tool point, and its separation, m. If the point touches the
+/// skin, its contact is followed. Otherwise a walk from the sphere nearest to the point finds skin
+/// that may be nearer.
 fn look(
     point: &ToolPoint,
     contact: &PersistentContact,
@@ -288,8 +293,9 @@ fn look(
         let over_m = found.normal.dot(&(center_m - found.at_m)) - point.radius_m;
         over_m + found.sunk_m(scene, bodies)
     };
-    // From under the skin, the nearest point of it jumps. A tool in contact is lifted onto the skin
-    // along the last normal and followed there, as a god-object is (Zilles and Salisbury 1995).
+    // For a place under the skin, the nearest point of the skin jumps. A tool in contact is lifted
+    // onto the skin along the last normal and followed there, as a god-object is (Zilles and
+    // Salisbury 1995).
     let lifted_m = if contact.is_near {
         let lift_m = contact.normal.dot(&(contact.at_m - center_m));
         let slip_m = center_m + contact.normal * lift_m - contact.at_m;
@@ -321,13 +327,15 @@ fn look(
     Some((found, separation_m))
 }
 
-/// Least patch under a tip, in its radii. A narrower patch would be pushed in ahead of the skin
-/// around it as soon as the contact is as wide. A larger one softens tips.
+/// Least width of the patch under a tool point, in radii of the tool. A contact that is wider than
+/// its patch would push the patch in ahead of the skin around it. A wider patch softens tips.
 const PATCH_RADII: f32 = 0.8;
-/// Least patch under a thin round end, in its radii, up to [`THIN_M`]. Spheres spaced as closely as
-/// the end is wide strain, a few millimetres deep, as the law does not describe. Fitted to a 3 mm
-/// tip on a gallbladder's neck of 2500 spheres, which was 17 % too stiff without it.
+/// Least width of the patch under a thin round end, in its radii; at most [`THIN_M`]. Under a dent
+/// of a few millimetres, spheres as close together as the end is wide strain in a way that the law
+/// does not describe. Fitted to a 3 mm tip on a gallbladder's neck of 2500 spheres, which was 17 %
+/// too stiff without it.
 const THIN_PATCH_RADII: f32 = 1.3;
+/// Largest width that `THIN_PATCH_RADII` gives a patch, m.
 const THIN_M: f32 = 0.004;
 
 fn spread_under(

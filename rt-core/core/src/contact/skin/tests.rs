@@ -15,7 +15,7 @@ use crate::testing::vector;
 use crate::tissue::{Bodies, Method};
 use crate::tool::{Capsule, Role};
 
-/// From the middle to each corner, m.
+/// Distance from the middle to each corner, m.
 const SIZE_M: f32 = 0.02;
 const MASS_KG: f32 = 0.002;
 const BALL_M: f32 = 0.003;
@@ -93,8 +93,8 @@ fn ball(center_m: Vec3) -> [Capsule; 1] {
     }]
 }
 
-/// A ball that comes to the middle of the face (1, 1, 1) and goes `ways` from there, and the force
-/// and the spheres' momentum after every tick.
+/// Moves a ball by `ways`, one a tick, from a place over the middle of the face (1, 1, 1). Returns
+/// the force and the momentum of the spheres after every tick.
 fn follow(ways: &[Vec3]) -> List<(Vec3, Vec3)> {
     let octahedron = Octahedron::new();
     let mut bodies = Box::new(Bodies::new());
@@ -148,7 +148,7 @@ fn turning_push_has_no_step() {
     }
 }
 
-/// A wide ball on fine spheres presses on all of them alike: 130 lie under it.
+/// A wide ball on fine spheres spreads its load over all spheres under it, about 130.
 #[test]
 fn spheres_under_a_wide_ball_share_its_load() {
     const SIDE: u16 = 26;
@@ -168,7 +168,7 @@ fn spheres_under_a_wide_ball_share_its_load() {
                 fans.push([number(b.0, b.1), number(c.0, c.1)]);
             }
         }
-        // In the corners as often as a fan has to have.
+        // A vertex at a corner of the grid repeats a triangle, because a fan needs three.
         while fans.len() as u32 - fan_start < 3 {
             fans.push(fans[fan_start as usize]);
         }
@@ -213,7 +213,8 @@ fn spheres_under_a_wide_ball_share_its_load() {
 }
 
 proptest! {
-    /// Third law: what the tool feels of a tick is what the spheres take, friction included.
+    /// Newton's third law: the impulse on the tool in a tick is opposite to that on the spheres,
+    /// friction included.
     #[test]
     fn spheres_and_tool_take_equal_momentum(
         ways in prop::collection::vec(vector(2.0e-4), 1..40), inward in 0.0f32..2.0e-4,

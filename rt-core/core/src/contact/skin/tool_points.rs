@@ -1,4 +1,4 @@
-//! Points along a tool at which contact with skin is sought.
+//! Points along a tool that are tested for contact with skin.
 
 use heapless::Vec;
 
@@ -10,7 +10,7 @@ use crate::tool::{Capsule, Role, Tool};
 /// A point of a tool: the round end of a part, or the middle of a piece of its length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ToolPoint {
-    /// On the part's axis, world frame, m.
+    /// Position on the part's axis, world frame, m.
     pub(crate) center_m: Vec3,
     /// Radius of the part, m.
     pub(crate) radius_m: f32,
@@ -18,8 +18,8 @@ pub(crate) struct ToolPoint {
     pub(crate) shape: Shape,
 }
 
-/// Length of a piece, in radii of the part. Longer pieces cost less, and follow curved skin less
-/// well.
+/// Length of a piece, in radii of the part. Longer pieces cost less time, but follow curved skin
+/// less well.
 const PIECE_RADII: f32 = 2.4;
 /// Least length of a piece, m.
 const PIECE_MIN_M: f32 = 0.004;
@@ -45,7 +45,8 @@ fn points_of<'a>(
     parts: impl DoubleEndedIterator<Item = &'a Capsule> + Clone,
 ) -> Vec<ToolPoint, INSTRUMENT_POINTS> {
     let mut all = Vec::new();
-    // Ends first: they are never left out. The shaft has none, it ends in the jaws.
+    // The round ends come first, so that they are never left out. The shaft has no end of its own,
+    // because it ends in the jaws.
     for part in parts.clone().filter(|part| part.role != Role::Shaft) {
         let radius_m = part.radius_m;
         let _ = all.push(ToolPoint {

@@ -1,8 +1,9 @@
-//! Tools against organs without a contact skin: ducts and vessels, modelled as beads along a line.
+//! Tools against organs without a contact skin: ducts and vessels, modelled as beads (balls) along
+//! a line.
 //!
-//! Stage `contact` ([`TubeContacts::find`]) follows every part of the tools past every bead near
-//! it, through the whole of a tick's motion, so that a fast part does not jump through a tube.
-//! O(beads of organs near · parts).
+//! Stage `contact` ([`TubeContacts::find`]) follows every part of a tool past every bead near it
+//! through the whole motion of a tick, so that a fast part does not jump through a tube. O(beads of
+//! organs near · parts).
 
 mod sweep;
 #[cfg(test)]
@@ -35,31 +36,34 @@ const FOLLOW_M: f32 = 0.0065;
 /// the travel of the fastest sphere in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// Rate at which the push follows a tube that turns under a tool: share of its lag that it makes up
-/// in a tick. A push that turned at once would be a follower load, under which a thin tube flutters
+/// Share of its lag that the direction of the push makes up in a tick, when the tube turns under a
+/// tool. A push that turned at once would be a follower load, under which a thin tube flutters
 /// (Beck's column, Bolotin 1963). A larger share follows faster, and comes nearer to flutter.
 const TURNS: f32 = 0.02;
-/// Compression at which a tube is flat, in its radii; the rest of its diameter is its walls.
+/// Compression at which a tube is flat, in its radii. The rest of its diameter is the thickness of
+/// its walls.
 const FLAT_RADII: f32 = 1.6;
-/// Depth at which a part counts as on the other side, in sums of both radii. [`AHEAD`] is added.
+/// Depth at which a part counts as having passed through a tube, in multiples of the sum of both
+/// radii. [`AHEAD`] adds to this depth.
 const THROUGH: f32 = 2.0;
-/// Addition to that depth, in travels of part and bead in the tick.
+/// Addition to the depth of `THROUGH`, in multiples of the travel of part and bead in the tick.
 const AHEAD: f32 = 2.0;
-/// Largest offset against opening, m: a tube farther from the tool than this does not push.
+/// Largest offset of a contact that opens, m: a tube that is farther from the tool than this does
+/// not push.
 const OPENING_MAX_M: f32 = 0.000_3;
 
-/// Share by which a tick fades the push on a bead that the jaws grasp, and restores it when they
-/// release it: three quarters within 0.2 s.
+/// Share of the remaining way by which a tick fades the push on a bead that the jaws hold, or
+/// restores it after they release the bead: three quarters of the way within 0.2 s.
 const LOOSEN: f32 = 0.007;
 
-/// A part of a tool and a bead near it, as a tick leaves them.
+/// Contact of a part of a tool with a bead near it, at the end of a tick.
 #[derive(Debug, Clone, Copy)]
 struct PersistentContact {
     bead: u16,
     part: Role,
     side: Side,
     bead_m: Vec3,
-    /// Direction of the tube there, which lags by [`TURNS`].
+    /// Direction of the tube at the bead. It lags behind the true direction ([`TURNS`]).
     along: Vec3,
     separation: FilteredSeparation,
     cached: CachedForce,
@@ -70,7 +74,8 @@ struct PersistentContact {
 }
 
 impl PersistentContact {
-    /// Weighted overlap, m: compares the loads on beads whose walls are equally stiff.
+    /// Weighted overlap, m: a measure of the load, by which beads with equally stiff walls are
+    /// compared.
     fn load_m(&self) -> f32 {
         self.weight * (-self.separation.separation_m).max(0.0)
     }
@@ -109,7 +114,7 @@ impl TubeContacts {
         self.parts.clear();
     }
 
-    /// Spheres of the beads near a tool.
+    /// Spheres that carry the beads near a tool.
     pub(crate) fn near_spheres(&self, bodies: &Bodies) -> impl Iterator<Item = u32> {
         let beads = self
             .contacts
@@ -157,8 +162,8 @@ impl TubeContacts {
                         self.meet(part, (number, bead), &ball, last_tick, bodies);
                     let is_held = is_held(bead, bodies);
                     let loose = if is_held { 0.0 } else { 1.0 };
-                    // A held bead that does not touch has no force to fade. It stops acting at
-                    // once, or the jaws would squeeze it out.
+                    // A held bead that does not touch the part has no force to fade, so it stops
+                    // acting at once. Otherwise the closing jaws would squeeze it out.
                     let step = match is_held && contact.separation.separation_m > 0.0 {
                         true => 1.0,
                         false => LOOSEN,
@@ -222,8 +227,8 @@ impl TubeContacts {
             reach_m,
             slip_m: SLIP_M,
         });
-        // A part deeper than `THROUGH` has passed the tube and loses its old side, unless it came
-        // so deep by this tick's motion (`AHEAD`), or its depth decreases.
+        // A part deeper than `THROUGH` has passed through the tube and loses its old side, unless
+        // the motion of this tick alone brought it so deep (`AHEAD`), or its depth decreases.
         let moved_m = motion.as_ref().map_or(0.0, Motion::travel_m);
         let last_separation_m = last.map_or(0.0, |last| last.separation.measured_m());
         let is_this_side = |side: &Side| {
@@ -237,9 +242,9 @@ impl TubeContacts {
         let travel_m = before.map_or_else(Vec3::zeros, |before| {
             travel_m(before, part, side.unwrap_or(first).share)
         });
-        // All of a tube lies on one side of a tool. Of a bead's neighbours, the one that bears
-        // more leads it: it gives the bead its side, if the bead bears less and has the opposite
-        // side, or if the bead had no side or no weight.
+        // All of a tube lies on one side of a tool. Of the two neighbours of a bead, the one under
+        // the larger load leads. It gives the bead its side if the bead has the opposite side and
+        // less load, or if the bead had no side or no weight.
         let leader = leading(last_tick, (number, bead), part.role, bodies);
         let led = leader.map(|it| {
             it.side
@@ -335,12 +340,13 @@ impl TubeContacts {
     }
 }
 
-/// Direction that lags behind a tube's, a tick later ([`TURNS`]).
+/// The lagging direction of a tube, a tick later ([`TURNS`]).
 fn lagging(last: &Vec3, now: &Vec3) -> Vec3 {
     math::unit(&(last + (now - last) * TURNS)).unwrap_or(*now)
 }
 
-/// Contact of the same part with a neighbour of a bead on its tube: the one that bears more.
+/// Contact of the same part with a neighbour of this bead on its tube; of two neighbours, the one
+/// under the larger load.
 fn leading<'a>(
     last_tick: LastTick<'a>,
     (number, bead): (u16, &Bead),
@@ -404,9 +410,9 @@ fn candidate(
     }
 }
 
-/// Compliance of the tissue behind a bead within a tick, m/N. Each of its spheres counts with its
-/// mass, and as held twice as stiffly as a ball embedded in its tissue, because it may lie on other
-/// tissue.
+/// Compliance of the tissue behind a bead within a tick, m/N. Each sphere of the bead counts with
+/// its mass. It also counts as held twice as stiffly as a ball embedded in its tissue, because it
+/// may lie on other tissue.
 fn behind_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
     let yields = |(sphere, weight): (u32, f32)| {
         let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();
@@ -440,8 +446,8 @@ fn is_held(bead: &Bead, bodies: &Bodies) -> bool {
     held(bead.a) || held(bead.b)
 }
 
-/// Travel of the point of a part that is now at this share of its axis, m. Its distance from `b_m`
-/// identifies it, because a shaft's `a_m` is the port, through which the shaft slides.
+/// Travel of the point of a part that is now at this share of its axis, m. The distance from `b_m`
+/// identifies the point, because the `a_m` of a shaft is the port, through which the shaft slides.
 fn travel_m(before: &Capsule, now: &Capsule, share: f32) -> Vec3 {
     let from_end_m = (1.0 - share) * math::norm(&(now.b_m - now.a_m));
     let place = |part: &Capsule| {

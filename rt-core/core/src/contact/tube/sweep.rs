@@ -2,13 +2,14 @@
 
 use crate::math::{self, Vec3};
 
-/// Largest step of a tick's motion, share of the reach.
+/// Largest step into which the motion of a tick is divided, as a share of the reach (the sum of
+/// both radii).
 const STEP_REACHES: f32 = 0.5;
-/// Motion of more steps than this is a jump.
+/// Motion that needs more steps than this counts as a jump.
 const STEPS_MAX: f32 = 16.0;
 
-/// Margin along the tube, beyond the reach, within which a tool keeps its side, m: its travel in a
-/// tick.
+/// Margin along the tube, beyond the reach, within which a tool keeps its side, m: the tool's
+/// travel in a tick.
 const ENGAGED_MARGIN_M: f32 = 0.003;
 
 /// Axis of a part of a tool at one moment, m.
@@ -58,7 +59,7 @@ const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 /// The side of a bead on which a tool lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Side {
-    /// From the bead to the tool.
+    /// Unit vector from the bead to the tool.
     pub(crate) normal: Vec3,
     /// Place on the tool's axis that meets the bead: 0 at `a_m`, 1 at `b_m`.
     pub(crate) share: f32,
@@ -73,12 +74,12 @@ pub(crate) struct Motion {
     pub(crate) along: Vec3,
     /// Sum of both radii, m.
     pub(crate) reach_m: f32,
-    /// Slip around the bead that is allowed in a step even where nothing moves, m.
+    /// Slip around the bead that is allowed in each step of the motion even if nothing moves, m.
     pub(crate) slip_m: f32,
 }
 
 impl Motion {
-    /// Upper bound of the travel of tool and bead against each other, m.
+    /// Upper bound of the travel of tool and bead relative to each other, m.
     pub(crate) fn travel_m(&self) -> f32 {
         let [from, to] = &self.axis;
         let tool_m = math::norm(&(to.a_m - from.a_m)).max(math::norm(&(to.b_m - from.b_m)));
@@ -92,7 +93,7 @@ impl Side {
     pub(crate) fn first(axis: &Axis, bead_m: &Vec3, along: &Vec3) -> Self {
         let share = axis.nearest_share(bead_m);
         let away_m = across(&(axis.at(share) - bead_m), along);
-        // A bead on the axis leaves sideways; any side serves if it is always the same.
+        // A bead on the axis gets an arbitrary side, which must always be the same.
         let any = || math::across(if *along == Vec3::zeros() { &UP } else { along });
         Self {
             normal: math::unit(&away_m).unwrap_or_else(any),
@@ -116,8 +117,8 @@ impl Side {
         if !nearest.is_engaged(axis, bead_m, along, reach_m) {
             return nearest;
         }
-        // Lifting an oblique axis moves its closest place along it, which then needs another lift.
-        // `share` is where these lifts end.
+        // Lifting an oblique axis moves its closest place along the axis, and that place then needs
+        // another lift. `share` is the place to which these lifts converge.
         let axis_m = axis.b_m - axis.a_m;
         let tilt_m = normal.dot(&axis_m);
         let flat_m2 = (axis_m.norm_squared() - tilt_m * tilt_m).max(1.0e-12);
@@ -129,10 +130,10 @@ impl Side {
         }
     }
 
-    /// True while a tool is lower than touching, on this bead or within a margin along the tube.
+    /// True while a tool overlaps the tube at this bead, or within a margin along the tube.
     fn is_engaged(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> bool {
         let away_m = axis.at(self.share) - bead_m;
-        // With the margin, the beads beside those that the tool touches keep the same side.
+        // With the margin, the beads next to those that the tool touches keep the same side.
         let is_abreast = along.dot(&away_m).abs() < reach_m + ENGAGED_MARGIN_M;
         self.normal.dot(&away_m) < reach_m && is_abreast
     }
@@ -185,7 +186,7 @@ impl Side {
         let share = lifted.nearest_share(bead_m);
         let away_m = across(&(lifted.at(share) - bead_m), along);
         let away = math::unit(&away_m).unwrap_or(normal);
-        // In free air it may turn freely.
+        // A tool that does not overlap the tube may change its side freely.
         let turn = away - normal;
         let most = if is_engaged {
             slip_m / motion.reach_m.max(1.0e-6)
@@ -210,8 +211,8 @@ impl Side {
     }
 
     /// Share of the bead's stiffness that acts. It falls to zero where the tool's point is a reach
-    /// away from the bead along the tube. So a tool that slides along passes from bead to bead
-    /// without a step, and one that presses does not push along the tube.
+    /// away from the bead along the tube. So a tool that slides along the tube passes from bead to
+    /// bead without a step, and a tool that presses on it does not push along it.
     pub(crate) fn weight(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> f32 {
         let off = along.dot(&(axis.at(self.share) - bead_m)) / reach_m.max(1.0e-6);
         (1.0 - off * off).max(0.0)
@@ -291,9 +292,9 @@ mod tests {
             prop_assert!(side.separation_m(&to, &Vec3::zeros(), REACH_M) > 0.0, "{side:?}");
         }
 
-        /// A bead that takes its neighbour's side gets the place on the tool that
-        /// [`Side::follow`] would settle at. Otherwise its separation would jump where its weight
-        /// leaves zero, since from there on it is followed.
+        /// A bead that takes its neighbour's side gets the place on the tool that [`Side::follow`]
+        /// would settle at. Otherwise its separation would jump when its weight rises above zero,
+        /// because from then on the bead is followed.
         #[test]
         fn led_bead_lies_where_a_followed_one_does(deep_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
             let leader = Side { normal: Vec3::z(), share: 0.5 };
@@ -330,7 +331,7 @@ mod tests {
                 axis = to;
                 let next_m = side.separation_m(&axis, &Vec3::zeros(), REACH_M);
                 if next_m < -REACH_M {
-                    break; // past the bead's centre, where the side may have to turn round
+                    break; // past the bead's centre, where the side may turn round
                 }
                 let most_m = 8.0 * math::norm(&way) + 6.0e-5;
                 prop_assert!((next_m - separation_m).abs() < most_m, "{separation_m} {next_m}");

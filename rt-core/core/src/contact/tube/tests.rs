@@ -1,4 +1,4 @@
-//! A hook against a duct of 2 mm whose ends are held.
+//! A hook against a duct of 2 mm diameter whose ends are held.
 
 extern crate std;
 
@@ -68,7 +68,8 @@ impl Duct {
         }
     }
 
-    /// Plays `hooks` past the duct: the force and the duct's middle after every tick.
+    /// Puts a hook at each place of `hooks`, one a tick. Returns the force and the displacement of
+    /// the duct's middle after every tick.
     fn meet(&self, hooks: impl IntoIterator<Item = Capsule>) -> List<(Vec3, Vec3)> {
         let scene = Scene::new(&self.organs, &self.spheres, &self.links, room()).unwrap();
         let mut bodies = Box::new(Bodies::new());
@@ -98,7 +99,7 @@ fn duct_is_a_string_of_beads() {
     let mut bodies = Box::new(Bodies::new());
     bodies.load(&scene);
     let beads: List<_> = bodies.beads.of(0).collect();
-    // Four to a step, none along what keeps it from bending.
+    // Four beads between neighbouring spheres, and none on the longer links, which resist bending.
     assert_eq!(beads.len(), 4 * (SPHERES as usize - 1));
     for (_, bead) in beads {
         assert_eq!(bead.a.abs_diff(bead.b), 1);
@@ -124,7 +125,7 @@ fn slow_press_and_stroke_have_no_step() {
     }
 }
 
-/// Walls of the duct that push a hook, together, N/m.
+/// Sum of the wall stiffnesses of all beads that can push a hook, N/m.
 fn walls_n_m(tubes: &mut TubeContacts, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
     let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
     bounds[0] = bodies.bounds(&scene.organs[0]);
@@ -172,22 +173,24 @@ fn jaws_do_not_push_what_they_hold() {
     }
 }
 
-/// A hook that crosses the duct, from one side to the other, and stays there a while.
+/// A hook that crosses the duct from one side to the other, and then stays for 60 ticks.
 #[derive(Debug, Clone, Copy)]
 struct Crossing {
     speed_m_s: f32,
     /// Place along the duct, m.
     place_m: f32,
-    /// Share of a tick's travel at which it starts.
+    /// Start of the motion, as a share of a tick's travel.
     start: f32,
-    /// Out of the plane across the duct, of the hook and of its travel; round the duct, rad.
+    /// Slope of the hook out of the plane across the duct.
     tilt: f32,
+    /// Direction of the travel around the duct, rad.
     turn: f32,
+    /// Travel along the duct, as a share of the travel across it.
     along: f32,
 }
 
-/// Returns whether the hook was felt, and whether it pushes the duct ahead in the end; `None` where
-/// it would end off the duct.
+/// Returns whether the hook was felt, and whether at the end it pushes the duct ahead. `None` if
+/// the hook would end off the duct.
 fn crossed(it: &Crossing) -> Option<[bool; 2]> {
     let way = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
     let across = Vec3::new(it.tilt, -it.turn.sin(), it.turn.cos()).normalize();
@@ -225,8 +228,8 @@ proptest! {
     }
 }
 
-/// At the hand's fastest the hook is always felt. The duct, drawn 8 mm aside, may be pressed flat
-/// and slip off, at most once in a few hundred.
+/// At the fastest speed of a hand the hook is always felt. The duct, drawn 8 mm aside, may be
+/// pressed flat and slip off, in at most one of a hundred crossings.
 #[test]
 fn hook_at_3_m_s_hardly_passes_through() {
     let mut runner = TestRunner::deterministic();

@@ -10,8 +10,8 @@ use crate::tissue::{Bodies, Bounds};
 
 /// Most cells under a tip; further ones take no heat in this tick.
 const UNDER: usize = 48;
-/// Distance to the electrode within which a cell, carried by its first sphere alone, is tested, m.
-/// Its true centre, carried by all of its spheres, lies within that distance of it.
+/// Distance from the electrode's middle within which a cell is tested, m. This first check moves
+/// the cell with its nearest sphere alone, as an estimate of its centre.
 const MAYBE_M: f32 = 0.010;
 
 /// Radius of the ball that stands for a cell, as a share of its longest side.
@@ -27,7 +27,7 @@ pub(crate) struct TouchedCell {
 
 impl Bodies {
     /// Heats the exposed cells that an electrode touches, for a tick. `burnt` receives the organ
-    /// and heat of each, J; `removed` receives each cell that has boiled away.
+    /// and the heat of each cell, J; `removed` receives each cell that has boiled away.
     pub(crate) fn burn_cells(
         &mut self,
         touched: &[TouchedCell],
@@ -98,7 +98,7 @@ fn radius_m(cell: &Cell) -> f32 {
     RADIUS * cell.extent_m.iter().copied().fold(0.0, f32::max)
 }
 
-/// Area of a face of a cube with the cell's volume, m².
+/// Mean cross-section of the cell perpendicular to its longest side, m².
 fn face_m2(cell: &Cell) -> f32 {
     let longest_m = cell.extent_m.iter().copied().fold(1.0e-6, f32::max);
     cell.volume_m3 / longest_m

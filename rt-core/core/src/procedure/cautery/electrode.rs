@@ -4,15 +4,17 @@ use crate::math::{self, Vec3};
 use crate::time::TICK_S;
 use crate::tool::{Instrument, Role, ToolState};
 
-/// Power of the generator, W, for both currents. Cholecystectomies are done at 25 to 35.
+/// Power of the generator, W, for both currents. Cholecystectomies are done at 25 to 35 W.
 const POWER_W: f32 = 30.0;
 /// Share of the power that becomes heat near the tip. Of the resistance around a small ball in
-/// tissue, `(1/a − 1/r) / 4πσ`, half lies within one radius. The rest hardly warms the organ.
+/// tissue, `(1/a − 1/r) / 4πσ`, half lies within one radius of its surface. The rest of the power
+/// hardly warms the organ.
 const NEAR: f32 = 0.5;
-/// Share of the heat that divides tissue at the tip; the rest desiccates the tissue around it. A
-/// cutting current boils cells at once; an interrupted current desiccates them in its pauses. Both
-/// shares, 0.9 and 0.15, are assumed.
+/// Share of the heat that divides tissue at the tip under a cutting current, which boils cells at
+/// once; the rest desiccates the tissue around the tip. The share is assumed.
 const CUTTING_PARTS: f32 = 0.9;
+/// Share of the heat that divides tissue under a coagulating current, which is interrupted and
+/// desiccates cells in its pauses. The share is assumed.
 const COAGULATING_PARTS: f32 = 0.15;
 /// Gap that steam and sparks bridge, m.
 const BRIDGED_M: f32 = 0.000_3;
@@ -39,9 +41,9 @@ pub(crate) struct Electrode {
 /// Energy of a tick's current per contact area, J/m². It falls as the contact area grows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Dose {
-    /// Divides the tissue that is touched.
+    /// Part of the energy that divides the touched tissue, J/m².
     pub(crate) parting_j_m2: f32,
-    /// Desiccates it and the tissue around it.
+    /// Part of the energy that desiccates the touched tissue and the tissue around it, J/m².
     pub(crate) drying_j_m2: f32,
     /// Width of the division, m.
     kerf_m: f32,
@@ -86,19 +88,20 @@ impl Electrode {
         2.0 * self.radius_m
     }
 
-    /// Largest area in contact along its side, m²: the whole length lies in tissue.
+    /// Contact area with an organ if the whole length of the electrode lies in its surface, m².
     pub(crate) fn side_m2(&self) -> f32 {
         math::norm(&(self.ends_m[1] - self.ends_m[0])) * self.diameter_m()
     }
 
-    /// Contact with a ball of tissue: 1 in touch, 0 beyond the reach of the current.
+    /// Contact with a ball of tissue: 1 if the electrode touches it, falling to 0 at the gap that
+    /// the current bridges.
     pub(crate) fn touches_ball(&self, center_m: &Vec3, radius_m: f32) -> f32 {
         self.touches_bar(&[*center_m; 2], radius_m)
     }
 
     /// Contact with a link of tissue, as in [`Self::touches_ball`].
     pub(crate) fn touches_bar(&self, ends_m: &[Vec3; 2], radius_m: f32) -> f32 {
-        // Bounding boxes reject distant links without a root. The margin covers rounding.
+        // Bounding boxes reject distant links without a square root. The margin covers rounding.
         let reach_m = 1.01 * (self.radius_m + radius_m + BRIDGED_M);
         if apart_m(&self.ends_m, ends_m) > reach_m {
             return 0.0;
@@ -125,12 +128,12 @@ impl Electrode {
 }
 
 impl Dose {
-    /// Sum of both, J/m².
+    /// Sum of both parts, J/m².
     pub(crate) fn whole_j_m2(&self) -> f32 {
         self.parting_j_m2 + self.drying_j_m2
     }
 
-    /// Share of a touched link that the dose boils away, across the electrode's width.
+    /// Share of a touched link that the dose boils away, over the width of the electrode.
     pub(crate) fn parts(&self) -> f32 {
         self.parting_j_m2 / (BOIL_J_M3 * self.kerf_m)
     }
@@ -157,8 +160,8 @@ fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
             0.0
         }
     };
-    // Nearest point of the first line to the second, both unbounded; then of the second; then
-    // again.
+    // First the point of the first line that is nearest to the second line; then the point of the
+    // second segment nearest to that; then again the point of the first segment.
     let s = share(
         along * on_other - on_own * other2,
         own2 * other2 - along * along,
@@ -201,7 +204,7 @@ mod tests {
         }
         let mut tool = hook(Instrument::Hook, true, false);
         let electrode = Electrode::of(&tool).expect("current");
-        // The bend lies 12 mm beyond the joint, its end 4 mm aside.
+        // The bend lies 12 mm beyond the joint, and its end 4 mm to the side.
         assert!(electrode.touches_ball(&Vec3::new(0.0, -0.004, -0.0135), 0.000_8) >= 1.0);
         assert!(electrode.touches_ball(&Vec3::new(0.0, 0.0, -0.006), 0.003) <= 0.0);
         tool.switches.paused = true;
@@ -220,13 +223,13 @@ mod tests {
         }
         assert!(dose(true).parting_j_m2 > dose(true).drying_j_m2);
         assert!(dose(false).parting_j_m2 < dose(false).drying_j_m2);
-        // A cord of 2 mm², all of it boiled over the hook's width of 1.6 mm: 6.4 J of 13.5 W.
+        // A cord of 2 mm² that is boiled over the hook's width of 1.6 mm takes 6.4 J, at 13.5 W.
         let ticks = dose(true).parts().recip();
         assert!((ticks - 474.0).abs() < 1.0, "{ticks}");
     }
 
     proptest! {
-        /// Compared with the smallest distance of many points on both lines.
+        /// The distance equals the smallest distance of many pairs of points on the two segments.
         #[test]
         fn distances_are_the_smallest(
             points in prop::array::uniform4(prop::array::uniform3(-1.0f32..1.0)),

@@ -2,10 +2,11 @@
 //! touches.
 //!
 //! First the contact area is summed over everything touched: links of tubes, bands and sutures,
-//! cells, and surfaces of organs. Then each takes its dose of the tick's energy ([`electrode`]). A
-//! link is damaged by that energy over the energy that boils it through, across the electrode's
-//! width. A vessel is desiccated, a wall burnt through ([`wall`]). Current without contact does
-//! nothing. O(attachments and elastic links of organs that move, contacts) while current flows.
+//! cells, and surfaces of organs. Then each area takes its share of the tick's energy
+//! ([`electrode`]). The damage of a link grows by the energy that it takes, divided by the energy
+//! that boils it away over the width of the electrode. A vessel is desiccated, a wall is burnt
+//! through ([`wall`]). Current without contact does nothing. O(attachments and elastic links of
+//! organs that move, contacts) while current flows.
 
 mod burn;
 mod electrode;
@@ -31,7 +32,7 @@ use wall::{HOLE_M2, Walls};
 /// Ticks between two burn events.
 const REPORTED_TICKS: u32 = 50;
 
-/// Most steps of tubes desiccated in a tick: as many as lie under a tip.
+/// Most links of tubes that a tick desiccates: as many as lie under a tip.
 const DRIED: usize = 32;
 
 /// Burns since the last event.
@@ -60,7 +61,7 @@ impl Cautery {
     ) {
         let mut surfaces = touched_surfaces(electrode, contacts, scene);
         for cell in cells {
-            // Organs with cells burn cell by cell.
+            // An organ with cells burns by its cells, not by its surface.
             if let Some(area_m2) = surfaces.get_mut(usize::from(cell.organ)) {
                 *area_m2 = 0.0;
             }
@@ -151,7 +152,8 @@ impl Cautery {
     }
 }
 
-/// Organs whose links vanish with their cells and not by themselves. O(cells).
+/// True for organs with cells: their links vanish with the cells, and are not burnt themselves.
+/// O(cells).
 fn layered(scene: &Scene<'_>, bodies: &Bodies) -> [bool; MAX_ORGANS] {
     let mut layered = [false; MAX_ORGANS];
     for cell in scene.layers.cells {
@@ -187,8 +189,8 @@ fn touched_bars_m2(
     sum_m2
 }
 
-/// Contact area of the electrode with each organ's surface, m². Tubes count by their links, not by
-/// their surface.
+/// Contact area of the electrode with each organ's surface, m². A tube counts by its links, not by
+/// its surface.
 fn touched_surfaces(
     electrode: &Electrode,
     contacts: &[ContactForce],

@@ -1,6 +1,7 @@
 //! Walls that current burns through: the energy that each place has absorbed.
 //!
-//! A place follows the sphere that was nearest to it at its first burn. Its damage does not heal.
+//! A place moves with the sphere that was nearest to it at its first burn. The damage of a place
+//! does not heal.
 
 use heapless::Vec;
 
@@ -34,7 +35,7 @@ pub(super) struct Walls {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hole {
     pub(super) sphere: u32,
-    /// Energy that it took, J.
+    /// Energy that the hole took, J.
     pub(super) energy_j: f32,
 }
 
@@ -76,7 +77,7 @@ impl Walls {
         })
     }
 
-    /// Replaces the least burnt place if there is no room.
+    /// Adds a place. If there is no room, it replaces the least burnt one.
     fn add(&mut self, place: Place) -> Option<&mut Place> {
         if self.places.push(place).is_ok() {
             return self.places.last_mut();

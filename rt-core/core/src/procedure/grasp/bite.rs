@@ -1,16 +1,16 @@
-//! Tissue between two jaws: its resistance to the squeeze, the friction that it bears, and the
+//! Tissue between two jaws: its resistance to the squeeze, its friction on the jaws, and the
 //! stiffness of the tissue behind it.
 
 use crate::math::{self, Vec3};
 use crate::scene::{Inside, Scene};
 use crate::tissue::Bodies;
 
-/// Largest force of jaws that a button closes, N. A profiled jaw then holds bowel against a pull of
-/// 5 N (3 N, and 22 N between smooth jaws); it is a fifth of the force that harms bowel (15 N and
-/// more; 10.1007/s00464-003-9153-2).
+/// Largest force of jaws that a button closes, N. To hold bowel against a pull of 5 N, profiled
+/// jaws need 3 N, and smooth jaws 22 N. A force of 15 N and more harms bowel
+/// (10.1007/s00464-003-9153-2).
 pub(crate) const GRIP_MAX_N: f32 = 4.0;
-/// Friction of a profiled jaw relative to a smooth one: between 1 and the best profile (22 N / 3 N,
-/// the source above), as for the teeth of an atraumatic jaw.
+/// Friction of a profiled jaw, relative to that of a smooth one. It lies between 1 and the value of
+/// the best profile (22 N / 3 N, the source above), and stands for the teeth of an atraumatic jaw.
 const PROFILE: f32 = 4.0;
 /// Width of a jaw, m.
 const JAW_WIDTH_M: f32 = 0.003;
@@ -42,7 +42,8 @@ pub(super) struct Bite {
     shear_pa: f32,
     /// Coefficient of Coulomb friction on a smooth jaw.
     friction: f32,
-    /// Stiffness of the tissue behind, as a half-space under a disc as wide as the bite, N/m.
+    /// Stiffness of the tissue behind the bite, as a half-space under a disc as wide as the bite,
+    /// N/m.
     behind_n_m: f32,
 }
 
@@ -155,16 +156,17 @@ mod tests {
         // 4 mm thick, 14 mm long, 3 mm wide: 42 mm²; G = 1724 Pa.
         let free = bite(0.01);
         assert!(free.squeeze_n(0.004) <= 0.0 && free.squeeze_n(0.1) <= 0.0);
-        // To a quarter: 42e-6 · 1724 · (16 − 0.25).
+        // Squeezed to a quarter: 42e-6 · 1724 · (16 − 0.25).
         let squeezed_n = free.squeeze_n(0.001);
         assert!((squeezed_n - 1.1405).abs() < 1.0e-3, "{squeezed_n}");
         // Friction on two jaws: 2 · 4 · 0.1 · 1.5 N.
         assert!((free.slip_n(1.5) - 1.2).abs() < 1.0e-5);
-        // A disc of 7 mm on a half-space of 6270 Pa: 87.8 N/m, and 500 N/m before it.
+        // A disc of 7 mm on a half-space of 6270 Pa has 87.8 N/m, in series with the 500 N/m of the
+        // grip.
         let pull_n_m = free.pull_stiffness_n_m(1.0);
         assert!((pull_n_m - 74.7).abs() < 0.1, "{pull_n_m}");
         assert!(free.pull_stiffness_n_m(0.0) <= 0.0);
-        // Tissue is counted only as far as it fits between the jaws: 3 mm, to a third.
+        // Tissue is counted only as far as it fits between the jaws: 3 mm, squeezed to a third.
         let pinched_n = bite(0.003).squeeze_n(0.001);
         assert!((pinched_n - 0.6276).abs() < 1.0e-3, "{pinched_n}");
     }

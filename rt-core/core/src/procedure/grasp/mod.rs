@@ -1,9 +1,9 @@
 //! Grasp: spheres between closed jaws move with the instrument until the jaws open or the spheres
 //! slip out.
 //!
-//! The jaws squeeze the tissue between them ([`bite`]); the resulting friction bears a pull, and
-//! the tissue keeps the jaws open. A handle that closes by a button does not render the squeeze.
-//! One that opens and shuts does ([`crate::procedure::opening`]).
+//! The jaws squeeze the tissue between them ([`bite`]); the resulting friction holds the tissue
+//! against a pull, and the tissue keeps the jaws open. A handle that closes by a button does not
+//! render the squeeze. A handle that opens and shuts does ([`crate::procedure::opening`]).
 
 mod bite;
 
@@ -22,13 +22,13 @@ use crate::words::SphereBits;
 pub(crate) use bite::GRIP_MAX_N;
 use bite::{Bite, GRIP_N_M, crushed_by_pa};
 
-/// Distance from the middle of the jaws within which spheres are grasped, m. Inner spheres lie up
-/// to some mm under the skin that the trainee sees.
+/// Distance from the line between joint and tip of the jaws within which spheres are grasped, m.
+/// Spheres lie up to a few mm under the skin that the trainee sees.
 const REACH_M: f32 = 0.005;
-/// Further distance after which a held sphere has slid out, m.
+/// Distance beyond `REACH_M` at which a held sphere counts as slid out, m.
 const OUT_M: f32 = 0.001;
 /// Share of the grip that a sphere which has slid out loses per tick: it is free after 0.2 s. A
-/// larger one ends the pull more abruptly.
+/// larger share ends the pull more abruptly.
 const OUT_STEP: f32 = 0.005;
 /// Distance that tissue slides through the jaws until a slip is reported, m.
 const SLIP_M: f32 = 0.002;
@@ -37,7 +37,7 @@ const SLIP_M: f32 = 0.002;
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Held {
     sphere: u32,
-    /// Its place in the jaws, in the instrument's frame, m.
+    /// Place of the sphere in the jaws, in the instrument's frame, m.
     in_instrument_m: Vec3,
     /// That place at the end of the last tick, world frame, m.
     was_at_m: Vec3,
@@ -50,7 +50,7 @@ struct Held {
 pub(crate) struct Grasp {
     held: Vec<Held, MAX_GRASPED>,
     bite: Bite,
-    /// Blades grip and clips hold: nothing slips, and nothing stops the jaws.
+    /// True for blades and the clip applier: held tissue does not slip, and does not stop the jaws.
     is_sharp: bool,
     /// Reciprocal of the number of spheres grasped.
     part: f32,
@@ -66,17 +66,17 @@ pub(crate) struct Grasp {
     slid_m: f32,
 }
 
-/// State of the closing jaws.
+/// State of the jaws.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Jaws<'a> {
     pub(crate) instrument: Instrument,
     pub(crate) world_from_instrument: &'a Pose,
-    /// Opening, 0 to 1.
+    /// Opening, 0 shut to 1 wide open.
     pub(crate) jaw: f32,
 }
 
-/// Thickness of the jaws between their axes, m: they meet tissue while their axes are farther apart
-/// than it is thick by this.
+/// Thickness of the jaws between their axes, m. Jaws meet tissue when the distance of their axes is
+/// less than the thickness of the tissue plus this.
 const MEET_M: f32 = 0.001;
 
 /// Crossing of a link between the jaws.
@@ -89,7 +89,8 @@ pub(crate) struct Crossing {
 }
 
 impl Jaws<'_> {
-    /// Distance between the axes of the jaws, m.
+    /// Distance between the axes of the jaws at the middle of their length, m: half of that at the
+    /// tips.
     fn gap_m(&self) -> f32 {
         self.instrument.jaw_opening_m() * self.jaw
     }
@@ -136,8 +137,8 @@ impl Grasp {
         self.held.first().map(|held| held.sphere)
     }
 
-    /// Grasps every movable sphere near the line from the jaw joint to the tip, of organs that it
-    /// `takes`.
+    /// Grasps every movable sphere near the line from the jaw joint to the tip, of the organs for
+    /// which `takes` returns true.
     pub(crate) fn close(
         &mut self,
         jaws: &Jaws<'_>,
@@ -193,8 +194,8 @@ impl Grasp {
         *self = Self::default();
     }
 
-    /// Opening at which the tissue stops jaws that close from `open` to `to`. `push_n` is the force
-    /// of the jaws at an opening, N. It is found in `halvings` bisections.
+    /// Opening at which the tissue stops jaws that close from `open` to `to`, found by `halvings`
+    /// bisections. `push_n` gives the force of the jaws at an opening, N.
     pub(crate) fn stop(
         &self,
         jaws: &Jaws<'_>,
@@ -221,8 +222,8 @@ impl Grasp {
         open
     }
 
-    /// Updates force and losses after the jaws have moved. Returns true if tissue has slipped.
-    /// The jaws press with `most_n` at most, N.
+    /// Updates the force of the jaws, at most `most_n`, N, after the jaws have moved, and releases
+    /// spheres that have slid out. Returns true if tissue has slipped by `SLIP_M`.
     pub(crate) fn hold(&mut self, jaws: &Jaws<'_>, most_n: f32, bodies: &mut Bodies) -> bool {
         self.grip_n = self.bite.squeeze_n(jaws.gap_m()).min(most_n);
         let (joint_m, tip_m) = (Vec3::zeros(), jaws.tip_in_instrument_m());
@@ -249,7 +250,7 @@ impl Grasp {
     }
 
     /// A sphere of an organ that the jaws crush now and had not crushed before in this grip, and
-    /// their force, N. Blades cut and clips close: neither crushes.
+    /// their force, N. Blades and the clip applier do not crush.
     pub(crate) fn crush(&mut self, scene: &Scene<'_>, bodies: &Bodies) -> Option<(u32, f32)> {
         let pressure_pa = self.bite.pressure_pa(self.grip_n);
         for held in self.held.iter().filter(|_| !self.is_sharp) {
@@ -271,7 +272,7 @@ impl Grasp {
         self.pull_n
     }
 
-    /// True if jaws so far open hold nothing any more.
+    /// True if the jaws are so far open that they do not press on the tissue any more.
     pub(crate) fn is_loose(&self) -> bool {
         self.grip_n <= 0.0
     }

@@ -3,7 +3,7 @@
 //! | fluid | source |
 //! |---|---|
 //! | blood | held spheres of a vessel (the body's own vessels lie beyond), attached vessels |
-//! | bile | bags that are full of it; the liver, where a duct is attached to it |
+//! | bile | bags (organs with tetrahedra) full of bile; the liver, where a duct is attached to it |
 
 use crate::procedure::clip::Clips;
 use crate::procedure::vessel::Vessels;
@@ -36,8 +36,8 @@ impl Vessels {
         }
     }
 
-    /// Spreads pressure by one step along every tube, in the order of its links, and across every
-    /// attachment. Returns true if that changed anything.
+    /// Spreads pressure across every link of every tube once, in the order of the links, and across
+    /// every attachment. Returns true if that changed anything.
     pub(super) fn spread(&mut self, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> bool {
         let mut has_spread = false;
         for (organ, it) in (0u8..).zip(scene.organs) {

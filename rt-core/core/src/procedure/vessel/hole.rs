@@ -10,7 +10,8 @@ use crate::scene::{Anchor, Inside, Scene};
 use crate::tissue::Bodies;
 use crate::tissue::tubes::Step;
 
-/// Radius of a bag's neck, m: the area of a hole in a bag is compared with it.
+/// Radius of a bag's neck, m. The flow from a hole in a bag is the hole's area over the area of the
+/// neck.
 const NECK_RADIUS_M: f32 = 0.003;
 
 /// An opening to the outside.
@@ -18,7 +19,7 @@ const NECK_RADIUS_M: f32 = 0.003;
 pub(super) enum Opening {
     /// End of a divided link at this sphere.
     Link { link: u32, sphere: u32 },
-    /// Place at which this sphere was attached to another organ.
+    /// Former attachment of this sphere to another organ.
     Off { sphere: u32 },
     /// Hole in the wall at this sphere.
     Wall { sphere: u32, area_m2: f32 },
@@ -57,13 +58,14 @@ impl Opening {
     }
 }
 
-/// An opening, and its last event.
+/// An opening, and the state of its events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hole {
     pub(super) opening: Opening,
-    /// Flow in its last event.
+    /// Flow in the last event of this leak.
     pub(super) reported: f32,
-    /// Place of its first event, m. Readers of the events identify the leak by it.
+    /// Place of the first event of this leak, m. Readers of the events identify a leak by this
+    /// place.
     pub(super) at_m: Option<Vec3>,
 }
 
@@ -78,8 +80,8 @@ impl Hole {
 }
 
 impl Vessels {
-    /// Finds new divisions. `divided` receives each place once, and again if it returns that it
-    /// could not take it. Returns true if it took all.
+    /// Finds new divisions, and calls `divided` with each. If `divided` returns false, the division
+    /// is left for a later call. Returns true if none was left.
     pub(super) fn find_holes(
         &mut self,
         scene: &Scene<'_>,
@@ -111,8 +113,8 @@ impl Vessels {
         self.find_torn_off(scene, bodies, divided) && is_all
     }
 
-    /// Finds tubes that have lost all attachments to an organ. Fat and other tissue around a tube
-    /// hold no end of it.
+    /// Finds tubes that have lost all attachments to an organ. Attachments to fat and other solid
+    /// tissue do not count, because they hold no end of a tube.
     fn find_torn_off(
         &mut self,
         scene: &Scene<'_>,
@@ -166,8 +168,8 @@ impl Vessels {
         self.holes.iter().any(|hole| hole.opening == opening)
     }
 
-    /// Adds an opening. One without room leaks unreported, which is counted
-    /// (`Vessels::is_overrun`).
+    /// Adds an opening. If there is no room, no events report the leak, and `Vessels::is_overrun`
+    /// reports the lack of room.
     pub(super) fn open_up(&mut self, opening: Opening) {
         if !self.is_open(opening) {
             self.is_overrun |= self.holes.push(Hole::new(opening)).is_err();
@@ -175,10 +177,10 @@ impl Vessels {
     }
 }
 
-/// Share of a tube's lumen that clips leave open, on the worse side of its division.
+/// Share of a tube's lumen that clips leave open, on the side of the division where more is open.
 pub(super) fn unclosed(opening: Opening, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> f32 {
     let Opening::Link { link, .. } = opening else {
-        // The organ from which it was torn has no stump for a clip.
+        // A tube torn off an organ leaves no stump there that a clip could close.
         return 1.0;
     };
     let Some(ends) = scene.links.get(link as usize) else {

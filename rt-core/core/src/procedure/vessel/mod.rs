@@ -1,9 +1,9 @@
 //! Flow in vessels and ducts, and leaks.
 //!
 //! Pressure spreads from its sources ([`flow`]) along intact links, and across attachments between
-//! organs of equal content. Clips and desiccated walls reduce it. It spreads only after a change,
-//! one step along every tube in a tick. Then every divided end and every hole leaks what reaches
-//! it, and changes raise events.
+//! organs of equal content. Clips and desiccated walls reduce it. Pressure is computed only after a
+//! change, and spreads by at least one link along every tube in a tick. Then every divided end and
+//! every hole leaks at the pressure that reaches it, and changes of a leak raise events.
 
 mod flow;
 mod hole;
@@ -19,17 +19,21 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind};
 use hole::{Hole, Opening, unclosed};
 
-/// Share of its length by which a divided artery shortens: vessels lie stretched by a tenth in the
-/// body (the aorta of the old by 5 %, of the young by far more; 10.1007/s00414-011-0549-9). For
-/// ducts half of it is assumed.
+/// Share of its length by which a divided artery shortens, because vessels in the body are
+/// stretched by a tenth (the aorta of old people by 5 %, of young people by far more;
+/// 10.1007/s00414-011-0549-9).
 const ARTERY_SHORTENS: f32 = 0.1;
+/// Share of its length by which a divided duct shortens: half of that of an artery, which is
+/// assumed.
 const DUCT_SHORTENS: f32 = 0.05;
-/// Share of its length by which it shortens in a tick: an artery is done after 0.3 s.
+/// Share of its length by which a divided tube shortens in a tick: an artery has shortened fully
+/// after 0.3 s.
 const SHORTENS_STEP: f32 = ARTERY_SHORTENS / 300.0;
 /// Change of flow below which no event is raised.
 const REPORTED: f32 = 0.01;
-/// Largest radius of a vessel that desiccation can close, m: in larger ones blood carries the heat
-/// away. One electrode is trusted with 2 mm across; the rest is tolerance for sphere radii.
+/// Largest radius of a vessel that desiccation can close, m; in larger vessels blood carries the
+/// heat away. In practice one electrode closes vessels of up to 2 mm diameter; the rest is
+/// tolerance for the radii of spheres.
 const DRIED_RADIUS_M: f32 = 0.001_5;
 /// Energy that closes a volume of vessel, J/m³. Heated to 100 °C, its collagen has shrunk; with a
 /// third of the water boiled off, the walls stick: `1060 kg/m³ (3600 J/kg K · 63 K + 0.25 · 2.26
@@ -55,9 +59,9 @@ pub(crate) struct Vessels {
     /// Energy that has desiccated each sphere's piece of vessel, J.
     dried_j: PerSphere<f32>,
     holes: Vec<Hole, MAX_HOLES>,
-    /// A leak found no room in `holes` in this tick.
+    /// True if a leak has found no room in `holes`.
     is_overrun: bool,
-    /// Organs that are divided somewhere.
+    /// True for organs that are divided somewhere.
     divided: [bool; MAX_ORGANS],
     progress: Progress,
 }
@@ -90,7 +94,7 @@ impl Vessels {
         self.progress = Progress::Changed;
     }
 
-    /// Desiccates the tube at this sphere by `energy_j`.
+    /// Desiccates the tube at this sphere with `energy_j`.
     pub(crate) fn dry(&mut self, sphere: u32, energy_j: f32, scene: &Scene<'_>, bodies: &Bodies) {
         let before = self.open(sphere, scene, bodies);
         *self.dried_j.at_mut(sphere) += energy_j;
@@ -158,7 +162,8 @@ impl Vessels {
         core::mem::take(&mut self.is_overrun)
     }
 
-    /// Share of the tube's lumen at this sphere that desiccation has left open, in quarters.
+    /// Share of the tube's lumen at this sphere that desiccation has left open, in steps of a
+    /// quarter.
     fn open(&self, sphere: u32, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
         let organ = scene.organs.get(usize::from(*bodies.organ.at(sphere)));
         let radius_m = scene

@@ -10,12 +10,12 @@ use super::malformed;
 use crate::Vec3;
 use crate::error::MeshProblem;
 
-/// Corners of a polygon, at most, because the work grows with their square.
+/// Most corners of a polygon. The work grows with the square of their number.
 const CORNERS_MAX: usize = 10_000;
 
 type Point = Coord<f64>;
 
-/// Adds a polygon's triangles, turned as the polygon is. A corner that is repeated at once counts
+/// Adds a polygon's triangles, with the polygon's orientation. A corner that follows itself counts
 /// once; a polygon of fewer than three corners has no triangles.
 ///
 /// # Errors
@@ -46,7 +46,8 @@ pub(super) fn push_polygon(
     }
     match flat(&corners, vertices) {
         Some(points) => clip(triangles, &corners, &points),
-        // Mending refuses vertices that do not exist. A polygon without a side has no ears.
+        // A vertex does not exist, which mending refuses later, or the polygon has no area and so
+        // no ears.
         None => fan(triangles, &corners),
     }
     Ok(())
@@ -58,9 +59,9 @@ fn fan(triangles: &mut Vec<[u32; 3]>, corners: &[u32]) {
     }
 }
 
-/// The corners seen along the axis that the polygon faces most, anticlockwise. Coordinates are kept
-/// as they are, so that the predicates are exact. `None` if the polygon faces no side, or a vertex
-/// does not exist.
+/// The corners projected along the coordinate axis nearest to the polygon's normal, anticlockwise.
+/// Coordinates are not rounded, so that the predicates are exact. `None` if the polygon has no
+/// area, or a vertex does not exist.
 fn flat(corners: &[u32], vertices: &[Vec3]) -> Option<Vec<Point>> {
     let points: Option<Vec<Vec3>> = corners
         .iter()
@@ -149,8 +150,8 @@ impl Ring<'_> {
         !ears.is_empty()
     }
 
-    /// True if the corner is convex and its triangle is free of the other corners, its border
-    /// included.
+    /// True if the corner is convex and no other corner lies in its triangle or on the triangle's
+    /// border.
     fn is_ear(&self, tip: usize) -> bool {
         let [a, b, c] = [self.before[tip], tip, self.after[tip]].map(|i| self.points[i]);
         if orient2d(a, b, c) <= 0.0 {
@@ -167,7 +168,7 @@ impl Ring<'_> {
         let blocks = |i: usize| {
             let p = self.points[i];
             let near = p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y;
-            // A hole is cut in by a bridge, whose corners come twice.
+            // A hole is connected to the outline by a bridge, whose corners occur twice.
             let corner = [a, b, c].contains(&p);
             near && !corner
                 && orient2d(a, b, p) >= 0.0

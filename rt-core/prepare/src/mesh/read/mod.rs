@@ -105,7 +105,7 @@ impl Format {
 /// groups (OBJ) or nodes (glTF, with all below them) to take; if it is empty, all are taken.
 ///
 /// # Errors
-/// Says what is wrong with the file.
+/// The error says what is wrong with the file.
 pub fn read(path: &Path, parts: &[String]) -> Result<Mesh, MeshProblem> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     let extension = extension.to_ascii_lowercase();
@@ -156,7 +156,8 @@ pub fn parse(
     Ok(mesh.without_unused())
 }
 
-/// Adds a strip of triangles: each corner after the second makes one with the two before it.
+/// Adds a strip of triangles: each corner after the second makes a triangle with the two corners
+/// before it.
 fn push_strip(triangles: &mut Vec<[u32; 3]>, strip: &[u32]) {
     for (i, &[a, b, c]) in strip.array_windows().enumerate() {
         // Every second triangle runs the other way.

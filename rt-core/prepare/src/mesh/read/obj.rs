@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 #[derive(Default)]
 struct Faces {
     corners: Vec<u32>,
-    /// End in `corners` and line of each face.
+    /// For each face, the end of its corners in `corners`, and its line in the file.
     ends: Vec<(usize, usize)>,
 }
 
@@ -67,8 +67,8 @@ pub(super) fn parse(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshP
     Ok(mesh)
 }
 
-/// A statement of numbers without its comment, and with the lines after it for as long as each ends
-/// with a backslash.
+/// A statement without its comment, joined with the next line for as long as the last one ends with
+/// a backslash.
 fn continued<'a>(first: &[u8], lines: &mut impl Iterator<Item = (usize, &'a [u8])>) -> Vec<u8> {
     let mut line = first.trim_ascii_end().to_vec();
     while line.last() == Some(&b'\\') {

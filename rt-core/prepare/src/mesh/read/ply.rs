@@ -1,5 +1,5 @@
-//! PLY, text and binary, through ply-rs. Its grammar takes plain names and UTF-8 only, so the
-//! header is rewritten for it.
+//! PLY, text and binary, through ply-rs. The crate's grammar takes plain names and UTF-8 only, so
+//! the header is rewritten before the crate reads it.
 
 use std::io::{Cursor, Read};
 
@@ -123,7 +123,7 @@ fn header(content: &[u8]) -> Result<(Vec<u8>, &[u8]), MeshProblem> {
     }
 }
 
-/// Checks the header's counts before memory is taken, and that faces have vertices.
+/// Checks the header's counts before memory is taken, and that faces have a list of vertices.
 fn check(header: &Header, bytes: usize) -> Result<(), MeshProblem> {
     for (name, element) in &header.elements {
         if name == "vertex" || name == "face" {
@@ -194,7 +194,7 @@ pub(super) fn parse(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshP
         push_polygon(&mut mesh.triangles, &polygon, &mesh.vertices)?;
     }
     for Face(strips) in strips {
-        // -1 parts one strip from the next.
+        // -1, read as `u32::MAX`, separates one strip from the next.
         for strip in strips.split(|i| *i == u32::MAX) {
             push_strip(&mut mesh.triangles, strip);
         }

@@ -1,7 +1,8 @@
 //! STL, text and binary.
 //!
-//! Binary files are told by their length, because the headers of many begin with the word "solid".
-//! Normals are ignored: the corners' order has them, and programs write zeros and NaN.
+//! Binary files are recognised by their length, because the headers of many begin with the word
+//! "solid". Normals are ignored: the order of the corners gives them, and some programs write zeros
+//! or NaN.
 
 use super::ears::push_polygon;
 use super::text::{at_line, lines, point, without_mark, words};
@@ -58,7 +59,7 @@ fn binary(content: &[u8]) -> Result<&[u8], MeshProblem> {
         return Err(malformed("STL", "shorter than its header"));
     };
     let whole = data.len().is_multiple_of(BINARY_TRIANGLE);
-    // Exporters that write while they go on never come back to write the count.
+    // Exporters that stream their output never come back to fill in the count.
     if whole && (announced == 0 || announced == u64::from(u32::MAX)) {
         return Ok(data);
     }
@@ -90,7 +91,8 @@ fn push_corners(mesh: &mut Mesh, corners: impl Iterator<Item = Vec3>) -> Result<
     push_polygon(&mut mesh.triangles, &polygon, &mesh.vertices)
 }
 
-/// Reads the facets of all solids. Only loops have content: unknown words around them are skipped.
+/// Reads the facets of all solids. Corners stand only within loops; unknown words outside of loops
+/// are skipped.
 fn parse_text(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshProblem> {
     let mut mesh = Mesh::default();
     let mut name = String::new();
@@ -135,7 +137,7 @@ fn parse_text(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshProblem
     }
 }
 
-/// Number of words before the next facet of the line. Names may have any words.
+/// Number of words before the next facet of the line. The name of a solid may consist of any words.
 fn facet(words: &[&[u8]]) -> usize {
     let is_facet = |pair: &[&[u8]]| {
         pair[0].eq_ignore_ascii_case(b"facet") && pair[1].eq_ignore_ascii_case(b"normal")

@@ -6,7 +6,7 @@ use crate::error::MeshProblem;
 /// Content without a byte order mark.
 ///
 /// # Errors
-/// When the text has two bytes a character.
+/// When the text is UTF-16.
 pub(super) fn without_mark<'a>(
     format: &'static str,
     content: &'a [u8],

@@ -15,7 +15,7 @@ use super::guide::{Said, Turn, Windowed, direction};
 use super::signs::Signs;
 use crate::devices::feel::weight::weight_n;
 
-/// Period of the moving picture.
+/// Period at which the page shows the newest position and force.
 const PERIOD: Duration = Duration::from_millis(50);
 
 /// The page of the test.
@@ -31,7 +31,8 @@ pub(super) struct Desk {
 }
 
 impl Desk {
-    /// A page, and the guide that leads its person. Ctrl-C sets `stop`.
+    /// Makes a page, and the guide that leads the person at it through the test. Ctrl-C sets
+    /// `stop`.
     pub(super) fn new(
         words: Words,
         can: &DeviceCapabilities,
@@ -104,7 +105,7 @@ impl Desk {
     }
 
     fn say(&self, said: Said) {
-        // A bench that is gone needs no answer.
+        // If the test has ended, nobody needs the answer.
         let _ = self.answers.send((self.number, said));
     }
 }

@@ -1,4 +1,4 @@
-//! The bench's end of the window: it sends screens and takes answers, and never waits.
+//! The test's end of the window: it sends screens and takes answers, and never waits.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
@@ -15,7 +15,8 @@ use hardware::feel::{
 use super::signs::Signs;
 use crate::devices::feel::pace::Pace;
 
-/// A screen with its number. An answer names it: that to an earlier screen counts no more.
+/// A screen with its number. Each answer carries the number of its screen, so that answers to
+/// earlier screens are ignored.
 pub(super) struct Turn {
     pub(super) number: u32,
     pub(super) progress: Progress,
@@ -27,17 +28,17 @@ pub(super) struct Turn {
 pub(super) enum Said {
     /// The step is done.
     Done,
-    /// It pushed like this.
+    /// The handle pushed like this.
     Pushed(Answer),
-    /// It pushed the fingers like this.
+    /// The handle pushed the fingers like this.
     Squeezed(Squeezed),
-    /// There is a scale, or none.
+    /// True if there is a kitchen scale.
     HasScale(bool),
-    /// The scale showed this, N; `None`: it was not read.
+    /// The scale showed this, N; `None` if it was not read.
     Pressed(Option<f32>),
 }
 
-/// A person at a window.
+/// Guide of a person at a window.
 pub(super) struct Windowed {
     turns: Sender<Turn>,
     answers: Receiver<(u32, Said)>,
@@ -128,9 +129,9 @@ impl Windowed {
         }));
     }
 
-    /// Place of a step in the test.
+    /// Moves the shown progress to this step of the test.
     fn advance(&mut self, step: &Step) {
-        // The ends of an opening come before its pushes.
+        // The handle is shut first, then opened, then it pushes the fingers.
         const SHUT: usize = 1;
         const OPEN: usize = 2;
         let (part, step) = match step {
@@ -183,7 +184,7 @@ impl Guide for Windowed {
     }
 
     fn live(&mut self, live: &Live) {
-        // The window reads it now. The next millisecond brings a newer one.
+        // If the window is reading now, skip this value: the next one comes in a millisecond.
         let Ok(mut shown) = self.live.try_lock() else {
             return;
         };
@@ -264,7 +265,7 @@ const fn way(direction: Direction) -> Way {
     }
 }
 
-/// Direction of the bench that the person named.
+/// Converts a direction of the window to one of the test.
 pub(super) const fn direction(way: Way) -> Direction {
     match way {
         Way::Right => Direction::Right,

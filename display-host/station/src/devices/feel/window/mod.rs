@@ -1,4 +1,4 @@
-//! Leads a person through `feel` in a window. The bench runs on a thread of its own, so that
+//! Leads a person through `feel` in a window. The test runs on a thread of its own, so that
 //! neither a slow picture nor a lost screen holds up the device.
 
 mod desk;
@@ -24,16 +24,16 @@ use crate::problem::Problem;
 /// Inner size of the window, pixels.
 const SIZE: [u32; 2] = [1280, 860];
 
-/// Device that is tested.
+/// Device that is tested, and settings of the test.
 pub(super) struct Bench {
     pub(super) device: Box<dyn HapticDevice + Send>,
-    /// Seed of the pushes' order.
+    /// Seed of the order of the pushes.
     pub(super) seed: u64,
     /// Set by Ctrl-C.
     pub(super) stop: Arc<AtomicBool>,
 }
 
-/// Checks that a window can be opened, before the device is.
+/// Checks that a window can be opened. The caller opens the device afterwards.
 ///
 /// # Errors
 ///
@@ -42,7 +42,7 @@ pub(super) fn check() -> Result<(), Problem> {
     answers().map_err(without_window)
 }
 
-/// The error with the way on that leads through this test.
+/// Adds to the error of a missing screen that the test works in the terminal too.
 fn without_window(error: DisplayError) -> Problem {
     match error {
         DisplayError::NoWindow { detail } => format!(
@@ -54,12 +54,12 @@ fn without_window(error: DisplayError) -> Problem {
     }
 }
 
-/// Runs the test and shows it until the window is closed. `report` gets the results as soon as they
-/// are there. Returns true if the device passed.
+/// Runs the test and shows it until the window is closed. `report` gets the results when the test
+/// ends. Returns true if the device passed.
 ///
 /// # Errors
 ///
-/// The window is lost, or that of `report`. The device is then without force, too.
+/// The window is lost, or `report` fails. In both cases the device is without force.
 pub(super) fn lead(
     bench: Bench,
     language: Language,
@@ -90,7 +90,7 @@ pub(super) fn lead(
         let test = named.spawn_scoped(threads, test)?;
         let shown = show_page_apart(SIZE, stop, desk);
         no_window.store(shown.is_err() && !signs.is_seen(), SeqCst);
-        // Nobody can answer without a window: the test ends, with every force.
+        // Without a window nobody can answer, so the test ends, and every force with it.
         signs.halt();
         let passed = test
             .join()

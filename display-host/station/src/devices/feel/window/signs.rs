@@ -1,8 +1,8 @@
-//! Signs that the window gives the bench, without waiting.
+//! Flags that the window sets for the test. Neither waits for the other.
 
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
-/// Signs of a window. None is taken back.
+/// Flags of a window. A flag that is set stays set.
 #[derive(Debug, Default)]
 pub(super) struct Signs {
     seen: AtomicBool,
@@ -10,7 +10,7 @@ pub(super) struct Signs {
 }
 
 impl Signs {
-    /// The person sees the window.
+    /// Notes that the person sees the window.
     pub(super) fn see(&self) {
         self.seen.store(true, SeqCst);
     }
@@ -20,7 +20,7 @@ impl Signs {
         self.seen.load(SeqCst)
     }
 
-    /// The test must end now, with every force.
+    /// Asks the test to end now, and every force with it.
     pub(super) fn halt(&self) {
         self.halt.store(true, SeqCst);
     }

@@ -1,4 +1,4 @@
-//! A person at the window, without a window.
+//! Tests with the answers of a person, without a window.
 
 use std::sync::Mutex;
 use std::thread::JoinHandle;

@@ -23,7 +23,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
-/// Buffers and the names of the extensions used, which may explain data that are not there.
+/// Buffers, and the names of the extensions that the file uses, which may explain missing data.
 pub(super) struct Data {
     buffers: Vec<Vec<u8>>,
     used: Vec<String>,
@@ -151,7 +151,8 @@ impl Data {
         Ok(elements)
     }
 
-    /// Elements of a view, without the gaps between them; `None` if they are not all there.
+    /// Elements of a view, without the gaps between them; `None` if the view does not hold all of
+    /// them.
     fn strided(
         &self,
         view: &gltf::buffer::View<'_>,
@@ -212,7 +213,7 @@ fn beside(uri: &str, folder: &Path) -> Result<Vec<u8>, MeshProblem> {
         let detail = format!("its data '{uri}' are not below its folder; put the file beside it");
         return Err(malformed("glTF", &detail));
     }
-    // Some programs write the name as it is, with the percent signs that it has.
+    // Some programs write a name that has percent signs without encoding it.
     if !folder.join(&path).exists() && is_below(Path::new(uri)) {
         path = uri.into();
     }

@@ -2,7 +2,7 @@
 
 use crate::error::MeshProblem;
 
-/// Extensions that change the surface, and the exporters' options that do without them.
+/// Extensions that change the surface, and the exporters' options that avoid them.
 const REFUSED: [(&str, &str); 5] = [
     (
         "KHR_draco_mesh_compression",
@@ -28,7 +28,7 @@ const REFUSED: [(&str, &str); 5] = [
     ),
 ];
 
-/// Words of the names of extensions that leave surfaces as they are.
+/// An extension whose name has one of these words leaves surfaces as they are.
 const HARMLESS: [&str; 9] = [
     "texture",
     "material",
@@ -50,7 +50,8 @@ pub(super) fn check(root: &gltf::json::Root) -> Result<(), MeshProblem> {
             return Err(refuse(extension));
         }
     }
-    // Whoever ignores this one sees one copy only, although no file has to require it.
+    // A reader that ignores instancing sees one copy only, and a file may use instancing without
+    // requiring it.
     match root
         .extensions_used
         .iter()

@@ -1,6 +1,6 @@
 //! glTF and GLB, through the gltf crate. The crate checks the file's structure; buffers and
-//! accessors are read here, because its own readers trust them and take neither text that is
-//! embedded nor names that are percent-encoded.
+//! accessors are read here, because the crate's own readers trust them and accept neither embedded
+//! text nor percent-encoded names.
 
 mod data;
 mod extensions;
@@ -41,7 +41,8 @@ pub(super) fn parse(
     let blob = file.blob;
     let mut root = file.document.into_json();
     extensions::check(&root)?;
-    // They are checked; the crate would refuse those about textures too.
+    // The required extensions are checked already. The crate would also refuse those about
+    // textures.
     root.extensions_required.clear();
     check_positions(&root)?;
     let file = gltf::Document::from_json(root).map_err(bad)?;
@@ -174,8 +175,8 @@ impl Reading<'_, '_> {
     }
 }
 
-/// Checks the numbers of the positions' accessors. The crate's own validation uses them before it
-/// knows that they exist.
+/// Checks that the accessors of all positions exist. The crate's own validation uses their numbers
+/// before it checks them.
 fn check_positions(root: &gltf::json::Root) -> Result<(), MeshProblem> {
     let wanted = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
