@@ -58,6 +58,15 @@ impl<'a> Tissue<'a> {
         node.set_inverse_mass_per_kg(if held { 0.0 } else { free });
         let moved_m = node.moved_m();
         node.put(&moved_m, &Vec3::zeros());
+        let Bodies {
+            nodes,
+            organ: organs,
+            warm_start,
+            ..
+        } = &mut *self.bodies;
+        if let Some(organ) = self.scene.organs.get(usize::from(*organs.at(sphere))) {
+            warm_start.weigh(&self.scene, organ, nodes);
+        }
     }
 
     /// Leads a held sphere to this displacement from rest within the next tick, m.

@@ -147,7 +147,103 @@ fn stiffness_depends_neither_on_substeps_nor_on_damping() {
     let usual = with(1, 0.001);
     assert!((0.003..0.05).contains(&usual), "{usual}");
     for other in [with(2, 0.001), with(8, 0.001), with(1, 0.0), with(1, 0.004)] {
-        assert!((other / usual - 1.0).abs() < 0.03, "{other} {usual}");
+        assert!((other / usual - 1.0).abs() < 0.003, "{other} {usual}");
+    }
+}
+
+/// A ball whose poles are held, with the free spheres between them.
+struct Ball {
+    anatomy: Anatomy,
+    top: Vec<u32>,
+    free: Vec<u32>,
+}
+
+impl Ball {
+    fn new(young_pa: f32, substeps: u32) -> Self {
+        let mut anatomy =
+            Anatomy::default().with_ellipsoid(Vec3::zeros(), Vec3::repeat(0.03), 220, 0);
+        anatomy.organs[0].material.young_pa = young_pa;
+        anatomy.organs[0].material.damping_per_s = 2.0;
+        anatomy.organs[0].substeps = substeps;
+        let (mut top, mut free) = (Vec::new(), Vec::new());
+        for (i, sphere) in (0u32..).zip(&mut anatomy.spheres) {
+            sphere.held = sphere.center_m.z.abs() > 0.015;
+            match sphere.held {
+                true if sphere.center_m.z > 0.0 => top.push(i),
+                true => {}
+                false => free.push(i),
+            }
+        }
+        Self { anatomy, top, free }
+    }
+
+    /// Squeezes the tissue between the poles to `share` of its height and lets it rest. Returns the
+    /// places of all spheres and the speed of the fastest.
+    fn squeeze(&self, share: f32) -> (Vec<Vec3>, f32) {
+        let scene = self.anatomy.scene();
+        let mut bodies = Box::new(Bodies::new());
+        let mut tissue = Tissue::new(scene, &mut bodies, Method::NeoHookean);
+        let way_m = (1.0 - share) * 0.03;
+        for tick in 1..=2000 {
+            for &i in &self.top {
+                tissue.lead(i, &Vec3::new(0.0, 0.0, -way_m * tick as f32 / 2000.0));
+            }
+            step(&mut tissue, 1);
+        }
+        step(&mut tissue, 3000);
+        let speeds = self.free.iter().map(|&i| tissue.velocity_m_s(i).norm());
+        let fastest_m_s = speeds.fold(0.0, f32::max);
+        let spheres = (0u32..).zip(&self.anatomy.spheres);
+        let places = spheres.map(|(i, it)| it.center_m + tissue.displacement_m(i));
+        (places.collect(), fastest_m_s)
+    }
+
+    /// Smallest ratio of a tetrahedron's present volume to that at rest.
+    fn least_volume(&self, places_m: &[Vec3]) -> f32 {
+        let volume = |at: &dyn Fn(u32) -> Vec3, [a, b, c, d]: [u32; 4]| {
+            (at(b) - at(a))
+                .cross(&(at(c) - at(a)))
+                .dot(&(at(d) - at(a)))
+        };
+        let rest = |i: u32| self.anatomy.spheres[i as usize].center_m;
+        let now = |i: u32| places_m[i as usize];
+        let all = self.anatomy.tetrahedra.iter();
+        all.map(|it| volume(&now, it.spheres) / volume(&rest, it.spheres))
+            .fold(f32::MAX, f32::min)
+    }
+}
+
+/// Compression to 40 % of the height leaves no tetrahedron inverted, comes to rest, and is the same
+/// with one substep and with eight.
+#[test]
+fn squeezed_tissue_stays_whole() {
+    let (one, eight) = (Ball::new(5400.0, 1), Ball::new(5400.0, 8));
+    let (places_m, fastest_m_s) = one.squeeze(0.4);
+    assert!(fastest_m_s < 1.0e-4, "{fastest_m_s} m/s");
+    let least = one.least_volume(&places_m);
+    assert!(least > 0.1, "a tetrahedron keeps {least} of its volume");
+    let (others_m, _) = eight.squeeze(0.4);
+    let pairs = places_m.iter().zip(&others_m);
+    let apart_m = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f32::max);
+    assert!(apart_m < 1.0e-4, "{apart_m} m apart");
+}
+
+/// From jelly to tendon, in one substep: tissue that is shaken comes to rest where it was.
+#[test]
+fn stiff_tissue_comes_to_rest() {
+    for young_pa in [1.0e3, 1.0e4, 1.0e5, 1.0e6, 5.0e7] {
+        let ball = Ball::new(young_pa, 1);
+        let mut bodies = Box::new(Bodies::new());
+        let mut tissue = Tissue::new(ball.anatomy.scene(), &mut bodies, Method::NeoHookean);
+        let mut seed = 3;
+        for &i in &ball.free {
+            let kick = Vec3::new(noise(&mut seed), noise(&mut seed), noise(&mut seed)) * 0.3;
+            tissue.put(i, &Vec3::zeros(), &kick);
+        }
+        step(&mut tissue, 5000);
+        let speeds = ball.free.iter().map(|&i| tissue.velocity_m_s(i).norm());
+        let fastest_m_s = speeds.fold(0.0, f32::max);
+        assert!(fastest_m_s < 1.0e-3, "{young_pa} Pa: {fastest_m_s} m/s");
     }
 }
 
@@ -264,7 +360,7 @@ fn pulled_to_five_times_its_length_it_comes_back() {
         for &i in &far {
             tissue.hold(i, false);
         }
-        step(tissue, 5000);
+        step(tissue, 8000); // damping alone leaves 0.03 % of the swing
         let left_m = farthest_m(tissue, spheres);
         assert!(left_m < 1.0e-4, "{left_m}");
     });

@@ -77,7 +77,6 @@ pub mod room;
 mod runs;
 mod skeleton;
 pub mod skin;
-mod steady;
 mod support;
 mod surface_nets;
 pub mod tetra;

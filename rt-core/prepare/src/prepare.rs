@@ -20,7 +20,7 @@ use crate::report::{OrganReport, Report};
 use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
-use crate::{Vec3, attach, bind, cost, held, links, overlap, rest, room, runs, steady, support};
+use crate::{Vec3, attach, bind, cost, held, links, overlap, rest, room, runs, support};
 
 /// Progress of the preparation.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,7 +140,7 @@ fn assemble(
         doing(i, plan);
         let first_sphere = scene.spheres.len() as u32;
         let planes = held::planes(plan, &skins[i], &gravity);
-        let mut organ = build(plan, &surfaces[i].mended, count, &planes, first_sphere)?;
+        let organ = build(plan, &surfaces[i].mended, count, &planes, first_sphere)?;
         check_balls(plan, &organ.balls)?;
         check_sheet(plan, &surfaces[i].mended, &organ)?;
         let held = held::held(
@@ -152,11 +152,6 @@ fn assemble(
             &gravity,
         )?;
         append(&mut scene, plan, &surfaces[i].mended, &organ, &held);
-        let substeps = steady::substeps(&scene, i);
-        let finer = f64::from(substeps) / f64::from(organ.elastic.substeps);
-        organ.elastic.stiffness_number /= finer * finer;
-        organ.elastic.substeps = substeps;
-        scene.organs[i].substeps = substeps;
         report.organs.push(OrganReport {
             build_s: begun.elapsed().as_secs_f64(),
             ..figures(plan, &surfaces[i], &organ, &held)

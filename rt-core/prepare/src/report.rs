@@ -118,8 +118,8 @@ pub struct OrganReport {
     pub tetra_shape_min: Option<f64>,
     /// Substeps in a tick that the organ needs.
     pub substeps: u32,
-    /// Stiffness number `E dt² / (ρ h²)` of a substep. The solver is softer than the material by 3
-    /// % at 0.2, by 15 % at 0.7 and by a third at 2.
+    /// Stiffness number `E dt² / (ρ h²)` of a substep. Links are softer than their material by 3 %
+    /// at 0.2, by 15 % at 0.7 and by a third at 2. Tetrahedra become softer beyond 0.6.
     pub stiffness_number: f64,
     /// Share of the volume inside at least one sphere, 0..1.
     pub coverage: f64,

@@ -48,9 +48,6 @@ fn panels(rows: &[accuracy::Row], scenes: &[&str]) -> Vec<Panel> {
     let panel = |scene: &&str| {
         let mut series: Vec<Series> = Vec::new();
         for row in rows.iter().filter(|r| r.scene == **scene) {
-            if row.method == Way::Twin.name() {
-                continue; // the twin checks the product and is no method of its own
-            }
             let point = [row.us_per_tick, row.rms_mm];
             match series.iter_mut().find(|s| s.name == row.method) {
                 Some(series) => series.points.push(point),

@@ -30,16 +30,31 @@ pub struct TetraBatch {
     /// Gradient of the shape function of corners 1 to 3, world axes, 1/m: corner, axis, lane. It
     /// is zero in an unused lane, which therefore changes nothing.
     pub(crate) gradients_per_m: [[[f32; LANES]; 3]; 3],
-    /// Inverse of the represented volume, 1/m³, by lane.
-    pub(crate) inverse_volume_per_m3: [f32; LANES],
+    /// Volume of tissue represented, m³, by lane; 0 in an unused lane.
+    pub(crate) volume_m3: [f32; LANES],
 }
 
 impl TetraBatch {
     const EMPTY: Self = Self {
         spheres: [[0; LANES]; 4],
         gradients_per_m: [[[0.0; LANES]; 3]; 3],
-        inverse_volume_per_m3: [1.0; LANES],
+        volume_m3: [0.0; LANES],
     };
+
+    /// Calls `with` for each corner of each lane: the lane, the corner's sphere, its shape gradient,
+    /// 1/m, and the volume represented, m³. The last two are zero in an unused lane.
+    pub(crate) fn each_corner(&self, mut with: impl FnMut(usize, u32, Vec3, f32)) {
+        for (lane, volume_m3) in self.volume_m3.iter().enumerate() {
+            let at = |row: &[f32; LANES]| row.get(lane).copied().unwrap_or(0.0);
+            let gradient = |[x, y, z]: &[[f32; LANES]; 3]| Vec3::new(at(x), at(y), at(z));
+            let [b1, b2, b3] = self.gradients_per_m.each_ref().map(gradient);
+            let gradients = [-(b1 + b2 + b3), b1, b2, b3];
+            for (spheres, gradient) in self.spheres.iter().zip(gradients) {
+                let sphere = spheres.get(lane).map_or(0, |it| u32::from(*it));
+                with(lane, sphere, gradient, *volume_m3);
+            }
+        }
+    }
 
     /// Corners of each lane in use.
     #[cfg(test)]
@@ -75,8 +90,8 @@ impl TetraBatch {
                 }
             }
         }
-        if let Some(slot) = self.inverse_volume_per_m3.get_mut(lane) {
-            *slot = tetra.volume_m3.recip();
+        if let Some(slot) = self.volume_m3.get_mut(lane) {
+            *slot = tetra.volume_m3;
         }
     }
 }

@@ -27,7 +27,7 @@
 //!
 //! # Checkpoints
 //!
-//! `Sim::checkpoint` copies the state between two ticks (about 2 MB). From the copy, equal inputs
+//! `Sim::checkpoint` copies the state between two ticks (about 4 MB). From the copy, equal inputs
 //! reproduce every later tick bit for bit.
 //!
 //! # Prepared tasks

@@ -4,8 +4,8 @@
 use crate::math::{self, Vec3};
 use crate::scene::{Organ, Scene};
 use crate::time::TICK_S;
-use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
+use crate::tissue::{Bodies, neo_hookean};
 
 /// Largest speed of a sphere, m/s. An instrument is slower. A faster sphere could pass through its
 /// neighbour in one tick.
@@ -94,7 +94,11 @@ impl Bodies {
     pub(crate) fn advance(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) -> u32 {
         let mut quarantined = 0;
         let per_step = Lanes::splat(step_s.recip());
-        for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
+        let memory = self.warm_start.of(organ).spheres;
+        let nodes = self.nodes.range_mut(organ.sphere_start, organ.sphere_count);
+        for (node, last) in nodes.iter_mut().zip(memory) {
+            let outer_m = node.step_m - last.after_m;
+            last.outer = neo_hookean::impulse(outer_m, node.inverse_mass_per_kg());
             let [x, y, z, _] = (node.moved_m + node.step_m).to_array();
             // Not `>`: a comparison with NaN is false. Not `&&`: evaluating all three at once is
             // quicker.
@@ -111,7 +115,7 @@ impl Bodies {
             node.step_m = Lanes::ZERO;
         }
         if quarantined > 0 {
-            self.last_strains.rest(scene, organ);
+            self.warm_start.rest(scene, organ);
         }
         quarantined
     }

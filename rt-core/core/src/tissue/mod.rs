@@ -12,40 +12,37 @@
 //! flight of every sphere (`predict`), lets a [`Solver`], the attachments and the contacts correct
 //! it, and takes the velocity from the corrected displacement (`advance`). A substep makes one pass
 //! and does not iterate, because the apparent stiffness must not depend on the number of passes.
-//! One pass suffices while the stiffness number `E dt² / (ρ h²)` of a substep is at most 0.2.
-//! Preparation chooses the number of substeps by that bound. It doubles the number for an organ
-//! that does not come to rest after a shake: the stiffness number underrates a few flat tetrahedra.
 //!
 //! # The neo-Hookean solid
 //!
-//! Each tetrahedron has the stable neo-Hookean energy of Smith, de Goes and Kim 2018, solved by
-//! XPBD (Macklin 2016; Macklin and Müller 2021). With `F = I + Σ e_a b_aᵀ`, where `e` are the
-//! displacements of the edges and `b` the shape gradients, the two constraints are the volume
-//! `det F − γ` and the shape `√(F:F)`:
+//! Each tetrahedron has the stable neo-Hookean energy of Smith, de Goes and Kim 2018:
 //!
 //! ```text
-//! λ = λ₀ + μ        γ = 1 + μ/λ
-//! g_a = cof(F) b_a       h_a = F b_a / √(F:F)       (corner 0: minus the sum)
-//! m11 = (1+r) Σ w|g|² + 1/(λ V dt²)   m12 = (1+r) Σ w g·h   m22 = (1+r) Σ w|h|² + 1/(μ V dt²)
-//! m · (p, q) = −(C + r (C − C'))      d_a += w_a (p g_a + q h_a)
+//! V (μ/2 F:F + λ/2 (det F − γ)²)        λ = λ₀ + μ        γ = 1 + μ/λ
 //! ```
 //!
-//! Both are solved together, in one pass from zero multipliers. `r` is the material's retardation
-//! time over `dt`, and `C'` is `C` right after its projection in the last substep. So the change of
-//! strain is damped, and neither rigid motion nor rest is (`viscosity`). Linear
-//! tetrahedra lock beyond a Poisson's ratio of 0.45, so it counts as 0.45 at most (`POISSON_MAX`).
-//! They also resist a little more than the solid that they stand for, so they get 0.965 of Young's
-//! modulus (`STIFFNESS_SHARE`).
+//! `F = I + Σ e_a b_aᵀ`, with `e` the displacements of the edges and `b` the shape gradients. XPBD
+//! solves it (Macklin 2016; Macklin and Müller 2021), with two differences. A substep begins with
+//! the impulses of the last one (`warm_start`), so tissue at rest has the stress of the energy, with
+//! any number of substeps. And the shape is solved implicitly for the whole of `F`, not along one
+//! gradient, so flat tetrahedra are stable (`neo_hookean::kernel`, with the equations).
+//!
+//! Viscosity resists the change of volume from one substep to the next, so neither rigid motion nor
+//! rest is damped. Linear tetrahedra lock beyond a Poisson's ratio of 0.45, so it counts as 0.45 at
+//! most (`POISSON_MAX`). They also resist a little more than the solid that they stand for, so they
+//! get 0.965 of Young's modulus (`STIFFNESS_SHARE`).
 //!
 //! Preparation orders the tetrahedra so that eight neighbours share no sphere. `kernel` solves a
 //! batch of eight at a time, in AVX registers or in plain arrays, with the same additions,
-//! multiplications, divisions and roots in the same order. So both give the same bits.
+//! multiplications and divisions in the same order. So both give the same bits.
 //!
 //! # Links
 //!
 //! Tubes, and tissue that no tetrahedron joins, have elastic links: `C = |p1 − p2| − L` with a
-//! compliance. Attachments between organs, threads, the grip of jaws and contact are constraints of
-//! the same kind. The multiplier of each, over `dt²`, is its force.
+//! compliance, solved from zero multipliers. One pass suffices while the stiffness number
+//! `E dt² / (ρ h²)` of a substep is at most 0.2. Preparation chooses the substeps by that bound.
+//! Attachments between organs, threads, the grip of jaws and contact are constraints of the same
+//! kind. The multiplier of each, over `dt²`, is its force.
 //!
 //! # Damage
 //!
@@ -108,7 +105,7 @@ pub(crate) mod sleep;
 pub(crate) mod substeps;
 pub mod suture;
 pub(crate) mod tubes;
-pub(crate) mod viscosity;
+pub(crate) mod warm_start;
 
 pub(crate) use integrate::Bounds;
 
@@ -125,7 +122,7 @@ use neo_hookean::NeoHookean;
 use paper::Paper;
 use per_sphere::PerSphere;
 use suture::Sutures;
-use viscosity::LastStrains;
+use warm_start::WarmStart;
 
 /// Corrects the predicted displacements of one organ by its inner constraints. Contacts are solved
 /// elsewhere.
@@ -286,7 +283,7 @@ pub struct Bodies {
     /// Sutures that hang organs on the abdominal wall.
     pub(crate) sutures: Sutures,
     ties: Ties,
-    last_strains: LastStrains,
+    pub(crate) warm_start: WarmStart,
     /// Low-pass filtered displacement of each sphere, m: the trail that sleep compares with.
     trail_m: PerSphere<Lanes>,
 }
@@ -306,7 +303,7 @@ impl Bodies {
             beads: Beads::new(),
             sutures: Sutures::NONE,
             ties: Ties::NONE,
-            last_strains: LastStrains::REST,
+            warm_start: WarmStart::REST,
             trail_m: PerSphere::new(Lanes::ZERO),
         }
     }
@@ -325,6 +322,7 @@ impl Bodies {
         for (i, rest) in (0u32..).zip(scene.spheres) {
             self.nodes.at_mut(i).rest_m = Lanes::new(&rest.center_m, 0.0);
         }
+        self.warm_start.build(scene);
         self.rest(scene);
     }
 
@@ -381,9 +379,6 @@ impl Bodies {
         self.parted.heal(scene);
         self.cells.rest(scene);
         self.sutures.rest(scene);
-        for organ in scene.organs {
-            self.last_strains.rest(scene, organ);
-        }
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());
@@ -391,6 +386,10 @@ impl Bodies {
             *self.trail_m.at_mut(i) = node.moved_m;
             *self.radius_m.at_mut(i) = rest.radius_m;
             *self.bits.at_mut(i) = SphereBits(0);
+        }
+        for organ in scene.organs {
+            self.warm_start.rest(scene, organ);
+            self.warm_start.weigh(scene, organ, &self.nodes);
         }
     }
 }

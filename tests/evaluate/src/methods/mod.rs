@@ -192,8 +192,8 @@ pub(crate) enum Way {
     XpbdSprings,
     /// The product's neo-Hookean solid.
     Ours,
-    /// The product's method, written again from its equations, one tetrahedron at a time.
-    Twin,
+    /// The product's tetrahedra, each projected once a step from zero multipliers.
+    FromZero,
     /// Implicit corotational hexahedra, on a body of their own.
     Hexahedra,
 }
@@ -210,7 +210,7 @@ impl Way {
             Self::StretchVolume(_) => "PBD stretch + volume (paper's), k fitted",
             Self::XpbdSprings => "XPBD springs + volume",
             Self::Ours => "Calot",
-            Self::Twin => "Calot, scalar twin",
+            Self::FromZero => "neo-Hookean XPBD, one pass from zero",
             Self::Hexahedra => "corotational hexahedra (paper's FEM)",
         }
     }
@@ -279,7 +279,7 @@ impl Way {
             }),
             (Self::StretchVolume(stiffness), _) => Box::new(StretchVolume { stiffness }),
             (Self::XpbdSprings, _) => Box::new(XpbdSprings),
-            (Self::Ours | Self::Twin, _) => Box::new(NeoHookean),
+            (Self::Ours | Self::FromZero, _) => Box::new(NeoHookean),
             (Self::Hexahedra, _) => Box::new(Hexahedra::new(body)),
         })
     }

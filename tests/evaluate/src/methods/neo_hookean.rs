@@ -1,5 +1,6 @@
 //! Stable neo-Hookean tetrahedra whose volume and shear are solved together (Macklin and Müller
-//! 2021), in one pass a step from zero multipliers.
+//! 2021), in one pass a step from zero multipliers. The product begins each step with the impulses
+//! of the last one instead.
 
 use rt_core::tissue::neo_hookean::STIFFNESS_SHARE;
 

@@ -1,13 +1,9 @@
 //! One pass over the tetrahedra of an organ, eight at a time.
 //!
-//! Cost: a tetrahedron takes about 450 additions and multiplications, three divisions and one root,
-//! eight to an instruction. It reads 48 bytes of its own in order, and per corner gathers 32 bytes
-//! and scatters 16, from nodes that stay in the second-level cache. A tick of the liver (2426
-//! tetrahedra) takes 425 000 instructions in all: 175 a tetrahedron, of which 56 are the arithmetic
-//! and the rest loads, transpositions and stores of corners. At 14 ns a tetrahedron (quiet machine,
-//! about 3 GHz) that is four instructions a cycle. So the kernel is bound by the rate at which a
-//! core issues instructions, not by memory (3.4 GB/s of its own data); arithmetic alone would be
-//! twice as fast. To count again:
+//! Cost: a tetrahedron takes about 430 additions and multiplications and three divisions, eight to
+//! an instruction. It reads 72 bytes of its own in order, reads and writes 40 bytes of memory, and
+//! per corner gathers 32 bytes and scatters 16, from nodes that stay in the second-level cache. The
+//! rate at which a core issues instructions bounds the kernel, not memory. To count them:
 //!
 //! ```text
 //! cargo build --release -p rt-core --example cost
@@ -18,7 +14,7 @@ use crate::scene::{LANES, TetraBatch};
 use crate::tissue::Node;
 use crate::tissue::neo_hookean::wide::{Plain, Wide};
 use crate::tissue::per_sphere::PerSphere;
-use crate::tissue::viscosity::BatchStrain;
+use crate::tissue::warm_start::BatchMemory;
 
 /// Squared norm of the cofactor matrix (3 at rest) below which a tetrahedron counts as crushed to a
 /// line or a point. Its volume constraint has no gradient there that leads out.
@@ -27,27 +23,30 @@ const CRUSHED: f32 = 0.2;
 const OPENING: f32 = 0.5;
 
 /// Share by which the corners of an inverted tetrahedron are drawn towards their mean displacement
-/// in a pass. 0.01 to 0.4 all untie a scrambled liver.
-const DRAWN_MAX: f32 = 0.1;
+/// in a pass. 0.1 leaves knots in a scrambled liver (`scrambled_it_comes_back`), and 0.8 shakes one that
+/// was pulled to five times its length.
+const DRAWN_MAX: f32 = 0.4;
 
 /// An organ's elasticity for one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Moduli {
-    /// `1 / (λ dt²)` with `λ = λ₀ + μ`: compliance of the volume constraint times volume.
-    pub(super) hydrostatic: f32,
-    /// `1 / (μ dt²)`: that of the shape constraint.
-    pub(super) deviatoric: f32,
-    /// `γ = 1 + μ/λ`: the determinant at which both balance at rest.
+    /// `μ dt²`, N s²/m².
+    pub(super) shear: f32,
+    /// `μ/λ` with `λ = λ₀ + μ`.
+    pub(super) shear_over_bulk: f32,
+    /// `γ = 1 + μ/λ`: the determinant at which both constraints balance at rest.
     pub(super) rest_volume: f32,
     /// Retardation time over dt: weight of the strain rate relative to the strain.
     pub(super) rate: f32,
+    /// Share of the last impulses that the prediction contains.
+    pub(super) kept: f32,
 }
 
 /// Projects every batch in order, with the widest registers that this processor has.
 pub(super) fn project(
     nodes: &mut PerSphere<Node>,
     batches: &[TetraBatch],
-    last: &mut [BatchStrain],
+    last: &mut [BatchMemory],
     moduli: &Moduli,
 ) {
     #[cfg(target_arch = "x86_64")]
@@ -67,7 +66,7 @@ cpufeatures::new!(has_avx, "avx");
 pub(super) fn project_avx(
     nodes: &mut PerSphere<Node>,
     batches: &[TetraBatch],
-    last: &mut [BatchStrain],
+    last: &mut [BatchMemory],
     moduli: &Moduli,
 ) {
     for (batch, last) in batches.iter().zip(last) {
@@ -79,7 +78,7 @@ pub(super) fn project_avx(
 pub(super) fn project_plain(
     nodes: &mut PerSphere<Node>,
     batches: &[TetraBatch],
-    last: &mut [BatchStrain],
+    last: &mut [BatchMemory],
     moduli: &Moduli,
 ) {
     for (batch, last) in batches.iter().zip(last) {
@@ -88,27 +87,43 @@ pub(super) fn project_plain(
 }
 
 type Vec3<W> = [W; 3];
+/// By rows.
+type Matrix<W> = [Vec3<W>; 3];
+/// Entries xx, yy, zz, xy, xz, yz.
+type Symmetric<W> = [W; 6];
 
-/// XPBD (Macklin 2016) of the stable neo-Hookean energy (Smith 2018; Macklin and Müller 2021). The
-/// volume `det F − γ` and the shape `√(F:F)` of a tetrahedron are solved together, in one pass from
-/// zero multipliers. With `F = I + Σ e_a b_aᵀ`, `e` the displacements of the edges and `b` the
-/// shape gradients:
+/// The stable neo-Hookean energy `V (μ/2 F:F + λ/2 (det F − γ)²)` (Smith 2018) of each tetrahedron,
+/// solved by XPBD (Macklin 2016; Macklin and Müller 2021) from its last impulse. `F = I + Σ e bᵀ`,
+/// with `e` the displacements of the edges and `b` the shape gradients, contains that impulse.
+/// A stress `μ P` moves each corner by `w μ dt² V P b`, and so changes `F` by `P M`:
 ///
 /// ```text
-/// g_a = cof(F) b_a       h_a = F b_a / √(F:F)       (corner 0: minus the sum)
-/// m11 = (1+r) Σ w|g|² + 1/(λ V dt²)   m12 = (1+r) Σ w g·h   m22 = (1+r) Σ w|h|² + 1/(μ V dt²)
-/// m · (p, q) = −(C + r (C − C'))      d_a += w_a (p g_a + q h_a)
+/// M = μ dt² V Σ w b bᵀ          mobility, over the four corners
+/// F₀ = F − P' M                 without the last impulse
+/// F⁺ = F₀ + P M                 after this projection
+/// P = p cof F − F⁺ − s (F⁺ − F)
+/// p = −λ/μ (J⁺ − γ + r (J⁺ − J'))         J⁺ = det F + cof F : (F⁺ − F)
 /// ```
 ///
-/// `r` is the retardation time over dt. `C'` is what `C` was after its projection in the last
-/// substep ([`crate::tissue::viscosity`]).
+/// At rest `F⁺ = F`, so `μ P` is the first Piola–Kirchhoff stress of the energy, not of its
+/// linearisation. Solved for `P`, with `B = (1 + (1 + s) M)⁻¹`:
+///
+/// ```text
+/// Y = (F − (1 + s) P' M) B      Z = cof F B      P = p Z − Y
+/// J⁺ = det F + (cof F : (Y − F) + p (cof F : (cof F − Z))) / (1 + s)
+/// ```
+///
+/// `s` weighs the change of `F` in this projection, and has no effect at rest. The direction `cof F`
+/// of the pressure turns with `F`, by at most `|p|` times that change. So `s` is the pressure at
+/// `F`, and at least 1: that of a tetrahedron without load. `r` is the retardation time over dt,
+/// and `J'` is `J⁺` of the last substep.
 ///
 /// No closure here: one that is not inlined would be compiled without the wide registers.
 #[inline(always)]
 fn project_batch<W: Wide>(
     nodes: &mut PerSphere<Node>,
     batch: &TetraBatch,
-    last: &mut BatchStrain,
+    last: &mut BatchMemory,
     moduli: &Moduli,
 ) {
     let [s0, s1, s2, s3] = &batch.spheres;
@@ -118,6 +133,7 @@ fn project_batch<W: Wide>(
         gather::<W>(nodes, s2),
         gather::<W>(nodes, s3),
     );
+    let weights = [origin.weight, x.weight, y.weight, z.weight];
     let edges = [
         sub(x.moved, origin.moved),
         sub(y.moved, origin.moved),
@@ -125,68 +141,72 @@ fn project_batch<W: Wide>(
     ];
     let [b1, b2, b3] = &batch.gradients_per_m;
     let b = [load(b1), load(b2), load(b3)];
-
     let f = deformation(&edges, &b);
     let (volume, cofactor) = volume_and_cofactor(&f);
-    let shape = norm_squared(&f).sqrt().max(W::splat(1.0e-6));
-    let per_shape = W::splat(1.0).div(shape);
+    let old = scale_all(&load_all(&last.stress), W::splat(moduli.kept));
+    let new = stress(&f, volume, &cofactor, &old, last, moduli);
+    last.stress = [store(new[0]), store(new[1]), store(new[2])];
 
-    let g = [
-        times(&cofactor, b[0]),
-        times(&cofactor, b[1]),
-        times(&cofactor, b[2]),
+    let shear = W::load(&batch.volume_m3).mul(W::splat(moduli.shear));
+    let change = scale_all(&sub_all(&new, &old), shear);
+    let impulses = [
+        times(&change, b[0]),
+        times(&change, b[1]),
+        times(&change, b[2]),
     ];
-    let h = [
-        scale(times(&f, b[0]), per_shape),
-        scale(times(&f, b[1]), per_shape),
-        scale(times(&f, b[2]), per_shape),
-    ];
-    let (g0, h0) = (sum(&g), sum(&h));
-
-    let weights = [origin.weight, x.weight, y.weight, z.weight];
-    let rate = W::splat(moduli.rate);
-    let one_and_rate = W::splat(1.0 + moduli.rate);
-    let inverse_volume = W::load(&batch.inverse_volume_per_m3);
-    let soft11 = inverse_volume.mul(W::splat(moduli.hydrostatic));
-    let soft22 = inverse_volume.mul(W::splat(moduli.deviatoric));
-    let free11 = weighted(&weights, dot(g0, g0), &g, &g);
-    let free12 = weighted(&weights, dot(g0, h0), &g, &h);
-    let free22 = weighted(&weights, dot(h0, h0), &h, &h);
-    let m11 = free11.mul(one_and_rate).add(soft11);
-    let m12 = free12.mul(one_and_rate);
-    let m22 = free22.mul(one_and_rate).add(soft22);
-
-    let c1 = volume
-        .sub(W::splat(moduli.rest_volume))
-        .add(volume.sub(W::load(&last.volume)).mul(rate));
-    let c2 = shape.add(shape.sub(W::load(&last.shape)).mul(rate));
-
-    // Eliminates the second row: the product of both diagonals would overflow for tiny masses.
-    let share = m12.div(m22);
-    let pivot = m11.sub(share.mul(m12)).max(soft11);
-    let p = share.mul(c2).sub(c1).div(pivot);
-    let q = W::splat(0.0).sub(c2.add(m12.mul(p)).div(m22));
-    last.volume = volume.add(free11.mul(p)).add(free12.mul(q)).store();
-    last.shape = shape.add(free12.mul(p)).add(free22.mul(q)).store();
-
-    let minus = W::splat(0.0).sub(origin.weight);
-    let mut pushes = [
-        push(g0, h0, p, q, minus),
-        push(g[0], h[0], p, q, x.weight),
-        push(g[1], h[1], p, q, y.weight),
-        push(g[2], h[2], p, q, z.weight),
-    ];
+    scatter(
+        nodes,
+        s0,
+        scale(sum(&impulses), W::splat(0.0).sub(weights[0])),
+    );
+    scatter(nodes, s1, scale(impulses[0], weights[1]));
+    scatter(nodes, s2, scale(impulses[1], weights[2]));
+    scatter(nodes, s3, scale(impulses[2], weights[3]));
     if volume.any_below(W::splat(0.0)) {
-        let drawn = drawn_together(&edges, &weights, volume);
-        for (push, drawn) in pushes.iter_mut().zip(drawn) {
-            *push = add(*push, drawn);
-        }
+        let [d0, d1, d2, d3] = drawn_together(&edges, &weights, volume);
+        shift(nodes, s0, d0);
+        shift(nodes, s1, d1);
+        shift(nodes, s2, d2);
+        shift(nodes, s3, d3);
     }
-    let [p0, p1, p2, p3] = pushes;
-    scatter(nodes, s0, p0);
-    scatter(nodes, s1, p1);
-    scatter(nodes, s2, p2);
-    scatter(nodes, s3, p3);
+}
+
+/// `P` of this projection. Keeps `J⁺` for the next substep.
+#[inline(always)]
+fn stress<W: Wide>(
+    f: &Matrix<W>,
+    volume: W,
+    cofactor: &Matrix<W>,
+    old: &Matrix<W>,
+    last: &mut BatchMemory,
+    moduli: &Moduli,
+) -> Matrix<W> {
+    let (zero, one) = (W::splat(0.0), W::splat(1.0));
+    let pressure = volume
+        .sub(W::splat(moduli.rest_volume))
+        .mul(W::splat(moduli.shear_over_bulk.recip()));
+    let s = pressure.max(zero.sub(pressure)).max(one);
+    let s_and_one = s.add(one);
+    let per_s_and_one = one.div(s_and_one);
+    let scaled = mobility(last, s_and_one.mul(W::splat(moduli.shear)));
+    let inverse = inverse_of_one_plus(&scaled);
+
+    let y = sub_all(f, &by_symmetric(old, &scaled));
+    let y = by_symmetric(&y, &inverse);
+    let z = by_symmetric(cofactor, &inverse);
+    let before = volume.add(inner(cofactor, &sub_all(&y, f)).mul(per_s_and_one));
+    let gives = inner(cofactor, &sub_all(cofactor, &z)).mul(per_s_and_one);
+
+    let rate = W::splat(moduli.rate);
+    let error = before
+        .sub(W::splat(moduli.rest_volume))
+        .add(before.sub(W::load(&last.volume)).mul(rate));
+    let resists = gives
+        .mul(rate.add(one))
+        .add(W::splat(moduli.shear_over_bulk));
+    let p = zero.sub(error.div(resists));
+    last.volume = before.add(gives.mul(p)).store();
+    sub_all(&scale_all(&z, p), &y)
 }
 
 /// Draws the displacements of an inverted tetrahedron's corners together, without moving their
@@ -263,18 +283,80 @@ fn load<W: Wide>([x, y, z]: &[[f32; LANES]; 3]) -> Vec3<W> {
     [W::load(x), W::load(y), W::load(z)]
 }
 
-/// `Σ w a·b` over the corners; `at_origin` is `a·b` of the first.
+/// Moves corners without giving them a velocity.
 #[inline(always)]
-fn weighted<W: Wide>(w: &[W; 4], at_origin: W, a: &[Vec3<W>; 3], b: &[Vec3<W>; 3]) -> W {
-    let first = w[0].mul(at_origin).add(w[1].mul(dot(a[0], b[0])));
-    first
-        .add(w[2].mul(dot(a[1], b[1])))
-        .add(w[3].mul(dot(a[2], b[2])))
+fn shift<W: Wide>(nodes: &mut PerSphere<Node>, spheres: &[u16; LANES], by: Vec3<W>) {
+    let rows = W::rows(by);
+    for lane in 0..LANES {
+        let node = nodes.at_mut(u32::from(spheres[lane]));
+        node.moved_m = node.moved_m + rows[lane];
+    }
+}
+
+/// `V Σ w b bᵀ`, times `by`.
+#[inline(always)]
+fn mobility<W: Wide>(memory: &BatchMemory, by: W) -> Symmetric<W> {
+    let [xx, yy, zz, xy, xz, yz] = &memory.mobility_m_kg;
+    scale_symmetric(
+        &[
+            W::load(xx),
+            W::load(yy),
+            W::load(zz),
+            W::load(xy),
+            W::load(xz),
+            W::load(yz),
+        ],
+        by,
+    )
+}
+
+/// `(1 + m)⁻¹` of a matrix without negative eigenvalues.
+#[inline(always)]
+fn inverse_of_one_plus<W: Wide>(m: &Symmetric<W>) -> Symmetric<W> {
+    let one = W::splat(1.0);
+    let [xx, yy, zz] = [m[0].add(one), m[1].add(one), m[2].add(one)];
+    let [_, _, _, xy, xz, yz] = *m;
+    let minors = [
+        yy.mul(zz).sub(yz.mul(yz)),
+        xx.mul(zz).sub(xz.mul(xz)),
+        xx.mul(yy).sub(xy.mul(xy)),
+        xz.mul(yz).sub(xy.mul(zz)),
+        xy.mul(yz).sub(xz.mul(yy)),
+        xy.mul(xz).sub(xx.mul(yz)),
+    ];
+    let first_row = xx.mul(minors[0]).add(xy.mul(minors[3]));
+    scale_symmetric(&minors, one.div(first_row.add(xz.mul(minors[4]))))
 }
 
 #[inline(always)]
-fn push<W: Wide>(g: Vec3<W>, h: Vec3<W>, p: W, q: W, weight: W) -> Vec3<W> {
-    scale(add(scale(g, p), scale(h, q)), weight)
+fn scale_symmetric<W: Wide>(m: &Symmetric<W>, by: W) -> Symmetric<W> {
+    let [xx, yy, zz, xy, xz, yz] = *m;
+    [
+        xx.mul(by),
+        yy.mul(by),
+        zz.mul(by),
+        xy.mul(by),
+        xz.mul(by),
+        yz.mul(by),
+    ]
+}
+
+/// Matrix, by rows, times a symmetric matrix.
+#[inline(always)]
+fn by_symmetric<W: Wide>(m: &Matrix<W>, s: &Symmetric<W>) -> Matrix<W> {
+    let [xx, yy, zz, xy, xz, yz] = *s;
+    let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+    [times(&rows, m[0]), times(&rows, m[1]), times(&rows, m[2])]
+}
+
+#[inline(always)]
+fn load_all<W: Wide>([x, y, z]: &[[[f32; LANES]; 3]; 3]) -> Matrix<W> {
+    [load(x), load(y), load(z)]
+}
+
+#[inline(always)]
+fn store<W: Wide>([x, y, z]: Vec3<W>) -> [[f32; LANES]; 3] {
+    [x.store(), y.store(), z.store()]
 }
 
 /// `F = I + Σ e_a b_aᵀ`, by rows.
@@ -342,6 +424,22 @@ fn sub<W: Wide>(a: Vec3<W>, b: Vec3<W>) -> Vec3<W> {
 #[inline(always)]
 fn scale<W: Wide>(a: Vec3<W>, by: W) -> Vec3<W> {
     [a[0].mul(by), a[1].mul(by), a[2].mul(by)]
+}
+
+#[inline(always)]
+fn scale_all<W: Wide>(m: &Matrix<W>, by: W) -> Matrix<W> {
+    [scale(m[0], by), scale(m[1], by), scale(m[2], by)]
+}
+
+#[inline(always)]
+fn sub_all<W: Wide>(a: &Matrix<W>, b: &Matrix<W>) -> Matrix<W> {
+    [sub(a[0], b[0]), sub(a[1], b[1]), sub(a[2], b[2])]
+}
+
+/// `a : b`.
+#[inline(always)]
+fn inner<W: Wide>(a: &Matrix<W>, b: &Matrix<W>) -> W {
+    dot(a[0], b[0]).add(dot(a[1], b[1])).add(dot(a[2], b[2]))
 }
 
 #[inline(always)]

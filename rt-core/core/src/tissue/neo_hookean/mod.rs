@@ -1,8 +1,7 @@
 //! Tissue as a neo-Hookean solid over the tetrahedra between sphere centres.
 //!
-//! Its constraints follow from Young's modulus, Poisson's ratio and density. Stiffness depends
-//! neither on passes nor on the time step while the stiffness number `E dt² / (ρ h²)` of a substep
-//! is at most 0.2. Preparation chooses the organ's number of substeps accordingly.
+//! Its constraints follow from Young's modulus, Poisson's ratio and density. At rest its stress is
+//! that of the energy, whatever the substeps.
 
 mod kernel;
 mod wide;
@@ -11,7 +10,10 @@ use kernel::Moduli;
 
 use crate::scene::{Material, Organ, Scene};
 use crate::tissue::bar::Bar;
-use crate::tissue::{Bodies, Solver};
+use crate::tissue::lanes::Lanes;
+use crate::tissue::per_sphere::PerSphere;
+use crate::tissue::warm_start::{Limits, SphereMemory};
+use crate::tissue::{Bodies, Node, Solver};
 
 /// Largest Poisson's ratio that is used. Linear tetrahedra lock beyond it: at 0.49 they sag a fifth
 /// too little. A liver of 0.49, computed with 0.45, hangs 0.64 mm rms off finite elements; with
@@ -33,18 +35,24 @@ impl Solver for NeoHookean {
         let Bodies {
             nodes,
             parted,
-            last_strains,
+            warm_start,
             organ: organs,
             ..
         } = bodies;
+        let own = *organs.at(organ.sphere_start);
+        let limits = warm_start.limits(own);
+        let memory = warm_start.of(organ);
+        begin(nodes, organ, limits.kept, memory.spheres);
         let batches = scene.batches_of(organ);
-        if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s)) {
-            kernel::project(nodes, batches, last_strains.batches_of(organ), &moduli);
+        if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s, limits))
+        {
+            kernel::project(nodes, batches, memory.batches, &moduli);
         }
-        let shrunk = parted.shrunk(*organs.at(organ.sphere_start));
+        end(nodes, organ, limits.kept, memory.spheres);
+        let shrunk = parted.shrunk(own);
         let lefts = parted.left_of_links(organ);
         let links = scene.elastic_links_of(organ).iter().zip(lefts);
-        for ((link, left), last_m) in links.zip(last_strains.links_of(organ)) {
+        for ((link, left), last_m) in links.zip(memory.links_m) {
             if left > 0.0 {
                 let bar = Bar {
                     rest_length_m: link.rest_length_m * shrunk,
@@ -58,17 +66,59 @@ impl Solver for NeoHookean {
     }
 }
 
+/// Adds the impulses of the last substep to the prediction, which it leaves in `after_m`.
+fn begin(nodes: &mut PerSphere<Node>, organ: &Organ, kept: f32, memory: &mut [SphereMemory]) {
+    let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
+    for (node, last) in nodes.iter_mut().zip(memory) {
+        let weight = kept * node.inverse_mass_per_kg();
+        last.after_m = node.step_m;
+        node.step_m = node.step_m + (last.elastic + last.outer).scaled(weight);
+    }
+}
+
+/// Keeps the tetrahedra's impulses of this substep, and takes the outer ones out of the steps.
+fn end(nodes: &mut PerSphere<Node>, organ: &Organ, kept: f32, memory: &mut [SphereMemory]) {
+    let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
+    for (node, last) in nodes.iter_mut().zip(memory) {
+        let weight = node.inverse_mass_per_kg();
+        node.step_m = node.step_m - last.outer.scaled(kept * weight);
+        last.elastic = impulse(node.step_m - last.after_m, weight);
+        last.after_m = node.step_m;
+    }
+}
+
+/// Impulse over dt, m kg, that moves a sphere of this inverse mass by `step_m`.
+pub(crate) fn impulse(step_m: Lanes, weight_per_kg: f32) -> Lanes {
+    if weight_per_kg > 0.0 {
+        step_m.scaled(weight_per_kg.recip())
+    } else {
+        Lanes::ZERO
+    }
+}
+
+/// Weight of the strain rate relative to the strain: retardation time over dt, as far as it is stable.
+fn rate(material: &Material, step_s: f32, limits: Limits) -> f32 {
+    (material.retardation_s / step_s).min(limits.rate_max)
+}
+
+/// Modulus of a pressure wave, `λ₀ + 2μ`, Pa: the stiffest response of a material.
+pub(crate) fn wave_modulus_pa(material: &Material) -> f32 {
+    moduli(material, 1.0, Limits::NONE)
+        .map_or(0.0, |it| it.shear * (1.0 + it.shear_over_bulk.recip()))
+}
+
 /// Stable neo-Hookean moduli (Smith, de Goes and Kim 2018): `λ = λ₀ + μ`, `γ = 1 + μ/λ`. `None` for
 /// a material without stiffness.
-fn moduli(material: &Material, step_s: f32) -> Option<Moduli> {
+fn moduli(material: &Material, step_s: f32, limits: Limits) -> Option<Moduli> {
     let poisson = material.poisson.min(POISSON_MAX);
     let mu_pa = STIFFNESS_SHARE * material.young_pa / (2.0 * (1.0 + poisson));
     let lambda_pa = 2.0 * mu_pa * poisson / (1.0 - 2.0 * poisson) + mu_pa;
     (mu_pa > 0.0).then(|| Moduli {
-        hydrostatic: (lambda_pa * step_s * step_s).recip(),
-        deviatoric: (mu_pa * step_s * step_s).recip(),
+        shear: mu_pa * step_s * step_s,
+        shear_over_bulk: mu_pa / lambda_pa,
         rest_volume: 1.0 + mu_pa / lambda_pa,
-        rate: material.retardation_s / step_s,
+        rate: rate(material, step_s, limits),
+        kept: limits.kept,
     })
 }
 

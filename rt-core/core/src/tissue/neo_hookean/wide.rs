@@ -2,7 +2,6 @@
 //! the same additions, multiplications, divisions and roots in the same order and never fuse two
 //! of them: the same bits.
 
-use crate::math;
 use crate::scene::LANES;
 use crate::tissue::lanes::Lanes;
 
@@ -19,7 +18,6 @@ pub(super) trait Wide: Copy {
     fn mul(self, other: Self) -> Self;
     fn div(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
-    fn sqrt(self) -> Self;
     /// True if any lane is below that of `other`.
     fn any_below(self, other: Self) -> bool;
     /// Eight rows of four as four columns of eight.
@@ -90,11 +88,6 @@ impl Wide for Plain {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.zip(self, |a, _| math::sqrt(a))
     }
 
     #[inline(always)]
@@ -191,12 +184,6 @@ mod avx {
         fn max(self, other: Self) -> Self {
             // SAFETY: AVX as above.
             Self(unsafe { _mm256_max_ps(self.0, other.0) })
-        }
-
-        #[inline(always)]
-        fn sqrt(self) -> Self {
-            // SAFETY: AVX as above.
-            Self(unsafe { _mm256_sqrt_ps(self.0) })
         }
 
         #[inline(always)]

@@ -1,0 +1,247 @@
+//! Warm start: every tetrahedron keeps the impulse of its last projection.
+//!
+//! A substep begins with all impulses of the last one. Each tetrahedron then takes its own impulse
+//! out, solves for the whole impulse anew, and applies the difference. At rest nothing changes, so
+//! the impulses balance exactly, in one pass and with any number of substeps. From zero impulses,
+//! one pass would leave tissue too soft: each tetrahedron would see what the earlier ones have
+//! corrected, and not what the later ones will. (Links start from zero impulses: a tube of links is
+//! so light that it would bounce off an instrument.)
+//!
+//! The impulses of the later tetrahedra are those of the last substep, so they act like explicit
+//! forces. That is stable while the stiffness of a sphere times `dt²` over its mass is not too large.
+//! Stiffer organs keep a smaller share of their impulses ([`Limits`]). They are then softer
+//! than their material, but stable at any stiffness.
+//!
+//! Links, attachments, contacts and grip act after the tetrahedra, from zero impulses. The
+//! tetrahedra see what these did in the last substep. Otherwise they would see pressed tissue as it
+//! has sprung back for a substep, and it would resist too little.
+//!
+//! Viscosity also needs memory. A constraint resists the change of its strain from one of its
+//! projections to the next, so viscosity vanishes at rest.
+
+use crate::capacity::{MAX_BATCHES, MAX_LINKS, MAX_ORGANS};
+use crate::math;
+use crate::scene::{LANES, Organ, Scene, TetraBatch};
+use crate::tissue::Node;
+use crate::tissue::lanes::Lanes;
+use crate::tissue::per_sphere::PerSphere;
+
+/// Share of the impulses with which the next substep begins. The rest of 1 ‰ lets rounding errors
+/// fade. A smaller share makes tissue softer.
+const KEPT: f32 = 0.999;
+/// Share that any organ may keep: stable up to 50 MPa (`stiff_tissue_comes_to_rest`).
+const KEPT_MIN: f32 = 0.5;
+/// Largest stiffness of a sphere, times `dt²` over its mass, up to which an organ keeps `KEPT`. A
+/// cube stays stable at 86 while it is shaken, and at 34 while it is squeezed to 40 % of its
+/// height (`squeezed_tissue_stays_whole`).
+const STIFF: f32 = 34.0;
+
+/// Largest weight of the strain rate relative to the strain, times that stiffness. The impulses of
+/// the last substep also contain viscosity, so more of it would shake the tissue
+/// (`viscosity_does_not_change_a_sag`: 3.4 is stable, 8.5 is not).
+const THICK: f32 = 3.0;
+
+/// Memory of a batch of tetrahedra.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BatchMemory {
+    /// Determinant of the deformation after the last projection.
+    pub(crate) volume: [f32; LANES],
+    /// First Piola–Kirchhoff stress over the shear modulus: row, column, lane. The impulse on a
+    /// corner over dt is `μ dt² V` times this matrix times the corner's shape gradient.
+    pub(crate) stress: [[[f32; LANES]; 3]; 3],
+    /// `V Σ w b bᵀ` over the corners, entries xx, yy, zz, xy, xz, yz, m/kg: `V` the volume, `w` the
+    /// corners' inverse masses, `b` their shape gradients. Follows from the scene and the masses.
+    pub(crate) mobility_m_kg: [[f32; LANES]; 6],
+}
+
+impl BatchMemory {
+    /// No deformation.
+    pub(crate) const REST: Self = Self {
+        volume: [1.0; LANES],
+        stress: [[[0.0; LANES]; 3]; 3],
+        mobility_m_kg: [[0.0; LANES]; 6],
+    };
+
+    /// No deformation and no impulse.
+    pub(crate) fn rest(&mut self) {
+        self.volume = Self::REST.volume;
+        self.stress = Self::REST.stress;
+    }
+
+    /// Takes the present masses of the corners.
+    pub(crate) fn weigh(&mut self, batch: &TetraBatch, nodes: &PerSphere<Node>) {
+        self.mobility_m_kg = Self::REST.mobility_m_kg;
+        batch.each_corner(|lane, sphere, b, volume_m3| {
+            let share = volume_m3 * nodes.at(sphere).inverse_mass_per_kg();
+            let products = [
+                b.x * b.x,
+                b.y * b.y,
+                b.z * b.z,
+                b.x * b.y,
+                b.x * b.z,
+                b.y * b.z,
+            ];
+            for (entry, product) in self.mobility_m_kg.iter_mut().zip(products) {
+                if let Some(slot) = entry.get_mut(lane) {
+                    *slot += share * product;
+                }
+            }
+        });
+    }
+}
+
+/// Impulses on a sphere in the last substep, over dt, m kg.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SphereMemory {
+    /// Of all tetrahedra.
+    pub(crate) elastic: Lanes,
+    /// Of everything that acts after the tetrahedra: links, attachments, contacts, grip.
+    pub(crate) outer: Lanes,
+    /// Step of the sphere after the tetrahedra, without the outer impulses, m.
+    pub(crate) after_m: Lanes,
+}
+
+impl SphereMemory {
+    /// No impulse.
+    const REST: Self = Self {
+        elastic: Lanes::ZERO,
+        outer: Lanes::ZERO,
+        after_m: Lanes::ZERO,
+    };
+}
+
+/// Memory of all tetrahedra and links.
+#[derive(Debug, Clone)]
+pub(crate) struct WarmStart {
+    batches: [BatchMemory; MAX_BATCHES],
+    /// Length of each link after its last projection, m.
+    links_m: [f32; MAX_LINKS],
+    spheres: PerSphere<SphereMemory>,
+    /// Of each organ, as its stiffness and substeps allow.
+    limits: [Limits; MAX_ORGANS],
+}
+
+/// Bounds within which an organ is stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Limits {
+    /// Share of its impulses that the organ keeps.
+    pub(crate) kept: f32,
+    /// Largest weight of the strain rate relative to the strain: retardation time over dt.
+    pub(crate) rate_max: f32,
+}
+
+impl Limits {
+    /// Keeps nothing, not even viscosity.
+    pub(crate) const NONE: Self = Self {
+        kept: 0.0,
+        rate_max: 0.0,
+    };
+
+    /// For a sphere of this stiffness, times `dt²` over its mass. NaN gets the closest bounds.
+    fn of(stiffness: f32) -> Self {
+        let room = (STIFF / stiffness).max(0.0);
+        Self {
+            kept: KEPT * (KEPT_MIN + (1.0 - KEPT_MIN) * room.min(1.0)),
+            rate_max: (THICK / stiffness).max(0.0),
+        }
+    }
+}
+
+/// Memory of an organ.
+#[derive(Debug)]
+pub(crate) struct OrganMemory<'a> {
+    /// Of its batches.
+    pub(crate) batches: &'a mut [BatchMemory],
+    /// Length of each of its elastic links after its last projection, m.
+    pub(crate) links_m: &'a mut [f32],
+    /// Of its spheres.
+    pub(crate) spheres: &'a mut [SphereMemory],
+}
+
+impl WarmStart {
+    pub(crate) const REST: Self = Self {
+        batches: [BatchMemory::REST; MAX_BATCHES],
+        links_m: [0.0; MAX_LINKS],
+        spheres: PerSphere::new(SphereMemory::REST),
+        limits: [Limits::NONE; MAX_ORGANS],
+    };
+
+    /// Computes the bounds of each organ of `scene`. Overwrites its memory.
+    pub(crate) fn build(&mut self, scene: &Scene<'_>) {
+        for ((i, organ), limits) in (0u8..).zip(scene.organs).zip(&mut self.limits) {
+            let step_s = scene.step_s_of(i);
+            *limits =
+                Limits::of(stiffest_n_m_kg(scene, organ, &mut self.spheres) * step_s * step_s);
+        }
+    }
+
+    /// Bounds of an organ.
+    pub(crate) fn limits(&self, organ: u8) -> Limits {
+        let closest = Limits::of(f32::INFINITY);
+        self.limits
+            .get(usize::from(organ))
+            .copied()
+            .unwrap_or(closest)
+    }
+
+    /// Memory of an organ.
+    pub(crate) fn of(&mut self, organ: &Organ) -> OrganMemory<'_> {
+        OrganMemory {
+            batches: range(&mut self.batches, organ.batch_start, organ.batch_count),
+            links_m: range(&mut self.links_m, organ.link_start, organ.elastic_links),
+            spheres: self
+                .spheres
+                .range_mut(organ.sphere_start, organ.sphere_count),
+        }
+    }
+
+    /// Puts every constraint of an organ to rest, without impulses. A memory that is not a number
+    /// would otherwise spoil every later substep.
+    pub(crate) fn rest(&mut self, scene: &Scene<'_>, organ: &Organ) {
+        let memory = self.of(organ);
+        memory.spheres.fill(SphereMemory::REST);
+        memory.batches.iter_mut().for_each(BatchMemory::rest);
+        let at_m = |sphere: u32| scene.spheres.get(sphere as usize).map(|it| it.center_m);
+        for (length_m, link) in memory.links_m.iter_mut().zip(scene.elastic_links_of(organ)) {
+            *length_m = match (at_m(link.a), at_m(link.b)) {
+                (Some(a_m), Some(b_m)) => math::norm(&(a_m - b_m)),
+                _ => 0.0,
+            };
+        }
+    }
+
+    /// Takes the present masses of an organ's spheres, and forgets its impulses.
+    pub(crate) fn weigh(&mut self, scene: &Scene<'_>, organ: &Organ, nodes: &PerSphere<Node>) {
+        let memory = self.of(organ);
+        memory.spheres.fill(SphereMemory::REST);
+        for (memory, batch) in memory.batches.iter_mut().zip(scene.batches_of(organ)) {
+            memory.stress = BatchMemory::REST.stress;
+            memory.weigh(batch, nodes);
+        }
+    }
+}
+
+/// Largest stiffness of the tetrahedra at a free sphere of an organ over its mass, N/(m kg). `scratch` is overwritten
+/// for the organ's spheres.
+fn stiffest_n_m_kg(scene: &Scene<'_>, organ: &Organ, scratch: &mut PerSphere<SphereMemory>) -> f32 {
+    let (start, count) = (organ.sphere_start, organ.sphere_count);
+    scratch.range_mut(start, count).fill(SphereMemory::REST);
+    let modulus_pa = super::neo_hookean::wave_modulus_pa(&organ.material);
+    for batch in scene.batches_of(organ) {
+        batch.each_corner(|_, sphere, gradient_per_m, volume_m3| {
+            let stiffness_n_m = modulus_pa * volume_m3 * gradient_per_m.norm_squared();
+            let sum = &mut scratch.at_mut(sphere).elastic;
+            *sum = sum.with_spare(sum.spare() + stiffness_n_m);
+        });
+    }
+    let sums = scratch.range(start, count).iter();
+    let free = sums.zip(scene.spheres_of(organ)).filter(|(_, it)| !it.held);
+    free.map(|(sum, it)| sum.elastic.spare() / it.mass_kg)
+        .fold(0.0, f32::max)
+}
+
+fn range<T>(all: &mut [T], start: u32, count: u32) -> &mut [T] {
+    let (start, count) = (start as usize, count as usize);
+    all.get_mut(start..start.saturating_add(count))
+        .unwrap_or(&mut [])
+}
