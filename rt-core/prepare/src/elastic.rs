@@ -10,9 +10,9 @@ use crate::tetra::Tetra;
 
 /// One control period, s.
 const TICK_S: f64 = 0.001;
-/// Greatest stiffness number `E dt² / (ρ h²)` of a substep. One pass over links gives the material's
-/// stiffness within 3 % up to it. Tetrahedra have the material's stiffness as long as they are stable:
-/// a cube at 0.3 can be squeezed to 30 % of its height, a cube at 0.6 to 40 %.
+/// Greatest stiffness number `E dt² / (ρ h²)` of a substep. One pass over links gives the
+/// material's stiffness within 3 % up to it. Tetrahedra have the material's stiffness as long as
+/// they are stable: a cube at 0.3 can be squeezed to 30 % of its height, a cube at 0.6 to 40 %.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 /// Substeps in a tick, at most.
 pub(crate) const SUBSTEPS_MAX: u32 = 16;

@@ -41,8 +41,8 @@ impl TetraBatch {
         volume_m3: [0.0; LANES],
     };
 
-    /// Calls `with` for each corner of each lane: the lane, the corner's sphere, its shape gradient,
-    /// 1/m, and the volume represented, m³. The last two are zero in an unused lane.
+    /// Calls `with` for each corner of each lane: the lane, the corner's sphere, its shape
+    /// gradient, 1/m, and the volume represented, m³. The last two are zero in an unused lane.
     pub(crate) fn each_corner(&self, mut with: impl FnMut(usize, u32, Vec3, f32)) {
         for (lane, volume_m3) in self.volume_m3.iter().enumerate() {
             let at = |row: &[f32; LANES]| row.get(lane).copied().unwrap_or(0.0);

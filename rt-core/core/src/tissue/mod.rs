@@ -23,9 +23,9 @@
 //!
 //! `F = I + Σ e_a b_aᵀ`, with `e` the displacements of the edges and `b` the shape gradients. XPBD
 //! solves it (Macklin 2016; Macklin and Müller 2021), with two differences. A substep begins with
-//! the impulses of the last one (`warm_start`), so tissue at rest has the stress of the energy, with
-//! any number of substeps. And the shape is solved implicitly for the whole of `F`, not along one
-//! gradient, so flat tetrahedra are stable (`neo_hookean::kernel`, with the equations).
+//! the impulses of the last one (`warm_start`), so tissue at rest has the stress of the energy,
+//! with any number of substeps. And the shape is solved implicitly for the whole of `F`, not along
+//! one gradient, so flat tetrahedra are stable (`neo_hookean::kernel`, with the equations).
 //!
 //! Viscosity resists the change of volume from one substep to the next, so neither rigid motion nor
 //! rest is damped. Linear tetrahedra lock beyond a Poisson's ratio of 0.45, so it counts as 0.45 at

@@ -8,8 +8,8 @@
 //! so light that it would bounce off an instrument.)
 //!
 //! The impulses of the later tetrahedra are those of the last substep, so they act like explicit
-//! forces. That is stable while the stiffness of a sphere times `dt²` over its mass is not too large.
-//! Stiffer organs keep a smaller share of their impulses ([`Limits`]). They are then softer
+//! forces. That is stable while the stiffness of a sphere times `dt²` over its mass is not too
+//! large. Stiffer organs keep a smaller share of their impulses ([`Limits`]). They are then softer
 //! than their material, but stable at any stiffness.
 //!
 //! Links, attachments, contacts and grip act after the tetrahedra, from zero impulses. The
@@ -221,8 +221,8 @@ impl WarmStart {
     }
 }
 
-/// Largest stiffness of the tetrahedra at a free sphere of an organ over its mass, N/(m kg). `scratch` is overwritten
-/// for the organ's spheres.
+/// Largest stiffness of the tetrahedra at a free sphere of an organ over its mass, N/(m kg).
+/// `scratch` is overwritten for the organ's spheres.
 fn stiffest_n_m_kg(scene: &Scene<'_>, organ: &Organ, scratch: &mut PerSphere<SphereMemory>) -> f32 {
     let (start, count) = (organ.sphere_start, organ.sphere_count);
     scratch.range_mut(start, count).fill(SphereMemory::REST);

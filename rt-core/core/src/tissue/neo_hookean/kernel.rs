@@ -23,8 +23,8 @@ const CRUSHED: f32 = 0.2;
 const OPENING: f32 = 0.5;
 
 /// Share by which the corners of an inverted tetrahedron are drawn towards their mean displacement
-/// in a pass. 0.1 leaves knots in a scrambled liver (`scrambled_it_comes_back`), and 0.8 shakes one that
-/// was pulled to five times its length.
+/// in a pass. 0.1 leaves knots in a scrambled liver (`scrambled_it_comes_back`), and 0.8 shakes one
+/// that was pulled to five times its length.
 const DRAWN_MAX: f32 = 0.4;
 
 /// An organ's elasticity for one substep.
@@ -113,8 +113,8 @@ type Symmetric<W> = [W; 6];
 /// J⁺ = det F + (cof F : (Y − F) + p (cof F : (cof F − Z))) / (1 + s)
 /// ```
 ///
-/// `s` weighs the change of `F` in this projection, and has no effect at rest. The direction `cof F`
-/// of the pressure turns with `F`, by at most `|p|` times that change. So `s` is the pressure at
+/// `s` weighs the change of `F` in this projection, and has no effect at rest. The direction `cof
+/// F` of the pressure turns with `F`, by at most `|p|` times that change. So `s` is the pressure at
 /// `F`, and at least 1: that of a tetrahedron without load. `r` is the retardation time over dt,
 /// and `J'` is `J⁺` of the last substep.
 ///

@@ -228,8 +228,8 @@ fn a_rigid_motion_is_left_alone() {
     assert!(most < 1.0e-6, "moved by {most} m");
 }
 
-/// One tetrahedron under a constant force comes to the stress of the energy, not of its linearisation,
-/// however far it is deformed.
+/// One tetrahedron under a constant force comes to the stress of the energy, not of its
+/// linearisation, however far it is deformed.
 #[test]
 fn a_tetrahedron_in_balance_has_the_stress_of_its_energy() {
     let one = [Tetra {
