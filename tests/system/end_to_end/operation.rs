@@ -84,14 +84,9 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
     assert!(!ask(&["export"]).contains("Ada"));
 }
 
-/// Longer than the scripted surgeon takes for the whole procedure, s. A run ends when its task is
-/// over.
-const WHOLE_S: &str = "640";
 /// Most attempts of a scripted surgeon. Tissue lies differently each time, and the machine may be
 /// busy.
 const TRIES: usize = 4;
-/// Most attempts at the whole procedure, which takes minutes.
-const TRIES_OF_ALL: usize = 2;
 
 /// A scripted surgeon works a task on Calot's triangle for at most `seconds`. Returns the summary,
 /// which must equal the one computed from the recording.
@@ -118,10 +113,6 @@ fn operate_into(out: &Path, task: &str, hand: &str, more: &[&str]) -> serde_json
 fn has_alarm(summary: &serde_json::Value, kind: &str) -> bool {
     let alarms = summary["alarms"].as_array().expect("alarms");
     alarms.iter().any(|it| it["kind"] == kind)
-}
-
-fn is_passed(summary: &serde_json::Value) -> bool {
-    summary["outcome"] == "passed" && summary["score"].as_f64() >= Some(70.0)
 }
 
 #[test]
@@ -153,17 +144,20 @@ fn surgeon_who_burns_the_bile_duct_is_alarmed_and_has_pictures_of_it() {
     assert!(page.contains("bile duct"), "what was burnt");
 }
 
-/// The whole procedure, from the first touch to the free gallbladder.
+/// The first minute of the whole procedure. It takes seven more, which
+/// `the_careful_completes_the_long_tasks` of the surgeon's own tests works in the simulation.
 #[test]
-fn a_careful_surgeon_completes_the_whole_procedure() {
+fn a_careful_surgeon_begins_the_whole_procedure() {
     let mut came_to = Vec::new();
-    for _ in 0..TRIES_OF_ALL {
-        let summary = operate("full", "careful", WHOLE_S);
+    for _ in 0..TRIES {
+        let summary = operate("full", "careful", "60");
         assert_eq!(summary["steps"].as_array().map(Vec::len), Some(7));
-        if is_passed(&summary) {
+        assert_eq!(summary["outcome"], "aborted", "{summary:#}");
+        let of = |metric: &str| summary["metrics"][metric].as_f64();
+        if of("cvs_triangle") > Some(0.1) && of("perforations") < Some(0.5) {
             return;
         }
-        came_to.push((summary["reasons"].clone(), summary["steps"].clone()));
+        came_to.push(summary["metrics"].clone());
     }
     panic!("{came_to:?}");
 }
