@@ -13,7 +13,7 @@ use crate::organs::pairs::Pair;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::multirate::{Multirate, SubstepWindow};
+use crate::tissue::multirate::{Multirate, Pace, SubstepWindow};
 use crate::words::SphereBits;
 
 /// Largest gap of a pair at the beginning of a tick, m, with which the pair may touch in that tick.
@@ -125,7 +125,10 @@ impl Between {
 fn press(pair: &Pair, at: &SubstepWindow, scene: &Scene<'_>, bodies: &mut Bodies) {
     let [a, b] = [pair.a, pair.b].map(u32::from);
     let (node_a, node_b) = (*bodies.nodes.at(a), *bodies.nodes.at(b));
-    let [pace_a, pace_b] = [a, b].map(|sphere| Multirate::of(sphere, at, scene, bodies));
+    let [pace_a, pace_b] = [a, b].map(|sphere| {
+        let substeps = scene.substeps_of(*bodies.organ.at(sphere));
+        Multirate::of(sphere, Pace::of(substeps, at), bodies)
+    });
     let start = node_a.away_at_start(&node_b);
     let now = (start + (pace_a.way(&node_a) - pace_b.way(&node_b))).vec3();
     let near_m = math::norm(&now);

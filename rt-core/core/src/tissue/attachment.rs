@@ -1,19 +1,24 @@
 //! Attachments between organs, and between an organ and the world.
 //!
-//! An attachment acts in the substeps of the finer of its two organs. A sphere of the coarser organ
-//! is then in the middle of a longer substep. The attachment uses the position that this sphere has
-//! reached by then, and its impulse acts over the whole of the longer substep. If attachments were
-//! solved once a tick, an organ of 16 substeps would feel them in the last one only: for a
-//! sixteenth of the time, at sixteen times the speed.
+//! An attachment acts between the substeps of two organs (`multirate`): at least in each substep of
+//! the coarser organ, at most in each of the finer one, and in between as often as its stiffness
+//! needs. If a stiff attachment acted once a tick, an organ of 16 substeps would feel it in the
+//! last one only: for a sixteenth of the time, at sixteen times the speed.
 
 use heapless::Vec;
 
-use crate::capacity::MAX_ATTACHMENTS;
+use crate::capacity::{MAX_ATTACHMENTS, MAX_ORGANS};
 use crate::scene::{Anchor, Attachment, Scene, numbered};
+use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tissue::bar::Bar;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::multirate::{Multirate, SubstepWindow};
+use crate::tissue::multirate::{Multirate, Pace, SubstepWindow};
+
+/// Largest share of its stiffness that an attachment may lack. It is solved from zero impulses, in
+/// one pass, so it lacks `k dt² w` with the stiffness `k`, the time between two solutions `dt` and
+/// the sum of the ends' inverse masses `w`.
+const SOFTER_MAX: f32 = 0.03;
 
 /// An attachment in the order of solution.
 #[derive(Debug, Clone, Copy)]
@@ -22,6 +27,8 @@ struct Turn {
     tie: u16,
     /// Number of the suture, if the attachment is one.
     suture: Option<u8>,
+    /// Organs of its ends. An end in the world has the organ of the other end.
+    organs: [u8; 2],
     /// Number of times that it acts in a tick.
     times: u32,
 }
@@ -38,21 +45,20 @@ impl Ties {
     /// Orders the attachments of `scene`. O(attachments · distinct rates).
     pub(crate) fn build(&mut self, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
         self.turns.clear();
-        let substeps = |sphere: u32| {
-            let organ = scene.organs.get(usize::from(organ_of(sphere)));
-            organ.map_or(1, |organ| organ.substeps)
-        };
         let mut times = scene.finest();
         while times > 0 {
             for (i, (tie, suture)) in (0u16..).zip(numbered(scene.attachments.iter())) {
+                let own = organ_of(tie.sphere);
                 let other = match tie.to {
-                    Anchor::World(_) => 1,
-                    Anchor::Sphere(sphere) => substeps(sphere),
+                    Anchor::World(_) => own,
+                    Anchor::Sphere(sphere) => organ_of(sphere),
                 };
-                if substeps(tie.sphere).max(other) == times {
+                let organs = [own, other];
+                if times_of(tie, organs.map(|organ| scene.substeps_of(organ)), scene) == times {
                     let _ = self.turns.push(Turn {
                         tie: i,
                         suture,
+                        organs,
                         times,
                     }); // validation rejects a scene with more
                 }
@@ -62,38 +68,89 @@ impl Ties {
     }
 }
 
+/// Number of times that an attachment between organs of these `substeps` acts in a tick.
+fn times_of(tie: &Attachment, substeps: [u32; 2], scene: &Scene<'_>) -> u32 {
+    let weight_per_kg = |sphere: u32| {
+        let rest = scene.spheres.get(sphere as usize);
+        rest.map_or(0.0, super::inverse_mass_per_kg)
+    };
+    let other_per_kg = match tie.to {
+        Anchor::World(_) => 0.0,
+        Anchor::Sphere(sphere) => weight_per_kg(sphere),
+    };
+    let sum_per_kg = weight_per_kg(tie.sphere) + other_per_kg;
+    let [own, other] = substeps;
+    let (mut times, most) = (own.min(other), own.max(other));
+    let lacks = |times: u32| {
+        let step_s = TICK_S / times as f32;
+        step_s * step_s * sum_per_kg / tie.compliance_m_n
+    };
+    while times < most && lacks(times) > SOFTER_MAX {
+        times *= 2;
+    }
+    times
+}
+
 /// Projects every attachment that is due in the finest substep `now` as an elastic link. A suture
 /// acts only while it is taut; a severed attachment never acts. An attachment of rest length zero
 /// draws its ends together.
 pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
+    // Attachments that act equally often follow each other.
+    let mut group = Group {
+        times: 0,
+        step_s: 0.0,
+        paces: [Pace::SAME; MAX_ORGANS],
+    };
     for i in 0..bodies.ties.turns.len() {
         let Some(turn) = bodies.ties.turns.get(i).copied() else {
             return;
         };
-        let Some(moment) = SubstepWindow::due(now, turn.times, scene) else {
-            return; // later ones act less often, so none is due
-        };
+        if turn.times != group.times {
+            let Some(window) = SubstepWindow::due(now, turn.times, scene) else {
+                return; // later ones act less often, so none is due
+            };
+            group = Group {
+                times: turn.times,
+                step_s: window.step_s(),
+                paces: Pace::of_all(scene, &window),
+            };
+        }
         if let Some(tie) = scene.attachments.get(usize::from(turn.tie))
             && let Some(tie) = bodies.sutures.now(tie, turn.suture)
         {
             let left = bodies.parted.left_of_tie(usize::from(turn.tie));
-            project(&tie, left, &moment, scene, bodies);
+            project(&tie, left, group.step_s, group.paces_of(&turn), bodies);
         }
     }
 }
 
-fn project(
-    tie: &Attachment,
-    left: f32,
-    at: &SubstepWindow,
-    scene: &Scene<'_>,
-    bodies: &mut Bodies,
-) {
+/// Attachments that act equally often.
+struct Group {
+    /// In a tick.
+    times: u32,
+    /// Length of their step, s.
+    step_s: f32,
+    /// Of each organ.
+    paces: [Pace; MAX_ORGANS],
+}
+
+impl Group {
+    /// Paces of both ends.
+    #[inline(always)]
+    fn paces_of(&self, turn: &Turn) -> [Pace; 2] {
+        let pace = |organ| self.paces.get(usize::from(organ)).copied();
+        turn.organs.map(|organ| pace(organ).unwrap_or(Pace::SAME))
+    }
+}
+
+#[inline(always)]
+fn project(tie: &Attachment, left: f32, step_s: f32, paces: [Pace; 2], bodies: &mut Bodies) {
     if left <= 0.0 {
         return;
     }
+    let [a_pace, b_pace] = paces;
     let a = *bodies.nodes.at(tie.sphere);
-    let a_pace = Multirate::of(tie.sphere, at, scene, bodies);
+    let a_pace = Multirate::of(tie.sphere, a_pace, bodies);
     let (difference, other) = match tie.to {
         Anchor::World(at_m) => {
             let from = a.rest_m - Lanes::new(&at_m, 0.0);
@@ -101,7 +158,7 @@ fn project(
         }
         Anchor::Sphere(sphere) => {
             let b = *bodies.nodes.at(sphere);
-            let b_pace = Multirate::of(sphere, at, scene, bodies);
+            let b_pace = Multirate::of(sphere, b_pace, bodies);
             let away = a.away_at_start(&b) + (a_pace.way(&a) - b_pace.way(&b));
             (away, Some((sphere, b_pace)))
         }
@@ -113,7 +170,7 @@ fn project(
     let bar = Bar {
         rest_length_m: tie.rest_length_m,
         compliance_m_n: tie.compliance_m_n / left,
-        step_s: at.step_s(),
+        step_s,
     };
     let b_weight = other.map_or(0.0, |(_, pace)| pace.weight());
     let push = bar.push(difference, a_pace.weight() + b_weight);

@@ -95,10 +95,13 @@ impl Bodies {
         let mut quarantined = 0;
         let per_step = Lanes::splat(step_s.recip());
         let memory = self.warm_start.of(organ).spheres;
+        let has_memory = organ.batch_count > 0;
         let nodes = self.nodes.range_mut(organ.sphere_start, organ.sphere_count);
         for (node, last) in nodes.iter_mut().zip(memory) {
-            let outer_m = node.step_m - last.after_m;
-            last.outer = neo_hookean::impulse(outer_m, node.inverse_mass_per_kg());
+            if has_memory {
+                let outer_m = node.step_m - last.after_m;
+                last.outer = neo_hookean::impulse(outer_m, node.inverse_mass_per_kg());
+            }
             let [x, y, z, _] = (node.moved_m + node.step_m).to_array();
             // Not `>`: a comparison with NaN is false. Not `&&`: evaluating all three at once is
             // quicker.

@@ -1,8 +1,12 @@
 //! Multirate coupling: constraints between two organs with unequal numbers of substeps.
 //!
-//! They are solved in the substeps of the finer organ. A sphere of the coarser organ is then in the
-//! middle of its own, longer substep.
+//! A constraint acts in windows, of which a tick has a power of two. At the end of a window, a
+//! sphere may be in the middle of a longer substep of its own organ. The constraint then uses the
+//! position that the sphere has reached, and its impulse acts over the whole of that substep. Or
+//! the window may contain several substeps of the sphere's organ. Its impulse then acts in the last
+//! of them.
 
+use crate::capacity::MAX_ORGANS;
 use crate::scene::Scene;
 use crate::time::TICK_S;
 use crate::tissue::lanes::Lanes;
@@ -11,7 +15,7 @@ use crate::tissue::{Bodies, Node};
 /// One step of a constraint between organs. A tick has a fixed number of them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SubstepWindow {
-    /// Index of the finest substep with which it begins.
+    /// Index of the finest substep with which it ends.
     now: u32,
     /// Its length, in finest substeps; and the number of finest substeps in a tick.
     length: u32,
@@ -19,64 +23,99 @@ pub(crate) struct SubstepWindow {
 }
 
 impl SubstepWindow {
-    /// The step that begins with the finest substep `now`, of a constraint that acts `times` in a
-    /// tick; `None` if none begins there.
+    /// The window that ends with the finest substep `now`, of a constraint that acts `times` in a
+    /// tick; `None` if none ends there.
     pub(crate) fn due(now: u32, times: u32, scene: &Scene<'_>) -> Option<Self> {
         let finest = scene.finest();
         let length = (finest / times.max(1)).max(1);
-        now.is_multiple_of(length).then_some(Self {
+        (now + 1).is_multiple_of(length).then_some(Self {
             now,
             length,
             finest,
         })
     }
 
-    /// Length of the step, s.
+    /// Length of the window, s.
     pub(crate) fn step_s(&self) -> f32 {
         TICK_S * self.length as f32 / self.finest as f32
+    }
+}
+
+/// Position of a [`SubstepWindow`] within the substep of an organ.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pace {
+    /// Share of the organ's substep that has passed when the window ends.
+    elapsed: f32,
+    /// Length of the substep over that of the window.
+    longer: f32,
+}
+
+impl Pace {
+    /// Of an organ with as many substeps as there are windows.
+    pub(crate) const SAME: Self = Self {
+        elapsed: 1.0,
+        longer: 1.0,
+    };
+
+    /// Of an organ with this number of substeps. All lengths are powers of two.
+    pub(crate) fn of(substeps: u32, at: &SubstepWindow) -> Self {
+        let own = (at.finest / substeps.max(1)).max(1);
+        let passed = at.now % own + 1;
+        Self {
+            elapsed: passed as f32 / own as f32,
+            longer: own as f32 / at.length as f32,
+        }
+    }
+
+    /// Of every organ.
+    pub(crate) fn of_all(scene: &Scene<'_>, at: &SubstepWindow) -> [Self; MAX_ORGANS] {
+        let mut all = [Self::SAME; MAX_ORGANS];
+        for (pace, organ) in all.iter_mut().zip(scene.organs) {
+            *pace = Self::of(organ.substeps, at);
+        }
+        all
     }
 }
 
 /// State of a sphere within its own organ's substep, as a [`SubstepWindow`] sees it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Multirate {
-    /// Share of its own substep that has passed when the window ends.
-    elapsed: f32,
-    /// Number of windows in its substep.
-    longer: f32,
+    pace: Pace,
     /// Inverse mass, 1/kg.
     weight_per_kg: f32,
 }
 
 impl Multirate {
-    pub(crate) fn of(sphere: u32, at: &SubstepWindow, scene: &Scene<'_>, bodies: &Bodies) -> Self {
-        let own = (at.finest / scene.substeps_of(*bodies.organ.at(sphere))).max(1);
-        let longer = (own / at.length).max(1) as f32;
-        let ended = (at.now % own) / at.length + 1;
+    /// Of a sphere whose organ has this pace.
+    #[inline(always)]
+    pub(crate) fn of(sphere: u32, pace: Pace, bodies: &Bodies) -> Self {
         Self {
-            elapsed: ended as f32 / longer,
-            longer,
+            pace,
             weight_per_kg: bodies.weight_per_kg(sphere),
         }
     }
 
     /// Displacement of the sphere in its substep up to the end of the window, m.
+    #[inline(always)]
     pub(crate) fn way(&self, node: &Node) -> Lanes {
-        node.step_m.scaled(self.elapsed)
+        node.step_m.scaled(self.pace.elapsed)
     }
 
     /// Displacement of the sphere in its substep up to the start of the window, m.
     pub(crate) fn way_before(&self, node: &Node) -> Lanes {
-        node.step_m.scaled(self.elapsed - self.longer.recip())
+        node.step_m
+            .scaled(self.pace.elapsed - self.pace.longer.recip())
     }
 
     /// Displacement at the end of the window per unit of [`Multirate::push`], 1/kg.
+    #[inline(always)]
     pub(crate) fn weight(&self) -> f32 {
-        self.weight_per_kg * self.elapsed * self.longer
+        self.weight_per_kg * self.pace.elapsed * self.pace.longer
     }
 
     /// Applies an impulse of `push_m_kg` over the window's length. It acts over the whole substep.
+    #[inline(always)]
     pub(crate) fn push(&self, node: &mut Node, push_m_kg: Lanes) {
-        node.step_m = node.step_m + push_m_kg.scaled(self.weight_per_kg * self.longer);
+        node.step_m = node.step_m + push_m_kg.scaled(self.weight_per_kg * self.pace.longer);
     }
 }

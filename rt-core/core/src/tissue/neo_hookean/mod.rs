@@ -42,13 +42,13 @@ impl Solver for NeoHookean {
         let own = *organs.at(organ.sphere_start);
         let limits = warm_start.limits(own);
         let memory = warm_start.of(organ);
-        begin(nodes, organ, limits.kept, memory.spheres);
         let batches = scene.batches_of(organ);
         if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s, limits))
         {
+            begin(nodes, organ, limits.kept, memory.spheres);
             kernel::project(nodes, batches, memory.batches, &moduli);
+            end(nodes, organ, limits.kept, memory.spheres);
         }
-        end(nodes, organ, limits.kept, memory.spheres);
         let shrunk = parted.shrunk(own);
         let lefts = parted.left_of_links(organ);
         let links = scene.elastic_links_of(organ).iter().zip(lefts);
