@@ -103,7 +103,7 @@ impl Station {
         let demand = Demand {
             opening_n: 0.0,
             force_n: Vec3::new(300.0, -200.0, 100.0),
-            torque_n_m: Vec3::new(1.0, 1.0, 1.0),
+            torque_nm: Vec3::new(1.0, 1.0, 1.0),
             stiffness_n_m: 100.0,
             handle_m: fresh_m,
             speed_m_s,

@@ -205,7 +205,9 @@ fn every_fault_is_refused_and_named() {
         ("tetrahedron 0", |s| s.tetrahedra[0].spheres[2] = 4),
         ("tetrahedron 0", |s| s.tetrahedra[0].spheres[2] = 0),
         ("attachment 0", |s| s.attachments[0].b = 4),
-        ("attachment 0", |s| s.attachments[0].is_thread = 2),
+        ("attachment 0: is_thread must be 0 or 1", |s| {
+            s.attachments[0].is_thread = 2;
+        }),
         ("attachment 0", |s| s.attachments[0].tear_j = -1.0),
         ("link 0", |s| s.links[0].b = 0),
         ("vertex 2", |s| s.vertices[2].weights[0] = 1),
@@ -219,10 +221,14 @@ fn every_fault_is_refused_and_named() {
         ("nearest contact vertex 3", |s| s.contact_nearest[3] = 3),
         ("cell 1", |s| s.cells[1].corners[7] = 8),
         ("cell 0", |s| s.cells[0].spheres[3] = 4),
-        ("cell 0", |s| s.cells[0].neighbours[5] = 2),
-        ("cell 0", |s| s.cells[1].neighbours[4] = NO_CELL),
+        ("cell 0: neighbour 2 does not exist", |s| {
+            s.cells[0].neighbours[5] = 2;
+        }),
+        ("cell 0: its neighbour 1 does not name it", |s| {
+            s.cells[1].neighbours[4] = NO_CELL;
+        }),
         ("cell 1", |s| s.cells[1].energy_j = f32::NAN),
-        ("cell 1", |s| s.cells[1].region = 9),
+        ("cell 1: region must be 0 to 3", |s| s.cells[1].region = 9),
         ("cell corner 2", |s| s.cell_corners[2].weights[0] = 1),
         ("cell column 1", |s| s.cell_columns[1].inwards[5] = 6),
         ("instrument length", |s| {

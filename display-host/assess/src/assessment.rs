@@ -1,7 +1,7 @@
 //! Assessment of an operation. It takes the entries that the session records, one after the other,
 //! and gives a status at any time and a result at the end.
 
-use session::{Entry, Movement, What};
+use session::{Entry, EntryContent, Movement};
 use shared_mem::message::EventMsg;
 use shared_mem::words::EventKind;
 
@@ -154,13 +154,13 @@ impl Assessment {
             return;
         }
         match &entry.what {
-            What::Device { force_max_n } => self.tally.device(f64::from(*force_max_n)),
-            What::Reset => {
+            EntryContent::Device { force_max_n } => self.tally.device(f64::from(*force_max_n)),
+            EntryContent::Reset => {
                 // Before the first movement no attempt has begun, so this counts as no restart.
                 self.restarts += u32::from(self.began_ns.is_some());
                 self.restart();
             }
-            What::Start { task } => {
+            EntryContent::Start { task } => {
                 // The first start prepares the task. A later start counts as a restart if the hands
                 // have moved since the last start or reset.
                 self.restarts += u32::from(self.is_prepared && self.began_ns.is_some());
@@ -171,12 +171,12 @@ impl Assessment {
                     self.tally.clear(&self.anatomy);
                 }
             }
-            What::Sight {
+            EntryContent::Sight {
                 off_rad,
                 turned_rad,
             } => self.sight_rad = [*off_rad, *turned_rad].map(f64::from),
-            What::Moved(moved) => self.moved(entry.at_ns, moved),
-            What::Event(event) => self.event(event),
+            EntryContent::Moved(moved) => self.moved(entry.at_ns, moved),
+            EntryContent::Event(event) => self.event(event),
         }
         self.judge();
     }

@@ -9,7 +9,7 @@ use crate::tally::VIEW_HALF_RAD;
 use crate::vector::off_sight;
 
 /// Organs to show, in this order; those missing from a scene are left out.
-const SHOWN: [OrganKind; 6] = [
+const TARGETS: [OrganKind; 6] = [
     OrganKind::Gallbladder,
     OrganKind::CysticDuct,
     OrganKind::Liver,
@@ -40,7 +40,7 @@ impl ScopeDrill {
             organs.position(|organ| organ.kind == Some(kind))
         };
         Self {
-            targets: SHOWN.into_iter().filter_map(find).collect(),
+            targets: TARGETS.into_iter().filter_map(find).collect(),
             ..Self::default()
         }
     }
@@ -50,8 +50,8 @@ impl ScopeDrill {
         let Some(organ) = target.and_then(|index| anatomy.organs.get(*index)) else {
             return;
         };
-        let (angle, far_m) = off_sight(&moved.world_from_camera, organ.middle_m);
-        let seen = angle <= MIDDLE * VIEW_HALF_RAD && (NEAR_M..=FAR_M).contains(&far_m);
+        let (angle, distance_m) = off_sight(&moved.world_from_camera, organ.middle_m);
+        let seen = angle <= MIDDLE * VIEW_HALF_RAD && (NEAR_M..=FAR_M).contains(&distance_m);
         self.held_s = if seen { self.held_s + seconds } else { 0.0 };
         if self.held_s >= look_s {
             self.shown += 1;

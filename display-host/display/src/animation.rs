@@ -56,7 +56,9 @@ pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> 
         size.ok_or_else(|| refused("there is no picture; request some with --frames".to_owned()))?;
     let sides = [width, height].map(u16::try_from);
     let [Ok(wide), Ok(high)] = sides else {
-        return Err(refused(format!("{width}×{height} pixels are too many")));
+        return Err(refused(format!(
+            "{width}×{height} pixels are too many, a side has at most 65535"
+        )));
     };
     // The quantiser learns once from each sample. If there are too few samples, they are repeated.
     let times = (4 * LEAST).div_ceil(samples.len().max(1));

@@ -38,22 +38,25 @@ pub enum DisplayError {
     /// There is no graphics driver.
     #[error(
         "no Vulkan or OpenGL adapter ({detail}); install a driver: `sudo apt-get install \
-         mesa-vulkan-drivers libegl1 libgl1-mesa-dri` (draws on the CPU if there is no GPU)"
+         mesa-vulkan-drivers libegl1 libgl1-mesa-dri` (it draws on the CPU if there is no GPU)"
     )]
     NoAdapter {
         /// Message of the graphics library.
         detail: String,
     },
-    /// The driver failed during operation.
-    #[error("graphics device, {doing}: {detail}; start the display again")]
+    /// The graphics device, or a step beside it, failed during operation.
+    #[error("the display failed while {doing}: {detail}; start the display again")]
     Device {
-        /// The operation that failed.
+        /// The operation that failed, e.g. "drawing a frame".
         doing: &'static str,
         /// Message of the driver.
         detail: String,
     },
     /// The scene exceeds a limit of the graphics device.
-    #[error("scene has {found} {what}, this graphics device allows {max}; prepare a coarser skin")]
+    #[error(
+        "scene has {found} {what}, this graphics device allows {max}; reduce the triangles of the \
+         scene's meshes, for instance in Blender, and prepare the scene again (`calot prepare`)"
+    )]
     TooLarge {
         /// The limited quantity.
         what: &'static str,
@@ -63,7 +66,7 @@ pub enum DisplayError {
         max: u64,
     },
     /// The picture size is out of range.
-    #[error("picture of {width}×{height} pixels: each side must be 64 to 8192")]
+    #[error("picture of {width}×{height} pixels: each side must be 64 to 8192 (--size)")]
     Size {
         /// Width, pixels.
         width: u32,
@@ -71,7 +74,7 @@ pub enum DisplayError {
         height: u32,
     },
     /// The duration of the run is out of range.
-    #[error("cannot run for {0} s: more than 0 and at most 86400 are possible")]
+    #[error("cannot run for {0} s; allowed are more than 0 and at most 86400 s (--seconds)")]
     Seconds(f64),
     /// A file cannot be written.
     #[error("{path}: {detail}; choose another folder with --out")]

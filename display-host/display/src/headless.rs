@@ -12,7 +12,7 @@ use shared_mem::service::{Host, Station};
 use shared_mem::words::{CapsuleRole, EventKind};
 
 use crate::DisplayError;
-use crate::effects::Course;
+use crate::effects::EffectCollector;
 use crate::feed::{Feed, FeedCounters, Offer, hex};
 use crate::latency::FrameRecord;
 use crate::painter::{Painter, Still};
@@ -100,7 +100,7 @@ pub enum Ended {
 
 /// Result of a run, as raw numbers; reports are made elsewhere.
 #[derive(Debug, Clone)]
-pub struct Outcome {
+pub struct RunOutcome {
     /// Graphics adapter and driver; `None`: no picture could be drawn.
     pub adapter: Option<String>,
     /// True if the adapter is a CPU.
@@ -115,7 +115,7 @@ pub struct Outcome {
     pub warnings: Vec<String>,
 }
 
-impl Outcome {
+impl RunOutcome {
     /// Outcome of a run whose display was lost for this reason.
     #[must_use]
     pub fn lost(reason: String) -> Self {
@@ -140,7 +140,7 @@ pub fn run(
     config: &HeadlessConfig,
     stop: &AtomicBool,
     observer: &mut dyn FnMut(Observed<'_>),
-) -> Result<Outcome, DisplayError> {
+) -> Result<RunOutcome, DisplayError> {
     if !(config.seconds > 0.0 && config.seconds <= 86_400.0) {
         return Err(DisplayError::Seconds(config.seconds));
     }
@@ -160,7 +160,7 @@ pub fn run(
         host,
         feed: Feed::new(&scene),
         plan: Plan::new(config, scene.clone()),
-        course: Course::new(&scene),
+        effects: EffectCollector::new(&scene),
         scene,
         painter,
         inbox_state: zeroed_state(),
@@ -191,7 +191,7 @@ struct Run<'a> {
     feed: Feed,
     painter: Option<Painter>,
     plan: Plan,
-    course: Course,
+    effects: EffectCollector,
     inbox_state: Box<StateFrame>,
     inbox_tools: ToolFrame,
     last_state: Instant,
@@ -255,11 +255,11 @@ impl Run<'_> {
             let elapsed = start.elapsed();
             if let (Some(state), Some(tools)) = (self.feed.state(), self.feed.tools()) {
                 let free = self.painter.as_ref().is_some_and(Painter::is_free);
-                self.course.look(state, tools);
+                self.effects.look(state, tools);
                 if let Some(mut still) = self.plan.next(elapsed, state, tools, free)
                     && let Some(painter) = &mut self.painter
                 {
-                    still.effects = Some(self.course.take());
+                    still.effects = Some(self.effects.take());
                     painter.paint(still);
                 }
             }
@@ -299,7 +299,7 @@ impl Run<'_> {
         mut self,
         ended: Ended,
         observer: &mut dyn FnMut(Observed<'_>),
-    ) -> Result<Outcome, DisplayError> {
+    ) -> Result<RunOutcome, DisplayError> {
         let mut progress = Progress::new();
         if ended != Ended::Stopped {
             for still in self.plan.last_stills() {
@@ -327,7 +327,7 @@ impl Run<'_> {
             Some(painter) => painter.end(),
             None => (None, false, Vec::new()),
         };
-        Ok(Outcome {
+        Ok(RunOutcome {
             adapter,
             software_adapter,
             frames,
@@ -352,13 +352,13 @@ impl Run<'_> {
             observer(Observed::Tools(&self.inbox_tools));
         }
         if self.feed.counters().restarts > restarts {
-            self.course.clear();
+            self.effects.clear();
         }
-        let (feed, plan, course) = (&mut self.feed, &mut self.plan, &mut self.course);
+        let (feed, plan, effects) = (&mut self.feed, &mut self.plan, &mut self.effects);
         self.host.drain_events(|event| {
             feed.note_event(event);
             plan.note_event(event);
-            course.event(event);
+            effects.event(event);
             observer(Observed::Event(event));
         });
         self.host.drain_timing(|batch| {

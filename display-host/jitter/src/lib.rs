@@ -5,26 +5,26 @@
 //! ```text
 //! timing records ─► tally ─┬─► blackbox   ticks around the most delayed ones
 //!                          ├─► timeline   worst times of each time step
-//!                          └─► report ◄── rivals   other programs, which take turns
-//!                                │  ◄──── kernel   interrupts, stolen time
+//!                          └─► report ◄── baselines   other programs, which take turns
+//!                                │  ◄──── kernel      interrupts, stolen time
 //!                                └─► table (text, CSV), page (HTML), trace (Perfetto), two_runs
 //! ```
 
+pub mod baselines;
 pub mod blackbox;
 pub mod kernel;
 pub mod misses;
 mod page;
 mod problem;
 pub mod report;
-pub mod rivals;
 pub mod table;
 pub mod tally;
 pub mod timeline;
 mod trace;
 pub mod two_runs;
 
+pub use baselines::Baseline;
 pub use page::html;
 pub use problem::Problem;
 pub use report::Report;
-pub use rivals::Rival;
 pub use trace::json as trace;

@@ -19,7 +19,8 @@ pub struct Missed {
     /// Ticks before which one period or more was missed.
     pub occasions: u64,
     /// Ticks that ended after their deadline. Most of them cause no missed period.
-    pub overruns: u64,
+    #[serde(rename = "overruns")]
+    pub late_ticks: u64,
 }
 
 impl Missed {
@@ -32,7 +33,7 @@ impl Missed {
     /// the previous tick or this one ended after its deadline.
     pub fn note_tick(&mut self, missed: u32, last_overran: bool, overran: bool) {
         self.ticks += 1;
-        self.overruns += u64::from(overran);
+        self.late_ticks += u64::from(overran);
         self.occasions += u64::from(missed > 0);
         match last_overran {
             true => self.at_work += u64::from(missed),
@@ -45,7 +46,7 @@ impl Missed {
         self.woken_late += other.woken_late;
         self.at_work += other.at_work;
         self.occasions += other.occasions;
-        self.overruns += other.overruns;
+        self.late_ticks += other.late_ticks;
     }
 }
 
@@ -78,14 +79,16 @@ const KINDS: [(&str, &str, Count); 5] = [
     ("periods", "periods missed", Missed::periods),
     (
         "woken_late",
-        "  asleep, woken too late: the machine's",
+        "  program asleep, woken too late by the machine",
         |m| m.woken_late,
     ),
-    ("at_work", "  the tick before still at work", |m| m.at_work),
-    ("occasions", "occasions, of one period or more each", |m| {
+    ("at_work", "  program still at work on its last tick", |m| {
+        m.at_work
+    }),
+    ("occasions", "occasions of one missed period or more", |m| {
         m.occasions
     }),
-    ("overruns", "ticks that ended too late", |m| m.overruns),
+    ("overruns", "ticks that ended too late", |m| m.late_ticks),
 ];
 
 /// One kind of miss, per million periods.
@@ -287,6 +290,9 @@ mod tests {
             missed.note_tick(periods, last_overran, overran);
         }
         assert_eq!((missed.at_work, missed.woken_late), (3, 2));
-        assert_eq!((missed.occasions, missed.overruns, missed.ticks), (2, 1, 3));
+        assert_eq!(
+            (missed.occasions, missed.late_ticks, missed.ticks),
+            (2, 1, 3)
+        );
     }
 }

@@ -121,8 +121,9 @@ fn rounds(report: &Report) -> String {
                  priority on the same core. In each period it works as long as the corresponding tick \
                  of the station's previous turn.</p>";
     }
-    page += "<table><tr><th>program<th>round<th>p50, µs<th>p99, µs<th>max, µs<th>missed in a million\
-             <th>woken too late<th>still at work<th>occasions<th>ended late\
+    page += "<table><tr><th>program<th>round<th>p50, µs<th>p99, µs<th>max, µs<th>periods missed in a million\
+             <th>periods missed: program woken too late<th>periods missed: its last tick still at work\
+             <th>occasions of missed periods<th>ticks that ended late\
              <th>stolen by the hypervisor, ms</tr>";
     for r in &report.rounds {
         let us = |ns: u64| ns as f64 / 1e3;
@@ -134,7 +135,7 @@ fn rounds(report: &Report) -> String {
             count(|m| m.woken_late),
             count(|m| m.at_work),
             count(|m| m.occasions),
-            count(|m| m.overruns),
+            count(|m| m.late_ticks),
             known(r.stolen_ms),
         ];
         let causes = causes.join("<td>");
@@ -205,7 +206,7 @@ fn worst(report: &Report) -> String {
     let mut page = String::from(
         "<h2>Worst ticks</h2><p class=\"lead\"><code>jitter.trace.json</code> \
          holds the ticks around each of these. Open it in ui.perfetto.dev or chrome://tracing.</p>\
-         <table><tr><th>at, s<th>tick<th>woken late, µs<th>tick took, µs<th>longest stage<th>periods skipped</tr>",
+         <table><tr><th>at, s<th>tick<th>woken late, µs<th>tick took, µs<th>longest stage<th>periods missed before it</tr>",
     );
     for incident in report.incidents.iter().take(WORST_SHOWN) {
         let Some(tick) = incident.peak() else {

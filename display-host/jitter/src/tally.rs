@@ -80,8 +80,8 @@ const TICKS_KEPT: usize = 120_000;
 #[derive(Debug, Clone, Copy, Default)]
 struct Counters {
     ticks: u64,
-    deadline_misses: u64,
-    overruns: u64,
+    missed_periods: u64,
+    late_ticks: u64,
     allocations: u64,
     page_faults: u64,
     involuntary_switches: u64,
@@ -92,8 +92,8 @@ impl Counters {
     fn of(batch: &TimingBatch) -> Self {
         Self {
             ticks: batch.ticks,
-            deadline_misses: batch.deadline_misses,
-            overruns: batch.overruns,
+            missed_periods: batch.missed_periods,
+            late_ticks: batch.late_ticks,
             // `u64::MAX` means that the station does not count allocations. The value is kept as it
             // is, because zero would claim that they were counted.
             allocations: batch.allocations,
@@ -105,8 +105,8 @@ impl Counters {
 
     fn add(&mut self, other: Self) {
         self.ticks += other.ticks;
-        self.deadline_misses += other.deadline_misses;
-        self.overruns += other.overruns;
+        self.missed_periods += other.missed_periods;
+        self.late_ticks += other.late_ticks;
         self.allocations = self.allocations.saturating_add(other.allocations);
         self.page_faults += other.page_faults;
         self.involuntary_switches += other.involuntary_switches;
@@ -216,8 +216,8 @@ impl Tally {
         all.add(self.session.counters);
         for (name, count) in [
             ("ticks", all.ticks),
-            ("deadline_misses", all.deadline_misses),
-            ("overruns", all.overruns),
+            ("deadline_misses", all.missed_periods),
+            ("overruns", all.late_ticks),
             ("allocations_after_start", all.allocations),
             ("page_faults_after_start", all.page_faults),
             ("involuntary_switches", all.involuntary_switches),
@@ -240,7 +240,7 @@ mod tests {
         batch.sequence = sequence;
         batch.count = 4;
         batch.ticks = first + 4;
-        batch.deadline_misses = 1;
+        batch.missed_periods = 1;
         batch.realtime = 7;
         for (i, record) in (0u64..).zip(batch.records.iter_mut().take(4)) {
             record.tick = first + i;

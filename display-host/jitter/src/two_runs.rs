@@ -66,9 +66,9 @@ pub fn merge(runs: Vec<Report>) -> Option<Report> {
     Some(sum)
 }
 
-/// Comparison of two runs.
+/// Ratios of two runs.
 #[derive(Debug, Clone)]
-pub struct Difference {
+pub struct RunRatios {
     /// Table to read.
     pub text: String,
     /// Figures of the table as JSON.
@@ -76,7 +76,7 @@ pub struct Difference {
 }
 
 /// Divides each figure of the second run by that of the first. Skips figures that only one run has.
-pub fn diff(first: &Report, second: &Report) -> Difference {
+pub fn ratios(first: &Report, second: &Report) -> RunRatios {
     let mut text = String::new();
     let mut json = Map::new();
     let _ = writeln!(
@@ -149,7 +149,7 @@ pub fn diff(first: &Report, second: &Report) -> Difference {
         text,
         "The runs did not share the same minutes: the machine may cause a difference."
     );
-    Difference {
+    RunRatios {
         text,
         json: Value::Object(json),
     }
@@ -183,9 +183,9 @@ mod tests {
     }
 
     #[test]
-    fn the_difference_to_itself_is_one() {
+    fn the_ratios_of_a_run_to_itself_are_one() {
         let one = sample();
-        let Difference { text, json } = diff(&one, &one);
+        let RunRatios { text, json } = ratios(&one, &one);
         assert_eq!(json["wake_latency_ns"]["ratio"]["p99"], 1.0);
         assert!(text.contains("1.00") && !text.contains("loads"));
         let mut slow = sample();
@@ -194,7 +194,7 @@ mod tests {
             twice.record(i * 200);
         }
         slow.times.insert("wake_latency_ns".into(), twice);
-        let ratio = diff(&one, &slow).json["wake_latency_ns"]["ratio"]["p50"].clone();
+        let ratio = ratios(&one, &slow).json["wake_latency_ns"]["ratio"]["p50"].clone();
         assert!((ratio.as_f64().unwrap() - 2.0).abs() < 0.01);
     }
 }

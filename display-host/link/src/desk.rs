@@ -35,22 +35,22 @@ pub struct Desk {
     batches: Kept<TimingBatch, BATCHES_KEPT>,
 }
 
-/// The last `MOST` items, numbered from 0 since the desk began.
+/// The last `CAPACITY` items, numbered from 0 since the desk began.
 #[derive(Debug)]
-struct Kept<T, const MOST: usize> {
+struct Kept<T, const CAPACITY: usize> {
     items: VecDeque<T>,
     /// Number of the oldest item that is kept.
     first: u64,
 }
 
-impl<T: Copy, const MOST: usize> Kept<T, MOST> {
+impl<T: Copy, const CAPACITY: usize> Kept<T, CAPACITY> {
     fn new() -> Self {
-        let items = VecDeque::with_capacity(MOST);
+        let items = VecDeque::with_capacity(CAPACITY);
         Self { items, first: 0 }
     }
 
     fn add(&mut self, item: T) {
-        if self.items.len() >= MOST {
+        if self.items.len() >= CAPACITY {
             self.items.pop_front();
             self.first += 1;
         }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 /// Most questions that wait for an answer. With four, a line whose round trip takes 60 ms still
 /// carries 60 pictures a second.
-const MOST: usize = 4;
+const QUESTIONS_MAX: usize = 4;
 
 /// Asks ahead while answers are quick, and one by one while they are late, because data that wait
 /// on a slow line arrive old.
@@ -47,7 +47,7 @@ impl Pace {
         let is_late = took_ns > known_ns.saturating_mul(2).saturating_add(self.period_ns);
         self.most = match is_late {
             true => 1,
-            false => MOST.min(self.most + 1),
+            false => QUESTIONS_MAX.min(self.most + 1),
         };
         Some(asked_ns)
     }
@@ -73,12 +73,12 @@ mod tests {
         assert_eq!(pace.answered(MS), None, "nothing was asked");
         let mut now_ns = MS;
         assert_eq!(ask_all(&mut pace, now_ns), 1);
-        for _ in 0..MOST {
+        for _ in 0..QUESTIONS_MAX {
             assert_eq!(pace.answered(now_ns + 10 * MS), Some(now_ns));
             now_ns += 10 * MS;
             pace.asked(now_ns);
         }
-        assert_eq!(ask_all(&mut pace, now_ns), MOST);
+        assert_eq!(ask_all(&mut pace, now_ns), QUESTIONS_MAX);
         pace.answered(now_ns + 200 * MS);
         assert!(!pace.may_ask(), "three are on their way, and late");
         while pace.answered(now_ns + 200 * MS).is_some() {}
@@ -98,6 +98,6 @@ mod tests {
             pace.asked(now_ns);
             pace.answered(now_ns + 100 * MS);
         }
-        assert_eq!(ask_all(&mut pace, 500_000 * MS), MOST);
+        assert_eq!(ask_all(&mut pace, 500_000 * MS), QUESTIONS_MAX);
     }
 }

@@ -122,7 +122,7 @@ impl Movement {
 
 /// Content of an entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum What {
+pub enum EntryContent {
     /// A movement of the hands.
     Moved(Movement),
     /// An event.
@@ -157,24 +157,24 @@ pub struct Entry {
     /// Host time: `CLOCK_MONOTONIC` of the recording computer, ns.
     pub at_ns: u64,
     /// Its content.
-    pub what: What,
+    pub what: EntryContent,
 }
 
 impl Entry {
     pub(crate) fn pack(&self, into: &mut Vec<u8>) {
         let kind = match self.what {
-            What::Moved(_) => MOVEMENT,
-            What::Event(_) => EVENT,
-            What::Device { .. } => DEVICE,
-            What::Reset => RESET,
-            What::Start { .. } => START,
-            What::Sight { .. } => SIGHT,
+            EntryContent::Moved(_) => MOVEMENT,
+            EntryContent::Event(_) => EVENT,
+            EntryContent::Device { .. } => DEVICE,
+            EntryContent::Reset => RESET,
+            EntryContent::Start { .. } => START,
+            EntryContent::Sight { .. } => SIGHT,
         };
         into.push(kind);
         into.extend(self.tick.to_le_bytes());
         into.extend(self.at_ns.to_le_bytes());
         match &self.what {
-            What::Moved(moved) => {
+            EntryContent::Moved(moved) => {
                 for pose in [
                     &moved.world_from_handle,
                     &moved.world_from_instrument,
@@ -188,17 +188,17 @@ impl Entry {
                 into.extend([moved.instrument, moved.switches, moved.live]);
                 into.extend(moved.contacts.to_le_bytes());
             }
-            What::Event(event) => {
+            EntryContent::Event(event) => {
                 into.extend(event.sequence.to_le_bytes());
                 into.extend(event.kind.to_le_bytes());
                 into.extend(event.organ.to_le_bytes());
                 into.extend(bytemuck::bytes_of(&event.at_m));
                 into.extend(event.value.to_le_bytes());
             }
-            What::Device { force_max_n } => into.extend(force_max_n.to_le_bytes()),
-            What::Reset => {}
-            What::Start { task } => into.push(*task),
-            What::Sight {
+            EntryContent::Device { force_max_n } => into.extend(force_max_n.to_le_bytes()),
+            EntryContent::Reset => {}
+            EntryContent::Start { task } => into.push(*task),
+            EntryContent::Sight {
                 off_rad,
                 turned_rad,
             } => {
@@ -228,7 +228,7 @@ impl Entry {
                     live: u8::from_le_bytes(rest.take()?),
                     contacts: u16::from_le_bytes(rest.take()?),
                 };
-                What::Moved(Some(moved).filter(Movement::is_sane)?)
+                EntryContent::Moved(Some(moved).filter(Movement::is_sane)?)
             }
             EVENT => {
                 let event = EventMsg {
@@ -240,19 +240,19 @@ impl Entry {
                     at_m: bytemuck::cast(rest.take::<12>()?),
                     value: f32::from_le_bytes(rest.take()?),
                 };
-                What::Event(Some(event).filter(is_sane)?)
+                EntryContent::Event(Some(event).filter(is_sane)?)
             }
             DEVICE => {
                 let force_max_n = f32::from_le_bytes(rest.take()?);
                 let sane = (0.0..1e3).contains(&force_max_n);
-                What::Device {
+                EntryContent::Device {
                     force_max_n: sane.then_some(force_max_n)?,
                 }
             }
-            RESET => What::Reset,
+            RESET => EntryContent::Reset,
             START => {
                 let [task] = rest.take()?;
-                What::Start { task }
+                EntryContent::Start { task }
             }
             SIGHT => {
                 let off_rad = f32::from_le_bytes(rest.take()?);
@@ -269,7 +269,7 @@ impl Entry {
         is_sane(event).then_some(Self {
             tick: event.tick,
             at_ns: event.at_ns,
-            what: What::Event(*event),
+            what: EntryContent::Event(*event),
         })
     }
 
@@ -278,15 +278,15 @@ impl Entry {
         Some(Self {
             tick: tools.tick,
             at_ns: tools.at_ns,
-            what: What::Moved(Movement::of(tools)?),
+            what: EntryContent::Moved(Movement::of(tools)?),
         })
     }
 }
 
 /// The endoscope's view; `None` if the angles are invalid.
-pub(crate) fn sight(off_rad: f32, turned_rad: f32) -> Option<What> {
+pub(crate) fn sight(off_rad: f32, turned_rad: f32) -> Option<EntryContent> {
     let is_sane = (0.0..=FRAC_PI_2).contains(&off_rad) && turned_rad.abs() <= TAU;
-    is_sane.then_some(What::Sight {
+    is_sane.then_some(EntryContent::Sight {
         off_rad,
         turned_rad,
     })
@@ -310,7 +310,7 @@ mod tests {
         })
     }
 
-    fn whats() -> impl Strategy<Value = What> {
+    fn whats() -> impl Strategy<Value = EntryContent> {
         let vector = || prop::array::uniform3(-5.0f32..5.0);
         let moved = (
             prop::array::uniform3(poses()),
@@ -321,7 +321,7 @@ mod tests {
             any::<u16>(),
         )
             .prop_map(|(poses, tip_m, force_n, jaw, bytes, contacts)| {
-                What::Moved(Movement {
+                EntryContent::Moved(Movement {
                     world_from_handle: poses[0],
                     world_from_instrument: poses[1],
                     world_from_camera: poses[2],
@@ -336,7 +336,7 @@ mod tests {
             });
         let event = (any::<[u32; 2]>(), any::<u64>(), vector(), -9.0f32..9.0).prop_map(
             |([kind, organ], sequence, at_m, value)| {
-                What::Event(EventMsg {
+                EntryContent::Event(EventMsg {
                     sequence,
                     kind,
                     organ,
@@ -346,19 +346,27 @@ mod tests {
                 })
             },
         );
-        let device = (0.0f32..100.0).prop_map(|force_max_n| What::Device { force_max_n });
-        let start = any::<u8>().prop_map(|task| What::Start { task });
-        let sight = (0.0f32..1.5, -3.2f32..3.2).prop_map(|(off_rad, turned_rad)| What::Sight {
-            off_rad,
-            turned_rad,
-        });
-        prop_oneof![moved, event, device, start, sight, Just(What::Reset)]
+        let device = (0.0f32..100.0).prop_map(|force_max_n| EntryContent::Device { force_max_n });
+        let start = any::<u8>().prop_map(|task| EntryContent::Start { task });
+        let sight =
+            (0.0f32..1.5, -3.2f32..3.2).prop_map(|(off_rad, turned_rad)| EntryContent::Sight {
+                off_rad,
+                turned_rad,
+            });
+        prop_oneof![
+            moved,
+            event,
+            device,
+            start,
+            sight,
+            Just(EntryContent::Reset)
+        ]
     }
 
     proptest! {
         #[test]
         fn packed_course_comes_back(tick in any::<u64>(), at_ns in any::<u64>(), mut what in whats()) {
-            if let What::Event(event) = &mut what {
+            if let EntryContent::Event(event) = &mut what {
                 (event.tick, event.at_ns) = (tick, at_ns);
             }
             let entry = Entry { tick, at_ns, what };
@@ -377,9 +385,9 @@ mod tests {
         ) {
             let message: Vec<u8> = [kind].into_iter().chain(bytes).collect();
             match Entry::unpack(&message).map(|entry| entry.what) {
-                Some(What::Moved(moved)) => prop_assert!(moved.is_sane()),
-                Some(What::Event(event)) => prop_assert!(is_sane(&event)),
-                Some(What::Sight { off_rad, turned_rad }) => {
+                Some(EntryContent::Moved(moved)) => prop_assert!(moved.is_sane()),
+                Some(EntryContent::Event(event)) => prop_assert!(is_sane(&event)),
+                Some(EntryContent::Sight { off_rad, turned_rad }) => {
                     prop_assert!((0.0..1.6).contains(&off_rad) && turned_rad.abs() < 6.3);
                 }
                 _ => {}

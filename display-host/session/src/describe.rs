@@ -48,7 +48,9 @@ pub(crate) const INPUTS: Topic = Topic {
              lost, 64 velocity, 128 cut, 256 coagulate, 512 camera lock, 1024 no self-collision, 2048 \
              no far organs, 4096 leapt, 8192 device failed, 16384 opening, 1 << 29 organs, 1 << 30 command, 1 << 31 long times), u32 ns since the tick before, u32 hash \
              of the tools, u32 hash of spheres, [16 u8 of each organ's hash, else as in the tick before, first 0], [u8 command: \
-             kind + 16 argument], [device: u32 age ns, \
+             kind + 16 argument: 1 pause (1 on), 2 reset, 3 enable force (1 on), 4 instrument (0 \
+             grasper, 1 hook, 2 scissors, 3 clip applier), 6 task (0 hang, 1 identify, 2 clamp, 3 \
+             cut, 4 disconnect)], [device: u32 age ns, \
              3 f32 m, 4 f32 x y z w, [3 f32 m/s], u16 number, u8 buttons, [f32 opening]], [tracker: u32 age ns, 3 f32 \
              m, 4 f32 x y z w], [pedal: u32 age ns]; times are u64 with long times. Little-endian.",
 };
@@ -64,8 +66,10 @@ pub(crate) const COURSE: Topic = Topic {
              switches (1 cut, 2 coagulate, 4 camera lock, 8 paused, 16 force enabled), u8 devices live \
              (1 haptic, 2 tracker, 4 pedal), u16 contacts. Kind 2, an event: u64 sequence, u32 kind, u32 \
              organ, 3 f32 place m, f32 value. Kind 3: f32 greatest force of the haptic device, N. Kind \
-             4: the organs were put back to rest. Kind 5: they were put to where a task begins, u8 task (1 \
-             identify, 2 clamp, 3 cut, 4 disconnect). Little-endian.",
+             4: the organs were put back to rest. Kind 5: they were put to where a task begins, u8 task (0 \
+             hang, 1 identify, 2 clamp, 3 cut, 4 disconnect). Kind 6, the endoscope's view: f32 \
+             angle between view and shaft, rad, f32 turn of the light cable about the shaft, rad. \
+             Little-endian.",
 };
 
 pub(crate) const POSES: Topic = json_topic(
@@ -83,7 +87,7 @@ pub(crate) const TOOL: Topic = json_topic(
 pub(crate) const EVENTS: Topic = json_topic(
     "/events",
     "calot.Event",
-    r#"{"title":"calot.Event","type":"object","properties":{"tick":{"type":"integer"},"kind":{"type":"string"},"organ":{"type":["string","null"]},"at_m":{"type":"array","items":{"type":"number"}},"value":{"type":"number","description":"force N, energy J, spheres, or fault, by kind"},"fault":{"type":["string","null"]}}}"#,
+    r#"{"title":"calot.Event","type":"object","properties":{"tick":{"type":"integer"},"kind":{"type":"string"},"organ":{"type":["string","null"]},"at_m":{"type":"array","items":{"type":"number"}},"value":{"type":"number","description":"by kind: contact, slip, crush: force, N; grasp, let_go: number of spheres; fault: number of the fault; electro: current (0 off, 1 cut, 2 coagulate); tear, cut, burn, perforation: energy, J; clip: number of the clip; leak: flow as a share of the whole vessel's; removed: index of the cell; divided: open share of the lumen; stitch, hung: number of the suture; fall: distance, m; shake: speed, m/s; release, reset: no meaning"},"fault":{"type":["string","null"]}}}"#,
 );
 
 pub(crate) const TIMING: Topic = json_topic(
@@ -150,8 +154,8 @@ pub(crate) fn event(event: &EventMsg, organs: &[String]) -> Value {
 #[derive(Debug, Default)]
 pub(crate) struct Second {
     ticks: u64,
-    deadline_misses: u64,
-    overruns: u64,
+    missed_periods: u64,
+    late_ticks: u64,
     realtime: bool,
     tick_ns_max: u32,
     wake_ns_max: u32,
@@ -160,8 +164,8 @@ pub(crate) struct Second {
 impl Second {
     pub(crate) fn take(&mut self, batch: &TimingBatch) {
         self.ticks = batch.ticks;
-        self.deadline_misses = batch.deadline_misses;
-        self.overruns = batch.overruns;
+        self.missed_periods = batch.missed_periods;
+        self.late_ticks = batch.late_ticks;
         let all = TimingBatch::FIFO | TimingBatch::LOCKED | TimingBatch::PINNED;
         self.realtime = batch.realtime & all == all;
         for record in batch.records().unwrap_or_default() {
@@ -173,8 +177,8 @@ impl Second {
     pub(crate) fn value(&self) -> Value {
         json!({
             "ticks": self.ticks,
-            "deadline_misses": self.deadline_misses,
-            "overruns": self.overruns,
+            "deadline_misses": self.missed_periods,
+            "overruns": self.late_ticks,
             "realtime": self.realtime,
             "tick_us_max": f64::from(self.tick_ns_max) / 1e3,
             "wake_us_max": f64::from(self.wake_ns_max) / 1e3,

@@ -10,7 +10,7 @@ use shared_mem::inputs::InputBatch;
 use shared_mem::message::{CommandMsg, EventMsg, TimingBatch, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 
-use crate::course::{self, Entry, What};
+use crate::course::{self, Entry, EntryContent};
 use crate::describe::{self, Topic};
 use crate::info::{self, Assignment, Finish, Info};
 use crate::pack::pack;
@@ -195,15 +195,15 @@ impl SessionFile {
             self.has_setup = true;
             let [force_max_n, ..] = batch.setup.device;
             if (0.0..1e3).contains(&force_max_n) {
-                let what = What::Device { force_max_n };
+                let what = EntryContent::Device { force_max_n };
                 let (tick, at_ns) = (first.tick, first.now_ns);
                 self.course(&Entry { tick, at_ns, what })?;
             }
         }
         for record in records {
             let what = match u32::from(record.command & 15) {
-                CommandMsg::RESET => What::Reset,
-                CommandMsg::START => What::Start {
+                CommandMsg::RESET => EntryContent::Reset,
+                CommandMsg::START => EntryContent::Start {
                     task: record.command >> 4,
                 },
                 _ => continue,

@@ -63,7 +63,7 @@ mod record;
 mod records;
 mod storage;
 
-pub use course::{Entry, Movement, What};
+pub use course::{Entry, EntryContent, Movement};
 pub use error::ReadError;
 pub use file::{Error, FILE_VERSION};
 pub use health::{Health, Recorded, Standing};

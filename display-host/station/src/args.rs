@@ -64,8 +64,8 @@ pub(crate) struct RealtimeArgs {
     /// Refuse to run if Linux does not grant realtime, or if the scene does not fit (--must-fit)
     #[arg(long, conflicts_with = "no_realtime")]
     pub(crate) strict: bool,
-    /// Refuse a scene if the worst tick measured on this machine exceeds the period and no coarser
-    /// level fits
+    /// Refuse a scene if the worst tick measured on this machine exceeds 70 % of the period and no
+    /// coarser level fits
     #[arg(long)]
     pub(crate) must_fit: bool,
     /// Compiled scene to take if the finer one does not fit. Repeat the option for further levels,

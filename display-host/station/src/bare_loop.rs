@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use jitter::Rival;
+use jitter::Baseline;
 use rt_process::probe::{Loop, Probe};
 
 use crate::args::parse_seconds;
@@ -19,7 +19,7 @@ use crate::stop;
 pub(crate) struct BareLoopArgs {
     /// Kind of loop: executor or sleep
     #[arg(value_name = "KIND")]
-    pub(crate) kind: Rival,
+    pub(crate) kind: Baseline,
     /// Time to measure, s
     #[arg(long, value_parser = parse_seconds)]
     pub(crate) seconds: f64,
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &BareLoopArgs) -> Result<ExitCode, Problem> {
         stop::end_with_parent(parent)?;
     }
     let kind = match args.kind {
-        Rival::Executor => Loop::Executor {
+        Baseline::Executor => Loop::Executor {
             spin_ns: args.spin * 1000,
         },
         _ => Loop::Plain,
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &BareLoopArgs) -> Result<ExitCode, Problem> {
         ("Missed, woken late", misses.woken_late),
         ("Missed, at work", misses.at_work),
         ("Occasions", misses.occasions),
-        ("Overruns", misses.overruns),
+        ("Overruns", misses.late_ticks),
     ] {
         text += &format!("# {name}: {count}\n");
     }

@@ -57,7 +57,7 @@ impl Folder {
             Ok(()) => {
                 // A killed station may have left this file behind, which names the scene of that
                 // station.
-                let _ = std::fs::remove_file(path.join(RUNNING));
+                let _ = std::fs::remove_file(path.join(SCENE_NAME_FILE));
                 Ok(Self {
                     path,
                     attached,
@@ -83,16 +83,17 @@ impl Folder {
     }
 
     /// Tells joining displays which compiled scene runs.
-    pub(crate) fn tell(&self, scene: &Path) -> Result<(), Problem> {
+    pub(crate) fn announce_scene(&self, scene: &Path) -> Result<(), Problem> {
         use std::os::unix::ffi::OsStrExt as _;
         if self.attached {
             return Ok(());
         }
         let path = std::path::absolute(scene)?;
         // A rename puts the file in place, so that no reader sees half of it.
-        let half = self.path.join(format!("{RUNNING}.new"));
+        let half = self.path.join(format!("{SCENE_NAME_FILE}.new"));
         let written = std::fs::write(&half, path.as_os_str().as_bytes());
-        let written = written.and_then(|()| std::fs::rename(&half, self.path.join(RUNNING)));
+        let written =
+            written.and_then(|()| std::fs::rename(&half, self.path.join(SCENE_NAME_FILE)));
         written.map_err(|error| format!("{}: {error}", half.display()).into())
     }
 
@@ -119,20 +120,20 @@ fn in_words(holders: &[Holder]) -> String {
 }
 
 /// File in a station's folder that names the running compiled scene.
-const RUNNING: &str = "running";
+const SCENE_NAME_FILE: &str = "running";
 
 /// Compiled scene that a station runs, if its `calot run` has named it.
-pub(crate) fn running(station: &str) -> Result<Option<PathBuf>, Problem> {
+pub(crate) fn running_scene(station: &str) -> Result<Option<PathBuf>, Problem> {
     use std::os::unix::ffi::OsStringExt as _;
     let folder = shared_mem::service::user_folder()?.join(station);
-    let file = folder.join(RUNNING);
+    let file = folder.join(SCENE_NAME_FILE);
     match std::fs::read(&file) {
         // A killed station leaves its file behind, but not its lock.
         Ok(_) if !is_held(&folder.join("lock")) => Ok(None),
         Ok(path) => Ok(Some(std::ffi::OsString::from_vec(path).into())),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            match is_lost(station, &folder.join("lock"))? {
-                true => Err(lost(station, &folder).into()),
+            match is_lock_unseen(station, &folder.join("lock"))? {
+                true => Err(unseen_lock(station, &folder).into()),
                 false => Ok(None),
             }
         }
@@ -141,7 +142,7 @@ pub(crate) fn running(station: &str) -> Result<Option<PathBuf>, Problem> {
 }
 
 /// True if the station runs, but this process cannot see its lock.
-fn is_lost(station: &str, lock: &Path) -> Result<bool, Problem> {
+fn is_lock_unseen(station: &str, lock: &Path) -> Result<bool, Problem> {
     let station = Station::new(station)?;
     // A station that starts takes its name first, and its lock a moment later.
     for _ in 0..LOCK_LOOKS {
@@ -153,11 +154,11 @@ fn is_lost(station: &str, lock: &Path) -> Result<bool, Problem> {
     Ok(true)
 }
 
-fn lost(station: &str, folder: &Path) -> String {
+fn unseen_lock(station: &str, folder: &Path) -> String {
     format!(
-        "station '{station}' runs, but its files are not in {}: it was started with another TMPDIR \
-         (give this program the same), or a clean-up (systemd-tmpfiles) removed them: restart the \
-         station",
+        "station '{station}' runs, but its files are not in {}. Either it was started with another \
+         TMPDIR: give this program the same one. Or a clean-up (systemd-tmpfiles) removed them: \
+         restart the station",
         folder.display()
     )
 }
@@ -173,7 +174,7 @@ fn is_held(lock: &Path) -> bool {
 impl Drop for Folder {
     fn drop(&mut self) {
         if !self.attached {
-            let _ = std::fs::remove_file(self.path.join(RUNNING));
+            let _ = std::fs::remove_file(self.path.join(SCENE_NAME_FILE));
         }
         let _ = std::fs::remove_file(self.scene());
     }

@@ -16,7 +16,7 @@ use shared_mem::scene::SceneFile;
 use crate::home;
 
 /// Most scenes kept.
-const MOST: usize = 12;
+const SCENES_MAX: usize = 12;
 
 /// Most files near a glTF file that are checked for changes. With more, the scene is not cached.
 const FILES_MAX: usize = 1000;
@@ -40,10 +40,10 @@ impl Kept {
         let mut hash = DefaultHasher::new();
         // The debug text of a recipe holds every number exactly.
         format!("{recipe:?}").hash(&mut hash);
-        stamp(&std::env::current_exe().ok()?)?.hash(&mut hash);
+        file_identity(&std::env::current_exe().ok()?)?.hash(&mut hash);
         for organ in &recipe.organs {
             if let Surface::Mesh { path, .. } = &organ.surface {
-                stamp(path)?.hash(&mut hash);
+                file_identity(path)?.hash(&mut hash);
                 // A glTF file may keep its numbers in other files next to it.
                 if path
                     .extension()
@@ -96,7 +96,7 @@ fn buffers_beside(mesh: &Path) -> Option<Vec<(PathBuf, u64, u128)>> {
             let path = entry.path();
             match entry.file_type().ok()? {
                 kind if kind.is_dir() => folders.push(path),
-                kind if kind.is_file() => found.extend(stamp(&path)),
+                kind if kind.is_file() => found.extend(file_identity(&path)),
                 _ => {}
             }
         }
@@ -109,7 +109,7 @@ fn buffers_beside(mesh: &Path) -> Option<Vec<(PathBuf, u64, u128)>> {
 }
 
 /// Identity of a file: path, size, and time of change in ns.
-fn stamp(path: &Path) -> Option<(PathBuf, u64, u128)> {
+fn file_identity(path: &Path) -> Option<(PathBuf, u64, u128)> {
     let known = fs::metadata(path).ok()?;
     let changed = known.modified().ok()?;
     let since = changed.duration_since(SystemTime::UNIX_EPOCH).ok()?;
@@ -123,7 +123,7 @@ fn forget_oldest(folder: &Path) {
     let used = |file: fs::DirEntry| Some((file.metadata().ok()?.modified().ok()?, file.path()));
     let mut files: Vec<_> = files.flatten().filter_map(used).collect();
     files.sort_by(|a, b| b.cmp(a));
-    for (_, path) in files.iter().skip(MOST) {
+    for (_, path) in files.iter().skip(SCENES_MAX) {
         let _ = fs::remove_file(path);
     }
 }
@@ -155,14 +155,14 @@ mod tests {
     #[test]
     fn the_oldest_go() {
         let folder = tempfile::tempdir().unwrap();
-        for number in 0..MOST as u64 + 3 {
+        for number in 0..SCENES_MAX as u64 + 3 {
             let file = fs::File::create(folder.path().join(format!("{number}"))).unwrap();
             let at = SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(number);
             file.set_modified(at).unwrap();
         }
         forget_oldest(folder.path());
         let left = fs::read_dir(folder.path()).unwrap().count();
-        assert_eq!(left, MOST);
+        assert_eq!(left, SCENES_MAX);
         assert!(!folder.path().join("2").exists() && folder.path().join("3").exists());
     }
 

@@ -29,11 +29,11 @@ On the instructor's computer, once per station:
   calot observe --station theatre-1                       (the picture and the task's metrics)")]
 pub(crate) struct LinkArgs {
     #[command(subcommand)]
-    what: What,
+    command: LinkCommand,
 }
 
 #[derive(Debug, Clone, Subcommand)]
-enum What {
+enum LinkCommand {
     /// Lets other computers see a station of this one
     Serve(ServeArgs),
     /// Shows another computer's station to the displays of this one
@@ -122,10 +122,10 @@ impl KeyArgs {
 }
 
 pub(crate) fn run(args: &LinkArgs) -> Result<ExitCode, Problem> {
-    match &args.what {
-        What::Serve(args) => serve(args),
-        What::Watch(args) => watch(args),
-        What::Keys => {
+    match &args.command {
+        LinkCommand::Serve(args) => serve(args),
+        LinkCommand::Watch(args) => watch(args),
+        LinkCommand::Keys => {
             say::answer(::link::MAKE_KEYS.trim_end());
             Ok(ExitCode::SUCCESS)
         }
@@ -188,7 +188,7 @@ fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
     let watched = ::link::watch(&config, &stop, |seen| {
         // `calot observe` waits for this file.
         if let Seen::Scene(path) = seen
-            && let Err(problem) = folder.tell(path)
+            && let Err(problem) = folder.announce_scene(path)
         {
             say::note(format_args!("warning: {problem}"));
         }

@@ -11,7 +11,7 @@ use display_host::window::{self, WindowConfig};
 use shared_mem::service::Station;
 
 use crate::args::{LanguageName, SceneArgs, ScopeName, parse_seconds, parse_size, parse_station};
-use crate::folder::{Folder, running};
+use crate::folder::{Folder, running_scene};
 use crate::problem::Problem;
 use crate::say;
 use crate::scene;
@@ -104,7 +104,7 @@ fn scene(
     }
     let mut said = false;
     while !stop.load(Relaxed) {
-        if let Some(scene) = running(&args.station)? {
+        if let Some(scene) = running_scene(&args.station)? {
             return Ok(Some(scene));
         }
         if !said {

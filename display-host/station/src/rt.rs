@@ -101,7 +101,7 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
         say::note(format_args!(
             "{} ticks, {} missed, {} allocations, {} page faults{}",
             summary.ticks,
-            summary.deadline_misses,
+            summary.missed_periods,
             summary.allocations_after_start.unwrap_or(0),
             summary.page_faults_after_start,
             if summary.realtime {

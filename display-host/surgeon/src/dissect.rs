@@ -151,8 +151,8 @@ impl Work<'_> {
                 && tries < TRIES
                 && self.field.is_exposed(cell, &self.seen.state)
             {
-                let far_m = (at - tip).norm() + 0.5 * (at - port).norm();
-                candidates.push((far_m + 0.02 * f64::from(tries), index, at));
+                let travel_m = (at - tip).norm() + 0.5 * (at - port).norm();
+                candidates.push((travel_m + 0.02 * f64::from(tries), index, at));
             }
         }
         candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -170,9 +170,9 @@ impl Work<'_> {
                 OTHER_M
             };
             let (held_m, bend) = self.hold(&now, at, cell.radius_m)?;
-            let far_m = (at - tip).norm() + 0.5 * (at - port).norm();
+            let travel_m = (at - tip).norm() + 0.5 * (at - port).norm();
             Some(Choice {
-                cost_m: far_m
+                cost_m: travel_m
                     + other_m
                     + 0.02 * f64::from(self.field.tries(index))
                     + in_way_m

@@ -6,7 +6,7 @@ use super::curve::friction_curve;
 use super::excite::{Push, Rough};
 use super::fit::{Fit, fit, refine, settled};
 use super::friction::Broken;
-use super::model::{COUNT, Course, Model, Window};
+use super::model::{AxisCourse, COUNT, Model, Window};
 use super::result::{Axis, Estimate, Trace};
 
 /// Damping with which the fit begins, N s/m.
@@ -17,7 +17,7 @@ const SHOWN_S: [[f64; 2]; 2] = [[0.2, 1.0], [1.6, 1.8]];
 /// One repetition: a chirp and two pushes.
 #[derive(Debug, Clone)]
 pub(super) struct Repetition {
-    courses: Vec<Course>,
+    courses: Vec<AxisCourse>,
     /// Times at which the pushes ended, s.
     released_s: Vec<f64>,
 }
@@ -27,7 +27,7 @@ impl Repetition {
         let records = [chirp].into_iter();
         let records = records.chain(pushes.iter().map(|push| push.steps.as_slice()));
         Self {
-            courses: records.map(|steps| Course::new(steps, axis)).collect(),
+            courses: records.map(|steps| AxisCourse::new(steps, axis)).collect(),
             released_s: pushes.iter().map(|push| push.released_s).collect(),
         }
     }
@@ -39,7 +39,7 @@ pub(super) fn axis_of(
     broken: &[[Broken; 2]],
     repetitions: &[Repetition],
 ) -> Option<Axis> {
-    let courses: Vec<Course> = repetitions
+    let courses: Vec<AxisCourse> = repetitions
         .iter()
         .flat_map(|it| it.courses.clone())
         .collect();
@@ -90,7 +90,7 @@ fn spread(values: &[f64]) -> Estimate {
 }
 
 /// The part of the first course between two times after its start.
-fn shown(fit: &Fit, course: &Course, [from_s, to_s]: [f64; 2]) -> Trace {
+fn shown(fit: &Fit, course: &AxisCourse, [from_s, to_s]: [f64; 2]) -> Trace {
     let mut trace = Trace::default();
     let mut positions_m = Vec::new();
     let Some((begun_s, _)) = course.samples.first() else {

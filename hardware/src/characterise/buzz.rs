@@ -22,7 +22,7 @@ const LASTS_S: f64 = 0.5;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Buzz {
     /// Farthest position since the last turning point, m.
-    far_m: Option<f64>,
+    extreme_m: Option<f64>,
     /// Sign of the movement towards that position; 0 before the first movement.
     direction: f64,
     /// Times, s, and sizes, m, of the last swings.
@@ -35,26 +35,27 @@ pub(super) struct Buzz {
 impl Buzz {
     /// Takes a position. Returns true if the handle buzzes.
     pub(super) fn add(&mut self, at_s: f64, at_m: f64) -> bool {
-        let Some(far_m) = self.far_m else {
-            (self.far_m, self.turned_m) = (Some(at_m), at_m);
+        let Some(extreme_m) = self.extreme_m else {
+            (self.extreme_m, self.turned_m) = (Some(at_m), at_m);
             return false;
         };
         if self.direction == 0.0 {
-            if (at_m - far_m).abs() >= SWING_M {
-                self.direction = (at_m - far_m).signum();
-                self.far_m = Some(at_m);
+            if (at_m - extreme_m).abs() >= SWING_M {
+                self.direction = (at_m - extreme_m).signum();
+                self.extreme_m = Some(at_m);
             }
             return false;
         }
-        if (at_m - far_m) * self.direction >= 0.0 {
-            self.far_m = Some(at_m);
-        } else if (far_m - at_m).abs() >= SWING_M {
-            self.swings.push_back((at_s, (far_m - self.turned_m).abs()));
+        if (at_m - extreme_m) * self.direction >= 0.0 {
+            self.extreme_m = Some(at_m);
+        } else if (extreme_m - at_m).abs() >= SWING_M {
+            self.swings
+                .push_back((at_s, (extreme_m - self.turned_m).abs()));
             if self.swings.len() > SWINGS {
                 self.swings.pop_front();
             }
-            (self.turned_m, self.direction) = (far_m, -self.direction);
-            self.far_m = Some(at_m);
+            (self.turned_m, self.direction) = (extreme_m, -self.direction);
+            self.extreme_m = Some(at_m);
         }
         self.is_buzz(at_s)
     }

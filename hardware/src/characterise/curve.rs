@@ -1,7 +1,7 @@
 //! Friction over speed, computed from the measurement: the force that remains after inertia and
 //! weight.
 
-use super::model::{Course, Model};
+use super::model::{AxisCourse, Model};
 
 /// Number of samples on each side of a position from which speed and acceleration there are
 /// computed. With 10 samples, encoder steps of 0.055 mm cause an error of 10 mN on 45 g.
@@ -20,7 +20,7 @@ const END_SHARE: f64 = 0.25;
 const GAP_S: f64 = 0.003;
 
 /// Means of friction force over speed, m/s and N.
-pub(super) fn friction_curve(courses: &[Course], model: &Model) -> Vec<[f64; 2]> {
+pub(super) fn friction_curve(courses: &[AxisCourse], model: &Model) -> Vec<[f64; 2]> {
     let mut bins: std::collections::BTreeMap<i64, Vec<[f64; 2]>> = Default::default();
     for course in courses {
         for around in course.samples.windows(2 * SIDE + 1) {
@@ -77,7 +77,7 @@ fn motion(around: &[(f64, f64)]) -> Option<[f64; 3]> {
 }
 
 /// Mean force around a time, weighted in the same way as the parabola weights accelerations.
-fn mean_force_n(course: &Course, at_s: f64, half_s: f64) -> f64 {
+fn mean_force_n(course: &AxisCourse, at_s: f64, half_s: f64) -> f64 {
     const PARTS: i32 = 40;
     let (mut sum_n, mut weights) = (0.0, 0.0);
     for part in -PARTS..=PARTS {

@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
-use super::model::{COUNT, Course, DELAY_MAX_S, Model, Window};
+use super::model::{AxisCourse, COUNT, DELAY_MAX_S, Model, Window};
 
 /// Changes of the parameters for numerical derivatives: kg, N s/m, N, N, s.
 const CHANGES: [f64; COUNT] = [2e-4, 2e-3, 2e-3, 1e-3, 2e-5];
@@ -54,7 +54,7 @@ struct Linear {
 }
 
 /// Fits a model to courses, beginning from a guess. `None` if the handle moved too little.
-pub(super) fn fit(courses: &[Course], guess: Model) -> Option<Fit> {
+pub(super) fn fit(courses: &[AxisCourse], guess: Model) -> Option<Fit> {
     let windows = all_windows(courses);
     let every = windows.len().div_ceil(SEARCH_WINDOWS).max(1);
     let few: Vec<_> = windows.iter().step_by(every).copied().collect();
@@ -72,7 +72,7 @@ pub(super) fn fit(courses: &[Course], guess: Model) -> Option<Fit> {
 }
 
 /// Fits a model to courses from a good start.
-pub(super) fn refine(courses: &[Course], start: Model) -> Option<Fit> {
+pub(super) fn refine(courses: &[AxisCourse], start: Model) -> Option<Fit> {
     let mut windows = all_windows(courses);
     let mut model = start;
     descend(courses, &mut windows, &mut model, ITERATIONS)?;
@@ -92,15 +92,16 @@ pub(super) fn refine(courses: &[Course], start: Model) -> Option<Fit> {
     })
 }
 
-fn all_windows(courses: &[Course]) -> Vec<(usize, Window)> {
-    let of =
-        |(at, course): (usize, &Course)| Window::all(course).into_iter().map(move |it| (at, it));
+fn all_windows(courses: &[AxisCourse]) -> Vec<(usize, Window)> {
+    let of = |(at, course): (usize, &AxisCourse)| {
+        Window::all(course).into_iter().map(move |it| (at, it))
+    };
     courses.iter().enumerate().flat_map(of).collect()
 }
 
 /// Descent by the method of Levenberg and Marquardt. Returns the cost; `None` without windows.
 fn descend(
-    courses: &[Course],
+    courses: &[AxisCourse],
     windows: &mut [(usize, Window)],
     model: &mut Model,
     iterations: u32,
@@ -137,7 +138,11 @@ fn descend(
 
 /// Drops windows that fit far worse than most, because this computer or the device paused in them.
 /// Returns true if any window was dropped.
-fn drop_outliers(courses: &[Course], windows: &mut Vec<(usize, Window)>, model: &Model) -> bool {
+fn drop_outliers(
+    courses: &[AxisCourse],
+    windows: &mut Vec<(usize, Window)>,
+    model: &Model,
+) -> bool {
     let mut run = Vec::new();
     let mut mean_m2 = |(at, window): &(usize, Window)| {
         let course = &courses[*at];
@@ -158,14 +163,14 @@ fn drop_outliers(courses: &[Course], windows: &mut Vec<(usize, Window)>, model: 
     windows.len() < before
 }
 
-fn settle_all(courses: &[Course], windows: &mut [(usize, Window)], model: &Model) {
+fn settle_all(courses: &[AxisCourse], windows: &mut [(usize, Window)], model: &Model) {
     for (at, window) in windows {
         *window = settled(&courses[*at], *window, model);
     }
 }
 
 /// The window with the place and the speed at its start that fit best.
-pub(super) fn settled(course: &Course, mut window: Window, model: &Model) -> Window {
+pub(super) fn settled(course: &AxisCourse, mut window: Window, model: &Model) -> Window {
     let seen = window.of(course);
     let cost = |run: &[f64]| {
         seen.iter()
@@ -220,7 +225,7 @@ fn changed(window: &Window, by_m_s: f64) -> Window {
 }
 
 /// Residuals and their derivatives.
-fn linearise(courses: &[Course], windows: &[(usize, Window)], model: &Model) -> Linear {
+fn linearise(courses: &[AxisCourse], windows: &[(usize, Window)], model: &Model) -> Linear {
     let mut linear = Linear {
         cost: 0.0,
         normal: Normal::zeros(),

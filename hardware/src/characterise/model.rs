@@ -83,7 +83,7 @@ impl Model {
 
     /// Computes the positions, m, of a handle at the times of the window's samples. At the first
     /// sample the handle has the window's initial position and speed.
-    pub(super) fn run(&self, course: &Course, window: &Window, positions_m: &mut Vec<f64>) {
+    pub(super) fn run(&self, course: &AxisCourse, window: &Window, positions_m: &mut Vec<f64>) {
         positions_m.clear();
         let samples = window.of(course);
         let Some(first) = samples.first() else { return };
@@ -110,14 +110,14 @@ impl Model {
 
 /// Record of one experiment along one axis.
 #[derive(Debug, Clone)]
-pub(super) struct Course {
+pub(super) struct AxisCourse {
     /// For each command: its time, s, its force, N, and the impulse of all commands before it, N s.
     sends: Vec<(f64, f64, f64)>,
     /// Times of samples, s, and their positions, m.
     pub(super) samples: Vec<(f64, f64)>,
 }
 
-impl Course {
+impl AxisCourse {
     pub(super) fn new(steps: &[Step], axis: usize) -> Self {
         let mut sends: Vec<(f64, f64, f64)> = Vec::with_capacity(steps.len());
         for step in steps {
@@ -148,7 +148,7 @@ struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    fn new(course: &'a Course, from_s: f64) -> Self {
+    fn new(course: &'a AxisCourse, from_s: f64) -> Self {
         let next = course.sends.partition_point(|send| send.0 <= from_s);
         Self {
             sends: &course.sends,
@@ -200,7 +200,7 @@ const MOVEMENT_MIN_M: f64 = 0.2e-3;
 
 impl Window {
     /// All windows of a course.
-    pub(super) fn all(course: &Course) -> Vec<Self> {
+    pub(super) fn all(course: &AxisCourse) -> Vec<Self> {
         let samples = &course.samples;
         let mut windows = Vec::new();
         let mut from = 0;
@@ -242,14 +242,14 @@ impl Window {
     }
 
     /// The window from a time to the end of the course.
-    pub(super) fn since(course: &Course, from_s: f64) -> Option<Self> {
+    pub(super) fn since(course: &AxisCourse, from_s: f64) -> Option<Self> {
         let samples = &course.samples;
         let from = samples.partition_point(|it| it.0 < from_s);
         Self::new(samples, from, samples.len())
     }
 
     /// The window's samples.
-    pub(super) fn of<'a>(&self, course: &'a Course) -> &'a [(f64, f64)] {
+    pub(super) fn of<'a>(&self, course: &'a AxisCourse) -> &'a [(f64, f64)] {
         course.samples.get(self.from..self.to).unwrap_or_default()
     }
 }

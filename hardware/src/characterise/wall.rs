@@ -77,7 +77,7 @@ impl Wall {
 }
 
 /// Outcome of one wall.
-enum Outcome {
+enum WallOutcome {
     Still,
     Buzzed(f64, f64),
     Left,
@@ -99,15 +99,15 @@ pub fn wall(
         let outcome = if lifted(&mut bench, stays_n_m, tell)? {
             press(&mut bench, stiffness_n_m, tell)?
         } else {
-            Outcome::Left
+            WallOutcome::Left
         };
         let buzz = match outcome {
-            Outcome::Left => {
+            WallOutcome::Left => {
                 walls.was_left = true;
                 break;
             }
-            Outcome::Still => None,
-            Outcome::Buzzed(hz, swing_m) => Some((hz, swing_m)),
+            WallOutcome::Still => None,
+            WallOutcome::Buzzed(hz, swing_m) => Some((hz, swing_m)),
         };
         tell(&said(stiffness_n_m, buzz));
         stays_n_m = if buzz.is_some() { 0.0 } else { stiffness_n_m };
@@ -158,7 +158,7 @@ fn press(
     bench: &mut Bench<'_>,
     stiffness_n_m: f64,
     tell: &mut dyn FnMut(&str),
-) -> Result<Outcome, Halt> {
+) -> Result<WallOutcome, Halt> {
     let limit_n = bench.limit_n();
     let [least_n, most_n] = PRESSURE.map(|share| share * limit_n);
     let mut now = bench.now();
@@ -172,18 +172,18 @@ fn press(
         if buzz.add(now.at_s, now.at_m.y) && is_touched {
             bench.cut();
             let (hz, swing_m) = buzz.tone().unwrap_or_default();
-            return Ok(Outcome::Buzzed(hz, swing_m));
+            return Ok(WallOutcome::Buzzed(hz, swing_m));
         }
         if (least_n..=most_n).contains(&force_n.y) {
             touched_s = now.at_s;
             pressed_s += (now.at_s - before_s).clamp(0.0, 0.01);
         }
         if pressed_s >= STILL_S && !buzz.is_quick() {
-            return Ok(Outcome::Still);
+            return Ok(WallOutcome::Still);
         }
         if now.at_s - touched_s > PATIENCE_S {
             bench.cut();
-            return Ok(Outcome::Left);
+            return Ok(WallOutcome::Left);
         }
         if now.at_s - touched_s >= ASK_S && now.at_s - asked_s >= ASK_S {
             asked_s = now.at_s;

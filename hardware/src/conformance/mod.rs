@@ -59,7 +59,7 @@ impl fmt::Debug for Options<'_> {
 
 /// Outcome of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum CheckOutcome {
     /// The requirement holds.
     Pass,
     /// The requirement is violated.
@@ -77,7 +77,7 @@ pub struct Check {
     /// Short, stable name: programs may read it.
     pub name: &'static str,
     /// Outcome of the check.
-    pub outcome: Outcome,
+    pub outcome: CheckOutcome,
     /// Observation with figures and units; for a failure also the allowed range.
     pub detail: String,
 }
@@ -102,18 +102,18 @@ impl Report {
     /// True if no check failed and none was left unjudged. Skipped checks do not count.
     #[must_use]
     pub fn passed(&self) -> bool {
-        !self.has(Outcome::Fail) && !self.has(Outcome::NotJudged)
+        !self.has(CheckOutcome::Fail) && !self.has(CheckOutcome::NotJudged)
     }
 
     /// True if a check has this outcome.
     #[must_use]
-    pub fn has(&self, outcome: Outcome) -> bool {
+    pub fn has(&self, outcome: CheckOutcome) -> bool {
         self.checks.iter().any(|check| check.outcome == outcome)
     }
 
     /// Names of the checks with this outcome.
     #[must_use]
-    pub fn names(&self, outcome: Outcome) -> Vec<&'static str> {
+    pub fn names(&self, outcome: CheckOutcome) -> Vec<&'static str> {
         let with = self.checks.iter().filter(|it| it.outcome == outcome);
         with.map(|check| check.name).collect()
     }
@@ -125,7 +125,11 @@ impl Report {
     }
 
     pub(crate) fn judge(&mut self, name: &'static str, good: bool, detail: String) {
-        let outcome = if good { Outcome::Pass } else { Outcome::Fail };
+        let outcome = if good {
+            CheckOutcome::Pass
+        } else {
+            CheckOutcome::Fail
+        };
         self.checks.push(Check {
             name,
             outcome,
@@ -146,7 +150,7 @@ impl Report {
     pub(crate) fn leave_open(&mut self, name: &'static str, why: &str) {
         self.checks.push(Check {
             name,
-            outcome: Outcome::NotJudged,
+            outcome: CheckOutcome::NotJudged,
             detail: why.to_owned(),
         });
     }
@@ -161,7 +165,7 @@ impl Report {
     pub(crate) fn skip(&mut self, name: &'static str, why: &str) {
         self.checks.push(Check {
             name,
-            outcome: Outcome::Skipped,
+            outcome: CheckOutcome::Skipped,
             detail: why.to_owned(),
         });
     }
@@ -177,10 +181,10 @@ impl fmt::Display for Report {
         } in &self.checks
         {
             let mark = match outcome {
-                Outcome::Pass => "ok  ",
-                Outcome::Fail => "FAIL",
-                Outcome::NotJudged => "??  ",
-                Outcome::Skipped => "skip",
+                CheckOutcome::Pass => "ok  ",
+                CheckOutcome::Fail => "FAIL",
+                CheckOutcome::NotJudged => "??  ",
+                CheckOutcome::Skipped => "skip",
             };
             writeln!(f, "  {mark}  {name:<14} {detail}")?;
         }

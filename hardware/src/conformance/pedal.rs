@@ -54,11 +54,11 @@ fn tested<P: Pedal>(
         arrivals.count() > 1,
         format!("{}: {}", arrivals.count(), arrivals.intervals()),
     );
-    report.judge(
-        "released",
-        !pressed,
-        "no switch is closed while nobody presses".into(),
-    );
+    let words = match pressed {
+        false => "no switch was closed",
+        true => "a switch was closed: take the foot off the pedal and test again",
+    };
+    report.judge("released", !pressed, words.into());
     let counters = pedal.counters();
     let all = counters.frames + counters.bad_frames + counters.lost_frames;
     let spoilt = counters.bad_frames + counters.lost_frames;

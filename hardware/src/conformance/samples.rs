@@ -16,7 +16,7 @@ const RATE_OFF: f32 = 0.05;
 pub(super) const NO_FORCE: ForceCommand = ForceCommand {
     opening_n: 0.0,
     force_n: Vec3::new(0.0, 0.0, 0.0),
-    torque_n_m: Vec3::new(0.0, 0.0, 0.0),
+    torque_nm: Vec3::new(0.0, 0.0, 0.0),
 };
 
 /// Watches the samples of an open device for `time` at zero force: rate, gaps, ranges.

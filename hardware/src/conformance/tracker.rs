@@ -85,7 +85,11 @@ fn tested(
         ),
         host,
     );
-    report.judge("finite", finite, "every pose is finite".into());
+    let words = match finite {
+        true => "every pose is finite",
+        false => "a pose is not finite, or its quaternion is not of unit length",
+    };
+    report.judge("finite", finite, words.into());
     report.judge(
         "range",
         farthest_m < 0.99 * full_m,

@@ -186,11 +186,12 @@ pub(super) fn unplugged<T>(
     let lost = until(PATIENCE, |now_ns| !matches!(poll(now_ns), Polled::Lost));
     let stays = matches!(poll(now_ns()), Polled::Lost);
     let ms = start.elapsed().as_millis();
-    report.judge(
-        "unplug",
-        lost && stays,
-        format!("lost is reported after {ms} ms, and stays"),
-    );
+    let words = match (lost, stays) {
+        (true, true) => format!("the loss is reported after {ms} ms, and stays"),
+        (true, false) => format!("the loss is reported after {ms} ms, but then withdrawn"),
+        (false, _) => format!("the loss is not reported within {ms} ms"),
+    };
+    report.judge("unplug", lost && stays, words);
 }
 
 /// Opens a device and reports the time that took.
@@ -218,7 +219,7 @@ pub(super) fn open<D>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::Outcome;
+    use super::super::CheckOutcome;
     use super::*;
 
     fn host(looks_ms: &[u64]) -> Host {
@@ -259,7 +260,14 @@ mod tests {
         report.judge_time("rate", false, "too slow".into(), busy);
         report.judge_time("rate", true, "well".into(), busy);
         let outcomes: Vec<_> = report.checks.iter().map(|check| check.outcome).collect();
-        assert_eq!(outcomes, [Outcome::Fail, Outcome::NotJudged, Outcome::Pass]);
+        assert_eq!(
+            outcomes,
+            [
+                CheckOutcome::Fail,
+                CheckOutcome::NotJudged,
+                CheckOutcome::Pass
+            ]
+        );
         assert!(report.checks[1].detail.starts_with("too slow; not judged"));
     }
 }

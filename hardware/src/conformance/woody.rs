@@ -6,7 +6,7 @@ use rt_core::port::HapticDevice;
 
 use super::samples::samples;
 use super::watch::{open, unplugged};
-use super::{Options, Outcome, Report};
+use super::{CheckOutcome, Options, Report};
 use crate::woody::WoodyHaptic;
 
 /// Tests the device at `path`.
@@ -16,7 +16,7 @@ pub fn woody(path: &Path, options: &mut Options<'_>) -> Report {
         return report;
     };
     samples(&mut report, &mut device, options.watch);
-    if report.names(Outcome::Fail).contains(&"workspace") {
+    if report.names(CheckOutcome::Fail).contains(&"workspace") {
         let words = ". At home the handle is 0.21 m out: lead it into the middle and test again";
         report.add_to("workspace", words);
     }

@@ -231,7 +231,7 @@ impl HapticDevice for DhdHaptic {
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
         self.shared.ask(&Wish {
             force_n: command.force_n,
-            torque_n_m: command.torque_n_m,
+            torque_nm: command.torque_nm,
             opening_n: command.opening_n,
             at_ns: now_ns,
         });

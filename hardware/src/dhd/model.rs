@@ -26,7 +26,7 @@ const OMEGA: DeviceCapabilities = DeviceCapabilities {
     opening: Opening::NONE,
     force_max_n: 12.0,
     force_continuous_n: 6.0,
-    torque_max_n_m: 0.0,
+    torque_max_nm: 0.0,
     stiffness_max_n_m: 5000.0,
     damping_max_n_s_m: 10.0,
     damping_n_s_m: 1.0,
@@ -45,7 +45,7 @@ const DELTA: DeviceCapabilities = DeviceCapabilities {
 const SIGMA: DeviceCapabilities = DeviceCapabilities {
     force_max_n: 20.0,
     force_continuous_n: 12.0,
-    torque_max_n_m: 0.2,
+    torque_max_nm: 0.2,
     stiffness_max_n_m: 4000.0,
     workspace_radius_m: 0.14, // 190 × 130 mm, which lie 22 mm beside the origin
     ..OMEGA
@@ -104,8 +104,8 @@ pub(super) fn capabilities(number: i32, parts: Parts) -> DeviceCapabilities {
                 stiffness_max_n_m: if is_active { GRIPPER_N_M } else { 0.0 },
             },
         },
-        torque_max_n_m: if parts.has_active_wrist {
-            known.torque_max_n_m
+        torque_max_nm: if parts.has_active_wrist {
+            known.torque_max_nm
         } else {
             0.0
         },

@@ -211,7 +211,7 @@ impl Servo {
         let scaled =
             |wanted: Vec3, most: f32| axes::theirs(&clamp(wanted, most)).map(|x| x * share);
         let force = scaled(wish.force_n, self.limits.force_max_n);
-        let torque = scaled(wish.torque_n_m, self.limits.torque_max_n_m);
+        let torque = scaled(wish.torque_nm, self.limits.torque_max_nm);
         let gripper = match self.parts.has_active_gripper {
             true => self.gripper.force_n(wish.opening_n) * share,
             false => 0.0,

@@ -49,7 +49,7 @@ pub(super) struct Sample {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wish {
     pub(super) force_n: Vec3,
-    pub(super) torque_n_m: Vec3,
+    pub(super) torque_nm: Vec3,
     pub(super) opening_n: f32,
     pub(super) at_ns: TimeNs,
 }
@@ -57,7 +57,7 @@ pub(super) struct Wish {
 /// No force at all.
 pub(super) const NOTHING: Wish = Wish {
     force_n: Vec3::new(0.0, 0.0, 0.0),
-    torque_n_m: Vec3::new(0.0, 0.0, 0.0),
+    torque_nm: Vec3::new(0.0, 0.0, 0.0),
     opening_n: 0.0,
     at_ns: 0,
 };
@@ -124,7 +124,7 @@ impl Shared {
     /// Hands a wish (the wanted forces) to the thread.
     pub(super) fn ask(&self, wish: &Wish) {
         let [x, y, z] = bits(&wish.force_n);
-        let [tx, ty, tz] = bits(&wish.torque_n_m);
+        let [tx, ty, tz] = bits(&wish.torque_nm);
         let [low, high] = halves(wish.at_ns);
         self.wish
             .write([x, y, z, tx, ty, tz, wish.opening_n.to_bits(), low, high]);
@@ -143,7 +143,7 @@ impl Shared {
         }
         Wish {
             force_n: Vec3::new(x, y, z),
-            torque_n_m: Vec3::new(tx, ty, tz),
+            torque_nm: Vec3::new(tx, ty, tz),
             opening_n,
             at_ns,
         }

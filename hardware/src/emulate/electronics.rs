@@ -95,7 +95,7 @@ impl Hapi {
         }
         self.board
             .receive(bytes, [first, second, 0.0, 0.0], now_us, send);
-        let [first, second, ..] = self.board.torques_n_m();
+        let [first, second, ..] = self.board.torques_nm();
         // Stretched arms bear any force without torque. The force is then undefined and taken as
         // zero.
         Self::LINKAGE
@@ -214,11 +214,11 @@ impl Electronics {
                 most_ma as f32 * 1e-3 / WOODY.current_max_a as f32
             }
             Self::Hapi(hapi) => {
-                let torques = hapi.board.torques_n_m();
+                let torques = hapi.board.torques_nm();
                 let most = torques
                     .iter()
                     .fold(0.0, |most: f32, one| most.max(one.abs()));
-                most / Hapi::LINKAGE.torque_max_n_m as f32
+                most / Hapi::LINKAGE.torque_max_nm as f32
             }
         }
     }

@@ -121,7 +121,7 @@ pub fn run(
 
 /// Like [`run`], with a person who steers the hand. The first wish ends the script. `wish` is
 /// called every millisecond; `None` means that nobody steers just now.
-pub fn run_led(
+pub fn run_steered(
     config: &EmulateConfig,
     stop: &AtomicBool,
     wish: &mut dyn FnMut() -> Option<Wish>,

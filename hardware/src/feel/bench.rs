@@ -111,7 +111,7 @@ impl<'a> Bench<'a> {
         let command = ForceCommand {
             opening_n: self.live.opening_n,
             force_n,
-            torque_n_m: Vec3::zeros(),
+            torque_nm: Vec3::zeros(),
         };
         self.device.send(command, now_ns);
         self.live.force_n = force_n;

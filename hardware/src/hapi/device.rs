@@ -8,7 +8,7 @@ use super::wire::command;
 /// Number of ports of the board.
 const PORTS: usize = 4;
 /// Torque limit of the firmware, N m.
-const TORQUE_MAX_N_M: f32 = 0.123;
+const TORQUE_MAX_NM: f32 = 0.123;
 /// Time after which an incomplete command is executed, µs.
 const READ_TIMEOUT_US: u32 = 1_000_000;
 /// Size of the receive buffer, bytes; more bytes are dropped.
@@ -29,7 +29,7 @@ pub struct Board {
 struct Motor {
     /// Id of the host that set the motor up; 0: none.
     host: u8,
-    torque_n_m: f32,
+    torque_nm: f32,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -110,8 +110,8 @@ impl Board {
 
     /// Torques of the motors, by port, N m.
     #[must_use]
-    pub fn torques_n_m(&self) -> [f32; PORTS] {
-        self.motors.map(|motor| motor.torque_n_m)
+    pub fn torques_nm(&self) -> [f32; PORTS] {
+        self.motors.map(|motor| motor.torque_nm)
     }
 
     /// True if a host has stated the arms' angles since power-up, right or wrong.
@@ -174,10 +174,10 @@ impl Board {
                         // As in the firmware: a NaN passes its clamp, and the conversion to a duty
                         // cycle turns it into zero.
                         let torque = self.float();
-                        self.motors[port].torque_n_m = if torque.is_nan() {
+                        self.motors[port].torque_nm = if torque.is_nan() {
                             0.0
                         } else {
-                            torque.clamp(-TORQUE_MAX_N_M, TORQUE_MAX_N_M)
+                            torque.clamp(-TORQUE_MAX_NM, TORQUE_MAX_NM)
                         };
                     }
                 }
@@ -251,12 +251,12 @@ mod tests {
         assert_eq!(answer.len(), 9);
         let second = f32::from_le_bytes(answer[5..].try_into().unwrap());
         assert!((second - 170.0).abs() < 0.04, "{second}");
-        assert_eq!(board.torques_n_m()[..2], [0.0625, -0.123]);
+        assert_eq!(board.torques_nm()[..2], [0.0625, -0.123]);
         board.receive(&[], ANGLES, 3_000_000, |_| {});
-        assert_eq!(board.torques_n_m()[..2], [0.0625, -0.123], "for ever");
+        assert_eq!(board.torques_nm()[..2], [0.0625, -0.123], "for ever");
         say(&mut board, &[0, 0]);
         assert_eq!(
-            board.torques_n_m()[..2],
+            board.torques_nm()[..2],
             [0.0625, -0.123],
             "after a reset, too"
         );
@@ -282,6 +282,6 @@ mod tests {
         let command = torques([0.0625, 0.0]);
         assert_eq!(say(&mut board, &command[..5]), b"");
         assert_eq!(say(&mut board, &command[5..]).len(), 9);
-        assert!((board.torques_n_m()[0] - 0.0625).abs() < 1e-9);
+        assert!((board.torques_nm()[0] - 0.0625).abs() < 1e-9);
     }
 }

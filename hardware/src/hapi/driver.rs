@@ -245,7 +245,7 @@ impl HapiHaptic {
             .filter(|position_m| position_m.norm() <= reach_m)
     }
 
-    fn write(&mut self, torque_n_m: [f32; ARMS], now_ns: TimeNs) {
+    fn write(&mut self, torque_nm: [f32; ARMS], now_ns: TimeNs) {
         if self.owed > 0 {
             let rest = ZEROS.get(..self.owed).unwrap_or(&ZEROS);
             match self.line.write(rest) {
@@ -254,7 +254,7 @@ impl HapiHaptic {
                 Written::Nothing => {}
             }
         }
-        let command = torques(torque_n_m);
+        let command = torques(torque_nm);
         let written = if self.owed > 0 {
             Written::Nothing
         } else {
@@ -291,7 +291,7 @@ impl HapticDevice for HapiHaptic {
             opening: Opening::NONE,
             force_max_n: self.generation.force_max_n as f32,
             force_continuous_n: self.generation.force_continuous_n as f32,
-            torque_max_n_m: 0.0,
+            torque_max_nm: 0.0,
             stiffness_max_n_m: self.generation.stiffness_max_n_m as f32,
             damping_max_n_s_m: self.generation.damping_max_n_s_m as f32,
             damping_n_s_m: self.generation.damping_n_s_m as f32,
@@ -375,13 +375,13 @@ impl HapticDevice for HapiHaptic {
         if norm > max_n {
             force_n *= max_n / norm;
         }
-        let torque_n_m = match self.gate.last() {
+        let torque_nm = match self.gate.last() {
             Some(angles_deg) if norm.is_finite() && !self.is_silent => {
-                self.generation.torques_n_m(angles_deg, force_n)
+                self.generation.torques_nm(angles_deg, force_n)
             }
             _ => None,
         };
-        self.write(swapped(torque_n_m.unwrap_or_default()), now_ns);
+        self.write(swapped(torque_nm.unwrap_or_default()), now_ns);
     }
 
     fn counters(&self) -> LineCounters {

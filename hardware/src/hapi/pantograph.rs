@@ -36,7 +36,7 @@ pub struct Pantograph {
     /// Torque to send to the board, divided by the torque at the arm.
     pub motor_share: f64,
     /// Torque limit of the board, N m.
-    pub torque_max_n_m: f64,
+    pub torque_max_nm: f64,
     /// Centre of the workspace in the makers' frame, m.
     pub origin_m: [f64; 2],
     /// Radius of the workspace, m.
@@ -71,7 +71,7 @@ impl Pantograph {
         motor_reversed: [true, false],
         encoder_reversed: [true, false],
         motor_share: 0.1,
-        torque_max_n_m: 0.123,
+        torque_max_nm: 0.123,
         origin_m: [0.0, 0.095],
         radius_m: 0.05,
         force_max_n: 3.0,
@@ -134,12 +134,12 @@ impl Pantograph {
     /// lies in the plane. If one of them exceeds the board's limit, both are scaled down alike, so
     /// the force keeps its direction. `None` if the far arms are nearly in line or do not meet.
     #[must_use]
-    pub fn torques_n_m(&self, angles_deg: [f32; ARMS], force_n: Vec3) -> Option<[f32; ARMS]> {
+    pub fn torques_nm(&self, angles_deg: [f32; ARMS], force_n: Vec3) -> Option<[f32; ARMS]> {
         let makers_n = Vector2::new(-f64::from(force_n.x), f64::from(force_n.z));
         let told = self.jacobian(angles_deg)?.transpose() * makers_n * self.motor_share;
         let most = told.amax();
-        let scale = if most > self.torque_max_n_m {
-            self.torque_max_n_m / most
+        let scale = if most > self.torque_max_nm {
+            self.torque_max_nm / most
         } else {
             1.0
         };
@@ -149,9 +149,9 @@ impl Pantograph {
     /// Force that these torques render if the gear is as assumed, base frame, N. `None` if the far
     /// arms are nearly in line or do not meet.
     #[must_use]
-    pub fn force_n(&self, angles_deg: [f32; ARMS], told_n_m: [f32; ARMS]) -> Option<Vec3> {
-        let arms_n_m = Vector2::from(told_n_m).cast::<f64>() / self.motor_share;
-        let makers_n = self.jacobian(angles_deg)?.transpose().try_inverse()? * arms_n_m;
+    pub fn force_n(&self, angles_deg: [f32; ARMS], told_nm: [f32; ARMS]) -> Option<Vec3> {
+        let arms_nm = Vector2::from(told_nm).cast::<f64>() / self.motor_share;
+        let makers_n = self.jacobian(angles_deg)?.transpose().try_inverse()? * arms_nm;
         Some(Vec3::new(-makers_n.x as f32, 0.0, makers_n.y as f32))
     }
 
@@ -257,14 +257,14 @@ mod tests {
         let generation = Pantograph::GEN3;
         let angles = generation.angles_deg(Vec3::zeros());
         let force = Vec3::new(300.0, 40.0, -200.0);
-        let told = generation.torques_n_m(angles, force).unwrap();
+        let told = generation.torques_nm(angles, force).unwrap();
         assert!(told.iter().all(|torque| torque.abs() <= 0.1231), "{told:?}");
         let rendered = generation.force_n(angles, told).unwrap();
         assert!(rendered.y.abs() < 1e-9);
         let plane = Vec3::new(force.x, 0.0, force.z);
         assert!(rendered.normalize().dot(&plane.normalize()) > 0.9999);
         let up = generation
-            .torques_n_m(angles, Vec3::new(0.0, 3.0, 0.0))
+            .torques_nm(angles, Vec3::new(0.0, 3.0, 0.0))
             .unwrap();
         assert!(up.iter().all(|torque| torque.abs() < 1e-9));
     }
@@ -276,9 +276,9 @@ mod tests {
             ..Pantograph::GEN3
         };
         assert_eq!(wide.position_m([180.0, 0.0]), None);
-        assert_eq!(wide.torques_n_m([180.0, 0.0], Vec3::x()), None);
+        assert_eq!(wide.torques_nm([180.0, 0.0], Vec3::x()), None);
         let out = Pantograph::GEN2.angles_deg(Vec3::new(0.0, 0.0, 0.2));
-        assert_eq!(Pantograph::GEN2.torques_n_m(out, Vec3::x()), None);
+        assert_eq!(Pantograph::GEN2.torques_nm(out, Vec3::x()), None);
     }
 
     #[test]
@@ -313,7 +313,7 @@ mod tests {
             let generation = ALL[which];
             let angles = generation.angles_deg(place);
             let force = Vec3::new(force[0], 0.0, force[1]);
-            let told = generation.torques_n_m(angles, force).unwrap();
+            let told = generation.torques_nm(angles, force).unwrap();
             let turned: [f32; 2] = std::array::from_fn(|arm| angles[arm] + turn[arm]);
             let back: [f32; 2] = std::array::from_fn(|arm| angles[arm] - turn[arm]);
             let moved = generation.position_m(turned).unwrap() - generation.position_m(back).unwrap();

@@ -83,8 +83,8 @@ pub fn set_up(ports: &[Port; ARMS]) -> [u8; SET_UP_BYTES] {
 
 /// Torque command for ports 1 and 2, N m.
 #[must_use]
-pub fn torques(torque_n_m: [f32; ARMS]) -> [u8; TORQUES_BYTES] {
-    let [a, b] = torque_n_m.map(|torque| coarse(torque).to_le_bytes());
+pub fn torques(torque_nm: [f32; ARMS]) -> [u8; TORQUES_BYTES] {
+    let [a, b] = torque_nm.map(|torque| coarse(torque).to_le_bytes());
     let [[a0, a1, a2, a3], [b0, b1, b2, b3]] = [a, b];
     [command::TORQUES, ID, a0, a1, a2, a3, b0, b1, b2, b3]
 }
@@ -92,9 +92,9 @@ pub fn torques(torque_n_m: [f32; ARMS]) -> [u8; TORQUES_BYTES] {
 /// Rounds the torque towards zero in steps of less than 1 %, so that its two lower bytes are zero.
 /// Losing one or two bytes on the way then shifts zeros into the float's upper bytes and makes no
 /// torque.
-fn coarse(torque_n_m: f32) -> f32 {
-    if torque_n_m.is_finite() {
-        f32::from_bits(torque_n_m.to_bits() & 0xFFFF_0000)
+fn coarse(torque_nm: f32) -> f32 {
+    if torque_nm.is_finite() {
+        f32::from_bits(torque_nm.to_bits() & 0xFFFF_0000)
     } else {
         0.0
     }

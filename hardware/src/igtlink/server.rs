@@ -64,7 +64,7 @@ impl Server {
         self.accept();
         let mut skipped = 0;
         self.clients.retain_mut(|client| {
-            if !client.is_alive() {
+            if !client.discard_requests() {
                 return false;
             }
             for message in transforms.iter().filter_map(Transform::bytes) {
@@ -98,9 +98,9 @@ impl Server {
 }
 
 impl Client {
-    /// True if the client is still connected. Reads and discards the client's requests, which are
-    /// not served.
-    fn is_alive(&mut self) -> bool {
+    /// Reads and discards the client's requests, which are not served. Returns true if the client
+    /// is still connected.
+    fn discard_requests(&mut self) -> bool {
         match self.stream.read(&mut [0; DROP_BYTES]) {
             Ok(count) => count > 0,
             Err(error) => error.kind() == ErrorKind::WouldBlock,

@@ -50,7 +50,7 @@ const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
     opening: Opening::NONE,
     force_max_n: 5.0,
     force_continuous_n: 1.0,
-    torque_max_n_m: 0.0,
+    torque_max_nm: 0.0,
     stiffness_max_n_m: 800.0,
     damping_max_n_s_m: 5.0,
     damping_n_s_m: 0.5,

@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn suite_passes_on_piped_events_and_notices_a_foot_and_a_pulled_plug() {
-        use crate::conformance::{Options, Outcome, pedal_by};
+        use crate::conformance::{CheckOutcome, Options, pedal_by};
         use std::cell::RefCell;
         let plug = RefCell::new(None);
         let pressed = std::cell::Cell::new(false);
@@ -325,9 +325,13 @@ mod tests {
         let outcome = |report: &crate::conformance::Report, name| {
             report.check(name).map(|check| check.outcome)
         };
-        assert_eq!(outcome(&report, "unplug"), Some(Outcome::Pass), "{report}");
+        assert_eq!(
+            outcome(&report, "unplug"),
+            Some(CheckOutcome::Pass),
+            "{report}"
+        );
         pressed.set(true);
-        assert_eq!(outcome(&suite(), "released"), Some(Outcome::Fail));
+        assert_eq!(outcome(&suite(), "released"), Some(CheckOutcome::Fail));
     }
 
     #[test]

@@ -217,7 +217,7 @@ impl Device {
         let can = &self.capabilities;
         Force {
             force_n: shorten(rendered.command.force_n, can.force_max_n),
-            torque_n_m: shorten(rendered.command.torque_n_m, can.torque_max_n_m),
+            torque_nm: shorten(rendered.command.torque_nm, can.torque_max_nm),
             opening_n: rendered
                 .command
                 .opening_n
@@ -378,7 +378,7 @@ mod tests {
     fn push(newtons: f32, sequence: u16) -> Frame {
         Force {
             force_n: [newtons, 0.0, 0.0],
-            torque_n_m: [0.0; 3],
+            torque_nm: [0.0; 3],
             opening_n: None,
         }
         .frame(sequence)

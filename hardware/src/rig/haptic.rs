@@ -106,7 +106,7 @@ impl From<&Capabilities> for DeviceCapabilities {
             stiffness_max_n_m: said.stiffness_max_n_m,
             damping_max_n_s_m: said.damping_max_n_s_m,
             workspace_radius_m: said.workspace_radius_m,
-            torque_max_n_m: said.torque_max_n_m,
+            torque_max_nm: said.torque_max_nm,
             opening: said.opening.map_or(Opening::NONE, |it| Opening {
                 travel_m: it.travel_m,
                 force_max_n: it.force_max_n,
@@ -185,11 +185,11 @@ impl HapticDevice for RigHaptic {
         // The core has already limited force and torque. These limits are the last guard of the
         // device's peak.
         let force_n = within(command.force_n, self.declared.force_max_n);
-        let torque_n_m = within(command.torque_n_m, self.declared.torque_max_n_m);
+        let torque_nm = within(command.torque_nm, self.declared.torque_max_nm);
         let sequence = self.host.next_sequence();
         let force = Force {
             force_n: force_n.into(),
-            torque_n_m: torque_n_m.into(),
+            torque_nm: torque_nm.into(),
             opening_n: self.declared.opening.map(|it| {
                 let most_n = it.force_max_n;
                 within(Vec3::new(command.opening_n, 0.0, 0.0), most_n).x

@@ -16,7 +16,7 @@ fn vectors() -> String {
     let force = Force {
         opening_n: None,
         force_n: [1.0, -2.0, 3.3],
-        torque_n_m: [0.01, 0.0, 0.0],
+        torque_nm: [0.01, 0.0, 0.0],
     };
     let switches = Switches {
         coagulate: true,

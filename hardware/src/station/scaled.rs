@@ -120,12 +120,12 @@ mod tests {
             let mut device = Scaled { device: Box::new(Still(Arc::clone(&rendered))), by };
             let Polled::Fresh(sample) = device.poll(1) else { panic!("it has one") };
             let force_n = Vec3::from(force);
-            device.send(ForceCommand { opening_n: 0.0, force_n, torque_n_m: Vec3::zeros() }, 1);
+            device.send(ForceCommand { opening_n: 0.0, force_n, torque_nm: Vec3::zeros() }, 1);
             let inside_w = force_n.dot(&sample.velocity_m_s.unwrap());
             let outside_w = rendered.lock().unwrap().dot(&Vec3::new(0.3, 0.0, -0.1));
             prop_assert!((inside_w - outside_w).abs() < 1e-4 * (1.0 + inside_w.abs()));
             let most_n = device.capabilities().force_max_n;
-            device.send(ForceCommand { opening_n: 0.0, force_n: Vec3::x() * most_n, torque_n_m: Vec3::zeros() }, 1);
+            device.send(ForceCommand { opening_n: 0.0, force_n: Vec3::x() * most_n, torque_nm: Vec3::zeros() }, 1);
             prop_assert!((rendered.lock().unwrap().norm() - 3.3).abs() < 1e-4);
         }
     }

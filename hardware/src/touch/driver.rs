@@ -205,7 +205,7 @@ fn capabilities(hd: &Hd) -> DeviceCapabilities {
         stiffness_max_n_m: one(name::MAX_STIFFNESS) * 1e3,
         damping_max_n_s_m: one(name::MAX_DAMPING) * 1e3,
         workspace_radius_m: farthest_mm as f32 * 1e-3,
-        torque_max_n_m: 0.0, // this driver sends none
+        torque_max_nm: 0.0, // this driver sends none
         damping_n_s_m: super::DAMPING_N_S_M,
         delay_s: super::DELAY_S,
         rate_hz: RATE_HZ,

@@ -174,7 +174,7 @@ impl HapticDevice for WoodyHaptic {
             stiffness_max_n_m: self.mechanism.stiffness_max_n_m as f32,
             damping_max_n_s_m: self.mechanism.damping_max_n_s_m as f32,
             workspace_radius_m: self.mechanism.radius_m as f32,
-            torque_max_n_m: 0.0,
+            torque_max_nm: 0.0,
             damping_n_s_m: self.mechanism.damping_n_s_m as f32,
             delay_s: self.mechanism.delay_s as f32,
             // The device answers as often as it is asked.

@@ -29,7 +29,7 @@ pub struct Mechanism {
     /// Radius of the workspace, m.
     pub radius_m: f64,
     /// Torque constant of each motor, N m/A.
-    pub torque_constant_n_m_a: [f64; 3],
+    pub torque_constant_nm_a: [f64; 3],
     /// Counts per turn of each motor's encoder, all four edges.
     pub counts_per_turn: [f64; 3],
     /// Direction of each body with (1) or against (−1) its encoder.
@@ -64,7 +64,7 @@ impl Mechanism {
         length_m: [0.080, 0.205, 0.245],
         origin_m: [0.220, 0.0, 0.080],
         radius_m: 0.100,
-        torque_constant_n_m_a: [0.0259; 3],
+        torque_constant_nm_a: [0.0259; 3],
         counts_per_turn: [2000.0; 3],
         encoder_sign: [-1.0, -1.0, -1.0],
         motor_sign: [1.0, -1.0, -1.0],
@@ -112,8 +112,7 @@ impl Mechanism {
     pub fn currents_ma(&self, angles_rad: [f64; 3], force_n: Vec3) -> [i32; 3] {
         let torque = self.jacobian(angles_rad).transpose() * makers(force_n.cast());
         let currents_a: [f64; 3] = std::array::from_fn(|axis| {
-            self.motor_sign[axis] * torque[axis] * self.gear(axis)
-                / self.torque_constant_n_m_a[axis]
+            self.motor_sign[axis] * torque[axis] * self.gear(axis) / self.torque_constant_nm_a[axis]
         });
         let most = currents_a
             .iter()
@@ -134,7 +133,7 @@ impl Mechanism {
             self.motor_sign[axis]
                 * f64::from(currents_ma[axis])
                 * 1e-3
-                * self.torque_constant_n_m_a[axis]
+                * self.torque_constant_nm_a[axis]
                 / self.gear(axis)
         });
         let force = self.jacobian(angles_rad).transpose().try_inverse()? * torque;

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use hardware::conformance::{Options, Outcome, Report, hapi, haptic, pedal, tracker, woody};
+use hardware::conformance::{CheckOutcome, Options, Report, hapi, haptic, pedal, tracker, woody};
 use hardware::emulate::{Faults, HapticModel, LineFaults, Mistake};
 use hardware::hapi::pantograph::Pantograph;
 
@@ -23,7 +23,7 @@ pub(crate) fn once_good(mut suite: impl FnMut() -> Report) -> Report {
     loop {
         let report = suite();
         let is_enough = match start.elapsed() > Duration::from_secs(120) {
-            true => !report.has(Outcome::Fail),
+            true => !report.has(CheckOutcome::Fail),
             false => report.passed(),
         };
         if is_enough || start.elapsed() > Duration::from_secs(240) {
@@ -40,7 +40,7 @@ fn fails_in(mistake: Mistake, checks: &[&str], words: &str) {
         let emulator = Emulator::mistaken(mistake);
         let report = haptic(&emulator.lines.haptic, &mut moving());
         assert!(!report.passed(), "{mistake:?}: {report}");
-        let failed = report.names(Outcome::Fail);
+        let failed = report.names(CheckOutcome::Fail);
         let is_said = report.to_string().contains(words);
         if failed.iter().any(|name| checks.contains(name)) && is_said {
             return;
@@ -70,7 +70,7 @@ fn the_emulated_devices_pass() {
         print!("{report}");
         assert_eq!(
             report.check("unplug").map(|check| check.outcome),
-            Some(Outcome::Skipped)
+            Some(CheckOutcome::Skipped)
         );
     }
 }
@@ -88,7 +88,7 @@ fn a_pulled_plug_is_noticed() {
     let report = haptic(&path, &mut options);
     assert_eq!(
         report.check("unplug").map(|check| check.outcome),
-        Some(Outcome::Pass),
+        Some(CheckOutcome::Pass),
         "{report}"
     );
 }
@@ -108,7 +108,7 @@ fn a_device_behind_a_bad_cable_fails() {
     // If this computer itself was late, the gaps are not judged.
     let gaps = report.check("gaps").map(|check| check.outcome);
     assert!(
-        !report.passed() || gaps == Some(Outcome::NotJudged),
+        !report.passed() || gaps == Some(CheckOutcome::NotJudged),
         "{report}"
     );
 }

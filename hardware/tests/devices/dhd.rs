@@ -4,7 +4,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
-use hardware::conformance::{Options, Outcome};
+use hardware::conformance::{CheckOutcome, Options};
 use hardware::dhd::DhdHaptic;
 use hardware::station::StationFile;
 use rt_core::fault::Fault;
@@ -25,7 +25,7 @@ fn push(force_n: Vec3) -> ForceCommand {
     ForceCommand {
         opening_n: 0.0,
         force_n,
-        torque_n_m: Vec3::zeros(),
+        torque_nm: Vec3::zeros(),
     }
 }
 
@@ -110,10 +110,10 @@ fn torque_goes_to_a_wrist_with_motors_only_and_is_limited() {
         let command = ForceCommand {
             opening_n: 0.0,
             force_n: Vec3::new(100.0, 0.0, 0.0),
-            torque_n_m: Vec3::new(0.0, -9.0, 0.0),
+            torque_nm: Vec3::new(0.0, -9.0, 0.0),
         };
         let most = device.capabilities();
-        let torque = -f64::from(most.torque_max_n_m);
+        let torque = -f64::from(most.torque_max_nm);
         let force = f64::from(most.force_max_n);
         let wanted = [0.0, force, 0.0, 0.0, 0.0, torque, 0.0];
         until(&mut device, Some(command), |_, _| {
@@ -531,7 +531,7 @@ fn the_suite_passes_and_notices_a_broken_line() {
         if report.passed() {
             for name in ["unplug", "opening", "consistent"] {
                 let outcome = report.check(name).map(|check| check.outcome);
-                assert_eq!(outcome, Some(Outcome::Pass), "{report}");
+                assert_eq!(outcome, Some(CheckOutcome::Pass), "{report}");
             }
             return;
         }

@@ -19,7 +19,7 @@ use crate::support::{Emulator, PATIENCE, now_ns, persist, poll_for};
 const NO_FORCE: ForceCommand = ForceCommand {
     opening_n: 0.0,
     force_n: Vec3::new(0.0, 0.0, 0.0),
-    torque_n_m: Vec3::new(0.0, 0.0, 0.0),
+    torque_nm: Vec3::new(0.0, 0.0, 0.0),
 };
 
 #[test]

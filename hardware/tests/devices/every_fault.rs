@@ -138,7 +138,7 @@ fn under_every_fault<D: HapticDevice>(
     let push = ForceCommand {
         opening_n: 0.0,
         force_n: Vec3::new(-60.0, 80.0, 40.0),
-        torque_n_m: Vec3::zeros(),
+        torque_nm: Vec3::zeros(),
     };
     for (name, faults) in faults() {
         let emulator = Emulator::of(
@@ -217,7 +217,7 @@ fn the_rig_deafened() {
             ForceCommand {
                 opening_n: 0.0,
                 force_n: Vec3::new(0.5, 0.0, 0.0),
-                torque_n_m: Vec3::zeros(),
+                torque_nm: Vec3::zeros(),
             },
             now_ns,
         );

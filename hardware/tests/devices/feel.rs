@@ -1,7 +1,7 @@
 //! `feel` with an emulated person, in simulated time: a good rig passes, and each mistake fails for
 //! its reason.
 
-use hardware::conformance::Outcome;
+use hardware::conformance::CheckOutcome;
 use hardware::emulate::{Grip, HapticModel, Mistake, Played};
 use hardware::feel::{Answer, Direction, Felt, Guide, Squeezed, Step, feel};
 use rt_core::math::Vec3;
@@ -153,7 +153,7 @@ fn a_good_handle_that_opens_passes_in_any_order() {
         assert!(felt.report.passed(), "{}", felt.report);
         for name in ["opening", "push open", "push shut"] {
             let check = felt.report.check(name).map(|it| it.outcome);
-            assert_eq!(check, Some(Outcome::Pass), "{name}: {}", felt.report);
+            assert_eq!(check, Some(CheckOutcome::Pass), "{name}: {}", felt.report);
         }
     }
     let plain = felt(None, 0);
@@ -197,7 +197,7 @@ fn fails_of(model: HapticModel, mistake: Mistake, check: &str, words: &str) {
     let report = &felt.report;
     let found = report.check(check);
     assert!(
-        found.is_some_and(|it| it.outcome == Outcome::Fail && it.detail.contains(words)),
+        found.is_some_and(|it| it.outcome == CheckOutcome::Fail && it.detail.contains(words)),
         "{mistake:?}: {words:?} in {check}: {report}"
     );
 }
@@ -309,7 +309,7 @@ fn without_a_scale_nothing_presses_on_one() {
     let felt = feel(&mut *device, &mut person, 1);
     assert!(felt.report.passed(), "{}", felt.report);
     let scale = felt.report.check("scale").map(|it| it.outcome);
-    assert_eq!(scale, Some(Outcome::Skipped));
+    assert_eq!(scale, Some(CheckOutcome::Skipped));
     assert!(person.pressed_n.abs() < 1e-6);
 }
 

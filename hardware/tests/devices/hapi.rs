@@ -110,8 +110,8 @@ impl Played {
         self.board.lock().expect("no test panics with it")
     }
 
-    fn torque_n_m(&self) -> f32 {
-        let torques = self.board().torques_n_m();
+    fn torque_nm(&self) -> f32 {
+        let torques = self.board().torques_nm();
         torques
             .iter()
             .fold(0.0, |most, torque| most.max(torque.abs()))
@@ -122,7 +122,7 @@ impl Played {
         let mut so = false;
         poll_for(PATIENCE, |now_ns| {
             meanwhile(now_ns);
-            so = (self.torque_n_m() > 1e-6) == on;
+            so = (self.torque_nm() > 1e-6) == on;
             !so
         });
         so
@@ -175,7 +175,7 @@ fn push(newtons: f32) -> ForceCommand {
     ForceCommand {
         opening_n: 0.0,
         force_n: Vec3::new(newtons, 0.0, 0.0),
-        torque_n_m: Vec3::zeros(),
+        torque_nm: Vec3::zeros(),
     }
 }
 
@@ -194,17 +194,17 @@ fn the_force_is_rendered_and_gone_when_the_driver_goes() {
     let mut device = None;
     assert!(played.push(&mut device));
     let expected = LINKAGE
-        .torques_n_m(LINKAGE.angles_deg(Vec3::zeros()), Vec3::new(2.0, 0.0, 0.0))
+        .torques_nm(LINKAGE.angles_deg(Vec3::zeros()), Vec3::new(2.0, 0.0, 0.0))
         .unwrap();
     let most = expected[0].abs().max(expected[1].abs());
     // Waits until the driver admits the step from home to the middle.
     let mut so = false;
     poll_for(PATIENCE, |_| {
         assert!(played.push(&mut device));
-        so = (played.torque_n_m() - most).abs() <= 0.01 * most;
+        so = (played.torque_nm() - most).abs() <= 0.01 * most;
         !so
     });
-    assert!(so, "{} N m", played.torque_n_m());
+    assert!(so, "{} N m", played.torque_nm());
     drop(device);
     assert!(played.becomes(false, |_| {}));
 }
@@ -226,7 +226,7 @@ fn leftovers_of_another_host_are_taken_away_first() {
         let _line = hold(&played.path);
         leave_torque(&played.path, &played, &commands);
         let mut device = Some(played.open());
-        assert!(played.torque_n_m() < 1e-6, "{commands:?}");
+        assert!(played.torque_nm() < 1e-6, "{commands:?}");
         let mut fresh = false;
         poll_for(PATIENCE, |now_ns| {
             let mut open_device = device.take().unwrap_or_else(|| played.open());
@@ -354,7 +354,7 @@ fn force_that_is_no_number_is_rendered_as_nothing() {
     poll_for(Duration::from_millis(100), |now_ns| {
         device.poll(now_ns);
         device.send(push(f32::NAN), now_ns);
-        assert!(played.torque_n_m() < 1e-9);
+        assert!(played.torque_nm() < 1e-9);
         true
     });
 }

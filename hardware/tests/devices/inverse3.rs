@@ -28,7 +28,7 @@ fn push(newtons: f32) -> ForceCommand {
     ForceCommand {
         opening_n: 0.0,
         force_n: Vec3::new(newtons, 0.0, 0.0),
-        torque_n_m: Vec3::zeros(),
+        torque_nm: Vec3::zeros(),
     }
 }
 

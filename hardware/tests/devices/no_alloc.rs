@@ -94,7 +94,7 @@ fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
                 ForceCommand {
                     opening_n: 1.0,
                     force_n,
-                    torque_n_m: Vec3::zeros(),
+                    torque_nm: Vec3::zeros(),
                 },
                 now_ns,
             );
@@ -120,7 +120,7 @@ fn until_lost(device: &mut dyn HapticDevice, mut meanwhile: impl FnMut(u32)) -> 
                 ForceCommand {
                     opening_n: 1.0,
                     force_n: Vec3::new(0.1, 0.0, 0.0),
-                    torque_n_m: Vec3::zeros(),
+                    torque_nm: Vec3::zeros(),
                 },
                 now_ns,
             );

@@ -41,7 +41,7 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
         let push = ForceCommand {
             opening_n: 0.0,
             force_n: Vec3::new(-100.0, 0.0, 0.0),
-            torque_n_m: Vec3::zeros(),
+            torque_nm: Vec3::zeros(),
         };
         let (mut first, mut last, mut seen) = (None, 0.0, (false, false));
         let mut samples = 0;

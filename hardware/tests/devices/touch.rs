@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
-use hardware::conformance::{Options, Outcome};
+use hardware::conformance::{CheckOutcome, Options};
 use hardware::touch::TouchHaptic;
 use libloading::Library;
 use rt_core::fault::Fault;
@@ -87,7 +87,7 @@ fn push(newtons: f32) -> ForceCommand {
     ForceCommand {
         opening_n: 0.0,
         force_n: Vec3::new(newtons, 0.0, 0.0),
-        torque_n_m: Vec3::zeros(),
+        torque_nm: Vec3::zeros(),
     }
 }
 
@@ -312,13 +312,13 @@ fn the_suite_judges_nothing_by_samples_that_never_came() {
     // If this computer itself was late, the lack of samples is not judged.
     let intervals = report.check("intervals").map(|check| check.outcome);
     assert!(
-        report.has(Outcome::Fail) || intervals == Some(Outcome::NotJudged),
+        report.has(CheckOutcome::Fail) || intervals == Some(CheckOutcome::NotJudged),
         "{report}"
     );
     assert!(!report.to_string().contains("NaN"), "{report}");
     for name in ["finite", "workspace", "speed"] {
         let outcome = report.check(name).map(|check| check.outcome);
-        assert_eq!(outcome, Some(Outcome::NotJudged), "{report}");
+        assert_eq!(outcome, Some(CheckOutcome::NotJudged), "{report}");
     }
 }
 
@@ -336,7 +336,7 @@ fn the_suite_passes_and_notices_a_broken_line() {
         fake.tell("fake_raise", 0);
         if report.passed() {
             let unplug = report.check("unplug").map(|check| check.outcome);
-            assert_eq!(unplug, Some(Outcome::Pass), "{report}");
+            assert_eq!(unplug, Some(CheckOutcome::Pass), "{report}");
             return;
         }
         // A busy machine may spoil the rate for a while.

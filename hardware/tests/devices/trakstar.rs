@@ -10,7 +10,7 @@ use hardware::HardwareError;
 use hardware::bird::device::Bird;
 use hardware::bird::wire::{Hemisphere, Record, Scale, command, parameter};
 use hardware::bird::{BirdSetup, BirdTracker};
-use hardware::conformance::{Options, Outcome, tracker_by};
+use hardware::conformance::{CheckOutcome, Options, tracker_by};
 use hardware::emulate::EmulatedBulk;
 use nalgebra::UnitQuaternion;
 use rt_core::math::Vec3;
@@ -148,7 +148,7 @@ fn the_suite_passes_on_packets_too() {
     print!("{report}");
     assert!(report.passed(), "{report}");
     let unplug = report.check("unplug").map(|check| check.outcome);
-    assert_eq!(unplug, Some(Outcome::Pass));
+    assert_eq!(unplug, Some(CheckOutcome::Pass));
 }
 
 fn options<'a>(pull: &'a mut dyn FnMut()) -> Options<'a> {

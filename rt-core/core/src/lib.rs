@@ -7,9 +7,9 @@
 //! sample → tool → contact → solve → force → procedure → publish
 //! ```
 //!
-//! Units are SI; the unit comes last in a name (`force_n`). The name of a transform gives its
-//! frames: `world_from_handle` takes handle coordinates to world coordinates. Contact normals point
-//! from tissue to tool.
+//! Units are SI; the unit comes last in a name (`force_n`): `_n_m` is N/m, `_nm` is N m. The name
+//! of a transform gives its frames: `world_from_handle` takes handle coordinates to world
+//! coordinates. Contact normals point from tissue to tool.
 //!
 //! # Glossary
 //!
@@ -51,7 +51,8 @@
 //! | event | an occurrence that a tick reports: contact, tear, cut, leak |
 //! | fault | an error that a tick detected, with a fixed answer and a counter |
 //! | stale | a sample older than its limit |
-//! | overrun | a tick that ended after its deadline |
+//! | overrun, late tick | a tick that ended after its deadline |
+//! | missed period | a control period that was skipped |
 //! | checkpoint, digest | a copy of all that changes; a hash of what a tick computed |
 //!
 //! # Rooms

@@ -72,7 +72,7 @@ pub struct ForceCommand {
     /// Force at the handle's tip, N.
     pub force_n: Vec3,
     /// Torque on the handle, N m; zero for a device that renders none.
-    pub torque_n_m: Vec3,
+    pub torque_nm: Vec3,
     /// Force that opens the handle, N, along its opening; zero for a device that renders none.
     pub opening_n: f32,
 }
@@ -118,7 +118,7 @@ pub struct DeviceCapabilities {
     /// Force that can be rendered continuously, N (Touch: 0.88).
     pub force_continuous_n: f32,
     /// Peak torque, N m; 0 for a device that renders none and ignores torque.
-    pub torque_max_n_m: f32,
+    pub torque_max_nm: f32,
     /// Opening of the handle.
     pub opening: Opening,
     /// Largest stiffness that the device renders stably, N/m.
@@ -143,7 +143,7 @@ impl DeviceCapabilities {
     pub const TOUCH: Self = Self {
         force_max_n: 3.3,
         force_continuous_n: 0.88,
-        torque_max_n_m: 0.0,
+        torque_max_nm: 0.0,
         opening: Opening::NONE,
         stiffness_max_n_m: 1000.0,
         damping_max_n_s_m: 5.0,
@@ -156,7 +156,7 @@ impl DeviceCapabilities {
     /// True if the device renders torque.
     #[must_use]
     pub fn renders_torque(&self) -> bool {
-        self.torque_max_n_m > 0.0
+        self.torque_max_nm > 0.0
     }
 }
 

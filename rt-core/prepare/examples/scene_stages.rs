@@ -157,7 +157,8 @@ fn work(scene: &SceneData, at: At) -> Seen {
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .expect("some of it lies beside the shaft");
     let tracker_from_world = loaded.scene().room().world_from_tracker.inverse();
-    let looks = Quat::rotation_between(&-Vec3::z(), &way_m).unwrap_or_else(Quat::identity);
+    let camera_rotation =
+        Quat::rotation_between(&-Vec3::z(), &way_m).unwrap_or_else(Quat::identity);
     let mut timed = Timed {
         samples: Samples {
             now_ns: 0,
@@ -190,7 +191,7 @@ fn work(scene: &SceneData, at: At) -> Seen {
         if at.endoscope {
             let front_m =
                 scope_port_m + way_m.normalize() * (there_m + PRESSED_M - 0.026 * (1.0 - share));
-            let camera = Pose::from_parts(front_m.into(), looks);
+            let camera = Pose::from_parts(front_m.into(), camera_rotation);
             timed.samples.tracker = Polled::Fresh(TrackerSample {
                 tracker_from_sensor: tracker_from_world * camera,
                 at_ns: timed.samples.now_ns,

@@ -10,10 +10,15 @@ use crate::tetra::Tetra;
 
 /// One control period, s.
 const TICK_S: f64 = 0.001;
-/// Greatest stiffness number `E dt² / (ρ h²)` of a substep. One pass over links gives the
-/// material's stiffness within 3 % up to it. Tetrahedra have the material's stiffness as long as
-/// they are stable: a cube at 0.3 can be squeezed to 30 % of its height, a cube at 0.6 to 40 %.
+/// Greatest stiffness number `E dt² / (ρ h²)` of a substep that the number of substeps is chosen
+/// for. Up to it, one pass over links gives the material's stiffness within 3 %. An organ that
+/// needs more than [`SUBSTEPS_MAX`] substeps exceeds it.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
+/// Greatest stiffness number of an organ with tetrahedra that preparation does not warn of.
+/// Tetrahedra have their material's stiffness at any number, but the larger the number, the less
+/// compression they bear: a cube at 0.3 can be squeezed to 30 % of its height, a cube at 0.6 to
+/// 40 %. Beyond that they may invert.
+pub(crate) const TETRA_STIFFNESS_NUMBER_MAX: f64 = 0.6;
 /// Substeps in a tick, at most.
 pub(crate) const SUBSTEPS_MAX: u32 = 16;
 

@@ -119,7 +119,8 @@ pub struct OrganReport {
     /// Substeps in a tick that the organ needs.
     pub substeps: u32,
     /// Stiffness number `E dt² / (ρ h²)` of a substep. Links are softer than their material by 3 %
-    /// at 0.2, by 15 % at 0.7 and by a third at 2. Tetrahedra become softer beyond 0.6.
+    /// at 0.2, by 15 % at 0.7 and by a third at 2. Tetrahedra keep their material's stiffness, but
+    /// beyond 0.6 they may invert when they are squeezed to less than half their height.
     pub stiffness_number: f64,
     /// Share of the volume inside at least one sphere, 0..1.
     pub coverage: f64,
@@ -276,18 +277,72 @@ impl fmt::Display for Report {
                     cells.shape_min
                 )?;
             }
-            if o.stiffness_number > elastic::STIFFNESS_NUMBER_MAX {
+            if let Some((number_max, fault)) = o.too_stiff() {
                 writeln!(
                     f,
-                    "{}: softer than its material: stiffness number {:.2} in {} steps a tick \
-                     (accurate up to {}); use fewer spheres or a softer material",
-                    o.name,
-                    o.stiffness_number,
-                    o.substeps,
-                    elastic::STIFFNESS_NUMBER_MAX
+                    "warning: {}: {fault}: its stiffness number is {:.2} in {} substeps a tick, \
+                     allowed is at most {number_max}; use fewer spheres or a softer material",
+                    o.name, o.stiffness_number, o.substeps
                 )?;
             }
         }
         Ok(())
+    }
+}
+
+impl OrganReport {
+    /// The greatest stiffness number allowed and the consequence, if the organ exceeds it.
+    fn too_stiff(&self) -> Option<(f64, &'static str)> {
+        let (number_max, fault) = match self.tetrahedra {
+            0 => (
+                elastic::STIFFNESS_NUMBER_MAX,
+                "it is softer than its material",
+            ),
+            _ => (
+                elastic::TETRA_STIFFNESS_NUMBER_MAX,
+                "strong compression, to less than half its height, may invert it",
+            ),
+        };
+        (self.stiffness_number > number_max).then_some((number_max, fault))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_are_warned_of_from_0_2_and_tetrahedra_from_0_6() {
+        let words = |tetrahedra, stiffness_number| {
+            let organ = OrganReport {
+                name: "liver".to_owned(),
+                tetrahedra,
+                stiffness_number,
+                substeps: 16,
+                ..OrganReport::default()
+            };
+            let report = Report {
+                organs: vec![organ],
+                ..Report::default()
+            };
+            report.to_string()
+        };
+        for (tetrahedra, number) in [(0, 0.2), (1, 0.3), (1, 0.6)] {
+            let said = words(tetrahedra, number);
+            assert!(!said.contains("stiffness number"), "{said}");
+        }
+        let soft = words(0, 0.21);
+        assert!(
+            soft.contains("liver: it is softer than its material"),
+            "{soft}"
+        );
+        assert!(
+            soft.contains("0.21 in 16 substeps a tick, allowed is at most 0.2;"),
+            "{soft}"
+        );
+        let squeezed = words(1, 0.61);
+        assert!(squeezed.contains("may invert it"), "{squeezed}");
+        assert!(squeezed.contains("allowed is at most 0.6;"), "{squeezed}");
+        assert!(!squeezed.contains("softer than"), "{squeezed}");
     }
 }

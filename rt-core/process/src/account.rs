@@ -46,7 +46,7 @@ pub(crate) async fn account(
             u64::MAX
         };
         let usage = ThreadUsage::now().since(start);
-        let excuses = shared.deadline_misses.load(Relaxed) + shared.device_changes.load(Relaxed);
+        let excuses = shared.missed_periods.load(Relaxed) + shared.device_changes.load(Relaxed);
         let blocked_on_time = blocks.note(usage.waits, sleeps(), excuses);
         shared.allocations.store(allocations, Relaxed);
         if is_strict && (usage.page_faults > faults_max || blocked_on_time) {

@@ -6,7 +6,7 @@ use shared_mem::message::STAGES;
 /// Share of the period that the worst tick must leave free.
 pub const MARGIN: f64 = 0.3;
 
-/// Cost of a scene on this machine.
+/// Result of the admission test of a scene: its cost on this machine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Admission {
     /// The scene's name.
@@ -35,13 +35,13 @@ impl Admission {
     pub fn in_words(&self) -> String {
         let us = |ns: u64| ns as f64 / 1000.0;
         format!(
-            "scene '{}' ({} spheres): worst tick {:.0} µs of {:.0} µs allowed ({:.0} % of the \
-             period stays free): {}",
+            "scene '{}' ({} spheres): worst tick {:.0} µs, allowed are {:.0} µs ({:.0} % of the \
+             period): {}",
             self.scene,
             self.spheres,
             us(self.worst_tick_ns),
             us(self.budget_ns),
-            MARGIN * 100.0,
+            (1.0 - MARGIN) * 100.0,
             if self.fits { "fits" } else { "DOES NOT FIT" },
         )
     }

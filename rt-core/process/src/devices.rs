@@ -27,7 +27,7 @@ use crate::silence::Silence;
 use crate::summary::DeviceReport;
 
 /// Capabilities that the core gets if no haptic device is configured. No force is sent then.
-pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities::TOUCH;
+pub(crate) const FALLBACK_CAPABILITIES: DeviceCapabilities = DeviceCapabilities::TOUCH;
 
 /// Number of device kinds. Their order is that of the [`DeviceHealth`]s.
 pub(crate) const KINDS: usize = 3;
@@ -313,11 +313,11 @@ impl Devices {
         }
     }
 
-    /// Capabilities of the haptic device; [`NO_DEVICE`] if none is open.
+    /// Capabilities of the haptic device; [`FALLBACK_CAPABILITIES`] if none is open.
     pub(crate) fn capabilities(&self) -> DeviceCapabilities {
         match self.slots.first().and_then(|slot| slot.device.as_ref()) {
             Some(Device::Haptic(haptic)) => haptic.capabilities(),
-            _ => NO_DEVICE,
+            _ => FALLBACK_CAPABILITIES,
         }
     }
 
@@ -351,7 +351,7 @@ fn by_name(can: DeviceCapabilities) -> BTreeMap<&'static str, f32> {
     [
         ("force_max_n", can.force_max_n),
         ("force_continuous_n", can.force_continuous_n),
-        ("torque_max_n_m", can.torque_max_n_m),
+        ("torque_max_n_m", can.torque_max_nm),
         ("opening_travel_m", can.opening.travel_m),
         ("opening_force_max_n", can.opening.force_max_n),
         ("opening_stiffness_max_n_m", can.opening.stiffness_max_n_m),

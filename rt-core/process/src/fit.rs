@@ -21,7 +21,7 @@ use shared_mem::message::{STAGES, StateFrame, ToolFrame};
 
 use crate::admission::{Admission, MARGIN};
 use crate::config::{Realtime, RtConfig};
-use crate::devices::NO_DEVICE;
+use crate::devices::FALLBACK_CAPABILITIES;
 use crate::error::RtError;
 use crate::frames;
 use crate::realtime;
@@ -100,8 +100,8 @@ fn run_course(
     let mut cache = vec![1u8; CACHE_BYTES];
     for run in 0..RUNS {
         let mut storage = Storage::new(paper_iterations);
-        let mut sim = storage.sim(scene, NO_DEVICE, parameters);
-        let mut world = Course::new(&scene);
+        let mut sim = storage.sim(scene, FALLBACK_CAPABILITIES, parameters);
+        let mut world = StandInPorts::new(&scene);
         for (tick, handle) in ticks(&handles).enumerate() {
             world.device_from_handle = *handle;
             world.now_ns += 1_000_000;
@@ -183,7 +183,7 @@ fn empty_caches(memory: &mut [u8]) {
 
 /// Stand-in for devices and display on the course: every device answers, and frames are filled and
 /// discarded.
-struct Course {
+struct StandInPorts {
     now_ns: u64,
     device_from_handle: Pose,
     tracker_from_sensor: Pose,
@@ -194,7 +194,7 @@ struct Course {
     stage_ns: [u64; STAGES],
 }
 
-impl Course {
+impl StandInPorts {
     fn new(scene: &Scene<'_>) -> Self {
         let room = scene.room();
         Self {
@@ -210,7 +210,7 @@ impl Course {
     }
 }
 
-impl Ports for Course {
+impl Ports for StandInPorts {
     fn sample(&mut self) -> Samples {
         let at_ns = self.now_ns;
         Samples {

@@ -166,7 +166,7 @@ pub(crate) fn setup(
         device: [
             device.force_max_n,
             device.force_continuous_n,
-            device.torque_max_n_m,
+            device.torque_max_nm,
             device.stiffness_max_n_m,
             device.damping_max_n_s_m,
             device.damping_n_s_m,
@@ -191,7 +191,7 @@ pub(crate) fn capabilities(setup: &RunSetup) -> DeviceCapabilities {
     let [
         force_max_n,
         force_continuous_n,
-        torque_max_n_m,
+        torque_max_nm,
         stiffness_max_n_m,
         damping_max_n_s_m,
         damping_n_s_m,
@@ -203,7 +203,7 @@ pub(crate) fn capabilities(setup: &RunSetup) -> DeviceCapabilities {
     DeviceCapabilities {
         force_max_n,
         force_continuous_n,
-        torque_max_n_m,
+        torque_max_nm,
         opening: Opening {
             travel_m,
             force_max_n: opening_max_n,
@@ -328,7 +328,7 @@ mod tests {
                 force_max_n: 8.0,
                 stiffness_max_n_m: 900.0,
             },
-            ..crate::devices::NO_DEVICE
+            ..crate::devices::FALLBACK_CAPABILITIES
         };
         let room = Room {
             gravity_m_s2: Vec3::zeros(),

@@ -17,7 +17,7 @@ use shared_mem::message::TimingBatch;
 
 use crate::config::RtConfig;
 use crate::control::control;
-use crate::devices::{Devices, NO_DEVICE};
+use crate::devices::{Devices, FALLBACK_CAPABILITIES};
 use crate::error::RtError;
 use crate::executor::Executor;
 use crate::realtime::{self, NoDeepIdle, Standing, ThreadUsage};
@@ -65,7 +65,7 @@ pub struct Misses {
     /// Number of interruptions of the loop, each of one missed period or more.
     pub occasions: u64,
     /// Ticks that ended after their deadline. Most of them did not cause a missed period.
-    pub overruns: u64,
+    pub late_ticks: u64,
 }
 
 impl Misses {
@@ -161,7 +161,7 @@ impl Probe {
                 let end = now_ns();
                 found.burnt_ns.push(saturate(end - now));
                 overran = end > due.deadline_ns;
-                found.misses.overruns += u64::from(overran);
+                found.misses.late_ticks += u64::from(overran);
             }
             if found.wake_latency_ns.len() as u64 + found.misses.periods() >= periods {
                 return ControlFlow::Break(());
@@ -265,7 +265,7 @@ pub fn empty_tick_cost_ns(ticks: u64) -> Result<f64, RtError> {
         let shared = Arc::<Shared>::default();
         let world = World::new(Devices::default(), ends, shared, [0; 16], &settings);
         let state: &'static mut State = Box::leak(Box::new(State::new()));
-        let sim = Sim::new(scene, state, NO_DEVICE, config.parameters);
+        let sim = Sim::new(scene, state, FALLBACK_CAPABILITIES, config.parameters);
         let mut tick = Tick::new(sim, world, None);
         let mut in_ticks_ns = 0;
         for _ in 0..ticks {

@@ -169,8 +169,8 @@ impl Timing {
         batch.involuntary_switches = shared.involuntary_switches.load(Relaxed);
         batch.blocks = shared.blocks.load(Relaxed);
         batch.ticks = shared.ticks.load(Relaxed);
-        batch.deadline_misses = shared.deadline_misses.load(Relaxed);
-        batch.overruns = shared.overruns.load(Relaxed);
+        batch.missed_periods = shared.missed_periods.load(Relaxed);
+        batch.late_ticks = shared.late_ticks.load(Relaxed);
         batch.realtime = shared.realtime.load(Relaxed);
         batch.contact_ticks = shared.contact_ticks.load(Relaxed);
         for (counts, shared) in [

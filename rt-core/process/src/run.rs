@@ -189,7 +189,10 @@ impl Run<'_> {
                     return Err(RtError::DoesNotFit(Box::new(found)));
                 }
                 None => {
-                    crate::say!("calot rt: it runs all the same; expect missed deadlines");
+                    crate::say!(
+                        "calot rt: no level of the scene fits, so the coarsest one runs; some \
+                         ticks will end late; take a coarser scene (`calot prepare --spheres`)"
+                    );
                     return Ok(());
                 }
             }
@@ -351,8 +354,8 @@ impl Run<'_> {
             scene_id: self.scene.id.clone(),
             ended: supervised.ended,
             ticks: shared.ticks.load(Relaxed),
-            deadline_misses: shared.deadline_misses.load(Relaxed),
-            overruns: shared.overruns.load(Relaxed),
+            missed_periods: shared.missed_periods.load(Relaxed),
+            late_ticks: shared.late_ticks.load(Relaxed),
             allocations_after_start: (allocations != u64::MAX).then_some(allocations),
             page_faults_after_start: shared.page_faults.load(Relaxed),
             involuntary_switches: shared.involuntary_switches.load(Relaxed),

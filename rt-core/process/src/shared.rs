@@ -29,8 +29,8 @@ pub(crate) struct Shared {
     pub(crate) heartbeat_ns: AtomicU64,
     /// Longest time between the ends of two ticks since the watch last looked.
     pub(crate) stood_ns: AtomicU64,
-    pub(crate) deadline_misses: AtomicU64,
-    pub(crate) overruns: AtomicU64,
+    pub(crate) missed_periods: AtomicU64,
+    pub(crate) late_ticks: AtomicU64,
     /// Allocations of the tick's thread; `u64::MAX`: not counted.
     pub(crate) allocations: AtomicU64,
     pub(crate) page_faults: AtomicU64,

@@ -36,9 +36,11 @@ pub struct RtSummary {
     /// Number of ticks that ran.
     pub ticks: u64,
     /// Periods skipped because the tick before them, or the machine, was late.
-    pub deadline_misses: u64,
+    #[serde(rename = "deadline_misses")]
+    pub missed_periods: u64,
     /// Ticks that ended after their deadline.
-    pub overruns: u64,
+    #[serde(rename = "overruns")]
+    pub late_ticks: u64,
     /// Heap calls of the tick's thread; `None` when the program does not count them.
     pub allocations_after_start: Option<u64>,
     /// Page faults of the tick's thread.

@@ -301,7 +301,7 @@ impl Tick {
             ..NO_RECORD
         };
         shared.scheduled_ns.store(due.scheduled_ns, Relaxed);
-        shared.deadline_misses.fetch_add(due.missed.into(), Relaxed);
+        shared.missed_periods.fetch_add(due.missed.into(), Relaxed);
 
         self.sim.tick(world);
 
@@ -309,7 +309,7 @@ impl Tick {
         world.record.tick_ns = saturate(end.saturating_sub(start));
         if end > due.deadline_ns {
             world.record.bits |= TickRecord::OVERRAN;
-            Shared::count(&shared.overruns);
+            Shared::count(&shared.late_ticks);
             self.sim.note_overrun();
         }
         if world.ends.records.enqueue(world.record).is_err() {

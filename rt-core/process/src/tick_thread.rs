@@ -179,7 +179,7 @@ mod tests {
 
     impl<F: FnMut(u64)> HapticDevice for Fake<F> {
         fn capabilities(&self) -> DeviceCapabilities {
-            crate::devices::NO_DEVICE
+            crate::devices::FALLBACK_CAPABILITIES
         }
         fn poll(&mut self, now_ns: u64) -> Polled<DeviceSample> {
             let poll = self.polls;
@@ -221,7 +221,7 @@ mod tests {
     #[global_allocator]
     static ALLOCATOR: alloc_counter::CountingAllocator = alloc_counter::CountingAllocator::new();
 
-    struct Outcome {
+    struct ThreadOutcome {
         scoped: Scoped,
         panicked: bool,
         shared: Arc<Shared>,
@@ -230,7 +230,7 @@ mod tests {
     }
 
     /// Runs the whole thread in simulated time over an empty room.
-    fn simulate(periods: u64, step: impl FnMut(u64) + Send + 'static) -> Outcome {
+    fn simulate(periods: u64, step: impl FnMut(u64) + Send + 'static) -> ThreadOutcome {
         let prepare = || simulate_from(1_000_000_000);
         run_in_room(periods, Standing::default(), prepare, step)
     }
@@ -241,7 +241,7 @@ mod tests {
         standing: Standing,
         prepare: impl FnOnce() + Send + 'static,
         step: impl FnMut(u64) + Send + 'static,
-    ) -> Outcome {
+    ) -> ThreadOutcome {
         let room_for = |each: usize| each * usize::try_from(periods).unwrap_or(0).min(25_000);
         let forces = Arc::new(Mutex::new(Vec::with_capacity(room_for(1))));
         let scoped: Scoped = Arc::new(Mutex::new(Vec::with_capacity(room_for(2))));
@@ -286,7 +286,7 @@ mod tests {
         let panicked = thread.join().is_err();
         assert!(shared.tick_ended.load(Relaxed));
         let forces = forces.lock().unwrap().clone();
-        Outcome {
+        ThreadOutcome {
             scoped,
             panicked,
             shared,
@@ -320,7 +320,7 @@ mod tests {
     const ZERO: ForceCommand = ForceCommand {
         opening_n: 0.0,
         force_n: Vec3::new(0.0, 0.0, 0.0),
-        torque_n_m: Vec3::new(0.0, 0.0, 0.0),
+        torque_nm: Vec3::new(0.0, 0.0, 0.0),
     };
 
     #[test]
@@ -410,7 +410,7 @@ mod tests {
             let outcome = simulate(3_600_000, |_| advance_simulated(100_000));
             let shared = &outcome.shared;
             assert_eq!(shared.ticks.load(Relaxed), 3_600_000);
-            assert_eq!(shared.deadline_misses.load(Relaxed), 0);
+            assert_eq!(shared.missed_periods.load(Relaxed), 0);
             shared.faults.each_ref().map(|fault| fault.load(Relaxed))
         };
         let wall = std::time::Instant::now();
@@ -432,10 +432,10 @@ mod tests {
         let mut outcome = simulate(100, |poll| {
             advance_simulated(if poll == 50 { 7_300_000 } else { 200_000 });
         });
-        assert_eq!(outcome.shared.overruns.load(Relaxed), 1);
+        assert_eq!(outcome.shared.late_ticks.load(Relaxed), 1);
         // The slow tick is due at 0 ms and ends at 7.3 ms. The tick that was due at 1 ms starts at
         // 7.3 ms. No tick runs for the periods that begin at 2 ms to 7 ms.
-        assert_eq!(outcome.shared.deadline_misses.load(Relaxed), 6);
+        assert_eq!(outcome.shared.missed_periods.load(Relaxed), 6);
         assert_eq!(outcome.shared.ticks.load(Relaxed), 94);
         let overruns = &outcome.shared.faults[rt_core::fault::Fault::Overrun.code() as usize];
         assert_eq!(overruns.load(Relaxed), 1);

@@ -22,7 +22,7 @@ pub struct TickRecord {
     /// the device. 0: no fresh sample.
     pub motion_to_force_ns: u32,
     /// Number of whole periods between the scheduled and the actual start. The loop skipped them:
-    /// each is a deadline miss.
+    /// each is a missed period.
     pub missed: u32,
     /// Duration of each stage.
     pub stage_ns: [u32; STAGES],
@@ -67,9 +67,9 @@ pub struct TimingBatch {
     /// Number of ticks so far.
     pub ticks: u64,
     /// Number of periods skipped so far.
-    pub deadline_misses: u64,
+    pub missed_periods: u64,
     /// Number of ticks so far that ended after their deadline.
-    pub overruns: u64,
+    pub late_ticks: u64,
     /// Number of faults of each kind so far ([`crate::words::Fault`]).
     pub faults: [u64; FAULTS],
     /// Number of ticks so far in which contact asked for a force.

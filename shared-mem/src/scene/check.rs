@@ -1,5 +1,7 @@
 //! Checks of a compiled scene's content: every number in its range, every index in its list.
 
+use core::fmt;
+
 use super::error::SceneError;
 use super::file::SceneFile;
 use super::{
@@ -57,32 +59,43 @@ impl SceneFile {
         for (i, organ) in self.organs().iter().enumerate() {
             let bad = |problem: String| record("organ", i, problem);
             if OrganKind::from_u32(organ.kind).is_none() {
-                return Err(bad(format!("unknown kind {}", organ.kind)));
+                let kinds = OrganKind::ALL.len();
+                return Err(bad(format!(
+                    "kind is {}, allowed are 1 to {kinds}",
+                    organ.kind
+                )));
             }
-            if str_from_name(&organ.name).is_none_or(str::is_empty) {
-                return Err(bad("name is empty or not UTF-8".into()));
+            match str_from_name(&organ.name) {
+                None => return Err(bad("its name is not UTF-8".into())),
+                Some("") => return Err(bad("its name is empty".into())),
+                Some(_) => {}
             }
             check_material(organ).map_err(bad)?;
             let ranges = [
-                organ.spheres,
-                organ.links,
-                organ.vertices,
-                organ.triangles,
-                organ.tetrahedra,
+                ("spheres", organ.spheres),
+                ("links", organ.links),
+                ("skin vertices", organ.vertices),
+                ("skin triangles", organ.triangles),
+                ("tetrahedra", organ.tetrahedra),
             ];
-            for (end, [first, n]) in ends.iter_mut().zip(ranges) {
+            for (end, (what, [first, n])) in ends.iter_mut().zip(ranges) {
                 if first != *end {
-                    return Err(bad(format!("range starts at {first}, expected {end}")));
+                    return Err(bad(format!(
+                        "the range of its {what} starts at {first}, allowed is {end}"
+                    )));
                 }
-                *end = first
-                    .checked_add(n)
-                    .ok_or_else(|| bad("range overflows".into()))?;
+                *end = first.checked_add(n).ok_or_else(|| {
+                    bad(format!("it has {n} {what} from {first}, more than exist"))
+                })?;
             }
             if organ.spheres[1] == 0 {
-                return Err(bad("has no spheres".into()));
+                return Err(bad("it has no spheres, needed is at least 1".into()));
             }
             if organ.elastic_links > organ.links[1] {
-                return Err(bad("has more elastic links than links".into()));
+                return Err(bad(format!(
+                    "it has {} elastic links, allowed are at most its {} links",
+                    organ.elastic_links, organ.links[1]
+                )));
             }
         }
         let sizes = [
@@ -100,73 +113,95 @@ impl SceneFile {
 
     fn check_room(&self) -> Result<(), SceneError> {
         let room = self.room();
-        let bad = |problem: &str| record("room", 0, problem.into());
+        let bad = |problem: String| record("room", 0, problem);
         let points = [
-            room.gravity_m_s2,
-            room.instrument_port_m,
-            room.endoscope_port_m,
-            room.target_m,
-            room.target_normal,
+            ("gravity_m_s2", room.gravity_m_s2),
+            ("instrument_port_m", room.instrument_port_m),
+            ("endoscope_port_m", room.endoscope_port_m),
+            ("target_m", room.target_m),
+            ("target_normal", room.target_normal),
         ];
-        if points
-            .as_flattened()
-            .iter()
-            .any(|x| !x.is_finite() || x.abs() > 1e3)
-        {
-            return Err(bad("a point is not finite or beyond 1000"));
+        for (name, point) in points {
+            if point.iter().any(|x| !x.is_finite() || x.abs() > 1e3) {
+                return Err(bad(format!(
+                    "{name} is {point:?}, allowed are -1000 to 1000"
+                )));
+            }
         }
-        for pose in [
-            &room.world_from_device,
-            &room.world_from_tracker,
-            &room.world_from_camera,
+        for (name, pose) in [
+            ("world_from_device", &room.world_from_device),
+            ("world_from_tracker", &room.world_from_tracker),
+            ("world_from_camera", &room.world_from_camera),
         ] {
             if !pose.is_sane() {
-                return Err(bad(
-                    "a pose is not finite or its quaternion not of unit length",
-                ));
+                return Err(bad(format!(
+                    "{name} is {pose:?}, allowed are a position within 1000 m and a quaternion of \
+                     unit length"
+                )));
             }
         }
         if !(0.05..=1.0).contains(&room.instrument_length_m) {
-            return Err(bad("instrument length is outside 0.05 to 1 m"));
+            return Err(bad(format!(
+                "instrument length is {} m, allowed are 0.05 to 1 m",
+                room.instrument_length_m
+            )));
         }
         if room.target_organ as usize >= self.organs().len() {
-            return Err(bad("target organ does not exist"));
+            return Err(bad(format!(
+                "target organ {} does not exist, the scene has {} organs",
+                room.target_organ,
+                self.organs().len()
+            )));
         }
         if !(0.0..=60.0).contains(&room.breath_s) {
-            return Err(bad("a breath takes 0 (nobody breathes) to 60 s"));
+            return Err(bad(format!(
+                "breath_s is {}, allowed are 0 (nobody breathes) to 60",
+                room.breath_s
+            )));
         }
         str_from_name(&room.name)
             .map(|_| ())
-            .ok_or_else(|| bad("name is not UTF-8"))
+            .ok_or_else(|| bad("its name is not UTF-8".into()))
     }
 
     fn check_elements(&self) -> Result<(), SceneError> {
         for (i, s) in self.spheres().iter().enumerate() {
-            let finite = s.center_m.iter().all(|x| x.is_finite() && x.abs() < 1e3);
             let ok = |x: f32, max: f32| x > 0.0 && x < max;
-            if !finite || !ok(s.radius_m, 10.0) || !ok(s.mass_kg, 1e4) || s.held > 1 {
-                return Err(record("sphere", i, format!("out of range: {s:?}")));
-            }
+            let rules = [
+                (
+                    s.center_m.iter().all(is_near),
+                    "center_m must be within 1000 m",
+                ),
+                (
+                    ok(s.radius_m, 10.0),
+                    "radius_m must be more than 0 and less than 10",
+                ),
+                (
+                    ok(s.mass_kg, 1e4),
+                    "mass_kg must be more than 0 and less than 10000",
+                ),
+                (s.held <= 1, "held must be 0 or 1"),
+            ];
+            require("sphere", i, s, &rules)?;
         }
         for organ in self.organs() {
             let own = |index: u32, [first, n]: [u32; 2]| index >= first && index < first + n;
             let [first, n] = organ.links;
             for i in first..first + n {
                 let link = self.links()[i as usize];
-                let length_ok = link.rest_length_m > 0.0
-                    && link.rest_length_m < 10.0
-                    && (0.0..=COMPLIANCE_MAX_M_N).contains(&link.compliance_m_n);
-                if !own(link.a, organ.spheres)
-                    || !own(link.b, organ.spheres)
-                    || link.a == link.b
-                    || !length_ok
-                {
-                    return Err(record(
-                        "link",
-                        i as usize,
-                        format!("out of range: {link:?}"),
-                    ));
-                }
+                let bound = own(link.a, organ.spheres) && own(link.b, organ.spheres);
+                let length_ok = link.rest_length_m > 0.0 && link.rest_length_m < 10.0;
+                let soft_ok = (0.0..=COMPLIANCE_MAX_M_N).contains(&link.compliance_m_n);
+                let rules = [
+                    (bound, "a and b must be spheres of its organ"),
+                    (link.a != link.b, "a and b must differ"),
+                    (
+                        length_ok,
+                        "rest_length_m must be more than 0 and less than 10",
+                    ),
+                    (soft_ok, "compliance_m_n must be 0 to 1000000"),
+                ];
+                require("link", i as usize, &link, &rules)?;
             }
             let [first, n] = organ.tetrahedra;
             for i in first..first + n {
@@ -174,13 +209,13 @@ impl SceneFile {
                 let corners = t.spheres.map(u32::from);
                 let distinct = (1..4).all(|k| !corners[..k].contains(&corners[k]));
                 let bound = corners.iter().all(|&s| own(s, organ.spheres));
-                if !(bound && distinct && t.volume_m3 > 0.0 && t.volume_m3 <= 1.0) {
-                    return Err(record(
-                        "tetrahedron",
-                        i as usize,
-                        format!("out of range: {t:?}"),
-                    ));
-                }
+                let volume_ok = t.volume_m3 > 0.0 && t.volume_m3 <= 1.0;
+                let rules = [
+                    (bound, "its corners must be spheres of its organ"),
+                    (distinct, "its corners must differ"),
+                    (volume_ok, "volume_m3 must be more than 0 and at most 1"),
+                ];
+                require("tetrahedron", i as usize, t, &rules)?;
             }
             let [first, n] = organ.vertices;
             for i in first..first + n {
@@ -188,13 +223,12 @@ impl SceneFile {
                 let sum: u32 = v.weights.iter().map(|&w| u32::from(w)).sum();
                 let finite = v.position_m.iter().chain(&v.normal).all(|x| x.is_finite());
                 let bound = v.spheres.iter().all(|&s| own(u32::from(s), organ.spheres));
-                if sum != WEIGHT_SUM || !finite || !bound {
-                    return Err(record(
-                        "skin vertex",
-                        i as usize,
-                        format!("out of range: {v:?}"),
-                    ));
-                }
+                let rules = [
+                    (sum == WEIGHT_SUM, "the sum of its weights must be 65535"),
+                    (finite, "position_m and normal must be finite"),
+                    (bound, "it must follow spheres of its organ"),
+                ];
+                require("skin vertex", i as usize, v, &rules)?;
             }
             let [first, n] = organ.triangles;
             for i in first..first + n {
@@ -203,7 +237,7 @@ impl SceneFile {
                     return Err(record(
                         "skin triangle",
                         i as usize,
-                        format!("{t:?} leaves its organ"),
+                        format!("its corners {t:?} must be skin vertices of its organ"),
                     ));
                 }
             }
@@ -226,59 +260,94 @@ impl SceneFile {
             let bad = |problem: String| record("cell", i, problem);
             let organ = organ_of(cell.spheres[0]);
             if organ.is_none() || cell.spheres.iter().any(|&s| organ_of(s) != organ) {
-                let problem = format!("follows {:?}, not all of one organ", cell.spheres);
+                let problem = format!(
+                    "it must follow spheres of one organ, not {:?}",
+                    cell.spheres
+                );
                 return Err(bad(problem));
             }
             if last > organ {
-                return Err(bad("is of an organ before that of the last cell".into()));
+                let problem = "its organ comes before the organ of the previous cell";
+                return Err(bad(problem.into()));
             }
             last = organ;
             let sum: f32 = cell.weights.iter().sum();
-            let good = cell.corners.iter().all(|&c| usize::from(c) < corners.len())
-                && cell.weights.iter().all(|w| w.abs() <= 8.0)
-                && (sum - 1.0).abs() <= 1e-3
-                && cell.center_m.iter().all(|x| x.abs() < 1e3)
-                && cell.extent_m.iter().all(|x| (1e-6..1.0).contains(x))
-                && (1e-15..1.0).contains(&cell.volume_m3)
-                && (1e-9..1e6).contains(&cell.energy_j)
-                && cell.region <= CellRecord::UPPER_BED;
-            if !good {
-                return Err(bad(format!("out of range: {cell:?}")));
-            }
+            let exists = cell.corners.iter().all(|&c| usize::from(c) < corners.len());
+            let weights_ok = cell.weights.iter().all(|w| w.abs() <= 8.0);
+            let extent_ok = cell.extent_m.iter().all(|x| (1e-6..1.0).contains(x));
+            let volume_ok = (1e-15..1.0).contains(&cell.volume_m3);
+            let energy_ok = (1e-9..1e6).contains(&cell.energy_j);
+            let rules = [
+                (exists, "its corners must exist"),
+                (weights_ok, "its weights must be -8 to 8"),
+                (
+                    (sum - 1.0).abs() <= 1e-3,
+                    "the sum of its weights must be 1",
+                ),
+                (
+                    cell.center_m.iter().all(is_near),
+                    "center_m must be within 1000 m",
+                ),
+                (extent_ok, "extent_m must be at least 1e-6 and less than 1"),
+                (
+                    volume_ok,
+                    "volume_m3 must be at least 1e-15 and less than 1",
+                ),
+                (
+                    energy_ok,
+                    "energy_j must be at least 1e-9 and less than 1e6",
+                ),
+                (
+                    cell.region <= CellRecord::UPPER_BED,
+                    "region must be 0 to 3",
+                ),
+            ];
+            require("cell", i, cell, &rules)?;
             for (face, &other) in cell.neighbours.iter().enumerate() {
-                let back = cells
-                    .get(usize::from(other))
-                    .map(|it| it.neighbours[face ^ 1]);
-                let same = |other: u16| {
-                    let spheres = cells.get(usize::from(other)).map(|it| it.spheres[0]);
-                    spheres.is_some_and(|sphere| organ_of(sphere) == organ)
-                };
-                if other != NO_CELL && (back != Some(i as u16) || !same(other)) {
-                    let problem = format!("neighbour {other} is none, or does not name it");
+                if other == NO_CELL {
+                    continue;
+                }
+                let Some(neighbour) = cells.get(usize::from(other)) else {
+                    let problem = format!(
+                        "neighbour {other} does not exist, the scene has {} cells",
+                        cells.len()
+                    );
                     return Err(bad(problem));
+                };
+                if organ_of(neighbour.spheres[0]) != organ {
+                    return Err(bad(format!("neighbour {other} is of another organ")));
+                }
+                if neighbour.neighbours[face ^ 1] != i as u16 {
+                    return Err(bad(format!(
+                        "its neighbour {other} does not name it as a neighbour"
+                    )));
                 }
             }
         }
         for (i, v) in corners.iter().enumerate() {
             let sum: u32 = v.weights.iter().map(|&w| u32::from(w)).sum();
-            let finite = v.position_m.iter().chain(&v.normal).all(|x| x.abs() < 1e3);
+            let is_placed = v.position_m.iter().chain(&v.normal).all(is_near);
             let bound = v
                 .spheres
                 .iter()
                 .all(|&s| usize::from(s) < self.spheres().len());
-            if sum != WEIGHT_SUM || !finite || !bound {
-                return Err(record("cell corner", i, format!("out of range: {v:?}")));
-            }
+            let rules = [
+                (sum == WEIGHT_SUM, "the sum of its weights must be 65535"),
+                (is_placed, "position_m and normal must be within 1000"),
+                (bound, "the spheres that it follows must exist"),
+            ];
+            require("cell corner", i, v, &rules)?;
         }
         for (i, column) in self.cell_columns().iter().enumerate() {
             let exists = |&c: &u16| usize::from(c) < cells.len() || c == NO_CELL;
-            if !column.cells.iter().all(exists) || column.inwards.iter().any(|&f| f >= 6) {
-                return Err(record(
-                    "cell column",
-                    i,
-                    format!("out of range: {column:?}"),
-                ));
-            }
+            let rules = [
+                (column.cells.iter().all(exists), "its cells must exist"),
+                (
+                    column.inwards.iter().all(|&f| f < 6),
+                    "inwards must be 0 to 5",
+                ),
+            ];
+            require("cell column", i, column, &rules)?;
         }
         Ok(())
     }
@@ -290,29 +359,45 @@ impl SceneFile {
         for (i, v) in vertices.iter().enumerate() {
             let [first, n] = v.fan.map(|n| n as usize);
             let sum: f32 = v.weights.iter().sum();
-            let good = v
+            let bound = v
                 .spheres
                 .iter()
-                .all(|&s| usize::from(s) < self.spheres().len())
-                && first.checked_add(n).is_some_and(|end| end <= fans.len())
-                && v.weights.iter().all(|w| w.abs() <= 8.0)
-                && (sum - 1.0).abs() <= 1e-3
-                && (1e-4..=1.0).contains(&v.patch_m)
-                && v.curvature_per_m.abs() <= 1e4;
-            if !good {
-                return Err(record("contact vertex", i, format!("out of range: {v:?}")));
-            }
+                .all(|&s| usize::from(s) < self.spheres().len());
+            let fan_ok = first.checked_add(n).is_some_and(|end| end <= fans.len());
+            let weights_ok = v.weights.iter().all(|w| w.abs() <= 8.0);
+            let curvature_ok = v.curvature_per_m.abs() <= 1e4;
+            let rules = [
+                (bound, "the spheres that it follows must exist"),
+                (fan_ok, "the triangles of its fan must exist"),
+                (weights_ok, "its weights must be -8 to 8"),
+                (
+                    (sum - 1.0).abs() <= 1e-3,
+                    "the sum of its weights must be 1",
+                ),
+                (
+                    (1e-4..=1.0).contains(&v.patch_m),
+                    "patch_m must be 0.0001 to 1",
+                ),
+                (curvature_ok, "curvature_per_m must be -10000 to 10000"),
+            ];
+            require("contact vertex", i, v, &rules)?;
         }
         let exists = |vertex: u16| usize::from(vertex) < vertices.len();
         for (i, corners) in fans.iter().enumerate() {
             if !corners.iter().all(|&corner| exists(corner)) {
-                let problem = format!("{corners:?} do not exist");
+                let problem = format!(
+                    "its corners are {corners:?}, but the scene has {} contact vertices",
+                    vertices.len()
+                );
                 return Err(record("contact triangle", i, problem));
             }
         }
         for (i, &vertex) in self.contact_nearest().iter().enumerate() {
             if !exists(vertex) && vertex != NO_CONTACT_VERTEX {
-                let problem = format!("{vertex} does not exist");
+                let problem = format!(
+                    "{vertex} does not exist, the scene has {} contact vertices",
+                    vertices.len()
+                );
                 return Err(record("nearest contact vertex", i, problem));
             }
         }
@@ -325,15 +410,31 @@ impl SceneFile {
         let sutures = self.attachments().iter().filter(is_suture).count();
         count("sutures to the world", sutures, 0, MAX_SUTURES)?;
         for (i, band) in self.attachments().iter().enumerate() {
-            let ends_ok = exists(band.a) && (exists(band.b) || band.b == WORLD) && band.a != band.b;
-            let numbers_ok = band.anchor_m.iter().all(|x| x.is_finite() && x.abs() < 1e3)
-                && (0.0..10.0).contains(&band.rest_length_m)
-                && (0.0..=COMPLIANCE_MAX_M_N).contains(&band.compliance_m_n)
-                && band.is_thread <= 1
-                && (0.0..=TEAR_MAX_J).contains(&band.tear_j);
-            if !ends_ok || !numbers_ok {
-                return Err(record("attachment", i, format!("out of range: {band:?}")));
-            }
+            let ends_ok = exists(band.a) && (exists(band.b) || band.b == WORLD);
+            let length_ok = (0.0..10.0).contains(&band.rest_length_m);
+            let soft_ok = (0.0..=COMPLIANCE_MAX_M_N).contains(&band.compliance_m_n);
+            let rules = [
+                (
+                    ends_ok,
+                    "a must be a sphere, and b a sphere or 4294967295 (the world)",
+                ),
+                (band.a != band.b, "a and b must differ"),
+                (
+                    band.anchor_m.iter().all(is_near),
+                    "anchor_m must be within 1000 m",
+                ),
+                (
+                    length_ok,
+                    "rest_length_m must be at least 0 and less than 10",
+                ),
+                (soft_ok, "compliance_m_n must be 0 to 1000000"),
+                (band.is_thread <= 1, "is_thread must be 0 or 1"),
+                (
+                    (0.0..=TEAR_MAX_J).contains(&band.tear_j),
+                    "tear_j must be 0 to 1000",
+                ),
+            ];
+            require("attachment", i, band, &rules)?;
         }
         Ok(())
     }
@@ -371,6 +472,25 @@ fn record(what: &'static str, index: usize, problem: String) -> SceneError {
         index,
         problem,
     }
+}
+
+/// Refuses a record that breaks one of its `rules`. Each rule comes with a flag that is true if the
+/// record obeys it.
+fn require(
+    what: &'static str,
+    index: usize,
+    found: &impl fmt::Debug,
+    rules: &[(bool, &str)],
+) -> Result<(), SceneError> {
+    match rules.iter().find(|(obeyed, _)| !obeyed) {
+        None => Ok(()),
+        Some((_, rule)) => Err(record(what, index, format!("{rule}; found {found:?}"))),
+    }
+}
+
+/// True for a finite coordinate within 1000 m of the origin.
+fn is_near(x: &f32) -> bool {
+    x.abs() < 1e3
 }
 
 fn check_material(organ: &OrganRecord) -> Result<(), String> {

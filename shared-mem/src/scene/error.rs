@@ -31,7 +31,7 @@ pub enum SceneError {
         "compiled scene has {levels} levels of detail, there is no level {level}; the finest is 0"
     )]
     NoSuchLevel { level: usize, levels: usize },
-    #[error("scene has no room record")]
+    #[error("scene has no room record; prepare it again with `calot prepare`")]
     MissingRoom,
     #[error("scene has {found} {what}, allowed are {min} to {max}; choose a coarser level")]
     Count {
@@ -40,7 +40,10 @@ pub enum SceneError {
         min: usize,
         max: usize,
     },
-    #[error("{what} {index}: {problem}")]
+    #[error(
+        "{what} {index}: {problem}; change the recipe, or prepare the scene again with \
+         `calot prepare`"
+    )]
     Record {
         what: &'static str,
         index: usize,

@@ -188,13 +188,14 @@ impl Station {
         let (place, why) = match are_in(shared) {
             false => (
                 room::SHARED.to_owned(),
-                "logind's RemoveIPC (at a log-out) or a clean-up removed them, or this process sees \
-                 another /dev/shm; restart the station",
+                "either logind's RemoveIPC (at a log-out) or a clean-up removed them: restart the \
+                 station. Or this process sees another /dev/shm (a container): run it where the \
+                 station runs",
             ),
             true => (
                 self.root.display().to_string(),
-                "it was started with another TMPDIR (give this program the same), or a clean-up \
-                 (systemd-tmpfiles) removed them: restart the station",
+                "either it was started with another TMPDIR: give this program the same one. Or a \
+                 clean-up (systemd-tmpfiles) removed them: restart the station",
             ),
         };
         let processes: Vec<String> = processes.iter().map(u32::to_string).collect();

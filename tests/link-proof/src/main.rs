@@ -103,7 +103,7 @@ extern "C" fn _start() -> ! {
         opening: Opening::NONE,
         force_max_n: 1.0,
         force_continuous_n: 1.0,
-        torque_max_n_m: 0.0,
+        torque_max_nm: 0.0,
         stiffness_max_n_m: 1.0,
         damping_max_n_s_m: 1.0,
         damping_n_s_m: 1.8,

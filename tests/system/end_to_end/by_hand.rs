@@ -11,19 +11,19 @@ use system_tests::screen::VirtualScreen;
 use system_tests::{Program, calot, finish, said, station_name, turn, wait_until};
 
 use crate::devices::Emulated;
-use crate::hand::Lead;
+use crate::hand::SteeringDisplay;
 use crate::launcher::screen;
 
 /// Most attempts with a device that does not answer in time.
 const TRIES: usize = 5;
 
 /// An emulated rig in a hand that holds it where it is.
-fn held(folder: &Path) -> (Emulated, Lead) {
+fn held(folder: &Path) -> (Emulated, SteeringDisplay) {
     let name = station_name("by-hand");
     let words = ["--station", &name, "--gamepad", "off"];
     let emulated = Emulated::led(folder, &words);
-    let lead = Lead::start(&Station::new(&name).expect("a plain name"));
-    (emulated, lead)
+    let steering = SteeringDisplay::start(&Station::new(&name).expect("a plain name"));
+    (emulated, steering)
 }
 
 /// Starts the test of the rig in this folder, in a window.

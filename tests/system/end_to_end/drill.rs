@@ -53,13 +53,13 @@ fn middle(scene: &SceneFile, name: &str) -> Vector3<f64> {
 
 /// Moves the mouse a little, to bring this place towards the middle of the picture.
 fn lead(screen: &VirtualScreen, tools: &ToolFrame, place_m: Vector3<f64>) {
-    let ([right, up], far_m) = seen_from(tools, place_m);
+    let ([right, up], distance_m) = seen_from(tools, place_m);
     let counts = [right, -up].map(|off| {
         let counts = SHARE * off / RAD_COUNT;
         counts.clamp(-COUNTS_MAX, COUNTS_MAX).round() as i32
     });
     screen.move_mouse(counts);
-    match far_m {
+    match distance_m {
         far if far > FAR_M => screen.turn_wheel(true),
         far if far < NEAR_M => screen.turn_wheel(false),
         _ => {}

@@ -16,14 +16,14 @@ use system_tests::{calot, station_name, wait_until};
 
 use crate::devices::Emulated;
 
-/// A display that leads the emulated hand from a thread of its own.
-pub(super) struct Lead {
+/// A display that steers the emulated hand from a thread of its own.
+pub(super) struct SteeringDisplay {
     message: Arc<Mutex<HandMsg>>,
     over: Arc<AtomicBool>,
     thread: Option<std::thread::JoinHandle<()>>,
 }
 
-impl Lead {
+impl SteeringDisplay {
     pub(super) fn start(station: &Station) -> Self {
         let station = station.clone();
         let first = HandMsg {
@@ -55,7 +55,7 @@ impl Lead {
     }
 }
 
-impl Drop for Lead {
+impl Drop for SteeringDisplay {
     fn drop(&mut self) {
         self.over.store(true, Relaxed);
         if let Some(thread) = self.thread.take() {
@@ -74,7 +74,11 @@ const TOUCHED_M: [[f64; 3]; 4] = [
 
 /// Touches every landmark as the program asks for it. Returns the measured places in mm, standard
 /// output, and whether the program succeeded.
-fn calibrated(file: &Path, lead: &Lead, residual_mm: &str) -> (Vec<[f64; 3]>, String, bool) {
+fn calibrated(
+    file: &Path,
+    steering: &SteeringDisplay,
+    residual_mm: &str,
+) -> (Vec<[f64; 3]>, String, bool) {
     let mut child = calot()
         .args([
             "devices",
@@ -95,7 +99,7 @@ fn calibrated(file: &Path, lead: &Lead, residual_mm: &str) -> (Vec<[f64; 3]>, St
     let mut asked = 0;
     for line in told.lines().map_while(Result::ok) {
         if line.contains("press its first button or Enter") {
-            lead.ask(|message| message.moved_m = TOUCHED_M[asked % TOUCHED_M.len()]);
+            steering.ask(|message| message.moved_m = TOUCHED_M[asked % TOUCHED_M.len()]);
             asked += 1;
             // The hand needs time to move. The program judges when it is still.
             std::thread::sleep(Duration::from_millis(800));
@@ -118,7 +122,7 @@ fn touched_landmarks_tell_where_the_device_stands() {
     let folder = folder.path();
     let name = station_name("calibrate");
     let _emulated = Emulated::led(folder, &["--station", &name, "--gamepad", "off"]);
-    let lead = Lead::start(&Station::new(&name).expect("a plain name"));
+    let steering = SteeringDisplay::start(&Station::new(&name).expect("a plain name"));
     let file = folder.join("station.toml");
     let write = |landmarks: &[[f64; 3]]| {
         let haptic = folder.join("haptic");
@@ -135,7 +139,7 @@ fn touched_landmarks_tell_where_the_device_stands() {
         [0.0, 0.1, 0.0],
         [0.0, 0.0, 0.1],
     ]);
-    let (_, _, fits) = calibrated(&file, &lead, "0.1");
+    let (_, _, fits) = calibrated(&file, &steering, "0.1");
     assert!(!fits, "landmarks that are elsewhere fit nothing");
     // The first pass measures the places in the frame of the device and accepts any fit. The second
     // pass uses these places, moved, as landmarks. On a busy machine the hand may arrive late at a
@@ -147,7 +151,7 @@ fn touched_landmarks_tell_where_the_device_stands() {
             [0.0, 0.1, 0.0],
             [0.0, 0.0, 0.1],
         ]);
-        let (measured, _, _) = calibrated(&file, &lead, "1000");
+        let (measured, _, _) = calibrated(&file, &steering, "1000");
         if measured.len() != TOUCHED_M.len() {
             return false;
         }
@@ -156,7 +160,7 @@ fn touched_landmarks_tell_where_the_device_stands() {
             .map(|[x, y, z]| [x * 1e-3 + 0.5, y * 1e-3, z * 1e-3 - 0.25])
             .collect();
         write(&moved);
-        let (_, frames, fits) = calibrated(&file, &lead, "1.5");
+        let (_, frames, fits) = calibrated(&file, &steering, "1.5");
         let position = frames
             .lines()
             .find_map(|line| line.strip_prefix("position_m = "));
@@ -180,7 +184,7 @@ fn a_person_without_a_device_leads_the_emulated_hand() {
     let station = Station::new(&name).expect("a plain name");
     let _run = Emulated::run(folder.path(), &name);
     let host = Host::open(&station).expect("a host");
-    let lead = Lead::start(&station);
+    let steering = SteeringDisplay::start(&station);
     let mut tools = ToolFrame::zeroed();
     wait_until("the hand is led, and the force is on", || {
         host.newest_tools(&mut tools)
@@ -199,7 +203,7 @@ fn a_person_without_a_device_leads_the_emulated_hand() {
             .all(|(now, before)| (now - before).abs() < 2e-4)
     });
     let before = joint(&tools);
-    lead.ask(|message| {
+    steering.ask(|message| {
         message.moved_m = [0.02, 0.0, 0.0];
         message.buttons = Buttons::GRASP.bits();
         message.switches = Switches::COAGULATE.bits();
@@ -220,7 +224,7 @@ fn a_person_without_a_device_leads_the_emulated_hand() {
             && tools.switches().contains(Switches::COAGULATE)
     });
     // When the display sends nothing more, the emulated foot releases the pedal.
-    drop(lead);
+    drop(steering);
     wait_until("the pedal is released", || {
         host.newest_tools(&mut tools);
         tools.switches().bits() & Switches::PEDALS.bits() == 0

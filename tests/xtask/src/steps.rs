@@ -207,16 +207,16 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
             "'{name}' is unknown; write one of idle, loaded, misses, soak, watched"
         ));
     }
-    let rival = "tests/embassy-std/Cargo.toml";
+    let baseline = "tests/embassy-std/Cargo.toml";
     let target = std::env::var("CARGO_TARGET_DIR").unwrap_or_else(|_| "target".to_owned());
     let build = ["build", "--locked", "--release"];
     step("build", &[&build[..], &["-p", "calot"]].concat())?;
-    let beside = ["--manifest-path", rival, "--target-dir", &target];
+    let beside = ["--manifest-path", baseline, "--target-dir", &target];
     step("build embassy's driver", &[&build[..], &beside].concat())?;
     if wanted.is_none_or(|wanted| wanted == WATCHED) {
         watched(args.get(1).map_or("30", String::as_str))?;
     }
-    for (name, seconds, load, rivals) in FIGURES {
+    for (name, seconds, load, baselines) in FIGURES {
         if wanted.is_some_and(|wanted| wanted != name) {
             continue;
         }
@@ -225,8 +225,8 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
         let mut words = vec!["run", "--locked", "--release", "-q", "-p", "calot", "--"];
         words.extend(["jitter", "--scene", "triangle", "--seconds", seconds]);
         words.extend(["--station", &station, "--overwrite", "--out", &folder]);
-        if !rivals.is_empty() {
-            words.extend(["--compare", rivals]);
+        if !baselines.is_empty() {
+            words.extend(["--compare", baselines]);
         }
         if !load.is_empty() {
             words.extend(["--load", load]);

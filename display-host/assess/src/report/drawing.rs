@@ -208,7 +208,7 @@ pub(super) fn projections(paths: &[Path; 2]) -> String {
         6.0,
         side + 37.0,
         "start",
-        "blue: the instrument's tip; yellow: the endoscope's lens",
+        "blue: the instrument's tip; orange: the endoscope's lens",
     );
     svg.end()
 }

@@ -44,9 +44,11 @@ pub struct Ticks {
     /// Durations of the tick's stages, ns.
     pub stage_ns: std::collections::BTreeMap<String, Spread>,
     /// Skipped periods.
-    pub deadline_misses: u64,
+    #[serde(rename = "deadline_misses")]
+    pub missed_periods: u64,
     /// Ticks that ended after their deadline.
-    pub overruns: u64,
+    #[serde(rename = "overruns")]
+    pub late_ticks: u64,
     /// True if the controller had realtime privileges.
     pub realtime: bool,
 }
@@ -113,8 +115,8 @@ mod tests {
             ticks: Some(Ticks {
                 tick_ns: SPREAD,
                 stage_ns: [("solve".to_owned(), SPREAD)].into(),
-                deadline_misses: 3,
-                overruns: 5,
+                missed_periods: 3,
+                late_ticks: 5,
                 realtime: false,
             }),
             cut_short: None,

@@ -152,8 +152,8 @@ fn ticks(page: &mut Page, chapter: &Chapter) {
         "</table><p class=\"lead\">Of {} ticks of 1000 µs {} ended too late and {} periods were missed; the \
          controller ran {}.</p>",
         ticks.tick_ns.count,
-        ticks.overruns,
-        ticks.deadline_misses,
+        ticks.late_ticks,
+        ticks.missed_periods,
         match ticks.realtime {
             true => "in real time",
             false => "without real-time priority",

@@ -260,13 +260,13 @@ impl Tally {
 
     fn leak(&mut self, event: &EventMsg, flow: f32) {
         let (at_m, flow) = (wide(event.at_m), f64::from(flow).clamp(0.0, 10.0));
-        let far_m = |leak: &Leak| distance(leak.at_m, at_m);
+        let distance_m = |leak: &Leak| distance(leak.at_m, at_m);
         let same = self
             .leaks
             .iter()
             .enumerate()
-            .filter(|(_, leak)| leak.organ == event.organ && far_m(leak) < SAME_LEAK_M)
-            .min_by(|a, b| far_m(a.1).total_cmp(&far_m(b.1)))
+            .filter(|(_, leak)| leak.organ == event.organ && distance_m(leak) < SAME_LEAK_M)
+            .min_by(|a, b| distance_m(a.1).total_cmp(&distance_m(b.1)))
             .map(|(index, _)| index);
         if let Some(leak) = same.and_then(|index| self.leaks.get_mut(index)) {
             (leak.at_m, leak.flow) = (at_m, flow);

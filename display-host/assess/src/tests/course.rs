@@ -8,7 +8,7 @@ fn a_gap_in_the_events_numbers_is_a_loss_and_another_controller_is_none() {
     rest(&mut assessment, 0.0, 0.2);
     for sequence in [40, 41, 44, 45, 0, 1, 3] {
         let mut entry = event(0.3, EventKind::Removed.number(), FAT, 0.0, 1.0);
-        if let What::Event(event) = &mut entry.what {
+        if let EntryContent::Event(event) = &mut entry.what {
             event.sequence = sequence;
         }
         assessment.take(&entry);
@@ -21,7 +21,7 @@ fn a_prepared_task_has_the_clips_that_come_before_it() {
     let start = |task| Entry {
         tick: 0,
         at_ns: 1_000_000_000,
-        what: What::Start { task },
+        what: EntryContent::Start { task },
     };
     let mut prepared = begin(Task::Cut);
     rest(&mut prepared, 0.0, 0.5);
@@ -98,7 +98,7 @@ fn a_reset_begins_anew_and_is_counted() {
     let reset = Entry {
         tick: 1,
         at_ns: 7_000_000_000,
-        what: What::Reset,
+        what: EntryContent::Reset,
     };
     assessment.take(&reset);
     rest(&mut assessment, 6.0, 7.0);
@@ -157,7 +157,7 @@ fn task_prepared_again_begins_again_with_its_clips() {
     let start = |at_ns| Entry {
         tick: 0,
         at_ns,
-        what: What::Start { task: 3 },
+        what: EntryContent::Start { task: 3 },
     };
     rest(&mut assessment, 0.0, 0.3);
     assessment.take(&start(300_000_000));
@@ -175,7 +175,7 @@ fn task_prepared_again_begins_again_with_its_clips() {
 }
 
 #[test]
-fn trainee_who_places_the_sutures_begins_with_them() {
+fn placing_the_sutures_is_a_step_unless_they_are_given() {
     let mut hung = anatomy();
     hung.sutures = 2;
     for (task, hangs) in [
@@ -188,7 +188,7 @@ fn trainee_who_places_the_sutures_begins_with_them() {
         let start = |task| Entry {
             tick: 0,
             at_ns: 0,
-            what: What::Start { task },
+            what: EntryContent::Start { task },
         };
         assessment.take(&start(0));
         let step = |assessment: &Assessment| {

@@ -8,7 +8,7 @@ fn view_of_an_angled_endoscope_is_not_that_of_its_shaft() {
         let mut assessment = begin(Task::Free);
         if let Some(degrees) = looks_off {
             let (off_rad, turned_rad) = (degrees.to_radians(), 0.0);
-            let what = What::Sight {
+            let what = EntryContent::Sight {
                 off_rad,
                 turned_rad,
             };

@@ -6,7 +6,7 @@ mod hand;
 
 use bytemuck::Zeroable as _;
 use proptest::prelude::*;
-use session::{Entry, Movement, What};
+use session::{Entry, EntryContent, Movement};
 use shared_mem::message::{EventMsg, PoseMsg};
 use shared_mem::scene::OrganKind;
 use shared_mem::words::{EventKind, Fault};
@@ -59,7 +59,7 @@ fn moved(at_s: f64, movement: Movement) -> Entry {
     Entry {
         tick: at_ns / 1_000_000,
         at_ns,
-        what: What::Moved(movement),
+        what: EntryContent::Moved(movement),
     }
 }
 
@@ -76,7 +76,7 @@ fn event(at_s: f64, kind: u32, organ: u32, x_m: f32, value: f32) -> Entry {
     Entry {
         tick: 0,
         at_ns,
-        what: What::Event(event),
+        what: EntryContent::Event(event),
     }
 }
 
@@ -204,11 +204,11 @@ proptest! {
     ) {
         let entries: Vec<Entry> = raw.iter().map(|&(kind, at_ns, [x, y, z, value], event, organ)| {
             let what = match kind {
-                0 if event == 0 => What::Start { task: organ as u8 },
-            0 => What::Reset,
-                1 => What::Device { force_max_n: value },
-                2 => What::Moved(Movement { force_n: [x, y, z], ..here([x, y, z]) }),
-                _ => What::Event(EventMsg {
+                0 if event == 0 => EntryContent::Start { task: organ as u8 },
+            0 => EntryContent::Reset,
+                1 => EntryContent::Device { force_max_n: value },
+                2 => EntryContent::Moved(Movement { force_n: [x, y, z], ..here([x, y, z]) }),
+                _ => EntryContent::Event(EventMsg {
                     kind: event,
                     organ,
                     at_m: [x, y, z],

@@ -16,7 +16,7 @@ mod source;
 mod stain;
 mod wear;
 
-pub(crate) use played::{Causes, Course, Stretch};
+pub(crate) use played::{Causes, EffectCollector, Stretch};
 
 use glam::Vec3;
 use shared_mem::message::ToolFrame;

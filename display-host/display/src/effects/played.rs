@@ -17,7 +17,7 @@ const LOOK_S: f32 = 1.0 / 30.0;
 /// because no particle lives longer.
 const STRETCH_MAX_S: f32 = 20.0;
 /// Largest number of effects that are kept between two pictures.
-const MOST: usize = 4096;
+const EFFECTS_MAX: usize = 4096;
 
 /// Data of a scene that turn an event or a sample into effects: the kinds of its organs, and the
 /// radii of its spheres, m.
@@ -58,7 +58,7 @@ impl Causes {
 }
 
 /// Collects the effects since the last picture, in a run without a window.
-pub(crate) struct Course {
+pub(crate) struct EffectCollector {
     causes: Causes,
     /// New effects, and the time of each since the last picture, s.
     began: Vec<(f32, Effect)>,
@@ -78,7 +78,7 @@ pub(crate) struct Stretch {
     cleared: bool,
 }
 
-impl Course {
+impl EffectCollector {
     pub(crate) fn new(scene: &SceneFile) -> Self {
         Self {
             causes: Causes::of(scene),
@@ -94,7 +94,7 @@ impl Course {
     }
 
     fn begin(&mut self, effect: Effect) {
-        if self.began.len() < MOST {
+        if self.began.len() < EFFECTS_MAX {
             self.began.push((self.now_s(), effect));
         }
     }

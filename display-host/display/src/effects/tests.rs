@@ -196,9 +196,9 @@ fn events_and_currents_show_what_they_do() {
     tools.world_from_camera = tools.world_from_handle;
     (tools.instrument, tools.contact_count, tools.capsule_count) = (1, 1, 1);
     tools.capsules[0].role = 3;
-    let mut kinds = |switches, far_m| {
+    let mut kinds = |switches, distance_m| {
         tools.switches = switches;
-        let touched = [(Vec3::new(far_m, 0.0, 0.0), 0.004)];
+        let touched = [(Vec3::new(distance_m, 0.0, 0.0), 0.004)];
         Effect::of_electrode(&tools, touched.into_iter(), 0.1)
             .iter()
             .map(|e| e.kind)

@@ -3,7 +3,7 @@
 mod bed;
 mod effect;
 mod held;
-mod hung;
+mod sutures;
 
 use glam::{Quat, Vec3};
 use shared_mem::message::{
@@ -229,7 +229,7 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
         at_the_port(scene),
     ));
     shots.extend(held::shot(scene));
-    shots.extend(hung::shots(scene));
+    shots.extend(sutures::shots(scene));
     shots.extend(effect::all(scene));
     shots
 }
@@ -279,7 +279,7 @@ fn dissected(
 
 fn views(scene: &SceneFile) -> Vec<Shot> {
     let room = scene.room();
-    let start = nothing(scene, room.world_from_camera);
+    let start = camera_only(scene, room.world_from_camera);
     let view = |title: String, tools| Shot::new(Chapter::Views, title, tools);
     let target = Vec3::from(room.target_m);
     let eye = Vec3::from(room.world_from_camera.position_m);
@@ -318,7 +318,7 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
         },
         view(
             "Closer view of the target".to_owned(),
-            nothing(scene, nearer),
+            camera_only(scene, nearer),
         ),
         Shot {
             inside: Some(Inside::VIEW),
@@ -339,7 +339,7 @@ fn organ_name(organ: &OrganRecord, number: usize) -> String {
 }
 
 /// Tools with the camera at this pose and no instrument in view.
-fn nothing(scene: &SceneFile, world_from_camera: PoseMsg) -> ToolFrame {
+fn camera_only(scene: &SceneFile, world_from_camera: PoseMsg) -> ToolFrame {
     let away = PoseMsg {
         position_m: (Vec3::from(world_from_camera.position_m)
             + matrix(&world_from_camera).transform_vector3(Vec3::Z) * 10.0)
@@ -442,7 +442,7 @@ fn facing(
     });
     // A camera at a greater distance may be behind the cavity's wall.
     let far = far.fold(0.03, f32::max).min(far_max_m);
-    nothing(scene, looking(middle + from * far, middle))
+    camera_only(scene, looking(middle + from * far, middle))
 }
 
 /// An instrument in front of the target, seen from the side.
@@ -466,7 +466,7 @@ fn near(scene: &SceneFile, (tip, normal): (Vec3, Vec3), instrument: u32, jaw: f3
     let x = from.reject_from(back).normalize_or(Vec3::X);
     let y = back.cross(x);
     let turn = Quat::from_mat3(&glam::Mat3::from_cols(x, y, back));
-    let mut tools = nothing(
+    let mut tools = camera_only(
         scene,
         looking(joint - back * 0.006 + from * 0.055, joint - back * 0.006),
     );

@@ -36,7 +36,7 @@ pub struct Scope {
     /// Nearest visible distance, m.
     pub near_m: f32,
     /// Range of the shadow map, m.
-    pub far_m: f32,
+    pub shadow_range_m: f32,
 }
 
 impl Default for Scope {
@@ -52,7 +52,7 @@ impl Default for Scope {
             light_strength: 0.01,
             light_half_angle: 0.95,
             near_m: 0.002,
-            far_m: 0.45,
+            shadow_range_m: 0.45,
         }
     }
 }
@@ -165,8 +165,12 @@ pub fn frame(
     let forward = direction(Vec3::NEG_Z);
     let up = direction(Vec3::Y);
     let light = world_from_camera.transform_point3(scope.light_offset);
-    let shadow_from_light =
-        projection::perspective(2.0 * (scope.half_angle + 0.12), 1.0, 0.010, scope.far_m);
+    let shadow_from_light = projection::perspective(
+        2.0 * (scope.half_angle + 0.12),
+        1.0,
+        0.010,
+        scope.shadow_range_m,
+    );
     let light_from_world = view::look_to_mat4(light, forward, up);
     let mut capsules = [[0.0; 4]; 2 * SHADING_CAPSULES];
     let used = tools.capsules().unwrap_or(&[]);

@@ -74,15 +74,16 @@ impl Gpu {
             ..Default::default()
         }))
         .map_err(|error| DisplayError::Device {
-            doing: "opening it",
+            doing: "opening the graphics device",
             detail: error.to_string(),
         })?;
         let fault = Arc::new(Mutex::new(None));
         let (on_error, on_loss) = (fault.clone(), fault.clone());
         // Only the first fault is kept: it is the cause, and later ones are consequences.
         device.on_uncaptured_error(Arc::new(move |error| note(&on_error, &error.to_string())));
-        device
-            .set_device_lost_callback(move |_, detail| note(&on_loss, &format!("lost: {detail}")));
+        device.set_device_lost_callback(move |_, detail| {
+            note(&on_loss, &format!("the graphics device is lost: {detail}"));
+        });
         Ok(Self {
             instance,
             adapter,
@@ -132,7 +133,7 @@ impl Gpu {
         self.device.destroy();
         // The loss is reported at the next poll.
         let _ = self.device.poll(wgpu::PollType::Poll);
-        note(&self.fault, "lost: on purpose");
+        note(&self.fault, "the graphics device is lost: on purpose");
     }
 
     /// Waits for all submitted work.
@@ -213,7 +214,7 @@ impl Gpu {
 
     /// Passes the content of `staging` to `take` once the device has written it.
     fn map(&self, staging: wgpu::Buffer, take: impl FnOnce(&[u8])) -> Result<(), DisplayError> {
-        let doing = "reading back";
+        let doing = "reading a result back";
         staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
         self.wait(doing)?;
         let range = staging

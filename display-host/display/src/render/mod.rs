@@ -15,9 +15,8 @@
 //! `world_from_camera` is the pose of the endoscope's shaft. The display itself decides how far an
 //! angled endoscope looks off the shaft and where its camera is focused (`camera::Scope`). The
 //! alpha of the light holds the distance of each pixel, from which `lens.wgsl` computes its blur.
-//! The display reports the direction of view to the course of the operation (`What::Sight`),
-//! because the assessment judges what the picture shows.
-//! picture shows.
+//! The display reports the direction of view to the course of the operation
+//! (`EntryContent::Sight`), because the assessment judges what the picture shows.
 //!
 //! Strands of connective tissue (`strands`) and sutures (`sutures`) are thin tubes (`fibre`) that
 //! the shader widens to a pixel. Strands form a net along the sides of a gap, with films in its
@@ -479,7 +478,7 @@ impl Renderer {
         self.quality.size = size;
         let (layouts, filter) = (&self.layouts, &self.filter);
         self.targets = Targets::new(gpu, layouts, frame, exposure, filter, &self.quality);
-        gpu.check("resizing")
+        gpu.check("resizing the picture")
     }
 
     /// Sets the sutures between organs and abdominal wall from the next frame on; `None`: the
@@ -556,7 +555,7 @@ impl Renderer {
         let [width, height] = self.quality.size;
         let pixels = gpu.read_texture(&self.targets.picture)?;
         image::RgbaImage::from_raw(width, height, pixels).ok_or(DisplayError::Device {
-            doing: "reading back",
+            doing: "reading a picture back",
             detail: "picture of the wrong size".into(),
         })
     }

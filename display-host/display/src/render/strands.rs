@@ -13,7 +13,7 @@ use glam::Vec3;
 use shared_mem::scene::{CellRecord, OrganKind};
 
 pub(super) use self::anchors::Anchors;
-use self::course::{ACROSS, Course, RINGS, SHEET, TUBE, draw_film};
+use self::course::{ACROSS, PieceShape, RINGS, SHEET, TUBE, draw_film};
 use self::net::{End, FILMS, Net, PIECES};
 pub(super) use self::weave::Weave;
 use super::carried::{Buffers, carried};
@@ -135,16 +135,16 @@ impl Strands {
             None => anchors[corner as usize - places.len()],
         };
         let pieces = self.net.pieces.iter().zip(&self.lengths_m);
-        let courses: Vec<Course> = pieces
+        let shapes: Vec<PieceShape> = pieces
             .map(|(piece, length_m)| piece.now(*length_m, place))
             .collect();
-        let (tubes, sheets) = self.now.split_at_mut(courses.len() * TUBE);
-        for (course, tube) in courses.iter().zip(tubes.chunks_mut(TUBE)) {
-            course.draw(tube);
+        let (tubes, sheets) = self.now.split_at_mut(shapes.len() * TUBE);
+        for (shape, tube) in shapes.iter().zip(tubes.chunks_mut(TUBE)) {
+            shape.draw(tube);
         }
         let films = self.net.films.iter();
         for (film, sheet) in films.zip(sheets.chunks_mut(2 * SHEET)) {
-            let [first, second] = film.pieces.map(|it| courses[it]);
+            let [first, second] = film.pieces.map(|it| shapes[it]);
             draw_film(film, &first, &second, sheet);
         }
         gpu.queue

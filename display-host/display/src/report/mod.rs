@@ -8,7 +8,7 @@ mod recorder;
 mod standstill;
 mod unrest;
 
-pub use recorder::{Course, Recorder};
+pub use recorder::{Recorder, TimeSeries};
 pub use unrest::UnrestFinding;
 
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use figures::{Machine, Quantiles};
 
 use crate::DisplayError;
-use crate::headless::{Ended, Outcome};
+use crate::headless::{Ended, RunOutcome};
 
 /// Content of `summary.json`. The keys are a contract: add, do not rename.
 #[derive(Debug, Clone, serde::Serialize)]
@@ -31,9 +31,11 @@ pub struct Summary {
     /// Ticks of the controller.
     pub ticks: u64,
     /// Periods that the controller skipped.
-    pub deadline_misses: u64,
+    #[serde(rename = "deadline_misses")]
+    pub missed_periods: u64,
     /// Ticks that ended after their deadline.
-    pub overruns: u64,
+    #[serde(rename = "overruns")]
+    pub late_ticks: u64,
     /// Delay of a tick's start.
     pub wake_latency_ns: Quantiles,
     /// Duration of a tick.
@@ -199,7 +201,7 @@ pub fn write(
     folder: &Path,
     summary: &Summary,
     recorder: &Recorder,
-    outcome: &Outcome,
+    outcome: &RunOutcome,
 ) -> Result<Written, DisplayError> {
     let failed = |path: &Path, error: &dyn core::fmt::Display| DisplayError::Write {
         path: path.to_owned(),

@@ -8,13 +8,13 @@ use figures::{Quantiles, times};
 
 use super::recorder::STAGE_NAMES;
 use super::{Recorder, Summary};
-use crate::headless::{Ended, Outcome};
+use crate::headless::{Ended, RunOutcome};
 
 /// Text of the page. Pictures in `folder` are linked by their relative names.
 pub(super) fn render(
     summary: &Summary,
     recorder: &Recorder,
-    outcome: &Outcome,
+    outcome: &RunOutcome,
     folder: &Path,
 ) -> String {
     let mut page = Page(String::new());
@@ -136,8 +136,9 @@ fn charts(page: &mut Page, recorder: &Recorder) {
     );
     figure(
         times::histogram(&recorder.motion_to_force, None),
-        "Motion to force: from the moment the tick read a device sample to the force that answers it \
-         being written. The time a sample waited for the tick comes on top, up to a period.",
+        "Motion to force: from the arrival of a device sample at this computer until the force \
+         that answers it is written. It contains the time that the sample waited for the tick, up \
+         to a period.",
     );
     figure(
         times::course(&recorder.force_course(), "N"),
@@ -187,27 +188,30 @@ fn devices(page: &mut Page, s: &Summary) {
 
 fn counters(page: &mut Page, s: &Summary) {
     page.add(format_args!("<h2>Counters</h2><table>"));
-    let per_million = match s.ticks + s.deadline_misses {
+    let per_million = match s.ticks + s.missed_periods {
         0 => 0.0,
-        periods => s.deadline_misses as f64 * 1e6 / periods as f64,
+        periods => s.missed_periods as f64 * 1e6 / periods as f64,
     };
     let rows = [
         ("ticks", s.ticks.to_string()),
         (
             "periods missed",
-            format!("{} ({per_million:.0} in a million)", s.deadline_misses),
+            format!("{} ({per_million:.0} in a million)", s.missed_periods),
         ),
-        ("ticks that ended late", s.overruns.to_string()),
+        ("ticks that ended late", s.late_ticks.to_string()),
         (
-            "allocations after start",
+            "allocations of the tick's thread since its first tick",
             s.allocations_after_start
                 .map_or("not counted".to_owned(), |n| n.to_string()),
         ),
         (
-            "page faults after start",
+            "page faults of the tick's thread since its first tick",
             s.page_faults_after_start.to_string(),
         ),
-        ("involuntary switches", s.involuntary_switches.to_string()),
+        (
+            "involuntary context switches of the tick's thread",
+            s.involuntary_switches.to_string(),
+        ),
         (
             "force on the hand, N",
             format!("{:.3} to {:.3}", s.force_n.min, s.force_n.max),
@@ -232,7 +236,7 @@ fn counters(page: &mut Page, s: &Summary) {
     page.add(format_args!("</table>"));
 }
 
-fn pictures(page: &mut Page, outcome: &Outcome, folder: &Path) {
+fn pictures(page: &mut Page, outcome: &RunOutcome, folder: &Path) {
     let files: Vec<&Path> = outcome
         .frames
         .iter()

@@ -12,7 +12,7 @@ use super::standstill::Standstills;
 use super::unrest::{Unrest, UnrestFinding};
 use super::{DeviceSummary, HeldBack, LineSummary, Range, Summary};
 use crate::feed::hex;
-use crate::headless::{Observed, Outcome};
+use crate::headless::{Observed, RunOutcome};
 
 /// Stages of a tick, in order.
 pub(super) const STAGE_NAMES: [&str; STAGES] = [
@@ -27,24 +27,24 @@ pub(super) const STAGE_NAMES: [&str; STAGES] = [
 
 /// Points per second of the force's course.
 const FORCE_POINTS_PER_S: u64 = 20;
-/// Largest number of points of a course. Further ones replace the oldest.
-const COURSE_MAX: usize = 40_000;
+/// Largest number of points of a time series. Further ones replace the oldest.
+const POINTS_MAX: usize = 40_000;
 
 /// A quantity over time: for each time step since the first sample, the largest value in it.
 #[derive(Debug, Clone, Default)]
-pub struct Course {
+pub struct TimeSeries {
     start_ns: Option<u64>,
     points: std::collections::VecDeque<(u64, f64)>,
 }
 
-impl Course {
+impl TimeSeries {
     fn push(&mut self, at_ns: u64, steps_per_s: u64, value: f64) {
         let start = *self.start_ns.get_or_insert(at_ns);
         let step = at_ns.saturating_sub(start) / (1_000_000_000 / steps_per_s);
         match self.points.back_mut() {
             Some((last, greatest)) if *last >= step => *greatest = greatest.max(value),
             _ => {
-                if self.points.len() == COURSE_MAX {
+                if self.points.len() == POINTS_MAX {
                     self.points.pop_front();
                 }
                 self.points.push_back((step, value));
@@ -68,9 +68,9 @@ pub struct Recorder {
     pub(super) tick: Distribution,
     pub(super) motion_to_force: Distribution,
     pub(super) stages: [Distribution; STAGES],
-    force: Course,
-    worst_tick: Course,
-    worst_wake: Course,
+    force: TimeSeries,
+    worst_tick: TimeSeries,
+    worst_wake: TimeSeries,
     force_min_max: Option<(f32, f32)>,
     events: BTreeMap<&'static str, u64>,
     unrest: Unrest,
@@ -85,8 +85,8 @@ pub struct Recorder {
 #[derive(Debug, Clone, Copy)]
 struct Counters {
     ticks: u64,
-    deadline_misses: u64,
-    overruns: u64,
+    missed_periods: u64,
+    late_ticks: u64,
     allocations: u64,
     page_faults: u64,
     involuntary_switches: u64,
@@ -158,8 +158,8 @@ impl Recorder {
         }
         self.last_batch = Some(Counters {
             ticks: batch.ticks,
-            deadline_misses: batch.deadline_misses,
-            overruns: batch.overruns,
+            missed_periods: batch.missed_periods,
+            late_ticks: batch.late_ticks,
             allocations: batch.allocations,
             page_faults: batch.page_faults,
             involuntary_switches: batch.involuntary_switches,
@@ -218,7 +218,7 @@ impl Recorder {
 
     /// Summary of a run.
     #[must_use]
-    pub fn summary(&self, scene: &SceneFile, outcome: &Outcome, machine: Machine) -> Summary {
+    pub fn summary(&self, scene: &SceneFile, outcome: &RunOutcome, machine: Machine) -> Summary {
         let counters = self.last_batch;
         let realtime_bits = counters.map_or(0, |c| c.realtime);
         let lacks: Vec<String> = [
@@ -246,8 +246,8 @@ impl Recorder {
             scene: scene.name().to_owned(),
             scene_id: hex(scene.short_id()),
             ticks: counters.map_or(0, |c| c.ticks),
-            deadline_misses: counters.map_or(0, |c| c.deadline_misses),
-            overruns: counters.map_or(0, |c| c.overruns),
+            missed_periods: counters.map_or(0, |c| c.missed_periods),
+            late_ticks: counters.map_or(0, |c| c.late_ticks),
             wake_latency_ns: self.wake_latency.quantiles(),
             tick_ns: self.tick.quantiles(),
             motion_to_force_ns: self.motion_to_force.quantiles(),

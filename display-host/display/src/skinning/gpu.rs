@@ -208,7 +208,7 @@ mod tests {
     fn a_skin_that_is_too_large_is_refused_with_its_limit() {
         fits("skin vertices", 100, 100).unwrap();
         let said = fits("skin vertices", 101, 100).unwrap_err().to_string();
-        let words = "101 skin vertices, this graphics device allows 100; prepare a coarser skin";
+        let words = "101 skin vertices, this graphics device allows 100; reduce the triangles";
         assert!(said.contains(words), "{said}");
     }
 }

@@ -38,7 +38,7 @@ pub struct TickHealth {
     /// Periods skipped since the controller started.
     pub missed: u64,
     /// Ticks that ended late since the controller started.
-    pub overruns: u64,
+    pub late_ticks: u64,
     /// Heap allocations of the realtime thread.
     pub allocations: u64,
     /// Page faults of the realtime thread.
@@ -64,8 +64,8 @@ impl TickHealth {
         if let Some(newest) = records.last() {
             self.note_rate(newest);
         }
-        self.missed = batch.deadline_misses;
-        self.overruns = batch.overruns;
+        self.missed = batch.missed_periods;
+        self.late_ticks = batch.late_ticks;
         self.allocations = batch.allocations;
         self.page_faults = batch.page_faults;
         self.faults = batch.faults;

@@ -78,13 +78,13 @@ pub(super) fn ticks(ui: &mut Ui, state: &UiState) {
         let text = words.say_with("ticks-lacks", &[("what", what)]);
         line(ui, Mark::Care, &text);
     }
-    let steady = health.missed == 0 && health.overruns == 0;
+    let steady = health.missed == 0 && health.late_ticks == 0;
     let mark = if steady { Mark::Good } else { Mark::Care };
     let rate = format!("{:.0}", health.rate_hz).into();
     line(ui, mark, &words.say_with("ticks-rate", &[("rate", rate)]));
     let values = [
         ("missed", health.missed.to_string().into()),
-        ("late", health.overruns.to_string().into()),
+        ("late", health.late_ticks.to_string().into()),
         ("allocations", health.allocations.to_string().into()),
         ("faults", health.page_faults.to_string().into()),
     ];

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::{Page, WindowConfig, run, server, show_page};
 use crate::DisplayError;
-use crate::headless::{Observed, Outcome};
+use crate::headless::{Observed, RunOutcome};
 
 /// Period at which the connection to the screen is checked.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -24,7 +24,7 @@ pub fn run_apart(
     config: WindowConfig,
     stop: Arc<AtomicBool>,
     mut observer: impl FnMut(Observed<'_>) + Send + 'static,
-) -> Result<Outcome, DisplayError> {
+) -> Result<RunOutcome, DisplayError> {
     apart(move || run(&config, &stop, &mut observer))
 }
 

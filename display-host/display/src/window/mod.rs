@@ -29,7 +29,7 @@ use self::screen::{Kept, Screen, Shown};
 pub use self::server::answers;
 use self::session::Session;
 use crate::DisplayError;
-use crate::headless::{Ended, Observed, Outcome};
+use crate::headless::{Ended, Observed, RunOutcome};
 use crate::render::camera::Scope;
 use crate::render::lens::Lens;
 use crate::sound::Sound;
@@ -85,7 +85,7 @@ pub fn run(
     config: &WindowConfig,
     stop: &AtomicBool,
     observer: &mut dyn FnMut(Observed<'_>),
-) -> Result<Outcome, DisplayError> {
+) -> Result<RunOutcome, DisplayError> {
     if let Some(seconds) = config.seconds
         && !(seconds > 0.0 && seconds <= 86_400.0)
     {
@@ -225,15 +225,16 @@ impl App<'_> {
 
     /// Reopens a lost graphics device, with all its resources, in a new window.
     fn mend(&mut self, events: &ActiveEventLoop, error: DisplayError) {
-        let is_device = matches!(error, DisplayError::Device { .. });
-        match self
-            .screen
-            .take()
-            .filter(|_| is_device && self.losses_left > 0)
-        {
-            Some(screen) => {
+        let warning = match &error {
+            DisplayError::Device { doing, detail } => Some(format!(
+                "the display failed while {doing}: {detail}; it opens the graphics device again"
+            )),
+            _ => None,
+        };
+        let screen = self.screen.take().filter(|_| self.losses_left > 0);
+        match screen.zip(warning) {
+            Some((screen, warning)) => {
                 self.losses_left -= 1;
-                let warning = format!("{error}; reopening it");
                 (self.session).warn(warning, self.observer);
                 // A key that is released meanwhile reaches no window, so release the instrument.
                 self.session.operate.let_go();

@@ -6,7 +6,7 @@ use crate::effects::Effect;
 
 /// Largest number of pending effects, because a minimised window draws nothing. A new one then
 /// replaces the oldest.
-const MOST: usize = 48;
+const PENDING_MAX: usize = 48;
 /// Age above which an effect is dropped, s.
 const STALE_S: f64 = 0.3;
 
@@ -17,7 +17,7 @@ pub(super) struct Pending {
 
 impl Pending {
     pub(super) fn push(&mut self, now_s: f64, effect: Effect) {
-        if self.waiting.len() == MOST {
+        if self.waiting.len() == PENDING_MAX {
             self.waiting.pop_front();
         }
         self.waiting.push_back((now_s, effect));
@@ -55,7 +55,7 @@ mod tests {
         for _ in 0..1000 {
             pending.push(10.0, effect);
         }
-        assert_eq!(pending.take(10.1).len(), MOST);
+        assert_eq!(pending.take(10.1).len(), PENDING_MAX);
         assert!(pending.take(10.1).is_empty());
         pending.push(11.0, effect);
         pending.push(11.2, effect);

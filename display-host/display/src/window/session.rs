@@ -16,7 +16,7 @@ use super::pending::Pending;
 use super::refusal::Refusal;
 use crate::effects::{Causes, Effect};
 use crate::feed::{Feed, Offer};
-use crate::headless::{Ended, Observed, Outcome, zeroed_state};
+use crate::headless::{Ended, Observed, RunOutcome, zeroed_state};
 use crate::latency::FrameRecord;
 use crate::render::camera::Scope;
 use crate::sound::Sound;
@@ -506,8 +506,8 @@ impl Session {
         adapter: Option<String>,
         software_adapter: bool,
         ended: Ended,
-    ) -> Outcome {
-        Outcome {
+    ) -> RunOutcome {
+        RunOutcome {
             adapter,
             software_adapter,
             frames: self.frames,

@@ -130,7 +130,7 @@ fn ticks_that_are_not_realtime_say_what_they_lack() {
     batch.count = 1;
     batch.records[0].wake_latency_ns = 52_000;
     batch.records[0].tick_ns = 180_000;
-    batch.deadline_misses = 3;
+    batch.missed_periods = 3;
     batch.realtime = TimingBatch::LOCKED;
     health.take(&batch);
     let mut panel = harness(UiState { health, ..live() });

@@ -118,12 +118,16 @@ fn the_course_is_read_as_it_was_told() {
     assert_eq!(operation.end(), Some(&End::Whole));
     assert_eq!(operation.assignment, Some(assignment));
     assert_eq!(operation.scene.name(), "nothing");
-    let count = |wanted: fn(&What) -> bool| read.iter().filter(|it| wanted(&it.what)).count();
-    assert_eq!(count(|what| matches!(what, What::Moved(_))), 3);
-    assert_eq!(count(|what| matches!(what, What::Event(_))), 3);
-    assert_eq!(count(|what| matches!(what, What::Reset)), 1);
-    assert_eq!(count(|what| *what == What::Start { task: 3 }), 1);
-    assert_eq!(count(|what| *what == What::Device { force_max_n: 3.3 }), 1);
+    let count =
+        |wanted: fn(&EntryContent) -> bool| read.iter().filter(|it| wanted(&it.what)).count();
+    assert_eq!(count(|what| matches!(what, EntryContent::Moved(_))), 3);
+    assert_eq!(count(|what| matches!(what, EntryContent::Event(_))), 3);
+    assert_eq!(count(|what| matches!(what, EntryContent::Reset)), 1);
+    assert_eq!(count(|what| *what == EntryContent::Start { task: 3 }), 1);
+    assert_eq!(
+        count(|what| *what == EntryContent::Device { force_max_n: 3.3 }),
+        1
+    );
     // Replay is not affected.
     assert_eq!(self::read(disk.bytes()).unwrap().0.len(), 3 * INPUT_BATCH);
 }

@@ -18,7 +18,9 @@ use shared_mem::scene::{
 use shared_mem::words::EventKind;
 
 use crate::file::SessionFile;
-use crate::{Assignment, End, Entry, Finish, Info, Operation, ReadError, Session, Storage, What};
+use crate::{
+    Assignment, End, Entry, EntryContent, Finish, Info, Operation, ReadError, Session, Storage,
+};
 use course::tools;
 
 /// A disk in memory with limited room.

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use hardware::HardwareError;
-use hardware::conformance::{self, Check, Options, Outcome, Report};
+use hardware::conformance::{self, Check, CheckOutcome, Options, Report};
 use hardware::hapi::pantograph::Pantograph;
 use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
 use serde_json::json;
@@ -54,9 +54,10 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         say::answer(as_json(&report));
     } else {
         say::answer(report.to_string().trim_end());
-        let open = report.names(Outcome::NotJudged);
+        let open = report.names(CheckOutcome::NotJudged);
         let first = report.checks.first();
-        if first.is_some_and(|it| it.outcome == Outcome::Fail && it.detail.contains("no answer"))
+        if first
+            .is_some_and(|it| it.outcome == CheckOutcome::Fail && it.detail.contains("no answer"))
             && args.driver.is_serial()
             && args.driver != LineDriver::Rig
         {
@@ -85,10 +86,10 @@ pub(super) fn as_json(report: &Report) -> serde_json::Value {
         json!({
             "name": check.name,
             "result": match check.outcome {
-                Outcome::Pass => "pass",
-                Outcome::Fail => "fail",
-                Outcome::NotJudged => "not judged",
-                Outcome::Skipped => "skipped",
+                CheckOutcome::Pass => "pass",
+                CheckOutcome::Fail => "fail",
+                CheckOutcome::NotJudged => "not judged",
+                CheckOutcome::Skipped => "skipped",
             },
             "said": check.detail,
         })

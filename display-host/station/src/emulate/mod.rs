@@ -1,7 +1,7 @@
 //! `calot emulate`: emulates the devices of a station.
 
 pub(crate) mod args;
-mod lead;
+mod steering;
 
 use std::process::ExitCode;
 
@@ -40,8 +40,8 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
     let cores = realtime::allowed_cores();
     let tick_core = cores.last().copied().unwrap_or(0);
     let _ = realtime::work_beside_tick(&cores, tick_core, EMULATOR_PRIORITY);
-    let mut lead = lead::Lead::new(args)?;
-    hardware::emulate::run_led(&config, &stop, &mut || lead.wish(), &mut |lines| {
+    let mut steering = steering::Steering::new(args)?;
+    hardware::emulate::run_steered(&config, &stop, &mut || steering.wish(), &mut |lines| {
         say::answer(format_args!(
             "{READY} {} {} {}",
             lines.haptic.display(),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use jitter::Rival;
+use jitter::Baseline;
 
 use crate::args::{ControllerArgs, SceneArgs, parse_seconds, parse_station};
 use crate::load::Load;
@@ -36,7 +36,7 @@ pub(crate) struct JitterArgs {
     pub(crate) load: Vec<Load>,
     /// Take turns with these programs and report ratios, e.g. cyclictest,burn
     #[arg(long, value_name = "PROGRAM", value_delimiter = ',')]
-    pub(crate) compare: Vec<Rival>,
+    pub(crate) compare: Vec<Baseline>,
     /// Turns of each program in a comparison [default: one per 30 s, at least 3]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) rounds: Option<u32>,
@@ -47,12 +47,12 @@ pub(crate) struct JitterArgs {
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
     /// Add up these runs (folders or jitter.json files) into --out
-    #[arg(long, value_name = "RUN", num_args = 2.., conflicts_with_all = ["diff", "load", "compare"])]
+    #[arg(long, value_name = "RUN", num_args = 2.., conflicts_with_all = ["ratio_of", "load", "compare"])]
     pub(crate) merge: Vec<PathBuf>,
-    /// Compare two runs: the second divided by the first
-    #[arg(long, value_names = ["FIRST", "SECOND"], num_args = 2, conflicts_with_all = ["load", "compare"])]
-    pub(crate) diff: Vec<PathBuf>,
-    /// Print jitter.json (or the difference) on standard output
+    /// Print the ratios of two runs: each time of SECOND divided by that of FIRST
+    #[arg(long = "diff", value_names = ["FIRST", "SECOND"], num_args = 2, conflicts_with_all = ["load", "compare"])]
+    pub(crate) ratio_of: Vec<PathBuf>,
+    /// Print jitter.json (or the ratios of --diff) on standard output
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]

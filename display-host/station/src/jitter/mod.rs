@@ -3,8 +3,8 @@
 //!
 //! ```text
 //! jitter ─┬─ station (calot emulate, calot rt) ─► timing records ─► tally ─► report
-//!         ├─ loads   (calot load …)                                    └─► black box
-//!         └─ rivals  (cyclictest, calot bare-loop, …), a turn each ─────────────► report
+//!         ├─ loads     (calot load …)                                  └─► black box
+//!         └─ baselines (cyclictest, calot bare-loop, …), a turn each ───────────► report
 //! ```
 //!
 //! The report is rewritten every few seconds, each file by a rename, so that a kill loses little.
@@ -20,12 +20,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use figures::Machine;
+use jitter::baselines::{self, Terms};
 use jitter::misses::Round;
 use jitter::report::{About, Report};
-use jitter::rivals::{self, Terms};
 use jitter::tally::Tally;
 use jitter::timeline::Timeline;
-use jitter::{Rival, kernel, table, two_runs};
+use jitter::{Baseline, kernel, table, two_runs};
 use shared_mem::scene::SceneFile;
 
 use self::args::JitterArgs;
@@ -48,11 +48,11 @@ const ROUNDS_MIN: u32 = 3;
 
 /// Measures, adds up or compares runs.
 pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
-    if let [first, second] = args.diff.as_slice() {
-        let difference = two_runs::diff(&Report::read(first)?, &Report::read(second)?);
+    if let [first, second] = args.ratio_of.as_slice() {
+        let ratios = two_runs::ratios(&Report::read(first)?, &Report::read(second)?);
         match args.json {
-            true => say::answer(serde_json::to_string_pretty(&difference.json)?),
-            false => say::answer(difference.text.trim_end()),
+            true => say::answer(serde_json::to_string_pretty(&ratios.json)?),
+            false => say::answer(ratios.text.trim_end()),
         }
         return Ok(ExitCode::SUCCESS);
     }
@@ -86,8 +86,8 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
 /// Measures a run. The flag is false if a process of the station died.
 fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     let stop = stop::flag()?;
-    for &rival in &args.compare {
-        rivals::check(rival)?;
+    for &baseline in &args.compare {
+        baselines::check(baseline)?;
     }
     let folder = Folder::open(&args.station, false)?;
     let scene = scene::compile(&args.scene, &folder.scene())?;
@@ -186,19 +186,19 @@ fn rounds(
     };
     let mut tally = Tally::default();
     let work = folder.path().join("work");
-    let mut programs: Vec<Option<Rival>> = vec![None];
+    let mut programs: Vec<Option<Baseline>> = vec![None];
     programs.extend(args.compare.iter().copied().map(Some));
     for round in 0..count {
         for &program in &programs {
             if stop.load(Ordering::Relaxed) {
                 return Ok(None);
             }
-            let Some(rival) = program else {
+            let Some(baseline) = program else {
                 let turn = bench.measure(turn_s, round, &mut tally, report)?;
                 if turn.died.is_some() {
                     return Ok(turn.died);
                 }
-                if args.compare.contains(&Rival::Burn) {
+                if args.compare.contains(&Baseline::Burn) {
                     bare_loop::write_work(&work, &turn.ticks_ns)?;
                 }
                 continue;
@@ -207,7 +207,7 @@ fn rounds(
             say::note(format_args!(
                 "jitter: round {} of {count}, {turn_s:.0} s of {} ({of} programs take turns)",
                 round + 1,
-                rival.name()
+                baseline.name()
             ));
             let terms = Terms {
                 core,
@@ -215,7 +215,7 @@ fn rounds(
                 spin_us: args.controller.realtime.spin,
                 work: &work,
             };
-            rival_turn(rival, terms, turn_s, round, stop, report)?;
+            baseline_turn(baseline, terms, turn_s, round, stop, report)?;
             save(report, out)?;
         }
         // The station goes first in the first round, because `burn` needs its tick times.
@@ -233,8 +233,8 @@ fn round_count(args: &JitterArgs) -> u32 {
     }
 }
 
-fn rival_turn(
-    rival: Rival,
+fn baseline_turn(
+    baseline: Baseline,
     terms: Terms<'_>,
     seconds: f64,
     round: u32,
@@ -242,22 +242,22 @@ fn rival_turn(
     report: &mut Report,
 ) -> Result<(), Problem> {
     let stolen_before_ms = kernel::stolen_ms(terms.core);
-    if let Some(turn) = rivals::turn(rival, terms, seconds, stop)? {
+    if let Some(turn) = baselines::turn(baseline, terms, seconds, stop)? {
         let stolen_ms = kernel::stolen_ms(terms.core).zip(stolen_before_ms);
         let stolen_ms = stolen_ms.map(|(now, then)| now.saturating_sub(then));
-        note_turn(report, rival, round, &turn, stolen_ms);
+        note_turn(report, baseline, round, &turn, stolen_ms);
     }
     Ok(())
 }
 
 fn note_turn(
     report: &mut Report,
-    rival: Rival,
+    baseline: Baseline,
     round: u32,
-    turn: &rivals::Turn,
+    turn: &baselines::Turn,
     stolen_ms: Option<u64>,
 ) {
-    let name = rival.name();
+    let name = baseline.name();
     let q = turn.wake_latency.quantiles();
     report
         .times(&format!("{name}.wake_latency_ns"))

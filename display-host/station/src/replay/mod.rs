@@ -29,7 +29,7 @@ const PROGRESS: Duration = Duration::from_secs(1);
 
 /// Result of a replay.
 #[derive(Debug, Serialize)]
-struct Outcome {
+struct ReplayOutcome {
     session: std::path::PathBuf,
     scene: String,
     scene_id: String,
@@ -101,10 +101,10 @@ fn compare(
     session: &mut Session,
     running: String,
     mut table: Option<&mut Table>,
-) -> Result<Outcome, Problem> {
+) -> Result<ReplayOutcome, Problem> {
     let start = Instant::now();
     let mut said = start;
-    let mut outcome = Outcome {
+    let mut outcome = ReplayOutcome {
         session: session.path().to_owned(),
         scene: printable(replay.scene_name()),
         scene_id: hex(replay.scene_id()),
@@ -147,7 +147,7 @@ fn compare(
     Ok(outcome)
 }
 
-fn in_words(outcome: &Outcome) -> String {
+fn in_words(outcome: &ReplayOutcome) -> String {
     let ticks = outcome.ticks;
     let words = match &outcome.first_difference {
         Some(first) => format!(
@@ -175,8 +175,8 @@ fn in_words(outcome: &Outcome) -> String {
 mod tests {
     use super::*;
 
-    fn outcome(left_out: LeftOut) -> Outcome {
-        Outcome {
+    fn outcome(left_out: LeftOut) -> ReplayOutcome {
+        ReplayOutcome {
             session: "x.mcap".into(),
             scene: String::new(),
             scene_id: String::new(),

@@ -41,7 +41,7 @@ pub(super) fn run(
     let folder = Folder::open(&args.station, false)?;
     let path = folder.scene();
     std::fs::write(&path, scene.bytes()).map_err(|error| format!("{}: {error}", path.display()))?;
-    folder.tell(&path)?;
+    folder.announce_scene(&path)?;
     let replay = Replay::new(scene, &session.setup)?;
     let pace = Pace {
         speed: args.speed,

@@ -56,7 +56,7 @@ impl Table {
             self.opening = if opens { record.opening } else { f32::NAN };
         }
         let mut line = format!("{},{at_s:.6}", replayed.view.tick);
-        let vectors = [tool.tip_m, tool.force_n, tool.torque_n_m];
+        let vectors = [tool.tip_m, tool.force_n, tool.torque_nm];
         let numbers = vectors.iter().flat_map(|it| it.iter());
         let opening = [&tool.opening_n, &self.opening];
         for number in self.device.iter().chain(numbers).chain(opening) {

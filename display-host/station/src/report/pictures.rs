@@ -16,7 +16,7 @@ use crate::replay::recorded::{next_in_order, scene_of};
 use crate::say;
 
 /// Most pictures of a session.
-const MOST: usize = 16;
+const PICTURES_MAX: usize = 16;
 /// Size of a picture, pixels.
 const SIZE: [u32; 2] = [640, 480];
 /// Angle by which the camera turns to each side for the two views of the critical view of safety,
@@ -78,7 +78,7 @@ impl Watch {
     pub(super) fn end(self) -> Vec<Wanted> {
         let is_view = |it: &Wanted| it.turned_rad.abs() > 0.0;
         let (views, alarms): (Vec<_>, Vec<_>) = self.wanted.into_iter().partition(is_view);
-        let room = MOST.saturating_sub(views.len()).max(1);
+        let room = PICTURES_MAX.saturating_sub(views.len()).max(1);
         let every = alarms.len().div_ceil(room).max(1);
         let mut wanted: Vec<_> = alarms.into_iter().step_by(every).chain(views).collect();
         wanted.sort_by_key(|it| it.tick);
@@ -165,7 +165,7 @@ mod tests {
             .iter()
             .filter(|it| it.tick == 33 && it.turned_rad.abs() > 0.0);
         assert_eq!(both.count(), 2, "the view is seen from two sides");
-        assert!(wanted.len() <= MOST && wanted.len() > MOST / 2);
+        assert!(wanted.len() <= PICTURES_MAX && wanted.len() > PICTURES_MAX / 2);
         assert_eq!(wanted[0].tick, 0);
         assert!(wanted.windows(2).all(|it| it[0].tick <= it[1].tick));
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use display_host::headless::{Ended, Outcome};
+use display_host::headless::{Ended, RunOutcome};
 use display_host::report::{DeviceSummary, HeldBack, Summary, write};
 use figures::Machine;
 use rt_process::notice::Held;
@@ -148,7 +148,7 @@ fn reason(held: &HeldBack) -> Held {
 }
 
 /// Writes the run's pictures as an animation, except those of single moments.
-fn animate(outcome: &Outcome, gif: &Path) -> Result<(), Problem> {
+fn animate(outcome: &RunOutcome, gif: &Path) -> Result<(), Problem> {
     let is_of_course = |path: &PathBuf| {
         let name = path.file_name().and_then(|it| it.to_str());
         name.is_some_and(|it| it.starts_with("frame_"))
@@ -171,7 +171,7 @@ fn debrief(
     assessed: &task::Ended,
     session: Option<PathBuf>,
     out: &Path,
-    outcome: &Outcome,
+    outcome: &RunOutcome,
 ) -> bool {
     let made = session
         .ok_or_else(|| Problem::from("nothing was recorded"))

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use display_host::DisplayError;
-use display_host::headless::{self, HeadlessConfig, Observed, Outcome};
+use display_host::headless::{self, HeadlessConfig, Observed, RunOutcome};
 use display_host::report::{DeviceSummary, Recorder};
 use display_host::window::{self, WindowConfig};
 use session::{Recorded, Recording};
@@ -39,7 +39,7 @@ pub(super) struct Shown<'a> {
     pub(super) _folder: Folder,
     pub(super) scene: SceneFile,
     pub(super) recorder: Recorder,
-    pub(super) outcome: Outcome,
+    pub(super) outcome: RunOutcome,
     /// Messages about processes that died by themselves.
     pub(super) dead: Vec<String>,
     /// True if a thread of the recorder panicked, so that nothing is known of the recording.
@@ -61,7 +61,7 @@ impl<'a> Started<'a> {
         let recorded = self.recording.map(Recording::end);
         // The end of the recording also ends the assessment.
         let assessed = self.live.map(Live::end);
-        let mut outcome = outcome.unwrap_or_else(|lost| Outcome::lost(lost.to_string()));
+        let mut outcome = outcome.unwrap_or_else(|lost| RunOutcome::lost(lost.to_string()));
         let recorder = std::mem::take(&mut *lock(&recorder));
         outcome.warnings.extend(self.warnings);
         let recorder_panicked = matches!(recorded, Some(None));
@@ -84,7 +84,7 @@ impl<'a> Started<'a> {
         })
     }
 
-    fn display(&self, recorder: &Arc<Mutex<Recorder>>) -> Result<Outcome, DisplayError> {
+    fn display(&self, recorder: &Arc<Mutex<Recorder>>) -> Result<RunOutcome, DisplayError> {
         let mut said = Instant::now();
         let (recorder, sight, over) = (
             recorder.clone(),

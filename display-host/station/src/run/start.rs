@@ -72,7 +72,7 @@ impl<'a> Planned<'a> {
             },
             false => processes::start(args, &scene, folder.path(), &stop)?,
         };
-        folder.tell(&scene)?;
+        folder.announce_scene(&scene)?;
         let open_scene = SceneFile::open(&scene)?;
         let assignment = assigned.as_ref().map(Assigned::assignment);
         let task = assigned.as_ref().map(Assigned::task);

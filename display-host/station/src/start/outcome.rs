@@ -11,10 +11,10 @@ use serde_json::Value;
 use store::Store;
 
 use super::problem;
-use crate::store::{Course, past};
+use crate::store::{SessionCriteria, past};
 
 /// Metrics shown for every task, in addition to those of its pass rule.
-const SHOWN: [Metric; 9] = [
+const ALWAYS_SHOWN: [Metric; 9] = [
     Metric::Time,
     Metric::Alarms,
     Metric::Path,
@@ -50,7 +50,7 @@ pub(super) fn read(
     let (task, session) = (text("task")?, text("session")?);
     let difficulty = text("difficulty").unwrap_or_default();
     let version = summary["metrics_version"].as_u64().unwrap_or(0) as u32;
-    let course = Course {
+    let criteria = SessionCriteria {
         task: &task,
         difficulty: &difficulty,
         version,
@@ -58,7 +58,7 @@ pub(super) fn read(
     let before = match (store, trainee) {
         (_, "") => None,
         (Ok(store), _) => {
-            let found = past(store, trainee, course, &session);
+            let found = past(store, trainee, criteria, &session);
             Some(found.map_err(|it| problem::of_store(words, &it)))
         }
         (Err(problem), _) => Some(Err(problem.clone())),
@@ -164,7 +164,7 @@ fn rows(
 ) -> Vec<MetricRow> {
     let pass = Task::from_name(task).map_or_else(Vec::new, |task| rules.pass(task));
     let ruled = pass.iter().map(|(name, ..)| *name);
-    let usual = SHOWN.iter().map(|it| it.name());
+    let usual = ALWAYS_SHOWN.iter().map(|it| it.name());
     let any = |metric: &&Metric| {
         summary["metrics"][metric.name()]
             .as_f64()

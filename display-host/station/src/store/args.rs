@@ -26,7 +26,7 @@ pub(crate) struct StoreArgs {
     #[command(flatten)]
     pub(crate) file: StoreFile,
     #[command(subcommand)]
-    pub(crate) what: What,
+    pub(crate) command: StoreCommand,
 }
 
 /// Examples of queries on a merged store.
@@ -49,7 +49,7 @@ Into PostgreSQL, each column as text:
   psql -c \"\\copy session FROM 'sessions.csv' CSV HEADER\"";
 
 #[derive(Debug, Clone, Subcommand)]
-pub(crate) enum What {
+pub(crate) enum StoreCommand {
     /// Lists all trainees, or the sessions of one
     List {
         /// Trainee whose sessions to list [default: list the trainees]

@@ -11,7 +11,7 @@ use assess::report::{Past, learning_curve};
 use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
 use store::{SessionRecord, Store, StoreError};
 
-use self::args::{StoreArgs, What};
+use self::args::{StoreArgs, StoreCommand};
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::report::{self, utc};
@@ -22,9 +22,9 @@ const CUT_SHORT: &str = "cut-short";
 
 pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
     let mut store = args.file.open()?;
-    match &args.what {
-        What::List { name, json } => list(&store, name.as_deref(), *json)?,
-        What::Add {
+    match &args.command {
+        StoreCommand::List { name, json } => list(&store, name.as_deref(), *json)?,
+        StoreCommand::Add {
             name,
             sessions,
             json,
@@ -36,20 +36,20 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
                 }
             }
         }
-        What::Export { name, csv: true } => {
+        StoreCommand::Export { name, csv: true } => {
             say::answer(store.export_csv(name.as_deref())?.trim_end());
         }
-        What::Export { name, csv: false } => {
+        StoreCommand::Export { name, csv: false } => {
             let all = store.export_json(name.as_deref())?;
             say::answer(serde_json::to_string_pretty(&all)?);
         }
-        What::Merge { others, json } => {
+        StoreCommand::Merge { others, json } => {
             for other in others {
                 merge(&mut store, other, *json)?;
             }
         }
-        What::Forget { name } => forget(&mut store, name)?,
-        What::Curve {
+        StoreCommand::Forget { name } => forget(&mut store, name)?,
+        StoreCommand::Curve {
             name,
             task,
             difficulty,
@@ -61,18 +61,18 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             let out = output::file(named, "curve.svg", Format::Drawing, *overwrite)?;
             curve(&store, name, *task, *difficulty, metric, &out)?;
         }
-        What::Sheet { session, points } => {
+        StoreCommand::Sheet { session, points } => {
             let points: [u8; 5] = points[..].try_into()?;
             store.set_sheet(session, points)?;
             let sum: u32 = points.iter().map(|it| u32::from(*it)).sum();
             say::note(format_args!("{sum} of 25"));
         }
-        What::Ask {
+        StoreCommand::Ask {
             name,
             questionnaire,
             answers,
         } => questions::take(&mut store, name, questionnaire.as_deref(), answers)?,
-        What::Answers {
+        StoreCommand::Answers {
             questionnaire,
             json,
         } => questions::summarise(&store, questionnaire.as_deref(), *json)?,
@@ -310,14 +310,14 @@ fn counts(session: &SessionRecord) -> bool {
 
 /// Criteria that make sessions comparable.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Course<'a> {
+pub(crate) struct SessionCriteria<'a> {
     pub(crate) task: &'a str,
     pub(crate) difficulty: &'a str,
     /// Version of the metrics' definitions.
     pub(crate) version: u32,
 }
 
-impl Course<'_> {
+impl SessionCriteria<'_> {
     fn holds(&self, session: &SessionRecord) -> bool {
         session.metrics_version == self.version && session.difficulty == self.difficulty
     }
@@ -328,12 +328,12 @@ impl Course<'_> {
 pub(crate) fn past(
     store: &Store,
     name: &str,
-    course: Course<'_>,
+    criteria: SessionCriteria<'_>,
     before: &str,
 ) -> Result<Before, StoreError> {
-    let sessions = store.sessions(name, Some(course.task))?;
+    let sessions = store.sessions(name, Some(criteria.task))?;
     let earlier = sessions.into_iter().take_while(|it| it.id != before);
-    let comparable = earlier.filter(|it| counts(it) && course.holds(it));
+    let comparable = earlier.filter(|it| counts(it) && criteria.holds(it));
     let past = comparable.map(|it| Past {
         when: utc(u64::try_from(it.began_unix_s).unwrap_or(0)),
         outcome: it.outcome,
@@ -390,7 +390,7 @@ mod tests {
         for it in sessions() {
             store.add_session("Ada", &it).unwrap();
         }
-        let exam = Course {
+        let exam = SessionCriteria {
             task: "cut",
             difficulty: "exam",
             version: assess::VERSION,

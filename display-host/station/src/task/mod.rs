@@ -30,7 +30,7 @@ use crate::build::build;
 use crate::clock::now_unix_s;
 use crate::problem::Problem;
 use crate::say;
-use crate::store::{Course, past, record};
+use crate::store::{SessionCriteria, past, record};
 
 /// Interval at which the panel's view is updated.
 const VIEW_EVERY: Duration = Duration::from_millis(50);
@@ -216,12 +216,12 @@ impl Ended {
         if let Some((name, path)) = &self.keep {
             let store = Store::open(path)?;
             let it = &self.summary;
-            let course = Course {
+            let criteria = SessionCriteria {
                 task: &it.task,
                 difficulty: &it.difficulty,
                 version: it.metrics_version,
             };
-            let before = past(&store, name, course, &it.session)?;
+            let before = past(&store, name, criteria, &it.session)?;
             (chapter.past, chapter.sheet) = (before.past, before.sheet);
         }
         Ok(())

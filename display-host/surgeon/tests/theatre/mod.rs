@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use assess::{Anatomy, Assessed, Assessment, Difficulty, Rules, Task};
 use rt_process::rehearsal::{Rehearsal, rehearse};
 use scene_prepare::{Recipe, prepare};
-use session::{Entry, Movement, What};
+use session::{Entry, EntryContent, Movement};
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, HandMsg};
 use shared_mem::scene::SceneFile;
@@ -43,7 +43,7 @@ struct Alone<'a, 'b> {
 }
 
 impl Alone<'_, '_> {
-    fn note(&mut self, what: What) {
+    fn note(&mut self, what: EntryContent) {
         let (tick, at_ns) = (self.rehearsal.ticks(), self.rehearsal.ticks() * 1_000_000);
         self.assessment.take(&Entry { tick, at_ns, what });
     }
@@ -62,11 +62,11 @@ impl Theatre for Alone<'_, '_> {
         };
         for event in &now.events {
             assert!(!event.is(EventKind::Shake), "no organ shakes: {event:?}");
-            let (tick, at_ns, what) = (event.tick, event.at_ns, What::Event(*event));
+            let (tick, at_ns, what) = (event.tick, event.at_ns, EntryContent::Event(*event));
             self.assessment.take(&Entry { tick, at_ns, what });
         }
         if let Some(moved) = Movement::of(&now.tools) {
-            self.note(What::Moved(moved));
+            self.note(EntryContent::Moved(moved));
         }
         (self.watch)(&now, &self.assessment);
         let at_s = now.at_s;
@@ -139,7 +139,7 @@ pub(crate) fn work(
                 kind: CommandMsg::START,
                 argument: task.into(),
             });
-            alone.note(What::Start { task });
+            alone.note(EntryContent::Start { task });
         }
         operate(surgeon, task, own, &mut alone).expect("a controller");
         Performance {

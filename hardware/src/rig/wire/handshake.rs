@@ -44,7 +44,7 @@ const FORCE_UNIT_N: f32 = 1e-3;
 const STIFFNESS_UNIT_N_M: f32 = 1.0;
 const DAMPING_UNIT_N_S_M: f32 = 1e-3;
 const WORKSPACE_UNIT_M: f32 = 1e-4;
-const TORQUE_UNIT_N_M: f32 = 1e-4;
+const TORQUE_UNIT_NM: f32 = 1e-4;
 const DELAY_UNIT_S: f32 = 1e-5;
 const TRAVEL_UNIT_M: f32 = 1e-5;
 
@@ -124,7 +124,7 @@ pub struct Capabilities {
     /// Radius of the workspace, m; in steps of 0.1 mm.
     pub workspace_radius_m: f32,
     /// Peak torque, N m; in steps of 0.1 mN m. 0: none is rendered.
-    pub torque_max_n_m: f32,
+    pub torque_max_nm: f32,
     /// Damping of the device itself, N s/m; in steps of 1 mN s/m.
     pub damping_n_s_m: f32,
     /// Delay from a movement to its sample plus delay from a command to its force, s; in steps of
@@ -167,7 +167,7 @@ impl Capabilities {
             stiffness_max_n_m: f32::from(message.u16(at::STIFFNESS_MAX)) * STIFFNESS_UNIT_N_M,
             damping_max_n_s_m: f32::from(message.u16(at::DAMPING_MAX)) * DAMPING_UNIT_N_S_M,
             workspace_radius_m: f32::from(message.u16(at::WORKSPACE)) * WORKSPACE_UNIT_M,
-            torque_max_n_m: f32::from(message.u16(at::TORQUE_MAX)) * TORQUE_UNIT_N_M,
+            torque_max_nm: f32::from(message.u16(at::TORQUE_MAX)) * TORQUE_UNIT_NM,
             damping_n_s_m: f32::from(message.u16(at::DAMPING)) * DAMPING_UNIT_N_S_M,
             delay_s: f32::from(message.u16(at::DELAY)) * DELAY_UNIT_S,
             serial: message.u32(at::SERIAL),
@@ -197,7 +197,7 @@ impl Capabilities {
         writer.put_u16(self.stiffness_max_n_m, STIFFNESS_UNIT_N_M);
         writer.put_u16(self.damping_max_n_s_m, DAMPING_UNIT_N_S_M);
         writer.put_u16(self.workspace_radius_m, WORKSPACE_UNIT_M);
-        writer.put_u16(self.torque_max_n_m, TORQUE_UNIT_N_M);
+        writer.put_u16(self.torque_max_nm, TORQUE_UNIT_NM);
         writer.put_u16(self.damping_n_s_m, DAMPING_UNIT_N_S_M);
         writer.put_u16(self.delay_s, DELAY_UNIT_S);
         writer.put(&self.serial.to_le_bytes());
@@ -224,7 +224,7 @@ impl Capabilities {
             stiffness_max_n_m: 700.0,
             damping_max_n_s_m: 5.0,
             workspace_radius_m: 0.1,
-            torque_max_n_m: 0.0,
+            torque_max_nm: 0.0,
             damping_n_s_m: crate::touch::DAMPING_N_S_M,
             delay_s: crate::touch::DELAY_S,
             serial: 1,
@@ -262,7 +262,7 @@ impl Capabilities {
             stiffness_max_n_m: 0.0,
             damping_max_n_s_m: 0.0,
             workspace_radius_m: 0.0,
-            torque_max_n_m: 0.0,
+            torque_max_nm: 0.0,
             damping_n_s_m: 0.0,
             delay_s: 0.0,
             serial: 2,

@@ -35,7 +35,7 @@ const SPEED_UNIT_M_S: f32 = 1e-6;
 const ROTATION_UNIT: f32 = 1.0 / 32767.0;
 const OPENING_UNIT: f32 = 1.0 / 65535.0;
 const FORCE_UNIT_N: f32 = 1e-3;
-const TORQUE_UNIT_N_M: f32 = 1e-4;
+const TORQUE_UNIT_NM: f32 = 1e-4;
 
 /// Bits of the device's status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -161,7 +161,7 @@ pub struct Force {
     /// Force at the handle, N; in steps of 1 mN, up to ±32.767 N.
     pub force_n: [f32; 3],
     /// Torque, N m; in steps of 0.1 mN m. A device without torque ignores it.
-    pub torque_n_m: [f32; 3],
+    pub torque_nm: [f32; 3],
     /// Force that opens the handle, N; in steps of 1 mN. A message with this field is one of
     /// version 2.
     pub opening_n: Option<f32>,
@@ -175,7 +175,7 @@ impl Force {
         }
         Ok(Self {
             force_n: message.i16_triple(force::FORCE, FORCE_UNIT_N),
-            torque_n_m: message.i16_triple(force::TORQUE, TORQUE_UNIT_N_M),
+            torque_nm: message.i16_triple(force::TORQUE, TORQUE_UNIT_NM),
             opening_n: message.has_opening().then(|| {
                 f32::from(i16::from_le_bytes(message.bytes(force::OPENING))) * FORCE_UNIT_N
             }),
@@ -189,8 +189,8 @@ impl Force {
         for force in self.force_n {
             writer.put_i16(force, FORCE_UNIT_N);
         }
-        for torque in self.torque_n_m {
-            writer.put_i16(torque, TORQUE_UNIT_N_M);
+        for torque in self.torque_nm {
+            writer.put_i16(torque, TORQUE_UNIT_NM);
         }
         if let Some(opening_n) = self.opening_n {
             writer.put_i16(opening_n, FORCE_UNIT_N);
@@ -268,7 +268,7 @@ mod tests {
     fn force_is_its_documented_bytes() {
         let force = Force {
             force_n: [1.0, -2.0, 3.3],
-            torque_n_m: [0.01, 0.0, 0.0],
+            torque_nm: [0.01, 0.0, 0.0],
             opening_n: None,
         };
         let expected = [
@@ -281,7 +281,7 @@ mod tests {
     fn a_force_that_is_not_a_number_leaves_as_zero() {
         let force = Force {
             force_n: [f32::NAN; 3],
-            torque_n_m: [f32::NAN; 3],
+            torque_nm: [f32::NAN; 3],
             opening_n: None,
         };
         assert_eq!(force.frame(0), Force::default().frame(0));

@@ -26,7 +26,7 @@ fn bytes() -> impl Strategy<Value = Vec<u8>> {
     let force = parts.prop_map(|([x, y, z, a, b, c], opening_n, number)| {
         Force {
             force_n: [x, y, z],
-            torque_n_m: [a / 10.0, b / 10.0, c / 10.0],
+            torque_nm: [a / 10.0, b / 10.0, c / 10.0],
             opening_n,
         }
         .frame(number)
@@ -149,7 +149,7 @@ fn any_description_is_sent_alike() {
         let mut pair = Pair::new(&firmware, can, 0);
         pair.receive(Hello { version: 1 }.frame(1).as_bytes());
         pair.answer();
-        let force = Force { force_n: [30.0, -20.0, 0.5], torque_n_m: [1.0, 0.0, -3.0], opening_n: None };
+        let force = Force { force_n: [30.0, -20.0, 0.5], torque_nm: [1.0, 0.0, -3.0], opening_n: None };
         pair.receive(force.frame(1).as_bytes());
         pair.force();
         pair.now_us = 100_001;

@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use hardware::conformance::{Options, Outcome, Report, haptic, pedal};
+use hardware::conformance::{CheckOutcome, Options, Report, haptic, pedal};
 use hardware::rig::RigHaptic;
 use hardware::rig::wire::Status;
 use rt_core::port::HapticDevice;
@@ -37,7 +37,8 @@ fn a_handle_that_nobody_moves_leaves_its_velocity_open() {
     loop {
         let report = haptic(&rig.line, &mut shortly());
         let is_late = start.elapsed() > 2 * PATIENCE;
-        if report.names(Outcome::NotJudged) == ["velocity"] && !report.has(Outcome::Fail) {
+        if report.names(CheckOutcome::NotJudged) == ["velocity"] && !report.has(CheckOutcome::Fail)
+        {
             return;
         }
         assert!(!is_late, "{report}");
@@ -77,7 +78,7 @@ fn found(mistake: &str, check: &str, why: &str) {
         let report: Report = haptic(&rig.line, &mut shortly());
         let is_found = report
             .check(check)
-            .is_some_and(|it| it.outcome == Outcome::Fail && it.detail.contains(why));
+            .is_some_and(|it| it.outcome == CheckOutcome::Fail && it.detail.contains(why));
         if is_found {
             return;
         }

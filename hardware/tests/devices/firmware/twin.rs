@@ -71,7 +71,7 @@ impl Twin<'_> {
             can.stiffness_max_n_m,
             can.damping_max_n_s_m,
             can.workspace_radius_m,
-            can.torque_max_n_m,
+            can.torque_max_nm,
             can.damping_n_s_m,
             can.delay_s,
             can.opening.map_or(0.0, |it| it.travel_m),
@@ -115,7 +115,7 @@ impl Twin<'_> {
         Force {
             opening_n: Some(opening_n),
             force_n: [x, y, z],
-            torque_n_m: [tx, ty, tz],
+            torque_nm: [tx, ty, tz],
         }
     }
 
@@ -231,7 +231,7 @@ fn same(c: Vec<u8>, rust: Option<&[u8]>) -> Vec<u8> {
 /// A haptic device that renders torque too.
 pub(super) fn with_torque() -> Capabilities {
     Capabilities {
-        torque_max_n_m: 0.1,
+        torque_max_nm: 0.1,
         ..Capabilities::touch_class()
     }
 }
@@ -239,7 +239,7 @@ pub(super) fn with_torque() -> Capabilities {
 /// A haptic device with torque and a handle that opens.
 pub(super) fn with_opening() -> Capabilities {
     Capabilities {
-        torque_max_n_m: 0.1,
+        torque_max_nm: 0.1,
         ..Capabilities::touch_class_with_opening()
     }
 }
@@ -252,7 +252,7 @@ pub(super) fn figured(kind: DeviceKind, watchdog_ms: u8, figures: [f32; 8]) -> C
         stiffness_max_n_m,
         damping_max_n_s_m,
         workspace_radius_m,
-        torque_max_n_m,
+        torque_max_nm,
         damping_n_s_m,
         delay_s,
     ] = figures;
@@ -265,7 +265,7 @@ pub(super) fn figured(kind: DeviceKind, watchdog_ms: u8, figures: [f32; 8]) -> C
         stiffness_max_n_m,
         damping_max_n_s_m,
         workspace_radius_m,
-        torque_max_n_m,
+        torque_max_nm,
         damping_n_s_m,
         delay_s,
         ..Capabilities::touch_class()

@@ -49,7 +49,7 @@ fn device_says_the_printed_bytes(language: Language) {
     let wanted = Force {
         opening_n: None,
         force_n: [1.0, -2.0, 3.3],
-        torque_n_m: [0.01, 0.0, 0.0],
+        torque_nm: [0.01, 0.0, 0.0],
     };
     // The force exceeds the peak of 3.3 N, and the device renders no torque.
     let size_n = wanted.force_n.iter().map(|x| x * x).sum::<f32>().sqrt();
@@ -60,7 +60,7 @@ fn device_says_the_printed_bytes(language: Language) {
             "{rendered}"
         );
     }
-    assert!(rendered.torque_n_m.iter().all(|part| part.abs() < 1e-9));
+    assert!(rendered.torque_nm.iter().all(|part| part.abs() < 1e-9));
 
     for _ in 2..9 {
         twin.state(&Motion::default(), 0);

@@ -177,9 +177,9 @@ mod tests {
     fn a_push_next_to_the_shaft_turns_it_where_the_device_renders_that() {
         let jaw = contact(Vec3::new(0.01, 0.0, -0.1), Vec3::y());
         let held = super::felt(&[jaw], None, &LEVER, &handle(), true);
-        assert!(math::norm(&(held.wrench.torque_n_m - Vec3::z() * 0.02)) < 1.0e-7);
+        assert!(math::norm(&(held.wrench.torque_nm - Vec3::z() * 0.02)) < 1.0e-7);
         let free = super::felt(&[jaw], None, &LEVER, &handle(), false);
-        assert!(math::norm(&free.wrench.torque_n_m) < 1.0e-9);
+        assert!(math::norm(&free.wrench.torque_nm) < 1.0e-9);
         assert!(is_force(&held, 0.0, -1.0, 0.0) && is_force(&free, 0.0, -1.0, 0.0));
     }
 

@@ -62,7 +62,7 @@ pub struct Demand {
     /// Force on the handle, N, in any frame.
     pub force_n: Vec3,
     /// Torque on the handle, N m, in the frame of the force.
-    pub torque_n_m: Vec3,
+    pub torque_nm: Vec3,
     /// Force that opens the handle, N.
     pub opening_n: f32,
     /// Stiffness of the contact at the handle, N/m.
@@ -84,7 +84,7 @@ pub struct Demand {
 pub struct OutputLimit {
     peak_n: f32,
     continuous_n: f32,
-    torque_max_n_m: f32,
+    torque_max_nm: f32,
     opening_max_n: f32,
     stiffness_max_n_m: f32,
     passivity: Passivity,
@@ -128,7 +128,7 @@ impl OutputLimit {
         Self {
             peak_n,
             continuous_n: safe(device.force_continuous_n).min(peak_n),
-            torque_max_n_m: safe(device.torque_max_n_m),
+            torque_max_nm: safe(device.torque_max_nm),
             opening_max_n: if device.opening.is_rendered() {
                 safe(device.opening.force_max_n)
             } else {
@@ -208,7 +208,7 @@ impl OutputLimit {
         let is_finite = is_sound(demand);
         faults.raise_if(!is_finite, Fault::BadForce);
         let wants = demand.force_n != Vec3::zeros()
-            || demand.torque_n_m != Vec3::zeros()
+            || demand.torque_nm != Vec3::zeros()
             || demand.opening_n.abs() > 0.0;
         faults.raise_if(wants && !self.enabled, Fault::NotEnabled);
         self.passivity
@@ -222,7 +222,7 @@ impl OutputLimit {
             faults.raise_if(damped, Fault::Damped);
             ForceCommand {
                 force_n: self.limit_force(&force_n, faults),
-                torque_n_m: self.limit_torque(&(demand.torque_n_m * share), faults),
+                torque_nm: self.limit_torque(&(demand.torque_nm * share), faults),
                 opening_n: self.limit_opening(demand.opening_n * self.gain, faults),
             }
         } else {
@@ -240,7 +240,7 @@ impl OutputLimit {
         };
         let out = ForceCommand {
             force_n: or_none(out.force_n),
-            torque_n_m: or_none(out.torque_n_m),
+            torque_nm: or_none(out.torque_nm),
             opening_n: if out.opening_n.is_finite() {
                 out.opening_n
             } else {
@@ -328,12 +328,12 @@ impl OutputLimit {
     }
 
     fn limit_torque(&self, torque: &Vec3, faults: &mut FaultSet) -> Vec3 {
-        let peak = self.torque_max_n_m;
+        let peak = self.torque_max_nm;
         if peak <= 0.0 {
             return Vec3::zeros(); // the device renders no torque, so no fault is raised
         }
         let torque = clamp(torque, peak, Fault::Clamped, faults);
-        slew(&self.last.torque_n_m, &torque, SLEW_SHARE * peak, faults)
+        slew(&self.last.torque_nm, &torque, SLEW_SHARE * peak, faults)
     }
 
     /// Limits the opening force. The stiffness gate of the contact does not act on it, because the
@@ -382,7 +382,7 @@ fn stiffness_max_n_m(device: &DeviceCapabilities) -> f32 {
 }
 
 fn is_sound(demand: &Demand) -> bool {
-    let finite = math::is_finite(&demand.force_n) && math::is_finite(&demand.torque_n_m);
+    let finite = math::is_finite(&demand.force_n) && math::is_finite(&demand.torque_nm);
     let handle = demand.handle_m.is_none_or(|at_m| math::is_finite(&at_m));
     finite && handle && demand.opening_n.is_finite() && !demand.stiffness_n_m.is_nan()
 }

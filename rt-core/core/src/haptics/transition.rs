@@ -57,7 +57,7 @@ mod tests {
     fn pulls(x_n: f32) -> Wrench {
         Wrench {
             force_n: Vec3::x() * x_n,
-            torque_n_m: Vec3::y() * (0.1 * x_n),
+            torque_nm: Vec3::y() * (0.1 * x_n),
         }
     }
 
@@ -78,7 +78,7 @@ mod tests {
             last = now;
         }
         assert!(math::norm(&(last.force_n - pulls(0.5).force_n)) < 1.0e-6);
-        assert!(math::norm(&(last.torque_n_m - pulls(0.5).torque_n_m)) < 1.0e-6);
+        assert!(math::norm(&(last.torque_nm - pulls(0.5).torque_nm)) < 1.0e-6);
     }
 
     #[test]

@@ -50,7 +50,7 @@ impl TickView<'_> {
         hash.pose(&tool.world_from_instrument);
         hash.pose(&tool.world_from_camera);
         hash.vector(&tool.force_n);
-        hash.vector(&tool.torque_n_m);
+        hash.vector(&tool.torque_nm);
         hash.float(tool.jaw);
         if tool.opening_n.abs() > 0.0 {
             hash.float(tool.opening_n);

@@ -446,7 +446,7 @@ impl<'a> Sim<'a> {
         let world_from_device = &self.scene.room().world_from_device.rotation;
         let demand = Demand {
             force_n: world_from_device.inverse() * wrench.force_n,
-            torque_n_m: world_from_device.inverse() * wrench.torque_n_m,
+            torque_nm: world_from_device.inverse() * wrench.torque_nm,
             opening_n: self.drive.force_n(),
             stiffness_n_m: felt.stiffness_n_m,
             handle_m: self.inputs.fresh_handle_m(),
@@ -462,7 +462,7 @@ impl<'a> Sim<'a> {
             self.proxy.give_way(force_n, felt.at_once_n_m, limit_n);
         }
         self.tool.force_n = world_from_device * command.force_n;
-        self.tool.torque_n_m = world_from_device * command.torque_n_m;
+        self.tool.torque_nm = world_from_device * command.torque_nm;
         self.tool.opening_n = command.opening_n;
         self.tool.switches.force_enabled = self.limit.is_open();
         command
@@ -533,7 +533,7 @@ impl<'a> Sim<'a> {
         hash.pose(&self.tool.world_from_instrument);
         hash.pose(&self.tool.world_from_camera);
         hash.vector(&self.tool.force_n);
-        hash.vector(&self.tool.torque_n_m);
+        hash.vector(&self.tool.torque_nm);
         hash.float(self.tool.jaw);
         hash.word(self.tick as u32);
         if !self.scene.layers.cells.is_empty() {

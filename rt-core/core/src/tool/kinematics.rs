@@ -67,14 +67,14 @@ impl Kinematics {
         let axis = self.axis(world_from_handle);
         let outside_m = self.outside_m(world_from_handle);
         let along_n = axis * axis.dot(&at_port.force_n);
-        let roll_n_m = -axis.dot(&at_port.torque_n_m); // about z
+        let roll_nm = -axis.dot(&at_port.torque_nm); // about z
         let up = world_from_handle.rotation * Vec3::new(0.0, 1.0, 0.0);
         let [x, y, z] = shaft_frame(&axis, &up);
         let tilt = tilt_of(&y, &z, &up);
-        let across_n_m = axis.cross(&at_port.torque_n_m) + x * (tilt * roll_n_m);
+        let across_nm = axis.cross(&at_port.torque_nm) + x * (tilt * roll_nm);
         Wrench {
-            force_n: along_n + across_n_m / outside_m,
-            torque_n_m: (z - y * tilt) * roll_n_m,
+            force_n: along_n + across_nm / outside_m,
+            torque_nm: (z - y * tilt) * roll_nm,
         }
     }
 
@@ -83,7 +83,7 @@ impl Kinematics {
     pub fn wrench(&self, at_m: &Vec3, force_n: &Vec3) -> Wrench {
         Wrench {
             force_n: *force_n,
-            torque_n_m: (at_m - self.port_m).cross(force_n),
+            torque_nm: (at_m - self.port_m).cross(force_n),
         }
     }
 
@@ -107,21 +107,21 @@ pub struct Wrench {
     /// Force, world frame, N.
     pub force_n: Vec3,
     /// Torque, world frame, N m.
-    pub torque_n_m: Vec3,
+    pub torque_nm: Vec3,
 }
 
 impl Wrench {
     /// No force and no torque.
     pub const ZERO: Self = Self {
         force_n: Vec3::new(0.0, 0.0, 0.0),
-        torque_n_m: Vec3::new(0.0, 0.0, 0.0),
+        torque_nm: Vec3::new(0.0, 0.0, 0.0),
     };
 
     /// Without the torque about the unit vector `axis`.
     #[must_use]
     pub fn without_roll(&self, axis: &Vec3) -> Self {
         Self {
-            torque_n_m: self.torque_n_m - axis * axis.dot(&self.torque_n_m),
+            torque_nm: self.torque_nm - axis * axis.dot(&self.torque_nm),
             ..*self
         }
     }
@@ -130,19 +130,19 @@ impl Wrench {
     pub(crate) fn plus(&self, other: &Self, share: f32) -> Self {
         Self {
             force_n: self.force_n + other.force_n * share,
-            torque_n_m: self.torque_n_m + other.torque_n_m * share,
+            torque_nm: self.torque_nm + other.torque_nm * share,
         }
     }
 
     pub(crate) fn is_finite(&self) -> bool {
-        math::is_finite(&self.force_n) && math::is_finite(&self.torque_n_m)
+        math::is_finite(&self.force_n) && math::is_finite(&self.torque_nm)
     }
 }
 
 impl core::ops::AddAssign for Wrench {
     fn add_assign(&mut self, other: Self) {
         self.force_n += other.force_n;
-        self.torque_n_m += other.torque_n_m;
+        self.torque_nm += other.torque_nm;
     }
 }
 
@@ -201,7 +201,7 @@ mod tests {
         // 3 N along the shaft pass unchanged; 2 N across it become −2 · 0.13 / 0.2.
         let hand = felt(&h, tip, Vec3::new(2.0, 0.0, 3.0));
         assert!(near(&hand.force_n, [-1.3, 0.0, 3.0]), "{hand:?}");
-        assert!(near(&hand.torque_n_m, [0.0; 3]), "{hand:?}");
+        assert!(near(&hand.torque_nm, [0.0; 3]), "{hand:?}");
         // At 10 mm from the axis, 2 N along the shaft also bend it: 20 mN m / 0.2 m. 2 N across the
         // shaft also roll it.
         let jaw = tip + Vec3::new(0.01, 0.0, 0.0);
@@ -209,7 +209,7 @@ mod tests {
         assert!(near(&hand.force_n, [-0.1, 0.0, 2.0]), "{hand:?}");
         let hand = felt(&h, jaw, Vec3::new(0.0, 2.0, 0.0));
         assert!(near(&hand.force_n, [0.0, -1.3, 0.0]), "{hand:?}");
-        assert!(near(&hand.torque_n_m, [0.0, 0.0, 0.02]), "{hand:?}");
+        assert!(near(&hand.torque_nm, [0.0, 0.0, 0.02]), "{hand:?}");
         // In the port itself there is no lever.
         let hand = felt(&h, LEVER.port_m, Vec3::new(2.0, 0.0, 0.0));
         assert!(near(&hand.force_n, [0.0; 3]), "{hand:?}");
@@ -267,7 +267,7 @@ mod tests {
             let (before, middle, after) = (at(-0.5), at(0.0), at(0.5));
             let work_j = f.dot(&(point(&after) - point(&before)));
             let hand = felt(&middle, point(&middle), f);
-            let felt_j = hand.force_n.dot(&step) + hand.torque_n_m.dot(&turn);
+            let felt_j = hand.force_n.dot(&step) + hand.torque_nm.dot(&turn);
             prop_assert!((felt_j - work_j).abs() < 5.0e-6 + 2.0e-3 * f.norm() * step.norm(),
                 "{felt_j} {work_j}");
             // Without roll the force alone does the work.
@@ -290,13 +290,13 @@ mod tests {
             let moved = room.rotation * at_m + way;
             let hand = there.at_handle(&(room * h), &there.wrench(&moved, &(room.rotation * f)));
             prop_assert!(math::norm(&(hand.force_n - room.rotation * here.force_n)) < 2.0e-4);
-            prop_assert!(math::norm(&(hand.torque_n_m - room.rotation * here.torque_n_m)) < 2.0e-5);
+            prop_assert!(math::norm(&(hand.torque_nm - room.rotation * here.torque_nm)) < 2.0e-5);
             // A reflection (x → −x here) reverses torques as axial vectors; forces are polar
             // vectors.
             let mirror = |v: &Vec3| Vec3::new(-v.x, v.y, v.z);
             let seen = felt(&handle(-0.03, 0.01, 0.28), mirror(&at_m), mirror(&f));
             prop_assert!(math::norm(&(seen.force_n - mirror(&here.force_n))) < 1.0e-5);
-            prop_assert!(math::norm(&(seen.torque_n_m + mirror(&here.torque_n_m))) < 1.0e-6);
+            prop_assert!(math::norm(&(seen.torque_nm + mirror(&here.torque_nm))) < 1.0e-6);
         }
     }
 }

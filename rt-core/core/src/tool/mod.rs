@@ -55,7 +55,7 @@ pub struct ToolState {
     /// Force on the hand as sent to the device, N.
     pub force_n: Vec3,
     /// Torque on the hand as sent to the device, N m.
-    pub torque_n_m: Vec3,
+    pub torque_nm: Vec3,
     /// Force that opens the handle as sent to the device, N.
     pub opening_n: f32,
     /// Contacts of the instrument, with tissue or with the endoscope.
@@ -83,7 +83,7 @@ impl ToolState {
             capsules: Vec::new(),
             endoscope: None,
             force_n: Vec3::zeros(),
-            torque_n_m: Vec3::zeros(),
+            torque_nm: Vec3::zeros(),
             opening_n: 0.0,
             contact_count: 0,
             grasped_count: 0,

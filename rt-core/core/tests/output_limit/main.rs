@@ -13,7 +13,7 @@ const DEVICE: DeviceCapabilities = DeviceCapabilities {
     opening: Opening::NONE,
     force_max_n: 3.0,
     force_continuous_n: 1.0,
-    torque_max_n_m: 0.0,
+    torque_max_nm: 0.0,
     stiffness_max_n_m: 500.0,
     damping_max_n_s_m: 1.0,
     damping_n_s_m: 1.8,
@@ -25,7 +25,7 @@ const DEVICE: DeviceCapabilities = DeviceCapabilities {
 const HALF: Demand = Demand {
     opening_n: 0.0,
     force_n: Vec3::new(0.0, 0.0, 0.5),
-    torque_n_m: Vec3::new(0.0, 0.0, 0.0),
+    torque_nm: Vec3::new(0.0, 0.0, 0.0),
     stiffness_n_m: 100.0,
     handle_m: None,
     speed_m_s: 0.0,
@@ -45,7 +45,7 @@ fn open() -> OutputLimit {
 fn apply(limit: &mut OutputLimit, demand: &Demand) -> (f32, FaultSet) {
     let mut faults = FaultSet::NONE;
     let out = limit.apply(demand, &mut faults);
-    assert_eq!(out.torque_n_m, Vec3::zeros(), "the device renders none");
+    assert_eq!(out.torque_nm, Vec3::zeros(), "the device renders none");
     (norm(&out.force_n), faults)
 }
 
@@ -453,17 +453,17 @@ fn a_device_that_states_no_sane_limits_gets_no_force() {
 #[test]
 fn torque_passes_the_same_gates() {
     let device = DeviceCapabilities {
-        torque_max_n_m: 0.1,
+        torque_max_nm: 0.1,
         ..DEVICE
     };
     let mut limit = OutputLimit::new(&device, 0.0);
     limit.enable(true);
     let mut torque = |demand: &Demand| {
         let mut faults = FaultSet::NONE;
-        (limit.apply(demand, &mut faults).torque_n_m, faults)
+        (limit.apply(demand, &mut faults).torque_nm, faults)
     };
     let with = |x: f32| Demand {
-        torque_n_m: Vec3::new(x, 0.0, 0.0),
+        torque_nm: Vec3::new(x, 0.0, 0.0),
         ..HALF
     };
     assert_eq!(
@@ -503,7 +503,7 @@ fn demand() -> impl Strategy<Value = Demand> {
         Demand {
             opening_n: 0.0,
             force_n: Vec3::new(f.0, f.1, f.2),
-            torque_n_m: Vec3::new(f.3, f.0, 0.0),
+            torque_nm: Vec3::new(f.3, f.0, 0.0),
             stiffness_n_m: k,
             handle_m: device.eq(&Status::Live).then_some(Vec3::new(f.1, f.2, k)),
             speed_m_s: v,
@@ -538,7 +538,7 @@ proptest! {
             force_max_n: peak,
             force_continuous_n: continuous,
             stiffness_max_n_m: stiffness,
-            torque_max_n_m: 0.1,
+            torque_max_nm: 0.1,
             ..DEVICE
         };
         let mut limit = OutputLimit::new(&device, ramp);
@@ -551,8 +551,8 @@ proptest! {
             }
             let mut faults = FaultSet::NONE;
             let out = limit.apply(&demand, &mut faults);
-            prop_assert!(is_finite(&out.force_n) && is_finite(&out.torque_n_m));
-            prop_assert!(norm(&out.torque_n_m) <= 0.100_001);
+            prop_assert!(is_finite(&out.force_n) && is_finite(&out.torque_nm));
+            prop_assert!(norm(&out.torque_nm) <= 0.100_001);
             let length = norm(&out.force_n);
             prop_assert!(length <= allowed * 1.000_01, "{length} of {allowed}");
             prop_assert!(length <= last * 1.000_01 + 1.0001, "{last} to {length}");

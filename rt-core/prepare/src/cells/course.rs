@@ -13,7 +13,7 @@ const ROUNDS: usize = 4;
 
 /// Parallel cross-sections at equal distances along a line.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Course {
+pub(super) struct CrossSections {
     /// Unit vectors: the first along the course, the other two across; together right-handed.
     pub(super) axes: [Vec3; 3],
     /// Middle of each section, where its rays start, m.
@@ -23,7 +23,7 @@ pub(super) struct Course {
 /// Lays sections perpendicular to the longest axis of the inner organ `around`, about `cell_m`
 /// apart, from one end of the layered tissue `own` to the other. Parallel sections never cut each
 /// other.
-pub(super) fn course(around: &Mesh, own: &Mesh, cell_m: f64) -> Course {
+pub(super) fn course(around: &Mesh, own: &Mesh, cell_m: f64) -> CrossSections {
     let mean = around.vertices.iter().sum::<Vec3>() / around.vertices.len().max(1) as f64;
     let spread = around.vertices.iter().fold(Matrix3::zeros(), |sum, p| {
         let from = p - mean;
@@ -75,5 +75,5 @@ pub(super) fn course(around: &Mesh, own: &Mesh, cell_m: f64) -> Course {
     for (i, middle) in middles.iter_mut().enumerate() {
         *middle += along * (height(i) - middle.dot(&along));
     }
-    Course { axes, middles }
+    CrossSections { axes, middles }
 }

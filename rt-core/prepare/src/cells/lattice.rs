@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::course::Course;
+use super::course::CrossSections;
 use super::{Cells, hexa};
 use crate::Vec3;
 use crate::field::Field;
@@ -29,7 +29,7 @@ const TISSUE: (f64, f64) = (0.2, 0.8);
 
 /// Radii at which tissue begins and ends along every ray of every section.
 pub(super) struct Lattice<'a> {
-    course: &'a Course,
+    course: &'a CrossSections,
     field: &'a Field,
     rays: usize,
     layers: usize,
@@ -39,7 +39,7 @@ pub(super) struct Lattice<'a> {
 }
 
 impl<'a> Lattice<'a> {
-    pub(super) fn new(course: &'a Course, field: &'a Field, plan: &Layers) -> Self {
+    pub(super) fn new(course: &'a CrossSections, field: &'a Field, plan: &Layers) -> Self {
         let mut lattice = Self {
             course,
             field,

@@ -52,7 +52,7 @@ fn equation_1_by_hand() {
 }
 
 #[test]
-fn links_are_the_nearest_overlapping_ones() {
+fn links_join_overlapping_balls_and_reach_a_far_one() {
     use scene_prepare::pack::Ball;
     // A row of overlapping balls and one far away.
     let at = |x: f64| Ball {

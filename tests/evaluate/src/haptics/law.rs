@@ -95,7 +95,7 @@ pub(super) struct Product<'a> {
 
 /// Record of the product's output limits.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Gates {
+pub(super) struct LimitRecord {
     /// Ticks in which the passivity observer damped.
     pub(super) damped: u64,
     /// Ticks in which the contact was too stiff for the device.
@@ -167,8 +167,8 @@ impl<'a> Product<'a> {
     }
 
     /// Record of the output limits so far.
-    pub(super) fn gates(&self) -> Gates {
-        Gates {
+    pub(super) fn limits(&self) -> LimitRecord {
+        LimitRecord {
             damped: self.count(Fault::Damped),
             capped: self.count(Fault::StiffnessCapped),
             energy_j: f64::from(self.world.energy_j),
@@ -213,7 +213,7 @@ pub(super) fn stated(device: &Device) -> DeviceCapabilities {
         opening: Opening::NONE,
         force_max_n: device.peak_n as f32,
         force_continuous_n: 0.88,
-        torque_max_n_m: 0.0,
+        torque_max_nm: 0.0,
         stiffness_max_n_m: 700.0,
         damping_max_n_s_m: 5.0,
         damping_n_s_m: (device.damping_n_s_m + friction_n_s_m) as f32,

@@ -13,9 +13,9 @@ pub(crate) use report::{chart, csv, section};
 
 use crate::methods::Parts;
 use device::{Device, Hand};
-use law::{Coupling, Gates, Hooke, Law, Product, START_M, boundless, stated};
+use law::{Coupling, Hooke, Law, LimitRecord, Product, START_M, boundless, stated};
 use scene::Meets;
-use trial::{Outcome, press, respond, wave};
+use trial::{TrialOutcome, press, respond, wave};
 
 /// Quantity of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub(crate) enum Test {
 
 /// Law by which force follows position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum How {
+pub(crate) enum LawKind {
     /// The product.
     Ours,
     /// Hooke's law on the penetration.
@@ -45,7 +45,7 @@ pub(crate) enum How {
     Rigid,
 }
 
-impl How {
+impl LawKind {
     /// Name of the law in files and charts.
     pub(crate) const fn name(self) -> &'static str {
         match self {
@@ -62,7 +62,7 @@ impl How {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row {
     pub(crate) test: Test,
-    pub(crate) how: How,
+    pub(crate) kind: LawKind,
     hand: Hand,
     device: Device,
     /// Parameter of the test: stiffness of a wall, N/m; modulus of tissue, Pa; frequency of a
@@ -72,8 +72,8 @@ pub(crate) struct Row {
     stiffness_n_m: f64,
     /// Force over depth at rest, for a wall test in the stiffest stable wall, N/m.
     rendered_n_m: f64,
-    outcome: Outcome,
-    gates: Gates,
+    outcome: TrialOutcome,
+    limits: LimitRecord,
     /// Delay of a response, s.
     lag_s: f64,
 }
@@ -128,9 +128,9 @@ pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
     for (i, device) in devices.iter().enumerate() {
         eprintln!("haptics: walls, device {} of {}", i + 1, devices.len());
         for delay_ms in delays_ms {
-            for how in [How::Ours, How::Hooke, How::Coupling] {
+            for kind in [LawKind::Ours, LawKind::Hooke, LawKind::Coupling] {
                 for hand in Hand::ALL {
-                    bench.wall(how, hand, delayed(*device, *delay_ms))?;
+                    bench.wall(kind, hand, delayed(*device, *delay_ms))?;
                 }
             }
         }
@@ -150,9 +150,9 @@ pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
                 late,
                 ..delayed(device, 2.0)
             };
-            for how in [How::Ours, How::Hooke, How::Coupling] {
+            for kind in [LawKind::Ours, LawKind::Hooke, LawKind::Coupling] {
                 for hand in Hand::ALL {
-                    bench.wall(how, hand, device)?;
+                    bench.wall(kind, hand, device)?;
                 }
             }
         }
@@ -164,10 +164,14 @@ pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
         let spheres = scene::liver(SPHERES, *young_pa, Meets::Spheres)?;
         for device in [viscous(&0.1), viscous(&0.5), Device::TOUCH] {
             for delay_ms in delays_ms.iter().step_by(if quick { 1 } else { 2 }) {
-                for how in [How::Ours, How::Bare, How::Rigid] {
-                    let (parts, top_m) = if how == How::Rigid { &spheres } else { &skin };
+                for kind in [LawKind::Ours, LawKind::Bare, LawKind::Rigid] {
+                    let (parts, top_m) = if kind == LawKind::Rigid {
+                        &spheres
+                    } else {
+                        &skin
+                    };
                     let tissue = (parts, *top_m, *young_pa);
-                    bench.tissue(how, tissue, delayed(device, *delay_ms))?;
+                    bench.tissue(kind, tissue, delayed(device, *delay_ms))?;
                 }
             }
         }
@@ -188,65 +192,65 @@ impl Bench {
     /// Runs `law` against a wall of this stiffness.
     fn with_wall<T>(
         &mut self,
-        how: How,
+        kind: LawKind,
         device: &Device,
         stiffness_n_m: f64,
         ask: impl FnOnce(&mut dyn Law) -> T,
-    ) -> Result<(T, Gates), String> {
-        Ok(match how {
-            How::Hooke => {
+    ) -> Result<(T, LimitRecord), String> {
+        Ok(match kind {
+            LawKind::Hooke => {
                 let mut law = Hooke {
                     stiffness_n_m,
                     x_m: START_M,
                 };
-                (ask(&mut law), Gates::default())
+                (ask(&mut law), LimitRecord::default())
             }
-            How::Coupling => (
+            LawKind::Coupling => (
                 ask(&mut Coupling::new(stiffness_n_m, START_M)),
-                Gates::default(),
+                LimitRecord::default(),
             ),
-            How::Ours | How::Bare | How::Rigid => {
+            LawKind::Ours | LawKind::Bare | LawKind::Rigid => {
                 let wall = scene::Wall::new(stiffness_n_m / JAWS);
-                let can = if how == How::Ours {
+                let capabilities = if kind == LawKind::Ours {
                     stated(device)
                 } else {
                     boundless(device)
                 };
-                let mut law = Product::new(wall.scene()?, &mut self.state, can, 0.0);
-                (ask(&mut law), law.gates())
+                let mut law = Product::new(wall.scene()?, &mut self.state, capabilities, 0.0);
+                (ask(&mut law), law.limits())
             }
         })
     }
 
     /// Tests ever stiffer walls until one is not stable.
-    fn wall(&mut self, how: How, hand: Hand, device: Device) -> Result<(), String> {
+    fn wall(&mut self, kind: LawKind, hand: Hand, device: Device) -> Result<(), String> {
         let mut stiffness_n_m = SOFTEST_N_M;
-        let mut best: Option<(f64, Outcome, Gates)> = None;
+        let mut best: Option<(f64, TrialOutcome, LimitRecord)> = None;
         while stiffness_n_m <= STIFFEST_N_M * 1.001 {
-            let (outcome, gates) = self.with_wall(how, &device, stiffness_n_m, |law| {
+            let (outcome, limits) = self.with_wall(kind, &device, stiffness_n_m, |law| {
                 press(law, device, hand, [WALL_PRESS_N, stiffness_n_m])
             })?;
             if !outcome.is_stable() {
                 break;
             }
-            best = Some((stiffness_n_m, outcome, gates));
+            best = Some((stiffness_n_m, outcome, limits));
             if stiffness_n_m >= STIFFEST_N_M {
                 break;
             }
             stiffness_n_m = (stiffness_n_m * self.ratio).min(STIFFEST_N_M);
         }
-        let (stiffness_n_m, outcome, gates) =
-            best.unwrap_or((0.0, Outcome::NONE, Gates::default()));
+        let (stiffness_n_m, outcome, limits) =
+            best.unwrap_or((0.0, TrialOutcome::NONE, LimitRecord::default()));
         self.rows.push(Row {
             test: Test::Wall,
-            how,
+            kind,
             hand,
             device,
             of: stiffness_n_m,
             stiffness_n_m,
             rendered_n_m: outcome.force_n / (-outcome.x_m).max(1e-9),
             outcome,
-            gates,
+            limits,
             lag_s: 0.0,
         });
         Ok(())
@@ -255,30 +259,30 @@ impl Bench {
     /// Tests a liver under every hand. `top_m` is the height of its top, `young_pa` its modulus.
     fn tissue(
         &mut self,
-        how: How,
+        kind: LawKind,
         (parts, top_m, young_pa): (&Parts, f64, f64),
         device: Device,
     ) -> Result<(), String> {
         for hand in Hand::ALL {
-            let can = if how == How::Ours {
+            let capabilities = if kind == LawKind::Ours {
                 stated(&device)
             } else {
                 boundless(&device)
             };
             let scene = parts.scene().map_err(|e| e.to_string())?;
-            let mut law = Product::new(scene, &mut self.state, can, top_m);
+            let mut law = Product::new(scene, &mut self.state, capabilities, top_m);
             let outcome = press(&mut law, device, hand, [TISSUE_PRESS_N, 60.0]);
-            let gates = law.gates();
+            let limits = law.limits();
             self.rows.push(Row {
                 test: Test::Tissue,
-                how,
+                kind,
                 hand,
                 device,
                 of: young_pa,
                 stiffness_n_m: 0.0,
                 rendered_n_m: outcome.force_n / (-outcome.x_m).max(1e-9),
                 outcome,
-                gates,
+                limits,
                 lag_s: 0.0,
             });
         }
@@ -286,21 +290,22 @@ impl Bench {
     }
 
     fn free(&mut self, device: Device) -> Result<(), String> {
-        for how in [How::Ours, How::Hooke, How::Coupling] {
-            let (force_n, gates) = self.with_wall(how, &device, 500.0, |law| wave(law, device))?;
+        for kind in [LawKind::Ours, LawKind::Hooke, LawKind::Coupling] {
+            let (force_n, limits) =
+                self.with_wall(kind, &device, 500.0, |law| wave(law, device))?;
             self.rows.push(Row {
                 test: Test::Free,
-                how,
+                kind,
                 hand: Hand::FIRM,
                 device,
                 of: 0.0,
                 stiffness_n_m: 0.0,
                 rendered_n_m: 0.0,
-                outcome: Outcome {
+                outcome: TrialOutcome {
                     force_n,
-                    ..Outcome::NONE
+                    ..TrialOutcome::NONE
                 },
-                gates,
+                limits,
                 lag_s: 0.0,
             });
         }
@@ -308,20 +313,20 @@ impl Bench {
     }
 
     fn response(&mut self, device: Device) -> Result<(), String> {
-        for how in [How::Ours, How::Hooke, How::Coupling] {
+        for kind in [LawKind::Ours, LawKind::Hooke, LawKind::Coupling] {
             for hz in [1.0, 3.0, 10.0, 30.0, 100.0] {
-                let ([gain, lag_s], gates) =
-                    self.with_wall(how, &device, 300.0, |law| respond(law, device, 0.002, hz))?;
+                let ([gain, lag_s], limits) =
+                    self.with_wall(kind, &device, 300.0, |law| respond(law, device, 0.002, hz))?;
                 self.rows.push(Row {
                     test: Test::Response,
-                    how,
+                    kind,
                     hand: Hand::FIRM,
                     device,
                     of: hz,
                     stiffness_n_m: gain,
                     rendered_n_m: gain,
-                    outcome: Outcome::NONE,
-                    gates,
+                    outcome: TrialOutcome::NONE,
+                    limits,
                     lag_s,
                 });
             }

@@ -1,7 +1,7 @@
 //! The rows as CSV, as a map, and as a section of the page.
 
 use super::device::Hand;
-use super::{How, Row, SOFTEST_N_M, STIFFEST_N_M, Test};
+use super::{LawKind, Row, SOFTEST_N_M, STIFFEST_N_M, Test};
 use crate::page::Section;
 use figures::panels::{Cell, heat_map};
 
@@ -20,7 +20,7 @@ stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_
         };
         text += &format!(
             "{test},\"{}\",{},{},{},{},{},{},{},{:.1},{:.1},{:.1},{},{:.4},{:.3},{:.4},{:.4},{:.4},{},{},{:.2}\n",
-            r.how.name(),
+            r.kind.name(),
             r.hand.name,
             d.damping_n_s_m,
             d.friction_n,
@@ -36,9 +36,9 @@ stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_
             o.step_n * 1e3,
             o.force_n,
             o.given_j * 1e3,
-            r.gates.energy_j * 1e3,
-            r.gates.damped,
-            r.gates.capped,
+            r.limits.energy_j * 1e3,
+            r.limits.damped,
+            r.limits.capped,
             r.lag_s * 1e3,
         );
     }
@@ -92,11 +92,11 @@ pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
     let (mut names, mut lines) = (Vec::new(), Vec::new());
     for of in &devices {
         for hand in Hand::ALL {
-            for how in [How::Ours, How::Hooke, How::Coupling] {
-                names.push(format!("{of}, hand {}: {}", hand.name, how.name()));
+            for kind in [LawKind::Ours, LawKind::Hooke, LawKind::Coupling] {
+                names.push(format!("{of}, hand {}: {}", hand.name, kind.name()));
                 let cell = |name: &String| {
                     let found = walls.iter().find(|r| {
-                        device(r) == *of && r.hand == hand && r.how == how && column(r) == *name
+                        device(r) == *of && r.hand == hand && r.kind == kind && column(r) == *name
                     });
                     found.map_or(
                         Cell {
@@ -123,7 +123,7 @@ fn wall_cell(r: &Row) -> Cell {
     } else {
         format!("≤ {:.0}", r.stiffness_n_m)
     };
-    let text = if r.how == How::Ours && r.stiffness_n_m > 0.0 {
+    let text = if r.kind == LawKind::Ours && r.stiffness_n_m > 0.0 {
         format!("{limit} ({:.0})", r.rendered_n_m)
     } else {
         limit
@@ -139,7 +139,7 @@ fn wall_cell(r: &Row) -> Cell {
 pub(crate) fn section(rows: &[Row], svg: &str) -> Section {
     let ours = |test| {
         rows.iter()
-            .filter(move |r| r.test == test && r.how == How::Ours)
+            .filter(move |r| r.test == test && r.kind == LawKind::Ours)
     };
     let walls = ours(Test::Wall).count();
     let all = ours(Test::Wall).filter(|r| r.stiffness_n_m >= STIFFEST_N_M);
@@ -175,26 +175,29 @@ damping allows at its delay does not carry the weight.</p><ul><li>{}</ul></detai
     body += "<h3>A liver</h3><p>A liver of 5 and 20 kPa is met at its contact skin; only the rigid multiplier meets its spheres. The devices \
 have 0.1 and 0.5 N s/m, or are the Touch; their delays are 0 to 4 ms.</p><table><tr><th>law<th>stable<th>largest change of force a tick while held, mN<th>most \
 energy given, mJ<th>ticks damped";
-    for how in [How::Ours, How::Bare, How::Rigid] {
+    for kind in [LawKind::Ours, LawKind::Bare, LawKind::Rigid] {
         let of = || {
             rows.iter()
-                .filter(move |r| r.test == Test::Tissue && r.how == how)
+                .filter(move |r| r.test == Test::Tissue && r.kind == kind)
         };
         let most = |f: fn(&Row) -> f64| of().map(f).fold(0.0, f64::max);
         body += &format!(
             "<tr><td>{}<td>{} of {}<td>{:.1}<td>{:.2}<td>{}",
-            how.name(),
+            kind.name(),
             of().filter(|r| r.outcome.is_stable()).count(),
             of().count(),
             most(|r| r.outcome.step_n * 1e3),
             most(|r| r.outcome.given_j * 1e3),
-            of().map(|r| r.gates.damped).sum::<u64>(),
+            of().map(|r| r.limits.damped).sum::<u64>(),
         );
     }
     body += "</table><h3>Free space, and bandwidth</h3><table><tr><th>law<th>most force in free space, mN<th>at 1, 3, \
 10, 30, 100 Hz: gain N/m of a wall of 300 N/m, lag ms (delay 2 ms)";
-    for how in [How::Ours, How::Hooke, How::Coupling] {
-        let of = |test| rows.iter().filter(move |r| r.test == test && r.how == how);
+    for kind in [LawKind::Ours, LawKind::Hooke, LawKind::Coupling] {
+        let of = |test| {
+            rows.iter()
+                .filter(move |r| r.test == test && r.kind == kind)
+        };
         let free = of(Test::Free)
             .map(|r| r.outcome.force_n)
             .fold(0.0, f64::max);
@@ -203,7 +206,7 @@ energy given, mJ<th>ticks damped";
             .collect();
         body += &format!(
             "<tr><td>{}<td>{:.2}<td>{}",
-            how.name(),
+            kind.name(),
             free * 1e3,
             response.join("; ")
         );

@@ -14,7 +14,7 @@ pub(super) const STILL_M: f64 = 0.275e-3;
 
 /// Outcome of a trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Outcome {
+pub(super) struct TrialOutcome {
     /// Swing of the handle while it is watched, m.
     pub(super) swing_m: f64,
     /// Swing in the half second before, m.
@@ -32,7 +32,7 @@ pub(super) struct Outcome {
     pub(super) gave_up: bool,
 }
 
-impl Outcome {
+impl TrialOutcome {
     /// A handle that did not move.
     pub(super) const NONE: Self = Self {
         swing_m: 0.0,
@@ -57,7 +57,7 @@ pub(super) fn press(
     device: Device,
     hand: Hand,
     [press_n, stiffness_n_m]: [f64; 2],
-) -> Outcome {
+) -> TrialOutcome {
     let mut handle = Loop::new(device, hand, START_M);
     let goal_m = if hand.stiffness_n_m > 0.0 {
         -press_n / stiffness_n_m - press_n / hand.stiffness_n_m
@@ -91,7 +91,7 @@ pub(super) fn press(
         }
         last_n = force_n;
     }
-    Outcome {
+    TrialOutcome {
         swing_m: range_m[1][1] - range_m[1][0],
         before_m: range_m[0][1] - range_m[0][0],
         step_n,

@@ -5,7 +5,7 @@ use glam::Vec3;
 use shared_mem::message::{SphereState, StateFrame};
 use shared_mem::scene::{CellRecord, OrganKind, OrganRecord, SceneFile};
 
-use super::{Chapter, Shot, is_free, nothing, sides};
+use super::{Chapter, Shot, camera_only, is_free, sides};
 use crate::render::camera::looking;
 
 /// Displacement of the gallbladder at its neck, m.
@@ -72,7 +72,7 @@ pub(super) fn open(scene: &SceneFile) -> Option<Shot> {
     };
     let from = sides().map(|side| (seen(side), side));
     let (_, from) = from.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let tools = nothing(scene, looking(middle + from * FAR_M, middle));
+    let tools = camera_only(scene, looking(middle + from * FAR_M, middle));
     Some(Shot {
         cells,
         spheres: Some(spheres),

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use shared_mem::message::{CapsuleMsg, PoseMsg, ToolFrame};
 use shared_mem::scene::{OrganKind, SceneFile};
 
-use super::{Chapter, Shot, best_side, bounds, is_free, judges, nothing, others};
+use super::{Chapter, Shot, best_side, bounds, camera_only, is_free, judges, others};
 use crate::effects::{Effect, Kind};
 use crate::render::camera::looking;
 
@@ -46,10 +46,10 @@ pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
             lasts_s: seconds + 2.0,
         });
         let begin = begin.collect();
-        let looks = looking(at + from * 0.06, at - Vec3::Y * 0.004);
+        let world_from_camera = looking(at + from * 0.06, at - Vec3::Y * 0.004);
         let tools = match is_burnt {
-            true => hook_at(scene, at, from, looks),
-            false => nothing(scene, looks),
+            true => hook_at(scene, at, from, world_from_camera),
+            false => camera_only(scene, world_from_camera),
         };
         Shot {
             effects: (begin, seconds),
@@ -108,10 +108,10 @@ impl Site {
     }
 }
 
-/// Tools with the hook's tip on a visible place `at`, for the camera at `looks`.
-fn hook_at(scene: &SceneFile, at: Vec3, from: Vec3, looks: PoseMsg) -> ToolFrame {
+/// Tools with the hook's tip on a visible place `at`, for the camera at `world_from_camera`.
+fn hook_at(scene: &SceneFile, at: Vec3, from: Vec3, world_from_camera: PoseMsg) -> ToolFrame {
     let port = Vec3::from(scene.room().instrument_port_m);
-    let mut tools = nothing(scene, looks);
+    let mut tools = camera_only(scene, world_from_camera);
     // The hook comes from its port, but is turned towards the viewer so that no tissue hides it.
     let back = ((port - at).normalize_or(from) + from).normalize_or(from);
     let x = from

@@ -21,7 +21,7 @@ const ROOT: f32 = 2.6;
 
 /// Present geometry of a piece.
 #[derive(Clone, Copy)]
-pub(super) struct Course {
+pub(super) struct PieceShape {
     ends: [Vec3; 2],
     bow: Vec3,
     /// Unit vector across the piece.
@@ -30,7 +30,7 @@ pub(super) struct Course {
     is_root: [bool; 2],
 }
 
-impl Course {
+impl PieceShape {
     fn at(&self, share: f32) -> Vec3 {
         let swing = (share * core::f32::consts::PI).sin();
         self.ends[0].lerp(self.ends[1], share) + self.bow * (swing * swing)
@@ -50,7 +50,7 @@ impl Course {
 }
 
 impl Piece {
-    pub(super) fn now(&self, length_m: f32, place: impl Fn(u32) -> Vec3 + Copy) -> Course {
+    pub(super) fn now(&self, length_m: f32, place: impl Fn(u32) -> Vec3 + Copy) -> PieceShape {
         let [a, b, c, d] = self.side.map(place);
         let off = (c - a).cross(d - b).normalize_or(Vec3::Y);
         let ends = self.ends.map(|end| end.on_side(place) + off * end.off_m);
@@ -58,7 +58,7 @@ impl Piece {
         let across = off.cross(along).normalize_or(off.any_orthonormal_vector());
         // A stretched piece is straight and thin, and a slack one bows.
         let slack = (length_m / along.length().max(1e-6)).clamp(0.2, 1.15);
-        Course {
+        PieceShape {
             ends,
             bow: (off * self.bow[0] + across * self.bow[1]) * (length_m * slack * slack),
             across,
@@ -68,7 +68,7 @@ impl Piece {
     }
 }
 
-impl Course {
+impl PieceShape {
     pub(super) fn draw(&self, tube: &mut [SkinnedVertex]) {
         let along = (self.ends[1] - self.ends[0]).normalize_or(Vec3::X);
         let up = along.cross(self.across);
@@ -84,7 +84,12 @@ impl Course {
 }
 
 /// Draws both sides of a film. The second side is the first with the opposite normal.
-pub(super) fn draw_film(film: &Film, first: &Course, second: &Course, sheet: &mut [SkinnedVertex]) {
+pub(super) fn draw_film(
+    film: &Film,
+    first: &PieceShape,
+    second: &PieceShape,
+    sheet: &mut [SkinnedVertex],
+) {
     let at = |across: f32, is_edge: bool| {
         let height = film.height_at(across, is_edge);
         first.at(height).lerp(second.at(height), across)

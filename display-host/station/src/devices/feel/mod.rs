@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use hardware::conformance::{Outcome, Report};
+use hardware::conformance::{CheckOutcome, Report};
 use hardware::feel::{Felt, Guide, feel};
 use hardware::station::{HapticSpec, StationFile};
 use rt_core::port::HapticDevice;
@@ -126,8 +126,8 @@ fn section(report: &Report) -> Section {
         quoted(&utc(now_unix_s().cast_unsigned())),
         quoted(&report.device)
     );
-    let mut failed = report.names(Outcome::Fail);
-    failed.extend(report.names(Outcome::NotJudged));
+    let mut failed = report.names(CheckOutcome::Fail);
+    failed.extend(report.names(CheckOutcome::NotJudged));
     if !failed.is_empty() {
         let failed: Vec<String> = failed.into_iter().map(quoted).collect();
         body += &format!("failed = [{}]\n", failed.join(", "));

@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 
 use figures::html::{STYLE, escape};
 use figures::times;
-use hardware::conformance::Outcome;
+use hardware::conformance::CheckOutcome;
 use hardware::feel::{Felt, Point};
 
 /// The whole page.
@@ -21,10 +21,10 @@ pub(super) fn page(felt: &Felt) -> String {
     );
     for check in &felt.report.checks {
         let (class, result) = match check.outcome {
-            Outcome::Pass => ("good", "ok"),
-            Outcome::Fail => ("bad", "FAIL"),
-            Outcome::NotJudged => ("bad", "not judged"),
-            Outcome::Skipped => ("lead", "skipped"),
+            CheckOutcome::Pass => ("good", "ok"),
+            CheckOutcome::Fail => ("bad", "FAIL"),
+            CheckOutcome::NotJudged => ("bad", "not judged"),
+            CheckOutcome::Skipped => ("lead", "skipped"),
         };
         // Writing to a string cannot fail.
         let _ = write!(

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use display_host::ui::feel::{
     CheckLine, CheckResult, Ended, Live as Shown, Part, Progress, Screen, Way,
 };
-use hardware::conformance::{Outcome, Report};
+use hardware::conformance::{CheckOutcome, Report};
 use hardware::feel::{
     Answer, Direction, Guide, Live, MOVES, PUSHES, Question, SQUEEZES, Squeezed, Step,
 };
@@ -115,10 +115,10 @@ impl Windowed {
         let line = |check: &hardware::conformance::Check| CheckLine {
             name: check.name.to_owned(),
             result: match check.outcome {
-                Outcome::Pass => CheckResult::Pass,
-                Outcome::Fail => CheckResult::Fail,
-                Outcome::NotJudged => CheckResult::Open,
-                Outcome::Skipped => CheckResult::Skipped,
+                CheckOutcome::Pass => CheckResult::Pass,
+                CheckOutcome::Fail => CheckResult::Fail,
+                CheckOutcome::NotJudged => CheckResult::Open,
+                CheckOutcome::Skipped => CheckResult::Skipped,
             },
             detail: check.detail.clone(),
         };

@@ -18,7 +18,7 @@ const EMBASSY_STD: &str = "calot-embassy-std";
 
 /// Programs to compare the station with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Rival {
+pub enum Baseline {
     /// The kernel community's wake-up latency test (Debian package rt-tests)
     Cyclictest,
     /// The executor without the station: the cost of the loop itself
@@ -32,7 +32,7 @@ pub enum Rival {
     EmbassyStd,
 }
 
-impl Rival {
+impl Baseline {
     /// Name in JSON keys and reports. On the command line it has `-` instead of `_`.
     pub fn name(self) -> &'static str {
         match self {
@@ -78,20 +78,20 @@ impl Turn {
     }
 }
 
-/// Runs one turn of a rival. Returns `None` if the user stopped it.
+/// Runs one turn of a baseline. Returns `None` if the user stopped it.
 pub fn turn(
-    rival: Rival,
+    baseline: Baseline,
     terms: Terms<'_>,
     seconds: f64,
     stop: &AtomicBool,
 ) -> Result<Option<Turn>, Problem> {
-    let mut command = command(rival, terms, seconds)?;
+    let mut command = command(baseline, terms, seconds)?;
     let mut child = command
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .map_err(|error| format!("{}: {error}; {}", rival.name(), mend(rival)))?;
+        .map_err(|error| format!("{}: {error}; {}", baseline.name(), mend(baseline)))?;
     // Read both pipes at once so that neither fills up.
     let stdout = child.stdout.take().map(read_all);
     let stderr = child.stderr.take().map(read_all);
@@ -114,10 +114,10 @@ pub fn turn(
     let turn = parse(&said);
     if !status.success() || turn.wake_latency.count() == 0 {
         let complaint = complained.lines().next().unwrap_or("it said nothing");
-        let name = rival.name();
+        let name = baseline.name();
         return Err(format!(
             "{name} measured nothing ({status}): {complaint}; {}",
-            mend(rival)
+            mend(baseline)
         )
         .into());
     }
@@ -125,11 +125,11 @@ pub fn turn(
 }
 
 /// Checks before the measurement that a program is installed.
-pub fn check(rival: Rival) -> Result<(), Problem> {
-    let program = match rival {
-        Rival::Cyclictest => PathBuf::from("cyclictest"),
-        Rival::EmbassyStd => beside(EMBASSY_STD),
-        Rival::Executor | Rival::Sleep | Rival::Burn => return Ok(()),
+pub fn check(baseline: Baseline) -> Result<(), Problem> {
+    let program = match baseline {
+        Baseline::Cyclictest => PathBuf::from("cyclictest"),
+        Baseline::EmbassyStd => beside(EMBASSY_STD),
+        Baseline::Executor | Baseline::Sleep | Baseline::Burn => return Ok(()),
     };
     let quiet = Stdio::null;
     let tried = Command::new(&program)
@@ -140,7 +140,7 @@ pub fn check(rival: Rival) -> Result<(), Problem> {
         .status();
     tried.map(|_| ()).map_err(|error| {
         let name = program.display();
-        format!("cannot compare with {name}: {error}; {}", mend(rival)).into()
+        format!("cannot compare with {name}: {error}; {}", mend(baseline)).into()
     })
 }
 
@@ -152,7 +152,7 @@ fn read_all(mut pipe: impl std::io::Read + Send + 'static) -> std::thread::JoinH
     })
 }
 
-fn command(rival: Rival, terms: Terms<'_>, seconds: f64) -> Result<Command, Problem> {
+fn command(baseline: Baseline, terms: Terms<'_>, seconds: f64) -> Result<Command, Problem> {
     let Terms { core, priority, .. } = terms;
     // cyclictest takes whole seconds.
     let whole = seconds.ceil().max(1.0) as u64;
@@ -183,12 +183,12 @@ fn command(rival: Rival, terms: Terms<'_>, seconds: f64) -> Result<Command, Prob
         }
         Ok(command)
     };
-    match rival {
-        Rival::Cyclictest => Ok(as_cyclictest("cyclictest".into())),
-        Rival::EmbassyStd => Ok(as_cyclictest(beside(EMBASSY_STD))),
-        Rival::Executor => own("executor", None),
-        Rival::Sleep => own("sleep", None),
-        Rival::Burn => own("sleep", Some(terms.work)),
+    match baseline {
+        Baseline::Cyclictest => Ok(as_cyclictest("cyclictest".into())),
+        Baseline::EmbassyStd => Ok(as_cyclictest(beside(EMBASSY_STD))),
+        Baseline::Executor => own("executor", None),
+        Baseline::Sleep => own("sleep", None),
+        Baseline::Burn => own("sleep", Some(terms.work)),
     }
 }
 
@@ -201,13 +201,13 @@ fn beside(name: &str) -> PathBuf {
         .unwrap_or_else(|| name.into())
 }
 
-fn mend(rival: Rival) -> &'static str {
-    match rival {
-        Rival::Cyclictest => {
+fn mend(baseline: Baseline) -> &'static str {
+    match baseline {
+        Baseline::Cyclictest => {
             "install it with `sudo apt install rt-tests`; may this user have that priority \
              (`calot check`)?"
         }
-        Rival::EmbassyStd => "install it with `cargo install --path tests/embassy-std`",
+        Baseline::EmbassyStd => "install it with `cargo install --path tests/embassy-std`",
         _ => "check that this user may have that priority (`calot check`)",
     }
 }
@@ -235,7 +235,7 @@ fn parse(text: &str) -> Turn {
                 ("Missed, woken late", Some(n)) => turn.missed_mut().woken_late = n,
                 ("Missed, at work", Some(n)) => turn.missed_mut().at_work = n,
                 ("Occasions", Some(n)) => turn.missed_mut().occasions = n,
-                ("Overruns", Some(n)) => turn.missed_mut().overruns = n,
+                ("Overruns", Some(n)) => turn.missed_mut().late_ticks = n,
                 ("Realtime", _) => turn.realtime = Some(value == "true"),
                 _ => {}
             }
@@ -289,7 +289,7 @@ mod tests {
             woken_late: 3,
             at_work: 4,
             occasions: 2,
-            overruns: 9,
+            late_ticks: 9,
         };
         assert_eq!((turn.missed, turn.realtime), (Some(missed), Some(false)));
         assert_eq!(parse("nonsense\n#\n1 x").wake_latency.count(), 0);

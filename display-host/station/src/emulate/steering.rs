@@ -1,6 +1,6 @@
-//! The wishes of a person who leads the emulated hand, by a display's mouse and keyboard or by a
+//! The wishes of a person who steers the emulated hand, by a display's mouse and keyboard or by a
 //! gamepad. A wish is the motion asked for so far, with the pressed buttons and switches. The
-//! script leads the hand until the first wish.
+//! script steers the hand until the first wish.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
@@ -18,13 +18,13 @@ use crate::args::GamepadName;
 use crate::problem::Problem;
 use crate::say;
 
-/// A display that has sent nothing for this long no longer leads the hand, ns.
+/// A display that has sent nothing for this long no longer steers the hand, ns.
 const SILENT_NS: u64 = 500_000_000;
 /// Interval of the search for a gamepad.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
 
-/// The display and the gamepad that may lead the hand, and the sum of their motion.
-pub(super) struct Lead {
+/// The display and the gamepad that may steer the hand, and the sum of their motion.
+pub(super) struct Steering {
     display: Option<HandReceiver>,
     message: Option<HandMsg>,
     /// Sum of the motion by displays before the present one.
@@ -39,7 +39,7 @@ pub(super) struct Lead {
     latest: Wish,
 }
 
-impl Lead {
+impl Steering {
     pub(super) fn new(args: &EmulateArgs) -> Result<Self, Problem> {
         let station = args.station.as_deref().map(Station::new).transpose()?;
         let gamepad = match &args.gamepad.gamepad {
@@ -58,7 +58,7 @@ impl Lead {
         })
     }
 
-    /// Sum of all motion that was asked for so far. `None` if nobody leads now.
+    /// Sum of all motion that was asked for so far. `None` if nobody steers now.
     pub(super) fn wish(&mut self) -> Option<Wish> {
         let seconds = self.polled.elapsed().as_secs_f64().min(0.1);
         self.polled = Instant::now();
@@ -108,7 +108,7 @@ impl Lead {
 }
 
 /// Looks for a gamepad in a thread of its own, because opening every input device takes a while.
-/// After it finds one, it looks no further until [`Lead`] has taken that gamepad.
+/// After it finds one, it looks no further until [`Steering`] has taken that gamepad.
 fn look_for_gamepads() -> Receiver<Gamepad> {
     let (sender, found): (SyncSender<Gamepad>, _) = sync_channel(0);
     std::thread::spawn(move || {
@@ -194,38 +194,38 @@ mod tests {
     #[test]
     fn the_next_display_goes_on_where_the_last_one_was() {
         let name = format!("lead-{}", std::process::id());
-        let mut lead = Lead::new(&args(&name)).unwrap();
-        assert_eq!(lead.wish(), None, "nobody leads");
+        let mut steering = Steering::new(&args(&name)).unwrap();
+        assert_eq!(steering.wish(), None, "nobody leads");
         let station = Station::new(&name).unwrap();
         let sender = shared_mem::service::HandSender::open(&station).unwrap();
         assert!(sender.send(message(1, 0.02)));
-        let wish = lead.wish().unwrap();
+        let wish = steering.wish().unwrap();
         assert_eq!(millimetres(&wish), 20);
         assert!(wish.switches.coagulate && wish.buttons.contains(Buttons::GRASP));
         // Another display starts its sums from zero: the 20 mm of the first display remain.
         assert!(sender.send(message(2, 0.0)));
-        assert_eq!(millimetres(&lead.wish().unwrap()), 20);
+        assert_eq!(millimetres(&steering.wish().unwrap()), 20);
         assert!(sender.send(message(2, -0.01)));
-        assert_eq!(millimetres(&lead.wish().unwrap()), 10);
+        assert_eq!(millimetres(&steering.wish().unwrap()), 10);
         let nonsense = HandMsg {
             moved_m: [f64::NAN, f64::INFINITY, 0.0],
             ..message(2, 0.0)
         };
         assert!(sender.send(nonsense));
-        assert_eq!(millimetres(&lead.wish().unwrap()), 20);
-        // A silent display does not lead, nor does one with a time stamp in the future.
+        assert_eq!(millimetres(&steering.wish().unwrap()), 20);
+        // A silent display does not steer, nor does one with a time stamp in the future.
         let early = HandMsg {
             at_ns: u64::MAX,
             ..message(2, 0.5)
         };
         assert!(sender.send(early));
-        assert_eq!(lead.wish(), None);
+        assert_eq!(steering.wish(), None);
         let old = HandMsg {
             at_ns: 1,
             ..message(2, 0.5)
         };
         assert!(sender.send(old));
-        assert_eq!(lead.wish(), None);
+        assert_eq!(steering.wish(), None);
         let second = shared_mem::service::HandSender::open(&station).unwrap_err();
         assert!(second.to_string().contains("let go"), "{second}");
     }

@@ -4,7 +4,7 @@ use glam::Vec3;
 use shared_mem::message::SutureMsg;
 use shared_mem::scene::SceneFile;
 
-use super::{Chapter, Shot, is_free, nothing, sides};
+use super::{Chapter, Shot, camera_only, is_free, sides};
 use crate::render::camera::looking;
 use crate::render::sutures::given;
 
@@ -35,7 +35,7 @@ pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
     let seen = |side: &Vec3| side.dot(out).abs() < ACROSS && is_free(middle, *side, &spheres);
     let nearest = |a: &Vec3, b: &Vec3| a.dot(home).total_cmp(&b.dot(home));
     let side = sides().filter(seen).max_by(nearest).unwrap_or(home);
-    let tools = nothing(scene, looking(middle + side * FAR_M, middle));
+    let tools = camera_only(scene, looking(middle + side * FAR_M, middle));
     let shot = |title: &str, placed: u32, at_m: Vec3| {
         let mut sutures = given.clone();
         sutures[0].placed = placed;
