@@ -179,3 +179,105 @@ fn project(tie: &Attachment, left: f32, step_s: f32, paces: [Pace; 2], bodies: &
         pace.push(bodies.nodes.at_mut(sphere), push.scaled(-1.0));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::math::{self, Vec3};
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::scene::{Organ, RestSphere};
+    use crate::study::Tissue;
+    use crate::tissue::Method;
+    use std::boxed::Box;
+
+    const MASS_KG: f32 = 0.000_03;
+
+    /// A sphere of 0.03 g, of an organ with these substeps, hangs by a tie on a held sphere of an
+    /// organ with those.
+    fn organs(held: u32, free: u32) -> [Organ; 2] {
+        let mut organs = [organ(0, 1, 0, 0), organ(1, 1, 0, 0)];
+        organs[0].substeps = held;
+        organs[1].substeps = free;
+        organs[1].material.damping_per_s = 200.0;
+        organs
+    }
+
+    fn spheres() -> [RestSphere; 2] {
+        let above = RestSphere {
+            held: true,
+            ..sphere(Vec3::z() * 0.005, 0.001)
+        };
+        let below = RestSphere {
+            mass_kg: MASS_KG,
+            ..sphere(Vec3::zeros(), 0.001)
+        };
+        [above, below]
+    }
+
+    fn tie(stiffness_n_m: f32) -> Attachment {
+        Attachment {
+            sphere: 1,
+            to: Anchor::Sphere(0),
+            rest_length_m: 0.005,
+            compliance_m_n: stiffness_n_m.recip(),
+            is_thread: false,
+            tear_j: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_tie_acts_as_often_as_its_stiffness_needs() {
+        let (organs, spheres) = (organs(1, 16), spheres());
+        let scene = Scene::new(&organs, &spheres, &[], room()).expect("sound");
+        // `k dt² w`: 0.9 N/m at one solution a tick lacks 3 % of its stiffness.
+        let expected = [
+            (0.8, 1),
+            (1.0, 2),
+            (3.0, 2),
+            (14.0, 4),
+            (20.0, 8),
+            (300.0, 16),
+        ];
+        for (stiffness_n_m, times) in expected {
+            let found = times_of(&tie(stiffness_n_m), [1, 16], &scene);
+            assert_eq!(found, times, "{stiffness_n_m} N/m");
+        }
+        assert_eq!(times_of(&tie(0.1), [4, 16], &scene), 4, "the coarser organ");
+        assert_eq!(times_of(&tie(0.1), [16, 4], &scene), 4);
+        assert_eq!(times_of(&tie(1.0e6), [4, 2], &scene), 4, "the finer organ");
+    }
+
+    /// The force is that of the tie's stiffness, whatever the substeps of the two organs.
+    #[test]
+    fn a_hanging_sphere_stretches_a_tie_by_its_weight() {
+        for (held, free) in [(1, 1), (1, 4), (1, 16), (4, 16), (16, 4), (16, 1)] {
+            for stiffness_n_m in [0.5, 2.0, 8.0] {
+                let (organs, spheres) = (organs(held, free), spheres());
+                let ties = [tie(stiffness_n_m)];
+                let scene = Scene::new(&organs, &spheres, &[], room())
+                    .and_then(|scene| scene.with_attachments(&ties))
+                    .expect("sound");
+                let mut bodies = Box::new(Bodies::new());
+                let mut tissue = Tissue::new(scene, &mut bodies, Method::NeoHookean);
+                let ticks = 4000;
+                let mut stretch_m = 0.0;
+                for tick in 0..ticks {
+                    assert_eq!(tissue.step(), 0);
+                    if tick >= ticks / 2 {
+                        stretch_m -= tissue.displacement_m(1).z / (ticks / 2) as f32;
+                    }
+                }
+                let expected_m = MASS_KG * 9.81 / stiffness_n_m;
+                // Within a tick, the sphere falls a quarter of `g dt²` below the place where the
+                // tick ends.
+                let off_m = (stretch_m - expected_m).abs();
+                assert!(
+                    off_m < 0.03 * expected_m + 0.000_003,
+                    "{held} and {free} substeps, {stiffness_n_m} N/m: {stretch_m}, not {expected_m}"
+                );
+                assert!(math::norm(&tissue.velocity_m_s(1)) < 0.02);
+            }
+        }
+    }
+}
