@@ -2,7 +2,7 @@
 
 use hardware::rig::device::Motion;
 use hardware::rig::frame::Frame;
-use hardware::rig::wire::{DeviceKind, Force, Hello, Switches, stop_frame};
+use hardware::rig::wire::{Capabilities, DeviceKind, Force, Hello, Opening, Switches, stop_frame};
 use proptest::prelude::*;
 
 use super::compiler::Language;
@@ -141,15 +141,29 @@ fn the_device_in_cpp_does_as_the_device_in_rust() {
 #[test]
 fn any_description_is_sent_alike() {
     let firmware = Firmware::new(Language::C);
-    let figures = prop::collection::vec(prop_oneof![0.0..100.0f32, part()], 8);
+    let figure = || prop_oneof![0.0..100.0f32, part()];
+    let figures = prop::collection::vec(figure(), 8);
+    // The device in C has an opening if its travel is positive.
+    let opening = prop::option::of((0.0001..1.0f32, figure(), figure()).prop_map(|figures| {
+        let (travel_m, force_max_n, stiffness_max_n_m) = figures;
+        Opening {
+            travel_m,
+            force_max_n,
+            stiffness_max_n_m,
+        }
+    }));
     let kinds = any::<bool>();
-    proptest!(config(), |(haptic in kinds, watchdog_ms in any::<u8>(), figures in figures)| {
+    proptest!(config(), |(
+        haptic in kinds, watchdog_ms in any::<u8>(), figures in figures, opening in opening,
+        version in 1u8..4,
+    )| {
         let kind = if haptic { DeviceKind::Haptic } else { DeviceKind::Pedal };
-        let can = figured(kind, watchdog_ms, figures.try_into().expect("eight"));
+        let figures = figures.try_into().expect("eight");
+        let can = Capabilities { opening, ..figured(kind, watchdog_ms, figures) };
         let mut pair = Pair::new(&firmware, can, 0);
-        pair.receive(Hello { version: 1 }.frame(1).as_bytes());
+        pair.receive(Hello { version }.frame(1).as_bytes());
         pair.answer();
-        let force = Force { force_n: [30.0, -20.0, 0.5], torque_nm: [1.0, 0.0, -3.0], opening_n: None };
+        let force = Force { force_n: [30.0, -20.0, 0.5], torque_nm: [1.0, 0.0, -3.0], opening_n: opening.map(|_| 40.0) };
         pair.receive(force.frame(1).as_bytes());
         pair.force();
         pair.now_us = 100_001;
