@@ -157,6 +157,17 @@ pub struct Attachment {
     pub tear_j: f32,
 }
 
+impl Attachment {
+    /// The sphere at the other end, if it is not a point of the world.
+    #[inline]
+    pub(crate) fn other_sphere(&self) -> Option<u32> {
+        match self.to {
+            Anchor::Sphere(sphere) => Some(sphere),
+            Anchor::World(_) => None,
+        }
+    }
+}
+
 /// The other end of an [`Attachment`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Anchor {

@@ -1,10 +1,10 @@
 //! Multirate coupling: constraints between two organs with unequal numbers of substeps.
 //!
-//! A constraint acts in windows, of which a tick has a power of two. At the end of a window, a
-//! sphere may be in the middle of a longer substep of its own organ. The constraint then uses the
-//! position that the sphere has reached, and its impulse acts over the whole of that substep. Or
-//! the window may contain several substeps of the sphere's organ. Its impulse then acts in the last
-//! of them.
+//! A constraint acts in windows, of which a tick has a power of two. A window begins with a substep
+//! of the finer organ. A sphere of the coarser organ is then in the middle of a longer substep: the
+//! constraint uses the position that the sphere has reached when the window ends, and its impulse
+//! acts over the whole of the longer substep. A window may also contain several substeps of the
+//! finer organ. The position at its end is then extrapolated, and the impulse is spread over them.
 
 use crate::capacity::MAX_ORGANS;
 use crate::scene::Scene;
@@ -15,7 +15,7 @@ use crate::tissue::{Bodies, Node};
 /// One step of a constraint between organs. A tick has a fixed number of them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SubstepWindow {
-    /// Index of the finest substep with which it ends.
+    /// Index of the finest substep with which it begins.
     now: u32,
     /// Its length, in finest substeps; and the number of finest substeps in a tick.
     length: u32,
@@ -23,12 +23,12 @@ pub(crate) struct SubstepWindow {
 }
 
 impl SubstepWindow {
-    /// The window that ends with the finest substep `now`, of a constraint that acts `times` in a
-    /// tick; `None` if none ends there.
+    /// The window that begins with the finest substep `now`, of a constraint that acts `times` in a
+    /// tick; `None` if none begins there.
     pub(crate) fn due(now: u32, times: u32, scene: &Scene<'_>) -> Option<Self> {
         let finest = scene.finest();
         let length = (finest / times.max(1)).max(1);
-        (now + 1).is_multiple_of(length).then_some(Self {
+        now.is_multiple_of(length).then_some(Self {
             now,
             length,
             finest,
@@ -44,7 +44,8 @@ impl SubstepWindow {
 /// Position of a [`SubstepWindow`] within the substep of an organ.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pace {
-    /// Share of the organ's substep that has passed when the window ends.
+    /// Share of the organ's substep that has passed when the window ends; above 1 if the window is
+    /// longer.
     elapsed: f32,
     /// Length of the substep over that of the window.
     longer: f32,
@@ -60,11 +61,17 @@ impl Pace {
     /// Of an organ with this number of substeps. All lengths are powers of two.
     pub(crate) fn of(substeps: u32, at: &SubstepWindow) -> Self {
         let own = (at.finest / substeps.max(1)).max(1);
-        let passed = at.now % own + 1;
+        let passed = at.now % own + at.length;
         Self {
             elapsed: passed as f32 / own as f32,
             longer: own as f32 / at.length as f32,
         }
+    }
+
+    /// Displacement in one of the organ's substeps per impulse over the window and inverse mass.
+    #[inline(always)]
+    pub(crate) fn spread(&self) -> f32 {
+        self.longer * self.longer.min(1.0)
     }
 
     /// Of every organ.
