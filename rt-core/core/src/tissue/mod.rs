@@ -97,6 +97,7 @@ pub mod cells;
 pub(crate) mod damage;
 mod integrate;
 pub mod lanes;
+mod links;
 pub(crate) mod multirate;
 pub mod neo_hookean;
 pub mod paper;
@@ -127,9 +128,18 @@ use warm_start::WarmStart;
 /// Corrects the predicted displacements of one organ by its inner constraints. Contacts are solved
 /// elsewhere.
 pub trait Solver {
-    /// Projects every constraint of `organ` in a substep of `step_s`. The organ's counts bound the
-    /// cost.
+    /// Projects the constraints of `organ`, except links, in a substep of `step_s`. The organ's
+    /// counts bound the cost.
     fn project(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies);
+
+    /// Projects the links of all organs that begin a substep. Their counts bound the cost.
+    fn project_links(
+        &mut self,
+        _scene: &Scene<'_>,
+        _organs: impl Iterator<Item = u8>,
+        _bodies: &mut Bodies,
+    ) {
+    }
 }
 
 /// Method by which tissue is solved.
@@ -147,6 +157,18 @@ impl Solver for Method<'_> {
         match self {
             Self::NeoHookean => NeoHookean.project(scene, organ, step_s, bodies),
             Self::Paper(paper) => paper.project(scene, organ, step_s, bodies),
+        }
+    }
+
+    fn project_links(
+        &mut self,
+        scene: &Scene<'_>,
+        organs: impl Iterator<Item = u8>,
+        bodies: &mut Bodies,
+    ) {
+        match self {
+            Self::NeoHookean => NeoHookean.project_links(scene, organs, bodies),
+            Self::Paper(_) => {} // it stretches the links with the rest
         }
     }
 }

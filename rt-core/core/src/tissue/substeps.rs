@@ -37,6 +37,8 @@ pub(crate) fn run(
                 solver.project(scene, organ, step_s, bodies);
             }
         }
+        let due = moving(scene, moves, finest).filter(|(.., own)| now.is_multiple_of(*own));
+        solver.project_links(scene, due.map(|(i, ..)| i), bodies);
         attachment::project_due(scene, now, bodies);
         coupling.couple(now, bodies);
         let ended = now + 1;

@@ -184,6 +184,12 @@ impl WarmStart {
             .unwrap_or(closest)
     }
 
+    /// Length of the link with this index after its last projection, m.
+    #[inline(always)]
+    pub(crate) fn link_m(&mut self, link: u32) -> Option<&mut f32> {
+        self.links_m.get_mut(link as usize)
+    }
+
     /// Memory of an organ.
     pub(crate) fn of(&mut self, organ: &Organ) -> OrganMemory<'_> {
         OrganMemory {

@@ -9,8 +9,8 @@ mod wide;
 use kernel::Moduli;
 
 use crate::scene::{Material, Organ, Scene};
-use crate::tissue::bar::Bar;
 use crate::tissue::lanes::Lanes;
+use crate::tissue::links;
 use crate::tissue::per_sphere::PerSphere;
 use crate::tissue::warm_start::{Limits, SphereMemory};
 use crate::tissue::{Bodies, Node, Solver};
@@ -34,13 +34,11 @@ impl Solver for NeoHookean {
     fn project(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies) {
         let Bodies {
             nodes,
-            parted,
             warm_start,
             organ: organs,
             ..
         } = bodies;
-        let own = *organs.at(organ.sphere_start);
-        let limits = warm_start.limits(own);
+        let limits = warm_start.limits(*organs.at(organ.sphere_start));
         let memory = warm_start.of(organ);
         let batches = scene.batches_of(organ);
         if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s, limits))
@@ -49,20 +47,15 @@ impl Solver for NeoHookean {
             kernel::project(nodes, batches, memory.batches, &moduli);
             end(nodes, organ, limits.kept, memory.spheres);
         }
-        let shrunk = parted.shrunk(own);
-        let lefts = parted.left_of_links(organ);
-        let links = scene.elastic_links_of(organ).iter().zip(lefts);
-        for ((link, left), last_m) in links.zip(memory.links_m) {
-            if left > 0.0 {
-                let bar = Bar {
-                    rest_length_m: link.rest_length_m * shrunk,
-                    compliance_m_n: link.compliance_m_n / left,
-                    step_s,
-                };
-                let rate = organ.material.retardation_s / step_s;
-                bar.project(nodes, [link.a, link.b], rate, last_m);
-            }
-        }
+    }
+
+    fn project_links(
+        &mut self,
+        scene: &Scene<'_>,
+        organs: impl Iterator<Item = u8>,
+        bodies: &mut Bodies,
+    ) {
+        links::project(scene, organs, bodies);
     }
 }
 
