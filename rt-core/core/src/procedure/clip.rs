@@ -178,10 +178,10 @@ impl Clips {
                 continue;
             }
             if bodies.parted.left_of_link(clip.link) > 0.0 {
+                let step_s = scene.step_s_of(own);
                 let stiff = Bar {
                     rest_length_m: link.rest_length_m * bodies.parted.shrunk(own),
-                    compliance_m_n: link.compliance_m_n * STIFF,
-                    step_s: scene.step_s_of(own),
+                    softness_per_kg: link.compliance_m_n * STIFF / (step_s * step_s),
                 };
                 stiff.project(&mut bodies.nodes, [link.a, link.b], 0.0, &mut 0.0);
             }

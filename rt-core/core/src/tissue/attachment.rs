@@ -10,7 +10,7 @@ use crate::capacity::{MAX_ATTACHMENTS, MAX_ORGANS};
 use crate::scene::{Anchor, Attachment, Scene, numbered};
 use crate::time::TICK_S;
 use crate::tissue::Bodies;
-use crate::tissue::bar::Bar;
+use crate::tissue::bar::{self, Bar};
 use crate::tissue::lanes::Lanes;
 use crate::tissue::multirate::{Multirate, Pace, SubstepWindow};
 
@@ -147,10 +147,10 @@ pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
             return;
         };
         if let Some(window) = SubstepWindow::due(now, rhythm.times, scene) {
-            let step_s = window.step_s();
+            let per_step_s2 = (window.step_s() * window.step_s()).recip();
             let paces = Pace::of_all(scene, &window);
             for turn in turns[0]..turns[1] {
-                solve(turn, rhythm, step_s, &paces, scene, bodies);
+                solve(turn, rhythm, per_step_s2, &paces, scene, bodies);
             }
         } else if SubstepWindow::due(now, rhythm.acts, scene).is_some() {
             for turn in turns[0]..turns[1] {
@@ -160,12 +160,12 @@ pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
     }
 }
 
-/// Solves an attachment for a window of `step_s`, and pushes its ends.
+/// Solves an attachment for a window of length dt, and pushes its ends. `per_step_s2` is 1/dt².
 #[inline(always)]
 fn solve(
     turn: u16,
     rhythm: Rhythm,
-    step_s: f32,
+    per_step_s2: f32,
     paces: &[Pace; MAX_ORGANS],
     scene: &Scene<'_>,
     bodies: &mut Bodies,
@@ -181,7 +181,7 @@ fn solve(
         && let Some(tie) = bodies.sutures.now(tie, turn.suture)
     {
         let left = bodies.parted.left_of_tie(usize::from(turn.tie));
-        let push = projection(&tie, left, step_s, paces, bodies);
+        let push = projection(&tie, left, per_step_s2, paces, bodies);
         let [own, other] = paces;
         pushes = [push.scaled(own.spread()), push.scaled(-other.spread())];
         push_sphere(tie.sphere, pushes[0], bodies);
@@ -215,13 +215,13 @@ fn push_sphere(sphere: u32, impulse_m_kg: Lanes, bodies: &mut Bodies) {
     node.step_m = node.step_m + impulse_m_kg.scaled(weight_per_kg);
 }
 
-/// Impulse over the window's length on the first end of an attachment, m kg, of which the intact
-/// share is `left`.
+/// Impulse over the window's length dt on the first end of an attachment, m kg, of which the intact
+/// share is `left`. `per_step_s2` is 1/dt².
 #[inline(always)]
 fn projection(
     tie: &Attachment,
     left: f32,
-    step_s: f32,
+    per_step_s2: f32,
     paces: [Pace; 2],
     bodies: &Bodies,
 ) -> Lanes {
@@ -249,8 +249,7 @@ fn projection(
     }
     let bar = Bar {
         rest_length_m: tie.rest_length_m,
-        compliance_m_n: tie.compliance_m_n / left,
-        step_s,
+        softness_per_kg: bar::softness_per_kg(tie.compliance_m_n, left, per_step_s2),
     };
     bar.push(difference, a_pace.weight() + b_weight)
 }

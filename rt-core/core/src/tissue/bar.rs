@@ -10,10 +10,20 @@ use crate::tissue::per_sphere::PerSphere;
 pub(crate) struct Bar {
     /// Length at rest, m.
     pub(crate) rest_length_m: f32,
-    /// Stretch per force, m/N.
-    pub(crate) compliance_m_n: f32,
-    /// Length of the substep, s.
-    pub(crate) step_s: f32,
+    /// Compliance over dt²: stretch per impulse over dt, 1/kg.
+    pub(crate) softness_per_kg: f32,
+}
+
+/// Compliance over dt², 1/kg, of a bar of which the intact share is `left`. `per_step_s2` is 1/dt².
+#[inline(always)]
+pub(crate) fn softness_per_kg(compliance_m_n: f32, left: f32, per_step_s2: f32) -> f32 {
+    let softness = compliance_m_n * per_step_s2;
+    // A division takes as long as the rest of this function, and few bars are damaged.
+    if left == 1.0 {
+        softness
+    } else {
+        softness / left
+    }
 }
 
 impl Bar {
@@ -21,30 +31,22 @@ impl Bar {
     /// masses sum to `weight_sum`. Coincident ends have no direction and are left alone.
     #[inline(always)]
     pub(crate) fn push(&self, difference: Lanes, weight_sum: f32) -> Lanes {
-        let length = math::sqrt(difference.norm_squared());
-        self.damped_push(difference, length, weight_sum, 0.0, length)
+        let length_m = math::sqrt(difference.norm_squared());
+        difference.scaled(self.share(length_m, weight_sum, 0.0, length_m))
     }
 
-    /// As [`Bar::push`], for a bar of this length that was `last_m` long after its last projection.
-    /// `rate` is the retardation time over the substep: weight of the strain rate relative to the
-    /// strain.
+    /// Share of the difference of its ends by which a bar of this length pushes them, kg. `last_m`
+    /// is its length after its last projection. `rate` is the retardation time over the substep:
+    /// weight of the strain rate relative to the strain.
     #[inline(always)]
-    fn damped_push(
-        &self,
-        difference: Lanes,
-        length_m: f32,
-        weight_sum: f32,
-        rate: f32,
-        last_m: f32,
-    ) -> Lanes {
-        let softness = self.compliance_m_n / (self.step_s * self.step_s);
-        let resistance = (1.0 + rate) * weight_sum + softness;
+    fn share(&self, length_m: f32, weight_sum: f32, rate: f32, last_m: f32) -> f32 {
+        let resistance = (1.0 + rate) * weight_sum + self.softness_per_kg;
         let is_known = length_m > 1.0e-9 && resistance > 0.0;
         if !is_known {
-            return Lanes::ZERO;
+            return 0.0;
         }
         let error = length_m - self.rest_length_m + rate * (length_m - last_m);
-        difference.scaled(-error / (resistance * length_m))
+        -error / (resistance * length_m)
     }
 
     /// Projects the bar between two spheres. `last_m` is its length after its last projection, and
@@ -57,13 +59,15 @@ impl Bar {
         rate: f32,
         last_m: &mut f32,
     ) {
-        let (a, b) = (*nodes.at(i), *nodes.at(j));
+        let (a, b) = (nodes.at(i), nodes.at(j));
         let (wa, wb) = (a.inverse_mass_per_kg(), b.inverse_mass_per_kg());
-        let difference = a.from(&b);
+        let difference = a.from(b);
         let length_m = math::sqrt(difference.norm_squared());
-        let push = self.damped_push(difference, length_m, wa + wb, rate, *last_m);
-        *last_m = math::sqrt((difference + push.scaled(wa + wb)).norm_squared());
-        nodes.at_mut(i).step_m = a.step_m + push.scaled(wa);
-        nodes.at_mut(j).step_m = b.step_m - push.scaled(wb);
+        let share = self.share(length_m, wa + wb, rate, *last_m);
+        let push = difference.scaled(share);
+        *last_m = (length_m + length_m * (share * (wa + wb))).abs();
+        let (a, b) = (a.step_m + push.scaled(wa), b.step_m - push.scaled(wb));
+        nodes.at_mut(i).step_m = a;
+        nodes.at_mut(j).step_m = b;
     }
 }

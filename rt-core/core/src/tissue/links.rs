@@ -5,7 +5,7 @@ use heapless::Vec;
 use crate::capacity::MAX_ORGANS;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
-use crate::tissue::bar::Bar;
+use crate::tissue::bar::{self, Bar};
 
 /// Elastic links of an organ that begins a substep.
 #[derive(Debug, Clone, Copy)]
@@ -13,8 +13,8 @@ struct Strand {
     /// Index of the first link.
     first: u32,
     count: u32,
-    /// Length of the substep, s.
-    step_s: f32,
+    /// 1/dt², with dt the length of the substep.
+    per_step_s2: f32,
     /// Weight of the strain rate relative to the strain: retardation time over dt.
     rate: f32,
     /// Rest length, as a share of the length in the scene.
@@ -33,7 +33,7 @@ pub(crate) fn project(scene: &Scene<'_>, organs: impl Iterator<Item = u8>, bodie
             let strand = Strand {
                 first: organ.link_start,
                 count: organ.elastic_links.min(organ.link_count),
-                step_s,
+                per_step_s2: (step_s * step_s).recip(),
                 rate: organ.material.retardation_s / step_s,
                 shrunk: bodies.parted.shrunk(number),
             };
@@ -60,8 +60,7 @@ impl Strand {
         {
             let bar = Bar {
                 rest_length_m: link.rest_length_m * self.shrunk,
-                compliance_m_n: link.compliance_m_n / left,
-                step_s: self.step_s,
+                softness_per_kg: bar::softness_per_kg(link.compliance_m_n, left, self.per_step_s2),
             };
             bar.project(&mut bodies.nodes, [link.a, link.b], self.rate, last_m);
         }
