@@ -15,7 +15,7 @@ use crate::held::{Held, Plane};
 use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
 use crate::prepared::Prepared;
-use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, SPHERES_MAX, Surface};
+use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, Surface};
 use crate::report::{OrganReport, Report};
 use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
@@ -172,11 +172,8 @@ fn assemble(
             build_s: begun.elapsed().as_secs_f64(),
             ..figures(plan, &surfaces[i], &organ, &held.spheres)
         });
-        thin_parts.extend(
-            organ
-                .thin
-                .map(|thin| too_thin(plan, &thin, organ.balls.len())),
-        );
+        let warning = |thin: &Thin| thin.warning(&plan.name, organ.balls.len());
+        thin_parts.extend(organ.thin.as_ref().map(warning));
         tetrahedra.push(organ.tets);
     }
     let tied = attach::attach(&recipe.organs, skins, recipe.ties.len(), &mut scene)?;
@@ -366,21 +363,6 @@ const USUAL_M: [(OrganKind, f64, f64); 3] = [
     (OrganKind::Gallbladder, 0.02, 0.18),
     (OrganKind::Stomach, 0.10, 0.45),
 ];
-
-/// The warning of a part that is thin for its spheres.
-fn too_thin(plan: &OrganPlan, thin: &Thin, spheres: usize) -> String {
-    let [x, y, z]: [f64; 3] = thin.at.into();
-    format!(
-        "'{}' is thin in {:.0} % of its volume, most around [{x:.3}, {y:.3}, {z:.3}] m: {:.1} mm, {:.1} \
-         spheres, on average; it pushes back too hard there; give it about {} spheres (`spheres`, \
-         --spheres)",
-        plan.name,
-        1e2 * thin.share,
-        1e3 * thin.thickness_m,
-        thin.thickness_m / thin.spacing_m,
-        thin.enough(spheres).min(SPHERES_MAX)
-    )
-}
 
 /// A warning if a mesh is larger or smaller than its kind of organ.
 fn unusual_size(plan: &OrganPlan, mesh: &Mesh) -> Option<String> {

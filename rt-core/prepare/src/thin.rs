@@ -6,6 +6,7 @@
 
 use crate::Vec3;
 use crate::pack::Interior;
+use crate::recipe::SPHERES_MAX;
 
 /// Thickness below which a part is thin, spacings of the spheres.
 const THIN_SPACINGS: f64 = 2.0;
@@ -60,8 +61,22 @@ pub(crate) fn thin(interior: &Interior<'_>) -> Option<Thin> {
 }
 
 impl Thin {
+    /// The warning for an organ that has this thin part and this many spheres.
+    pub(crate) fn warning(&self, organ: &str, spheres: usize) -> String {
+        let [x, y, z]: [f64; 3] = self.at.into();
+        format!(
+            "'{organ}' has thin parts, {:.0} % of its volume, most of them around [{x:.3}, {y:.3}, {z:.3}] m; \
+             they are {:.1} mm or {:.1} spheres thick on average, so they push back too hard; give it \
+             about {} spheres (`spheres`, --spheres)",
+            1e2 * self.share,
+            1e3 * self.thickness_m,
+            self.thickness_m / self.spacing_m,
+            self.enough(spheres).min(SPHERES_MAX)
+        )
+    }
+
     /// Number of spheres with which the mean of the thin part is thick enough.
-    pub(crate) fn enough(&self, spheres: usize) -> usize {
+    fn enough(&self, spheres: usize) -> usize {
         let finer = THIN_SPACINGS * self.spacing_m / self.thickness_m;
         (spheres as f64 * finer.powi(3) / 100.0).ceil() as usize * 100
     }
