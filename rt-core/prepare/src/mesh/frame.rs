@@ -3,9 +3,14 @@
 //! Preparation works on grids. Their lines lie along the mesh's own axes, so that an organ is
 //! packed alike wherever it lies in the room and however it is turned there.
 //!
-//! The axes are the principal axes of the surface. They point to the side of the longer tail, which
-//! the third moment tells. A symmetric body has axes or tails that are equal: a cube, a cylinder, a
-//! ball. Then the order of the triangles decides, because it turns with the mesh too.
+//! The axes are the principal axes of the surface. The third moment tells on which side of an axis
+//! the longer tail is: the longest axis points there, and the middle one points away. A symmetric
+//! body has axes or tails that are equal: a cube, a cylinder, a ball. Then the order of the
+//! triangles decides, because it turns with the mesh too.
+//!
+//! Another rule would give other packings. Pressed at one place, twelve turns of the built-in
+//! liver's axes gave forces that scatter by 6 % with 250 spheres and by 3 % with 581. Those of this
+//! rule were among the closest to the force of 1800 spheres.
 
 use nalgebra::Matrix3;
 
@@ -57,7 +62,9 @@ impl OwnFrame {
         };
         let axis = |i: usize| {
             let axis = eigen.eigenvectors.column(i).into_owned();
-            axis * moments.side(mesh, &axis, eigen.eigenvalues[i])
+            let tail = moments.tail(mesh, &axis, eigen.eigenvalues[i]);
+            let side = tail.map(|tail| if i == middle { -tail } else { tail });
+            axis * side.unwrap_or_else(|| moments.odd_side(&axis))
         };
         let is_apart = [differ(longest, middle), differ(middle, shortest)];
         let (first, second) = match is_apart {
@@ -146,8 +153,9 @@ impl Moments {
         }
     }
 
-    /// 1 if the surface has its longer tail along `axis`, −1 if it has it on the other side.
-    fn side(&self, mesh: &Mesh, axis: &Vec3, moment: f64) -> f64 {
+    /// 1 if the surface has its longer tail along `axis`, −1 if it has it on the other side, `None`
+    /// if the tails are equal.
+    fn tail(&self, mesh: &Mesh, axis: &Vec3, moment: f64) -> Option<f64> {
         let third: f64 = (mesh.triangles.iter())
             .map(|&t| {
                 let corners = mesh.corners(t);
@@ -160,9 +168,12 @@ impl Moments {
         let deviation_m = (moment / self.area_m2.max(f64::MIN_POSITIVE))
             .max(0.0)
             .sqrt();
-        if third.abs() > SKEW_MIN * self.area_m2 * deviation_m.powi(3) {
-            return third.signum();
-        }
+        let is_skew = third.abs() > SKEW_MIN * self.area_m2 * deviation_m.powi(3);
+        is_skew.then(|| third.signum())
+    }
+
+    /// A side of `axis` that follows from the order of the triangles: 1 or −1.
+    fn odd_side(&self, axis: &Vec3) -> f64 {
         let odd = self.odd.map(|v| v.dot(axis));
         odd[usize::from(odd[1].abs() > odd[0].abs())].signum()
     }

@@ -172,7 +172,7 @@ fn prism(sides: u32, radius_m: f64, height_m: f64) -> Mesh {
     mesh
 }
 
-fn cases() -> [Case; 4] {
+fn cases() -> [Case; 5] {
     let bare = |turn: &Turn| {
         plane(
             turn,
@@ -180,12 +180,24 @@ fn cases() -> [Case; 4] {
             Vec3::new(0.0, 0.5, -0.87),
         )
     };
+    let hilum = |turn: &Turn| {
+        let center = written(&turn.place(&Vec3::new(0.0, 0.36, -0.085)));
+        format!("{{ ball = {{ center_m = {center}, radius_m = 0.04 }} }}")
+    };
     let foot = |turn: &Turn| plane(turn, Vec3::new(0.0, 0.0, 0.012), -Vec3::z());
     [
         Case {
             name: "liver",
             mesh: Shape::from(Form::Liver).mesh(),
             held: bare,
+            pressed: Vec3::new(0.1, -0.3, 1.0),
+            gravity: Vec3::new(0.0, -0.3, -0.2),
+        },
+        // Free but for a few spheres.
+        Case {
+            name: "hung liver",
+            mesh: Shape::from(Form::Liver).mesh(),
+            held: hilum,
             pressed: Vec3::new(0.1, -0.3, 1.0),
             gravity: Vec3::new(0.0, -0.3, -0.2),
         },
