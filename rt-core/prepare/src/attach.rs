@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use rt_core::capacity::MAX_ATTACHMENTS;
 use shared_mem::scene::{AttachmentRecord, SceneData, WORLD};
 
 use crate::Vec3;
@@ -17,9 +18,33 @@ const TIES: usize = 2;
 /// clamp.
 const TIES_OF_TUBE: usize = 3;
 
+/// Ties of tubes are never left out, because three of them hold an end like a clamp. Elsewhere a
+/// scene of many spheres has fewer ties than it wants: first one for each sphere, then one for every
+/// second sphere, and so on. Each tie stands for the area of those left out.
+const THRIFT: [Thrift; 5] = [
+    Thrift {
+        ties: TIES,
+        every: 1,
+    },
+    Thrift { ties: 1, every: 1 },
+    Thrift { ties: 1, every: 2 },
+    Thrift { ties: 1, every: 3 },
+    Thrift { ties: 1, every: 4 },
+];
+
+/// Number of ties where two organs are grown together.
+#[derive(Debug, Clone, Copy)]
+struct Thrift {
+    /// Number of ties from one sphere.
+    ties: usize,
+    /// One in this many spheres is tied.
+    every: usize,
+}
+
 /// Attaches organs to each other. A sphere within `within_m` of an organ to which its own organ is
-/// attached is tied to the nearest spheres of that organ. Returns the number of tied spheres of
-/// each organ.
+/// attached is tied to the nearest spheres of that organ. Fewer spheres are tied where the realtime
+/// process has no room for so many ties beside the recipe's `others`. Returns the number of tied
+/// spheres of each organ.
 ///
 /// A tie is a bar of the softer tissue. Each of the `n` ties of a sphere has an equal share of the
 /// sphere's cross-section, so its compliance is `n L / (E π r²)`. The energy that tears a tie is
@@ -31,80 +56,112 @@ const TIES_OF_TUBE: usize = 3;
 pub(crate) fn attach(
     organs: &[OrganPlan],
     skins: &[Mesh],
+    others: usize,
     scene: &mut SceneData,
 ) -> Result<Vec<usize>, PrepareError> {
+    let room = MAX_ATTACHMENTS.saturating_sub(others);
     let mut tied = Vec::new();
-    for (own, plan) in organs.iter().enumerate() {
-        let ties = match plan.packing {
-            Packing::Line => TIES_OF_TUBE,
-            Packing::Even | Packing::Paper => TIES,
-        };
-        let mut is_tied = vec![false; scene.organs[own].spheres[1] as usize];
-        for (number, attached) in plan.attached.iter().enumerate() {
-            let Some(other) = organs.iter().position(|o| o.name == attached.to) else {
-                continue;
-            };
-            let young_pa = plan.material.young_pa.min(organs[other].material.young_pa);
-            let toughness_j_m2 =
-                (plan.material.toughness_j_m2).min(organs[other].material.toughness_j_m2);
-            let nearest = Nearest::new(&skins[other]);
-            let (mut caught, mut off) = (0, (f64::INFINITY, Vec3::zeros()));
-            for (i, flag) in is_tied.iter_mut().enumerate() {
-                let a = scene.organs[own].spheres[0] + i as u32;
-                let (center, radius_m) = ball(scene, a);
-                let gap_m = nearest
-                    .as_ref()
-                    .map_or(f64::INFINITY, |n| n.distance(&center));
-                if gap_m - radius_m > attached.within_m {
-                    if gap_m - radius_m < off.0 {
-                        off = (gap_m - radius_m, center);
-                    }
-                    continue;
-                }
-                *flag = true;
-                caught += 1;
-                for (b, length_m) in nearest_spheres(scene, other, &center, ties) {
-                    let area_m2 = PI * radius_m * radius_m / ties as f64;
-                    scene.attachments.push(AttachmentRecord {
-                        a,
-                        b,
-                        anchor_m: [0.0; 3],
-                        rest_length_m: length_m as f32,
-                        compliance_m_n: (length_m / (young_pa * area_m2)) as f32,
-                        is_thread: 0,
-                        tear_j: (toughness_j_m2 * area_m2) as f32,
-                    });
-                }
-            }
-            if caught == 0 {
-                return Err(catches(
-                    plan,
-                    number,
-                    &format!(
-                        "none of its {} spheres; the nearest is {:.1} mm from it, at [{:.3}, {:.3}, {:.3}] m; give \
-                     a larger attached.within_m, or more spheres",
-                        is_tied.len(),
-                        1e3 * off.0,
-                        off.1.x,
-                        off.1.y,
-                        off.1.z
-                    ),
-                ));
-            }
-            // Layered tissue between two organs is attached to them with all of its spheres.
-            if caught == is_tied.len() && plan.layers.is_none() {
-                return Err(catches(
-                    plan,
-                    number,
-                    &format!(
-                        "all of its {caught} spheres, so it can move with it only; give a smaller attached.within_m"
-                    ),
-                ));
-            }
+    for thrift in THRIFT {
+        scene.attachments.clear();
+        tied.clear();
+        for own in 0..organs.len() {
+            tied.push(attach_organ(own, organs, skins, thrift, scene)?);
         }
-        tied.push(is_tied.iter().filter(|tied| **tied).count());
+        if scene.attachments.len() <= room {
+            break; // without a break, the scene's own check says that there are too many
+        }
     }
     Ok(tied)
+}
+
+/// Ties the spheres of one organ, and returns their number.
+fn attach_organ(
+    own: usize,
+    organs: &[OrganPlan],
+    skins: &[Mesh],
+    thrift: Thrift,
+    scene: &mut SceneData,
+) -> Result<usize, PrepareError> {
+    let plan = &organs[own];
+    let Thrift { ties, every } = match plan.packing {
+        Packing::Line => Thrift {
+            ties: TIES_OF_TUBE,
+            every: 1,
+        },
+        Packing::Even | Packing::Paper => thrift,
+    };
+    let mut is_tied = vec![false; scene.organs[own].spheres[1] as usize];
+    for (number, attached) in plan.attached.iter().enumerate() {
+        let Some(other) = organs.iter().position(|o| o.name == attached.to) else {
+            continue;
+        };
+        let young_pa = plan.material.young_pa.min(organs[other].material.young_pa);
+        let toughness_j_m2 =
+            (plan.material.toughness_j_m2).min(organs[other].material.toughness_j_m2);
+        let nearest = Nearest::new(&skins[other]);
+        let (mut caught, mut off) = (0, (f64::INFINITY, Vec3::zeros()));
+        for (i, flag) in is_tied.iter_mut().enumerate() {
+            let a = scene.organs[own].spheres[0] + i as u32;
+            let (center, radius_m) = ball(scene, a);
+            let gap_m = nearest
+                .as_ref()
+                .map_or(f64::INFINITY, |n| n.distance(&center));
+            if gap_m - radius_m > attached.within_m {
+                if gap_m - radius_m < off.0 {
+                    off = (gap_m - radius_m, center);
+                }
+                continue;
+            }
+            caught += 1;
+            if (caught - 1) % every != 0 {
+                continue;
+            }
+            *flag = true;
+            let area_m2 = PI * radius_m * radius_m * every as f64 / ties as f64;
+            for (b, length_m) in nearest_spheres(scene, other, &center, ties) {
+                scene.attachments.push(AttachmentRecord {
+                    a,
+                    b,
+                    anchor_m: [0.0; 3],
+                    rest_length_m: length_m as f32,
+                    compliance_m_n: (length_m / (young_pa * area_m2)) as f32,
+                    is_thread: 0,
+                    tear_j: (toughness_j_m2 * area_m2) as f32,
+                });
+            }
+        }
+        check_caught(plan, number, (caught, is_tied.len()), off)?;
+    }
+    Ok(is_tied.iter().filter(|tied| **tied).count())
+}
+
+/// Refuses an `attached` entry that catches no sphere, or all of them. `off` has the distance and
+/// the place of the nearest sphere that it does not catch.
+fn check_caught(
+    plan: &OrganPlan,
+    number: usize,
+    (caught, spheres): (usize, usize),
+    off: (f64, Vec3),
+) -> Result<(), PrepareError> {
+    if caught == 0 {
+        let what = format!(
+            "none of its {spheres} spheres; the nearest is {:.1} mm from it, at [{:.3}, {:.3}, {:.3}] m; \
+             give a larger attached.within_m, or more spheres",
+            1e3 * off.0,
+            off.1.x,
+            off.1.y,
+            off.1.z
+        );
+        return Err(catches(plan, number, &what));
+    }
+    // Layered tissue between two organs is attached to them with all of its spheres.
+    if caught == spheres && plan.layers.is_none() {
+        let what = format!(
+            "all of its {caught} spheres, so it can move with it only; give a smaller attached.within_m"
+        );
+        return Err(catches(plan, number, &what));
+    }
+    Ok(())
 }
 
 /// The error of an `attached` entry that catches no sphere, or every sphere.

@@ -71,7 +71,7 @@ pub fn tetrahedra(points: &[Vec3]) -> Vec<[u32; 4]> {
 }
 
 /// A fixed, irregular direction for each point (SplitMix64).
-fn jitter(i: u64) -> Vec3 {
+pub(crate) fn jitter(i: u64) -> Vec3 {
     let mut state = i.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mut next = || {
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);

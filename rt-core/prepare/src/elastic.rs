@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use crate::links;
+use crate::order;
 use crate::pack::Ball;
 use crate::recipe::Material;
 use crate::tetra::Tetra;
@@ -22,7 +23,7 @@ pub(crate) const TETRA_STIFFNESS_NUMBER_MAX: f64 = 0.6;
 /// Substeps in a tick, at most.
 pub(crate) const SUBSTEPS_MAX: u32 = 16;
 
-/// An organ's links, sorted, with their compliance, and its substeps.
+/// An organ's links in the order in which the solver walks them, and its substeps.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Elastic {
     /// The links, those that carry load first. The second value is a link's compliance, m/N.
@@ -70,7 +71,7 @@ pub(crate) fn elastic(
     };
     let bears = |[a, b]: &[u32; 2]| piece[*a as usize] != piece[*b as usize];
     let with_compliance = |link: &[u32; 2]| (*link, compliance(link) / share(link));
-    let (bearing, others): (Vec<_>, Vec<_>) = links.iter().partition(|link| bears(link));
+    let (bearing, others): (Vec<[u32; 2]>, Vec<_>) = links.iter().partition(|link| bears(link));
     let spacing_m = if tets.is_empty() {
         let lengths = links
             .iter()
@@ -82,13 +83,15 @@ pub(crate) fn elastic(
     let number =
         material.young_pa * TICK_S * TICK_S / (material.density_kg_m3 * spacing_m * spacing_m);
     let substeps = substeps(number);
+    // A solver walks either the links that carry load or all of them, so each part has an order of
+    // its own.
+    let ordered = [&bearing, &others].map(|part| {
+        let order = order::spread(part, balls.len()).into_iter();
+        order.map(|i| with_compliance(&part[i]))
+    });
     Elastic {
         count: bearing.len(),
-        links: bearing
-            .into_iter()
-            .chain(others)
-            .map(|link| with_compliance(&link))
-            .collect(),
+        links: ordered.into_iter().flatten().collect(),
         substeps,
         stiffness_number: number / f64::from(substeps * substeps),
     }

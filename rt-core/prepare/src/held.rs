@@ -95,6 +95,41 @@ pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]
     }
 }
 
+/// Spheres that the plan holds.
+pub(crate) struct Held {
+    /// True for each sphere that is held.
+    pub(crate) spheres: Vec<bool>,
+    /// Distance of each sphere from the nearest held region, m; negative within it.
+    off_m: Vec<f64>,
+}
+
+/// Tissue between a free and a held sphere is stiffened to this many times at most. A sphere close
+/// to the border would shake otherwise.
+const STIFFER_MAX: f64 = 3.0;
+
+impl Held {
+    /// Factor by which tissue between these spheres is stiffer than between free ones. Only the
+    /// part of it before the border deforms: a share `l` of the length, so the factor is `1 / l`.
+    /// Without it, a sphere whose centre lies just beyond the border would hold as if the border
+    /// were at its centre, and the organ would jump from soft to stiff as the border passes.
+    pub(crate) fn stiffer(&self, spheres: &[u32]) -> f64 {
+        let mean_m = |held: bool| {
+            let own = spheres.iter().map(|i| *i as usize);
+            let of: Vec<f64> = own
+                .filter(|i| self.spheres[*i] == held)
+                .map(|i| self.off_m[i].abs())
+                .collect();
+            (!of.is_empty()).then(|| of.iter().sum::<f64>() / of.len() as f64)
+        };
+        match (mean_m(false), mean_m(true)) {
+            (Some(before_m), Some(beyond_m)) if before_m > 0.0 => {
+                (1.0 + beyond_m / before_m).min(STIFFER_MAX)
+            }
+            _ => 1.0,
+        }
+    }
+}
+
 /// Says for each sphere of the organ whether the plan holds it. `skin` is the organ's own skin,
 /// `skins` are the skins of all `organs`.
 ///
@@ -109,18 +144,20 @@ pub(crate) fn held(
     organs: &[OrganPlan],
     skins: &[Mesh],
     gravity: &Vec3,
-) -> Result<Vec<bool>, PrepareError> {
+) -> Result<Held, PrepareError> {
     let error = |problem: String| PrepareError::Organ {
         organ: plan.name.clone(),
         problem,
     };
     let mut held = vec![false; balls.len()];
+    let mut all_off_m = vec![f64::INFINITY; balls.len()];
     for (number, region) in plan.held.iter().enumerate() {
         let off_m = distance(region, skin, organs, skins, gravity);
         let mut nearest = (f64::INFINITY, Vec3::zeros());
-        for (flag, ball) in held.iter_mut().zip(balls) {
+        for ((flag, least_m), ball) in held.iter_mut().zip(&mut all_off_m).zip(balls) {
             let off_m = off_m(ball);
             *flag |= off_m <= 0.0;
+            *least_m = least_m.min(off_m);
             if off_m < nearest.0 {
                 nearest = (off_m, ball.center);
             }
@@ -146,10 +183,13 @@ pub(crate) fn held(
             entries.join(", ")
         )));
     }
-    Ok(held)
+    Ok(Held {
+        spheres: held,
+        off_m: all_off_m,
+    })
 }
 
-/// Distance of a sphere from a region, m; 0 or less within it.
+/// Distance of a sphere from a region, m; within the region, minus the distance to its border.
 fn distance<'a>(
     region: &'a Region,
     skin: &Mesh,
@@ -162,7 +202,7 @@ fn distance<'a>(
             let (min, max) = (Vec3::from(*min_m), Vec3::from(*max_m));
             Box::new(move |b| {
                 let off = (min - b.center).sup(&(b.center - max));
-                off.sup(&Vec3::zeros()).norm()
+                off.sup(&Vec3::zeros()).norm() + off.max().min(0.0)
             })
         }
         Region::Plane { .. } | Region::Base(_) => {
@@ -170,21 +210,20 @@ fn distance<'a>(
             let [low, high] = skin.bounds();
             let height_m = (high - low).norm();
             Box::new(move |b| match plane {
-                Some(plane) if plane.holds(&b.center) => 0.0,
-                Some(plane) => -plane.depth_m(&b.center),
+                Some(plane) => -plane.depth_m(&b.center) - ON_PLANE_M,
                 None => height_m,
             })
         }
         Region::Ball { center_m, radius_m } => {
             let center = Vec3::from(*center_m);
-            Box::new(move |b| ((b.center - center).norm() - radius_m).max(0.0))
+            Box::new(move |b| (b.center - center).norm() - radius_m)
         }
         Region::Near { organ, within_m } => {
             let index = organs.iter().position(|o| o.name == *organ);
             let nearest = index.and_then(|i| Nearest::new(&skins[i]));
             Box::new(move |b| {
                 nearest.as_ref().map_or(f64::INFINITY, |near| {
-                    (near.distance(&b.center) - b.radius_m - within_m).max(0.0)
+                    near.distance(&b.center) - b.radius_m - within_m
                 })
             })
         }

@@ -18,7 +18,14 @@
 //! # Held tissue
 //!
 //! Where a recipe holds an organ beyond a plane, preparation moves the spheres nearest to that
-//! plane onto it. Deformation then ends at the plane, whatever the number of spheres.
+//! plane onto it. Deformation then ends at the plane, whatever the number of spheres. Where a free
+//! and a held sphere lie on both sides of a border, only the tissue before the border deforms, so
+//! it is as much stiffer as its deforming part is shorter.
+//!
+//! # Scenes that are turned
+//!
+//! An organ is packed on a grid along its mesh's own axes. The same scene, turned and moved, has the
+//! same spheres, and so the same sag and force.
 //!
 //! # Patches over which spheres spread a force
 //!
@@ -80,6 +87,7 @@ pub mod skin;
 mod support;
 mod surface_nets;
 pub mod tetra;
+mod thin;
 
 pub use cells::Filling;
 pub use error::{MeshError, PrepareError, RecipeError};

@@ -1,59 +1,75 @@
 //! The order in which a solver walks constraints.
 
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 
 /// Constraints fewer than this many places apart share no sphere, where that is possible. A loop
 /// over them then does not wait for its own results, and eight fit into a vector register.
 const APART: usize = 8;
 
+/// Place of a waiting constraint in the queue: by the most constraints that wait at one of its
+/// spheres, then by their sum over its spheres, then by its index.
+type Turn = (Reverse<usize>, Reverse<usize>, usize);
+
 /// A permutation of the constraints in which any eight consecutive ones share no sphere, as far as
 /// possible. A constraint is given by the spheres that it moves; `count` is the number of spheres.
 #[must_use]
 pub fn spread<const N: usize>(constraints: &[[u32; N]], count: usize) -> Vec<usize> {
-    let mut degree = vec![0usize; count];
-    for &i in constraints.as_flattened() {
-        degree[i as usize] += 1;
+    let mut waiting_at = vec![Vec::new(); count];
+    for (index, spheres) in constraints.iter().enumerate() {
+        for &i in spheres {
+            waiting_at[i as usize].push(index);
+        }
     }
-    let busiest = |c: &[u32; N]| c.iter().map(|&i| degree[i as usize]).max();
-    // Spheres with many constraints come first. Otherwise their constraints would be left for the
-    // end.
-    let mut waiting: Vec<Option<usize>> = (0..constraints.len()).map(Some).collect();
-    waiting.sort_by_key(|i| i.map(|i| (Reverse(busiest(&constraints[i])), constraints[i])));
-    let mut ordered = Vec::with_capacity(constraints.len());
+    // The constraints of the sphere with the most waiting ones come first, and their number is
+    // counted anew after each choice. Otherwise a few spheres' constraints would be left for the
+    // end, where nothing can be put between them.
+    let turn = |waiting_at: &[Vec<usize>], index: usize| -> Turn {
+        let counts = constraints[index].map(|i| waiting_at[i as usize].len());
+        let most = counts.into_iter().max().unwrap_or(0);
+        (Reverse(most), Reverse(counts.iter().sum()), index)
+    };
+    let mut turns: Vec<Turn> = (0..constraints.len())
+        .map(|index| turn(&waiting_at, index))
+        .collect();
+    let mut queue: BTreeSet<Turn> = turns.iter().copied().collect();
     let mut last_use = vec![None::<usize>; count];
-    let mut first = 0;
-    while ordered.len() < constraints.len() {
-        let position = ordered.len();
-        let age = |c: &[u32; N]| {
-            let of = |&i: &u32| last_use[i as usize].map_or(usize::MAX, |at| position - at);
-            c.iter().map(of).min().unwrap_or(usize::MAX)
-        };
-        while waiting.get(first).is_some_and(Option::is_none) {
-            first += 1;
-        }
-        // Takes the first constraint whose spheres are free; without any, the one whose spheres
-        // were used longest ago.
-        let mut chosen = None;
-        for (slot, index) in waiting.iter().enumerate().skip(first) {
-            let Some(index) = *index else { continue };
-            let age = age(&constraints[index]).min(APART);
-            if chosen.is_none_or(|(best, _, _)| age > best) {
-                chosen = Some((age, slot, index));
-            }
-            if age == APART {
-                break;
-            }
-        }
-        let Some((_, slot, index)) = chosen else {
-            break;
-        };
-        waiting[slot] = None;
+    let mut ordered = Vec::with_capacity(constraints.len());
+    while let Some(index) = next(&queue, |index| {
+        let of = |&i: &u32| last_use[i as usize].map_or(APART, |at| ordered.len() - at);
+        constraints[index].iter().map(of).min().unwrap_or(APART)
+    }) {
+        queue.remove(&turns[index]);
         for &i in &constraints[index] {
-            last_use[i as usize] = Some(position);
+            last_use[i as usize] = Some(ordered.len());
+            waiting_at[i as usize].retain(|other| *other != index);
+        }
+        for &i in &constraints[index] {
+            for &other in &waiting_at[i as usize] {
+                queue.remove(&turns[other]);
+                turns[other] = turn(&waiting_at, other);
+                queue.insert(turns[other]);
+            }
         }
         ordered.push(index);
     }
     ordered
+}
+
+/// The first constraint in the queue whose spheres are free. Without any, the one whose spheres were
+/// used longest ago: `age` is the number of places since then.
+fn next(queue: &BTreeSet<Turn>, age: impl Fn(usize) -> usize) -> Option<usize> {
+    let mut chosen = None;
+    for &(.., index) in queue {
+        let age = age(index).min(APART);
+        if chosen.is_none_or(|(best, _)| age > best) {
+            chosen = Some((age, index));
+        }
+        if age == APART {
+            break;
+        }
+    }
+    chosen.map(|(_, index)| index)
 }
 
 #[cfg(test)]
@@ -70,6 +86,27 @@ mod tests {
         // The last few are left out: no other constraints remain to be put between them.
         for window in order[..99 - 2 * APART].windows(APART) {
             let mut spheres: Vec<u32> = window.iter().flat_map(|&i| chain[i]).collect();
+            spheres.sort_unstable();
+            spheres.dedup();
+            assert_eq!(spheres.len(), 16);
+        }
+    }
+
+    /// Spheres of a block of tissue have up to 26 links each. None has to wait, not even at the end.
+    #[test]
+    fn links_of_a_block_are_taken_apart_to_the_end() {
+        const SIDE: i32 = 6;
+        let number = |[x, y, z]: [i32; 3]| (x + SIDE * (y + SIDE * z)) as u32;
+        let places = (0..SIDE.pow(3)).map(|i| [i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE]);
+        let mut links = Vec::new();
+        for a in places.clone() {
+            let near = |b: &[i32; 3]| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) < 2);
+            let after = places.clone().filter(|b| near(b) && number(*b) > number(a));
+            links.extend(after.map(|b| [number(a), number(b)]));
+        }
+        let order = spread(&links, SIDE.pow(3) as usize);
+        for window in order.windows(APART) {
+            let mut spheres: Vec<u32> = window.iter().flat_map(|&i| links[i]).collect();
             spheres.sort_unstable();
             spheres.dedup();
             assert_eq!(spheres.len(), 16);

@@ -11,7 +11,7 @@ use crate::budget::{self, Count};
 use crate::cells::{self, Cells, Regions};
 use crate::elastic::{self, Elastic};
 use crate::error::{MeshError, MeshProblem, PrepareError};
-use crate::held::Plane;
+use crate::held::{Held, Plane};
 use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
 use crate::prepared::Prepared;
@@ -20,6 +20,7 @@ use crate::report::{OrganReport, Report};
 use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
+use crate::thin::{self, Thin};
 use crate::{Vec3, attach, bind, cost, held, links, overlap, rest, room, runs, support};
 
 /// Progress of the preparation.
@@ -38,10 +39,23 @@ struct Organ {
     links: Vec<[u32; 2]>,
     elastic: Elastic,
     tets: Vec<Tetra>,
+    thin: Option<Thin>,
     vertices: Vec<VertexRecord>,
     skin: ContactSkin,
     quality: Quality,
     because: String,
+}
+
+impl Organ {
+    /// Stiffens the tissue between free and held spheres, by the share of it that is held.
+    fn weigh(&mut self, held: &Held) {
+        for tet in &mut self.tets {
+            tet.volume_m3 *= held.stiffer(&tet.spheres);
+        }
+        for (spheres, compliance_m_n) in &mut self.elastic.links {
+            *compliance_m_n /= held.stiffer(spheres);
+        }
+    }
 }
 
 /// Builds the scene that the recipe describes.
@@ -131,6 +145,7 @@ fn assemble(
     let gravity = gravity(recipe);
     let mut scene = SceneData::default();
     let mut tetrahedra = Vec::new();
+    let mut thin_parts = Vec::new();
     let mut report = Report {
         scene: recipe.name.clone(),
         ..Report::default()
@@ -140,7 +155,7 @@ fn assemble(
         doing(i, plan);
         let first_sphere = scene.spheres.len() as u32;
         let planes = held::planes(plan, &skins[i], &gravity);
-        let organ = build(plan, &surfaces[i].mended, count, &planes, first_sphere)?;
+        let mut organ = build(plan, &surfaces[i].mended, count, &planes, first_sphere)?;
         check_balls(plan, &organ.balls)?;
         check_sheet(plan, &surfaces[i].mended, &organ)?;
         let held = held::held(
@@ -151,14 +166,17 @@ fn assemble(
             skins,
             &gravity,
         )?;
-        append(&mut scene, plan, &surfaces[i].mended, &organ, &held);
+        organ.weigh(&held);
+        append(&mut scene, plan, &surfaces[i].mended, &organ, &held.spheres);
         report.organs.push(OrganReport {
             build_s: begun.elapsed().as_secs_f64(),
-            ..figures(plan, &surfaces[i], &organ, &held)
+            ..figures(plan, &surfaces[i], &organ, &held.spheres)
         });
+        let warning = |thin: &Thin| thin.warning(&plan.name, organ.balls.len());
+        thin_parts.extend(organ.thin.as_ref().map(warning));
         tetrahedra.push(organ.tets);
     }
-    let tied = attach::attach(&recipe.organs, skins, &mut scene)?;
+    let tied = attach::attach(&recipe.organs, skins, recipe.ties.len(), &mut scene)?;
     attach::sew(&recipe.ties, &recipe.organs, &mut scene)?;
     for (organ, tied) in report.organs.iter_mut().zip(tied) {
         organ.attached = tied;
@@ -180,6 +198,7 @@ fn assemble(
     report
         .warnings
         .extend(rest::bear(&mut scene, &recipe.organs));
+    report.warnings.extend(thin_parts);
     report.warnings.extend(warning);
     for (plan, skin) in recipe.organs.iter().zip(surfaces) {
         let filled = skin.mended.filled();
@@ -414,6 +433,9 @@ fn build(
         tets,
     } = skeleton(plan, &interior, surface.volume_m3, spheres, planes);
     let mass_kg = plan.material.density_kg_m3 * surface.volume_m3;
+    // Layers are cut to cells, and tubes have one sphere across.
+    let is_solid = !tets.is_empty() && plan.layers.is_none();
+    let thin = is_solid.then(|| thin::thin(&interior));
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
@@ -443,6 +465,7 @@ fn build(
         balls,
         links,
         tets,
+        thin: thin.flatten(),
         because: count.because.clone(),
     })
 }

@@ -39,7 +39,8 @@ pub fn fill_between(
     volume_m3: f64,
     planes: &[Plane],
 ) -> Vec<Tetra> {
-    let centers: Vec<Vec3> = balls.iter().map(|b| b.center).collect();
+    let own = |b: &Ball| interior.frame.own(&b.center);
+    let centers: Vec<Vec3> = balls.iter().map(own).collect();
     let all = delaunay::tetrahedra(&centers);
     let mut kept: Vec<[u32; 4]> = Vec::new();
     let mut in_use = vec![false; balls.len()];
@@ -67,7 +68,10 @@ pub fn fill_between(
         }
     }
     kept.sort_unstable();
-    let is_held = |p: &Vec3| planes.iter().any(|plane| plane.holds(p));
+    let is_held = |own: &Vec3| {
+        let p = interior.frame.world(own);
+        planes.iter().any(|plane| plane.holds(&p))
+    };
     let (shares, left_out) = shares(interior, &centers, &kept, is_held);
     let total: f64 = shares.iter().sum::<f64>() + left_out;
     let carry = |(&spheres, share): (&[u32; 4], f64)| Tetra {
@@ -115,7 +119,7 @@ fn shares(
     let mut owner = vec![NONE; grid.len()];
     let mut held_points = vec![false; grid.len()];
     for &i in &interior.points {
-        held_points[i as usize] = is_held(&interior.position(i));
+        held_points[i as usize] = is_held(&interior.own_position(i));
     }
     let corners = tets.iter().map(|t| t.map(|i| centers[i as usize]));
     let held_tets: Vec<bool> = corners.clone().map(|c| c.iter().all(&is_held)).collect();

@@ -1,6 +1,7 @@
 //! Triangle meshes: reading, mending, measuring.
 
 mod close;
+mod frame;
 mod pieces;
 mod read;
 mod repair;
@@ -8,6 +9,7 @@ mod touch;
 mod weld;
 mod wrap;
 
+pub use frame::OwnFrame;
 pub use read::{Format, parse, read};
 pub use repair::{Mended, mend};
 

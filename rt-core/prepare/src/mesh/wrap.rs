@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 
-use super::{Mesh, scaled_normal};
+use super::{Mesh, OwnFrame, scaled_normal};
 use crate::Vec3;
 use crate::field::{Field, Grid, Nearest, Sign};
 use crate::surface_nets;
@@ -37,6 +37,11 @@ fn solid_angle(corners: [Vec3; 3], p: &Vec3) -> f64 {
 
 /// A closed surface around the triangles, or `None` if they enclose nothing.
 pub(super) fn wrap(mesh: &Mesh) -> Option<Mesh> {
+    let frame = OwnFrame::of(mesh);
+    wrap_own(&frame.own_mesh(mesh)).map(|own| frame.world_mesh(&own))
+}
+
+fn wrap_own(mesh: &Mesh) -> Option<Mesh> {
     let [min, max] = mesh.bounds();
     let cell_m = (max - min).max() / CELLS;
     let grid = Grid::around([min, max], cell_m, 3);
@@ -58,6 +63,11 @@ pub(super) fn wrap(mesh: &Mesh) -> Option<Mesh> {
 /// The outermost surface, closed. The inside is all that a ball as wide as a tenth of the mesh
 /// cannot reach from outside. `None` if the inside is empty.
 pub(super) fn seal(mesh: &Mesh) -> Option<Mesh> {
+    let frame = OwnFrame::of(mesh);
+    seal_own(&frame.own_mesh(mesh)).map(|own| frame.world_mesh(&own))
+}
+
+fn seal_own(mesh: &Mesh) -> Option<Mesh> {
     let [min, max] = mesh.bounds();
     let extent = (max - min).max();
     // A thin tube needs finer cells. Its radius is area/(4π·length) if its wall has two sides.

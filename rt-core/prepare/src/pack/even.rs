@@ -28,6 +28,11 @@ const RADIUS_MAX: f64 = 1.15;
 /// centres are searched.
 const REACH: f64 = 1.45;
 
+/// Squared distances that differ by less than this count as equal, cells². Starting points lie on
+/// the grid, so many distances are equal, and rounding must not decide who owns a point: single
+/// precision errs by 5e-6 at the largest distance.
+const EQUAL: f32 = 1e-3;
+
 const NONE: u32 = u32::MAX;
 
 /// Packs this many spheres, or one for each grid point inside if there are fewer points.
@@ -46,12 +51,12 @@ pub fn pack_evenly(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     }
     let balls = centers
         .into_iter()
-        .map(|c| interior.inscribed(c, RADIUS_MAX * h));
+        .map(|c| interior.inscribed(interior.frame.world(&c), RADIUS_MAX * h));
     balls.collect()
 }
 
-/// Moves a centre of the outer layer along the surface's normal to the layer's depth or, where the
-/// organ is too thin, by a smaller step.
+/// Moves a centre of the outer layer, in the organ's own frame, along the surface's normal to the
+/// layer's depth or, where the organ is too thin, by a smaller step.
 fn set_to_layer(interior: &Interior<'_>, center: Vec3, h: f64) -> Vec3 {
     let depth = -interior.field.at(&center);
     if depth > LAYER_LIMIT * h {
@@ -71,7 +76,7 @@ fn set_to_layer(interior: &Interior<'_>, center: Vec3, h: f64) -> Vec3 {
     center
 }
 
-/// Starting points: grid points at equal intervals in Morton order.
+/// Starting points in the organ's own frame: grid points at equal intervals in Morton order.
 fn spread(interior: &Interior<'_>, count: usize) -> Vec<Vec3> {
     let grid = &interior.field.grid;
     let mut keyed: Vec<(u64, u32)> = interior
@@ -85,7 +90,7 @@ fn spread(interior: &Interior<'_>, count: usize) -> Vec<Vec3> {
     keyed.sort_unstable();
     let count = count.min(keyed.len());
     let pick = |i: usize| keyed[(2 * i + 1) * keyed.len() / (2 * count)].1;
-    (0..count).map(|i| interior.position(pick(i))).collect()
+    (0..count).map(|i| interior.own_position(pick(i))).collect()
 }
 
 /// Spreads the low 21 bits so that two zeros lie between neighbouring bits.
@@ -124,8 +129,8 @@ impl<'a, 'm> Owners<'a, 'm> {
         }
     }
 
-    /// The nearest centre of each point of [`Interior::points`], and of equally near ones the
-    /// first.
+    /// The nearest centre of each point of [`Interior::points`], and of about equally near ones
+    /// the first. Centres are places in the organ's own frame.
     pub(super) fn assign(&mut self, centers: &[Vec3]) -> &[u32] {
         for &i in &self.interior.points {
             self.best[i as usize] = f32::INFINITY;
@@ -138,7 +143,7 @@ impl<'a, 'm> Owners<'a, 'm> {
         for (result, &i) in self.result.iter_mut().zip(&self.interior.points) {
             *result = self.owner[i as usize];
             if *result == NONE {
-                let p = self.interior.position(i);
+                let p = self.interior.own_position(i);
                 let near = centers.iter().map(|c| (c - p).norm_squared()).enumerate();
                 let near = near.min_by(|a, b| a.1.total_cmp(&b.1));
                 *result = near.map_or(0, |(number, _)| number as u32);
@@ -164,7 +169,7 @@ impl<'a, 'm> Owners<'a, 'm> {
                 for (i, (best, owner)) in best.iter_mut().zip(owner).enumerate() {
                     let dx = first + i as f32;
                     let squared = off_line + dx * dx;
-                    let nearer = squared < *best;
+                    let nearer = squared + EQUAL < *best;
                     *best = if nearer { squared } else { *best };
                     *owner = if nearer { number } else { *owner };
                 }
@@ -182,7 +187,7 @@ impl<'a, 'm> Owners<'a, 'm> {
             let depth = f64::from(-field.distance_m[i as usize]);
             let weight = (0.5 + depth / field.grid.cell_m).min(1.0);
             let sum = &mut sums[owner as usize];
-            sum.0 += self.interior.position(i) * weight;
+            sum.0 += self.interior.own_position(i) * weight;
             sum.1 += weight;
         }
         for (center, (sum, weight)) in centers.iter_mut().zip(sums) {

@@ -12,12 +12,15 @@ pub use quality::{Quality, isotropy};
 
 use crate::Vec3;
 use crate::field::{Field, Grid, Nearest, Sign};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, OwnFrame};
 
 /// Grid points along the mean spacing of the spheres.
 const POINTS_PER_SPACING: f64 = 4.5;
 /// Grid points of one organ, at most.
 const POINTS_MAX: f64 = 8e6;
+/// Share of a cell by which grids lie off a mesh's outermost points. A flat side never lies on
+/// points of the grid, where rounding would decide whether they are inside.
+pub(crate) const OFF_SHARE: f64 = 0.38;
 
 /// Smallest radius of a sphere, m. The realtime process takes no smaller one.
 const RADIUS_MIN_M: f64 = 1e-5;
@@ -33,7 +36,9 @@ pub struct Ball {
 
 /// The inside of an organ, ready to be packed.
 pub struct Interior<'a> {
-    /// Signed distance to the skin, on a grid.
+    /// Frame of the grid.
+    pub frame: OwnFrame,
+    /// Signed distance to the skin, on a grid of the organ's own frame.
     pub field: Field,
     /// Exact distance to the skin.
     pub nearest: Nearest<'a>,
@@ -48,15 +53,19 @@ impl<'a> Interior<'a> {
     #[must_use]
     pub fn new(mesh: &'a Mesh, volume_m3: f64, spheres: usize) -> Option<Self> {
         let spacing_m = libm::cbrt(volume_m3 / spheres as f64);
-        let [min, max] = mesh.bounds();
+        let frame = OwnFrame::of(mesh);
+        let own = frame.own_mesh(mesh);
+        let [min, max] = own.bounds();
         let size = max - min;
         let coarsest = libm::cbrt(size.product() / POINTS_MAX);
         let cell_m = (spacing_m / POINTS_PER_SPACING).max(coarsest);
-        let field = Field::new(mesh, Grid::around([min, max], cell_m, 2), Sign::Closed);
+        let low = min.add_scalar(-OFF_SHARE * cell_m);
+        let field = Field::new(&own, Grid::around([low, max], cell_m, 2), Sign::Closed);
         let inside = (0..field.grid.len()).filter(|&i| field.is_inside(i));
         let points: Vec<u32> = inside.map(|i| i as u32).collect();
         let nearest = Nearest::new(mesh)?;
         (!points.is_empty()).then_some(Self {
+            frame,
             field,
             nearest,
             points,
@@ -68,11 +77,17 @@ impl<'a> Interior<'a> {
     #[must_use]
     pub fn depth(&self, p: &Vec3) -> f64 {
         let distance = self.nearest.distance(p);
-        if self.field.at(p) < 0.0 {
+        if self.is_inside(p) {
             distance
         } else {
             -distance
         }
+    }
+
+    /// True if a place in the world lies inside.
+    #[must_use]
+    pub fn is_inside(&self, p: &Vec3) -> bool {
+        self.field.at(&self.frame.own(p)) < 0.0
     }
 
     /// A sphere that touches the surface from inside (paper Eq. 1). Its radius is at most
@@ -84,9 +99,15 @@ impl<'a> Interior<'a> {
         Ball { center, radius_m }
     }
 
-    /// Position of a grid point.
+    /// Position of a grid point, world frame.
     #[must_use]
     pub fn position(&self, point: u32) -> Vec3 {
+        self.frame.world(&self.own_position(point))
+    }
+
+    /// Position of a grid point in the organ's own frame.
+    #[must_use]
+    pub fn own_position(&self, point: u32) -> Vec3 {
         self.field
             .grid
             .position(self.field.grid.coordinates(point as usize))
@@ -96,5 +117,6 @@ impl<'a> Interior<'a> {
 /// The nearest of these centres for every point inside, in the order of [`Interior::points`].
 #[must_use]
 pub fn owners(interior: &Interior<'_>, centers: &[Vec3]) -> Vec<u32> {
-    even::Owners::new(interior).assign(centers).to_vec()
+    let own: Vec<Vec3> = centers.iter().map(|p| interior.frame.own(p)).collect();
+    even::Owners::new(interior).assign(&own).to_vec()
 }

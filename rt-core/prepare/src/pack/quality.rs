@@ -66,16 +66,17 @@ fn coverage(interior: &Interior<'_>, balls: &[Ball]) -> f64 {
     let grid = &interior.field.grid;
     let mut covered = vec![false; grid.len()];
     for b in balls {
-        let span = |k: usize| grid.span(k, b.center[k] - b.radius_m, b.center[k] + b.radius_m);
+        let center = interior.frame.own(&b.center);
+        let span = |k: usize| grid.span(k, center[k] - b.radius_m, center[k] + b.radius_m);
         for z in span(2) {
             for y in span(1) {
                 let line = grid.position([0, y, z]);
-                let off = (line.y - b.center.y).powi(2) + (line.z - b.center.z).powi(2);
+                let off = (line.y - center.y).powi(2) + (line.z - center.z).powi(2);
                 let half = b.radius_m * b.radius_m - off;
                 if half >= 0.0 {
                     let half = half.sqrt();
                     let row = grid.index([0, y, z]);
-                    for x in grid.span(0, b.center.x - half, b.center.x + half) {
+                    for x in grid.span(0, center.x - half, center.x + half) {
                         covered[row + x] = true;
                     }
                 }

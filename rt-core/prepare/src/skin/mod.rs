@@ -11,7 +11,7 @@ use rt_core::scene::{NO_VERTEX, SKIN_BINDINGS, SkinVertex};
 use crate::Vec3;
 use crate::field::{Field, Grid, Sign};
 use crate::mesh::Mesh;
-use crate::pack::{Ball, Interior};
+use crate::pack::{Ball, Interior, OFF_SHARE};
 use crate::surface_nets;
 use crate::tetra::Tetra;
 
@@ -91,14 +91,17 @@ impl ContactSkin {
         edge_m: f64,
     ) -> Option<Self> {
         let balls = tissue.balls;
-        let grid = Grid::around(mesh.bounds(), edge_m, 2);
-        let field = Field::new(mesh, grid, Sign::Closed);
+        let own = interior.frame.own_mesh(mesh);
+        let [min, max] = own.bounds();
+        let low = min.add_scalar(-OFF_SHARE * edge_m);
+        let grid = Grid::around([low, max], edge_m, 2);
+        let field = Field::new(&own, grid, Sign::Closed);
         let values: Vec<f64> = field.distance_m.iter().map(|d| f64::from(*d)).collect();
         let coarse = surface_nets::surface(&field.grid, &values);
         let places: Vec<Vec3> = coarse
             .vertices
             .par_iter()
-            .map(|p| interior.nearest.point(p))
+            .map(|p| interior.nearest.point(&interior.frame.world(p)))
             .collect();
         let fans = fans(&coarse, &places);
         let kept: Vec<usize> = (0..places.len()).filter(|&i| fans[i].len() >= 3).collect();

@@ -36,6 +36,24 @@ fn atlas_scene_is_sound() {
     );
 }
 
+/// The left end and the margin of a real liver are thin for few spheres.
+#[test]
+fn thin_parts_of_the_atlas_liver_are_warned_of() {
+    let Some(folder) = anatomy() else { return };
+    let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/assets/hra-female.toml");
+    let recipe = Recipe::load(&recipe, Some(&folder.join("hra-female"))).unwrap();
+    let report = prepare(&recipe.with_spheres(250).unwrap(), &mut |_| {})
+        .unwrap()
+        .report;
+    println!("{report}");
+    let is_warned = |it: &String| it.starts_with("'liver' has thin parts");
+    assert!(
+        report.warnings.iter().any(is_warned),
+        "{:?}",
+        report.warnings
+    );
+}
+
 /// Open-ended ducts, an artery with branches, and the liver as 26 patches are prepared.
 #[test]
 fn atlas_tubes_and_patches_prepare() {

@@ -168,6 +168,12 @@ fn a_support_that_holds_everything_is_refused() {
     }
 }
 
+/// The warnings, except those of thin parts: these plates are about two spheres thick.
+fn warnings(built: &Prepared) -> Vec<&str> {
+    let all = built.report.warnings.iter().map(String::as_str);
+    all.filter(|it| !it.contains(" has thin parts")).collect()
+}
+
 #[test]
 fn an_attachment_that_catches_nothing_or_everything_is_refused() {
     let with = |within_m: f64| {
@@ -187,11 +193,7 @@ fn an_attachment_that_catches_nothing_or_everything_is_refused() {
         "{everything}"
     );
     let some = with(0.012).expect("its lower side");
-    assert!(
-        some.report.warnings.is_empty(),
-        "{:?}",
-        some.report.warnings
-    );
+    assert_eq!(warnings(&some), [""; 0]);
 }
 
 #[test]
@@ -201,13 +203,14 @@ fn an_organ_that_nothing_holds_is_warned_of_and_falls() {
         prepared(&[(plate(0.0), &lines)]).expect("a warning only")
     };
     let heavy = loose("1.0");
-    assert_eq!(heavy.report.warnings.len(), 1);
-    let warning = &heavy.report.warnings[0];
+    let [warning] = &warnings(&heavy)[..] else {
+        panic!("{:?}", heavy.report.warnings)
+    };
     assert!(
         warning.starts_with("nothing holds 'organ 0' (held 0 spheres): it falls"),
         "{warning}"
     );
-    assert!(heavy.report.to_string().contains(warning.as_str()));
+    assert!(heavy.report.to_string().contains(warning));
     let told = left_alone(&heavy, 4);
     assert_eq!(told.len(), 1, "{told:?}");
     let (at_ms, event) = told[0];
@@ -231,7 +234,7 @@ fn an_organ_that_is_held_neither_falls_nor_shakes() {
     let lines = "spheres = 100\nheld = [{ base = 0.2 }]\ngravity_share = 1.0\n\
                  material = { young_pa = 5000.0, poisson = 0.45 }";
     let built = prepared(&[(plate(0.0), lines)]).expect("a good scene");
-    assert_eq!(built.report.warnings, [""; 0]);
+    assert_eq!(warnings(&built), [""; 0]);
     assert_eq!(left_alone(&built, 12), []);
 }
 
@@ -241,7 +244,7 @@ fn an_organ_that_breathes_keeps_its_weight() {
     let lines = "spheres = 60\nheld = [{ base = 0.2 }]\ngravity_share = 1.0\n\
                  breath_mm = [0.0, 0.0, 5.0]\nmaterial = { young_pa = 5000.0, poisson = 0.45 }";
     let built = prepared(&[(plate(0.0), lines)]).expect("a good scene");
-    assert_eq!(built.report.warnings, [""; 0]);
+    assert_eq!(warnings(&built), [""; 0]);
     assert!((built.scene.organs[0].gravity_share - 1.0).abs() < 1.0e-6);
 }
 

@@ -17,6 +17,7 @@ mod sound;
 #[path = "../support/mod.rs"]
 mod support;
 mod triangle;
+mod turned;
 
 use std::sync::OnceLock;
 

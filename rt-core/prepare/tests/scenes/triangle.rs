@@ -1,6 +1,7 @@
 //! Calot's triangle: its tubes, its cells, and the ties between organs.
 
-use scene_prepare::Vec3;
+use rt_core::capacity::MAX_ATTACHMENTS;
+use scene_prepare::{Recipe, Vec3, prepare};
 use shared_mem::scene::{CellRecord, OrganKind, WORLD};
 
 use crate::built_in::deepest_overlap;
@@ -124,4 +125,14 @@ fn check_ties(scene: &shared_mem::scene::SceneData) {
             "{tie:?}"
         );
     }
+}
+
+/// Of 3200 spheres, more lie near other organs than the realtime process has room for ties.
+#[test]
+fn triangle_of_many_spheres_has_fewer_ties_for_a_sphere() {
+    let recipe = Recipe::triangle(false).unwrap().with_spheres(3200).unwrap();
+    let prepared = prepare(&recipe, &mut |_| {}).unwrap();
+    let ties = prepared.scene.attachments.len();
+    println!("{ties} ties\n{}", prepared.report);
+    assert!((512..=MAX_ATTACHMENTS).contains(&ties), "{ties} ties");
 }
