@@ -39,7 +39,9 @@ fn measure(prepared: &Prepared) -> f64 {
 }
 
 fn main() -> Result<(), Failure> {
-    println!("scene,spheres,tetrahedra,sphere_steps,tetra_steps,bar_steps,measured_us,foretold_us");
+    println!(
+        "scene,spheres,tetrahedra,sphere_steps,tetra_steps,link_steps,tie_steps,measured_us,foretold_us"
+    );
     let mut rows: Vec<(Work, f64)> = Vec::new();
     for (name, recipe) in [
         ("built-in", Recipe::built_in()?),
@@ -59,12 +61,13 @@ fn main() -> Result<(), Failure> {
             let work = cost::work(&prepared.scene);
             let measured_us = measure(&prepared);
             println!(
-                "{name},{},{},{},{},{},{measured_us:.1},{:.1}",
+                "{name},{},{},{},{},{},{},{measured_us:.1},{:.1}",
                 prepared.report.spheres,
                 prepared.report.tetrahedra,
                 work.sphere_steps,
                 work.tetra_steps,
-                work.bar_steps,
+                work.link_steps,
+                work.tie_steps,
                 work.solve_us(),
             );
             rows.push((work, measured_us));

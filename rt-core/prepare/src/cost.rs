@@ -12,7 +12,8 @@
 //! scene fits: for a scene predicted at 197 µs it measured a worst tick of 262 µs. This module only
 //! helps to choose a reasonable count beforehand.
 
-use shared_mem::scene::SceneData;
+use rt_core::tissue::solutions_per_tick;
+use shared_mem::scene::{SceneData, WORLD};
 
 /// Machine on which the prices were measured.
 pub(crate) const MACHINE: &str = "a virtual Xeon with AVX-512";
@@ -22,9 +23,10 @@ pub(crate) const MACHINE: &str = "a virtual Xeon with AVX-512";
 const SPHERE_STEP_US: f64 = 0.0115;
 /// Price of a tetrahedron's step, when AVX takes eight at once.
 const TETRA_STEP_US: f64 = 0.0130;
-/// Price of a bar's step. The links of tubes and of layered tissue are bars, and so are the ties
-/// between organs.
-const BAR_STEP_US: f64 = 0.0095;
+/// Price of a link's step. Tubes and layered tissue have links.
+const LINK_STEP_US: f64 = 0.0095;
+/// Price of a solution of a tie between organs.
+const TIE_STEP_US: f64 = 0.0095;
 /// Price of a sphere in the other stages of a tick, such as contact search and publishing.
 const SPHERE_TICK_US: f64 = 0.055;
 /// Price of a tick without any sphere.
@@ -39,8 +41,10 @@ pub struct Work {
     pub sphere_steps: f64,
     /// Tetrahedra times their organ's substeps.
     pub tetra_steps: f64,
-    /// Links that carry load times their organ's substeps, plus the ties between organs, each once.
-    pub bar_steps: f64,
+    /// Links that carry load times their organ's substeps.
+    pub link_steps: f64,
+    /// Ties between organs times their solutions in a tick.
+    pub tie_steps: f64,
 }
 
 impl Work {
@@ -49,7 +53,8 @@ impl Work {
     pub fn solve_us(&self) -> f64 {
         SPHERE_STEP_US * self.sphere_steps
             + TETRA_STEP_US * self.tetra_steps
-            + BAR_STEP_US * self.bar_steps
+            + LINK_STEP_US * self.link_steps
+            + TIE_STEP_US * self.tie_steps
     }
 
     /// Time of the whole tick, µs.
@@ -62,16 +67,34 @@ impl Work {
 /// Counts the work of a tick of this scene while every organ is awake.
 #[must_use]
 pub fn work(scene: &SceneData) -> Work {
-    let mut work = Work {
-        bar_steps: scene.attachments.len() as f64,
-        ..Work::default()
-    };
+    let mut work = Work::default();
+    let mut substeps = vec![1; scene.spheres.len()];
     for organ in &scene.organs {
+        let [start, count] = organ.spheres.map(|n| n as usize);
+        substeps[start..start + count].fill(organ.substeps);
         let steps = f64::from(organ.substeps);
         work.spheres += f64::from(organ.spheres[1]);
         work.sphere_steps += steps * f64::from(organ.spheres[1]);
         work.tetra_steps += steps * f64::from(organ.tetrahedra[1]);
-        work.bar_steps += steps * f64::from(organ.elastic_links);
+        work.link_steps += steps * f64::from(organ.elastic_links);
+    }
+    for tie in &scene.attachments {
+        let ends = if tie.b == WORLD {
+            [tie.a; 2]
+        } else {
+            [tie.a, tie.b]
+        };
+        let ends = ends.map(|end| end as usize);
+        let weight_per_kg = ends.map(|end| match &scene.spheres[end] {
+            held if held.held != 0 => 0.0,
+            free => free.mass_kg.recip(),
+        });
+        let solutions = solutions_per_tick(
+            tie.compliance_m_n,
+            weight_per_kg.iter().sum(),
+            ends.map(|end| substeps[end]),
+        );
+        work.tie_steps += f64::from(solutions);
     }
     work
 }

@@ -124,17 +124,31 @@ impl Rhythm {
         let other_per_kg = tie.other_sphere().map_or(0.0, weight_per_kg);
         let sum_per_kg = weight_per_kg(tie.sphere) + other_per_kg;
         let [own, other] = substeps;
-        let (mut times, acts) = (own.min(other), own.max(other));
-        let lacks = |times: u32| {
-            let step_s = TICK_S / times as f32;
-            step_s * step_s * sum_per_kg / tie.compliance_m_n
-        };
-        while times < acts && lacks(times) > SOFTER_MAX {
-            times *= 2;
+        Self {
+            times: solutions_per_tick(tie.compliance_m_n, sum_per_kg, substeps),
+            acts: own.max(other),
+            finer: u8::from(other > own),
         }
-        let finer = u8::from(other > own);
-        Self { times, acts, finer }
     }
+}
+
+/// Number of times that an attachment of this compliance is solved in a tick. The inverse masses of
+/// its ends sum to `weight_sum_per_kg`, and their organs have these `substeps`.
+#[must_use]
+pub fn solutions_per_tick(
+    compliance_m_n: f32,
+    weight_sum_per_kg: f32,
+    [own, other]: [u32; 2],
+) -> u32 {
+    let (mut times, most) = (own.min(other).max(1), own.max(other));
+    let lacks = |times: u32| {
+        let step_s = TICK_S / times as f32;
+        step_s * step_s * weight_sum_per_kg / compliance_m_n
+    };
+    while times < most && lacks(times) > SOFTER_MAX {
+        times *= 2;
+    }
+    times
 }
 
 /// Projects every attachment whose window begins with the finest substep `now` as an elastic link,

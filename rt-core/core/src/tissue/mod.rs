@@ -117,6 +117,7 @@ use crate::tissue::tubes::Beads;
 use crate::words::SphereBits;
 pub(crate) use adjacency::Adjacency;
 use attachment::Ties;
+pub use attachment::solutions_per_tick;
 use damage::Damage;
 use lanes::Lanes;
 use neo_hookean::NeoHookean;
