@@ -70,8 +70,8 @@ fn prepared(case: &Case, turn: &Turn) -> Prepared {
     for [a, b, c] in &case.mesh.triangles {
         text.push_str(&format!("f {} {} {}\n", a + 1, b + 1, c + 1));
     }
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("organ.obj"), text).unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("organ.obj"), text).expect("written");
     let [x, y, z]: [f64; 3] = (turn.axes * case.gravity).into();
     let recipe = format!(
         "name = \"turned\"\n[room]\ngravity_m_s2 = [{x}, {y}, {z}]\n[[organ]]\nname = \"organ\"\n\
@@ -79,8 +79,8 @@ fn prepared(case: &Case, turn: &Turn) -> Prepared {
          held = [{}]\n[organ.material]\nyoung_pa = 5000.0\n",
         (case.held)(turn)
     );
-    let recipe = Recipe::parse(&recipe, "a test", folder.path()).unwrap();
-    prepare(&recipe, &mut |_| {}).unwrap()
+    let recipe = Recipe::parse(&recipe, "a test", folder.path()).expect("a good recipe");
+    prepare(&recipe, &mut |_| {}).expect("an organ")
 }
 
 fn single(v: &Vec3) -> Single {
@@ -109,7 +109,7 @@ fn measure(case: &Case, turn: &Turn) -> Found {
         .vertices
         .iter()
         .max_by(|a, b| along(a).total_cmp(&along(b)));
-    let site = turn.place(site.unwrap());
+    let site = turn.place(site.expect("a vertex"));
     let out = single(&(turn.axes * case.pressed.normalize()));
     let mut force_n = 0.0;
     for tick in 0..1000u16 {
