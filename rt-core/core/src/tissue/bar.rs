@@ -19,7 +19,7 @@ pub(crate) struct Bar {
 pub(crate) fn softness_per_kg(compliance_m_n: f32, left: f32, per_step_s2: f32) -> f32 {
     let softness = compliance_m_n * per_step_s2;
     // A division takes as long as the rest of this function, and few bars are damaged.
-    if left == 1.0 {
+    if left >= 1.0 {
         softness
     } else {
         softness / left
