@@ -111,8 +111,11 @@ impl Sim<'_> {
     /// Step (link) at this share of the length of a tube whose spheres are numbered along it. The
     /// share counts from the first sphere if `is_from_low`, else from the last.
     fn step_at(&self, organ: u8, it: &Organ, share: f32, is_from_low: bool) -> Option<Step> {
-        let share = if is_from_low { share } else { 1.0 - share };
-        let sphere = it.sphere_start + (share * it.sphere_count as f32) as u32;
+        // From both ends alike: preparation numbers the spheres from either.
+        let last = it.sphere_count.saturating_sub(2);
+        let from_end = ((share * (last + 1) as f32) as u32).min(last);
+        let place = if is_from_low { from_end } else { last - from_end };
+        let sphere = it.sphere_start + place;
         let away = |step: &Step| u32::from(step.a.min(step.b)).abs_diff(sphere);
         let steps = self.state.bodies.beads.steps_of(organ);
         steps.min_by_key(away)
