@@ -1,5 +1,5 @@
 //! Body of the fuzz target: any bytes arrive on the line of an emulated haptic device. The driver's
-//! samples go through the product's own safety chain, which is asked for far too much force. The
+//! samples go through Calot's own safety chain, which is asked for far too much force. The
 //! output of the safety chain goes to the device's firmware. For all bytes there must be no panic,
 //! no implausible position and no force above the clamp. No force may remain while samples are
 //! missing or after the host has gone.

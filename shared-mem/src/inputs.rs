@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::message::PoseMsg;
 
-/// Most records in one [`InputBatch`].
+/// Largest number of records in one [`InputBatch`].
 pub const INPUT_BATCH: usize = 64;
 
 /// Inputs of one tick, and hashes of its results. An absent input (no fresh sample, no command) is

@@ -5,17 +5,18 @@
 
 use crate::words::Fault;
 
-/// Most spheres in a [`crate::message::StateFrame`].
+/// Largest number of spheres in a [`crate::message::StateFrame`].
 pub const MAX_SPHERES: usize = 4096;
-/// Most cells of layered tissue in a [`crate::message::StateFrame`].
+/// Largest number of cells of layered tissue in a [`crate::message::StateFrame`].
 pub const MAX_CELLS: usize = 8192;
-/// Most clips on tubes in a [`crate::message::StateFrame`]. A clip on two tubes counts twice.
+/// Largest number of clips on tubes in a [`crate::message::StateFrame`]. A clip on two tubes counts
+/// twice.
 pub const MAX_CLIPPED: usize = 24;
-/// Most sutures in a [`crate::message::StateFrame`].
+/// Largest number of sutures in a [`crate::message::StateFrame`].
 pub const MAX_SUTURES: usize = 8;
-/// Most capsules in a [`crate::message::ToolFrame`].
+/// Largest number of capsules in a [`crate::message::ToolFrame`].
 pub const MAX_CAPSULES: usize = 16;
-/// Most records in a [`crate::message::TimingBatch`].
+/// Largest number of records in a [`crate::message::TimingBatch`].
 pub const TIMING_BATCH: usize = 64;
 /// Number of stages of a tick. In order: sample, tool, contact, solve, force, procedure, publish.
 pub const STAGES: usize = 7;

@@ -4,7 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Most bytes of text in a [`TaskMsg`].
+/// Largest number of bytes of text in a [`TaskMsg`].
 pub const TASK_TEXT: usize = 8176;
 
 /// State of a task.

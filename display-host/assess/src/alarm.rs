@@ -12,17 +12,19 @@ pub enum AlarmKind {
     Cut,
     /// A structure was torn.
     Torn,
-    /// A wall was perforated.
+    /// The wall of an organ was burnt through or torn open.
     Perforated,
     /// Jaws crushed tissue.
     Crushed,
-    /// A clip closed without tissue.
+    /// A clip closed with no tissue in it.
     ClipLost,
     /// A clip closed on a structure that must not be clipped.
     ClipMisplaced,
-    /// A vessel was clipped before the critical view of safety was achieved.
+    /// Cystic duct or artery was clipped before the critical view of safety was achieved. Only the
+    /// whole operation raises this alarm.
     TooEarly,
-    /// Duct or artery was divided without being clamped. The task fails.
+    /// Cystic duct or artery was torn, or was divided and not closed by enough tight clips. Every
+    /// task except free practice fails.
     Unclamped,
 }
 
@@ -62,20 +64,25 @@ impl Alarm {
     /// Text for the trainee.
     #[must_use]
     pub fn text(&self) -> String {
-        let organ = self.organ.as_deref().unwrap_or("something");
+        let organ = match &self.organ {
+            Some(organ) => format!("the {organ}"),
+            None => "an unknown organ".to_owned(),
+        };
         match self.kind {
-            AlarmKind::Touched => format!("touched the {organ}"),
-            AlarmKind::Burnt => format!("burnt the {organ}"),
-            AlarmKind::Cut => format!("cut the {organ}"),
-            AlarmKind::Torn => format!("tore the {organ}"),
-            AlarmKind::Perforated => format!("opened the {organ}"),
-            AlarmKind::Crushed => format!("crushed the {organ}: loosen the grip"),
-            AlarmKind::ClipLost => "a clip closed without tissue".to_owned(),
-            AlarmKind::ClipMisplaced => format!("clip misplaced on the {organ}"),
+            AlarmKind::Touched => format!("touched {organ}"),
+            AlarmKind::Burnt => format!("burnt {organ}"),
+            AlarmKind::Cut => format!("cut {organ}"),
+            AlarmKind::Torn => format!("tore {organ}"),
+            AlarmKind::Perforated => format!("perforated {organ}"),
+            AlarmKind::Crushed => format!("crushed {organ}: loosen the grip"),
+            AlarmKind::ClipLost => "closed a clip with no tissue in it".to_owned(),
+            AlarmKind::ClipMisplaced => format!("misplaced a clip on {organ}"),
             AlarmKind::TooEarly => {
-                format!("clipped the {organ} before the critical view was achieved")
+                format!("clipped {organ} before the critical view was achieved")
             }
-            AlarmKind::Unclamped => format!("divided the {organ} without clips"),
+            AlarmKind::Unclamped => {
+                format!("divided or tore {organ}: clips do not close it safely")
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::vector::{Vec3, distance};
 
 /// Leaks within this distance of each other are one, m.
 const SAME_LEAK_M: f64 = 0.000_1;
-/// Most leaks that are kept for a vessel.
+/// Largest number of leaks that are kept for a vessel.
 const LEAKS_MAX: usize = 64;
 
 /// A clip on a vessel.

@@ -5,7 +5,7 @@
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 
-/// Counters of received messages. All only increase.
+/// Counts of received, refused and lost messages, and of restarts. No count ever decreases.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct FeedCounters {
     /// Valid states.
@@ -16,7 +16,8 @@ pub struct FeedCounters {
     pub events: u64,
     /// Valid timing batches.
     pub batches: u64,
-    /// Discarded states, tool frames and batches, with a count, a number or a pose out of range.
+    /// States, tool frames and batches that were discarded because a count, a number or a pose in
+    /// them is out of range.
     pub malformed: u64,
     /// Discarded frames of another scene.
     pub other_scene: u64,
@@ -80,7 +81,8 @@ impl Feed {
         self.tools.as_deref()
     }
 
-    /// Identity of the scene that the controller runs, if the last frame was of another scene.
+    /// Identity of another scene, if the controller runs one: that of the newest refused frame. It
+    /// is `None` again after a valid state of this scene; a valid tool frame does not suffice.
     #[must_use]
     pub fn other_scene_id(&self) -> Option<[u8; 16]> {
         self.other_scene_id
@@ -158,7 +160,7 @@ fn gap(next: &mut Option<u64>, sequence: u64) -> u64 {
     expected.map_or(0, |expected| sequence.saturating_sub(expected))
 }
 
-/// First half of a scene's identity as text.
+/// A scene's short identity ([`SceneFile::short_id`]) as hexadecimal digits.
 #[must_use]
 pub fn hex(id: [u8; 16]) -> String {
     use core::fmt::Write as _;

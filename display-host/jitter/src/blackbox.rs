@@ -7,7 +7,7 @@ use shared_mem::message::{STAGES, TickRecord};
 
 /// Ticks kept before and after the late tick that opens an incident.
 const AROUND: usize = 16;
-/// Most incidents kept.
+/// Largest number of incidents kept.
 const INCIDENTS_MAX: usize = 32;
 
 /// A tick with its times.

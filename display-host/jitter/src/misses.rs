@@ -266,7 +266,7 @@ mod tests {
         let [low, high] = lines[0].difference;
         assert!(low > 900.0 && high < 1200.0, "{low} {high}");
         assert_eq!(verdict(&lines[0]), "the station's are more");
-        assert!(lines[2].station < 1e-9, "none at work");
+        assert!(lines[2].station < 1e-9, "the station missed none at work");
         let lines = compare(&rounds(|_| [20, 50]));
         assert_eq!(verdict(&lines[0]), "the station's are fewer");
     }

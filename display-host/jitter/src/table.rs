@@ -229,7 +229,7 @@ mod tests {
             "stage_ns.solve",
             "cyclictest.wake_latency_ns",
         ];
-        assert_eq!(names, expected, "and nothing that was not recorded");
+        assert_eq!(names, expected, "only recorded times have a row");
         let csv = csv(&report);
         let columns: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
         assert!(columns.iter().all(|&n| n == 8), "{csv}");

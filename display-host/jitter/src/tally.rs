@@ -72,8 +72,8 @@ pub struct Over {
     pub ticks_ns: Vec<u32>,
 }
 
-/// Most ticks of a session whose durations are kept: two minutes. The limit bounds the memory of
-/// longer sessions.
+/// Largest number of ticks of a session whose durations are kept: two minutes. The limit bounds the
+/// memory of longer sessions.
 const TICKS_KEPT: usize = 120_000;
 
 /// The controller's own counters.
@@ -269,7 +269,7 @@ mod tests {
         assert_eq!(
             count("period_ns"),
             3 * 3,
-            "none across a gap or another run"
+            "no period spans a gap or two runs"
         );
         assert_eq!(count("motion_to_force_ns"), 9, "0: no fresh sample");
         assert_eq!(count("force_to_publish_ns"), 3);

@@ -3,7 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Most steps kept. When the run needs more, each pair becomes one step of twice the length.
+/// Largest number of steps kept. When the run needs more, each pair becomes one step of twice the
+/// length.
 const STEPS_MAX: usize = 600;
 
 /// Worst times of a step, ns; a pair in JSON.

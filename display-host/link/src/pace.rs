@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Most questions that wait for an answer. With four, a line whose round trip takes 60 ms still
-/// carries 60 pictures a second.
+/// Largest number of questions that wait for an answer. With four, a line whose round trip takes 60
+/// ms still carries 60 pictures a second.
 const QUESTIONS_MAX: usize = 4;
 
 /// Asks ahead while answers are quick, and one by one while they are late, because data that wait
@@ -85,7 +85,7 @@ mod tests {
         now_ns += 200 * MS;
         assert_eq!(ask_all(&mut pace, now_ns), 1);
         pace.answered(now_ns + 12 * MS);
-        assert_eq!(ask_all(&mut pace, now_ns + 12 * MS), 2, "it is quick again");
+        assert_eq!(ask_all(&mut pace, now_ns + 12 * MS), 2, "answers are quick");
     }
 
     #[test]

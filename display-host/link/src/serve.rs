@@ -19,7 +19,7 @@ use crate::error::LinkError;
 use crate::line::{Door, Line, Porter};
 use crate::{monotonic_ns, wire};
 
-/// Most connections at once, including those not yet authenticated.
+/// Largest number of connections at once, including those not yet authenticated.
 const CONNECTIONS_MAX: usize = 32;
 /// A watcher that asks nothing for this long is disconnected.
 const SILENT_WATCHER: Duration = Duration::from_secs(15);

@@ -38,7 +38,7 @@ pub struct WatchConfig {
     pub station: Station,
     /// Address of the station's `serve`.
     pub address: Address,
-    /// Most pictures per second.
+    /// Largest number of pictures per second.
     pub rate_hz: f64,
     /// Path at which the compiled scene is written.
     pub scene: PathBuf,

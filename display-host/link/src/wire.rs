@@ -28,11 +28,12 @@ pub const SCENE: u8 = 2;
 /// First bytes of every message. They change when any record changes, including those of shared
 /// memory.
 pub const MAGIC: [u8; 8] = *b"CALOTLK1";
-/// Most events in an answer.
+/// Largest number of events in an answer.
 pub const EVENTS_MAX: usize = 256;
-/// Most timing batches in an answer.
+/// Largest number of timing batches in an answer.
 pub const BATCHES_MAX: usize = 16;
-/// Most bytes of a scene in an answer. It is small, because the newest data wait behind it.
+/// Largest number of bytes of a scene in an answer. It is small, because the newest data wait
+/// behind it.
 pub const SCENE_PART: usize = 32 << 10;
 /// Longest compiled scene, bytes.
 pub const SCENE_MAX: u64 = 256 << 20;

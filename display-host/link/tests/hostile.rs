@@ -57,7 +57,7 @@ fn an_answer_brings_all_that_was_put_in() {
     let bytes = desk.answer(bytes_of(&again), 2).expect("an answer");
     assert!(
         Answer::read(&bytes).is_ok_and(|it| it.task.is_none()),
-        "it is known"
+        "the asker has this task already"
     );
     let events: Vec<_> = (0..10).map(event).collect();
     assert_eq!(answer.events, events);

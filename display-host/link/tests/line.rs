@@ -39,7 +39,7 @@ fn peer_that_sends_byte_by_byte_does_not_hold_up_the_end() {
         });
         let before_the_last = sent.load(Relaxed) < 4 << 10;
         ended.store(true, Relaxed);
-        assert!(before_the_last, "it ended before the message did");
+        assert!(before_the_last, "the station waited for the whole message");
     });
 }
 

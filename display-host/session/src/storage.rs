@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Most bytes that wait for a full or slow disk: more than a minute of a session.
+/// Largest number of bytes that wait for a full or slow disk: more than a minute of a session.
 const WAITING_MAX_BYTES: usize = 16 << 20;
 
 /// A sink that takes bytes at an offset and can be truncated.

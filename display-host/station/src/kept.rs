@@ -15,12 +15,14 @@ use shared_mem::scene::SceneFile;
 
 use crate::home;
 
-/// Most scenes kept.
+/// Largest number of scenes kept.
 const SCENES_MAX: usize = 12;
 
-/// Most files near a glTF file that are checked for changes. With more, the scene is not cached.
+/// Largest number of files near a glTF file that are checked for changes. With more, the scene is
+/// not cached.
 const FILES_MAX: usize = 1000;
-/// Most folders that wait to be searched for such files. With more, the scene is not cached.
+/// Largest number of folders that wait to be searched for such files. With more, the scene is not
+/// cached.
 const FOLDERS_MAX: usize = 16;
 
 /// Place of a recipe's scene in the cache.

@@ -93,7 +93,7 @@ struct WatchArgs {
     name: String,
     #[command(flatten)]
     keys: KeyArgs,
-    /// Most pictures per second, Hz, 1 to 60; a slow line gets fewer
+    /// Pictures per second at most, 1 to 60; a slow line gets fewer
     #[arg(long, value_name = "HZ", default_value_t = 30.0, value_parser = parse_rate)]
     rate_hz: f64,
     /// End after this time, s, e.g. 60 [default: on Ctrl-C]

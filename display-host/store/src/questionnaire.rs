@@ -15,7 +15,7 @@ use crate::sheet::check_points;
 const BUILT_IN: &str = include_str!("questionnaire.toml");
 /// Longest questionnaire file, bytes.
 const MAX_BYTES: u64 = 64 << 10;
-/// Most items of a questionnaire.
+/// Largest number of items of a questionnaire.
 const ITEMS_MAX: usize = 100;
 /// Longest text of an item or title, characters.
 const TEXT_MAX: usize = 300;

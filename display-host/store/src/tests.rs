@@ -406,7 +406,7 @@ fn stores_of_several_stations_become_one() {
         };
         assert!(merged == nothing && merged.known >= 2, "{merged:?}");
     }
-    assert_eq!(store.export_json(None).unwrap(), whole, "again is nothing");
+    assert_eq!(store.export_json(None).unwrap(), whole, "a second merge");
     assert_eq!(store.sessions("Ada", None).unwrap().len(), 3);
     let answers = &whole["trainees"][0]["answers"];
     assert_eq!(answers[0]["value"], 5, "the newer answer is kept");

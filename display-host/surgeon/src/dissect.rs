@@ -56,14 +56,14 @@ const LONG_S: f64 = 4.0;
 const AROUND_M: f64 = 0.010;
 /// The electrode touches tissue within this distance, m.
 const REACHED_M: f64 = 0.0002;
-/// Most times that a cell is tried.
+/// Largest number of tries of a cell.
 const TRIES: u8 = 3;
 /// Share of the tissue that must be removed in the meantime before all cells are tried again.
 const WORTH: f64 = 0.01;
 /// If no cell is in reach, the surgeon withdraws, lets the tissue settle for this time, s, and
 /// tries all cells again.
 const REST_S: f64 = 1.5;
-/// Most such pauses in one dissection.
+/// Largest number of such pauses in one dissection.
 const RESTS: u32 = 3;
 
 /// The scene as seen before a cell is chosen.

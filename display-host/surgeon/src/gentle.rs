@@ -22,7 +22,7 @@ pub(crate) const CLOSER_M: f64 = 0.0002;
 const UNHOOK_M: f64 = 0.005;
 /// Largest distance that the surgeon carries the caught tube back towards its place, m.
 const HOME_M: f64 = 0.02;
-/// Most attempts to free a caught hook. Each turns the hook by a quarter.
+/// Largest number of attempts to free a caught hook. Each turns the hook by a quarter.
 const UNHOOKS: u32 = 5;
 /// Distance within which a movement has arrived, m.
 const THERE_M: f64 = 0.0015;

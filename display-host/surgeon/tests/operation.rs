@@ -208,7 +208,7 @@ fn recording_of_an_operation_comes_back() {
     assert_eq!(bytemuck::bytes_of(&again), bytemuck::bytes_of(setup));
     assert!(&same == records);
     std::fs::write(&path, &std::fs::read(&path).expect("bytes")[..5000]).expect("written");
-    assert!(recorded::read(&path).is_err(), "it breaks off");
+    assert!(recorded::read(&path).is_err(), "the file breaks off");
 }
 
 /// At a task's start, the assessment and the controller agree on the tissue that is already

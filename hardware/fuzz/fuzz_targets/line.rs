@@ -1,3 +1,5 @@
+//! Fuzzes the driver, the safety chain and the firmware of a haptic device, through its line.
+
 #![no_main]
 
 #[path = "../body.rs"]

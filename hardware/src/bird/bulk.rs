@@ -21,7 +21,7 @@ pub trait BulkPipe: Send {
     fn read(&mut self, packet: &mut [u8; PACKET_BYTES], wait: Duration) -> io::Result<usize>;
 }
 
-/// Most bytes of a packet.
+/// Largest number of bytes of a packet.
 pub const PACKET_BYTES: usize = 64;
 /// Interval between two requests for a record. The unit measures at the same interval.
 const ASK_EVERY: Duration = Duration::from_millis(10);
@@ -30,7 +30,7 @@ const ASK_EVERY: Duration = Duration::from_millis(10);
 const GIVE_UP: Duration = Duration::from_millis(100);
 /// Longest wait for a packet before the next command is sent.
 const WAIT: Duration = Duration::from_millis(2);
-/// Most commands queued for the thread.
+/// Largest number of commands queued for the thread.
 const ROOM: usize = 64;
 /// Longest command, bytes.
 const COMMAND_BYTES: usize = 16;

@@ -29,7 +29,7 @@ const QUIET: Duration = Duration::from_millis(30);
 /// Factor by which each failed attempt prolongs that silence. An emulated bird on a busy computer
 /// answers late, so an old answer may arrive before the new one.
 const QUIETER: u32 = 4;
-/// Most bytes that one poll reads: 36 records.
+/// Largest number of bytes that one poll reads: 36 records.
 const BYTES_PER_POLL: usize = 512;
 /// Fastest plausible movement of an endoscope, m/s.
 const SPEED_LIMIT_M_S: f32 = 2.0;
@@ -42,7 +42,7 @@ const FATAL: [u8; 12] = [1, 2, 15, 16, 20, 21, 22, 23, 24, 25, 26, 27];
 
 /// Pause that the birds need before and after the command that configures a group.
 const CONFIGURED: Duration = Duration::from_millis(600);
-/// Most birds of a group.
+/// Largest number of birds of a group.
 const BIRDS_MAX: u8 = 14;
 
 /// Settings of the tracker.
@@ -509,7 +509,7 @@ mod tests {
         assert!(!gate.admit(&at(0.7), ms(10)), "a jump of 0.6 m in 10 ms");
         assert!(gate.admit(&at(0.101), ms(20)), "back where it was");
         assert!(!gate.admit(&at(0.5), ms(30)));
-        assert!(gate.admit(&at(0.501), ms(40)), "it really is there");
+        assert!(gate.admit(&at(0.501), ms(40)), "the second record agrees");
         assert!(gate.admit(&at(-0.4), ms(600)), "after a long silence");
     }
 }

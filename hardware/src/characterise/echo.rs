@@ -8,7 +8,8 @@ use crate::rig::RigHaptic;
 
 /// Number of echoes to measure.
 const ECHOES: usize = 200;
-/// Most ticks for all echoes. A device without an echo in this time confirms no commands.
+/// Largest number of ticks for all echoes. A device without an echo in this time confirms no
+/// commands.
 const TICKS_MAX: u32 = 3000;
 
 /// Median time from a command of zero force to the sample that confirms the command, s. `None` if

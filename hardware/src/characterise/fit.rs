@@ -14,13 +14,13 @@ const CHANGE_M_S: f64 = 1e-4;
 /// Step of the search for the delay, s. The fit then corrects the delay by at most half a step,
 /// which is a tenth of a period at 50 Hz.
 const SEARCH_S: f64 = 4e-3;
-/// Most windows that this search uses.
+/// Largest number of windows that this search uses.
 const SEARCH_WINDOWS: usize = 24;
 /// Iterations at each delay of the search.
 const SEARCH_ITERATIONS: u32 = 4;
-/// Most iterations of the fit after the search.
+/// Largest number of iterations of the fit after the search.
 const ITERATIONS: u32 = 25;
-/// Most iterations for a window's initial position and speed.
+/// Largest number of iterations for a window's initial position and speed.
 const START_ITERATIONS: u32 = 6;
 /// Ratio of a window's rms residual to the median of all windows above which the window is an
 /// outlier.

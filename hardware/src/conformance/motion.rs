@@ -6,7 +6,7 @@ use rt_core::math::Vec3;
 use rt_core::time::TimeNs;
 
 /// Number of samples over which the distance moved is compared with the reported velocities.
-/// Encoders resolve the distance of so many samples.
+/// Encoders resolve the distance moved over so many samples.
 const STRIDE: usize = 20;
 /// Distance from the first position that the handle must reach before velocity can be judged, m:
 /// far above noise.

@@ -23,7 +23,7 @@ pub fn pedal_by<P: Pedal>(
     options: &mut Options<'_>,
 ) -> Report {
     tested(attempt, options, &mut |report| {
-        report.skip("close", "a pedal without a protocol has nothing to end");
+        report.skip("close", "this pedal has no protocol that closing must end");
     })
 }
 
@@ -52,7 +52,11 @@ fn tested<P: Pedal>(
     report.judge(
         "reports",
         arrivals.count() > 1,
-        format!("{}: {}", arrivals.count(), arrivals.intervals()),
+        format!(
+            "{} reports, between them {}",
+            arrivals.count(),
+            arrivals.intervals()
+        ),
     );
     let words = match pressed {
         false => "no switch was closed",

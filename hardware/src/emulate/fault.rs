@@ -68,8 +68,8 @@ pub(super) struct FaultyLine {
     last: Vec<u8>,
 }
 
-/// Most bytes that are held back, more than a pty holds. Beyond this number the oldest bytes are
-/// lost.
+/// Largest number of bytes that are held back, more than a pty holds. Beyond this number the oldest
+/// bytes are lost.
 const HELD_LIMIT: usize = 8192;
 
 impl FaultyLine {

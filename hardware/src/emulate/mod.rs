@@ -1,9 +1,9 @@
 //! The devices of a station, emulated behind ptys, with a scripted hand on the handle.
 //!
-//! Behind each pty runs the device's side of its protocol: the code that a rig's firmware would run
-//! ([`crate::rig::device`]) or a bird ([`crate::bird::device`]). The haptic device also has a body
-//! with mass and friction between its motors and the hand. A controller opens these devices like
-//! real ones.
+//! Behind each pty runs the device's side of its protocol. For a rig and a pedal this is the code
+//! that their firmware would run ([`crate::rig::device`]). A bird is [`crate::bird::device`], and
+//! [`HapticModel`] lists the haptic devices. A haptic device also has a body with mass and friction
+//! between its motors and the hand. A controller opens these devices like real ones.
 
 mod bulk;
 mod electronics;
@@ -51,10 +51,10 @@ use station::Station;
 /// Settings of the emulation.
 #[derive(Debug, Clone)]
 pub struct EmulateConfig {
-    /// Directory for the lines `haptic`, `tracker` and `pedal`, which are symbolic links to ptys.
-    /// It is made if it does not exist.
+    /// Directory in which the symbolic links `haptic`, `tracker` and `pedal` lead to the devices'
+    /// ptys. It is made if it does not exist.
     pub directory: PathBuf,
-    /// Poses of the devices and work place of the hand.
+    /// Places of the devices in the scene, and the point at which the hand works.
     pub script: HandScript,
     /// Emulated haptic device.
     pub haptic: HapticModel,
@@ -93,7 +93,7 @@ pub struct Lines {
 /// State inside the emulated devices, which no controller sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inside {
-    /// Time since the start in emulated milliseconds, s.
+    /// Emulated time since the start, s.
     pub time_s: f32,
     /// Force commanded to the motors of the haptic device, in its base frame, N.
     pub force_n: rt_core::math::Vec3,
@@ -102,15 +102,15 @@ pub struct Inside {
 }
 
 const MILLISECOND: Duration = Duration::from_millis(1);
-/// Longest delay that the emulation makes up for. After a longer sleep of the machine, the hand
-/// continues where it was.
+/// Longest delay that the emulation makes up for, by steps without a pause. After a longer one (the
+/// machine slept) it makes up for nothing: the hand continues where it was.
 const CATCH_UP_LIMIT: Duration = Duration::from_millis(200);
 
 /// Emulates until `stop` is set. Calls `ready` once the lines can be opened.
 ///
-/// The hand starts with the controller's first force, so that the controller sees the whole script.
-/// The hand restarts after the controller was silent for a second. A second emulator in the same
-/// directory is refused.
+/// The hand starts its script with the controller's first force, so that the controller sees the
+/// whole script. If the controller is silent for a second, the script goes back to its start and
+/// waits for the next force. A second emulator in the same directory is refused.
 pub fn run(
     config: &EmulateConfig,
     stop: &AtomicBool,
@@ -119,8 +119,8 @@ pub fn run(
     emulate(config, stop, &mut || None, ready, &mut |_| {})
 }
 
-/// Like [`run`], with a person who steers the hand. The first wish ends the script. `wish` is
-/// called every millisecond; `None` means that nobody steers just now.
+/// Like [`run`], with a person who can steer the hand. `wish` is called every millisecond. Its
+/// first wish ends the script. From then on the hand holds still while `wish` returns `None`.
 pub fn run_steered(
     config: &EmulateConfig,
     stop: &AtomicBool,

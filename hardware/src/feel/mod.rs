@@ -25,9 +25,9 @@ pub use response::Point;
 
 /// Force of a push, N: above the friction of a good handle, and harmless.
 pub const PUSH_N: f32 = 0.3;
-/// Distance of a move, m: a third of the smallest usual workspace.
+/// Length of a move, m: a third of the smallest usual workspace.
 const MOVE_M: f32 = 0.05;
-/// Largest distance of a move as a share of the workspace's radius.
+/// Largest length of a move as a share of the workspace's radius.
 const MOVE_SHARE: f32 = 0.5;
 
 /// A direction in the base frame, as the person sees it.
@@ -117,7 +117,7 @@ pub enum Step {
     Move {
         /// Direction of the move.
         direction: Direction,
-        /// Distance of the move, m.
+        /// Length of the move, m.
         way_m: f32,
     },
     /// Hold the handle loosely in the middle, then say that it is done.

@@ -253,7 +253,7 @@ mod tests {
         assert!((second - 170.0).abs() < 0.04, "{second}");
         assert_eq!(board.torques_nm()[..2], [0.0625, -0.123]);
         board.receive(&[], ANGLES, 3_000_000, |_| {});
-        assert_eq!(board.torques_nm()[..2], [0.0625, -0.123], "for ever");
+        assert_eq!(board.torques_nm()[..2], [0.0625, -0.123], "torques last");
         say(&mut board, &[0, 0]);
         assert_eq!(
             board.torques_nm()[..2],

@@ -36,7 +36,7 @@ const TURN_MAX_DEG: f32 = 390.0;
 /// Zeros that complete any broken command with floats near zero. The board reads the remaining
 /// zeros as resets.
 const ZEROS: [u8; SET_UP_BYTES] = [0; SET_UP_BYTES];
-/// Most bytes that one poll reads: 56 answers.
+/// Largest number of bytes that one poll reads: 56 answers.
 const BYTES_PER_POLL: usize = 512;
 /// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;

@@ -5,9 +5,9 @@ use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 
 use super::wire::Transform;
 
-/// Most clients at once; more are turned away.
+/// Largest number of clients at once; more are turned away.
 const CLIENTS_MAX: usize = 8;
-/// Most bytes from a client that one call reads and discards.
+/// Largest number of bytes from a client that one call reads and discards.
 const DROP_BYTES: usize = 4096;
 
 /// A listening server.
@@ -187,7 +187,7 @@ mod tests {
                 break;
             }
         }
-        assert!(server.skipped() > 10, "its buffers never fill");
+        assert!(server.skipped() > 10, "the client's buffers never fill");
         // The client resumes: it reads whole messages and gets new ones again.
         let reader = std::thread::spawn(move || {
             let expected = tool().bytes().unwrap();

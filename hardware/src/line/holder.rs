@@ -5,7 +5,7 @@ use std::fs;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 
-/// Most programs that a message names.
+/// Largest number of programs that a message names.
 const NAMED: usize = 3;
 
 /// A program that has a file or a socket open, displayed as "calot (process 4711)".

@@ -22,7 +22,7 @@ use super::Read;
 
 /// Capacity for unread bytes: one second of a rig that reports at 1 kHz.
 const ROOM: usize = 1 << 16;
-/// Most bytes of one read.
+/// Largest number of bytes of one read.
 const CHUNK: usize = 4096;
 /// Number of unread bytes above which the old ones are discarded. So many collect only when nobody
 /// has polled for a while.

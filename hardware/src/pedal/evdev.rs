@@ -25,7 +25,7 @@ const EV_KEY: u16 = 1;
 /// Code of the event that reports an overflow of the kernel's buffer. After it the pressed keys are
 /// unknown.
 const SYN_DROPPED: u16 = 3;
-/// Most events that one poll reads.
+/// Largest number of events that one poll reads.
 const EVENTS_PER_POLL: usize = 32;
 
 /// A parsed event.

@@ -1,4 +1,5 @@
-//! Common part of the host's drivers: a line with frames, and the greeting.
+//! Common part of this computer's drivers for rigs and their pedals: a line with frames, and the
+//! greeting.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -15,8 +16,8 @@ use super::frame::{Frame, FrameError, FrameReader};
 use super::heard::Heard;
 use super::wire::{Capabilities, DeviceKind, Hello, Message, VERSION, stop_frame};
 
-/// Bit rate of the line. USB adapters ignore it. A UART at this rate is busy for half of the time
-/// with `STATE` at 1 kHz.
+/// Bit rate of the line, bit/s. Boards with USB of their own ignore it. A UART at this rate needs
+/// half of the time for `STATE` at 1 kHz.
 pub(crate) const BAUD: u32 = 1_000_000;
 /// Longest wait for the device's answer. Opening the line resets many boards, whose loaders take
 /// up to 3 s before the firmware runs (serialport-rs issue 251).
@@ -27,7 +28,8 @@ const SAY_AFTER: Duration = Duration::from_secs(1);
 const GREETING_INTERVAL: Duration = Duration::from_millis(100);
 /// Interval between two reads of the line while waiting.
 const LOOK_INTERVAL: Duration = Duration::from_millis(1);
-/// Most bytes that one poll reads: 20 frames, so that a flooded line cannot hold the tick.
+/// Largest number of bytes that one poll reads, about 20 frames. So a flooded line cannot delay the
+/// tick.
 const BYTES_PER_POLL: usize = 1024;
 
 /// A device that has answered the greeting, and its line.
@@ -38,7 +40,8 @@ pub(super) struct Host {
     counters: LineCounters,
     last_sequence: Option<u16>,
     send_sequence: u16,
-    /// True if a write broke off; the next frame then needs a zero in front.
+    /// True at the start, and after a write that broke off. The next frame then needs a zero byte
+    /// in front.
     torn: bool,
     /// Bytes that came so far; `None` after the greeting.
     heard: Option<Box<Heard>>,
@@ -58,21 +61,21 @@ pub(super) enum Bad {
     Repeated,
     /// A field is outside its range.
     Range,
-    /// Its position is farther out than twice the workspace.
+    /// Its position is farther out than twice the workspace's radius.
     Reach,
     /// It contradicts earlier samples.
     Judged,
 }
 
 impl Bad {
-    /// Names in the order of the reasons.
+    /// Descriptions to follow the number of frames, in the order of the reasons.
     pub(super) const NAMES: [&str; 7] = [
         "with a wrong checksum",
         "with wrong stuffing or length",
         "of an unknown kind or a wrong length",
-        "with the number of the one before",
+        "with the same number as the frame before",
         "outside the allowed ranges",
-        "farther out than twice the workspace",
+        "farther out than twice the workspace's radius",
         "that contradict earlier ones",
     ];
 }
@@ -249,13 +252,13 @@ impl Host {
         }
     }
 
-    /// Number of the next message to send.
+    /// Takes a new number for the next message to send.
     pub(super) fn next_sequence(&mut self) -> u16 {
         self.send_sequence = self.send_sequence.wrapping_add(1);
         self.send_sequence
     }
 
-    /// Number of the last message sent.
+    /// The number that was taken last.
     pub(super) fn sent_sequence(&self) -> u16 {
         self.send_sequence
     }
@@ -291,7 +294,7 @@ fn say_waiting(path: &Path) {
 }
 
 impl Drop for Host {
-    /// Ends force and stream.
+    /// Tells the device to end its force and its stream of samples.
     fn drop(&mut self) {
         let sequence = self.next_sequence();
         self.send(&stop_frame(sequence));
@@ -352,14 +355,15 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
         force_max_n: 0.0,
         stiffness_max_n_m: 0.0,
     });
-    // A handle that renders no force along its opening has no stiffness there.
+    // A handle that renders no force along its opening may declare a stiffness of 0 there, which
+    // the range allows only if its lower end lies below 0.
     let least_n_m = if opening.force_max_n > 0.0 { 0.0 } else { -1.0 };
     let limits = [
         Limit {
             what: "force_max_n",
             is: found.force_max_n,
             range: FORCE_MAX_N,
-            allowed: "more than 0, at most 32.767, which FORCE carries",
+            allowed: "more than 0, at most 32.767: a FORCE message carries no more",
         },
         Limit {
             what: "force_continuous_n",
@@ -395,19 +399,19 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
             what: "opening.travel_m",
             is: opening.travel_m,
             range: TRAVEL_M,
-            allowed: "0.001 to 0.3. A handle that does not open speaks version 1",
+            allowed: "0.001 to 0.3. A device whose handle does not open declares version 1",
         },
         Limit {
             what: "opening.force_max_n",
             is: opening.force_max_n,
             range: (-1.0, FORCE_MAX_N.1),
-            allowed: "0 to 32.767, which FORCE carries",
+            allowed: "0 to 32.767: a FORCE message carries no more",
         },
         Limit {
             what: "opening.stiffness_max_n_m",
             is: opening.stiffness_max_n_m,
             range: (least_n_m, STIFFNESS_N_M.1),
-            allowed: "more than 0, at most 50000",
+            allowed: "more than 0 (or 0 without a force along the opening), at most 50000",
         },
     ];
     let wrong = |it: &&Limit| !(it.is > it.range.0 && it.is <= it.range.1);
@@ -428,12 +432,13 @@ struct Limit {
 
 /// Range of a peak force, N. A `FORCE` carries no more along an axis.
 const FORCE_MAX_N: (f32, f32) = (0.0, 32.767_5);
-/// Range of the travel of an opening, m. No hand opens wider. A shorter travel is that of a switch.
+/// Range of the travel of a handle's opening, m. No hand opens wider. A handle with a shorter
+/// travel is only a switch.
 const TRAVEL_M: (f32, f32) = (0.000_999, 0.3);
 /// Range of a stiffness, N/m. The stiffest desktop devices render some kN/m.
 const STIFFNESS_N_M: (f32, f32) = (0.0, 50_000.0);
-/// Range of the device's own damping, N s/m. No hand-held device absorbs more. A larger figure
-/// would switch off the stiffness limit that keeps contacts stable.
+/// Range of the device's own damping, N s/m. No hand-held device absorbs more. The limit of
+/// stiffness that keeps contacts stable grows with this figure; a larger one would make it useless.
 const DAMPING_N_S_M: (f32, f32) = (0.0, 10.0);
 
 #[cfg(test)]

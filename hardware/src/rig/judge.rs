@@ -38,7 +38,7 @@ const HOST_PAUSE_NS: u64 = 20_000_000;
 /// Polls in a row of at most [`CALM_BYTES`] after which the backlog counts as drained. The reading
 /// thread, which may have stood still as well, has run by then.
 const CALM_POLLS: u32 = 3;
-/// Most bytes of a poll without a backlog: ten frames.
+/// Largest number of bytes of a poll without a backlog: ten frames.
 const CALM_BYTES: usize = 512;
 /// Length of a window in which the device's clock is compared with this computer's, ns.
 const UNIT_WINDOW_NS: u64 = 400_000_000;

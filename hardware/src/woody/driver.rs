@@ -22,7 +22,7 @@ const BAUD: u32 = 115_200;
 const NAME: &str = "WoodenHaptics device";
 const HANDSHAKE: Duration = Duration::from_secs(2);
 const ASK_INTERVAL: Duration = Duration::from_millis(50);
-/// Most bytes that one poll reads: 15 of the longest lines.
+/// Largest number of bytes that one poll reads: 15 of the longest lines.
 const BYTES_PER_POLL: usize = 1024;
 /// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;

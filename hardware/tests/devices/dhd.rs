@@ -44,7 +44,7 @@ fn until(
         seen = is_seen(device, polled);
         !seen
     });
-    assert!(seen, "not in {} s", PATIENCE.as_secs());
+    assert!(seen, "no such sample in {} s", PATIENCE.as_secs());
 }
 
 /// A fresh sample that fulfils `wanted`.
@@ -218,8 +218,8 @@ fn a_hung_host_loses_the_force_and_closing_takes_it_at_once() {
     until(&mut device, Some(strong), |_, _| fake.force_n() > 0.9);
     drop(device);
     assert!(fake.rendered().iter().all(|part| part.abs() < 1e-9));
-    assert!(fake.get(Of::Stops) > 0.0, "its motors brake");
-    assert!(fake.get(Of::Closes) > 0.0, "others may use it");
+    assert!(fake.get(Of::Stops) > 0.0, "the motors brake");
+    assert!(fake.get(Of::Closes) > 0.0, "the device is closed");
 }
 
 #[test]

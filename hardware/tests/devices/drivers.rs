@@ -234,7 +234,7 @@ fn an_unplugged_line_is_lost_and_a_new_driver_finds_it_again() {
     assert!(lost && device.is_lost());
     assert!(
         matches!(device.poll(now_ns()), Polled::Lost),
-        "it stays lost"
+        "the device stays lost"
     );
     device.send(NO_FORCE, now_ns());
 

@@ -267,7 +267,7 @@ fn lose(device: &mut HapiHaptic) {
         !lost
     });
     assert!(lost && device.is_lost());
-    assert_eq!(device.poll(now_ns()), Polled::Lost, "it stays lost");
+    assert_eq!(device.poll(now_ns()), Polled::Lost, "lost for good");
 }
 
 #[test]
@@ -298,7 +298,7 @@ fn board_that_lost_its_place_has_no_torque_until_it_is_at_home() {
     *played.board() = Board::default();
     assert!(
         played.comes_to(played.open(), ELSEWHERE_M),
-        "it knows where it is"
+        "after a start at home the device knows the handle's position"
     );
 }
 

@@ -35,7 +35,10 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
         assert!(capabilities.force_continuous_n <= 0.5);
         let measured = [capabilities.damping_n_s_m, capabilities.delay_s];
         let off = (measured[0] - 0.25).abs() + (measured[1] - 0.004).abs();
-        assert!(off < 1e-6, "as measured, not as declared: {measured:?}");
+        assert!(
+            off < 1e-6,
+            "the station file's figures replace the device's: {measured:?}"
+        );
 
         // A force of 100 N would push the hand far away; 0.5 N move it 1 mm.
         let push = ForceCommand {
@@ -55,7 +58,7 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
                     samples += 1;
                 }
                 Polled::Nothing => {}
-                // A busy machine lost the device.
+                // The driver may lose the device on a busy machine. Open it again.
                 Polled::Lost => {
                     drop(opened.take());
                     opened = Some(persist(|| haptic.open()));

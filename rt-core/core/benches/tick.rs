@@ -1,5 +1,5 @@
 //! Cost of a tick on one core: the liver of the inner-sphere paper (581 spheres) under the
-//! instrument, with the product's solver and with the paper's method at 10 iterations. Also the
+//! instrument, with Calot's solver and with the paper's method at 10 iterations. Also the
 //! cost of the solvers alone, for the liver and for as many spheres as the paper's four organs
 //! have.
 
@@ -21,7 +21,7 @@ const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.1);
 const PRESSED: Vec3 = Vec3::new(0.0, 0.0, 0.045);
 
 /// Measures a tick with the tip at `tip_m`. `iterations` is the number for the paper's method;
-/// `None` uses the product's.
+/// `None` uses Calot's method.
 fn bench_tick(
     c: &mut Criterion,
     name: &str,

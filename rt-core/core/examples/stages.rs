@@ -41,8 +41,8 @@ impl Ports for Timed {
     }
 }
 
-/// Measures the stages. `iterations` is the number for the paper's method; `None` uses the
-/// product's.
+/// Measures the stages. `iterations` is the number for the paper's method; `None` uses Calot's
+/// method.
 fn measure(name: &str, anatomy: &Anatomy, iterations: Option<u32>) {
     let (mut state, mut paper) = (Box::new(State::new()), paper(iterations));
     let parameters = Parameters {

@@ -87,7 +87,7 @@ fn far_organs_stand_still_and_the_force_goes_on() {
     assert!(moved_m(&bench.centers_m[..LIVER], &before[..LIVER]) > 0.001);
     let awake = |bits: &SphereBits| bits.contains(SphereBits::AWAKE);
     assert!(bench.bits[..LIVER].iter().all(awake));
-    assert!(!bench.bits[LIVER..].iter().any(awake), "and says so");
+    assert!(!bench.bits[LIVER..].iter().any(awake), "far organs sleep");
     let (late_n, full_n) = (norm(&bench.force_n), norm(&full.bench.force_n));
     assert!(full_n > 0.1, "{full_n} N");
     assert!(

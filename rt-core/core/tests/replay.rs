@@ -20,7 +20,7 @@ const GOLDEN_PAPER: u64 = 0x349da26f3ddce2bd;
 
 /// The instrument approaches, presses, slides, grasps, lifts and releases; again and again the
 /// device is silent for some ticks. `iterations` is the number for the paper's method; `None` uses
-/// the product's.
+/// Calot's method.
 fn run(anatomy: &Anatomy, iterations: Option<u32>) -> u64 {
     let (mut state, mut paper) = (Box::new(State::new()), paper(iterations));
     let parameters = Parameters {

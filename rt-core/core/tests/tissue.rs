@@ -277,9 +277,9 @@ fn a_sphere_that_is_no_number_spoils_no_later_tick() {
         step(tissue, 10);
         let none = Vec3::new(f32::NAN, 0.0, 0.0);
         tissue.put(tip(spheres), &Vec3::zeros(), &none);
-        assert!(tissue.step() > 0, "it was put back");
+        assert!(tissue.step() > 0, "the sphere was put back");
         let again: u32 = (0..200).map(|_| tissue.step()).sum();
-        assert_eq!(again, 0, "and only once");
+        assert_eq!(again, 0, "the sphere was put back only once");
         assert!(farthest_m(tissue, spheres) < 0.05);
     });
 }
@@ -491,6 +491,6 @@ fn breathing_carries_what_is_held_and_what_hangs_on_it() {
         step(tissue, 5000);
         assert!(lowest(tissue) > 0.008, "breathed in: {}", lowest(tissue));
         step(tissue, 1000);
-        assert!(farthest_m(tissue, spheres) < 0.002, "and out");
+        assert!(farthest_m(tissue, spheres) < 0.002, "breathed out");
     });
 }

@@ -19,8 +19,8 @@ const TIES: usize = 2;
 const TIES_OF_TUBE: usize = 3;
 
 /// Ties of tubes are never left out, because three of them hold an end like a clamp. Elsewhere a
-/// scene of many spheres has fewer ties than it wants: first one for each sphere, then one for every
-/// second sphere, and so on. Each tie stands for the area of those left out.
+/// scene of many spheres has fewer ties than it wants: first one for each sphere, then one for
+/// every second sphere, and so on. Each tie stands for the area of those left out.
 const THRIFT: [Thrift; 5] = [
     Thrift {
         ties: TIES,

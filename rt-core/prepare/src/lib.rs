@@ -24,8 +24,8 @@
 //!
 //! # Scenes that are turned
 //!
-//! An organ is packed on a grid along its mesh's own axes. The same scene, turned and moved, has the
-//! same spheres, and so the same sag and force.
+//! An organ is packed on a grid along its mesh's own axes. The same scene, turned and moved, has
+//! the same spheres, and so the same sag and force.
 //!
 //! # Patches over which spheres spread a force
 //!

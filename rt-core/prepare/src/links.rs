@@ -81,7 +81,7 @@ fn pair(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The nearest other spheres of each sphere, by distance of centres.
+/// The nearest other spheres of each sphere, by the distance between centres.
 fn neighbours(balls: &[Ball]) -> Vec<Vec<(u32, f64)>> {
     let of = |a: &Ball, own: usize| {
         let others = balls.iter().enumerate().filter(|(j, _)| *j != own);

@@ -56,8 +56,8 @@ pub fn spread<const N: usize>(constraints: &[[u32; N]], count: usize) -> Vec<usi
     ordered
 }
 
-/// The first constraint in the queue whose spheres are free. Without any, the one whose spheres were
-/// used longest ago: `age` is the number of places since then.
+/// The first constraint in the queue whose spheres are free. Without any, the one whose spheres
+/// were used longest ago: `age` is the number of places since then.
 fn next(queue: &BTreeSet<Turn>, age: impl Fn(usize) -> usize) -> Option<usize> {
     let mut chosen = None;
     for &(.., index) in queue {
@@ -92,7 +92,8 @@ mod tests {
         }
     }
 
-    /// Spheres of a block of tissue have up to 26 links each. None has to wait, not even at the end.
+    /// Spheres of a block of tissue have up to 26 links each. None has to wait, not even at the
+    /// end.
     #[test]
     fn links_of_a_block_are_taken_apart_to_the_end() {
         const SIDE: i32 = 6;

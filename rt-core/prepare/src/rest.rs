@@ -17,7 +17,8 @@ const STILL_M_S: f32 = 1.0e-4;
 /// An organ counts as at rest after this many still ticks in a row. One still tick is not enough,
 /// because a sphere that reverses its motion is slow for a moment.
 const STILL_TICKS: u32 = 200;
-/// Most times that a share of gravity is halved. A thousandth of its weight bends no organ.
+/// Largest number of times that a share of gravity is halved. A thousandth of its weight bends no
+/// organ.
 const HALVINGS: u32 = 10;
 
 /// Simulates the scene to see whether every organ that is held and has weight comes to rest. Halves

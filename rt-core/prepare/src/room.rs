@@ -28,9 +28,9 @@ const TARGET_OFFSET_M: f64 = 0.035;
 
 /// Approximate distance between the points of the skin that are tried if no vertex is suitable, m.
 const SKIN_STEP_M: f64 = 0.008;
-/// Most such points along a side of one triangle.
+/// Largest number of such points along a side of one triangle.
 const SKIN_STEPS_MAX: usize = 40;
-/// Most such points altogether.
+/// Largest number of such points altogether.
 const SKIN_POINTS_MAX: usize = 50_000;
 
 /// Default instrument port relative to the point that is looked at, m: to the left, towards the

@@ -118,7 +118,7 @@ fn hollow_wall_with_an_opening_becomes_solid() {
     let bounds = [Vec3::repeat(-0.055), Vec3::repeat(0.055)];
     let mesh = skin(&wall, bounds, 0.0025);
     let full = 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3);
-    assert!(mesh.volume() < 0.5 * full, "it is hollow");
+    assert!(mesh.volume() < 0.5 * full, "the ball is hollow");
     let auto = mend(&mesh, Closing::Auto).unwrap();
     assert!(auto.to_string().contains("hollow made solid"), "{auto}");
     let said = auto.filled().unwrap();

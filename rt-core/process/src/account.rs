@@ -20,13 +20,15 @@ pub(crate) type BatchDone = Signal<NoopRawMutex, bool>;
 /// Runs once per batch of timing records, in the gap after a tick. Its first run arms the counters
 /// just before the first tick: they count from then on.
 ///
-/// With [`OnViolation::Abort`], a page fault in locked memory ends the process, as an allocation
-/// does. So does a block: a wait for anything other than the next tick (a lock, a file). Two kinds
-/// of batches may contain blocks. In a batch with missed periods the process may have been stopped
-/// (`SIGSTOP`, a debugger). In a batch in which a device came or went, the kernel may hold the
-/// device's line, and with it the thread, while the line hangs up. If the kernel keeps locked pages
-/// in place, the first page fault ends the process. If it moves them, more than [`MOVED_MAX`] page
-/// faults do.
+/// With [`OnViolation::Abort`] and locked memory, the process ends at the end of a batch if:
+///
+/// - the thread took a page fault. A kernel that moves locked pages may cause [`MOVED_MAX`] of them
+///   in a run.
+/// - the thread blocked: it waited for anything other than its next tick (a lock, a file).
+///
+/// A block is excused in two kinds of batches. In a batch with missed periods the process may have
+/// been stopped (`SIGSTOP`, a debugger). In a batch in which a device came or went, the kernel may
+/// hold the device's line, and with it the thread, while the line hangs up.
 pub(crate) async fn account(
     batch_done: Rc<BatchDone>,
     shared: Arc<Shared>,
@@ -54,7 +56,7 @@ pub(crate) async fn account(
             // `eprintln` is avoided, because a test harness would capture the message.
             let did = match blocked_on_time {
                 true => "waited for something other than its next tick",
-                false => "took a page fault after its start",
+                false => "took too many page faults after its start",
             };
             let _ = writeln!(
                 std::io::stderr(),
@@ -68,7 +70,7 @@ pub(crate) async fn account(
             .store(usage.involuntary_switches, Relaxed);
         shared.blocks.store(blocks.count, Relaxed);
         if last {
-            // The code that follows frees the tasks, and these calls must not count.
+            // The executor's tasks are freed next, and these calls of the allocator must not count.
             alloc_counter::disarm();
             return;
         }
@@ -76,8 +78,8 @@ pub(crate) async fn account(
     }
 }
 
-/// Most page faults of a run that are taken for pages that the kernel moved. It may go on moving
-/// memory for minutes.
+/// Largest number of page faults of a run that may be pages that the kernel moved. It may go on
+/// moving memory for minutes.
 const MOVED_MAX: u64 = 16;
 
 /// True if the kernel moves locked pages to form larger free blocks. Each move is a page fault.
@@ -86,9 +88,9 @@ fn moves_locked_pages() -> bool {
         .is_ok_and(|allowed| allowed.trim() != "0")
 }
 
-/// Waits other than the sleep for a tick, counted per batch. The kernel counts no wait for a sleep
-/// whose time has already come. If the whole run were one count, each such sleep would hide a block
-/// in another batch.
+/// Counter of blocks: waits of the thread other than its sleeps for a tick. It counts the waits of
+/// each batch less the sleeps of that batch. A sleep whose time has already come is no wait for the
+/// kernel. In a count over the whole run, each such sleep would hide a block in another batch.
 #[derive(Debug, Default)]
 struct Blocks {
     waits: u64,
@@ -98,8 +100,8 @@ struct Blocks {
 }
 
 impl Blocks {
-    /// Takes the counts so far at the end of a batch. Returns true if the batch blocked without an
-    /// excuse.
+    /// Takes the counts since the start, at the end of a batch. Returns true if the thread blocked
+    /// in the batch without an excuse: a missed period, or a device that came or went.
     fn note(&mut self, waits: u64, sleeps: u64, excuses: u64) -> bool {
         let slept = sleeps - self.sleeps.unwrap_or(sleeps);
         let blocked = (waits - self.waits).saturating_sub(slept);
@@ -120,7 +122,7 @@ mod tests {
         assert!(!blocks.note(0, 1000, 0), "before the first tick");
         assert!(!blocks.note(64, 1064, 0));
         assert!(!blocks.note(127, 1128, 0), "a sleep that was over at once");
-        assert!(blocks.note(192, 1192, 0), "which hides no later block");
+        assert!(blocks.note(192, 1192, 0), "that sleep hides no later block");
         assert!(!blocks.note(258, 1256, 9), "stopped from outside");
         assert_eq!(blocks.count, 3);
     }

@@ -20,8 +20,8 @@ pub struct Admission {
     pub worst_stage_ns: [u64; STAGES],
     /// Median duration of a tick with cold caches, ns.
     pub median_tick_ns: u64,
-    /// Most contacts in a tick of the measured course, which leads the instrument through the
-    /// scene.
+    /// Largest number of contacts in a tick of the measured course, which leads the instrument
+    /// through the scene.
     pub contacts_max: u32,
     /// Time that the worst tick may take: the period less the margin, ns.
     pub budget_ns: u64,

@@ -34,7 +34,7 @@ const _: () = {
     assert!(sum <= 900, "a tenth of the period is for late wake-ups");
 };
 
-/// Most frames that may be dropped in a row: 100 ms if every fourth tick has a frame.
+/// Largest number of frames that may be dropped in a row: 100 ms if every fourth tick has a frame.
 pub const DROPPED_MAX: u32 = 25;
 
 /// Budget of `stage` in a period, ns.

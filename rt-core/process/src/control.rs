@@ -7,9 +7,9 @@ use embassy_time::{Instant, Timer};
 use crate::schedule::{Due, Schedule};
 use crate::time_driver::now_ns;
 
-/// Most ticks in a row without a sleep. A tick that always exceeds its period must still leave its
-/// core to others now and then; otherwise Linux stops it (realtime throttling) or ends it
-/// ([`crate::runaway`]).
+/// Largest number of ticks in a row without a sleep. A tick that always exceeds its period must
+/// still leave its core to others now and then; otherwise Linux stops it (realtime throttling) or
+/// ends it ([`crate::runaway`]).
 const BREATHLESS_MAX: u32 = 10;
 
 /// Runs `tick` on the schedule until it returns `Break`. After a stall, the periods that passed are

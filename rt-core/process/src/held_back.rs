@@ -83,7 +83,7 @@ mod tests {
         assert_eq!(held.reason, None);
         assert!(held.step(only(Fault::StaleDevice), 0.9));
         assert!(!held.step(only(Fault::StaleDevice), 0.8));
-        assert!(!held.step(FaultSet::NONE, 0.8), "it rises");
+        assert!(!held.step(FaultSet::NONE, 0.8), "the force rises");
         assert_eq!(held.reason, Some(Fault::StaleDevice));
         assert!(held.step(only(Fault::StaleDevice), 0.8), "late once more");
         assert!(!held.step(FaultSet::NONE, 1.0));

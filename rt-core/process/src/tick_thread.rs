@@ -329,7 +329,7 @@ mod tests {
         assert!(!outcome.panicked);
         assert_eq!(outcome.shared.asked_to_end(), Some(Ended::Finished));
         assert_eq!(outcome.shared.ticks.load(Relaxed), 500);
-        assert_eq!(outcome.forces.len(), 500 + 3, "and three zeros");
+        assert_eq!(outcome.forces.len(), 500 + 3, "three zeros at the end");
         assert_eq!(outcome.forces[500..], [ZERO; 3]);
     }
 
@@ -389,7 +389,7 @@ mod tests {
         }
         for (rule, said) in [
             ("allocation", "allocated after its start"),
-            ("page fault", "took a page fault after its start"),
+            ("page fault", "took too many page faults after its start"),
             ("block", "waited for something other"),
         ] {
             let name = "tick_thread::tests::breaks_a_rule";
@@ -447,7 +447,7 @@ mod tests {
         assert_eq!((records[50].tick_ns, records[50].missed), (7_300_000, 0));
         assert_eq!(
             records[50].stage_ns[0], 7_300_000,
-            "it was lost while sampling"
+            "the time was lost in the stage `sample`"
         );
         assert_eq!(records[51].wake_latency_ns, 6_300_000);
         assert_eq!(records[51].missed, 6);

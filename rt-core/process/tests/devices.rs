@@ -55,7 +55,8 @@ fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     assert!(tools.health.iter().all(|h| h.frames > 10));
     let fresh = records.iter().filter(|r| r.motion_to_force_ns > 0).count();
     assert!(fresh > 100, "{fresh} of {} ticks", records.len());
-    // A sample that arrives after a tick has sampled is used by the next tick.
+    // A sample that arrives after a tick has read the devices waits for the next tick, and no
+    // longer: it arrived after the tick before had begun.
     let in_next_tick = records.windows(2).filter(|pair| {
         let begun_ns = |r: &TickRecord| r.scheduled_ns + u64::from(r.wake_latency_ns);
         let ended_ns = begun_ns(&pair[1]) + u64::from(pair[1].tick_ns);
@@ -121,8 +122,8 @@ fn a_station_file_names_the_devices_and_where_they_stand() {
     }
     assert!(tools.health[..2].iter().all(is_live), "{:?}", tools.health);
     assert_eq!(tools.health[2].status, DeviceHealth::ABSENT);
-    // The emulated hand presses the handle's first button, which this station file makes the pedal
-    // for coagulation.
+    // This station file makes the handle's first button a switch for coagulation, like that of the
+    // pedal. The emulated hand presses the button.
     for _ in 0..12_000 {
         host.newest_tools(&mut tools);
         if tools.switches().contains(Switches::COAGULATE) {

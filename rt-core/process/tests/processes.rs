@@ -197,7 +197,7 @@ fn a_stopped_controller_goes_on_without_a_jolt() {
         }
         thread::sleep(Duration::from_millis(1));
     }
-    assert!(is_later(&first), "it goes on");
+    assert!(is_later(&first), "the controller goes on");
     // If the first frame comes late, the force has already risen further.
     let ticks = first.tick - last_tick;
     let after_n = force_n(&first);

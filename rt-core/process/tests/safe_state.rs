@@ -295,7 +295,7 @@ fn a_stopped_controller_leaves_no_force_and_starts_again_from_none() {
     let back_n = seen.force_n();
     let after_ms = (monotonic_ns() - start_ns) / 1_000_000;
     println!("SIGCONT: {back_n} N of {before_n} N after {after_ms} ms");
-    assert!(back_n > 0.0, "it goes on");
+    assert!(back_n > 0.0, "the force comes back");
     assert!(after_ms > 500 || back_n < before_n / 2.0, "{back_n} N");
     station.signal(Signal::TERM);
     assert!(station.end().is_some());

@@ -333,7 +333,7 @@ fn display_that_hears_of_leaks_before_the_jump_back_hears_again() {
             display.look();
             display.tick < 2100
         });
-        assert!(display.open.is_empty(), "it forgot");
+        assert!(display.open.is_empty(), "the display forgot");
         wait_until("it hears again", || {
             display.hear();
             display.open == open_at(2000)

@@ -1,3 +1,5 @@
+//! Fuzzes the reader of compiled scenes.
+
 #![no_main]
 
 #[path = "../body.rs"]

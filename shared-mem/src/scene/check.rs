@@ -440,18 +440,18 @@ impl SceneFile {
     }
 }
 
-/// Most attachments in a scene. The realtime process has the same limit.
+/// Largest number of attachments in a scene. The realtime process has the same limit.
 const MAX_ATTACHMENTS: usize = 1024;
-/// Most contact vertices in a scene. The realtime process has the same limit.
+/// Largest number of contact vertices in a scene. The realtime process has the same limit.
 const MAX_CONTACT_VERTICES: usize = 32_768;
-/// Most corners of cells in a scene. A cell has eight corners but shares most of them with its
-/// neighbours.
+/// Largest number of corners of cells in a scene. A cell has eight corners but shares most of them
+/// with its neighbours.
 const MAX_CELL_CORNERS: usize = 4 * MAX_CELLS;
 /// Largest compliance: 1 µN stretches a link by 1 m. A softer link would hold nothing.
 const COMPLIANCE_MAX_M_N: f32 = 1e6;
 /// Largest tearing energy, 1 kJ. A hand cannot supply more.
 const TEAR_MAX_J: f32 = 1e3;
-/// Most solver steps in one tick.
+/// Largest number of solver steps in one tick.
 const SUBSTEPS_MAX: u32 = 16;
 
 fn count(what: &'static str, found: usize, min: usize, max: usize) -> Result<(), SceneError> {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::MAGIC;
 use super::header::{ALIGN, HEADER_BYTES, Header};
 
-/// Most levels in a file.
+/// Largest number of levels in a file.
 pub const LEVELS_MAX: usize = 8;
 
 /// Offset and length of each level. A file that does not consist of whole levels counts as one

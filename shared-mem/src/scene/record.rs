@@ -4,9 +4,9 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::message::PoseMsg;
 
-/// Most spheres that one skin vertex is bound to.
+/// Largest number of spheres that one skin vertex is bound to.
 pub const BINDINGS: usize = 8;
-/// Most spheres that one contact vertex follows.
+/// Largest number of spheres that one contact vertex follows.
 pub const CONTACT_BINDINGS: usize = 12;
 /// Stands for the second sphere of an [`AttachmentRecord`] that ends at a point of the world.
 pub const WORLD: u32 = u32::MAX;
@@ -241,7 +241,7 @@ pub struct ContactVertexRecord {
     pub curvature_per_m: f32,
 }
 
-/// Most cells directly under one contact vertex.
+/// Largest number of cells directly under one contact vertex.
 pub const COLUMNS: usize = 6;
 
 /// A cell of layered tissue (fat, connective tissue): a hexahedron that is removed whole. It

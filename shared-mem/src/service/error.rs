@@ -106,7 +106,7 @@ pub enum ServiceError {
     ManyHosts {
         /// Station.
         station: String,
-        /// Most hosts of this kind at once.
+        /// Largest number of hosts of this kind at once.
         max: usize,
         /// Kind of hosts.
         what: &'static str,

@@ -11,7 +11,7 @@ use super::presence::{self, Held, Presence};
 use super::room::{self, Lack, Reservation};
 use super::{MAX_LOANS, Quality, ServiceError, Station, folder};
 
-/// Most bytes of the files that iceoryx2 keeps for one service and one node. The test
+/// Largest number of bytes of the files that iceoryx2 keeps for one service and one node. The test
 /// `what_a_station_reserves_is_what_it_takes` measures them.
 const SERVICE_BYTES: u64 = 64 << 10;
 /// Bytes of a connection without its queues and flags.

@@ -31,10 +31,10 @@ pub use error::ServiceError;
 pub use folder::{owner, user_folder};
 pub use join::Claim;
 
-/// Most hosts (displays, reports) that can watch one station at once.
+/// Largest number of hosts (displays, reports) that can watch one station at once.
 pub const MAX_HOSTS: usize = 8;
-/// Most samples of one service that the controller may hold on loan: those lent to the tick
-/// (`SLOTS` in `handover.rs` of `rt-process`), and one more.
+/// Largest number of samples of one service that the controller may hold on loan: those lent to the
+/// tick (`SLOTS` in `handover.rs` of `rt-process`), and one more.
 pub const MAX_LOANS: usize = 6;
 /// Version of the messages. It is part of every service's name.
 const VERSION: &str = "v3";

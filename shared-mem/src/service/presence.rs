@@ -18,7 +18,7 @@ use super::room;
 /// Longest wait for another end that joins or leaves. This takes the other end milliseconds, unless
 /// its process is stopped.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Most numbered names that one process tries. Each of its ends takes one.
+/// Largest number of numbered names that one process tries. Each of its ends takes one.
 const ENDS_MAX: u32 = 1000;
 
 /// A name that this process holds, as an abstract socket, until it ends or drops this value.

@@ -189,7 +189,7 @@ struct Stage<'a> {
     answer: Answer,
     held: Vec<Held>,
     by_centre: bool,
-    /// Contact skin, for the product's method in cases with a tool.
+    /// Contact skin, for Calot's method in cases with a tool.
     skin: Option<&'a ContactSkin>,
 }
 
@@ -423,7 +423,7 @@ fn judge(case: &Case, stage: &Stage<'_>, way: Way, state: &State) -> Row {
     row
 }
 
-/// Force of the tissue on each sphere, N. The product does not report these forces. For its solid
+/// Force of the tissue on each sphere, N. Calot does not report these forces. For its solid
 /// they follow from the displacements. For the paper's method they come from a step of the twin,
 /// this program's own version of the method.
 fn pull_n(stage: &Stage<'_>, way: Way, state: &State) -> Vec<V3> {

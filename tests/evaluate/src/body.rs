@@ -289,8 +289,8 @@ impl Body {
         (volume / self.rest_m.len().max(1) as f32).cbrt()
     }
 
-    /// Force of the material on each sphere under displacements, N: that of the product's
-    /// neo-Hookean solid over the tetrahedra.
+    /// Force of the material on each sphere under displacements, N: that of Calot's neo-Hookean
+    /// solid over the tetrahedra.
     pub(crate) fn pull_n(&self, u: &[V3]) -> Vec<V3> {
         let mu = STIFFNESS_SHARE * self.tissue.mu() as f32;
         let lambda = STIFFNESS_SHARE * self.tissue.lame() as f32 + mu;

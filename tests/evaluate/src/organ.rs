@@ -15,7 +15,7 @@ pub(crate) enum Organ {
     /// A liver of three ellipsoids and a fossa, 214 mm long, 1.17 L. It is smooth, so that a
     /// reference converges.
     Liver,
-    /// The product's gallbladder.
+    /// Calot's built-in gallbladder.
     Gallbladder,
     /// A woman's liver (Human Reference Atlas), if this machine has its mesh.
     Atlas,

@@ -14,7 +14,7 @@ use crate::devices::Emulated;
 use crate::hand::SteeringDisplay;
 use crate::launcher::screen;
 
-/// Most attempts with a device that does not answer in time.
+/// Largest number of attempts with a device that does not answer in time.
 const TRIES: usize = 5;
 
 /// An emulated rig in a hand that holds it where it is.

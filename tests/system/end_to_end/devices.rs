@@ -14,7 +14,7 @@ use shared_mem::message::ToolFrame;
 use shared_mem::service::{Host, Station};
 use system_tests::{calot, compiled, finish, said, signal, station_name, summary, wait_until};
 
-/// Most attempts to hear a device that does not answer within two seconds.
+/// Largest number of attempts to hear a device that does not answer within two seconds.
 const TRIES: usize = 10;
 
 /// Emulated devices in a folder, for the built-in scene.

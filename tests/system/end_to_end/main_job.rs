@@ -186,7 +186,7 @@ fn the_built_in_scene_is_operated_on() {
     assert!(report.contains("frame_0000.png") && report.contains("deepest_press.png"));
     assert!(
         !report.contains("http://") || !report.contains("src=\"http"),
-        "it needs no network"
+        "the report needs no network"
     );
 }
 

@@ -67,7 +67,7 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
     let page = std::fs::read_to_string(out.join("debrief.html")).expect("a debrief");
     assert!(
         page.contains("Free practice") && page.contains("<svg"),
-        "it has drawings"
+        "the debrief has drawings"
     );
     let ask = |words: &[&str]| {
         let output = finish(calot().args(["store", "--store", store_word]).args(words));
@@ -84,8 +84,8 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
     assert!(!ask(&["export"]).contains("Ada"));
 }
 
-/// Most attempts of a scripted surgeon. Tissue lies differently each time, and the machine may be
-/// busy.
+/// Largest number of attempts of a scripted surgeon. Tissue lies differently each time, and the
+/// machine may be busy.
 const TRIES: usize = 4;
 
 /// A scripted surgeon works a task on Calot's triangle for at most `seconds`. Returns the summary,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// Most bytes of a write.
+/// Largest number of bytes of a write.
 const WRITE_MAX: usize = 1 << 17;
 /// Length of a request's head.
 const HEAD: usize = 40;

@@ -98,8 +98,8 @@ pub fn finish(command: &mut Command) -> Output {
     Program::start(command).finish()
 }
 
-/// Most page faults that the kernel may cause in locked memory by moving pages to form larger free
-/// blocks.
+/// Largest number of page faults that the kernel may cause in locked memory by moving pages to form
+/// larger free blocks.
 #[must_use]
 pub fn moved_pages_max() -> u64 {
     let allowed = std::fs::read_to_string("/proc/sys/vm/compact_unevictable_allowed");

@@ -62,7 +62,7 @@ fn the_tick_uses_no_maths_library_and_no_fused_multiply_add() {
     let output = build("");
     assert!(
         output.status.success(),
-        "it does not link: see the other test"
+        "the tick does not link: see the other test"
     );
     let proof = Path::new(env!("CARGO_TARGET_TMPDIR")).join("link-proof/release/link-proof");
     let tell = |tool: &str, option: &str| {

@@ -7,9 +7,9 @@ use std::process::Command;
 
 use tidy::{Tracked, report, root, tracked};
 
-/// Most lines that a document may have.
+/// Largest number of lines that a document may have.
 const LINES_MAX: [(&str, usize); 2] = [("README.md", 120), ("ARCHITECTURE.md", 200)];
-/// Most words that a paragraph of the README may have.
+/// Largest number of words that a paragraph of the README may have.
 const WORDS_MAX: usize = 60;
 
 #[test]

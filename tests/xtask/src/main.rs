@@ -1,5 +1,6 @@
-//! The commands of a fresh machine: `cargo xtask demo`, `cargo xtask test` and others. This program
-//! has no dependencies, so that it builds in a second and can name what the other packages need.
+//! `cargo xtask`: sets a fresh machine up, and runs the demo, the tests and the measurements. This
+//! program has no dependencies, so that it builds in a second and can name the system packages that
+//! the other programs need.
 
 mod checked;
 mod gpu;
@@ -15,16 +16,22 @@ cargo xtask COMMAND
 
   demo [ARGS]  set this machine up, build, and run the station for 10 seconds without a window:
                pictures, summary.json and report.html go to target/demo. ARGS go to `calot run`.
-  test         set this machine up and pass every test: format, lints, documentation, licences,
+  test         set this machine up and run every test: format, lints, documentation, licences,
                unit, property and system tests, golden replays in debug and release
   jitter [idle|loaded|misses|soak|watched [SECONDS]]
-               build, and measure the figures on time in tests/results into target/jitter: 60, 60 and
-               300 seconds in turn with other programs, 600 seconds alone, and five times 30 seconds
-               beside busy programs, both with remote watchers and without. Leave the machine alone!
+               build, and measure the times in tests/results into target/jitter: all five runs, or
+               one of them, for SECONDS instead of the time below. Leave the machine alone!
+                 idle     60 s in turn with other programs
+                 loaded   60 s in turn with other programs, beside `--load cpu,memory,io,join`
+                 misses   300 s in turn with a loop that does as much work, beside `--load join`
+                 soak     600 s beside `--load display`
+                 watched  five times 30 s with remote watchers and 30 s without, both beside
+                          `--load cpu,memory`
   gpu [--built]
                build, and measure drawing, skinning, reading back and the collision kernel on this
                machine's graphics card (or software driver) into target/gpu/gpu.json. --built runs
-               what is built already, on a machine without cargo
+               what is built already. On a machine without cargo, start this program itself:
+               target/debug/xtask gpu --built
   setup        only set up: name the missing system packages, and install them if this user may,
                else print the line to type
   deny         install cargo-deny (minutes) and check licences, sources and duplicates
@@ -33,7 +40,9 @@ Exit: 0 done, 1 something failed, 2 bad usage.";
 
 fn main() -> ExitCode {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
-    // Look for a timed test first, because a test program inherits the compiler's environment.
+    // `cargo xtask test` makes cargo start test programs and the compiler through copies of this
+    // program. Look for a test program first, because it also sees the variable that marks a
+    // compilation.
     if let Some(timed) = timings::run(&words) {
         return timed;
     }
@@ -56,8 +65,13 @@ fn main() -> ExitCode {
             println!("{HELP}");
             return ExitCode::SUCCESS;
         }
+        ("test" | "setup" | "deny", rest) => {
+            let rest = rest.join(" ");
+            eprintln!("xtask: '{command}' takes no arguments, but got '{rest}'\n\n{HELP}");
+            return ExitCode::from(2);
+        }
         _ => {
-            eprintln!("xtask: '{}' is not a command\n\n{HELP}", args.join(" "));
+            eprintln!("xtask: '{command}' is not a command\n\n{HELP}");
             return ExitCode::from(2);
         }
     };

@@ -9,7 +9,7 @@ pub use page::html;
 use crate::assessment::Assessed;
 use crate::rules::Rules;
 
-/// A session of a report.
+/// One session in a report.
 #[derive(Debug)]
 pub struct Chapter {
     /// Name: the session's path.
@@ -43,7 +43,7 @@ pub struct Ticks {
     pub tick_ns: Spread,
     /// Durations of the tick's stages, ns.
     pub stage_ns: std::collections::BTreeMap<String, Spread>,
-    /// Skipped periods.
+    /// Periods skipped because the tick before them, or the machine, was late.
     #[serde(rename = "deadline_misses")]
     pub missed_periods: u64,
     /// Ticks that ended after their deadline.
@@ -196,9 +196,9 @@ mod tests {
         ]);
         let sentences =
             "The task was paused for 60.0 s. A device was missing for 9.0 s. The trainee's";
-        assert!(page.contains(sentences), "a gap of 0.05 s is none");
+        assert!(page.contains(sentences), "no word of a gap of 0.05 s");
         assert!(page.contains("noise at rest is 0.30 mm. Movements of the tip within 1 mm"));
-        assert!(with(&[(Metric::Noise, 1.0)]).contains("more than is kept out"));
+        assert!(with(&[(Metric::Noise, 1.0)]).contains("does not remove so much noise"));
         assert!(!with(&[]).contains("do not count that"));
     }
 

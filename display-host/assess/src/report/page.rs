@@ -290,8 +290,9 @@ fn not_counted(page: &mut Page, values: &Values) {
                 "Movements of the tip within 1 mm do not count, so it adds less than 5 mm of path a minute."
             }
             false => {
-                "That is more than is kept out: path and movements contain some of it, and rest \
-                 counts as less. Mend the device: shield its cables, or smooth its positions in its firmware."
+                "The smoothing does not remove so much noise: path and movements contain some of it, and \
+                 idle time is too short. Mend the device: shield its cables, or smooth its positions in \
+                 its firmware."
             }
         };
         page.add(format_args!(

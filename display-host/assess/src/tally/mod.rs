@@ -85,8 +85,8 @@ const HAPTIC: u8 = 1;
 const TRACKER: u8 = 2;
 /// Bit of the foot pedal in `Movement::live`.
 const PEDAL: u8 = 4;
-/// Most leaks that are kept. More can only come from a vessel whose leak changes its place all the
-/// time.
+/// Largest number of leaks that are kept. More can only come from a vessel whose leak changes its
+/// place all the time.
 const LEAKS_MAX: usize = 64;
 
 impl Tally {

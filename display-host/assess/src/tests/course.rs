@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_gap_in_the_events_numbers_is_a_loss_and_another_controller_is_none() {
+fn a_gap_in_the_event_numbers_counts_as_lost_events_and_a_new_controller_does_not() {
     let mut assessment = begin(Task::Free);
     rest(&mut assessment, 0.0, 0.2);
     for sequence in [40, 41, 44, 45, 0, 1, 3] {
@@ -17,7 +17,7 @@ fn a_gap_in_the_events_numbers_is_a_loss_and_another_controller_is_none() {
 }
 
 #[test]
-fn a_prepared_task_has_the_clips_that_come_before_it() {
+fn clips_and_divisions_that_the_controller_prepared_count_as_done() {
     let start = |task| Entry {
         tick: 0,
         at_ns: 1_000_000_000,
@@ -54,9 +54,9 @@ fn the_critical_view_is_judged_by_what_is_removed() {
     remove(&mut assessment, 0..9);
     assert!(!assessment.is_over());
     remove(&mut assessment, 10..18);
-    assert!(!assessment.is_over(), "eight of ten");
+    assert!(!assessment.is_over(), "eight of the bed's ten cells");
     remove(&mut assessment, 17..18);
-    assert!(!assessment.is_over(), "the same again is not more");
+    assert!(!assessment.is_over(), "a cell counts only once");
     remove(&mut assessment, 18..19);
     assert!(assessment.is_over());
     let assessed = assessment.end();
@@ -66,7 +66,7 @@ fn the_critical_view_is_judged_by_what_is_removed() {
 }
 
 #[test]
-fn the_whole_operation_in_order_passes_and_out_of_order_sounds() {
+fn the_operation_in_order_passes_without_alarms_and_early_clips_raise_them() {
     let all = |order: bool| {
         let mut assessment = begin(Task::Full);
         rest(&mut assessment, 0.0, 0.5);
@@ -133,7 +133,7 @@ fn pauses_and_gaps_are_no_time() {
 }
 
 #[test]
-fn a_pause_before_a_cut_does_not_hold_the_end_up() {
+fn a_pause_before_a_cut_does_not_delay_the_end_of_the_task() {
     let mut assessment = begin(Task::Cut);
     rest(&mut assessment, 0.0, 0.5);
     clip_both(&mut assessment);
@@ -152,7 +152,7 @@ fn a_pause_before_a_cut_does_not_hold_the_end_up() {
 }
 
 #[test]
-fn task_prepared_again_begins_again_with_its_clips() {
+fn a_second_start_restarts_the_task_and_restores_its_clips() {
     let mut assessment = begin(Task::Cut);
     let start = |at_ns| Entry {
         tick: 0,
@@ -175,7 +175,7 @@ fn task_prepared_again_begins_again_with_its_clips() {
 }
 
 #[test]
-fn placing_the_sutures_is_a_step_unless_they_are_given() {
+fn hanging_the_gallbladder_is_a_step_only_if_the_task_starts_there() {
     let mut hung = anatomy();
     hung.sutures = 2;
     for (task, hangs) in [
@@ -204,17 +204,20 @@ fn placing_the_sutures_is_a_step_unless_they_are_given() {
             let done = step(&assessment).is_some_and(|(_, done)| done);
             assert_eq!(done, is_done, "{task:?} {number}");
         }
-        // Clips that the controller placed at the start do not count as the trainee's.
+        // The sutures complete no other step. Duct and artery are intact from the start.
         assert!(assessment.status().steps.iter().all(|(step, done)| {
             !*done || matches!(step, Step::Hang { .. } | Step::LeaveWhole)
         }));
         assessment.take(&start(1));
-        assert!(step(&assessment).is_none(), "they are given");
+        assert!(
+            step(&assessment).is_none(),
+            "a later start has placed the sutures"
+        );
     }
 }
 
 #[test]
-fn task_takes_too_long_at_last() {
+fn a_task_fails_after_its_time_limit() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 601.0);
     let too_long = Reason::TooLong { seconds: 600.0 };

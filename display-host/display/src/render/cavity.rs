@@ -14,7 +14,8 @@ const DRAWN_RAD: f32 = 0.5;
 /// Distances of a trocar from the cavity's middle, as shares of the distance to the wall, at which
 /// the wall is drawn to it. Another trocar passes through no wall.
 const DRAWN: core::ops::Range<f32> = 0.45..1.4;
-/// Least distance of the wall behind the eye, as a multiple of the eye's distance from the middle.
+/// Least distance from the cavity's middle to the wall behind the eye, as a multiple of the eye's
+/// distance from the middle.
 const BEHIND_EYE: f32 = 1.06;
 /// Number of points along a side of the apron.
 const APRON: usize = 150;
@@ -99,8 +100,8 @@ impl Space {
         }
     }
 
-    /// Distance of the wall in this direction, in shares of the radii. `usual` is the distance
-    /// without a trocar.
+    /// Distance from the middle to the wall in this direction, in shares of the radii. `usual` is
+    /// the distance without a trocar.
     fn wall(&self, way: Vec3, usual: f32) -> f32 {
         let Some((trocar, angle)) = self.trocar else {
             return usual;

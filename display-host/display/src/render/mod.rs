@@ -14,7 +14,8 @@
 //!
 //! `world_from_camera` is the pose of the endoscope's shaft. The display itself decides how far an
 //! angled endoscope looks off the shaft and where its camera is focused (`camera::Scope`). The
-//! alpha of the light holds the distance of each pixel, from which `lens.wgsl` computes its blur.
+//! alpha of the light holds the distance of each pixel's surface in front of the camera, from which
+//! `lens.wgsl` computes its blur.
 //! The display reports the direction of view to the course of the operation
 //! (`EntryContent::Sight`), because the assessment judges what the picture shows.
 //!

@@ -3,14 +3,14 @@
 
 use egui::{Color32, FontId, Sense, Stroke, TextStyle, Ui, vec2};
 
-/// Size of the text for the operator of the station, points.
+/// Size of small text, points.
 const FINE: f32 = 13.5;
 
 pub(super) const GOOD: Color32 = Color32::from_rgb(120, 205, 130);
 pub(super) const CARE: Color32 = Color32::from_rgb(240, 190, 80);
 const BAD: Color32 = Color32::from_rgb(245, 115, 105);
 
-/// Degree of health; also the shape of its mark.
+/// State of a thing. Each state has a mark of its own shape and colour.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Mark {
     Good,
@@ -19,7 +19,7 @@ pub(super) enum Mark {
     Off,
 }
 
-/// Text of this size, with matching headings and buttons.
+/// Sets the size of text, and matching sizes of headings and buttons.
 pub(super) fn sized(ui: &mut Ui, points: f32) {
     let styles = &mut ui.style_mut().text_styles;
     for (name, share) in [
@@ -32,7 +32,8 @@ pub(super) fn sized(ui: &mut Ui, points: f32) {
     styles.insert(TextStyle::Monospace, FontId::monospace(points));
 }
 
-/// Small text for the operator of the station.
+/// Adds widgets with small text. It shows the technical state of the station, which a trainee can
+/// ignore.
 pub(super) fn fine(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
     ui.scope(|ui| {
         sized(ui, FINE);
@@ -40,7 +41,7 @@ pub(super) fn fine(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// A mark of its own shape and colour, and words.
+/// Adds a line: the mark of a state, and words.
 pub(super) fn line(ui: &mut Ui, mark: Mark, text: &str) {
     ui.horizontal_wrapped(|ui| {
         sign(ui, mark);
@@ -48,7 +49,7 @@ pub(super) fn line(ui: &mut Ui, mark: Mark, text: &str) {
     });
 }
 
-/// The mark alone.
+/// Adds the mark of a state alone.
 pub(super) fn sign(ui: &mut Ui, mark: Mark) {
     let (space, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
     let (at, painter) = (space.center(), ui.painter());

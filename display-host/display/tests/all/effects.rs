@@ -61,7 +61,7 @@ fn blood_runs_down_and_sticks_and_smoke_hides() {
         .fold(f32::INFINITY, f32::min);
     assert!(
         lowest < support::PRESSED_M.y - 0.005,
-        "it ran down to {lowest} m"
+        "the blood ran down to {lowest} m"
     );
     let stained = take(&mut renderer);
     let (before, after) = (bloody(&clean), bloody(&stained));

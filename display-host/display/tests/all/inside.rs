@@ -86,6 +86,6 @@ fn the_view_through_the_endoscope_shows_what_is_touched_and_goes_again() {
         "{}",
         share(&inside, is_blue)
     );
-    assert!(take(None) == outside, "nothing is left of it");
+    assert!(take(None) == outside, "the inside is left");
     gpu.check("drawing").expect("no fault");
 }

@@ -193,7 +193,7 @@ fn the_sutures_are_the_trainees_where_nothing_is_done_before() {
     desk.run();
     assert!(
         desk.query_by_label(own).is_none(),
-        "they are there when one cuts"
+        "a task that begins with cutting has its sutures"
     );
 }
 

@@ -1,3 +1,5 @@
+//! Fuzzes the reader of a station's answers to a remote watcher.
+
 #![no_main]
 
 #[path = "../body.rs"]

@@ -1,3 +1,5 @@
+//! Fuzzes the readers of recorded sessions.
+
 #![no_main]
 
 #[path = "../body.rs"]

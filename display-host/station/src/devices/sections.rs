@@ -1,4 +1,4 @@
-//! Sections of a station file that a command writes. All else stays, comments included.
+//! Writes sections into the text of a station file, and keeps the rest of it and all comments.
 
 use std::path::Path;
 
@@ -15,14 +15,14 @@ pub(super) struct Section {
 }
 
 impl Section {
-    /// The section as text, with an empty line behind it.
+    /// The section as text. It ends with an empty line.
     pub(super) fn text(&self) -> String {
         format!("[{}]\n{}\n", self.head, self.body)
     }
 }
 
-/// Replaces these sections of a station file and keeps the rest, including comments. `path` appears
-/// in errors.
+/// Replaces these sections in the text of a station file. They move to its end; comments inside the
+/// old sections stay where they are. `path` appears in errors.
 pub(super) fn with_sections(
     path: &Path,
     text: &str,
@@ -47,10 +47,11 @@ pub(super) fn with_sections(
     }
     let new: String = sections.iter().map(Section::text).collect();
     let whole = format!("{}\n\n{}\n", kept.trim_end(), new.trim_end());
-    // Check that the written file parses.
+    // A file that gives the same values in another form (`frames = { … }`) does not parse with the
+    // new sections.
     StationFile::parse(&whole, path).map_err(|error| {
         format!(
-            "the new sections do not fit into this file; give them sections of their own, as in `calot \
+            "this file gives the same values in another form; give them sections of their own, as in `calot \
              devices --help`: {error}"
         )
     })?;

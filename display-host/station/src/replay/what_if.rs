@@ -23,7 +23,7 @@ use crate::problem::Problem;
 use crate::say;
 use crate::scene;
 
-/// Most points per line of a chart.
+/// Largest number of points per line of a chart.
 const POINTS: usize = 1500;
 /// Ticks from one row of the table to the next. The ticks in between are left out.
 const TICKS_A_ROW: usize = 10;

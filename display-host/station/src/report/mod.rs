@@ -17,7 +17,7 @@ use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
 
-/// Most pictures of a session in the page.
+/// Largest number of pictures of a session in the page.
 const PICTURES_MAX: usize = 12;
 /// Largest picture in the page, bytes. Larger ones are left out.
 const PICTURE_MAX_BYTES: u64 = 8 << 20;

@@ -15,7 +15,7 @@ use crate::problem::Problem;
 use crate::replay::recorded::{next_in_order, scene_of};
 use crate::say;
 
-/// Most pictures of a session.
+/// Largest number of pictures of a session.
 const PICTURES_MAX: usize = 16;
 /// Size of a picture, pixels.
 const SIZE: [u32; 2] = [640, 480];

@@ -7,8 +7,8 @@ use rustix::process::{Resource, getrlimit};
 use crate::problem::Problem;
 use crate::say;
 
-/// Most bytes of an hour of recording. Tests of `session` show that its inputs stay below 330 MB
-/// and its course below 80 MB; the rest is for the messages that viewers read.
+/// Largest number of bytes of an hour of recording. Tests of `session` show that its inputs stay
+/// below 330 MB and its course below 80 MB; the rest is for the messages that viewers read.
 const HOUR_BYTES: f64 = 500e6;
 /// Room for the other results: pages, pictures, summary.
 const RESULTS_BYTES: u64 = 4 << 20;

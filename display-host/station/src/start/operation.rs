@@ -14,7 +14,7 @@ use display_host::ui::launcher::StartForm;
 
 use crate::say;
 
-/// Most lines of output that are kept.
+/// Largest number of lines of output that are kept.
 const LINES_KEPT: usize = 12;
 /// Time that a graceful end may take. After it the user may end the operation without a report.
 const PATIENCE_TO_END: Duration = Duration::from_secs(5);

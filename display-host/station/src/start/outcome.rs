@@ -33,7 +33,7 @@ const SHOWN_IF_ANY: [Metric; 4] = [
     Metric::DeviceLost,
     Metric::Noise,
 ];
-/// Most warnings shown.
+/// Largest number of warnings shown.
 const WARNINGS_MAX: usize = 4;
 
 /// Debrief of an operation and the id of its session. `None`: the operation left no result.

@@ -110,7 +110,7 @@ fn mistakes_in_samples_are_found() {
     found(
         "stuck-number",
         "bad frames",
-        "with the number of the one before",
+        "with the same number as the frame before",
     );
 }
 

@@ -301,10 +301,11 @@ const WITHIN: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
 /// Least half-width of a cylinder's contact in its self-influence distance, as a share of its
 /// length.
 const THIN: f32 = 0.01;
-/// Most steps of the search for the end of the law; each takes a fifth off the half-width.
+/// Largest number of steps of the search for the end of the law; each takes a fifth off the
+/// half-width.
 const SHORTENINGS: u32 = 24;
-/// Most steps of Newton's method. Three mostly give six digits; a ball that is nearly buried takes
-/// more.
+/// Largest number of steps of Newton's method. Three mostly give six digits; a ball that is nearly
+/// buried takes more.
 const NEWTON: u32 = 20;
 /// Least compliance of a contact, m/N.
 const LEAST: f32 = 1.0e-6;

@@ -6,9 +6,9 @@ use crate::math::Vec3;
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// Most spheres of a patch: those of three skin vertices, or those under a tip that is wider than
-/// their spacing (115 under a tip of 10 mm on a gallbladder of 2500 spheres). The weight of any
-/// further sphere goes to the first one.
+/// Largest number of spheres of a patch: those of three skin vertices, or those under a tip that is
+/// wider than their spacing (115 under a tip of 10 mm on a gallbladder of 2500 spheres). The weight
+/// of any further sphere goes to the first one.
 const PATCH_MAX: usize = 160;
 
 /// A point of the tissue, carried by weighted spheres. Each sphere is listed once, and the weights

@@ -209,8 +209,8 @@ mod tests {
         }
     }
 
-    /// Distance of two axes, m: from every end to the other axis, and at the crossing, in double
-    /// precision.
+    /// Distance between two axes, m: from every end to the other axis, and at the crossing, in
+    /// double precision.
     fn exact_m(one: &Capsule, other: &Capsule) -> f64 {
         let [a, b, c, d] = [one.a_m, one.b_m, other.a_m, other.b_m].map(|p| p.cast::<f64>());
         let to_axis = |p: nalgebra::Vector3<f64>, [a, b]: [nalgebra::Vector3<f64>; 2]| {

@@ -5,18 +5,20 @@
 //! takes up the jump. The offset decays, so the force comes to its true value within a few tenths
 //! of a second.
 
-/// Share of a positive offset, which hides overlap, that stays after a tick: a third is left after
-/// 0.1 s. With a larger share, a contact that is found deep takes longer to reach its force.
+/// Share of a positive offset that is left after a tick. A positive offset hides overlap; about a
+/// third of it is left after 0.1 s. With a larger share, a contact that is found deep takes longer
+/// to reach its force.
 const OFFSET_KEEP: f32 = 0.99;
-/// Share of a negative offset, which hides an opening, that stays after a tick. It is smaller, so
-/// that a contact that has opened soon stops pushing.
+/// Share of a negative offset that is left after a tick. A negative offset hides an opening. The
+/// share is smaller, so that a contact that has opened soon stops pushing.
 const OPENING_KEEP: f32 = 0.95;
 /// Upper bound of the decay of a negative offset, m a tick. A larger bound ends the push sooner,
 /// with a larger step of force.
 const OPENING_STEP_M: f32 = 0.000_025;
-/// Change of a filtered separation in a tick that is allowed beyond twice the tool's travel, m; the
-/// offset takes up the rest of a larger jump. Where a shaft lies on a liver, this change is a step
-/// of 2 mN. A larger value follows the skin faster, with larger steps of force.
+/// Change of the measured separation that passes in a tick, beyond twice the tool's travel, m. The
+/// offset takes up the rest of a larger jump. The decay of the offset comes on top. Where a shaft
+/// lies on a liver, this change makes a step of force of 2 mN. With a larger value the force
+/// follows the skin faster, in larger steps.
 const JUMP_M: f32 = 0.000_02;
 
 /// Separation of a tool's point and the tissue under it.
@@ -30,7 +32,7 @@ pub(crate) struct FilteredSeparation {
 }
 
 impl FilteredSeparation {
-    /// The separation of no contact.
+    /// Value to fill in before a contact is found.
     pub(crate) const NONE: Self = Self {
         separation_m: 0.0,
         offset_m: 0.0,
@@ -50,8 +52,8 @@ impl FilteredSeparation {
         self.separation_m - self.offset_m
     }
 
-    /// Separation at another place of the same contact. It keeps a positive offset and drops a
-    /// negative one.
+    /// Separation of this contact after it has moved to another place, where `separation_m` is
+    /// measured. It keeps a positive offset and drops a negative one.
     pub(crate) fn at(&self, separation_m: f32) -> Self {
         let offset_m = self.offset_m.max(0.0);
         Self {
@@ -60,8 +62,9 @@ impl FilteredSeparation {
         }
     }
 
-    /// The separation a tick later, after the tool travelled by `travel_m`. A negative offset is at
-    /// most `opening_max_m` long, so contacts that are farther apart do not push.
+    /// The separation a tick later: `separation_m` is measured, and the tool has travelled by
+    /// `travel_m`. A negative offset is at least −`opening_max_m`, so a contact that is open by
+    /// more than that does not push.
     pub(crate) fn next(&self, separation_m: f32, travel_m: f32, opening_max_m: f32) -> Self {
         let most_m = 2.0 * travel_m + JUMP_M;
         let goes_m = separation_m - self.measured_m();
@@ -118,8 +121,9 @@ mod tests {
         let touching = FilteredSeparation::first(0.0).next(-0.0001, 0.0001, OPENING_MAX_M);
         assert!((touching.separation_m + 0.0001).abs() < 1.0e-8);
         assert!((touching.next(-0.001, 0.001, OPENING_MAX_M).separation_m + 0.001).abs() < 1.0e-8);
-        // A jump inwards, one outwards and one to an open contact: the separation changes by the
-        // permitted step at most, and in the end reaches its value.
+        // A jump inwards, one outwards and one to an open contact. While the contact pushes, the
+        // separation changes in a tick by at most the permitted jump and the decay of the offset.
+        // In the end it reaches its value.
         for to_m in [-0.003f32, -0.0002, 0.001] {
             let mut separation = FilteredSeparation::first(0.0).next(-0.001, 0.001, OPENING_MAX_M);
             for _ in 0..1000 {
@@ -136,7 +140,8 @@ mod tests {
                 "{separation:?}"
             );
         }
-        // Tissue stops pushing a tool as soon as the tool is drawn out.
+        // If tissue jumps away from a tool at rest, it still pushes at first. It stops pushing as
+        // soon as the tool is drawn out.
         let opened = FilteredSeparation::first(0.0)
             .next(-0.001, 0.001, OPENING_MAX_M)
             .next(0.0005, 0.0, OPENING_MAX_M);
@@ -152,7 +157,8 @@ mod tests {
         let deep = FilteredSeparation::first(0.0).next(-0.005, 0.005, OPENING_MAX_M);
         let open = deep.next(0.004, 0.0, 0.000_5);
         assert!(open.separation_m > 0.003, "{open:?}");
-        // The offset against opening is gone within a tenth of a second.
+        // A contact that is open by less than `opening_max_m` pushes at first, but no longer after
+        // 0.1 s.
         let mut opened = deep.next(0.000_2, 0.0, 0.000_5);
         assert!(opened.separation_m < 0.0, "{opened:?}");
         for _ in 0..100 {

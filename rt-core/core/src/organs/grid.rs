@@ -12,7 +12,7 @@ const SPHERES_IN_CELL: usize = 2;
 const CELLS: usize = MAX_SPHERES / SPHERES_IN_CELL + MAX_ORGANS;
 /// Factor by which cells are widened until there are few enough.
 const WIDER: f32 = 1.25;
-/// Most cells along the longest side of an organ's box.
+/// Largest number of cells along the longest side of an organ's box.
 const SIDE_MAX: f32 = 48.0;
 
 /// The cells of an organ.

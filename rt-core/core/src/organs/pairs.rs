@@ -59,7 +59,7 @@ const NEVER: Vec3 = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
 pub(crate) struct Pair {
     pub(crate) a: u16,
     pub(crate) b: u16,
-    /// Distance of the centres at and beyond which the spheres do not push each other, m.
+    /// Distance between the centres at and beyond which the spheres do not push each other, m.
     pub(crate) apart_m: f32,
 }
 

@@ -241,7 +241,7 @@ mod tests {
             journal.note_faults(&now, Vec3::zeros());
             reported += journal.events().len();
         }
-        assert_eq!(reported, 1, "it never stopped for a second");
+        assert_eq!(reported, 1, "the fault never paused for a second");
     }
 
     #[test]

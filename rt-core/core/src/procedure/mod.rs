@@ -48,8 +48,8 @@
 //!
 //! # Sutures
 //!
-//! A suture to the world that is shorter than the distance of its ends at rest (`drawn_mm` in a
-//! recipe) is drawn in within two seconds. This is how the scene of Calot's triangle hangs the
+//! A suture to the world that is shorter than the distance between its ends at rest (`drawn_mm` in
+//! a recipe) is drawn in within two seconds. This is how the scene of Calot's triangle hangs the
 //! gallbladder. `Command::Start(Task::Hang)` takes the sutures down, and the trainee places them. A
 //! first press of the pedal passes the needle through the tissue at the grasper's tip. A second
 //! press hangs the suture on the abdominal wall, in the direction in which the tip was carried in

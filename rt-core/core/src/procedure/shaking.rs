@@ -173,9 +173,9 @@ mod tests {
 
     #[test]
     fn what_swings_or_goes_with_the_hand_or_pauses_does_not_shake() {
-        assert_eq!(found(20_000, 2.0, 0.3, |_| 0.02), None, "it hangs");
+        assert_eq!(found(20_000, 2.0, 0.3, |_| 0.02), None, "a swinging organ");
         assert_eq!(found(20_000, 5.0, 0.3, |_| 0.02), None, "a hand's own pace");
-        assert_eq!(found(20_000, 40.0, 0.02, |_| 0.0), None, "it is slow");
+        assert_eq!(found(20_000, 40.0, 0.02, |_| 0.0), None, "a slow organ");
         assert_eq!(found(20_000, 40.0, 0.3, |_| 0.11), None, "the hand is fast");
         // A jerk of the hand every 6 s breaks the row of parts before it is 6 s long.
         let jerks = |tick: u32| if tick % 6000 == 3000 { 0.5 } else { 0.0 };

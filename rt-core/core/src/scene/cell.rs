@@ -4,7 +4,7 @@ use crate::capacity::{MAX_CELLS, MAX_SKIN_VERTICES};
 use crate::math::Vec3;
 use crate::scene::{SKIN_BINDINGS, Scene, SceneError};
 
-/// Most cells directly under one contact vertex.
+/// Largest number of cells directly under one contact vertex.
 pub const COLUMNS: usize = 6;
 
 /// Index that stands for no cell.

@@ -111,7 +111,7 @@ pub enum Inside {
     Food,
 }
 
-/// Most substeps in a tick.
+/// Largest number of substeps in a tick.
 pub const SUBSTEPS_MAX: u32 = 16;
 
 /// A sphere at rest.

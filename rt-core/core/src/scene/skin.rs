@@ -5,7 +5,7 @@ use crate::capacity::{MAX_SKIN_VERTICES, MAX_SPHERES};
 use crate::math::Vec3;
 use crate::scene::{Scene, SceneError};
 
-/// Most spheres that carry one vertex of the contact skin.
+/// Largest number of spheres that carry one vertex of the contact skin.
 pub const SKIN_BINDINGS: usize = 12;
 
 /// Index that stands for no vertex.
@@ -171,7 +171,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Most triangles around a vertex.
+/// Largest number of triangles around a vertex.
 const FAN_MAX: usize = 32;
 /// Largest weight of a sphere. A larger weight would make a vertex oscillate.
 const WEIGHT_MAX: f32 = 8.0;

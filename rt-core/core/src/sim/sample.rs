@@ -30,7 +30,7 @@ const TRACKER_STALE_NS: u64 = 100_000_000;
 const PEDAL_STALE_NS: u64 = 500_000_000;
 /// Largest distance of a pose from its device's origin, m.
 const REACH_MAX_M: f32 = 10.0;
-/// Least time by which the distance of two samples is divided to compute a speed, s. Each tick
+/// Least time by which the distance between two samples is divided to compute a speed, s. Each tick
 /// takes one sample, so two samples are a tick apart even if the first one arrived late.
 const SAMPLE_PERIOD_MIN_S: f32 = 0.001;
 

@@ -86,7 +86,7 @@
 //! pulled back. Only one sphere moves at a time, so momentum is not conserved.
 //!
 //! Its memory, [`paper::Paper`], is no part of [`Bodies`]. The caller gives it with the method, so
-//! the state of a product's run does not hold it. Nothing in it outlasts the projection of one
+//! the state of a run of the station does not hold it. Nothing in it outlasts the projection of one
 //! organ: checkpoints leave it out.
 
 mod adjacency;

@@ -7,10 +7,10 @@ use crate::math::{self, Vec3};
 use crate::scene::{Link, Organ, Scene};
 use crate::tissue::{Adjacency, Bodies};
 
-/// Largest distance of two beads, in radii: the tube is then nearly smooth. Lowering it costs more
-/// beads.
+/// Largest distance between two beads, in radii: the tube is then nearly smooth. Lowering it costs
+/// more beads.
 const SPACING_RADII: f32 = 0.75;
-/// Most beads between two spheres.
+/// Largest number of beads between two spheres.
 const BETWEEN_MAX: u16 = 4;
 
 /// A place on a tube's centre line, between two spheres. A sphere that belongs to no tube is one

@@ -364,7 +364,7 @@ fn stale_fades_in_20_ms_lost_is_zero_at_once_and_both_ramp_up_again() {
         device_fails: true,
         ..HALF
     };
-    assert!(near(apply(&mut limit, &failing).0, 0.0), "at once");
+    assert!(near(apply(&mut limit, &failing).0, 0.0), "no ramp down");
     assert!(near(apply(&mut limit, &HALF).0, 0.005));
 }
 

@@ -27,12 +27,12 @@ pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities::TOUCH;
 /// Iterations of the method of the inner-sphere paper ("the paper").
 pub(crate) const PAPER: u32 = 10;
 
-/// Storage of the paper's method with this number of iterations; `None` for the product's method.
+/// Storage of the paper's method with this number of iterations; `None` for Calot's method.
 pub(crate) fn paper(iterations: Option<u32>) -> Option<Box<Paper>> {
     iterations.map(|iterations| Box::new(Paper::new(iterations)))
 }
 
-/// The paper's method if there is storage for it, else the product's.
+/// The paper's method if there is storage for it, else Calot's.
 pub(crate) fn method(paper: &mut Option<Box<Paper>>) -> Method<'_> {
     paper
         .as_mut()

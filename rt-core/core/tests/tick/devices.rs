@@ -156,7 +156,7 @@ fn findings_of_a_driver_are_counted_and_announced_and_a_leap_starts_the_force_fr
     assert_eq!(announced.count(), 1, "once a second");
     assert!(
         norm(&bench.force_n) > 0.9 * full,
-        "its driver drops samples"
+        "a finding of the driver does not change the force"
     );
     bench.findings = Findings {
         leapt: true,

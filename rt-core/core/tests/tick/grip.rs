@@ -80,7 +80,7 @@ fn a_grasp_begins_and_carries_on_without_a_knock() {
         2000,
         Buttons::GRASP,
     );
-    assert!(lifting[1999] < -0.1, "it pulls: {} N", lifting[1999]);
+    assert!(lifting[1999] < -0.1, "the grip pulls: {} N", lifting[1999]);
     let step = largest_step(&lifting);
     assert!(step < 0.005, "lifting: {step} N in a tick");
     assert_eq!(count(&bench, EventKind::Slip), 0);

@@ -100,8 +100,8 @@ fn a_resting_organ_sleeps() {
         sim.tick(&mut bench);
     }
     let awake = |bits: &SphereBits| bits.contains(SphereBits::AWAKE);
-    assert!(!bench.bits.iter().any(awake), "it sleeps");
-    assert!(sim.speed_max_m_s() < f32::EPSILON, "and is still");
+    assert!(!bench.bits.iter().any(awake), "the organ sleeps");
+    assert!(sim.speed_max_m_s() < f32::EPSILON, "the organ is still");
 }
 
 #[test]

@@ -176,7 +176,7 @@ fn a_cut_takes_the_energy_that_parts_the_tissue() {
         "{work_j} J of work, {slack_j} J while it tightens, {energy_j} J to part it"
     );
     let shut = move_fingers(&mut sim, &mut bench, &tip, (0.0, 0.0), 10);
-    assert!(shut[9].opening_n.abs() < 1.0e-6, "nothing is left");
+    assert!(shut[9].opening_n.abs() < 1.0e-6, "no tissue is left to cut");
     // When the blades open again, they meet nothing.
     let again = move_fingers(&mut sim, &mut bench, &tip, (0.0, 1.0), 400);
     assert!(again.iter().all(|it| it.opening_n.abs() < 1.0e-6));

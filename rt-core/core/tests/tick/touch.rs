@@ -151,7 +151,7 @@ fn a_grasp_holds_pulls_and_lets_go() {
     stay(&mut sim, &mut bench, &lifted, 300, Buttons::GRASP);
     assert!(
         (bench.centers_m[held].z - before.z - 0.01).abs() < 0.004,
-        "it follows, as far as the grip's spring lets it"
+        "the sphere follows, as far as the grip's spring lets it"
     );
     assert!(
         bench.force_n.z < -0.1,
@@ -167,7 +167,7 @@ fn a_grasp_holds_pulls_and_lets_go() {
             .iter()
             .all(|bits| !bits.contains(SphereBits::GRASPED))
     );
-    assert!(bench.centers_m[held].z < before.z + 0.005, "it falls back");
+    assert!(bench.centers_m[held].z < before.z + 0.005, "the sphere falls back");
     let kinds = kinds(&bench.events);
     assert!(
         kinds.contains(&EventKind::Grasp) && kinds.contains(&EventKind::LetGo),

@@ -7,10 +7,10 @@ use super::*;
 use rt_core::scene::{Anchor, Attachment, Inside};
 use rt_core::tool::Instrument;
 
-/// Distance of the vessel's ends, m.
+/// Distance between the vessel's ends, m.
 pub(super) const LENGTH_M: f32 = 0.06;
 
-/// An artery 2.4 mm across along x. It comes from the left, where it is held; at the right it is
+/// An artery along x, 2.4 mm thick. Blood comes from its left end, which is held. Its right end is
 /// only attached.
 pub(super) fn artery() -> Anatomy {
     let (young_pa, area_m2) = (2.0e5, 4.5e-6);
@@ -51,18 +51,19 @@ pub(super) fn work(sim: &mut Sim<'_>, bench: &mut Bench, instrument: Instrument,
     stay(sim, bench, &AWAY, 300, NONE);
 }
 
-/// A place over the vessel from which the jaws reach 6 mm beyond it.
+/// Place of the tip for work on the vessel at `x_m`: 6 mm past the vessel, which then lies between
+/// the jaws.
 pub(super) fn over(x_m: f32) -> Vec3 {
     Vec3::new(x_m, 0.0, -0.006)
 }
 
-/// Value and place of every leak.
+/// Flow and place of every event `Leak`.
 pub(super) fn leaks(bench: &Bench) -> Vec<(f32, Vec3)> {
     let leaks = bench.events.iter().filter(|it| it.kind == EventKind::Leak);
     leaks.map(|it| (it.value, it.at_m)).collect()
 }
 
-/// Open shares of the events `Divided`.
+/// Share of the lumen that is open, for every event `Divided`.
 pub(super) fn divided(bench: &Bench) -> Vec<f32> {
     let divided = bench
         .events
@@ -122,7 +123,7 @@ fn cut_ends_retract() {
         let length = long(stump);
         assert!(
             (0.87..0.91).contains(&length),
-            "a tenth, and its tension: {length}"
+            "a stump shortens by a tenth, and as its tension of 1 % ends: {length}"
         );
     }
     assert!(norm(&(bench.centers_m[11] - bench.centers_m[10])) > 0.003 + 0.05 * LENGTH_M);
@@ -137,7 +138,8 @@ fn coagulation_stops_a_small_artery() {
     work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
     bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Hook));
     sim.tick(&mut bench);
-    // The hook's bent end extends 4 mm towards −y: its middle follows the stump.
+    // The hook's bent end extends from its tip 4 mm towards −y. The middle of the bent end follows
+    // the end of the stump.
     let on_end = |bench: &Bench| bench.centers_m[10] + Vec3::new(0.0, 0.002, 0.002);
     let first = on_end(&bench);
     go(&mut sim, &mut bench, &AWAY, &first, 1000, NONE);
@@ -164,7 +166,11 @@ fn a_bag_that_is_burnt_through_leaks_once() {
     let at = Vec3::new(0.0, 0.0, 0.034);
     go(&mut sim, &mut bench, &AWAY, &at, 1000, NONE);
     under_current(&mut sim, &mut bench, &at, CUT, 1000);
-    assert_eq!(count(&bench, EventKind::Perforation), 0, "28 J at 13.5 W");
+    assert_eq!(
+        count(&bench, EventKind::Perforation),
+        0,
+        "1 s at 13.5 W is less than the 28 J of a hole"
+    );
     under_current(&mut sim, &mut bench, &at, CUT, 4000);
     stay(&mut sim, &mut bench, &at, 100, NONE);
     assert_eq!(count(&bench, EventKind::Perforation), 1);
@@ -173,7 +179,7 @@ fn a_bag_that_is_burnt_through_leaks_once() {
         leaks.len() == 1 && (0.1..1.0).contains(&leaks[0].0),
         "{leaks:?}"
     );
-    // A reset closes the hole.
+    // A reset closes the hole, and no further leak is reported.
     bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
     sim.tick(&mut bench);
     stay(&mut sim, &mut bench, &AWAY, 100, NONE);

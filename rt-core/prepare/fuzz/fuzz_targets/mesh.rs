@@ -1,3 +1,5 @@
+//! Fuzzes the reader of mesh files.
+
 #![no_main]
 
 #[path = "../bodies/mesh.rs"]

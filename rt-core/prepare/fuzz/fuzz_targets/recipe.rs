@@ -1,3 +1,5 @@
+//! Fuzzes the reader of recipes.
+
 #![no_main]
 
 #[path = "../bodies/recipe.rs"]

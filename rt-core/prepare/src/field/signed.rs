@@ -23,8 +23,8 @@ pub enum Sign<'a> {
 pub struct Field {
     /// The points.
     pub grid: Grid,
-    /// Signed distance of each point, m. Outside of a closed mesh the distance is capped at one and
-    /// a half cells, the width of [`Field::new`]'s near band.
+    /// Signed distance of each point from the mesh, m. Outside of a closed mesh the distance is
+    /// capped at one and a half cells, the width of [`Field::new`]'s near band.
     pub distance_m: Vec<f32>,
 }
 

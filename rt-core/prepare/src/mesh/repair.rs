@@ -27,9 +27,9 @@ const CAVITY_SHARE: f64 = 0.05;
 /// Pieces whose volumes differ by less than this share are equally large. Single precision and the
 /// order of a sum change a volume by less.
 const EQUAL_SHARE: f64 = 1e-5;
-/// Most vertices of a piece that are tested for lying inside another piece.
+/// Largest number of vertices of a piece that are tested for lying inside another piece.
 const LOOKED_AT: usize = 64;
-/// Most pieces larger than dust. Each of them is tested against all larger ones.
+/// Largest number of pieces larger than dust. Each of them is tested against all larger ones.
 const PIECES_MAX: usize = 256;
 
 /// A mesh may be hollow if twice its volume over its area is below this share of its extent.

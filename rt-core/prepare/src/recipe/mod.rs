@@ -22,7 +22,7 @@ use crate::shape::Shape;
 
 /// Fewest spheres of one organ.
 pub const SPHERES_MIN: usize = 8;
-/// Most spheres of one organ. The realtime process holds no more in a whole scene.
+/// Largest number of spheres of one organ. The realtime process holds no more in a whole scene.
 pub const SPHERES_MAX: usize = rt_core::capacity::MAX_SPHERES;
 
 /// Bytes of a recipe's file, at most.
@@ -153,7 +153,7 @@ pub struct Tie {
     pub from: Place,
     /// The other end.
     pub to: Place,
-    /// Length when slack, m. By default it is the distance of the ends.
+    /// Length when slack, m. By default it is the distance between the ends.
     pub length_m: Option<f64>,
     /// Length by which the tie is shortened, m. A suture to the world is shortened over the first
     /// two seconds.

@@ -67,7 +67,7 @@ struct Cone {
     wider: f64,
 }
 
-/// Most cones in a part of a tube.
+/// Largest number of cones in a part of a tube.
 const TOGETHER: usize = 6;
 /// Largest error by which rounding makes a part's ball too small, m.
 const ROUNDING_M: f64 = 1e-9;

@@ -5,7 +5,7 @@ use shared_mem::inputs::InputRecord;
 use shared_mem::message::{CommandMsg, EventMsg};
 use shared_mem::words::EventKind;
 
-/// Most changes kept; a session has some dozens.
+/// Largest number of changes kept; a session has some dozens.
 const KEPT: usize = 4096;
 
 /// A change of leaks at a tick.

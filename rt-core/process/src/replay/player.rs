@@ -5,8 +5,8 @@ use shared_mem::inputs::InputRecord;
 
 use super::{Recorded, Replayed};
 
-/// Most checkpoints, of 3.6 MB each. In a session of one hour, at most about half a minute of ticks
-/// lies between a moment and the checkpoint before it.
+/// Largest number of checkpoints, of 3.6 MB each. In a session of one hour, at most about half a
+/// minute of ticks lies between a moment and the checkpoint before it.
 const KEPT_MAX: usize = 128;
 /// Number of ticks between two checkpoints at first. It is doubled whenever there are too many
 /// checkpoints.

@@ -24,7 +24,7 @@ pub(crate) struct Loaded {
 }
 
 const GROUP: u32 = 64;
-/// Most parts that fit into the buffer.
+/// Largest number of parts that fit into the buffer.
 const PARTS: usize = 16;
 
 const KERNEL: &str = "

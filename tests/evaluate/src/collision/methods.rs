@@ -98,7 +98,7 @@ struct Node {
 
 /// A leaf with more faces than this is divided.
 const LEAF_FACES: usize = 12;
-/// Most divisions from the root to a leaf.
+/// Largest number of divisions from the root to a leaf.
 const LEVELS: u32 = 9;
 
 impl Octree {
@@ -279,7 +279,7 @@ impl Hierarchy {
     }
 }
 
-/// The true contact. It is computed from the distance of the mesh, negative inside, at places 0.25
+/// The true contact. It is computed from the distance to the mesh, negative inside, at places 0.25
 /// mm apart on each part's axis.
 pub(crate) struct Exact<'a> {
     nearest: Nearest<'a>,

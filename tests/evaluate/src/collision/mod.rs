@@ -22,7 +22,7 @@ pub(crate) use page::{chart, section};
 /// A way to find contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Way {
-    /// The product's way: near spheres, then the contact skin.
+    /// Calot's way: near spheres, then the contact skin.
     Ours,
     /// The paper's kernel on one thread of the CPU.
     Spheres,

@@ -23,7 +23,7 @@ pub(crate) fn chart(measured: &Measured) -> Result<String, String> {
     for organ in organs {
         let rows = || measured.rows.iter().filter(|r| r.organ == organ);
         let over = if organ == "balls" { "spheres" } else { "faces" };
-        // The product comes last, because the first colours are the faint ones.
+        // Calot comes last, because the first colours are the faint ones.
         let series = Way::ALL.into_iter().rev().map(|way| Series {
             name: way.name().to_owned(),
             points: rows()

@@ -14,9 +14,9 @@ type Point = Vector3<f64>;
 pub(crate) enum Subject {
     /// The smooth liver of `evaluate accuracy`.
     Liver,
-    /// The product's gallbladder, laid down: fundus at −x, neck at +x.
+    /// Calot's built-in gallbladder, laid down: fundus at −x, neck at +x.
     Gallbladder,
-    /// The product's stomach.
+    /// Calot's built-in stomach.
     Stomach,
 }
 
@@ -180,7 +180,7 @@ const LENGTH_M: f64 = 0.08;
 const SHAFT_RADIUS_M: f64 = 0.0025;
 const JAW_RADIUS_M: f64 = 0.0015;
 const JAW_M: f64 = 0.020;
-/// Half the distance of the ends of open jaws, m.
+/// Half the distance between the ends of open jaws, m.
 const OPEN_M: f64 = 0.006;
 const APART_M: f64 = 0.0125;
 

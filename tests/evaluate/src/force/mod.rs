@@ -18,8 +18,8 @@ pub(crate) use page::{chart, section};
 /// Threads that solve reference curves at the same time.
 const THREADS: usize = 2;
 
-/// Finds the references of these cases, and keeps them in `folder`. With `kept`, a reference found
-/// there counts whichever mesher made its meshes.
+/// Finds each case's reference in `folder` or in the repository, or solves it and keeps it in
+/// `folder`. Without `kept`, a found reference counts only if today's mesher made its meshes.
 ///
 /// # Errors
 /// When the folder cannot be made, in words.
@@ -88,7 +88,8 @@ impl Row {
 
 /// Just noticeable difference of force, %.
 pub(crate) const GOAL_PCT: f64 = 7.0;
-/// Nothing is concluded from a reference whose meshes differ by more than this, %.
+/// Nothing is concluded from a reference if the forces on its two meshes differ by more than this,
+/// %.
 pub(crate) const DOUBT_MAX_PCT: f64 = 3.5;
 
 /// The largest step of the force from one tick to the next, in one motion.
@@ -108,15 +109,15 @@ pub(crate) struct Step {
 pub(crate) struct Measured {
     /// Rows of every law at every case.
     pub(crate) rows: Vec<Row>,
-    /// Steps of the product's force.
+    /// Largest steps of the force of Calot's contact law.
     pub(crate) steps: Vec<Step>,
     /// The references as [`reference::csv`] writes them.
     pub(crate) references: String,
 }
 
-/// Measures all cases whose names contain `only`. References that are kept in `out` or in the
-/// repository are not solved again. With `kept` no reference is solved, and references from older
-/// meshers count too.
+/// Measures all cases whose names contain `only`. A reference of today's mesher is taken from `out`
+/// or from the repository; any other is solved. With `kept` none is solved: cases without a
+/// reference in either place are left out, and references of older meshers count too.
 ///
 /// # Errors
 /// The reason in words.
@@ -195,9 +196,10 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
     Ok(measured)
 }
 
-/// The rows as `force.csv`, one for each law, case and count. `tool_mm` is the radius of the tool's
-/// parts, `reference_doubt_pct` the difference of the reference's two meshes, `mesher` the number
-/// of the mesher that made them, `to_mm` the largest depth.
+/// The rows as `force.csv`: one line for each law, case and number of spheres. `tool_mm` is the
+/// radius of the tool's parts. `reference_doubt_pct` is the difference between the forces on the
+/// reference's two meshes. `mesher` is the version of the mesher that made these meshes. `to_mm` is
+/// the largest depth at which the row has a force.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = "organ,site,tool_mm,spheres,rms_error_pct,max_error_pct,law,tool,seen,\
                     reference_doubt_pct,mesher,to_mm\n"
@@ -299,8 +301,8 @@ mod tests {
         assert!(ours < 0.3 && rigid > 2.0 * ours, "{ours} {rigid}");
     }
 
-    /// The expected force at 3 mm comes from the full run. With a patch as narrow as the tip, 2500
-    /// spheres were 19 % too stiff.
+    /// The expected force at 3 mm comes from the full run. With a contact patch as narrow as the
+    /// tip, the force with 2500 spheres was 19 % too high.
     #[test]
     fn a_thin_tip_meets_many_spheres_as_it_meets_few() {
         let (case, surface, placed) = known("gallbladder neck: tip 3 mm");

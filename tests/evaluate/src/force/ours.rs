@@ -1,5 +1,5 @@
-//! Presses on the product's tissue with the product's contact law. Two plainer laws for comparison
-//! are implemented here and not in the product.
+//! Presses on Calot's tissue with Calot's contact law. Two plainer laws for comparison are
+//! implemented only here.
 
 use nalgebra::Vector3;
 use rt_core::study::{Correction, Tissue};
@@ -19,9 +19,9 @@ type Point = Vector3<f64>;
 /// Law of contact between tissue and tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Law {
-    /// The product's contact law.
+    /// Calot's contact law.
     Ours,
-    /// Each inner sphere pushes through a spring of 500 N/m, as in earlier versions of the product.
+    /// Each inner sphere pushes through a spring of 500 N/m, as in earlier versions of Calot.
     Spheres,
     /// The vertices of the contact skin are rigid, and the force is the constraint's multiplier.
     RigidSkin,

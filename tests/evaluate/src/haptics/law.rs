@@ -1,5 +1,5 @@
-//! Laws by which force follows from the handle's position: the product's, through its own tick, and
-//! those with which it is compared.
+//! Laws by which force follows from the handle's position: Calot's, through its own tick, and those
+//! with which it is compared.
 
 use nalgebra::Translation3;
 use rt_core::fault::{Fault, FaultCounters};
@@ -85,7 +85,7 @@ impl Law for Coupling {
     }
 }
 
-/// The product: a handle's sample goes in, a tick is run, the command comes out.
+/// Calot's own tick as a law: a handle's sample goes in, a tick is run, the command comes out.
 pub(super) struct Product<'a> {
     sim: Sim<'a>,
     world: World,
@@ -93,7 +93,7 @@ pub(super) struct Product<'a> {
     handle_at_0_m: f64,
 }
 
-/// Record of the product's output limits.
+/// Record of Calot's output limits.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct LimitRecord {
     /// Ticks in which the passivity observer damped.
@@ -129,8 +129,8 @@ impl Ports for World {
 }
 
 impl<'a> Product<'a> {
-    /// Makes a product whose shaft stands upright over the scene. `top_m` is the height at which
-    /// the tip meets the scene.
+    /// Starts Calot with the shaft upright over the scene. `top_m` is the height at which the tip
+    /// meets the scene.
     pub(super) fn new(
         scene: Scene<'a>,
         state: &'a mut State,

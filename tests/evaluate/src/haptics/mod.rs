@@ -1,5 +1,5 @@
 //! Tests whether contact is stable under a hand. The device and the hand move along one axis at 20
-//! kHz. The force comes from the product's own tick, or from a law with which it is compared.
+//! kHz. The force comes from Calot's own tick, or from a law with which it is compared.
 
 mod device;
 mod law;
@@ -33,13 +33,13 @@ pub(crate) enum Test {
 /// Law by which force follows position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LawKind {
-    /// The product.
+    /// Calot's contact and output limits.
     Ours,
     /// Hooke's law on the penetration.
     Hooke,
     /// A virtual coupling.
     Coupling,
-    /// The product's contact without its output limits.
+    /// Calot's contact without its output limits.
     Bare,
     /// As `Bare`, but the tool meets the spheres rigidly instead of a skin.
     Rigid,

@@ -113,7 +113,7 @@ pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
     heat_map(&columns, &names, &lines)
 }
 
-/// A cell of the map. For the product it also has the rendered stiffness; the other laws render the
+/// A cell of the map. For Calot it also has the rendered stiffness; the other laws render the
 /// wall's own.
 fn wall_cell(r: &Row) -> Cell {
     let limit = if r.stiffness_n_m >= STIFFEST_N_M {

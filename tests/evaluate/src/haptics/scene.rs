@@ -72,7 +72,7 @@ const HELD_BELOW_M: f64 = -0.02;
 /// Part of a liver that the tip meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Meets {
-    /// The contact skin, as in the product.
+    /// The contact skin, as in Calot.
     Skin,
     /// The spheres, made so wide that there are no gaps, and rigid.
     Spheres,

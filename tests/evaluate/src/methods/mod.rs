@@ -183,16 +183,16 @@ pub(crate) enum Way {
     ExplicitSprings,
     /// Springs on every edge, velocity before position.
     Springs,
-    /// The paper's inner spheres as the product computes them: stiffness and iterations.
+    /// The paper's inner spheres as Calot computes them: stiffness and iterations.
     Paper(f32, u32),
     /// Position-based stretching of the edges, corrected by this share, and volumes of the
     /// tetrahedra.
     StretchVolume(f32),
     /// Compliant springs and volumes.
     XpbdSprings,
-    /// The product's neo-Hookean solid.
+    /// Calot's neo-Hookean solid.
     Ours,
-    /// The product's tetrahedra, each projected once a step from zero multipliers.
+    /// Calot's tetrahedra, each projected once a step from zero multipliers.
     FromZero,
     /// Implicit corotational hexahedra, on a body of their own.
     Hexahedra,
@@ -237,11 +237,11 @@ impl Way {
         }
     }
 
-    /// Parts that the method borrows. Only the product's method collides with tools at a contact
-    /// skin, if there is one.
+    /// Parts that the method borrows. Only Calot's method collides with tools at a contact skin, if
+    /// there is one.
     ///
     /// # Errors
-    /// The message with which the product refuses the scene.
+    /// The message with which Calot refuses the scene.
     pub(crate) fn parts(
         self,
         body: &Body,
@@ -263,7 +263,7 @@ impl Way {
     /// The method, ready for its first step.
     ///
     /// # Errors
-    /// The message with which the product refuses the scene.
+    /// The message with which Calot refuses the scene.
     pub(crate) fn method<'a>(
         self,
         body: &Body,

@@ -1,5 +1,5 @@
 //! Stable neo-Hookean tetrahedra whose volume and shear are solved together (Macklin and Müller
-//! 2021), in one pass a step from zero multipliers. The product begins each step with the impulses
+//! 2021), in one pass a step from zero multipliers. Calot begins each step with the impulses
 //! of the last one instead.
 
 use rt_core::tissue::neo_hookean::STIFFNESS_SHARE;
@@ -7,8 +7,7 @@ use rt_core::tissue::neo_hookean::STIFFNESS_SHARE;
 use super::{Env, Method, State};
 use crate::body::{Body, V3, cofactor};
 
-/// The method has no settings: everything follows from E, ν, the step, and the product's share of
-/// E.
+/// The method has no settings: everything follows from E, ν, the step, and Calot's share of E.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NeoHookean;
 

@@ -1,4 +1,4 @@
-//! The product's own solvers, through the interface that `rt-core` keeps for studies.
+//! Calot's own solvers, through the interface that `rt-core` keeps for studies.
 
 use rt_core::math::Pose;
 use rt_core::scene::{
@@ -16,7 +16,7 @@ use scene_prepare::skin::ContactSkin;
 use super::{Ball, Env, Method, State, Surroundings};
 use crate::body::{Body, V3};
 
-/// Parts that the product's tissue borrows.
+/// Parts that Calot's tissue borrows.
 pub(crate) struct Parts {
     bodies: Box<Bodies>,
     /// Storage of the paper's method; `None`: the neo-Hookean solid.
@@ -63,7 +63,7 @@ const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 
 impl Parts {
     /// Makes a scene of one organ. With `paper` the paper's method moves it, with this stiffness
-    /// and number of iterations. Otherwise it is the product's neo-Hookean solid.
+    /// and number of iterations. Otherwise it is Calot's neo-Hookean solid.
     ///
     /// # Errors
     /// The message with which the scene's check refuses it.
@@ -222,7 +222,7 @@ impl Parts {
     }
 }
 
-/// The product's tissue as a method. Its tick is always 1 ms.
+/// Calot's tissue as a method. Its tick is always 1 ms.
 pub(crate) struct Product<'a> {
     tissue: Tissue<'a>,
     held: Vec<bool>,

@@ -46,7 +46,7 @@ impl<'a> Stand<'a> {
         let substeps = way.substeps();
         let mut dt_s = self.dt_s / substeps as f32;
         if matches!(way, Way::Ours | Way::Paper(..)) {
-            // The product's tick is 1 ms. A longer tick is the same as 1 ms in stiffer and more
+            // Calot's tick is 1 ms. A longer tick is the same as 1 ms in stiffer and more
             // damped tissue under more gravity, because only E dt², c dt (c is the damping) and g
             // dt² count. The scene's check bounds these values.
             let ratio = self.dt_s / TICK_S;

@@ -1,4 +1,5 @@
-//! Sutures that suspend an organ from the abdominal wall: intact, one cut, and one not placed yet.
+//! Sutures that suspend an organ from the abdominal wall: all intact, the first one cut, and the
+//! first one on its way to the wall.
 
 use glam::Vec3;
 use shared_mem::message::SutureMsg;
@@ -8,9 +9,9 @@ use super::{Chapter, Shot, camera_only, is_free, sides};
 use crate::render::camera::looking;
 use crate::render::sutures::given;
 
-/// Distance of the camera, m.
+/// Distance from the camera to the point at which it looks, m.
 const FAR_M: f32 = 0.055;
-/// The camera looks at this share of the first suture's length, from the organ.
+/// Point at which the camera looks: this share of the way along the first suture, from the organ.
 const ALONG: f32 = 0.3;
 /// Largest cosine of the angle between the direction of view and the suture, so that the suture is
 /// seen from the side.

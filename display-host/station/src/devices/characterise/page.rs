@@ -10,7 +10,7 @@ use hardware::characterise::{Axis, Characterised, Trace, Wall};
 use super::{place, table};
 use crate::problem::Problem;
 
-/// Most points of a measured course that the chart draws.
+/// Largest number of points of a measured course that the chart draws.
 const POINTS: usize = 250;
 
 /// The whole page.

@@ -21,7 +21,7 @@ const RING: [[f32; 2]; 6] = [
 ];
 /// Share of a wide patch's force that its middle bears, and that each place of the ring bears.
 const RING_SHARES: [f32; 2] = [0.25, 0.125];
-/// Most steps of a walk. A tool at 3 m/s crosses one vertex in a tick.
+/// Largest number of steps of a walk. A tool at 3 m/s crosses one vertex in a tick.
 const WALK_MAX: u32 = 12;
 
 /// The skin's closest point to a tool point.

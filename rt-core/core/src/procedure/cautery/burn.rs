@@ -8,7 +8,7 @@ use crate::scene::{Cell, Scene};
 use crate::tissue::cells::Removed;
 use crate::tissue::{Bodies, Bounds};
 
-/// Most cells under a tip; further ones take no heat in this tick.
+/// Largest number of cells under a tip; further ones take no heat in this tick.
 const UNDER: usize = 48;
 /// Distance from the electrode's middle within which a cell is tested, m. This first check moves
 /// the cell with its nearest sphere alone, as an estimate of its centre.

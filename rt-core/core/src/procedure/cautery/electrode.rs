@@ -139,15 +139,15 @@ impl Dose {
     }
 }
 
-/// Lower bound of the distance of two segments, m: the largest gap of their bounding boxes along an
-/// axis. Below zero where the boxes overlap.
+/// Lower bound of the distance between two segments, m: the largest gap of their bounding boxes
+/// along an axis. Below zero where the boxes overlap.
 fn apart_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
     let own = a.inf(b) - c.sup(d);
     let other = c.inf(d) - a.sup(b);
     own.sup(&other).max()
 }
 
-/// Distance of two segments, m. Either may be a point.
+/// Distance between two segments, m. Either may be a point.
 fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
     let (own, other, between) = (b - a, d - c, a - c);
     let (own2, other2) = (own.norm_squared(), other.norm_squared());
@@ -229,7 +229,7 @@ mod tests {
     }
 
     proptest! {
-        /// The distance equals the smallest distance of many pairs of points on the two segments.
+        /// The distance equals the smallest one between many pairs of points on the two segments.
         #[test]
         fn distances_are_the_smallest(
             points in prop::array::uniform4(prop::array::uniform3(-1.0f32..1.0)),

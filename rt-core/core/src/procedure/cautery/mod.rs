@@ -32,7 +32,7 @@ use wall::{HOLE_M2, Walls};
 /// Ticks between two burn events.
 const REPORTED_TICKS: u32 = 50;
 
-/// Most links of tubes that a tick desiccates: as many as lie under a tip.
+/// Largest number of links of tubes that a tick desiccates: as many as lie under a tip.
 const DRIED: usize = 32;
 
 /// Burns since the last event.

@@ -75,8 +75,8 @@ pub(crate) struct Jaws<'a> {
     pub(crate) jaw: f32,
 }
 
-/// Thickness of the jaws between their axes, m. Jaws meet tissue when the distance of their axes is
-/// less than the thickness of the tissue plus this.
+/// Thickness of the jaws between their axes, m. Jaws meet tissue when the distance between their
+/// axes is less than the thickness of the tissue plus this.
 const MEET_M: f32 = 0.001;
 
 /// Crossing of a link between the jaws.

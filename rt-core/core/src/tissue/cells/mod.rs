@@ -24,7 +24,7 @@ pub const REMOVED: u8 = u8::MAX;
 /// Depth of a contact skin under which nothing is left, m: more than the distance at which tools
 /// are tracked.
 const OPEN_M: f32 = 0.015;
-/// Most cells behind each other under a contact vertex.
+/// Largest number of cells behind each other under a contact vertex.
 const DEEP: usize = 32;
 /// Unit in which volumes are summed, m³ (10 µm cubed). Sums of integers do not depend on their
 /// order.

@@ -9,7 +9,8 @@ use crate::words::SphereBits;
 
 /// Share of the distance to its neighbours that a sphere without cells moves in a tick.
 const FOLLOWS: f32 = 0.25;
-/// Most cells removed in one tick: as many as events allow; the rest follow in the next.
+/// Largest number of cells removed in one tick: as many as events allow; the rest follow in the
+/// next.
 const IN_A_TICK: usize = 8;
 
 impl Bodies {

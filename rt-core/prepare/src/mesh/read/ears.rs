@@ -10,7 +10,7 @@ use super::malformed;
 use crate::Vec3;
 use crate::error::MeshProblem;
 
-/// Most corners of a polygon. The work grows with the square of their number.
+/// Largest number of corners of a polygon. The work grows with the square of their number.
 const CORNERS_MAX: usize = 10_000;
 
 type Point = Coord<f64>;
