@@ -7,6 +7,7 @@ use shared_mem::words::EventKind;
 
 use crate::alarm::Alarm;
 use crate::anatomy::Anatomy;
+use crate::injury::Injury;
 use crate::metrics::{Metric, Values};
 use crate::procedure::Procedure;
 use crate::rules::{Lost, Rules};
@@ -16,7 +17,7 @@ use crate::task::{Difficulty, Outcome, Task};
 use crate::vector::{Vec3, distance, looking_off, wide};
 
 /// Version of the metrics' definitions and of the tasks' built-in requirements.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 /// Least task number in `CommandMsg::START` at which the controller has cleared the triangle.
 const START_CLAMP: u8 = 2;
 /// Largest number of alarms that are kept. The same limit holds for moments.
@@ -86,6 +87,8 @@ pub struct Assessed {
     pub steps: Vec<(Step, bool)>,
     /// All alarms, the oldest first.
     pub alarms: Vec<Alarm>,
+    /// Injuries, the oldest first.
+    pub injuries: Vec<Injury>,
     /// All metrics; `null` where a metric has no value.
     pub metrics: Values,
     /// Time of contact of the instrument in each bin of force, s. A bin is [`crate::BIN_N`] wide,
@@ -267,7 +270,9 @@ impl Assessment {
         if !steps.is_empty() && steps.iter().all(|(_, done)| *done) {
             let values = self.values();
             let (score, _) = self.rules.score(&values);
-            let unmet = self.rules.unmet(self.task, score, &values);
+            let injuries = self.procedure.injuries().map(Injury::reason);
+            let mut unmet: Vec<Reason> = injuries.collect();
+            unmet.extend(self.rules.unmet(self.task, score, &values));
             self.over = Some(match unmet.is_empty() {
                 true => (Outcome::Passed, Vec::new()),
                 false => (Outcome::Failed, unmet),
@@ -369,6 +374,7 @@ impl Assessment {
             lost,
             steps,
             alarms: self.alarms,
+            injuries: self.procedure.injuries().cloned().collect(),
             metrics,
             force_histogram_s: self.tally.force_histogram(),
             moments: self.moments,

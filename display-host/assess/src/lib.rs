@@ -37,6 +37,7 @@
 mod alarm;
 mod anatomy;
 mod assessment;
+mod injury;
 pub mod metrics;
 mod procedure;
 pub mod report;
@@ -51,6 +52,7 @@ mod vessel;
 pub use alarm::{Alarm, AlarmKind};
 pub use anatomy::{Anatomy, Region};
 pub use assessment::{Assessed, Assessment, Moment, Path, Status, VERSION};
+pub use injury::{Injury, InjuryKind};
 pub use metrics::{Metric, Values};
 pub use rules::{Rules, RulesError};
 pub use shared_mem::words::Instrument;

@@ -6,6 +6,7 @@ use shared_mem::scene::OrganKind;
 
 use crate::alarm::{Alarm, AlarmKind};
 use crate::anatomy::{Anatomy, Region};
+use crate::injury::{Injuries, Injury, InjuryKind};
 use crate::metrics::{Metric, Values};
 use crate::rules::Rules;
 use crate::scope_drill::ScopeDrill;
@@ -51,6 +52,7 @@ pub(crate) struct Procedure {
     warmed_j: Vec<(u32, f64)>,
     cuts_wrong: u32,
     unclamped: [bool; 2],
+    injuries: Injuries,
     /// Kind and organ of each raised alarm, and the time until which it is not repeated, s.
     quiet: Vec<(AlarmKind, u32, f64)>,
 }
@@ -74,6 +76,7 @@ impl Procedure {
             warmed_j: Vec::new(),
             cuts_wrong: 0,
             unclamped: [false; 2],
+            injuries: Injuries::default(),
             quiet: Vec::new(),
         }
     }
@@ -114,6 +117,7 @@ impl Procedure {
         tally: &Tally,
     ) -> Wrong {
         self.had_view |= self.view(anatomy, rules, tally);
+        self.find_injury(at_s, event, anatomy, rules);
         let mut wrong = Wrong::default();
         let kind = anatomy.kind(event.organ);
         let vessel = VESSELS.iter().position(|(of, _)| Some(*of) == kind);
@@ -214,6 +218,37 @@ impl Procedure {
             say(AlarmKind::Unclamped);
         }
         wrong
+    }
+
+    /// Notes an injury that an event shows. A torn or cut tie names an organ that the tie joins, so
+    /// events of tearing and cutting tell nothing here: a tube is divided with an event of its own.
+    fn find_injury(&mut self, at_s: f64, event: &EventMsg, anatomy: &Anatomy, rules: &Rules) {
+        let rule = anatomy
+            .kind(event.organ)
+            .and_then(|kind| rules.injury(kind));
+        let (Some(rule), Some(organ)) = (rule, anatomy.organ(event.organ)) else {
+            return;
+        };
+        let organ = (event.organ, organ.name.as_str());
+        match event.decode() {
+            Ok(Event::Divided { .. }) => {
+                self.injuries.open(at_s, InjuryKind::Divided, organ, rule);
+            }
+            Ok(Event::Perforation { .. }) => {
+                self.injuries
+                    .open(at_s, InjuryKind::Perforated, organ, rule);
+            }
+            Ok(Event::Burn { energy_j }) => {
+                self.injuries
+                    .heat(at_s, f64::from(energy_j).max(0.0), organ, rule);
+            }
+            _ => {}
+        }
+    }
+
+    /// Injuries so far, the oldest first.
+    pub(crate) fn injuries(&self) -> impl Iterator<Item = &Injury> {
+        self.injuries.all()
     }
 
     /// Adds heat to an organ. Returns true if the organ counts as burnt.
@@ -376,6 +411,9 @@ impl Procedure {
                 organ: name.to_owned(),
             });
         }
+        if let Some(injury) = self.injuries().find(|it| it.ends_task) {
+            return Some(injury.reason());
+        }
         if self.task == Task::Identify && !self.are_whole() {
             return Some(Reason::NotWhole);
         }
@@ -401,6 +439,7 @@ impl Procedure {
             (Metric::ClipSpacing, spacing_m * 1e3),
             (Metric::CutsOneSided, one_sided as f64),
             (Metric::Unclamped, unclamped as f64),
+            (Metric::Injuries, self.injuries().count() as f64),
             (Metric::CvsTwo, whole as f64 / 2.0),
         ] {
             values.set(metric, value);

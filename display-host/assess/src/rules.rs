@@ -8,6 +8,7 @@ use serde::Deserialize;
 use shared_mem::scene::OrganKind;
 use toml::Spanned;
 
+use crate::injury::InjuryRule;
 use crate::metrics::{Metric, Values};
 use crate::step::Reason;
 use crate::task::Task;
@@ -60,6 +61,7 @@ pub struct Rules {
     pub(crate) burn_j: f64,
     pub(crate) done: Done,
     flow_ml_min: Vec<(OrganKind, f64)>,
+    injuries: Vec<InjuryRule>,
     penalties: Vec<Penalty>,
     tasks: BTreeMap<&'static str, TaskRules>,
 }
@@ -122,6 +124,8 @@ mod written {
         pub(super) done: Done,
         #[serde(default)]
         pub(super) flow_ml_min: BTreeMap<Spanned<String>, Spanned<f64>>,
+        /// Optional in older files, for which the built-in ones hold.
+        pub(super) injury: Option<Vec<Injury>>,
         #[serde(default)]
         pub(super) penalty: Vec<Penalty>,
         #[serde(default)]
@@ -148,6 +152,14 @@ mod written {
         pub(super) settle_s: Spanned<f64>,
         pub(super) leak: Spanned<f64>,
         pub(super) look_s: Spanned<f64>,
+    }
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct Injury {
+        pub(super) organ: Spanned<String>,
+        pub(super) open: Spanned<String>,
+        pub(super) burn_j: Option<Spanned<f64>>,
     }
 
     #[derive(Deserialize)]
@@ -195,6 +207,7 @@ impl Default for Rules {
                 look_s: 1.0,
             },
             flow_ml_min: Vec::new(),
+            injuries: Vec::new(),
             penalties: Vec::new(),
             tasks: BTreeMap::new(),
         })
@@ -284,6 +297,13 @@ impl Rules {
                 look_s: check.number("look_s", &done.look_s, 0.1..=60.0)?,
             },
             flow_ml_min: flows.collect::<Result<_, _>>()?,
+            injuries: match &file.injury {
+                Some(injuries) => injuries
+                    .iter()
+                    .map(|injury| check.injury(injury))
+                    .collect::<Result<_, _>>()?,
+                None => Self::default().injuries,
+            },
             penalties: file
                 .penalty
                 .iter()
@@ -305,6 +325,11 @@ impl Rules {
 
     pub(crate) fn must_not_burn(&self, kind: Option<OrganKind>) -> bool {
         kind.is_some_and(|kind| self.burn.contains(&kind))
+    }
+
+    /// Rule for the injuries of this kind of organ.
+    pub(crate) fn injury(&self, kind: OrganKind) -> Option<&InjuryRule> {
+        self.injuries.iter().find(|it| it.organ == kind)
     }
 
     /// Flow from an organ of this kind after a complete cut, ml/min.
@@ -460,6 +485,24 @@ impl Check<'_> {
         })
     }
 
+    fn injury(&self, injury: &written::Injury) -> Result<InjuryRule, RulesError> {
+        let open = &injury.open;
+        let burn = injury.burn_j.as_ref();
+        let burn = burn.map(|burn_j| self.number("burn_j", burn_j, 0.0..=1e6));
+        Ok(InjuryRule {
+            organ: self.organ(&injury.organ)?,
+            open_ends_task: match open.get_ref().as_str() {
+                "fails" => true,
+                "unpassed" => false,
+                other => {
+                    let allowed = "fails (the task ends) or unpassed (it goes on)".to_owned();
+                    return Err(self.refuse(open, "open".into(), other, allowed));
+                }
+            },
+            burn_j: burn.transpose()?.unwrap_or(f64::INFINITY),
+        })
+    }
+
     fn task(&self, task: &written::Task) -> Result<TaskRules, RulesError> {
         let time = task.time_max_s.as_ref();
         let time = time.map(|time| self.number("time_max_s", time, 1.0..=86_400.0));
@@ -570,6 +613,8 @@ mod tests {
             error.contains("an organ is stomack") && error.contains("stomach,"),
             "{error}"
         );
+        let error = refused("open = \"fails\"", "open = \"kills\"");
+        assert!(error.contains("open is kills; allowed is fails"), "{error}");
         assert!(refused("version = 1", "version = 2").contains("version is 2; allowed is 1"));
         assert!(refused("[task.scope]", "[task.dance]").contains("a task is dance"));
         assert!(refused("quiet_s = 1.0", "quiet_s = nan").contains("quiet_s is NaN"));
@@ -594,6 +639,18 @@ mod tests {
         );
         let error = task("{ metric = \"time_s\", at_least = 6.0, at_most = 5.0 }").unwrap_err();
         assert!(error.contains("at least 6 and at most 5"), "{error}");
+    }
+
+    #[test]
+    fn a_file_without_injuries_has_the_built_in_ones() {
+        let tables: Vec<&str> = BUILT_IN.split("\n\n").collect();
+        let without = tables.iter().filter(|it| !it.contains("[[injury]]"));
+        let without: Vec<&str> = without.copied().collect();
+        assert!(without.len() < tables.len());
+        let rules = Rules::parse(&without.join("\n\n")).unwrap();
+        assert_eq!(rules.injuries, Rules::default().injuries);
+        let none = format!("injury = []\n{}", without.join("\n\n"));
+        assert!(Rules::parse(&none).unwrap().injuries.is_empty());
     }
 
     #[test]

@@ -5,6 +5,7 @@ use core::fmt;
 
 use shared_mem::words::Instrument;
 
+use crate::injury::InjuryKind;
 use crate::metrics::Metric;
 
 /// A step of a task.
@@ -150,6 +151,13 @@ pub enum Reason {
         /// The vessel's name in the scene.
         organ: String,
     },
+    /// A structure was injured.
+    Injured {
+        /// The structure's name in the scene.
+        organ: String,
+        /// Kind of the injury.
+        injury: InjuryKind,
+    },
     /// A vessel that had to stay intact is damaged.
     NotWhole,
     /// The time limit was exceeded.
@@ -183,6 +191,7 @@ impl fmt::Display for Reason {
         match self {
             Self::NotDone { step } => write!(to, "not done: {step}"),
             Self::Unclamped { organ } => write!(to, "the {organ} was divided without clips"),
+            Self::Injured { organ, injury } => write!(to, "the {organ} was {injury}"),
             Self::NotWhole => to.write_str("cystic duct or artery is no longer intact"),
             Self::TooLong { seconds } => write!(to, "it took longer than {seconds:.0} s"),
             Self::TooLittle {

@@ -156,6 +156,8 @@ pub struct TaskSummary {
     pub score: f64,
     /// All alarms.
     pub alarms: Vec<TaskAlarm>,
+    /// All injuries; each rules out a pass.
+    pub injuries: Vec<assess::Injury>,
     /// All metrics by name; `null` for one without a value.
     pub metrics: serde_json::Value,
     /// Version of the metrics' definitions.

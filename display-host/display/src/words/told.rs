@@ -1,7 +1,7 @@
 //! Texts of the assessment (steps, hints, reasons) from their kinds and values, in the user's
 //! language.
 
-use assess::{Advice, Hint, Instrument, Metric, Reason, Step};
+use assess::{Advice, Hint, InjuryKind, Instrument, Metric, Reason, Step};
 
 use super::Words;
 
@@ -63,6 +63,14 @@ impl Words {
             }
             Reason::Unclamped { organ } => {
                 self.say_with("reason-unclamped", &[("organ", self.organ(organ).into())])
+            }
+            Reason::Injured { organ, injury } => {
+                let id = match injury {
+                    InjuryKind::Divided => "reason-injured-divided",
+                    InjuryKind::Perforated => "reason-injured-perforated",
+                    InjuryKind::Burnt => "reason-injured-burnt",
+                };
+                self.say_with(id, &[("organ", self.organ(organ).into())])
             }
             Reason::NotWhole => self.say("reason-not-whole"),
             Reason::TooLong { seconds } => {
@@ -149,6 +157,18 @@ mod tests {
         let reasons = vec![
             Reason::NotDone { step: Step::Free },
             Reason::Unclamped { organ: organ() },
+            Reason::Injured {
+                organ: organ(),
+                injury: InjuryKind::Divided,
+            },
+            Reason::Injured {
+                organ: organ(),
+                injury: InjuryKind::Perforated,
+            },
+            Reason::Injured {
+                organ: organ(),
+                injury: InjuryKind::Burnt,
+            },
             Reason::NotWhole,
             Reason::TooLong { seconds: 900.0 },
             Reason::TooLittle {

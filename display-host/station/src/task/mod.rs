@@ -290,6 +290,7 @@ pub(crate) fn summary(assessed: &Assessed, id: &str) -> TaskSummary {
         reason_kinds: assessed.reasons.clone(),
         score: assessed.score,
         alarms: assessed.alarms.iter().map(alarm).collect(),
+        injuries: assessed.injuries.clone(),
         metrics: serde_json::to_value(assessed.metrics).unwrap_or_default(),
         metrics_version: assessed.version,
         session: id.to_owned(),

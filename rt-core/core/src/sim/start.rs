@@ -114,7 +114,11 @@ impl Sim<'_> {
         // From both ends alike: preparation numbers the spheres from either.
         let last = it.sphere_count.saturating_sub(2);
         let from_end = ((share * (last + 1) as f32) as u32).min(last);
-        let place = if is_from_low { from_end } else { last - from_end };
+        let place = if is_from_low {
+            from_end
+        } else {
+            last - from_end
+        };
         let sphere = it.sphere_start + place;
         let away = |step: &Step| u32::from(step.a.min(step.b)).abs_diff(sphere);
         let steps = self.state.bodies.beads.steps_of(organ);
