@@ -99,7 +99,10 @@ mod tests {
         let admitted: Vec<_> = (7..16).map(|ms| gate.admit([80.0, 2.0], ms * MS)).collect();
         assert_eq!(admitted.iter().filter(|good| !**good).count(), 7);
         assert!(!gate.admit([0.0, 50.0], 200 * MS), "after a long silence");
-        assert!(gate.admit([1.0, 50.0], 201 * MS), "after a silence two suffice");
+        assert!(
+            gate.admit([1.0, 50.0], 201 * MS),
+            "after a silence two suffice"
+        );
         assert!(!gate.admit([f32::NAN, 50.0], 202 * MS));
     }
 

@@ -60,7 +60,7 @@ impl fmt::Display for Step {
 }
 
 impl Step {
-    /// Instrument for the step; `None`: the endoscope.
+    /// Instrument for the step. `None` if the endoscope does it, or if there is nothing to do.
     pub(crate) fn instrument(&self) -> Option<Instrument> {
         match self {
             Self::Hang { .. } => Some(Instrument::Grasper),
@@ -146,7 +146,7 @@ pub enum Reason {
         /// The step.
         step: Step,
     },
-    /// A vessel was divided without clips.
+    /// Cystic duct or artery was torn, or was divided and not closed by enough tight clips.
     Unclamped {
         /// The vessel's name in the scene.
         organ: String,
@@ -190,7 +190,10 @@ impl fmt::Display for Reason {
         let name = |metric: &Option<Metric>| metric.map_or("score", Metric::name);
         match self {
             Self::NotDone { step } => write!(to, "not done: {step}"),
-            Self::Unclamped { organ } => write!(to, "the {organ} was divided without clips"),
+            Self::Unclamped { organ } => write!(
+                to,
+                "the {organ} was divided or torn, and clips do not close it"
+            ),
             Self::Injured { organ, injury } => write!(to, "the {organ} was {injury}"),
             Self::NotWhole => to.write_str("cystic duct or artery is no longer intact"),
             Self::TooLong { seconds } => write!(to, "it took longer than {seconds:.0} s"),

@@ -35,7 +35,11 @@ fn clips_that_are_lost_or_misplaced_sound_and_cost() {
         [AlarmKind::ClipLost, AlarmKind::ClipMisplaced]
     );
     assert!((assessed.score - 80.0).abs() < 1e-9, "{:?}", assessed.lost);
-    assert_eq!(assessed.outcome, Outcome::Failed, "no clip may be misplaced");
+    assert_eq!(
+        assessed.outcome,
+        Outcome::Failed,
+        "no clip may be misplaced"
+    );
     assert_eq!(
         assessed.reasons,
         [Reason::TooMuch {

@@ -48,7 +48,10 @@ fn smoke_gathers_and_goes_only_when_it_is_drawn_off() {
     let port = Some(Vec3::new(0.0, 0.3, 0.0));
     assert!(after(None, 10) > 0.7 * gathered);
     assert!(after(port, 10) < 0.1 * gathered);
-    assert!(after(Some(Vec3::NAN), 10) > 0.7 * gathered, "NaN is no place");
+    assert!(
+        after(Some(Vec3::NAN), 10) > 0.7 * gathered,
+        "NaN is no place"
+    );
 }
 
 #[test]

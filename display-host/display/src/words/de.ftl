@@ -77,7 +77,7 @@ alarm-crushed = gequetscht: { $organ }; lockerer greifen
 alarm-clip-lost = Clip ohne Gewebe geschlossen
 alarm-clip-misplaced = Clip falsch gesetzt: { $organ }
 alarm-too-early = vor Erreichen des Critical View geclippt: { $organ }
-alarm-unclamped = ohne Clips durchtrennt: { $organ }
+alarm-unclamped = durchtrennt oder gerissen, nicht durch Clips verschlossen: { $organ }
 
 ## Stand einer Aufgabe
 task-time = Zeit: { $time }
@@ -397,7 +397,7 @@ metric-clips-duct = Clips auf dem Ductus cysticus
 metric-clips-artery = Clips auf der Arteria cystica
 metric-clip-spacing-mm = Kleinster Clipabstand
 metric-cuts-one-sided = Außerhalb der Clips durchtrennt
-metric-unclamped = Ohne Clips durchtrennt
+metric-unclamped = Nicht durch Clips verschlossen
 metric-injuries = Verletzungen
 metric-blood-ml = Blutverlust
 metric-bile-ml = Galleverlust
@@ -459,7 +459,7 @@ step-clip = { $count } Clips setzen: { $organ }
 step-divide = Zwischen Clips durchtrennen: { $organ }
 step-free = Die Gallenblase von der Leber lösen
 step-show = Zeigen: { $organ }
-reason-unclamped = ohne Clips durchtrennt: { $organ }
+reason-unclamped = durchtrennt oder gerissen, und Clips verschließen nicht: { $organ }
 reason-injured-divided = durchtrennt: { $organ }
 reason-injured-perforated = Wand eröffnet: { $organ }
 reason-injured-burnt = stärker verbrannt, als die Wand übersteht: { $organ }

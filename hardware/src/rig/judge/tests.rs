@@ -174,7 +174,10 @@ fn a_device_that_dies_takes_its_other_faults_along() {
     bench.run(0..200, |_| (7, 0.01, 0.0));
     assert!(!bench.judge.findings().faults.is_empty());
     (0..200).for_each(|_| bench.poll(&[], true));
-    assert!(bench.judge.findings().faults.is_empty(), "a silent device has no faults");
+    assert!(
+        bench.judge.findings().faults.is_empty(),
+        "a silent device has no faults"
+    );
 }
 
 #[test]

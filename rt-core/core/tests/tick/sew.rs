@@ -77,7 +77,10 @@ fn a_scene_hangs_by_itself_and_the_trainee_is_given_it_down() {
     command(&mut sim, &mut bench, Command::Start(Task::Hang));
     assert_eq!(placed(&bench), [Placed::Away; 2]);
     stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
-    assert!(moved_m(&bench, &anatomy) < 1.0e-4, "no suture holds the liver");
+    assert!(
+        moved_m(&bench, &anatomy) < 1.0e-4,
+        "no suture holds the liver"
+    );
     command(&mut sim, &mut bench, Command::Reset);
     assert_eq!(placed(&bench), [Placed::Hung; 2]);
 }
@@ -143,7 +146,10 @@ fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
     go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
     step(&mut sim, &mut bench, &TOUCHES);
     assert_eq!(placed(&bench), [Placed::Away; 2]);
-    assert!(count(&bench, EventKind::Electro) > 0, "the hook's current flows");
+    assert!(
+        count(&bench, EventKind::Electro) > 0,
+        "the hook's current flows"
+    );
     go(&mut sim, &mut bench, &TOUCHES, &ADJACENT, 500, NONE);
     command(
         &mut sim,

@@ -167,7 +167,10 @@ fn a_grasp_holds_pulls_and_lets_go() {
             .iter()
             .all(|bits| !bits.contains(SphereBits::GRASPED))
     );
-    assert!(bench.centers_m[held].z < before.z + 0.005, "the sphere falls back");
+    assert!(
+        bench.centers_m[held].z < before.z + 0.005,
+        "the sphere falls back"
+    );
     let kinds = kinds(&bench.events);
     assert!(
         kinds.contains(&EventKind::Grasp) && kinds.contains(&EventKind::LetGo),
