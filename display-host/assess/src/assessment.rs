@@ -270,7 +270,7 @@ impl Assessment {
         if !steps.is_empty() && steps.iter().all(|(_, done)| *done) {
             let values = self.values();
             let (score, _) = self.rules.score(&values);
-            let injuries = self.procedure.injuries().map(Injury::reason);
+            let injuries = self.procedure.injuries().map(Reason::injured);
             let mut unmet: Vec<Reason> = injuries.collect();
             unmet.extend(self.rules.unmet(self.task, score, &values));
             self.over = Some(match unmet.is_empty() {

@@ -7,8 +7,6 @@ use core::fmt;
 
 use shared_mem::scene::OrganKind;
 
-use crate::step::Reason;
-
 /// Kind of an injury.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -42,16 +40,6 @@ pub struct Injury {
     pub organ: String,
     /// True if the injury ends the task. Any injury rules out a pass.
     pub ends_task: bool,
-}
-
-impl Injury {
-    /// Why the task is not passed.
-    pub(crate) fn reason(&self) -> Reason {
-        Reason::Injured {
-            organ: self.organ.clone(),
-            injury: self.kind,
-        }
-    }
 }
 
 /// Rule for the injuries of a kind of structure.

@@ -412,7 +412,7 @@ impl Procedure {
             });
         }
         if let Some(injury) = self.injuries().find(|it| it.ends_task) {
-            return Some(injury.reason());
+            return Some(Reason::injured(injury));
         }
         if self.task == Task::Identify && !self.are_whole() {
             return Some(Reason::NotWhole);

@@ -5,7 +5,7 @@ use core::fmt;
 
 use shared_mem::words::Instrument;
 
-use crate::injury::InjuryKind;
+use crate::injury::{Injury, InjuryKind};
 use crate::metrics::Metric;
 
 /// A step of a task.
@@ -183,6 +183,16 @@ pub enum Reason {
         /// Largest value allowed.
         limit: f64,
     },
+}
+
+impl Reason {
+    /// The task is not passed because of this injury.
+    pub(crate) fn injured(injury: &Injury) -> Self {
+        Self::Injured {
+            organ: injury.organ.clone(),
+            injury: injury.kind,
+        }
+    }
 }
 
 impl fmt::Display for Reason {

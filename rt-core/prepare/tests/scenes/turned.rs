@@ -1,4 +1,4 @@
-//! The same scene, turned and moved, behaves the same.
+//! A scene that is turned and moved behaves like the original.
 
 use nalgebra::{Matrix3, Rotation3, Unit};
 use rt_core::math::Vec3 as Single;
@@ -48,7 +48,7 @@ struct Case {
     gravity: Vec3,
 }
 
-/// What is measured of a scene.
+/// Measurements of a scene.
 #[derive(Debug, Clone, Copy)]
 struct Found {
     /// Largest displacement of a sphere under gravity, m.
