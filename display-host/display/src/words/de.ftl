@@ -77,7 +77,7 @@ alarm-crushed = gequetscht: { $organ }; lockerer greifen
 alarm-clip-lost = Clip ohne Gewebe geschlossen
 alarm-clip-misplaced = Clip falsch gesetzt: { $organ }
 alarm-too-early = vor Erreichen des Critical View geclippt: { $organ }
-alarm-unclamped = durchtrennt oder gerissen, nicht durch Clips verschlossen: { $organ }
+alarm-unclamped = offen, nicht durch Clips verschlossen: { $organ }
 
 ## Stand einer Aufgabe
 task-time = Zeit: { $time }
@@ -459,7 +459,7 @@ step-clip = { $count } Clips setzen: { $organ }
 step-divide = Zwischen Clips durchtrennen: { $organ }
 step-free = Die Gallenblase von der Leber lösen
 step-show = Zeigen: { $organ }
-reason-unclamped = durchtrennt oder gerissen, und Clips verschließen nicht: { $organ }
+reason-unclamped = durch Clips nicht verschlossen: { $organ }
 reason-injured-divided = durchtrennt: { $organ }
 reason-injured-perforated = Wand eröffnet: { $organ }
 reason-injured-burnt = stärker verbrannt, als die Wand übersteht: { $organ }

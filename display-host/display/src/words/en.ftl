@@ -77,7 +77,7 @@ alarm-crushed = crushed: { $organ }; loosen the grip
 alarm-clip-lost = closed a clip with no tissue in it
 alarm-clip-misplaced = clip misplaced on: { $organ }
 alarm-too-early = clipped before the critical view was achieved: { $organ }
-alarm-unclamped = divided or torn, not closed by clips: { $organ }
+alarm-unclamped = open, not closed by clips: { $organ }
 
 ## State of a task
 task-time = Time: { $time }
@@ -459,7 +459,7 @@ step-clip = Place { $count } clips on the { $organ }
 step-divide = Divide the { $organ } between clips
 step-free = Free the gallbladder from the liver
 step-show = Show the { $organ }
-reason-unclamped = the { $organ } was divided or torn, and clips do not close it
+reason-unclamped = clips do not close the { $organ }
 reason-injured-divided = the { $organ } was divided
 reason-injured-perforated = the wall of the { $organ } was opened
 reason-injured-burnt = the { $organ } was burnt more than its wall survives
