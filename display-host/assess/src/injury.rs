@@ -24,7 +24,7 @@ impl fmt::Display for InjuryKind {
         to.write_str(match self {
             Self::Divided => "divided",
             Self::Perforated => "perforated",
-            Self::Burnt => "burnt through its wall",
+            Self::Burnt => "burnt more than its wall survives",
         })
     }
 }

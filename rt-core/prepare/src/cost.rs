@@ -1,10 +1,13 @@
 //! Cost of a scene per tick of the realtime process, predicted from its counts.
 //!
-//! The prices (µs per unit of work) are measured. `cargo run --release -p scene-prepare --example
-//! organ_cost` steps prepared scenes of 400 to 3200 spheres with every organ awake; each prediction
-//! is within 10 % of its measurement. (Organs have similar numbers of tetrahedra per sphere. So the
-//! measurements determine the sum of the three prices of a step well, but not each price.) The
-//! price of the other stages comes from `cargo run --release -p rt-core --example stages`: the
+//! The prices (µs per unit of work) were measured before tissue kept its impulses and before ties
+//! had a price of their own: `cargo run --release -p scene-prepare --example organ_cost` steps
+//! prepared scenes with every organ awake and prints prediction and measurement. It is to be run
+//! again; until then the predictions have no stated accuracy. (Organs have similar numbers of
+//! tetrahedra per sphere. So the measurements determine the sum of the prices of a step well, but
+//! not each price.)
+//!
+//! The price of the other stages comes from `cargo run --release -p rt-core --example stages`: the
 //! contact search takes 22 µs for 581 spheres, and 53 µs for 1056 spheres of two organs.
 //!
 //! Caches are warm in both programs, and the time of device drivers is not included. Admission, a

@@ -144,8 +144,8 @@ fn surgeon_who_burns_the_bile_duct_is_alarmed_and_has_pictures_of_it() {
     assert!(page.contains("bile duct"), "what was burnt");
 }
 
-/// The first minute of the whole procedure. It takes seven more, which
-/// `the_careful_completes_the_long_tasks` of the surgeon's own tests works in the simulation.
+/// The first minute of the whole procedure, which takes about six. Nothing in CI works it to the
+/// end: `the_careful_completes_the_long_tasks` does, in the simulation, when it is asked for.
 #[test]
 fn a_careful_surgeon_begins_the_whole_procedure() {
     let mut came_to = Vec::new();
@@ -154,7 +154,8 @@ fn a_careful_surgeon_begins_the_whole_procedure() {
         assert_eq!(summary["steps"].as_array().map(Vec::len), Some(7));
         assert_eq!(summary["outcome"], "aborted", "{summary:#}");
         let of = |metric: &str| summary["metrics"][metric].as_f64();
-        if of("cvs_triangle") > Some(0.1) && of("perforations") < Some(0.5) {
+        let is_begun = of("cvs_triangle").is_some_and(|share| share > 0.1);
+        if is_begun && of("perforations").is_some_and(|count| count < 0.5) {
             return;
         }
         came_to.push(summary["metrics"].clone());

@@ -164,7 +164,7 @@ fn an_opened_bile_duct_ends_the_task_at_once() {
 }
 
 #[test]
-fn a_bile_duct_burnt_through_its_wall_rules_out_a_pass() {
+fn a_bile_duct_burnt_more_than_its_wall_survives_rules_out_a_pass() {
     let burn = |heat_j| event(0.1, EventKind::Burn.number(), BILE_DUCT, 0.0, heat_j);
     let light = clamp_after(&burn(0.4));
     assert_eq!(light.status().outcome, Outcome::Passed);

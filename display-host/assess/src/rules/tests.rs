@@ -1,0 +1,140 @@
+//! Rules that are read, refused and applied.
+
+use proptest::prelude::*;
+
+use super::*;
+
+fn refused(from: &str, to: &str) -> String {
+    assert!(BUILT_IN.contains(from), "{from}");
+    Rules::parse(&BUILT_IN.replacen(from, to, 1))
+        .expect_err("refused")
+        .to_string()
+}
+
+#[test]
+fn the_built_in_rules_are_sound_and_say_what_every_task_asks() {
+    let rules = Rules::parse(BUILT_IN).unwrap();
+    assert_eq!(rules, Rules::default());
+    for task in Task::ALL.into_iter().filter(|task| *task != Task::Free) {
+        assert!(rules.time_max_s(task).is_finite(), "{}", task.name());
+        assert!(!rules.pass(task).is_empty(), "{}", task.name());
+    }
+    assert!(rules.must_not_touch(Some(OrganKind::BileDuct)));
+    assert!(!rules.must_not_touch(Some(OrganKind::CysticDuct)));
+    assert!(rules.must_not_burn(Some(OrganKind::CysticDuct)));
+}
+
+#[test]
+fn mistakes_are_named_with_their_line_and_the_allowed_values() {
+    let line = |text: &str| {
+        let at = BUILT_IN.find(text).unwrap();
+        BUILT_IN[..at].matches('\n').count() + 1
+    };
+    let error = refused("triangle = 0.9", "triangle = 1.9");
+    let expected = format!(
+        "line {}: triangle is 1.9; allowed is 0 to 1",
+        line("triangle =")
+    );
+    assert!(error.contains(&expected), "{error}");
+    let error = refused("\"clips_lost\"", "\"clips_lots\"");
+    let place = format!("line {}: a metric is clips_lots", line("\"clips_lost\""));
+    assert!(
+        error.contains(&place) && error.contains("clips_lost,"),
+        "{error}"
+    );
+    let error = refused("\"stomach\"", "\"stomack\"");
+    assert!(
+        error.contains("an organ is stomack") && error.contains("stomach,"),
+        "{error}"
+    );
+    let error = refused("open = \"fails\"", "open = \"kills\"");
+    assert!(error.contains("open is kills; allowed is fails"), "{error}");
+    assert!(refused("version = 1", "version = 2").contains("version is 2; allowed is 1"));
+    assert!(refused("[task.scope]", "[task.dance]").contains("a task is dance"));
+    assert!(refused("quiet_s = 1.0", "quiet_s = nan").contains("quiet_s is NaN"));
+    assert!(refused("quiet_s = 1.0", "quit_s = 1.0").contains("quit_s"));
+    assert!(refused("clips = 2", "clips = 0").contains("clips is 0; allowed is 1 to 3"));
+    assert!(refused("clips = 2", "clips = 4").contains("allowed is 1 to 3"));
+    assert!(Rules::parse(&"#".repeat(MAX_BYTES + 1)).is_err());
+}
+
+#[test]
+fn a_rule_that_anybody_or_nobody_passes_is_refused() {
+    let task = |pass: &str| {
+        let from = BUILT_IN.find("[task.").unwrap();
+        let text = format!("{}[task.cut]\npass = [{pass}]\n", &BUILT_IN[..from]);
+        Rules::parse(&text).map_err(|error| error.to_string())
+    };
+    task("{ metric = \"score\", at_least = 5.0, at_most = 5.0 }").unwrap();
+    let error = task("{ metric = \"score\" }").unwrap_err();
+    assert!(
+        error.contains("asked of score is nothing; allowed is at_least"),
+        "{error}"
+    );
+    let error = task("{ metric = \"time_s\", at_least = 6.0, at_most = 5.0 }").unwrap_err();
+    assert!(error.contains("at least 6 and at most 5"), "{error}");
+}
+
+#[test]
+fn a_file_without_injuries_has_the_built_in_ones() {
+    let tables: Vec<&str> = BUILT_IN.split("\n\n").collect();
+    let without = tables.iter().filter(|it| !it.contains("[[injury]]"));
+    let without: Vec<&str> = without.copied().collect();
+    assert!(without.len() < tables.len());
+    let rules = Rules::parse(&without.join("\n\n")).unwrap();
+    assert_eq!(rules.injuries, Rules::default().injuries);
+    let none = format!("injury = []\n{}", without.join("\n\n"));
+    assert!(Rules::parse(&none).unwrap().injuries.is_empty());
+}
+
+#[test]
+fn a_file_without_end_is_refused() {
+    let error = Rules::read(std::path::Path::new("/dev/zero")).unwrap_err();
+    assert!(error.to_string().contains("at most 65536"), "{error}");
+}
+
+#[test]
+fn points_are_lost_beyond_what_is_free_and_bounded() {
+    let rules = Rules::default();
+    let mut values = Values::none();
+    assert_eq!(
+        rules.score(&values),
+        (100.0, Vec::new()),
+        "what is not known costs nothing"
+    );
+    values.set(Metric::ClipsLost, 1.0);
+    values.set(Metric::CauteryAir, 2.0);
+    assert!((rules.score(&values).0 - 95.0).abs() < 1e-9);
+    values.set(Metric::ClipsLost, 1e9);
+    assert!((rules.score(&values).0 - 80.0).abs() < 1e-9);
+    values.set(Metric::Unclamped, 5.0);
+    assert!(rules.score(&values).0 < 1e-9);
+    assert!(!rules.unmet(Task::Clamp, 0.0, &values).is_empty());
+    assert!(rules.unmet(Task::Free, 0.0, &values).is_empty());
+}
+
+proptest! {
+    #[test]
+    fn any_text_is_read_or_refused(text in "\\PC{0,300}") {
+        let _ = Rules::parse(&text);
+    }
+
+    #[test]
+    fn damaged_rules_are_read_or_refused_and_score_within_bounds(
+        at in 0.0f64..1.0, with in "[ -~\n]{0,6}", value in any::<f64>(),
+    ) {
+        let at = (at * BUILT_IN.len() as f64) as usize;
+        let mut text = BUILT_IN.to_owned();
+        if text.is_char_boundary(at) {
+            text.insert_str(at, &with);
+        }
+        if let Ok(rules) = Rules::parse(&text) {
+            let mut values = Values::none();
+            for metric in Metric::ALL {
+                values.set(metric, value);
+            }
+            let (score, _) = rules.score(&values);
+            prop_assert!((0.0..=100.0).contains(&score));
+        }
+    }
+}
