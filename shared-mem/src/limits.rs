@@ -14,8 +14,12 @@ pub const MAX_CELLS: usize = 8192;
 pub const MAX_CLIPPED: usize = 24;
 /// Largest number of sutures in a [`crate::message::StateFrame`].
 pub const MAX_SUTURES: usize = 8;
+/// Largest number of links of tubes in a [`crate::message::StateFrame`].
+pub const MAX_TUBE_LINKS: usize = 2048;
 /// Largest number of capsules in a [`crate::message::ToolFrame`].
 pub const MAX_CAPSULES: usize = 16;
+/// Largest number of dents in a [`crate::message::ToolFrame`].
+pub const MAX_DENTS: usize = 64;
 /// Largest number of records in a [`crate::message::TimingBatch`].
 pub const TIMING_BATCH: usize = 64;
 /// Number of stages of a tick. In order: sample, tool, contact, solve, force, procedure, publish.

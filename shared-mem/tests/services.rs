@@ -211,6 +211,14 @@ fn malformed_frames_are_seen_as_such() {
     state.clip_count = u32::MAX;
     assert!(state.clips().is_none());
 
+    let mut state = zeroed::<StateFrame>();
+    (state.link_count, state.parted[1]) = (10, 1);
+    let parted = state.parted().map(|links| links.collect::<Vec<_>>());
+    let severed = |link: usize| link == 8;
+    assert_eq!(parted, Some((0..10).map(severed).collect()));
+    state.link_count = 2049;
+    assert!(state.parted().is_none());
+
     let mut tools = zeroed::<ToolFrame>();
     assert!(
         tools.capsules().is_none(),
@@ -226,6 +234,12 @@ fn malformed_frames_are_seen_as_such() {
     assert!(tools.capsules().is_some());
     tools.capsule_count = 99;
     assert!(tools.capsules().is_none());
+    tools.dent_count = 1;
+    assert!(tools.dents().is_some_and(|dents| dents.len() == 1));
+    tools.dents[0].depth_m = f32::NAN;
+    assert!(tools.dents().is_none());
+    tools.dent_count = 65;
+    assert!(tools.dents().is_none());
 
     let mut timing = zeroed::<TimingBatch>();
     timing.count = 65;

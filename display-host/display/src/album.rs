@@ -90,6 +90,9 @@ impl Album {
         self.renderer
             .set_cells(&self.gpu, state.cells().unwrap_or(&[]));
         self.renderer.set_sutures(state.sutures());
+        if let Some(parted) = state.parted() {
+            self.renderer.set_parted(&self.gpu, parted);
+        }
         self.renderer
             .set_clips(state.clips().unwrap_or(&[]), spheres);
         self.renderer.render(&self.gpu, spheres, &tools, 0.0);

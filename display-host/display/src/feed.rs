@@ -99,7 +99,8 @@ impl Feed {
         if frame.scene_id != self.scene_id {
             return self.refuse_scene(frame.scene_id);
         }
-        if frame.spheres().map(<[_]>::len) != Some(self.sphere_count) {
+        let has_all = frame.spheres().map(<[_]>::len) == Some(self.sphere_count);
+        if !has_all || frame.parted().is_none() {
             self.counters.malformed += 1;
             return Offer::Malformed;
         }
@@ -120,7 +121,7 @@ impl Feed {
         if frame.scene_id != self.scene_id {
             return self.refuse_scene(frame.scene_id);
         }
-        if frame.capsules().is_none() {
+        if frame.capsules().is_none() || frame.dents().is_none() {
             self.counters.malformed += 1;
             return Offer::Malformed;
         }

@@ -214,6 +214,9 @@ fn paint_all(
         renderer.set_cells(&gpu, still.state.cells().unwrap_or(&[]));
         let time_s = (still.state.at_ns % 3_600_000_000_000) as f32 * 1e-9;
         renderer.set_sutures(still.state.sutures());
+        if let Some(parted) = still.state.parted() {
+            renderer.set_parted(&gpu, parted);
+        }
         renderer.set_clips(still.state.clips().unwrap_or(&[]), spheres);
         renderer.render(&gpu, spheres, &still.tools, time_s);
         let submitted_ns = now_ns();

@@ -55,6 +55,7 @@ mod error;
 mod file;
 mod health;
 mod info;
+pub mod inputs_file;
 mod opened;
 mod operation;
 pub mod pack;

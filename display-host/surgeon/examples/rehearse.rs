@@ -9,8 +9,6 @@
 //! ```
 #![allow(clippy::print_stdout)] // what it prints is its result
 
-#[path = "../tests/recorded/mod.rs"]
-mod recorded;
 #[path = "../tests/theatre/mod.rs"]
 mod theatre;
 
@@ -117,8 +115,8 @@ fn main() {
     }
     if let Some(kept) = others.get(1) {
         let (setup, records) = &result.recorded;
-        recorded::write(Path::new(kept), setup, records).expect("it can be written");
-        let (_, again) = recorded::read(Path::new(kept)).expect("it can be read again");
+        session::inputs_file::write(Path::new(kept), setup, records).expect("it can be written");
+        let (_, again) = session::inputs_file::read(Path::new(kept)).expect("it can be read again");
         println!("{} ticks kept in {kept}", again.len());
     }
     println!(

@@ -1,7 +1,6 @@
 //! Scripted surgeons perform every task of the operation in the simulation alone. The result is bit
 //! for bit the same each time.
 
-mod recorded;
 mod theatre;
 
 use std::sync::OnceLock;
@@ -177,7 +176,8 @@ fn recorded_operations_come_out_the_same() {
     let scene = triangle();
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded");
     for name in ["cut.inputs", "disconnect.inputs"] {
-        let (setup, records) = recorded::read(&folder.join(name)).expect("an operation");
+        let (setup, records) =
+            session::inputs_file::read(&folder.join(name)).expect("an operation");
         assert!(records.len() > 5000, "{name}: {} ticks", records.len());
         let replay = Replay::new(&scene, &setup).expect("a sound scene");
         assert_eq!(
@@ -203,12 +203,15 @@ fn recording_of_an_operation_comes_back() {
     assert_eq!(records.len() as u64, result.ticks);
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("kept.inputs");
-    recorded::write(&path, setup, records).expect("written");
-    let (again, same) = recorded::read(&path).expect("read");
+    session::inputs_file::write(&path, setup, records).expect("written");
+    let (again, same) = session::inputs_file::read(&path).expect("read");
     assert_eq!(bytemuck::bytes_of(&again), bytemuck::bytes_of(setup));
     assert!(&same == records);
     std::fs::write(&path, &std::fs::read(&path).expect("bytes")[..5000]).expect("written");
-    assert!(recorded::read(&path).is_err(), "the file breaks off");
+    assert!(
+        session::inputs_file::read(&path).is_err(),
+        "the file breaks off"
+    );
 }
 
 /// At a task's start, the assessment and the controller agree on the tissue that is already

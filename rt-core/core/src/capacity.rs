@@ -45,6 +45,8 @@ pub const MAX_EVENTS_PER_TICK: usize = 32;
 pub const CLIPS: u32 = 12;
 /// Places on tubes that clips close, all clips together; a clip over two tubes takes two.
 pub const MAX_CLIPPED: usize = 24;
+/// Links of tubes whose state is published, the first in the scene. Further links are drawn whole.
+pub const MAX_TUBE_LINKS: usize = 2048;
 /// Places where vessels, ducts and bags leak.
 pub const MAX_HOLES: usize = 64;
 /// Burnt places of walls that are tracked separately.

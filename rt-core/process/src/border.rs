@@ -19,6 +19,8 @@ const _: () = {
     assert!(limits::MAX_CLIPPED == capacity::MAX_CLIPPED);
     assert!(limits::MAX_SUTURES == capacity::MAX_SUTURES);
     assert!(limits::MAX_CAPSULES == capacity::MAX_CAPSULES);
+    assert!(limits::MAX_DENTS == capacity::MAX_CONTACT_CONSTRAINTS);
+    assert!(limits::MAX_TUBE_LINKS == capacity::MAX_TUBE_LINKS);
     assert!(limits::STAGES == Stage::ALL.len());
     assert!(limits::FAULTS == FAULT_COUNT);
     assert!(StateFrame::GONE == rt_core::tissue::cells::REMOVED);

@@ -8,8 +8,8 @@ use rt_core::tissue::suture::Placed;
 use rt_core::tool::{Capsule, Switches};
 use rt_core::words::{Event, EventKind, Status};
 use shared_mem::message::{
-    CapsuleMsg, ClipMsg, EventMsg, PoseMsg, SphereState, StateFrame, SutureMsg, TickRecord,
-    ToolFrame,
+    CapsuleMsg, ClipMsg, DentMsg, EventMsg, MAX_TUBE_LINKS, PoseMsg, SphereState, StateFrame,
+    SutureMsg, TickRecord, ToolFrame,
 };
 use shared_mem::words::{self, EventKind as Told};
 
@@ -60,6 +60,16 @@ pub(crate) fn fill_state(
         suture_count += 1;
     }
     frame.suture_count = suture_count;
+    let mut link_count = 0;
+    frame.parted = [0; MAX_TUBE_LINKS / 8];
+    for is_parted in view.parted_links() {
+        if let Some(bits) = frame.parted.get_mut(link_count / 8) {
+            *bits |= u8::from(is_parted) << (link_count % 8);
+        }
+        link_count += 1;
+    }
+    frame.link_count = link_count as u32;
+    frame.reserved = 0;
     let mut count = 0;
     for (to, from) in frame.spheres.iter_mut().zip(view.spheres()) {
         *to = SphereState {
@@ -94,7 +104,19 @@ pub(crate) fn fill_tools(
     frame.switches = switches(&tool.switches);
     frame.buttons = tool.buttons.0.into();
     frame.clips_left = view.clips_left;
-    frame.reserved = 0;
+    let mut dent_count = 0;
+    for (to, from) in frame.dents.iter_mut().zip(view.dents()) {
+        *to = DentMsg {
+            center_m: from.center_m.into(),
+            radius_m: from.radius_m,
+            half_m: from.half_m.into(),
+            depth_m: from.depth_m,
+            normal: from.normal.into(),
+            organ: from.organ.into(),
+        };
+        dent_count += 1;
+    }
+    frame.dent_count = dent_count;
     let mut count = 0;
     for (to, from) in frame.capsules.iter_mut().zip(&tool.capsules) {
         *to = capsule(from);

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::limits::{MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES};
+use crate::limits::{MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES, MAX_TUBE_LINKS};
 
 /// One sphere's state.
 #[repr(C)]
@@ -90,7 +90,7 @@ impl SutureMsg {
 /// Service `state`: the state of all tissue. A reader gets only the newest frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.StateFrame.v4")]
+#[type_name("calot.StateFrame.v5")]
 pub struct StateFrame {
     /// Tick that wrote the frame.
     pub tick: u64,
@@ -108,6 +108,10 @@ pub struct StateFrame {
     pub cell_count: u32,
     /// Number of `sutures` in use.
     pub suture_count: u32,
+    /// Number of bits of `parted` in use.
+    pub link_count: u32,
+    /// Zero.
+    pub reserved: u32,
     /// The sutures between an organ and the world (attachments with `AttachmentRecord::is_thread`),
     /// in the scene's order.
     pub sutures: [SutureMsg; MAX_SUTURES],
@@ -115,6 +119,9 @@ pub struct StateFrame {
     pub spheres: [SphereState; MAX_SPHERES],
     /// The clips, in the order in which they were closed.
     pub clips: [ClipMsg; MAX_CLIPPED],
+    /// The elastic links of tubes (organs without tetrahedra), in the scene's order: a bit for each,
+    /// the lowest first, which is set if the link is severed.
+    pub parted: [u8; MAX_TUBE_LINKS / 8],
     /// Cells of layered tissue, in the scene's order. Each value is the heat that the cell has
     /// taken so far, as a share of the heat that removes it, scaled to 0 to 254; or
     /// [`StateFrame::GONE`].
@@ -129,6 +136,15 @@ impl StateFrame {
     #[must_use]
     pub fn cells(&self) -> Option<&[u8]> {
         self.cells.get(..self.cell_count as usize)
+    }
+
+    /// The links of tubes in use: true for each that is severed. `None` if the frame is malformed:
+    /// it claims too many.
+    #[must_use]
+    pub fn parted(&self) -> Option<impl Iterator<Item = bool>> {
+        let count = self.link_count as usize;
+        let bit = |link: usize| self.parted[link / 8] >> (link % 8) & 1 != 0;
+        (count <= MAX_TUBE_LINKS).then(|| (0..count).map(bit))
     }
 
     /// The spheres in use. `None` if the frame is malformed: it claims too many spheres, or a
@@ -165,5 +181,7 @@ const _: () = {
     assert!(size_of::<ClipMsg>() == 32);
     assert!(size_of::<SutureMsg>() == 24);
     let (spheres, clips, sutures) = (16 * MAX_SPHERES, 32 * MAX_CLIPPED, 24 * MAX_SUTURES);
-    assert!(size_of::<StateFrame>() == 56 + spheres + clips + sutures + MAX_CELLS);
+    assert!(
+        size_of::<StateFrame>() == 64 + spheres + clips + sutures + MAX_TUBE_LINKS / 8 + MAX_CELLS
+    );
 };

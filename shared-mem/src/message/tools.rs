@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::PoseMsg;
-use crate::limits::MAX_CAPSULES;
+use crate::limits::{MAX_CAPSULES, MAX_DENTS};
 use crate::words::{CapsuleRole, Instrument, Switches, Unknown};
 
 /// Health of one device as the controller sees it.
@@ -52,10 +52,29 @@ pub struct CapsuleMsg {
     pub role: u32,
 }
 
+/// A dent of a tool in an organ. The skin that the spheres carry reaches into a piece of the tool by
+/// `depth_m`: the spheres are too coarse to show the rest of the dent.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct DentMsg {
+    /// Middle of the piece's axis, world frame, m.
+    pub center_m: [f32; 3],
+    /// Radius of the piece, m.
+    pub radius_m: f32,
+    /// Half of the piece's axis, m; zero for a round end.
+    pub half_m: [f32; 3],
+    /// Depth along the normal, m.
+    pub depth_m: f32,
+    /// Unit vector from tissue to tool.
+    pub normal: [f32; 3],
+    /// Index of the organ.
+    pub organ: u32,
+}
+
 /// Service `tools`: the state of the tools. A reader gets only the newest frame.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.ToolFrame.v3")]
+#[type_name("calot.ToolFrame.v4")]
 pub struct ToolFrame {
     /// Tick that wrote the frame.
     pub tick: u64,
@@ -90,10 +109,12 @@ pub struct ToolFrame {
     pub capsule_count: u32,
     /// Clips left in the applier.
     pub clips_left: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Number of `dents` in use.
+    pub dent_count: u32,
     /// Capsules of the instrument.
     pub capsules: [CapsuleMsg; MAX_CAPSULES],
+    /// Dents of instrument and endoscope in tissue.
+    pub dents: [DentMsg; MAX_DENTS],
     /// Health of the haptic device, the tracker and the pedal, in this order.
     pub health: [DeviceHealth; 3],
 }
@@ -155,11 +176,26 @@ impl ToolFrame {
         let force_ok = self.force_n.iter().all(sane) && self.jaw.is_finite();
         (poses_ok && capsules_ok && force_ok).then_some(capsules)
     }
+
+    /// The dents in use. `None` if the frame is malformed: it claims too many, or a number of one
+    /// is out of range.
+    #[must_use]
+    pub fn dents(&self) -> Option<&[DentMsg]> {
+        let dents = self.dents.get(..self.dent_count as usize)?;
+        let sane = |x: &f32| x.abs() < 1e3;
+        let is_sane = |dent: &DentMsg| {
+            let vectors = [dent.center_m, dent.half_m, dent.normal];
+            let sizes = [dent.radius_m, dent.depth_m];
+            vectors.as_flattened().iter().chain(&sizes).all(sane)
+        };
+        dents.iter().all(is_sane).then_some(dents)
+    }
 }
 
 // Both processes rely on these sizes. Whoever changes one must also change the version.
 const _: () = {
     assert!(size_of::<CapsuleMsg>() == 32);
+    assert!(size_of::<DentMsg>() == 48);
     assert!(size_of::<DeviceHealth>() == 48);
-    assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 48);
+    assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 48 * MAX_DENTS + 3 * 48);
 };

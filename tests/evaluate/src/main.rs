@@ -7,6 +7,7 @@
 //! stability   case × method → survived or not, and the limit
 //! collision   organ × size × way → time, and agreement with the exact answer
 //! force       case × contact law × spheres → force over depth against the reference
+//! surface     scene × hand × organ → faults of the drawn skin under tools
 //! all         everything, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
@@ -26,6 +27,7 @@ mod reference;
 mod scene;
 mod solved;
 mod stability;
+mod surface;
 mod tables;
 
 use std::path::{Path, PathBuf};
@@ -77,6 +79,8 @@ enum Command {
     Collision(Asked),
     /// Tests whether contact stays still under a hand: devices, delays, hands, laws.
     Haptics(Asked),
+    /// Judges the drawn skin under tools: stretched edges, folds, gaps, loose ends.
+    Surface(Asked),
     /// Measures everything. Real organs are read from the folder that CALOT_ANATOMY names.
     All(Asked),
     /// Rewrites the tables of README.md in a folder from the CSV files beside it.
@@ -95,17 +99,19 @@ enum Chart {
     Force,
     Collision,
     Haptics,
+    Surface,
     Reference,
 }
 
 impl Chart {
     /// All charts in the order of the page.
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 7] = [
         Self::Accuracy,
         Self::Stability,
         Self::Force,
         Self::Collision,
         Self::Haptics,
+        Self::Surface,
         Self::Reference,
     ];
 
@@ -117,6 +123,7 @@ impl Chart {
             Self::Force => measure_force(asked),
             Self::Collision => measure_collision(asked),
             Self::Haptics => measure_haptics(asked),
+            Self::Surface => measure_surface(asked),
             Self::Reference => measure_reference(asked),
         }
     }
@@ -130,6 +137,7 @@ fn main() -> ExitCode {
         Command::Force(asked) => run(&asked, &[Chart::Force]),
         Command::Collision(asked) => run(&asked, &[Chart::Collision]),
         Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
+        Command::Surface(asked) => run(&asked, &[Chart::Surface]),
         Command::All(asked) => run(&asked, &Chart::ALL),
         Command::Tables { folder } => rewrite_tables(&folder),
     };
@@ -220,6 +228,12 @@ fn measure_haptics(asked: &Asked) -> Result<Vec<Section>, String> {
     let svg = haptics::chart(&rows)?;
     write(out, "haptics.svg", &svg)?;
     Ok(vec![haptics::section(&rows, &svg)])
+}
+
+fn measure_surface(asked: &Asked) -> Result<Vec<Section>, String> {
+    let rows = surface::run(&asked.out, asked.quick, asked.only())?;
+    write(&asked.out, "surface.csv", &surface::csv(&rows))?;
+    Ok(Vec::new())
 }
 
 fn measure_reference(asked: &Asked) -> Result<Vec<Section>, String> {

@@ -35,9 +35,8 @@
 //! rise that was wrong. If the device has no clock, the time from frame to frame decides. If the
 //! graphics device is lost, it is reopened in a new window, and the run goes on.
 //!
-//! A press is drawn deeper than the spheres go (`skinning::press`). Inner spheres are too coarse to
-//! show the dent of a tip, so the skin is pushed out of the tool. The simulated tissue and its
-//! force are not changed by it.
+//! A press is drawn deeper than the spheres go (`skinning::dent`). Inner spheres are too coarse to
+//! show the dent of a tip. The controller's contact law knows the rest and publishes it.
 
 mod ambient;
 pub mod camera;
@@ -74,7 +73,7 @@ use std::ops::Range;
 use bytemuck::{Zeroable as _, bytes_of, cast_slice};
 use glam::{Mat4, Vec3};
 use shared_mem::message::{ClipMsg, MAX_CLIPPED, SphereState, SutureMsg, ToolFrame};
-use shared_mem::scene::{SceneFile, SphereRecord};
+use shared_mem::scene::{OrganRecord, SceneFile, SphereRecord};
 use shared_mem::words::Instrument;
 use wgpu::util::DeviceExt;
 
@@ -90,10 +89,9 @@ use self::targets::Targets;
 use self::timing::{PassTimes, Timing};
 use crate::DisplayError;
 use crate::effects::{Effect, Effects, Skin};
-use crate::skinning::bite::bite;
 use crate::skinning::gpu::GpuSkinning;
 use crate::skinning::motion::{Follow, Motions};
-use crate::skinning::press::presses;
+use crate::skinning::parts::Pieces;
 use crate::skinning::{SkinMesh, SkinnedVertex, Touch};
 
 /// Draws a scene into a texture.
@@ -101,6 +99,7 @@ pub struct Renderer {
     quality: Quality,
     scope: Scope,
     exposure: Exposure,
+    organs: Vec<OrganRecord>,
     rest: Vec<SphereRecord>,
     springs: Vec<[u32; 2]>,
     /// Number of indices of the organs' skins. The cavity's indices follow them.
@@ -116,6 +115,7 @@ pub struct Renderer {
     cells: cells::Cells,
     sutures: Sutures,
     motions: Motions,
+    pieces: Pieces,
     effects: Effects,
     discs: particles::Discs,
     stains: wgpu::Buffer,
@@ -207,6 +207,15 @@ struct Drawable {
     count: u32,
 }
 
+/// The skins of a scene's organs as they are drawn, with the collars where ducts and vessels join
+/// organs.
+#[must_use]
+pub fn organs(scene: &SceneFile) -> SkinMesh {
+    let mut mesh = SkinMesh::from_scene(scene);
+    joints::add(&mut mesh, scene);
+    mesh
+}
+
 impl Renderer {
     /// Prepares a scene for drawing: skin, cavity, ambient light, instruments, pipelines.
     ///
@@ -217,8 +226,7 @@ impl Renderer {
         if !quality.size.iter().all(|s| (64..=8192).contains(s)) {
             return Err(DisplayError::Size { width, height });
         }
-        let mut mesh = SkinMesh::from_scene(scene);
-        joints::add(&mut mesh, scene);
+        let mut mesh = organs(scene);
         let trees = trees::grow(&mut mesh, scene);
         let organ_corners = mesh.triangles.len() as u32 * 3;
         let cavity = cavity::around(scene);
@@ -293,6 +301,7 @@ impl Renderer {
             scope: Scope::default(),
             exposure: Exposure::default(),
             rest: scene.spheres().to_vec(),
+            organs: scene.organs().to_vec(),
             springs: scene.links().iter().map(|l| [l.a, l.b]).collect(),
             organ_corners,
             organ_ranges: scene
@@ -304,6 +313,7 @@ impl Renderer {
             inside: None,
             inside_model: None,
             skinned: mesh.at_rest(),
+            pieces: Pieces::of(scene, &mesh),
             mesh,
             skinning,
             cells,
@@ -488,6 +498,15 @@ impl Renderer {
         self.sutures.set(sutures);
     }
 
+    /// Sets the severed links of tubes (`StateFrame::parted`) from the next frame on.
+    pub fn set_parted(&mut self, gpu: &Gpu, parted: impl Iterator<Item = bool>) {
+        if self.pieces.set(parted, &mut self.mesh) {
+            let severed: Vec<[u32; 2]> = self.pieces.severed().collect();
+            self.motions.sever(&severed);
+            self.skinning.replace(gpu, &self.mesh, &self.pieces);
+        }
+    }
+
     /// Sets the clips on the tubes for the next frame.
     pub fn set_clips(&mut self, clips: &[ClipMsg], spheres: &[SphereState]) {
         self.clips = clips::places(clips, spheres, &self.rest);
@@ -497,10 +516,7 @@ impl Renderer {
     pub fn render(&mut self, gpu: &Gpu, spheres: &[SphereState], tools: &ToolFrame, time_s: f32) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         self.motions.update(spheres);
-        let touch = Touch {
-            presses: presses(&self.mesh, &self.rest, self.motions.now(), spheres, tools),
-            bite: bite(spheres, tools),
-        };
+        let touch = Touch::of(tools, &self.organs);
         self.skin(gpu, &mut encoder, &touch);
         self.cells.follow(gpu, self.motions.now());
         self.sutures.follow(gpu, spheres, self.motions.now());

@@ -4,7 +4,8 @@ use bytemuck::{bytes_of, cast_slice};
 use wgpu::util::DeviceExt;
 
 use super::motion::Motion;
-use super::{SkinMesh, Touch};
+use super::parts::Pieces;
+use super::{RestVertex, SkinMesh, Touch};
 use crate::DisplayError;
 use crate::render::gpu::Gpu;
 
@@ -57,7 +58,7 @@ impl GpuSkinning {
         let rest = buffer(
             "skin at rest",
             cast_slice(&mesh.vertices),
-            Usage::STORAGE | Usage::VERTEX,
+            Usage::STORAGE | Usage::VERTEX | Usage::COPY_DST,
         );
         let now = buffer(
             "skin now",
@@ -171,6 +172,18 @@ impl GpuSkinning {
         gpu.queue
             .write_buffer(&self.motions, 0, cast_slice(motions));
         gpu.queue.write_buffer(&self.touch, 0, bytes_of(touch));
+    }
+
+    /// Takes the vertices and triangles of the pieces of tubes from a skin that they have changed.
+    pub fn replace(&self, gpu: &Gpu, mesh: &SkinMesh, pieces: &Pieces) {
+        for run in pieces.vertex_runs() {
+            let at = run.start as u64 * size_of::<RestVertex>() as u64;
+            (gpu.queue).write_buffer(&self.rest, at, cast_slice(&mesh.vertices[run]));
+        }
+        for run in pieces.triangle_runs() {
+            let at = run.start as u64 * size_of::<[u32; 3]>() as u64;
+            (gpu.queue).write_buffer(&self.corners, at, cast_slice(&mesh.triangles[run]));
+        }
     }
 
     /// Records both passes; `stamps` receives their start and end.

@@ -6,24 +6,24 @@
 //! vertex follows its spheres by the same weights: `v' = v + Σ w_i (G_i v + t_i)`. The error is 0.6
 //! mm at twice the time. `examples/skinning.rs` measures this and the other methods that were
 //! tried. Normals are gathered: every vertex sums the area-weighted normals of its triangles, in a
-//! fixed order, without atomics. Finally, skin is drawn into jaws that hold it ([`bite`]) and
-//! pushed out of the tool ([`press`]).
+//! fixed order, without atomics. Then the dents that tools make are drawn ([`dent`]). Where a duct
+//! or vessel is severed, the skin parts ([`parts`]).
 //!
 //! There are two implementations, which a test compares: [`SkinMesh::skin`] on the CPU (14 to 40
 //! times faster where the "graphics device" is a CPU), and [`gpu::GpuSkinning`].
 
-pub mod bite;
+pub mod dent;
 pub mod gpu;
 pub mod motion;
-pub mod press;
+pub mod parts;
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use shared_mem::scene::{SceneFile, WEIGHT_SUM};
+use shared_mem::message::{MAX_DENTS, ToolFrame};
+use shared_mem::scene::{OrganRecord, SceneFile, WEIGHT_SUM};
 
-use self::bite::Bite;
-use self::motion::{Motion, moved, turned};
-use self::press::{PRESSES, Press};
+use self::dent::{Dent, dented};
+use self::motion::{Motion, moved};
 
 /// Ratio of the farthest to the mean distance of a vertex's neighbours; `skinning.wgsl` has the
 /// same number.
@@ -31,12 +31,35 @@ const FARTHEST: f32 = 1.2;
 
 /// The tools' effect on skin, in the layout of the shaders.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Touch {
-    /// The pressing capsules.
-    pub presses: [Press; PRESSES],
-    /// The tissue held by jaws.
-    pub bite: Bite,
+    /// Number of dents; the other numbers are unused.
+    pub count: [u32; 4],
+    /// The dents of the tools.
+    pub dents: [Dent; MAX_DENTS],
+}
+
+impl Default for Touch {
+    fn default() -> Self {
+        Self::zeroed()
+    }
+}
+
+impl Touch {
+    /// The tools' effect on these organs at this moment.
+    #[must_use]
+    pub fn of(tools: &ToolFrame, organs: &[OrganRecord]) -> Self {
+        let dents = tools.dents().unwrap_or(&[]);
+        Self {
+            count: [dents.len() as u32, 0, 0, 0],
+            dents: dent::dents(dents, organs),
+        }
+    }
+
+    /// The dents in use.
+    fn dents(&self) -> &[Dent] {
+        &self.dents[..self.dents.len().min(self.count[0] as usize)]
+    }
 }
 
 /// A vertex at rest, in the layout of the shaders: 64 bytes.
@@ -56,6 +79,21 @@ pub struct RestVertex {
     pub spheres: [u32; 4],
     /// Weights of its spheres: eight `u16`, with sum 65535.
     pub weights: [u32; 4],
+}
+
+impl RestVertex {
+    /// Share of the vertex that belongs to spheres from the first number up to the second.
+    fn share(&self, [first, end, ..]: [u32; 4]) -> f32 {
+        let mut sum = 0;
+        for (pair, weights) in self.spheres.iter().zip(&self.weights) {
+            for shift in [0, 16] {
+                if (first..end).contains(&(pair >> shift & 0xffff)) {
+                    sum += weights >> shift & 0xffff;
+                }
+            }
+        }
+        sum as f32 / WEIGHT_SUM as f32
+    }
 }
 
 /// A vertex in its present position: 32 bytes.
@@ -85,8 +123,6 @@ pub struct SkinMesh {
     /// For each vertex at rest: height of its neighbours' mean above the vertex (m), and 2 divided
     /// by the neighbours' mean squared distance (1/m²).
     pub ring_rest: Vec<[f32; 2]>,
-    /// For each sphere: mean outward direction of its skin; zero inside the organ.
-    pub outward: Vec<Vec3>,
 }
 
 impl SkinMesh {
@@ -116,7 +152,6 @@ impl SkinMesh {
             ..Self::default()
         };
         mesh.find_rings();
-        mesh.find_outward(scene.spheres().len());
         mesh
     }
 
@@ -147,7 +182,7 @@ impl SkinMesh {
         rest.collect()
     }
 
-    /// Moves the skinned vertices with their spheres, into closing jaws and out of pressing tools.
+    /// Moves the skinned vertices with their spheres, and into the dents of the tools.
     /// Twin of `skinning.wgsl`. `out` holds every vertex; only the skinned ones are written.
     pub fn skin(&self, motions: &[Motion], touch: &Touch, out: &mut [SkinnedVertex]) {
         let rest = self.vertices[..self.skinned].iter().zip(&self.ring_rest);
@@ -167,10 +202,9 @@ impl SkinMesh {
                 }
             }
             let position = moved(&motion, vertex.position.into());
-            let normal = turned(&motion, vertex.normal.into());
             let around_m = FARTHEST * (2.0 / ring[1].max(1e-6)).sqrt();
-            let position = position + bite::bitten(&touch.bite, position);
-            let push = press::pushed(&touch.presses, position, normal, around_m);
+            let share = |spheres| vertex.share(spheres);
+            let push = dented(touch.dents(), position, around_m, share);
             now.position = (position + push).extend(push.length()).to_array();
         }
         for i in 0..self.skinned {
@@ -218,22 +252,6 @@ impl SkinMesh {
         let normal = normal / length;
         // Every neighbour occurs twice, in two triangles.
         (normal, lean.dot(normal) / (2 * ring.len()) as f32)
-    }
-
-    fn find_outward(&mut self, spheres: usize) {
-        self.outward = vec![Vec3::ZERO; spheres];
-        for vertex in &self.vertices[..self.skinned] {
-            for (pair, weights) in vertex.spheres.iter().zip(&vertex.weights) {
-                for shift in [0, 16] {
-                    let weight = (weights >> shift & 0xffff) as f32;
-                    self.outward[(pair >> shift & 0xffff) as usize] +=
-                        Vec3::from(vertex.normal) * weight;
-                }
-            }
-        }
-        for outward in &mut self.outward {
-            *outward = outward.normalize_or_zero();
-        }
     }
 
     fn find_rings(&mut self) {

@@ -8,6 +8,8 @@
 //! iteration from that of the last frame (Müller, Bender, Chentanez, Macklin: "A Robust Method to
 //! Extract the Rotational Part of Deformations", 2016).
 
+use std::collections::BTreeSet;
+
 use glam::{Mat3, Quat, Vec3};
 use shared_mem::message::SphereState;
 use shared_mem::scene::SceneFile;
@@ -43,6 +45,7 @@ const TURNED: f32 = 1e-5;
 pub struct Motions {
     follow: Follow,
     rest: Vec<Vec3>,
+    links: Vec<[u32; 2]>,
     /// Neighbours of sphere `i`: `around[first[i]..first[i + 1]]`.
     first: Vec<u32>,
     around: Vec<u32>,
@@ -63,38 +66,49 @@ impl Motions {
 
     /// Motions of spheres at `rest` (m), joined by `links`.
     #[must_use]
-    pub fn of(
-        rest: Vec<Vec3>,
-        links: impl Iterator<Item = [u32; 2]> + Clone,
-        follow: Follow,
-    ) -> Self {
-        let mut first = vec![0u32; rest.len() + 1];
-        for i in links.clone().flatten() {
-            first[i as usize + 1] += 1;
+    pub fn of(rest: Vec<Vec3>, links: impl Iterator<Item = [u32; 2]>, follow: Follow) -> Self {
+        let mut motions = Self {
+            follow,
+            turns: vec![Quat::IDENTITY; rest.len()],
+            now: vec![Motion::default(); rest.len()],
+            links: links.collect(),
+            rest,
+            first: Vec::new(),
+            around: Vec::new(),
+            inverse: Vec::new(),
+        };
+        motions.find_neighbours(&[]);
+        motions
+    }
+
+    /// Severs these links, and no others: spheres no longer follow their neighbours across them.
+    pub fn sever(&mut self, severed: &[[u32; 2]]) {
+        self.find_neighbours(severed);
+    }
+
+    fn find_neighbours(&mut self, severed: &[[u32; 2]]) {
+        let severed: BTreeSet<[u32; 2]> = severed.iter().map(|[a, b]| pair(*a, *b)).collect();
+        let whole = |link: &&[u32; 2]| !severed.contains(&pair(link[0], link[1]));
+        let mut first = vec![0u32; self.rest.len() + 1];
+        for i in self.links.iter().filter(whole).flatten() {
+            first[*i as usize + 1] += 1;
         }
         for i in 1..first.len() {
             first[i] += first[i - 1];
         }
         let mut next = first.clone();
-        let mut around = vec![0u32; first[rest.len()] as usize];
-        for [a, b] in links {
+        let mut around = vec![0u32; first[self.rest.len()] as usize];
+        for &[a, b] in self.links.iter().filter(whole) {
             for (i, j) in [(a, b), (b, a)] {
                 around[next[i as usize] as usize] = j;
                 next[i as usize] += 1;
             }
         }
-        let mut motions = Self {
-            follow,
-            turns: vec![Quat::IDENTITY; rest.len()],
-            now: vec![Motion::default(); rest.len()],
-            inverse: Vec::new(),
-            rest,
-            first,
-            around,
-        };
-        motions.inverse = (0..motions.rest.len())
+        self.first = first;
+        self.around = around;
+        self.inverse = (0..self.rest.len())
             .map(|i| {
-                let b = motions.spread(i, |j| motions.rest[j]);
+                let b = self.spread(i, |j| self.rest[j]);
                 let trace = b.x_axis.x + b.y_axis.y + b.z_axis.z;
                 let prior = (PRIOR * trace / 3.0).max(1e-6);
                 (
@@ -103,7 +117,6 @@ impl Motions {
                 )
             })
             .collect();
-        motions
     }
 
     /// Updates the motions. `spheres` has as many entries as the scene (a [`crate::feed::Feed`]
@@ -191,11 +204,9 @@ pub fn moved(motion: &Motion, at: Vec3) -> Vec3 {
     at + Vec3::new(row(0), row(1), row(2))
 }
 
-/// Unit vector of a direction at rest after the motion.
-#[must_use]
-pub fn turned(motion: &Motion, direction: Vec3) -> Vec3 {
-    let row = |k: usize| Vec3::from_slice(&motion[k]).dot(direction);
-    (direction + Vec3::new(row(0), row(1), row(2))).normalize_or(direction)
+/// A link's ends in one order.
+fn pair(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 #[cfg(test)]

@@ -9,19 +9,14 @@ struct RestVertex {
 struct SkinnedVertex { position: vec4f, normal: vec4f }
 // An affine motion, as rows: x' = x + G x + t (see motion.rs).
 struct Motion { x: vec4f, y: vec4f, z: vec4f }
-// A capsule that presses (see press.rs).
-struct Press {
+// A dent (see dent.rs).
+struct Dent {
   a: vec4f,     // w: radius, m
-  b: vec4f,
-  into: vec4f,  // w: degree of contact
+  b: vec4f,     // w: depth, m
+  into: vec4f,
+  spheres: vec4u,  // first sphere of the organ, first after its last
 }
-// Jaws that hold tissue (see bite.rs).
-struct Bite {
-  joint: vec4f,   // w: closure
-  tip: vec4f,
-  across: vec4f,  // unit vector along their opening
-}
-struct Touch { presses: array<Press, 8>, bite: Bite }
+struct Touch { count: vec4u, dents: array<Dent, 64> }
 struct Counts { skinned: u32, unused0: u32, unused1: u32, unused2: u32 }
 
 @group(0) @binding(0) var<uniform> counts: Counts;
@@ -52,75 +47,69 @@ fn move_vertices(@builtin(global_invocation_id) id: vec3u) {
   }
   let p = vec4f(rest[i].position, 1.0);
   let carried = p.xyz + vec3f(dot(x, p), dot(y, p), dot(z, p));
-  let position = carried + bitten(carried);
-  let n = rest[i].normal;
-  let normal = normalize(n + vec3f(dot(x.xyz, n), dot(y.xyz, n), dot(z.xyz, n)));
   let around = FARTHEST * sqrt(2.0 / max(ring_rest[i].y, 1e-6));
-  let push = pushed(position, normal, around);
-  now[i].position = vec4f(position + push, length(push));
-}
-
-const MOUTH: f32 = 0.72;
-const CORE: f32 = 0.0025;
-const FADES: f32 = 0.0045;
-const NARROWED: f32 = 0.2;
-
-// Displacement of a vertex into the jaws. Twin of `bite::bitten`, which explains it.
-fn bitten(at: vec3f) -> vec3f {
-  let closed = touch.bite.joint.w;
-  let joint = touch.bite.joint.xyz;
-  let axis = touch.bite.tip.xyz - joint;
-  let length2 = dot(axis, axis);
-  if (closed <= 0.0 || length2 <= 1e-12) { return vec3f(0.0); }
-  let share = clamp(dot(at - joint, axis) / length2, 0.0, 1.0);
-  let away = length(at - joint - axis * share);
-  let x = max(away - CORE, 0.0) / FADES;
-  let held = closed * exp(-x * x);
-  let off = at - joint - axis * MOUTH;
-  let across = touch.bite.across.xyz;
-  let flat_off = off - across * dot(off, across);
-  let along = axis * (dot(flat_off, axis) / length2);
-  return (across * dot(off, across) + along + (flat_off - along) * NARROWED) * -held;
+  let push = dented(i, carried, around);
+  now[i].position = vec4f(carried + push, length(push));
 }
 
 const FARTHEST: f32 = 1.2;
 const SHOULDER: f32 = 0.003;
-const SHOULDER_PER_DEPTH: f32 = 0.35;
-const STEPS: u32 = 6u;
+const SHOULDER_PER_DEPTH: f32 = 0.4;
+const FADES: f32 = 0.005;
+const ROUGH: f32 = 0.001;
 
-// Displacement of a vertex by the tools. Twin of `press::pushed`, which explains it.
-fn pushed(at: vec3f, normal: vec3f, around: f32) -> vec3f {
-  var push = vec3f(0.0);
-  var most = 0.0;
-  for (var k = 0u; k < 8u; k++) {
-    let press = touch.presses[k];
-    let into = press.into.xyz;
-    let facing = smoothstep(0.0, 0.5, -dot(normal, into)) * press.into.w;
-    if (facing <= 0.0) { continue; }
-    let radius = press.a.w;
-    let b_is_deep = dot(press.b.xyz - press.a.xyz, into) >= 0.0;
-    let deep = select(press.a.xyz, press.b.xyz, b_is_deep);
-    let other = select(press.b.xyz, press.a.xyz, b_is_deep);
-    let axis = (deep - other) - into * dot(deep - other, into);
-    let offset = (at - other) - into * dot(at - other, into);
-    let share = clamp(dot(offset, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0);
-    let beside = mix(other, deep, share);
-    for (var step = 0u; step < STEPS; step++) {
-      let q = mix(beside, deep, f32(step) / f32(STEPS - 1u)) - at;
-      let along = dot(q, into);
-      let depth = along + radius;
-      if (depth <= 0.0) { continue; }
-      let across = max(length(q - into * along) - radius - around, 0.0);
-      let x = across / (SHOULDER + SHOULDER_PER_DEPTH * depth);
-      let behind = smoothstep(0.025, 0.035, depth);
-      let size = depth * exp(-x * x) * (1.0 - behind) * facing;
-      if (size > most) {
-        most = size;
-        push = into * size;
-      }
-    }
+// Displacement of vertex `i`, carried to `at`, by the dents. Twin of `dent::dented`, which explains
+// it.
+fn dented(i: u32, at: vec3f, around: f32) -> vec3f {
+  var sum = vec3f(0.0);
+  var weights = 0.0;
+  for (var k = 0u; k < touch.count.x; k++) {
+    let size = displaced(touch.dents[k], at, around);
+    if (size <= 0.0) { continue; }
+    let push = touch.dents[k].into.xyz * (size * share(i, touch.dents[k].spheres));
+    let weight = dot(push, push) * dot(push, push);
+    sum += push * weight;
+    weights += weight;
   }
-  return push;
+  if (weights > 0.0) { return sum / weights; }
+  return vec3f(0.0);
+}
+
+// Share of vertex `i` that belongs to spheres of this range.
+fn share(i: u32, spheres: vec4u) -> f32 {
+  var sum = 0.0;
+  for (var k = 0u; k < 4u; k++) {
+    let pair = rest[i].spheres[k];
+    let weight = unpack2x16unorm(rest[i].weights[k]);
+    let ids = vec2u(pair & 0xffffu, pair >> 16u);
+    let own = (ids >= spheres.xx) & (ids < spheres.yy);
+    sum += dot(weight, select(vec2f(0.0), vec2f(1.0), own));
+  }
+  return sum;
+}
+
+fn displaced(dent: Dent, at: vec3f, around: f32) -> f32 {
+  let into = dent.into.xyz;
+  let radius = dent.a.w;
+  let depth = dent.b.w;
+  let axis = (dent.b.xyz - dent.a.xyz) - into * dot(dent.b.xyz - dent.a.xyz, into);
+  let offset = (at - dent.a.xyz) - into * dot(at - dent.a.xyz, into);
+  let place = clamp(dot(offset, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0);
+  let off = at - mix(dent.a.xyz, dent.b.xyz, place);
+  let along = dot(off, into);
+  let up = max(radius - depth, 0.0);
+  let half_width = sqrt(max(radius * radius - up * up, 0.0));
+  let across = max(length(off - into * along) - half_width - around, 0.0);
+  let x = across / (SHOULDER + SHOULDER_PER_DEPTH * depth);
+  if (x > 3.0) { return 0.0; }
+  let below = along - (radius - depth);
+  var under = (depth + ROUGH) * max(1.0 + 0.5 * (below + ROUGH) / (depth + ROUGH), 0.0);
+  if (below >= 0.0) {
+    under = depth * exp(-below / max(FADES, 2.0 * depth));
+  } else if (below > -ROUGH) {
+    under = depth - below;
+  }
+  return under * exp(-x * x);
 }
 
 @compute @workgroup_size(64)

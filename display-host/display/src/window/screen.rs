@@ -230,6 +230,9 @@ impl Screen {
         let inside = session.ui.inside.then_some(Inside::VIEW);
         self.renderer.set_inside(&self.canvas.gpu, inside);
         self.renderer.set_sutures(state.sutures());
+        if let Some(parted) = state.parted() {
+            self.renderer.set_parted(&self.canvas.gpu, parted);
+        }
         (self.renderer).set_clips(state.clips().unwrap_or(&[]), spheres);
         self.renderer
             .render(&self.canvas.gpu, spheres, &tools, session.time_s());

@@ -2,9 +2,8 @@
 //! device.
 
 use display_host::render::layout::{Disc, Frame, Look, SHADERS, Stains, Tree, shader};
-use display_host::skinning::bite::Bite;
+use display_host::skinning::dent::Dent;
 use display_host::skinning::gpu::SHADER as SKINNING;
-use display_host::skinning::press::Press;
 use display_host::skinning::{RestVertex, SkinnedVertex, Touch};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
@@ -102,7 +101,6 @@ fn structs_lie_as_in_rust() {
         SkinnedVertex,
         [position, normal]
     );
-    same_layout!(&skinning, "Press", Press, [a, b, into]);
-    same_layout!(&skinning, "Bite", Bite, [joint, tip, across]);
-    same_layout!(&skinning, "Touch", Touch, [presses, bite]);
+    same_layout!(&skinning, "Dent", Dent, [a, b, into, spheres]);
+    same_layout!(&skinning, "Touch", Touch, [count, dents]);
 }

@@ -2,7 +2,7 @@
 //! controller would publish them.
 
 use glam::{Mat3, Quat, Vec3};
-use shared_mem::message::{CapsuleMsg, PoseMsg, SphereState, StateFrame, ToolFrame};
+use shared_mem::message::{CapsuleMsg, DentMsg, PoseMsg, SphereState, StateFrame, ToolFrame};
 use shared_mem::scene::{
     BINDINGS, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SceneFile,
     SphereRecord, VertexRecord, WEIGHT_SUM, name_from_str,
@@ -118,6 +118,16 @@ pub(crate) fn tools(scene: &SceneFile, dent_m: f32, jaw: f32) -> ToolFrame {
     frame.jaw = jaw;
     frame.contact_count = u32::from(dent_m > 0.0);
     frame.force_n = [0.0, 0.0, dent_m * 200.0];
+    // The spheres have yielded by `dent_m`; the law adds a third of that.
+    frame.dent_count = frame.contact_count;
+    frame.dents[0] = DentMsg {
+        center_m: tip.to_array(),
+        radius_m: 0.0012,
+        half_m: [0.0; 3],
+        depth_m: dent_m / 3.0,
+        normal: [0.0, 0.0, 1.0],
+        organ: 0,
+    };
     let opened = |sign: f32| turn * Quat::from_rotation_x(sign * 0.4 * jaw) * Vec3::NEG_Z;
     let capsule = |a: Vec3, b: Vec3, radius_m: f32, role: u32| CapsuleMsg {
         a_m: a.to_array(),

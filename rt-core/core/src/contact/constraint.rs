@@ -9,6 +9,7 @@
 use heapless::Vec;
 
 use crate::capacity::{INSTRUMENT_POINTS, MAX_CONTACT_CONSTRAINTS, MAX_ORGANS};
+use crate::contact::dent::Dent;
 use crate::contact::friction::Bristle;
 use crate::contact::influence::{Influences, LoadedContact};
 use crate::contact::law::Law;
@@ -142,6 +143,10 @@ pub(crate) struct ContactConstraint {
     pub(crate) normal: Vec3,
     /// Point on the tool's axis, world frame, m.
     pub(crate) center_m: Vec3,
+    /// Half of the axis of the tool's piece, m; zero for a round end.
+    half_m: Vec3,
+    /// Radius of the tool here, m.
+    radius_m: f32,
     /// Contact point on the tissue, world frame, m.
     pub(crate) at_m: Vec3,
     pub(crate) model: ContactModel,
@@ -180,6 +185,8 @@ pub(crate) struct Candidate {
     pub(crate) patch: Patch,
     pub(crate) normal: Vec3,
     pub(crate) center_m: Vec3,
+    pub(crate) half_m: Vec3,
+    pub(crate) radius_m: f32,
     pub(crate) at_m: Vec3,
     pub(crate) model: ContactModel,
     pub(crate) separation_m: f32,
@@ -223,6 +230,8 @@ impl ContactConstraint {
             site: candidate.site,
             normal,
             center_m: candidate.center_m,
+            half_m: candidate.half_m,
+            radius_m: candidate.radius_m,
             at_m: candidate.at_m,
             model: candidate.model,
             separation_m: candidate.separation_m,
@@ -240,6 +249,21 @@ impl ContactConstraint {
             inverse_mass_per_kg: candidate.patch.inverse_mass_per_kg(bodies),
             patch: candidate.patch,
         }
+    }
+
+    /// The dent that the tool makes here beyond the displacement of the spheres, after the solve;
+    /// `None` if the tool does not press.
+    fn dent(&self, bodies: &Bodies) -> Option<Dent> {
+        let height_m = (self.normal).dot(&(self.center_m - self.patch.at_m(bodies)));
+        let depth_m = self.reach_m - height_m;
+        (self.felt_n > 0.0 && depth_m > 0.0).then_some(Dent {
+            organ: self.organ,
+            center_m: self.center_m,
+            half_m: self.half_m,
+            radius_m: self.radius_m,
+            normal: self.normal,
+            depth_m,
+        })
     }
 
     /// Force and bristle for the next tick.
@@ -294,6 +318,11 @@ impl ContactConstraints {
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &ContactConstraint> {
         self.near.iter()
+    }
+
+    /// The dents of the tools in the tissue, after the solve.
+    pub(crate) fn dents(&self, bodies: &Bodies) -> impl Iterator<Item = Dent> {
+        self.iter().filter_map(|constraint| constraint.dent(bodies))
     }
 
     /// Adds a constraint. When there is no room, the deepest constraints stay.

@@ -2,7 +2,7 @@
 //!
 //! [`tool_contact`] runs both stages. [`skin`], [`tube`] and [`rigid`] find contacts;
 //! [`constraint`] solves them with the models of [`law`], [`friction`] and [`influence`].
-//! [`separation`] removes steps from the separation, [`patch`] is the weighted set of spheres under
+//! [`dent`] is what the display draws of a contact. [`separation`] removes steps from the separation, [`patch`] is the weighted set of spheres under
 //! a contact, and [`contact_force`] is the result.
 //!
 //! # Two stages
@@ -103,6 +103,7 @@
 
 mod constraint;
 pub(crate) mod contact_force;
+pub(crate) mod dent;
 mod friction;
 mod influence;
 mod law;

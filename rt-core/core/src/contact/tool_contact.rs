@@ -15,6 +15,7 @@ use heapless::binary_heap::{BinaryHeap, Min};
 use crate::capacity::{MAX_CAPSULES, MAX_CONTACT_CONSTRAINTS, MAX_CONTACTS, MAX_ORGANS};
 use crate::contact::constraint::{ContactConstraints, ContactSite};
 use crate::contact::contact_force::ContactForce;
+use crate::contact::dent::Dent;
 use crate::contact::part_box::part_box;
 use crate::contact::rigid::RigidContacts;
 use crate::contact::skin::SkinContacts;
@@ -81,6 +82,11 @@ impl ToolContacts {
     pub(crate) fn near_spheres(&self, bodies: &Bodies) -> impl Iterator<Item = u32> {
         let under_skin = self.near.iter().map(|near| near.sphere);
         under_skin.chain(self.tubes.near_spheres(bodies))
+    }
+
+    /// The dents of the tools in the tissue, after the solve.
+    pub(crate) fn dents(&self, bodies: &Bodies) -> impl Iterator<Item = Dent> {
+        self.constraints.dents(bodies)
     }
 
     /// Depth of the tools in tissue at the deepest place, m; before the solve.
@@ -340,6 +346,14 @@ mod tests {
             "{moved}"
         );
         assert!(bodies.bits.at(0).contains(SphereBits::CONTACT));
+        // The display draws the part that the sphere did not yield.
+        let dents: std::vec::Vec<Dent> = contacts.dents(&bodies).collect();
+        let [dent] = dents[..] else {
+            panic!("{dents:?}")
+        };
+        assert!((dent.depth_m - wall_m).abs() < 1.0e-6, "{dent:?}");
+        assert!(dent.normal == contact.normal && dent.organ == 0, "{dent:?}");
+        assert!(math::norm(&(dent.center_m - Vec3::z() * 0.010)) < 1.0e-6);
     }
 
     #[test]

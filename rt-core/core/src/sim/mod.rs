@@ -46,6 +46,7 @@ mod start;
 mod unrest;
 mod view;
 
+pub use crate::contact::dent::Dent;
 pub use checkpoint::Checkpoint;
 pub use digest::Digest;
 pub use exchange::{Command, Optional, Ports, Samples, Stage, Task};
@@ -491,6 +492,7 @@ impl<'a> Sim<'a> {
             pedal: self.inputs.pedal_health(),
             clips: self.clips.on_tubes(),
             clips_left: self.clips.left(),
+            contacts: &self.contacts,
             scene: &self.scene,
             bodies: &self.state.bodies,
         }

@@ -1,5 +1,8 @@
 //! View of a tick: the results that are published.
 
+use crate::capacity::MAX_TUBE_LINKS;
+use crate::contact::dent::Dent;
+use crate::contact::tool_contact::ToolContacts;
 use crate::fault::{FaultCounters, FaultSet};
 use crate::math::Vec3;
 use crate::procedure::clip::Clip;
@@ -53,6 +56,7 @@ pub struct TickView<'a> {
     pub clips: &'a [Clip],
     /// Clips left in the applier.
     pub clips_left: u32,
+    pub(super) contacts: &'a ToolContacts,
     pub(super) scene: &'a Scene<'a>,
     pub(super) bodies: &'a Bodies,
 }
@@ -63,6 +67,25 @@ impl<'a> TickView<'a> {
     #[must_use]
     pub fn cells(&self) -> &'a [u8] {
         self.bodies.cells.shown(self.scene.layers.cells.len())
+    }
+
+    /// Dents of the tools in tissue, at most [`crate::capacity::MAX_CONTACT_CONSTRAINTS`].
+    pub fn dents(&self) -> impl Iterator<Item = Dent> + use<'a> {
+        self.contacts.dents(self.bodies)
+    }
+
+    /// The elastic links of tubes (organs without tetrahedra), in the scene's order, at most
+    /// [`MAX_TUBE_LINKS`]: true for each that is severed.
+    pub fn parted_links(&self) -> impl Iterator<Item = bool> + use<'a> {
+        let tubes = self.scene.organs.iter().filter(|organ| organ.is_tube());
+        let links = tubes.flat_map(|organ| {
+            let first = organ.link_start;
+            first..first.saturating_add(organ.elastic_links)
+        });
+        let parted = &self.bodies.parted;
+        links
+            .take(MAX_TUBE_LINKS)
+            .map(|link| parted.left_of_link(link) <= 0.0)
     }
 
     /// Sutures that hang organs on the abdominal wall, in the order of the scene's attachments;

@@ -373,6 +373,8 @@ fn candidate(
         site,
         normal: contact.push,
         center_m: point.center_m,
+        half_m: point.half_m,
+        radius_m: point.radius_m,
         at_m: closest.at_m,
         along_n_m: law.along_n_m(contact.cached.force_n, material.poisson),
         model: ContactModel::HalfSpace(law),

@@ -14,6 +14,8 @@ pub(crate) struct ToolPoint {
     pub(crate) center_m: Vec3,
     /// Radius of the part, m.
     pub(crate) radius_m: f32,
+    /// Half of the piece's axis, m; zero for a round end.
+    pub(crate) half_m: Vec3,
     /// Shape of the tool here.
     pub(crate) shape: Shape,
 }
@@ -52,6 +54,7 @@ fn points_of<'a>(
         let _ = all.push(ToolPoint {
             center_m: part.b_m,
             radius_m,
+            half_m: Vec3::zeros(),
             shape: Shape::Ball { radius_m },
         }); // there are more places than parts
     }
@@ -68,6 +71,7 @@ fn points_of<'a>(
             let point = ToolPoint {
                 center_m: part.b_m + along * from_end_m,
                 radius_m,
+                half_m: along * (0.5 * piece_m),
                 shape: Shape::Cylinder {
                     radius_m,
                     length_m: piece_m,

@@ -396,6 +396,8 @@ fn candidate(
         patch,
         normal: contact.side.normal,
         center_m,
+        half_m: Vec3::zeros(),
+        radius_m: part.radius_m,
         at_m: center_m - contact.side.normal * part.radius_m,
         model: ContactModel::Wall {
             wall_n_m,
