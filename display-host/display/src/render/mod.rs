@@ -516,7 +516,7 @@ impl Renderer {
     pub fn render(&mut self, gpu: &Gpu, spheres: &[SphereState], tools: &ToolFrame, time_s: f32) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         self.motions.update(spheres);
-        let touch = Touch::of(tools, &self.organs);
+        let touch = Touch::of(&self.mesh, &self.organs, spheres, self.motions.now(), tools);
         self.skin(gpu, &mut encoder, &touch);
         self.cells.follow(gpu, self.motions.now());
         self.sutures.follow(gpu, spheres, self.motions.now());

@@ -3,7 +3,8 @@
 //! Inner spheres are too coarse to show the dent of a thin tool. The contact law of the controller
 //! knows the rest: where a piece of a tool presses on which organ, in which direction, and how far
 //! it reaches below the skin that the spheres carry. Each tick publishes that ([`DentMsg`]), and
-//! the picture shows it and nothing else.
+//! the picture shows it and nothing else. The drawn skin is finer than the contact skin and lies up
+//! to a few millimetres from it, so the depth is measured again from the drawn skin.
 //!
 //! Across the dent, skin under the piece moves by the whole depth, and skin beside it less with
 //! distance. Below the skin, the displacement fades with depth, slower than the tissue would fold.
@@ -31,7 +32,7 @@ pub struct Dent {
 /// Width of the shoulder between displaced and undisturbed skin, m, and its growth with the depth.
 /// The steepest slope is `0.86 depth / width`: below 2.2 at any depth, at which skin is stretched
 /// less than 2.4 times. `skinning.wgsl` has these numbers too.
-const SHOULDER_M: f32 = 0.003;
+const SHOULDER_M: f32 = 0.0015;
 const SHOULDER_PER_DEPTH: f32 = 0.4;
 /// Depth below the skin over which the displacement falls to 1/e: this length, or twice the dent's
 /// depth. Tissue below the tool is then pressed together by half at most.
@@ -40,15 +41,52 @@ const FADES_M: f32 = 0.005;
 /// the drawn skin and the contact skin differ by up to this much.
 const ROUGH_M: f32 = 0.001;
 
+/// Distance from a dent's middle over which the height of the drawn skin is averaged, m: half of
+/// the edge of a coarse skin.
+const LEVEL_M: f32 = 0.0015;
+/// Largest difference between the depths in the drawn skin and in the contact skin, m. Farther skin
+/// is another wall.
+const DIFFERS_M: f32 = 0.003;
+/// Depth at which the drawn depth has become the measured one but for 1/e, m: a light touch does
+/// not make the skin jump.
+const SETTLES_M: f32 = 0.0005;
+
+/// Depth of a dent in the drawn skin, m. `near_m` are vertices of the organ near it, undented.
+pub(super) fn depth_m(dent: &DentMsg, near_m: impl Iterator<Item = Vec3>) -> f32 {
+    let (center, into) = (Vec3::from(dent.center_m), -Vec3::from(dent.normal));
+    let half = Vec3::from(dent.half_m);
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for at in near_m {
+        let off = at - beside(center - half, center + half, at, into);
+        let along_m = off.dot(into);
+        let deeper_m = dent.radius_m - along_m - dent.depth_m;
+        let x = (off - into * along_m).length() / LEVEL_M;
+        if deeper_m.abs() < 2.0 * DIFFERS_M && x < 3.0 {
+            let weight = (-0.5 * x * x).exp();
+            sum += deeper_m * weight;
+            weights += weight;
+        }
+    }
+    if weights <= 0.0 {
+        return dent.depth_m;
+    }
+    let deeper_m = (sum / weights).clamp(-DIFFERS_M, DIFFERS_M);
+    dent.depth_m + deeper_m * (1.0 - (-dent.depth_m / SETTLES_M).exp())
+}
+
 /// The dents of a frame on these organs, in the layout of the shader; unused ones are zero.
-pub(super) fn dents(of: &[DentMsg], organs: &[OrganRecord]) -> [Dent; MAX_DENTS] {
+pub(super) fn dents(
+    of: &[DentMsg],
+    organs: &[OrganRecord],
+    depth_m: impl Fn(&DentMsg) -> f32,
+) -> [Dent; MAX_DENTS] {
     let mut all = [Dent::default(); MAX_DENTS];
     let known = of.iter().filter_map(|dent| {
         let [first, count] = organs.get(dent.organ as usize)?.spheres;
         let (center, half) = (Vec3::from(dent.center_m), Vec3::from(dent.half_m));
         Some(Dent {
             a: (center - half).extend(dent.radius_m).to_array(),
-            b: (center + half).extend(dent.depth_m).to_array(),
+            b: (center + half).extend(depth_m(dent)).to_array(),
             into: (-Vec3::from(dent.normal)).extend(0.0).to_array(),
             spheres: [first, first + count, 0, 0],
         })
@@ -72,7 +110,7 @@ pub(super) fn dented(
     let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
     for dent in dents {
         let length = displaced_m(dent, at, around_m);
-        if length <= 0.0 {
+        if length.abs() <= 0.0 {
             continue;
         }
         let push = Vec3::from_slice(&dent.into) * (length * share(dent.spheres));
@@ -95,7 +133,7 @@ fn displaced_m(dent: &Dent, at: Vec3, around_m: f32) -> f32 {
     let (radius_m, depth_m) = (dent.a[3], dent.b[3]);
     let off = at - beside(a, b, at, into);
     let along_m = off.dot(into);
-    let width_m = SHOULDER_M + SHOULDER_PER_DEPTH * depth_m;
+    let width_m = SHOULDER_M + SHOULDER_PER_DEPTH * depth_m.abs();
     let across_m =
         ((off - into * along_m).length() - half_width_m(radius_m, depth_m) - around_m).max(0.0);
     let x = across_m / width_m;
@@ -110,14 +148,14 @@ fn displaced_m(dent: &Dent, at: Vec3, around_m: f32) -> f32 {
         depth_m - below_m
     } else {
         // Skin farther up is beside the tool. It moves less, evenly, so that no skin overtakes it.
-        (depth_m + ROUGH_M) * (1.0 + 0.5 * (below_m + ROUGH_M) / (depth_m + ROUGH_M)).max(0.0)
+        ((depth_m + ROUGH_M).max(0.0) + 0.5 * (below_m + ROUGH_M)).max(0.0)
     };
     under_m * (-x * x).exp()
 }
 
 /// Half of the width of the piece at the level of the undisturbed skin, m.
 fn half_width_m(radius_m: f32, depth_m: f32) -> f32 {
-    let up_m = (radius_m - depth_m).max(0.0);
+    let up_m = (radius_m - depth_m.max(0.0)).max(0.0);
     (radius_m * radius_m - up_m * up_m).max(0.0).sqrt()
 }
 

@@ -19,7 +19,7 @@ pub mod parts;
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use shared_mem::message::{MAX_DENTS, ToolFrame};
+use shared_mem::message::{DentMsg, MAX_DENTS, SphereState, ToolFrame};
 use shared_mem::scene::{OrganRecord, SceneFile, WEIGHT_SUM};
 
 use self::dent::{Dent, dented};
@@ -28,6 +28,10 @@ use self::motion::{Motion, moved};
 /// Ratio of the farthest to the mean distance of a vertex's neighbours; `skinning.wgsl` has the
 /// same number.
 const FARTHEST: f32 = 1.2;
+
+/// Distance from a dent within which a sphere's vertices may lie under the tool, m: the radius of
+/// the largest spheres, and the tool's.
+const NEAR_M: f32 = 0.015;
 
 /// The tools' effect on skin, in the layout of the shaders.
 #[repr(C)]
@@ -46,13 +50,25 @@ impl Default for Touch {
 }
 
 impl Touch {
-    /// The tools' effect on these organs at this moment.
+    /// The tools' effect on these organs at this moment. `motions` are those of the scene's
+    /// spheres.
     #[must_use]
-    pub fn of(tools: &ToolFrame, organs: &[OrganRecord]) -> Self {
+    pub fn of(
+        mesh: &SkinMesh,
+        organs: &[OrganRecord],
+        spheres: &[SphereState],
+        motions: &[Motion],
+        tools: &ToolFrame,
+    ) -> Self {
         let dents = tools.dents().unwrap_or(&[]);
+        let depth_m = |dent: &DentMsg| {
+            let near = mesh.near(dent, organs, spheres);
+            let places = near.map(|vertex| mesh.place(vertex as usize, motions));
+            dent::depth_m(dent, places)
+        };
         Self {
             count: [dents.len() as u32, 0, 0, 0],
-            dents: dent::dents(dents, organs),
+            dents: dent::dents(dents, organs, depth_m),
         }
     }
 
@@ -120,6 +136,8 @@ pub struct SkinMesh {
     pub ring_first: Vec<u32>,
     /// Triangles, grouped by vertex.
     pub ring: Vec<u32>,
+    /// For each sphere: the vertices that follow it most.
+    pub of_sphere: Vec<Vec<u32>>,
     /// For each vertex at rest: height of its neighbours' mean above the vertex (m), and 2 divided
     /// by the neighbours' mean squared distance (1/m²).
     pub ring_rest: Vec<[f32; 2]>,
@@ -152,7 +170,36 @@ impl SkinMesh {
             ..Self::default()
         };
         mesh.find_rings();
+        mesh.of_sphere = vec![Vec::new(); scene.spheres().len()];
+        for (number, vertex) in (0u32..).zip(scene.vertices()) {
+            let bound = vertex.spheres.iter().zip(&vertex.weights);
+            if let Some((sphere, _)) = bound.max_by_key(|(_, weight)| **weight) {
+                mesh.of_sphere[usize::from(*sphere)].push(number);
+            }
+        }
         mesh
+    }
+
+    /// Vertices of a dent's organ near the dent.
+    fn near<'a>(
+        &'a self,
+        dent: &DentMsg,
+        organs: &[OrganRecord],
+        spheres: &'a [SphereState],
+    ) -> impl Iterator<Item = u32> + use<'a> {
+        let own = organs
+            .get(dent.organ as usize)
+            .map_or([0; 2], |it| it.spheres);
+        let center = Vec3::from(dent.center_m);
+        let reach_m = NEAR_M + Vec3::from(dent.half_m).length() + dent.depth_m;
+        (own[0]..own[0] + own[1])
+            .filter(move |sphere| {
+                let at = spheres.get(*sphere as usize);
+                at.is_some_and(|at| Vec3::from(at.center_m).distance(center) < reach_m)
+            })
+            .filter_map(|sphere| self.of_sphere.get(sphere as usize))
+            .flatten()
+            .copied()
     }
 
     /// Adds vertices that follow spheres. Call it before `add_fixed`. The indices in `triangles`

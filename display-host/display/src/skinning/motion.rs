@@ -7,12 +7,17 @@
 //! whose spheres lie in a row, or at a sphere that has lost neighbours. The rotation is found by
 //! iteration from that of the last frame (Müller, Bender, Chentanez, Macklin: "A Robust Method to
 //! Extract the Rotational Part of Deformations", 2016).
+//!
+//! Neighbours in a row do not tell how far a duct has turned about itself. From frame to frame,
+//! each sphere would keep its own remainder of past bends, and skin between two spheres that
+//! disagree collapses. So spheres in a row also follow the rotation of their neighbours, and of the
+//! organ to which an end is attached.
 
 use std::collections::BTreeSet;
 
 use glam::{Mat3, Quat, Vec3};
 use shared_mem::message::SphereState;
-use shared_mem::scene::SceneFile;
+use shared_mem::scene::{SceneFile, WORLD};
 
 /// An affine motion `x' = x + G x + t`, as the rows of `[G t]`. All zeros mean rest.
 pub type Motion = [[f32; 4]; 3];
@@ -34,6 +39,13 @@ const PRIOR: f32 = 0.05;
 /// Largest deviation of the deformation from the rotation (Frobenius norm). Without a limit, a few
 /// neighbours in one plane would exaggerate the deviation.
 const STRETCH_MAX: f32 = 0.6;
+/// Weight of the neighbours' rotations for a sphere in a row, as a share of the neighbours' mean
+/// weight in a direction. Small, so that the neighbours' places decide wherever they tell
+/// something.
+const TWIST: f32 = 0.1;
+/// Spheres count as lying in a row if the second invariant of `B` is below this share of its
+/// squared trace: 1/3 for neighbours all around, 1/4 in a plane, 0 in a row.
+const ROW: f32 = 0.06;
 /// Largest number of iterations for the rotation. One or two suffice from the last frame's
 /// rotation.
 const STEPS: usize = 20;
@@ -49,6 +61,10 @@ pub struct Motions {
     /// Neighbours of sphere `i`: `around[first[i]..first[i + 1]]`.
     first: Vec<u32>,
     around: Vec<u32>,
+    /// Spheres in a row, and the spheres whose rotations each of them follows.
+    rows: Vec<(u32, Vec<u32>)>,
+    /// Ties between spheres of two organs.
+    ties: Vec<[u32; 2]>,
     /// `(B + prior)⁻¹` and the prior of each sphere.
     inverse: Vec<(Mat3, f32)>,
     turns: Vec<Quat>,
@@ -61,12 +77,23 @@ impl Motions {
     pub fn new(scene: &SceneFile, follow: Follow) -> Self {
         let rest: Vec<Vec3> = scene.spheres().iter().map(|s| s.center_m.into()).collect();
         let links = scene.links().iter().map(|l| [l.a, l.b]);
-        Self::of(rest, links, follow)
+        let ties = scene.attachments().iter().filter(|tie| tie.b != WORLD);
+        let ties = ties.map(|tie| [tie.a, tie.b]).collect();
+        Self::tied(rest, links, ties, follow)
     }
 
     /// Motions of spheres at `rest` (m), joined by `links`.
     #[must_use]
     pub fn of(rest: Vec<Vec3>, links: impl Iterator<Item = [u32; 2]>, follow: Follow) -> Self {
+        Self::tied(rest, links, Vec::new(), follow)
+    }
+
+    fn tied(
+        rest: Vec<Vec3>,
+        links: impl Iterator<Item = [u32; 2]>,
+        ties: Vec<[u32; 2]>,
+        follow: Follow,
+    ) -> Self {
         let mut motions = Self {
             follow,
             turns: vec![Quat::IDENTITY; rest.len()],
@@ -75,6 +102,8 @@ impl Motions {
             rest,
             first: Vec::new(),
             around: Vec::new(),
+            rows: Vec::new(),
+            ties,
             inverse: Vec::new(),
         };
         motions.find_neighbours(&[]);
@@ -117,21 +146,72 @@ impl Motions {
                 )
             })
             .collect();
+        self.rows = (0..self.rest.len() as u32)
+            .filter(|i| self.is_in_row(*i as usize))
+            .map(|i| (i, self.followed(i)))
+            .collect();
+    }
+
+    /// True if a sphere's neighbours lie in a row.
+    fn is_in_row(&self, sphere: usize) -> bool {
+        let b = self.spread(sphere, |j| self.rest[j]);
+        let trace = b.x_axis.x + b.y_axis.y + b.z_axis.z;
+        let squares = [b.x_axis, b.y_axis, b.z_axis].map(Vec3::length_squared);
+        let invariant = 0.5 * (trace * trace - squares.iter().sum::<f32>());
+        trace > 0.0 && invariant < ROW * trace * trace
+    }
+
+    /// The spheres whose rotations a sphere in a row follows.
+    fn followed(&self, sphere: u32) -> Vec<u32> {
+        let [first, end] = [sphere, sphere + 1].map(|i| self.first[i as usize] as usize);
+        let tied = self.ties.iter().filter_map(|[a, b]| match sphere {
+            it if it == *a => Some(*b),
+            it if it == *b => Some(*a),
+            _ => None,
+        });
+        self.around[first..end]
+            .iter()
+            .copied()
+            .chain(tied)
+            .collect()
+    }
+
+    /// Turns each sphere in a row with its neighbours, first along the rows, then back.
+    fn untwist(&mut self, at: impl Fn(usize) -> Vec3) {
+        let there_and_back = (0..self.rows.len()).chain((0..self.rows.len()).rev());
+        for row in there_and_back {
+            let (sphere, followed) = &self.rows[row];
+            let i = *sphere as usize;
+            let sum = followed.iter().fold(Mat3::ZERO, |sum, j| {
+                sum + Mat3::from_quat(self.turns[*j as usize])
+            });
+            let weight = TWIST * self.inverse[i].1 / PRIOR / followed.len().max(1) as f32;
+            let a = self.spread(i, &at) + sum * weight;
+            self.turns[i] = rotation(&a, self.turns[i]);
+        }
     }
 
     /// Updates the motions. `spheres` has as many entries as the scene (a [`crate::feed::Feed`]
     /// ensures this), or none for rest.
     pub fn update(&mut self, spheres: &[SphereState]) -> &[Motion] {
-        let at = |i: usize| spheres.get(i).map_or(self.rest[i], |s| s.center_m.into());
+        let rest = std::mem::take(&mut self.rest);
+        let at = |i: usize| spheres.get(i).map_or(rest[i], |s| s.center_m.into());
+        let places: Vec<Vec3> = (0..rest.len()).map(at).collect();
+        self.rest = rest;
+        let at = |i: usize| places[i];
+        if self.follow != Follow::Shift {
+            for i in 0..self.rest.len() {
+                self.turns[i] = rotation(&self.spread(i, at), self.turns[i]);
+            }
+            self.untwist(at);
+        }
         for i in 0..self.rest.len() {
             let shift = at(i) - self.rest[i];
             let grown = match self.follow {
                 Follow::Shift => Mat3::ZERO,
                 follow => {
                     let a = self.spread(i, at);
-                    let turn = rotation(&a, self.turns[i]);
-                    self.turns[i] = turn;
-                    let turn = Mat3::from_quat(turn);
+                    let turn = Mat3::from_quat(self.turns[i]);
                     let (inverse, prior) = self.inverse[i];
                     let deformed = match follow {
                         Follow::Deform => {

@@ -217,7 +217,9 @@ mod tests {
         let mut pieces = Pieces {
             links: vec![[0, 1], [1, 2], [2, 3], [0, 2], [1, 3]],
             parted: vec![false; 5],
-            vertices: (0..8).map(|v| (v, mesh.vertices[v as usize].weights)).collect(),
+            vertices: (0..8)
+                .map(|v| (v, mesh.vertices[v as usize].weights))
+                .collect(),
             triangles: (0..6).map(|t| (t, mesh.triangles[t as usize])).collect(),
             piece_of: vec![NONE; 4],
         };
@@ -252,7 +254,10 @@ mod tests {
 
     #[test]
     fn runs_join_consecutive_numbers() {
-        assert_eq!(runs([3, 4, 5, 9, 11, 12].into_iter()), [3..6, 9..10, 11..13]);
+        assert_eq!(
+            runs([3, 4, 5, 9, 11, 12].into_iter()),
+            [3..6, 9..10, 11..13]
+        );
         assert!(runs([].into_iter()).is_empty());
     }
 }

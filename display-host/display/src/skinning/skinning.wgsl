@@ -53,7 +53,7 @@ fn move_vertices(@builtin(global_invocation_id) id: vec3u) {
 }
 
 const FARTHEST: f32 = 1.2;
-const SHOULDER: f32 = 0.003;
+const SHOULDER: f32 = 0.0015;
 const SHOULDER_PER_DEPTH: f32 = 0.4;
 const FADES: f32 = 0.005;
 const ROUGH: f32 = 0.001;
@@ -65,7 +65,7 @@ fn dented(i: u32, at: vec3f, around: f32) -> vec3f {
   var weights = 0.0;
   for (var k = 0u; k < touch.count.x; k++) {
     let size = displaced(touch.dents[k], at, around);
-    if (size <= 0.0) { continue; }
+    if (abs(size) <= 0.0) { continue; }
     let push = touch.dents[k].into.xyz * (size * share(i, touch.dents[k].spheres));
     let weight = dot(push, push) * dot(push, push);
     sum += push * weight;
@@ -97,13 +97,13 @@ fn displaced(dent: Dent, at: vec3f, around: f32) -> f32 {
   let place = clamp(dot(offset, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0);
   let off = at - mix(dent.a.xyz, dent.b.xyz, place);
   let along = dot(off, into);
-  let up = max(radius - depth, 0.0);
+  let up = max(radius - max(depth, 0.0), 0.0);
   let half_width = sqrt(max(radius * radius - up * up, 0.0));
   let across = max(length(off - into * along) - half_width - around, 0.0);
-  let x = across / (SHOULDER + SHOULDER_PER_DEPTH * depth);
+  let x = across / (SHOULDER + SHOULDER_PER_DEPTH * abs(depth));
   if (x > 3.0) { return 0.0; }
   let below = along - (radius - depth);
-  var under = (depth + ROUGH) * max(1.0 + 0.5 * (below + ROUGH) / (depth + ROUGH), 0.0);
+  var under = max(max(depth + ROUGH, 0.0) + 0.5 * (below + ROUGH), 0.0);
   if (below >= 0.0) {
     under = depth * exp(-below / max(FADES, 2.0 * depth));
   } else if (below > -ROUGH) {

@@ -38,7 +38,7 @@ fn gpu_and_cpu_agree() {
     let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
     let skinning = GpuSkinning::new(&gpu, &mesh, scene.spheres().len()).unwrap();
     let tools = support::tools(&scene, 0.012, 0.5);
-    let pressed = Touch::of(&tools, scene.organs());
+    let pressed = Touch::of(&mesh, scene.organs(), &[], &[], &tools);
     assert_eq!(pressed.count[0], 1, "the tool presses: {pressed:?}");
     for (size_m, touch) in [
         (0.0, Touch::default()),

@@ -156,7 +156,13 @@ impl<'a> Drawn<'a> {
             self.motions.sever(&severed);
         }
         self.motions.update(spheres);
-        let touch = Touch::of(tools, self.scene.organs());
+        let touch = Touch::of(
+            &self.mesh,
+            self.scene.organs(),
+            spheres,
+            self.motions.now(),
+            tools,
+        );
         self.mesh.skin(self.motions.now(), &touch, &mut self.now);
         let dents = tools.dents().unwrap_or(&[]);
         (0..self.organs.len())
