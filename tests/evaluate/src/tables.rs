@@ -4,6 +4,7 @@
 //! between these two marks. Everything else in the file is written by hand.
 
 mod drawing;
+mod surface;
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -83,6 +84,7 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
         "views" => drawing::by_view(&read("drawing-h200.csv")?),
         "haptics" => haptics(&read("haptics.csv")?),
         "skinning" => skinning(&read("skinning.csv")?),
+        "surface" => surface::by_hand(&read("surface.csv")?),
         "packing" => packing(&read("packing.csv")?),
         "jitter" => jitter(&[
             ("idle", read("jitter-idle.csv")?),

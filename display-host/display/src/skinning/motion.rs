@@ -408,4 +408,42 @@ mod tests {
         motions.update(&states([Vec3::ONE * 1.5].into_iter()));
         assert!(moved(&motions.now()[0], Vec3::ZERO).distance(Vec3::splat(0.5)) < 1e-6);
     }
+
+    /// The free half of a tube goes round and round, and comes back. A frame that follows each
+    /// sphere's bends alone would keep a twist for every round.
+    #[test]
+    fn a_tube_that_was_stirred_is_not_twisted() {
+        let count = 12;
+        let rest: Vec<Vec3> = (0..count).map(|i| Vec3::X * (i as f32 * 0.005)).collect();
+        let links = (0..count as u32).flat_map(|i| [[i, i + 1], [i, i + 2]]);
+        let links = links.filter(|link| link[1] < count as u32);
+        let mut motions = Motions::of(rest.clone(), links, Follow::Deform);
+        let mut lean = |angle: f32, tilt: f32| {
+            let way = Vec3::new(
+                tilt.cos(),
+                tilt.sin() * angle.cos(),
+                tilt.sin() * angle.sin(),
+            );
+            let bent = |p: &Vec3| {
+                let past_m = (p.x - 0.03).max(0.0);
+                Vec3::X * p.x.min(0.03) + way * past_m
+            };
+            let state = |p: &Vec3| SphereState {
+                center_m: bent(p).to_array(),
+                bits: 0,
+            };
+            let spheres: Vec<SphereState> = rest.iter().map(state).collect();
+            motions.update(&spheres);
+            motions.turns.clone()
+        };
+        for step in 0..400 {
+            let round = step as f32 / 40.0 * std::f32::consts::TAU;
+            lean(round, 1.0);
+        }
+        let turns = lean(0.0, 0.0);
+        for pair in turns.windows(2) {
+            let twist = pair[0].angle_between(pair[1]);
+            assert!(twist < 0.2, "{twist} rad between neighbours");
+        }
+    }
 }
