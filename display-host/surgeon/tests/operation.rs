@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use assess::{AlarmKind, Assessment, Metric, Outcome, Region, Step, Task};
 use rt_process::replay::Replay;
-use shared_mem::message::{StateFrame, SutureMsg};
+use shared_mem::message::{MAX_TUBE_LINKS, StateFrame, SutureMsg, ToolFrame};
 use shared_mem::scene::SceneFile;
 use surgeon::{Seen, Surgeon};
 use theatre::{Performance, start, triangle_bytes, work};
@@ -186,13 +186,26 @@ fn recorded_operations_come_out_the_same() {
             "{name}: of another scene; record it anew"
         );
         let (mut ran, mut differs) = (0, None);
+        let mut state: Box<StateFrame> = bytemuck::zeroed_box();
+        let mut tools: Box<ToolFrame> = bytemuck::zeroed_box();
         let told = replay.run(records.iter().copied(), |replayed| {
             ran += 1;
+            if ran == records.len() {
+                replayed.fill(scene.short_id(), &mut state, &mut tools);
+            }
             differs = replayed.differs().map(|what| (replayed.record.tick, what));
             differs.is_none()
         });
         told.expect("the core takes it");
         assert_eq!((ran, differs), (records.len(), None), "{name}");
+        // Both operations divide duct and artery, and their display draws the pieces.
+        let links = state.parted().expect("sound").collect::<Vec<_>>();
+        assert!(
+            links.len() < MAX_TUBE_LINKS,
+            "{} links of tubes",
+            links.len()
+        );
+        assert!(links.iter().filter(|parted| **parted).count() > 4, "{name}");
     }
 }
 
