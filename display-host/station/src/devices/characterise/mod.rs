@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use hardware::HardwareError;
 use hardware::characterise::{
-    Characterised, Clock, FORCE_N, Halt, Options, Records, Wall, echo_s, measure, wall,
+    Characterised, Clock, FORCE_N, Halt, Options, Place, Records, Wall, echo_s, measure, wall,
 };
 use hardware::rig::RigHaptic;
 use hardware::station::{HapticDriver, HapticSpec, Limits, StationFile};
@@ -130,8 +130,10 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
     if let Some(folder) = folder {
         save(&folder, &page::html(&spec.path, &found)?, &json.to_string())?;
     }
-    let walls = found.wall.as_ref().map_or(0, |wall| wall.trials.len());
-    let measured_any = found.measured().next().is_some() || walls > 0;
+    let walls = [&found.wall, &found.opening_wall].into_iter().flatten();
+    let measured_any = found.measured().next().is_some()
+        || matches!(found.opening, Some(Ok(_)))
+        || walls.map(|wall| wall.trials.len()).sum::<usize>() > 0;
     Ok(if measured_any {
         ExitCode::SUCCESS
     } else {
@@ -183,6 +185,7 @@ struct Made {
     records: Records,
     echo_s: Option<f64>,
     wall: Option<Wall>,
+    opening_wall: Option<Wall>,
 }
 
 impl Made {
@@ -190,6 +193,7 @@ impl Made {
         Characterised {
             echo_s: self.echo_s,
             wall: self.wall,
+            opening_wall: self.opening_wall,
             ..self.records.analyse()
         }
     }
@@ -209,17 +213,23 @@ fn experiments(
     }
     spec.check_felt()?;
     let mut device = spec.open()?;
-    let axes = [AxisName::X, AxisName::Y, AxisName::Z];
+    let is_asked = |axis: AxisName| args.axis.is_empty() || args.axis.contains(&axis);
     let options = Options {
-        axes: axes.map(|axis| args.axis.is_empty() || args.axis.contains(&axis)),
+        axes: [AxisName::X, AxisName::Y, AxisName::Z].map(is_asked),
+        opening: is_asked(AxisName::Opening),
         force_n: args.force,
         let_go_s: if args.yes { 0.0 } else { LET_GO_S },
         ..Options::default()
     };
+    let can = device.capabilities();
+    if args.axis.contains(&AxisName::Opening) && !can.opening.is_measured() {
+        say::note("This handle declares no opening.");
+    }
     let mut made = Made {
         records: Records::none(device.as_ref()),
         echo_s: echo,
         wall: None,
+        opening_wall: None,
     };
     if !args.only_wall {
         explain(device.as_mut(), &options, &spec.path);
@@ -228,28 +238,67 @@ fn experiments(
         }
         made.records = measure(device.as_mut(), clock, &options, &mut tell)?;
     }
-    if args.wall || args.only_wall {
-        say::note(
-            "Now a hand: hold the handle lightly, above the middle of its workspace. Tap the wall in the \
-             middle, press it gently for a second, lift the handle. Each wall is stiffer. A wall that buzzes is \
-             gone at once. Enter or Ctrl-C ends everything.",
-        );
-        if !args.yes {
-            say::note("Press Enter to begin.");
-            if !is_begun(device.as_mut(), clock) {
-                return Ok(None);
-            }
-        }
-        made.wall = Some(wall(device.as_mut(), clock, args.force, &mut tell)?);
+    if !(args.wall || args.only_wall) {
+        return Ok(Some(made));
+    }
+    if options.axes.contains(&true) {
+        let Some(found) = pressed(args, device.as_mut(), clock, Place::Workspace)? else {
+            return Ok(None);
+        };
+        made.wall = Some(found);
+    }
+    if options.opening && can.opening.is_rendered() {
+        let Some(found) = pressed(args, device.as_mut(), clock, Place::Opening)? else {
+            return Ok(None);
+        };
+        made.opening_wall = Some(found);
     }
     Ok(Some(made))
+}
+
+/// Lets a person press walls. Returns `None` if nobody pressed Enter to begin.
+fn pressed(
+    args: &CharacteriseArgs,
+    device: &mut dyn HapticDevice,
+    clock: &mut RealClock,
+    place: Place,
+) -> Result<Option<Wall>, Halt> {
+    say::note(match place {
+        Place::Workspace => {
+            "Now a hand: hold the handle lightly, above the middle of its workspace. Tap the wall in the \
+             middle, press it gently for a second, lift the handle. Each wall is stiffer. A wall that buzzes is \
+             gone at once. Enter or Ctrl-C ends everything."
+        }
+        Place::Opening => {
+            "Now fingers: open the handle, shut it to its half, and squeeze the wall there gently for a second. \
+             Open it again. Each wall is stiffer. A wall that buzzes is gone at once. Enter or Ctrl-C ends \
+             everything."
+        }
+    });
+    if !args.yes {
+        say::note("Press Enter to begin.");
+        if !is_begun(device, clock) {
+            return Ok(None);
+        }
+    }
+    let found = wall(device, clock, place, args.force, &mut |line| {
+        say::note(line)
+    })?;
+    Ok(Some(found))
 }
 
 fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
     let can = device.capabilities();
     let allowed_n = f64::from(can.force_continuous_n.min(0.5 * can.force_max_n));
     let force_n = options.force_n.unwrap_or(FORCE_N.min(allowed_n));
-    let seconds = 12 + 14 * options.axes.iter().filter(|it| **it).count();
+    let opens = options.opening && can.opening.is_measured();
+    let seconds = 12
+        + 14 * options
+            .axes
+            .iter()
+            .chain([&opens])
+            .filter(|it| **it)
+            .count();
     say::note(format_args!(
         "Measures {}: about {seconds} s.\n\
          Forces up to {force_n:.2} N will move the handle by a few centimetres. Keep the switch of the device \
@@ -258,6 +307,9 @@ fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
          Enter or Ctrl-C ends everything at any time, without force.",
         path.display()
     ));
+    if opens {
+        say::note("The handle will open and shut by itself: keep fingers out of it.");
+    }
     if options.let_go_s > 0.0 {
         say::note("Press Enter to begin.");
     }
