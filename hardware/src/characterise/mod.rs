@@ -45,6 +45,7 @@ mod measure;
 mod model;
 mod opened;
 mod opening;
+mod place;
 mod result;
 mod wall;
 
@@ -56,8 +57,9 @@ pub use halt::Halt;
 pub use limits::FORCE_N;
 pub use measure::{Options, Records, measure};
 pub use opened::Opened;
+pub use place::Place;
 pub use result::Characterised;
-pub use wall::{Place, STIFFEST_N_M, Trial, Wall, wall};
+pub use wall::{STIFFEST_N_M, Trial, Wall, wall};
 
 #[cfg(test)]
 mod tests;

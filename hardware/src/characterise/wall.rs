@@ -7,9 +7,10 @@
 
 use rt_core::port::HapticDevice;
 
-use super::bench::{Bench, Clock, Now, OPENING, Vector};
+use super::bench::{Bench, Clock};
 use super::buzz::Buzz;
 use super::halt::Halt;
+use super::place::Place;
 
 /// Stiffness of the softest wall, N/m. The walls of `evaluate haptics` begin with this one too.
 const SOFTEST_N_M: f64 = 100.0;
@@ -29,52 +30,6 @@ const PRESSURE: [f64; 2] = [0.1, 0.95];
 const PATIENCE_S: f64 = 30.0;
 /// Interval at which a person is asked again, s.
 const ASK_S: f64 = 5.0;
-
-/// Place of a wall.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    /// Across the middle of the workspace, facing up.
-    Workspace,
-    /// Half open, felt by fingers that shut the handle.
-    Opening,
-}
-
-impl Place {
-    const fn axis(self) -> usize {
-        match self {
-            Self::Workspace => 1,
-            Self::Opening => OPENING,
-        }
-    }
-
-    const fn lift(self) -> &'static str {
-        match self {
-            Self::Workspace => "  Lift the handle above the middle of the workspace.",
-            Self::Opening => "  Open the handle to more than a half.",
-        }
-    }
-
-    const fn tap(self) -> &'static str {
-        match self {
-            Self::Workspace => {
-                "  Tap the wall in the middle of the workspace from above, and press it gently."
-            }
-            Self::Opening => "  Shut the handle to its half, and squeeze the wall there gently.",
-        }
-    }
-
-    /// Distance before the wall, m. Negative is inside it.
-    fn before_m(self, now: &Now) -> f64 {
-        now.at_m[self.axis()]
-    }
-
-    /// Force of the wall, N.
-    fn pushes_n(self, now: &Now, stiffness_n_m: f64) -> Vector {
-        let mut force_n = Vector::zeros();
-        force_n[self.axis()] = stiffness_n_m * (-self.before_m(now)).max(0.0);
-        force_n
-    }
-}
 
 /// A wall and its outcome.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,8 +23,7 @@ fn found(ring: Body, options: &Options, change: impl FnOnce(&mut Between)) -> Ch
     change(&mut device);
     let records = measure(&mut device, &mut clock, options, &mut |_| {}).unwrap();
     assert!(clock.played.opening_n().abs() < 1e-6, "no force remains");
-    let found = records.analyse();
-    found
+    records.analyse()
 }
 
 fn ring() -> Body {
@@ -99,7 +98,7 @@ fn a_motor_that_saturates_is_told() {
 fn a_ring_that_binds_in_the_middle_is_told() {
     let short = PlayedBody::free(HANDLE);
     let found = found(short.ring, &ALONE, |device| {
-        device.opening = |it| 0.2 + 0.6 * it
+        device.opening = |it| 0.2 + 0.6 * it;
     });
     let said = found.verdicts().join("\n");
     assert!(said.contains("0.20 shut and 0.80 wide open"), "{said}");
