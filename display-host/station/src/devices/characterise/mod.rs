@@ -1,19 +1,16 @@
 //! `calot devices characterise`: measures a haptic device and compares it with what it declares.
 
+mod clock;
 mod page;
 mod place;
 mod table;
 
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::time::Duration;
 
 use hardware::HardwareError;
 use hardware::characterise::{
-    Characterised, Clock, FORCE_N, Halt, Options, Place, Records, Wall, echo_s, measure, wall,
+    Characterised, FORCE_N, Halt, Options, Place, Records, Wall, echo_s, measure, wall,
 };
 use hardware::rig::RigHaptic;
 use hardware::station::{HapticDriver, HapticSpec, Limits, StationFile};
@@ -21,9 +18,9 @@ use rt_core::port::HapticDevice;
 use rt_process::realtime;
 use rt_process::time_driver::now_ns;
 
+use self::clock::RealClock;
 use super::args::{AxisName, CharacteriseArgs};
 use super::open::haptic_spec;
-use super::typed::typed_lines;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
@@ -31,59 +28,12 @@ use crate::stop;
 
 /// `SCHED_FIFO` priority of the measurement, the same as that of the tick.
 const PRIORITY: u8 = 80;
-/// Lateness after which the grid of milliseconds restarts at the present time, ns.
-const LATE_NS: u64 = 20_000_000;
-const MILLISECOND_NS: u64 = 1_000_000;
-/// Interval at which the wait for Enter checks for Ctrl-C.
-const LOOK: Duration = Duration::from_millis(20);
 /// Time that a person gets to let the handle go, s.
 const LET_GO_S: f64 = 3.0;
 /// File in the folder of `--out` with the charts.
 const PAGE: &str = "characterise.html";
 /// File in the folder of `--out` with all figures.
 const FIGURES: &str = "characterise.json";
-
-/// A clock of real milliseconds, which ends when a person presses Enter or Ctrl-C.
-struct RealClock {
-    stop: Arc<AtomicBool>,
-    keys: Receiver<String>,
-    due_ns: u64,
-}
-
-impl RealClock {
-    fn is_stopped(&self) -> bool {
-        self.stop.load(Relaxed) || self.keys.try_recv().is_ok()
-    }
-
-    /// Waits for Enter. Returns false on Ctrl-C, and if nobody can press Enter.
-    fn wait_for_enter(&self) -> bool {
-        while !self.stop.load(Relaxed) {
-            match self.keys.recv_timeout(LOOK) {
-                Ok(_) => return true,
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    say::note("Standard input is closed, so nobody can press Enter. Add --yes.");
-                    return false;
-                }
-            }
-        }
-        false
-    }
-}
-
-impl Clock for RealClock {
-    fn next(&mut self) -> Option<u64> {
-        self.due_ns += MILLISECOND_NS;
-        let now = now_ns();
-        if now > self.due_ns + LATE_NS || self.due_ns > now + LATE_NS {
-            self.due_ns = now;
-        }
-        if let Some(early_ns) = self.due_ns.checked_sub(now) {
-            std::thread::sleep(Duration::from_nanos(early_ns));
-        }
-        (!self.is_stopped()).then(now_ns)
-    }
-}
 
 pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
@@ -94,11 +44,7 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
         .map(|folder| output::folder(Some(folder), "", format_of, args.overwrite));
     let folder = folder.transpose()?;
     let spec = spec(args)?;
-    let mut clock = RealClock {
-        stop,
-        keys: typed_lines(),
-        due_ns: 0,
-    };
+    let mut clock = RealClock::new(stop);
     // The experiments have a thread of their own, so that only they have the tick's priority.
     let experiments = std::thread::scope(|scope| {
         let experiments = scope.spawn(|| {

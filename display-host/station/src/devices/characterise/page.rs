@@ -117,7 +117,7 @@ fn friction(axis: &Axis) -> Panel {
         "Friction",
         ["speed, m/s", "friction, N"],
         vec![back, forth],
-        ends.map(model).to_vec(),
+        vec![ends.map(model).to_vec()],
     )
 }
 
@@ -127,14 +127,17 @@ fn course(title: &str, trace: &Trace) -> Panel {
         all.map(|(at_s, at_m)| [at_s * 1e3, at_m * 1e3]).collect()
     };
     let every = trace.at_s.len().div_ceil(POINTS).max(1);
-    let measured = points(&trace.measured_m, every);
-    let gap_ms = GAP_MS * every as f64;
-    let pieces = measured.chunk_by(|a, b| b[0] - a[0] < gap_ms);
+    let pieces = |of: &[f64], every: usize| {
+        let gap_ms = GAP_MS * every as f64;
+        let all = points(of, every);
+        let pieces = all.chunk_by(|a, b| b[0] - a[0] < gap_ms);
+        pieces.map(<[_]>::to_vec).collect()
+    };
     linear(
         title,
         ["time, ms", "place, mm"],
-        pieces.map(<[_]>::to_vec).collect(),
-        points(&trace.fitted_m, 1),
+        pieces(&trace.measured_m, every),
+        pieces(&trace.fitted_m, 1),
     )
 }
 
@@ -142,21 +145,20 @@ fn linear(
     title: &str,
     axes: [&str; 2],
     measured: Vec<Vec<[f64; 2]>>,
-    model: Vec<[f64; 2]>,
+    model: Vec<Vec<[f64; 2]>>,
 ) -> Panel {
     let series = |name: &str, points, is_thin| Series {
         name: name.to_owned(),
         points,
         is_thin,
     };
-    let measured = measured.into_iter();
-    let mut all: Vec<Series> = measured.map(|it| series("measured", it, false)).collect();
-    all.push(series("model", model, true));
+    let measured = measured.into_iter().map(|it| series("measured", it, false));
+    let model = model.into_iter().map(|it| series("model", it, true));
     Panel {
         title: title.to_owned(),
         axes: axes.map(str::to_owned),
         scales: [Scale::Linear, Scale::Linear],
-        series: all,
+        series: measured.chain(model).collect(),
     }
 }
 
@@ -172,7 +174,7 @@ fn given(opened: &Opened) -> Panel {
                 .map(|[asked_n, share]| [*asked_n, asked_n * share])
                 .collect(),
         ],
-        vec![[0.0, 0.0], [all_n, all_n]],
+        vec![vec![[0.0, 0.0], [all_n, all_n]]],
     )
 }
 
