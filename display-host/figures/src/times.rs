@@ -69,8 +69,8 @@ pub fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
     })
 }
 
-/// Draws several quantities over time in one chart. `unit` is the label of their axis. A single line
-/// without a name gets no legend.
+/// Draws several quantities over time in one chart. `unit` is the label of their axis. Lines
+/// without names get no legend.
 #[must_use]
 pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
     let all = || lines.iter().flat_map(|(_, line)| line.iter());

@@ -1,7 +1,7 @@
 //! Share of the force asked for that the motors give, over the size of the force.
 //!
-//! Movements alone do not tell a force, because a handle of half the mass under half the force moves
-//! in the same way. They do tell whether a large force is as large as small ones promise. So the
+//! Movements alone do not tell a force: a handle of half the mass under half the force moves in the
+//! same way. They do tell whether a large force is as large as small ones promise. So the
 //! shares are relative to the model that fits all of the movements.
 
 use nalgebra::{Matrix3, Vector3};

@@ -87,7 +87,7 @@ fn measured(
                 .to_owned(),
         ));
     }
-    // The direction of the force comes first: a force with the wrong sign would go to the other end.
+    // The force's direction comes first: with the wrong sign it would go to the other end.
     if both_ways(bench, hold, goal_m, OPENING, 0.0)?.is_none() {
         return Ok(Err(format!(
             "{:.2} N do not open and shut the handle: the motor is off, or friction is higher",

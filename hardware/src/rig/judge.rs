@@ -31,8 +31,8 @@ const FASTEST_M_S: f32 = 10.0;
 /// time in which the position does not change. Encoders resolve a tenth of it.
 const PROMISED_M: f32 = 0.0005;
 /// Longest time between two samples that counts for [`PROMISED_M`], µs. A device that paused for
-/// longer, such as an emulated one on a busy computer, did not move in the pause, whatever its clock
-/// says. At 1 kHz a frozen position is still found as soon, because its samples go on.
+/// longer, such as an emulated one on a busy computer, did not move in the pause, whatever its
+/// clock says. At 1 kHz a frozen position is still found as soon, because its samples go on.
 const PROMISED_US: u32 = 2000;
 /// Slowest reported velocity that counts for [`PROMISED_M`], m/s. A slower one is the noise of a
 /// resting hand.

@@ -219,8 +219,8 @@ fn a_deaf_device_stays_deaf_while_its_line_refuses() {
 #[test]
 fn a_device_that_paused_while_its_clock_went_on_is_not_frozen() {
     let mut bench = Bench::new();
-    // Every 50 ms the device's computer pauses for 40 ms. The hand moves by an encoder step of 0.055
-    // mm in three samples.
+    // Every 50 ms the device's computer pauses for 40 ms. The hand moves by an encoder step of
+    // 0.055 mm in three samples.
     let mut us = 0;
     for sample in 0..3000u32 {
         us += if sample % 50 == 0 { 40_000 } else { 1000 };

@@ -56,7 +56,7 @@ fn touch() -> Characterised {
     }
 }
 
-/// The same on a handle that opens.
+/// A Touch whose handle opens.
 fn handle() -> Characterised {
     let mut found = touch();
     let axis = found.axes[0].as_ref().and_then(|it| it.clone().ok());
