@@ -64,6 +64,8 @@ mod line;
 #[cfg(feature = "std")]
 pub mod list;
 #[cfg(feature = "std")]
+mod motion;
+#[cfg(feature = "std")]
 mod noise;
 #[cfg(feature = "std")]
 pub mod pedal;
@@ -73,6 +75,8 @@ mod slot;
 #[cfg(feature = "std")]
 pub mod station;
 pub mod touch;
+#[cfg(feature = "std")]
+mod trail;
 #[cfg(feature = "std")]
 mod vendor;
 #[cfg(feature = "std")]

@@ -70,24 +70,35 @@ const INK: RGBColor = RGBColor(30, 30, 30);
 ///
 /// The drawing library's message.
 pub fn panels(panels: &[Panel], columns: usize) -> Result<String, String> {
-    let mut names: Vec<&str> = Vec::new();
+    panels_from(panels, columns, 0)
+}
+
+/// Draws panels as [`panels`] does, with the colours from number `first` on. Number 7 is green,
+/// 8 is black.
+///
+/// # Errors
+///
+/// The drawing library's message.
+pub fn panels_from(panels: &[Panel], columns: usize, first: usize) -> Result<String, String> {
+    // A series' colour is its place in this list, so the colours before `first` get no name.
+    let mut names: Vec<&str> = vec![""; first];
     for series in panels.iter().flat_map(|p| &p.series) {
         if !names.contains(&series.name.as_str()) {
             names.push(&series.name);
         }
     }
     let rows = panels.len().div_ceil(columns.max(1));
-    let legend = 24 * names.len().div_ceil(3) as u32 + 16;
+    let legend = 24 * (names.len() - first).div_ceil(3) as u32 + 16;
     let size = (400 * columns as u32, 380 * rows as u32 + legend);
     draw(size, |root| {
         let (top, bottom) = root.split_vertically(size.1 - legend);
         for (panel, area) in panels.iter().zip(top.split_evenly((rows, columns))) {
             one(panel, &area, &names)?;
         }
-        for (i, name) in names.iter().enumerate() {
+        for (i, name) in names.iter().skip(first).enumerate() {
             let column = 400 * columns as i32 / 3;
             let (x, y) = (30 + column * (i as i32 % 3), 12 + 24 * (i as i32 / 3));
-            bottom.draw(&Circle::new((x, y), 5, color(i).filled()))?;
+            bottom.draw(&Circle::new((x, y), 5, color(first + i).filled()))?;
             let text = Text::new((*name).to_owned(), (x + 12, y - 8), ("sans-serif", 15));
             bottom.draw(&text)?;
         }
@@ -304,6 +315,28 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn colours_begin_with_the_one_asked_for() {
+        let panel = Panel {
+            title: "A title".to_owned(),
+            axes: ["time, ms".to_owned(), "place, mm".to_owned()],
+            scales: [Scale::Linear, Scale::Linear],
+            series: vec![Series {
+                name: "measured".to_owned(),
+                points: vec![[0.0, 1.0], [1.0, 2.0]],
+                is_thin: false,
+            }],
+        };
+        let grey = panels(std::slice::from_ref(&panel), 1).expect("drawn");
+        let green = panels_from(&[panel], 1, 7).expect("drawn");
+        assert!(
+            grey.contains("#A0A0A0") && !green.contains("#A0A0A0"),
+            "{green}"
+        );
+        assert!(green.contains("#009E73"), "{green}");
+        assert_eq!(green.matches("measured").count(), 1);
+    }
 
     #[test]
     fn panels_show_every_series_and_mark_what_broke() {

@@ -69,7 +69,8 @@ pub fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
     })
 }
 
-/// Draws several quantities over time in one chart.
+/// Draws several quantities over time in one chart. `unit` is the label of their axis. Lines
+/// without names get no legend.
 #[must_use]
 pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
     let all = || lines.iter().flat_map(|(_, line)| line.iter());
@@ -84,7 +85,7 @@ pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
             .x_label_area_size(38)
             .y_label_area_size(62)
             .build_cartesian_2d(0.0..end, low..top + margin)?;
-        axes(&mut chart, "s", unit)?;
+        axes(&mut chart, "time, s", unit)?;
         for (i, (name, line)) in lines.iter().enumerate() {
             let colour = LINES[i % LINES.len()];
             chart
@@ -96,6 +97,9 @@ pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
                 .legend(move |(x, y)| {
                     PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))
                 });
+        }
+        if lines.iter().all(|(name, _)| name.is_empty()) {
+            return Ok(());
         }
         chart
             .configure_series_labels()
@@ -209,7 +213,8 @@ fn short(value: f64) -> String {
         v if v >= 1e3 => format!("{:.0}k", value / 1e3),
         v if v >= 10.0 || v == 0.0 => format!("{value:.0}"),
         v if v >= 1.0 => format!("{value:.1}"),
-        _ => format!("{value:.2}"),
+        // Rounded first, because a value just below zero would become "-0.00".
+        _ => format!("{:.2}", (value * 100.0).round() / 100.0 + 0.0),
     }
 }
 
@@ -221,6 +226,16 @@ mod tests {
     fn nothing_recorded_draws_nothing() {
         assert!(histogram(&Distribution::new(), None).is_none());
         assert!(course(&[], "N").is_none());
+    }
+
+    #[test]
+    fn a_line_without_a_name_gets_no_legend_and_zero_no_sign() {
+        let line = [(0.0, -0.5), (1.0, 0.5)];
+        let plain = courses(&[("", &line)], "force along x, N").expect("drawn");
+        let named = courses(&[("what if", &line)], "force along x, N").expect("drawn");
+        assert!(named.matches("<rect").count() > plain.matches("<rect").count());
+        assert!(plain.contains("force along x, N") && plain.contains("time, s"));
+        assert!(!plain.contains("-0.00"), "{plain}");
     }
 
     #[test]

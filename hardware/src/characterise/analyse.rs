@@ -1,13 +1,13 @@
 //! Computes the parameters of an axis, their errors, and the curves for charts from the records of
 //! the axis.
 
+use super::along::{Axis, Estimate, Trace};
 use super::bench::Step;
 use super::curve::friction_curve;
 use super::excite::{Push, Rough};
 use super::fit::{Fit, fit, refine, settled};
 use super::friction::Broken;
 use super::model::{AxisCourse, COUNT, Model, Window};
-use super::result::{Axis, Estimate, Trace};
 
 /// Damping with which the fit begins, N s/m.
 const GUESS_N_S_M: f64 = 0.1;
@@ -30,6 +30,11 @@ impl Repetition {
             courses: records.map(|steps| AxisCourse::new(steps, axis)).collect(),
             released_s: pushes.iter().map(|push| push.released_s).collect(),
         }
+    }
+
+    /// Records of the chirp and the pushes.
+    pub(super) fn courses(&self) -> &[AxisCourse] {
+        &self.courses
     }
 }
 

@@ -4,12 +4,13 @@
 use std::collections::VecDeque;
 
 use rt_core::fault::{Fault, FaultSet};
-use rt_core::port::{DeviceCapabilities, ForceCommand, HapticDevice, Polled};
+use rt_core::port::{ForceCommand, HapticDevice, Polled};
 use rt_core::time::TimeNs;
 
-use super::guard::Guard;
-pub(super) use super::guard::{Now, Vector};
+use super::guard::{Guard, of_handle};
+pub(super) use super::guard::{Now, OPENING, Vector};
 use super::halt::Halt;
+use super::limits::{Limits, slewed_n};
 
 /// Time of the experiments: real or simulated.
 pub trait Clock {
@@ -17,18 +18,6 @@ pub trait Clock {
     fn next(&mut self) -> Option<TimeNs>;
 }
 
-/// Largest force unless a person allows more, N: the weight of 100 g. A hand that this force
-/// surprises gives way or stops it without effort. The force is several times the dry friction of
-/// desktop devices (0.1 to 0.3 N), so it moves their handles.
-pub const FORCE_N: f64 = 1.0;
-/// Share of the declared peak force that no experiment exceeds. A device that declares half of its
-/// true peak may give twice the force that was sent, and then still stays within the declared peak.
-const PEAK_SHARE: f64 = 0.5;
-/// Least force with which anything can be measured, N.
-const FORCE_MIN_N: f64 = 0.05;
-/// Largest change of force per tick, N. A chirp of 50 Hz and 0.88 N changes by up to 0.28 N per
-/// tick.
-const SLEW_N: f64 = 0.3;
 /// Age of a sample above which no force is sent, s.
 const STALE_S: f64 = 0.02;
 /// Time without a sample after which the measurement ends, s, if `QUIET_POLLS` was exceeded as
@@ -59,8 +48,7 @@ pub(super) struct Step {
 pub(super) struct Bench<'a> {
     device: &'a mut dyn HapticDevice,
     clock: &'a mut dyn Clock,
-    /// Largest force, N.
-    limit_n: f64,
+    limits: Limits,
     guard: Guard,
     start_ns: TimeNs,
     now_ns: TimeNs,
@@ -74,11 +62,6 @@ pub(super) struct Bench<'a> {
     record: Vec<Step>,
 }
 
-/// Largest force that may be asked of a device, N.
-fn allowed_n(device: &DeviceCapabilities) -> f64 {
-    (PEAK_SHARE * f64::from(device.force_max_n)).min(f64::from(device.force_continuous_n))
-}
-
 impl<'a> Bench<'a> {
     /// Waits for the device's first sample. `force_n` is the largest force that a person allows.
     pub(super) fn new(
@@ -87,16 +70,10 @@ impl<'a> Bench<'a> {
         force_n: Option<f64>,
     ) -> Result<Self, Halt> {
         let can = device.capabilities();
-        let allowed_n = allowed_n(&can);
-        let limit_n = force_n.unwrap_or(FORCE_N.min(allowed_n));
-        if !(FORCE_MIN_N..=allowed_n).contains(&limit_n) {
-            let force_n = limit_n;
-            return Err(Halt::Force { force_n, allowed_n });
-        }
         let mut bench = Self {
+            limits: Limits::new(&can, force_n)?,
             device,
             clock,
-            limit_n,
             guard: Guard::new(&can),
             start_ns: 0,
             now_ns: 0,
@@ -122,14 +99,27 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// Largest force, N.
-    pub(super) const fn limit_n(&self) -> f64 {
-        self.limit_n
+    /// Begins to measure the opening of a handle as well.
+    pub(super) fn begin_opening(&mut self) -> Result<(), Halt> {
+        let travel_m = self.device.capabilities().opening.travel_m;
+        self.guard.opening_m = Some(0.5 * f64::from(travel_m));
+        // The newest sample may be older than this call, so the next one is awaited.
+        self.past.clear();
+        while self.past.is_empty() {
+            self.send(self.last_n);
+            self.wait(FIRST_S)?;
+        }
+        Ok(())
     }
 
-    /// Largest distance from the middle of the workspace, m.
-    pub(super) const fn region_m(&self) -> f64 {
-        self.guard.region_m
+    /// Largest forces.
+    pub(super) const fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Largest distance from the middle along an axis, m.
+    pub(super) fn reach_m(&self, axis: usize) -> f64 {
+        self.guard.reach_m(axis)
     }
 
     /// State of the handle now.
@@ -163,9 +153,9 @@ impl<'a> Bench<'a> {
         let wanted_n = if is_stale || !force_n.norm().is_finite() {
             Vector::zeros()
         } else {
-            shortened(force_n, self.limit_n)
+            self.limits.bounded_n(&force_n)
         };
-        let sent_n = self.last_n + shortened(wanted_n - self.last_n, SLEW_N);
+        let sent_n = slewed_n(&self.last_n, &wanted_n);
         self.send(sent_n);
         self.record.push(Step {
             at_s: self.now.at_s,
@@ -182,7 +172,8 @@ impl<'a> Bench<'a> {
 
     fn send(&mut self, force_n: Vector) {
         let command = ForceCommand {
-            force_n: force_n.cast(),
+            force_n: of_handle(&force_n).cast(),
+            opening_n: force_n[OPENING] as f32,
             ..ForceCommand::default()
         };
         self.device.send(command, self.now_ns);
@@ -213,7 +204,10 @@ impl<'a> Bench<'a> {
                 self.is_fresh = true;
                 self.sampled_s = self.now.at_s;
                 self.quiet = 0;
-                self.now.at_m = sample.device_from_handle.translation.vector.cast();
+                let at_m = sample.device_from_handle.translation.vector;
+                let half_m = self.guard.opening_m.unwrap_or(0.0);
+                let opening = f64::from(sample.opening.unwrap_or(0.5));
+                self.now.at_m = at_m.cast().push((2.0 * opening - 1.0) * half_m);
                 self.measure_speed();
             }
             Polled::Nothing => self.quiet += 1,
@@ -259,14 +253,4 @@ fn names(faults: FaultSet) -> String {
     let found = Fault::ALL.iter().filter(|it| faults.contains(**it));
     let names: Vec<_> = found.map(|it| it.name()).collect();
     names.join(", ")
-}
-
-/// `wanted`, shortened to `limit`.
-fn shortened(wanted: Vector, limit: f64) -> Vector {
-    let norm = wanted.norm();
-    if norm <= limit {
-        wanted
-    } else {
-        wanted * (limit / norm)
-    }
 }

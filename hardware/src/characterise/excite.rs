@@ -58,10 +58,8 @@ pub(super) struct Rough {
 
 /// Force along `axis` that remains after the forces that carry the weight, N.
 fn room_n(bench: &Bench<'_>, hold: &Hold, axis: usize) -> f64 {
-    let mut across_n = hold.carries_n;
-    across_n[axis] = 0.0;
-    let most_n = (bench.limit_n().powi(2) - across_n.norm_squared()).max(0.0);
-    SPARE * (most_n.sqrt() - hold.carries_n[axis].abs())
+    let most_n = bench.limits().along_n(axis, &hold.carries_n);
+    SPARE * (most_n - hold.carries_n[axis].abs())
 }
 
 /// True if the permitted force moves the handle well.
@@ -94,11 +92,11 @@ pub(super) fn chirp(
     sign: f64,
 ) -> Result<Vec<Step>, Halt> {
     let start = bench.now();
-    let amplitude_m = AMPLITUDE * bench.region_m();
+    let amplitude_m = AMPLITUDE * bench.reach_m(axis);
     let room_n = room_n(bench, hold, axis);
     let first_hz = CHIRP_HZ[0].max(SPEED_M_S / (TAU * amplitude_m));
     let octaves = (CHIRP_HZ[1] / first_hz).ln();
-    bench.leash(start.at_m, CHIRP_LEASH * bench.region_m());
+    bench.leash(start.at_m, CHIRP_LEASH * bench.reach_m(axis));
     bench.start_record();
     let mut now = start;
     loop {
@@ -140,7 +138,7 @@ pub(super) fn push(
     sign: f64,
 ) -> Result<Push, Halt> {
     let start = bench.now();
-    let run_out_m = RUN_OUT * bench.region_m();
+    let run_out_m = RUN_OUT * bench.reach_m(axis);
     // Friction alone must stop the handle within two thirds of `run_out_m`.
     let stopped_m_s = (1.3 * rough.friction_n / rough.mass_kg * run_out_m).sqrt();
     let goal_m_s = SPEED_M_S.min(stopped_m_s);

@@ -1,9 +1,9 @@
 //! Break-away: a force along one axis grows slowly until the handle moves.
 
-use super::bench::{Bench, Vector};
+use super::along::AXES;
+use super::bench::{Bench, OPENING, Vector};
 use super::halt::Halt;
 use super::hold::Hold;
-use super::result::AXES;
 
 /// Growth of the force, N/s: slow enough that a handle of 120 g moves by 0.1 mm before the force
 /// has grown by 20 mN, fast enough that a device with 0.3 N of friction takes a second.
@@ -42,12 +42,7 @@ pub(super) fn break_away(
     begin_n: f64,
 ) -> Result<Option<Broken>, Halt> {
     let start = bench.now();
-    let across_n = {
-        let mut across_n = hold.carries_n;
-        across_n[axis] = 0.0;
-        across_n.norm()
-    };
-    let most_n = (bench.limit_n().powi(2) - across_n.powi(2)).max(0.0).sqrt();
+    let most_n = bench.limits().along_n(axis, &hold.carries_n);
     let mut now = start;
     // Times and distances of the movement along the axis.
     let mut course: Vec<(f64, f64)> = Vec::new();
@@ -93,10 +88,14 @@ fn judge_direction(
         return Ok(());
     }
     bench.cut();
+    let mm = |part: usize| (moved_m[part] * 1e4).round() * 0.1;
     Err(Halt::Backwards {
         force_n: grown_n,
         axis: AXES[axis][usize::from(sign < 0.0)],
-        moved_mm: [0, 1, 2].map(|part| (moved_m[part] * 1e4).round() * 0.1),
+        moved: match axis {
+            OPENING => format!("{:.1} mm along its opening", mm(OPENING)),
+            _ => format!("{:?} mm (x, y, z)", [0, 1, 2].map(mm)),
+        },
     })
 }
 

@@ -65,7 +65,7 @@ pub enum Halt {
     },
     /// The handle moves against the force, or across it.
     #[error(
-        "a force of {force_n:.2} N to {axis} moved the handle by {moved_mm:?} mm (x, y, z), allowed is \
+        "a force of {force_n:.2} N to {axis} moved the handle by {moved}, allowed is \
          along the force. Run `calot devices feel` first: direction or axis of the force is wrong"
     )]
     Backwards {
@@ -73,8 +73,8 @@ pub enum Halt {
         force_n: f64,
         /// Direction of the force.
         axis: &'static str,
-        /// Movement, mm.
-        moved_mm: [f64; 3],
+        /// Movement, with its unit.
+        moved: String,
     },
     /// The permitted force does not hold the handle.
     #[error(

@@ -3,10 +3,11 @@
 
 use super::bench::{Bench, Now, Vector};
 use super::halt::Halt;
+use super::limits::Limits;
 
 /// Stiffness, N/m. Against 0.26 N of dry friction (Touch) it brings the handle to within about 4 mm
 /// of its place.
-const STIFFNESS_N_M: f64 = 60.0;
+pub(super) const STIFFNESS_N_M: f64 = 60.0;
 /// Damping, N s/m: half of the critical damping of a handle of 45 g, a third for 120 g. With the
 /// lag of the measured speed (4 ms) and a delay of 10 ms it is stable for handles of 30 g and more.
 const DAMPING_N_S_M: f64 = 2.0;
@@ -38,7 +39,7 @@ pub(super) struct Hold {
     /// Force that carries the handle, N.
     pub(super) carries_n: Vector,
     /// Axes along which that force is known from break-away.
-    known: [bool; 3],
+    known: [bool; 4],
     at_s: f64,
 }
 
@@ -48,7 +49,7 @@ impl Hold {
         Self {
             target_m: now.at_m,
             carries_n: Vector::zeros(),
-            known: [false; 3],
+            known: [false; 4],
             at_s: now.at_s,
         }
     }
@@ -66,16 +67,13 @@ impl Hold {
     }
 
     /// Force now, N, after the integral has grown.
-    fn grown_n(&mut self, now: &Now, limit_n: f64) -> Vector {
+    pub(super) fn grown_n(&mut self, now: &Now, limits: &Limits) -> Vector {
         let passed_s = (now.at_s - self.at_s).clamp(0.0, 0.01);
         self.at_s = now.at_s;
         let off_m = self.target_m - now.at_m;
         if off_m.norm() > NEAR_M {
             self.carries_n += off_m * (INTEGRAL_N_M_S * passed_s);
-            let norm = self.carries_n.norm();
-            if norm > limit_n {
-                self.carries_n *= limit_n / norm;
-            }
+            self.carries_n = limits.bounded_n(&self.carries_n);
         }
         self.force_n(now)
     }
@@ -86,7 +84,7 @@ impl Hold {
         let begun_s = now.at_s;
         bench.leash(self.target_m, LEASH_M);
         while now.at_s - begun_s < seconds {
-            let force_n = self.grown_n(&now, bench.limit_n());
+            let force_n = self.grown_n(&now, bench.limits());
             now = bench.tick(force_n)?;
         }
         bench.unleash();
@@ -105,7 +103,7 @@ impl Hold {
         let (mut since_s, mut sum_n, mut count) = (now.at_s, Vector::zeros(), 0.0);
         loop {
             let before_s = now.at_s;
-            let force_n = self.grown_n(&now, bench.limit_n());
+            let force_n = self.grown_n(&now, bench.limits());
             bench.leash(self.target_m, LEASH_M);
             now = bench.tick(force_n)?;
             let passed_s = (now.at_s - before_s).clamp(0.0, 0.01);
@@ -116,8 +114,9 @@ impl Hold {
                 (since_s, sum_n, count) = (now.at_s, Vector::zeros(), 0.0);
                 if now.at_s - begun_s > PATIENCE_S {
                     bench.cut();
+                    let off_m = now.at_m - goal_m;
                     return Err(Halt::Unheld {
-                        force_n: bench.limit_n(),
+                        force_n: bench.limits().of(off_m.iamax()),
                         allowed_mm: HELD_M * 1e3,
                     });
                 }

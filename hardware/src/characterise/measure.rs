@@ -2,12 +2,11 @@
 
 use rt_core::port::{DeviceCapabilities, HapticDevice};
 
-use super::analyse::{Repetition, axis_of};
-use super::bench::{Bench, Clock, Vector};
-use super::excite::{Rough, chirp, is_movable, push};
-use super::friction::{Broken, break_away};
+use super::axis::{Recorded, both_ways, one_axis};
+use super::bench::{Bench, Clock};
 use super::halt::Halt;
 use super::hold::Hold;
+use super::opening::{RecordedOpening, opening};
 use super::result::Characterised;
 
 /// Largest distance from the middle of the workspace at which experiments begin, as a share of the
@@ -24,6 +23,8 @@ const LET_GO_S: f64 = 0.5;
 pub struct Options {
     /// Axes x, y, z to be measured.
     pub axes: [bool; 3],
+    /// True to measure the opening as well, if the handle opens.
+    pub opening: bool,
     /// Largest force, N. `None` means 1 N, or less if the device may not give as much.
     pub force_n: Option<f64>,
     /// Repetitions of each experiment: at least 2, because the error of a result is computed from
@@ -38,19 +39,12 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             axes: [true; 3],
+            opening: true,
             force_n: None,
             repetitions: 3,
             let_go_s: 0.0,
         }
     }
-}
-
-/// Records of one axis.
-#[derive(Debug, Clone)]
-struct Recorded {
-    rough: Rough,
-    broken: Vec<[Broken; 2]>,
-    repetitions: Vec<Repetition>,
 }
 
 /// Records of all experiments.
@@ -59,6 +53,7 @@ pub struct Records {
     declared: DeviceCapabilities,
     force_n: f64,
     axes: [Option<Result<Recorded, String>>; 3],
+    opening: Option<Result<RecordedOpening, String>>,
 }
 
 impl Records {
@@ -69,22 +64,22 @@ impl Records {
             declared: device.capabilities(),
             force_n: 0.0,
             axes: [const { None }; 3],
+            opening: None,
         }
     }
 
     /// Fits the models. The computation takes seconds and needs no device.
     #[must_use]
     pub fn analyse(self) -> Characterised {
-        let fitted = |it: Recorded| {
-            let axis = axis_of(&it.rough, &it.broken, &it.repetitions);
-            axis.ok_or_else(|| "the handle moved too little for a fit".to_owned())
-        };
+        let axes = self.axes;
         Characterised {
             declared: self.declared,
             force_n: self.force_n,
-            axes: self.axes.map(|axis| axis.map(|it| it.and_then(fitted))),
+            axes: axes.map(|axis| axis.map(|it| it.and_then(|it| it.fitted()))),
+            opening: self.opening.map(|it| it.and_then(|it| it.fitted())),
             echo_s: None,
             wall: None,
+            opening_wall: None,
         }
     }
 }
@@ -109,7 +104,7 @@ pub fn measure(
     let mut bench = Bench::new(device, clock, options.force_n)?;
     let mut hold = Hold::new(&bench.now());
     let start_m = bench.now().at_m;
-    let reach_m = MIDDLE * bench.region_m();
+    let reach_m = MIDDLE * bench.reach_m(0);
     let goal_m = start_m * (reach_m / start_m.norm().max(1e-9)).min(1.0);
     hold.settle(&mut bench, goal_m)?;
     if options.let_go_s > 0.0 {
@@ -140,92 +135,27 @@ pub fn measure(
             &mut hold,
             goal_m,
             (at, begin_n[at]),
-            options,
+            options.repetitions,
         )?);
     }
-    let force_n = bench.limit_n();
+    let force_n = bench.limits().handle_n;
+    let opening = match options.opening && declared.opening.is_measured() {
+        true => Some(opening(
+            &mut bench,
+            &mut hold,
+            goal_m,
+            options.repetitions,
+            tell,
+        )?),
+        false => None,
+    };
     let_go(&mut bench, &hold);
     Ok(Records {
         declared,
         force_n,
         axes: recorded,
+        opening,
     })
-}
-
-/// All experiments along one axis. A text gives the reason for which nothing can be measured.
-fn one_axis(
-    bench: &mut Bench<'_>,
-    hold: &mut Hold,
-    goal_m: Vector,
-    (axis, begin_n): (usize, f64),
-    options: &Options,
-) -> Result<Result<Recorded, String>, Halt> {
-    let mut broken = Vec::new();
-    for _ in 0..options.repetitions.max(2) {
-        let Some(pair) = both_ways(bench, hold, goal_m, axis, begin_n)? else {
-            return Ok(Err(format!(
-                "{:.2} N do not move the handle: no motor acts along this axis, or its friction is higher",
-                bench.limit_n()
-            )));
-        };
-        broken.push(pair);
-    }
-    let rough = rough_of(&broken);
-    let middle_n = mean(&broken, |[up, down]| 0.5 * (up.force_n + down.force_n));
-    hold.know(axis, middle_n);
-    if !is_movable(bench, hold, axis, &rough) {
-        return Ok(Err(format!(
-            "weight and friction leave too little of {:.2} N to move the handle well: allow more with --force",
-            bench.limit_n()
-        )));
-    }
-    let mut repetitions = Vec::new();
-    for number in 0..options.repetitions.max(2) {
-        let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
-        let chirp = chirp(bench, hold, axis, &rough, sign)?;
-        hold.settle(bench, goal_m)?;
-        let there = push(bench, hold, axis, &rough, sign)?;
-        hold.settle(bench, goal_m)?;
-        let back = push(bench, hold, axis, &rough, -sign)?;
-        hold.settle(bench, goal_m)?;
-        let pushes = [there, back];
-        repetitions.push(Repetition::new(&chirp, &pushes, axis));
-    }
-    Ok(Ok(Recorded {
-        rough,
-        broken,
-        repetitions,
-    }))
-}
-
-/// Break-away in both directions. `None` if the largest force does not move the handle.
-fn both_ways(
-    bench: &mut Bench<'_>,
-    hold: &mut Hold,
-    goal_m: Vector,
-    axis: usize,
-    begin_n: f64,
-) -> Result<Option<[Broken; 2]>, Halt> {
-    let mut pair = [None; 2];
-    for (found, sign) in pair.iter_mut().zip([1.0, -1.0]) {
-        *found = break_away(bench, hold, axis, sign, begin_n)?;
-        hold.settle(bench, goal_m)?;
-    }
-    Ok(match pair {
-        [Some(up), Some(down)] => Some([up, down]),
-        _ => None,
-    })
-}
-
-fn rough_of(broken: &[[Broken; 2]]) -> Rough {
-    Rough {
-        mass_kg: mean(broken, |[up, down]| 0.5 * (up.mass_kg + down.mass_kg)),
-        friction_n: mean(broken, |[up, down]| 0.5 * (up.force_n - down.force_n)).max(0.0),
-    }
-}
-
-fn mean(broken: &[[Broken; 2]], of: fn(&[Broken; 2]) -> f64) -> f64 {
-    broken.iter().map(of).sum::<f64>() / broken.len().max(1) as f64
 }
 
 /// Lets the force fade. If the handle falls under its weight meanwhile, that is no failure.

@@ -11,6 +11,8 @@
 //! wall()     a person presses a virtual wall that stiffens until it buzzes
 //! ```
 //!
+//! Along the opening of a handle the same experiments are made, after a slow movement to both ends.
+//!
 //! The caller passes the clock ([`Clock`]): the command waits for real milliseconds, tests simulate
 //! them. Every force passes through `bench`, which limits the force and ends the experiment when
 //! the handle leaves its place.
@@ -24,7 +26,9 @@
 //! al. 2006), but only for small movements. So it is counted as the damping that has the same
 //! effect on a tremor.
 
+mod along;
 mod analyse;
+mod axis;
 mod bench;
 mod buzz;
 mod curve;
@@ -32,20 +36,29 @@ mod echo;
 mod excite;
 mod fit;
 mod friction;
+mod given;
 mod guard;
 mod halt;
 mod hold;
+mod limits;
 mod measure;
 mod model;
+mod opened;
+mod opening;
+mod place;
 mod result;
 mod wall;
 
-pub use bench::{Clock, FORCE_N};
+pub use along::{Axis, Estimate, TREMOR_M_S, Trace, rendered_n_m};
+pub use bench::Clock;
 pub use buzz::SWING_M;
 pub use echo::echo_s;
 pub use halt::Halt;
+pub use limits::FORCE_N;
 pub use measure::{Options, Records, measure};
-pub use result::{Axis, Characterised, Estimate, TREMOR_M_S, Trace, rendered_n_m};
+pub use opened::Opened;
+pub use place::Place;
+pub use result::Characterised;
 pub use wall::{STIFFEST_N_M, Trial, Wall, wall};
 
 #[cfg(test)]

@@ -133,6 +133,24 @@ impl AxisCourse {
         }
     }
 
+    /// The course as if the motors gave `share` of each force beyond `carries_n`.
+    pub(super) fn scaled(&self, carries_n: f64, share: f64) -> Self {
+        let scaled = |(at_s, force_n, impulse_n_s): &(f64, f64, f64)| {
+            let carried_n_s = carries_n * (at_s - self.begun_s());
+            let force_n = carries_n + share * (force_n - carries_n);
+            let impulse_n_s = carried_n_s + share * (impulse_n_s - carried_n_s);
+            (*at_s, force_n, impulse_n_s)
+        };
+        Self {
+            sends: self.sends.iter().map(scaled).collect(),
+            samples: self.samples.clone(),
+        }
+    }
+
+    fn begun_s(&self) -> f64 {
+        self.sends.first().map_or(0.0, |send| send.0)
+    }
+
     /// Force commanded at a time, N.
     pub(super) fn force_n(&self, at_s: f64) -> f64 {
         let next = self.sends.partition_point(|send| send.0 <= at_s);

@@ -1,82 +1,16 @@
 //! Results of a characterisation, their comparison with what the device declares, and the lines of
 //! a station file.
 
-use rt_core::haptics::output_limit::OutputLimit;
 use rt_core::port::DeviceCapabilities;
 
+use super::along::{Axis, Estimate, rendered_n_m};
+use super::opened::Opened;
 use super::wall::Wall;
 
-/// Directions along the axes.
-pub(super) const AXES: [[&str; 2]; 3] = [["+x", "-x"], ["+y", "-y"], ["+z", "-z"]];
-/// Speed of the tremor for which dry friction is counted as damping, m/s (PROTOCOL.md).
-pub const TREMOR_M_S: f64 = 0.2;
 /// Relative difference up to which a measured and a declared value count as equal.
 const DIFFERS: f64 = 0.1;
 /// Difference up to which two delays count as equal, s.
 const DELAY_DIFFERS_S: f64 = 0.2e-3;
-/// Ratio of break-away friction to running friction above which the handle is said to stick.
-const STICKS: f64 = 1.3;
-
-/// A measured value and its standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Estimate {
-    /// Value.
-    pub value: f64,
-    /// Standard error.
-    pub error: f64,
-}
-
-/// Positions over time, as measured and as computed with the fitted model.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Trace {
-    /// Times, s.
-    pub at_s: Vec<f64>,
-    /// Measured positions, m.
-    pub measured_m: Vec<f64>,
-    /// Positions of the model, m.
-    pub fitted_m: Vec<f64>,
-}
-
-/// Results along one axis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Axis {
-    /// Apparent mass, kg.
-    pub mass_kg: Estimate,
-    /// Viscous damping, N s/m.
-    pub damping_n_s_m: Estimate,
-    /// Dry friction while the handle moves, N.
-    pub friction_n: Estimate,
-    /// Dry friction at which the handle begins to move, N.
-    pub break_away_n: Estimate,
-    /// Force that holds the handle against its weight or a bias of the motors, N.
-    pub carries_n: Estimate,
-    /// Delay from a command to the sample that shows the command's effect, s, without the time for
-    /// which a command is held.
-    pub delay_s: Estimate,
-    /// Root mean square distance between model and measurement, m.
-    pub rms_m: f64,
-    /// Friction over speed: pairs of speed, m/s, and force, N.
-    pub friction_curve: Vec<[f64; 2]>,
-    /// A slow and a fast part of a chirp.
-    pub chirp: [Trace; 2],
-    /// A handle that runs out after a push.
-    pub run_out: Trace,
-}
-
-impl Axis {
-    /// Damping as our serial protocol defines it: viscous damping plus a share of the dry friction.
-    #[must_use]
-    pub fn tremor_damping_n_s_m(&self) -> Estimate {
-        let share = 4.0 / (std::f64::consts::PI * TREMOR_M_S);
-        let (viscous, dry) = (self.damping_n_s_m, self.friction_n);
-        // An error in one of them changes the other in the opposite direction, so this bound is
-        // generous.
-        Estimate {
-            value: viscous.value + share * dry.value,
-            error: viscous.error.hypot(share * dry.error),
-        }
-    }
-}
 
 /// Results of all axes.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,6 +27,11 @@ pub struct Characterised {
     pub echo_s: Option<f64>,
     /// Result of the virtual wall.
     pub wall: Option<Wall>,
+    /// Result along the opening. `None`: it was not asked for, or the handle does not open. A text:
+    /// the reason for which nothing could be measured.
+    pub opening: Option<Result<Opened, String>>,
+    /// Result of the virtual wall along the opening.
+    pub opening_wall: Option<Wall>,
 }
 
 impl Characterised {
@@ -139,17 +78,17 @@ impl Characterised {
         said.extend(self.delay_verdict());
         said.extend(self.damping_verdict());
         said.extend(self.echo_verdict());
-        said.extend(self.wall_verdict());
+        let most_n_m = f64::from(self.declared.stiffness_max_n_m);
+        said.extend(self.wall.as_ref().map(|it| wall_verdict(it, most_n_m)));
         for (at, axis) in self.measured() {
-            let (breaks, runs) = (axis.break_away_n.value, axis.friction_n.value);
-            if breaks > STICKS * runs + 0.02 {
-                said.push(format!(
-                    "{}: it sticks. {breaks:.2} N move it, {runs:.2} N keep it moving: slow movements will \
-                     jerk. Look for a hinge or a capstan that binds",
-                    ["x", "y", "z"][at]
-                ));
-            }
+            said.extend(axis.sticks(["x", "y", "z"][at]));
         }
+        if let Some(Ok(opened)) = &self.opening {
+            said.extend(opened.verdicts(&self.declared));
+        }
+        let wall = self.opening_wall.as_ref();
+        let most_n_m = f64::from(self.declared.opening.stiffness_max_n_m);
+        said.extend(wall.map(|it| format!("opening: {}", wall_verdict(it, most_n_m))));
         said
     }
 
@@ -203,26 +142,6 @@ impl Characterised {
         })
     }
 
-    fn wall_verdict(&self) -> Option<String> {
-        let wall = self.wall.as_ref()?;
-        let declared = f64::from(self.declared.stiffness_max_n_m);
-        match (wall.still_n_m, wall.buzzes_n_m) {
-            (Some(still), None) if wall.was_left => Some(format!(
-                "walls are still up to {still:.0} N/m; stiffer ones were not pressed"
-            )),
-            (None, None) => Some("the wall was not pressed: no stiffness was measured".to_owned()),
-            (None, Some(buzzes)) => Some(format!("even a wall of {buzzes:.0} N/m buzzes")),
-            (Some(still), None) => Some(format!("no wall buzzed, up to {still:.0} N/m")),
-            (Some(still), Some(buzzes)) if declared > still => Some(format!(
-                "declares {declared:.0} N/m, a wall of {buzzes:.0} N/m buzzes and one of {still:.0} N/m is \
-                 still: declare less"
-            )),
-            (Some(still), Some(_)) => Some(format!(
-                "declares {declared:.0} N/m, walls are still up to {still:.0} N/m: that holds"
-            )),
-        }
-    }
-
     /// Lines for the section `[haptic]` of the station file: measured values with a margin of two
     /// standard errors.
     #[must_use]
@@ -243,16 +162,21 @@ impl Characterised {
     }
 }
 
-/// Stiffest contact that Calot renders on a device of this damping, delay and rate, N/m: a share of
-/// `K = b / (T/2 + delay)`. The output limit of `rt-core` itself computes it.
-#[must_use]
-pub fn rendered_n_m(damping_n_s_m: f64, delay_s: f64, rate_hz: f32) -> f64 {
-    let device = DeviceCapabilities {
-        stiffness_max_n_m: 1e9,
-        damping_n_s_m: damping_n_s_m as f32,
-        delay_s: delay_s as f32,
-        rate_hz,
-        ..DeviceCapabilities::TOUCH
-    };
-    f64::from(OutputLimit::new(&device, 0.0).stiffness_max_n_m())
+/// Comparison of the stiffness that a device declares, N/m, with its walls, in words.
+fn wall_verdict(wall: &Wall, declared: f64) -> String {
+    match (wall.still_n_m, wall.buzzes_n_m) {
+        (Some(still), None) if wall.was_left => {
+            format!("walls are still up to {still:.0} N/m; stiffer ones were not pressed")
+        }
+        (None, None) => "the wall was not pressed: no stiffness was measured".to_owned(),
+        (None, Some(buzzes)) => format!("even a wall of {buzzes:.0} N/m buzzes"),
+        (Some(still), None) => format!("no wall buzzed, up to {still:.0} N/m"),
+        (Some(still), Some(buzzes)) if declared > still => format!(
+            "declares {declared:.0} N/m, a wall of {buzzes:.0} N/m buzzes and one of {still:.0} N/m is \
+             still: declare less"
+        ),
+        (Some(still), Some(_)) => {
+            format!("declares {declared:.0} N/m, walls are still up to {still:.0} N/m: that holds")
+        }
+    }
 }

@@ -1,5 +1,5 @@
-//! A virtual wall that a person taps and presses lightly with the handle. It becomes stiffer until
-//! it buzzes.
+//! A virtual wall that a person taps and presses lightly with the handle, or with the fingers in a
+//! handle that opens. It becomes stiffer until it buzzes.
 //!
 //! The handle meets every wall from above. If it rested in a wall that becomes stiffer, dry
 //! friction would hide the limit: a Touch then stays still up to three times the stiffness at which
@@ -7,9 +7,10 @@
 
 use rt_core::port::HapticDevice;
 
-use super::bench::{Bench, Clock, Now, Vector};
+use super::bench::{Bench, Clock};
 use super::buzz::Buzz;
 use super::halt::Halt;
+use super::place::Place;
 
 /// Stiffness of the softest wall, N/m. The walls of `evaluate haptics` begin with this one too.
 const SOFTEST_N_M: f64 = 100.0;
@@ -83,21 +84,25 @@ enum WallOutcome {
     Left,
 }
 
-/// Lays one wall after the other across the middle of the workspace, facing up, and asks a person
-/// to press each. `force_n` is the largest force that a person allows.
+/// Lays one wall after the other across a place, and asks a person to press each. `force_n` is the
+/// largest force that a person allows.
 pub fn wall(
     device: &mut dyn HapticDevice,
     clock: &mut dyn Clock,
+    place: Place,
     force_n: Option<f64>,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Wall, Halt> {
     let mut bench = Bench::new(device, clock, force_n)?;
+    if place == Place::Opening {
+        bench.begin_opening()?;
+    }
     let mut walls = Wall::default();
     // A still wall stays until the handle is above it. A wall that buzzed is gone at once.
     let mut stays_n_m = 0.0;
     while let Some(stiffness_n_m) = walls.next_n_m() {
-        let outcome = if lifted(&mut bench, stays_n_m, tell)? {
-            press(&mut bench, stiffness_n_m, tell)?
+        let outcome = if lifted(&mut bench, place, stays_n_m, tell)? {
+            press(&mut bench, place, stiffness_n_m, tell)?
         } else {
             WallOutcome::Left
         };
@@ -131,23 +136,28 @@ fn said(stiffness_n_m: f64, buzz: Option<(f64, f64)>) -> String {
 
 /// Waits until the handle is above the last wall. Meanwhile that wall stays with the stiffness
 /// `stays_n_m`. Returns false if nobody lifts the handle.
-fn lifted(bench: &mut Bench<'_>, stays_n_m: f64, tell: &mut dyn FnMut(&str)) -> Result<bool, Halt> {
+fn lifted(
+    bench: &mut Bench<'_>,
+    place: Place,
+    stays_n_m: f64,
+    tell: &mut dyn FnMut(&str),
+) -> Result<bool, Halt> {
     let mut now = bench.now();
     let begun_s = now.at_s;
     let mut below_s = now.at_s;
     let mut asked_s = f64::NEG_INFINITY;
     while now.at_s - begun_s < PATIENCE_S {
-        if now.at_m.y <= 0.0 {
+        if place.before_m(&now) <= 0.0 {
             below_s = now.at_s;
         }
         if now.at_s - below_s >= ABOVE_S {
             return Ok(true);
         }
-        if now.at_m.y <= 0.0 && now.at_s - asked_s >= ASK_S {
-            tell("  Lift the handle above the middle of the workspace.");
+        if place.before_m(&now) <= 0.0 && now.at_s - asked_s >= ASK_S {
+            tell(place.lift());
             asked_s = now.at_s;
         }
-        now = bench.tick(pushes_n(&now, stays_n_m))?;
+        now = bench.tick(place.pushes_n(&now, stays_n_m))?;
     }
     bench.cut();
     Ok(false)
@@ -156,25 +166,27 @@ fn lifted(bench: &mut Bench<'_>, stays_n_m: f64, tell: &mut dyn FnMut(&str)) -> 
 /// Lets a person press a wall.
 fn press(
     bench: &mut Bench<'_>,
+    place: Place,
     stiffness_n_m: f64,
     tell: &mut dyn FnMut(&str),
 ) -> Result<WallOutcome, Halt> {
-    let limit_n = bench.limit_n();
+    let limit_n = bench.limits().of(place.axis());
     let [least_n, most_n] = PRESSURE.map(|share| share * limit_n);
     let mut now = bench.now();
     let mut buzz = Buzz::default();
     let (mut pressed_s, mut touched_s, mut asked_s) = (0.0, now.at_s, now.at_s);
     loop {
-        let force_n = pushes_n(&now, stiffness_n_m);
+        let forces_n = place.pushes_n(&now, stiffness_n_m);
+        let force_n = forces_n[place.axis()];
         let before_s = now.at_s;
-        now = bench.tick(force_n)?;
-        let is_touched = force_n.y > 0.0;
-        if buzz.add(now.at_s, now.at_m.y) && is_touched {
+        now = bench.tick(forces_n)?;
+        let is_touched = force_n > 0.0;
+        if buzz.add(now.at_s, place.before_m(&now)) && is_touched {
             bench.cut();
             let (hz, swing_m) = buzz.tone().unwrap_or_default();
             return Ok(WallOutcome::Buzzed(hz, swing_m));
         }
-        if (least_n..=most_n).contains(&force_n.y) {
+        if (least_n..=most_n).contains(&force_n) {
             touched_s = now.at_s;
             pressed_s += (now.at_s - before_s).clamp(0.0, 0.01);
         }
@@ -187,18 +199,13 @@ fn press(
         }
         if now.at_s - touched_s >= ASK_S && now.at_s - asked_s >= ASK_S {
             asked_s = now.at_s;
-            tell(if force_n.y > most_n {
+            tell(if force_n > most_n {
                 "  Press more lightly."
             } else {
-                "  Tap the wall in the middle of the workspace from above, and press it gently."
+                place.tap()
             });
         }
     }
-}
-
-/// Force of the wall, N, upwards.
-fn pushes_n(now: &Now, stiffness_n_m: f64) -> Vector {
-    Vector::y() * (stiffness_n_m * (-now.at_m.y).max(0.0))
 }
 
 #[cfg(test)]

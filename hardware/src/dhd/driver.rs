@@ -19,6 +19,8 @@ use super::model;
 use super::servo::Servo;
 use super::shared::{Shared, Wish};
 use crate::HardwareError;
+use crate::motion::faster;
+use crate::trail::Trail;
 use crate::vendor::Door;
 
 /// Access to the library for one driver at a time, because Calot uses one haptic device.
@@ -40,6 +42,7 @@ pub struct DhdHaptic {
     last_turn: u32,
     counters: LineCounters,
     leaps: u32,
+    trail: Trail,
     jumps: u32,
     findings: Findings,
 }
@@ -113,6 +116,7 @@ impl DhdHaptic {
             last_turn: 0,
             counters: LineCounters::default(),
             leaps: 0,
+            trail: Trail::default(),
             jumps: 0,
             findings: Findings::default(),
         })
@@ -212,12 +216,17 @@ impl HapticDevice for DhdHaptic {
         self.counters.frames += 1;
         self.findings.leapt = sample.jumps != self.jumps;
         self.jumps = sample.jumps;
+        if self.findings.leapt {
+            self.trail.clear();
+        }
+        let passed_us = (sample.at_ns / 1000) as u32;
+        let moved_m_s = self.trail.add(passed_us, &sample.position_m);
         let velocity_m_s = sample.velocity_m_s;
         let is_measured = velocity_m_s.iter().all(|part| part.is_finite());
         Polled::Fresh(DeviceSample {
             opening: Some(sample.opening).filter(|opening| opening.is_finite()),
             device_from_handle: Pose::from_parts(sample.position_m.into(), sample.rotation),
-            velocity_m_s: is_measured.then_some(velocity_m_s),
+            velocity_m_s: is_measured.then(|| faster(velocity_m_s, moved_m_s)),
             buttons: sample.buttons,
             sequence: sample.count as u16,
             at_ns: sample.at_ns,

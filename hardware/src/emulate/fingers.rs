@@ -5,8 +5,9 @@ use rt_core::math::Vec3;
 use super::touch::{Body, Grip, Touch};
 use crate::rig::wire::Opening;
 
-/// Moving half of the handle: a light ring on a hinge with little friction.
-const RING: Body = Body {
+/// Moving half of the handle: a light ring on a hinge with little friction. Its stops are at both
+/// ends of the opening, whatever radius stands here.
+pub(crate) const RING: Body = Body {
     mass_kg: 0.02,
     friction_n: 0.05,
     damping_n_s_m: 0.2,
@@ -21,39 +22,49 @@ const CLOSING_MS: f32 = 520.0;
 /// The ring and the fingers that move it.
 #[derive(Debug, Clone)]
 pub(super) struct Fingers {
-    handle: Opening,
-    /// The ring, which moves along x. At 0 m the handle is shut.
+    /// Half of the travel of the fingers, m.
+    half_m: f32,
+    /// The ring, which moves along x. At 0 m the handle is half open.
     ring: Touch,
-    /// Opening that the hand intends, 0 to 1.
-    wanted: f32,
+    /// Place that the hand intends, m.
+    wanted_m: f32,
 }
 
 impl Fingers {
-    /// Fingers in a handle that is wide open.
-    pub(super) fn new(handle: Opening) -> Self {
-        let open_m = Vec3::new(handle.travel_m, 0.0, 0.0);
+    /// Fingers that hold a handle with this grip. It is wide open.
+    pub(super) fn new(handle: Opening, ring: Body, grip: Grip) -> Self {
+        let half_m = 0.5 * handle.travel_m;
+        let ring = Body {
+            workspace_radius_m: half_m,
+            ..ring
+        };
         Self {
-            handle,
-            ring: Touch::new(RING, Grip::STYLUS, open_m),
-            wanted: 1.0,
+            half_m,
+            ring: Touch::new(ring, grip, Vec3::x() * half_m),
+            wanted_m: half_m,
         }
     }
 
     /// Advances one millisecond. The fingers `shut` the handle or open it; the motor opens it with
     /// `opening_n`, N.
     pub(super) fn step(&mut self, shut: bool, opening_n: f32) {
-        let before = self.wanted;
-        let step = if shut { -1.0 } else { 1.0 } / CLOSING_MS;
-        self.wanted = (self.wanted + step).clamp(0.0, 1.0);
-        let at = |opening: f32| Vec3::new(opening * self.handle.travel_m, 0.0, 0.0);
-        let speed_m_s = (at(self.wanted) - at(before)) / 1.0e-3;
-        let force_n = Vec3::new(opening_n, 0.0, 0.0);
-        self.ring.step(at(self.wanted), speed_m_s, force_n);
+        let step_m = 2.0 * self.half_m / CLOSING_MS;
+        let step_m = if shut { -step_m } else { step_m };
+        let wanted_m = (self.wanted_m + step_m).clamp(-self.half_m, self.half_m);
+        self.pull(wanted_m, opening_n);
     }
 
-    /// Opening that the device measures. The handle's stops are at 0 and 1.
+    /// Advances one millisecond. The fingers pull towards a place, m from half open.
+    pub(super) fn pull(&mut self, wanted_m: f32, opening_n: f32) {
+        let speed_m_s = (wanted_m - self.wanted_m) / 1.0e-3;
+        self.wanted_m = wanted_m;
+        let [at, speed, force] = [wanted_m, speed_m_s, opening_n].map(|it| Vec3::x() * it);
+        self.ring.step(at, speed, force);
+    }
+
+    /// Opening that the device measures.
     pub(super) fn opening(&self) -> f32 {
-        (self.ring.measured_m().x / self.handle.travel_m).clamp(0.0, 1.0)
+        (0.5 + 0.5 * self.ring.measured_m().x / self.half_m).clamp(0.0, 1.0)
     }
 }
 
@@ -64,7 +75,7 @@ mod tests {
 
     fn pressed(opening_n: f32, shut: bool) -> f32 {
         let handle = Capabilities::touch_class_with_opening().opening.unwrap();
-        let mut fingers = Fingers::new(handle);
+        let mut fingers = Fingers::new(handle, RING, Grip::STYLUS);
         for _ in 0..2000 {
             fingers.step(shut, opening_n);
         }
@@ -77,5 +88,30 @@ mod tests {
         // 2 N against 400 N/m: 5 mm of 30, less the friction.
         let held = pressed(2.0, true);
         assert!((held - 0.1667).abs() < 0.01, "{held}");
+    }
+
+    #[test]
+    fn a_ring_that_nobody_holds_stays_between_its_stops() {
+        let handle = Capabilities::touch_class_with_opening().opening.unwrap();
+        let mut fingers = Fingers::new(handle, RING, Grip::NONE);
+        for (opening_n, end) in [(-0.5, 0.0), (0.5, 1.0)] {
+            for _ in 0..1000 {
+                fingers.step(false, opening_n);
+            }
+            assert!(
+                (fingers.opening() - end).abs() < 0.01,
+                "{}",
+                fingers.opening()
+            );
+            // Without force it does not come back from beyond the stop.
+            for _ in 0..1000 {
+                fingers.step(false, 0.0);
+            }
+            assert!(
+                (fingers.opening() - end).abs() < 0.1,
+                "{}",
+                fingers.opening()
+            );
+        }
     }
 }

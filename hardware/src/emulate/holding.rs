@@ -13,6 +13,7 @@ pub enum Holding {
     /// Nobody: the handle is free.
     Nobody,
     /// Two fingers that tap onto the middle of the workspace from above and press, again and again.
+    /// They squeeze a handle that opens in the same way.
     Press,
 }
 
@@ -46,6 +47,11 @@ impl Holding {
         }
     }
 
+    /// Grip of the fingers in a handle that opens.
+    pub(super) fn fingers(self) -> Grip {
+        self.grip().map_or(Grip::STYLUS, |it| it.0)
+    }
+
     /// Place to which the hand pulls the handle, m. `None`: as the script has it.
     pub(super) fn target_m(self, at_s: f64) -> Option<Vec3> {
         match self {
@@ -53,6 +59,12 @@ impl Holding {
             Self::Nobody => Some(Vec3::zeros()),
             Self::Press => Some(pressing_m(at_s)),
         }
+    }
+
+    /// Place to which the fingers pull a handle that opens, m from half open. `None`: as the script
+    /// has it.
+    pub(super) fn fingers_m(self, at_s: f64) -> Option<f32> {
+        self.target_m(at_s).map(|it| it.y)
     }
 }
 

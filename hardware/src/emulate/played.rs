@@ -7,7 +7,7 @@ use rt_core::math::Vec3;
 use rt_core::port::HapticDevice;
 
 use super::electronics::{Electronics, HapticModel};
-use super::fingers::Fingers;
+use super::fingers::{Fingers, RING};
 use super::mistake::Mistake;
 use super::touch::{Body, Grip, Touch};
 use crate::HardwareError;
@@ -37,9 +37,18 @@ struct Device {
     touch: Touch,
     /// Fingers in a handle that opens.
     fingers: Option<Fingers>,
-    is_shut: bool,
+    squeeze: Squeeze,
     motion: Motion,
     now_ns: u64,
+}
+
+/// Intention of the fingers in a handle that opens.
+#[derive(Debug, Clone, Copy)]
+enum Squeeze {
+    Shut,
+    Open,
+    /// A place, m from half open.
+    To(f32),
 }
 
 /// Body of a device in memory, and the hand at its handle.
@@ -53,6 +62,8 @@ pub struct PlayedBody {
     pub start_m: Vec3,
     /// Constant force on the handle, N.
     pub load_n: Vec3,
+    /// Moving half of a handle that opens, in the same hand.
+    pub ring: Body,
 }
 
 impl PlayedBody {
@@ -64,6 +75,7 @@ impl PlayedBody {
             grip: Grip::NONE,
             start_m: Vec3::zeros(),
             load_n: Vec3::zeros(),
+            ring: RING,
         }
     }
 }
@@ -149,8 +161,9 @@ impl Played {
             device: Mutex::new(Device {
                 electronics,
                 touch,
-                fingers: Electronics::opening(model).map(Fingers::new),
-                is_shut: false,
+                fingers: Electronics::opening(model)
+                    .map(|opening| Fingers::new(opening, of.ring, of.grip)),
+                squeeze: Squeeze::Open,
                 motion,
                 now_ns: now_ns(),
             }),
@@ -203,13 +216,18 @@ impl Played {
             electronics,
             touch,
             fingers,
-            is_shut,
+            squeeze,
             motion,
             ..
         } = &mut *device;
         let force_n = electronics.receive(&[], touch, now_us, false, |_| {});
         if let Some(fingers) = fingers {
-            fingers.step(*is_shut, electronics.opening_n(now_us));
+            let opening_n = electronics.opening_n(now_us);
+            match *squeeze {
+                Squeeze::Shut => fingers.step(true, opening_n),
+                Squeeze::Open => fingers.step(false, opening_n),
+                Squeeze::To(wanted_m) => fingers.pull(wanted_m, opening_n),
+            }
             motion.opening = fingers.opening();
         }
         touch.step(target_m, Vec3::zeros(), force_n);
@@ -225,7 +243,12 @@ impl Played {
 
     /// Lets the fingers shut a handle that opens, or open it.
     pub fn squeeze(&self, shut: bool) {
-        self.end.device().is_shut = shut;
+        self.end.device().squeeze = if shut { Squeeze::Shut } else { Squeeze::Open };
+    }
+
+    /// Lets the fingers pull a handle that opens towards a place, m from half open.
+    pub fn squeeze_to(&self, wanted_m: f32) {
+        self.end.device().squeeze = Squeeze::To(wanted_m);
     }
 
     /// Force of the motor that opens the handle now, N.

@@ -11,7 +11,7 @@ use rustix::fs::{FlockOperation, flock};
 
 use super::electronics::Electronics;
 use super::fault::{Faults, FaultyLine};
-use super::fingers::Fingers;
+use super::fingers::{Fingers, RING};
 use super::hand::{Hand, REPEAT_S};
 use super::holding::Holding;
 use super::operated::{Operated, Wish};
@@ -103,7 +103,8 @@ impl Station {
             silent_ms: 0,
             touch: Touch::new(haptic.body(), grip, start),
             haptic,
-            fingers: Electronics::opening(config.haptic).map(Fingers::new),
+            fingers: Electronics::opening(config.haptic)
+                .map(|it| Fingers::new(it, RING, config.holding.fingers())),
             holding: config.holding,
             force_n: Vec3::zeros(),
             strain: 0.0,
@@ -214,8 +215,11 @@ impl Station {
         self.touch.step(target_m, target_velocity_m_s, force_n);
 
         if let Some(fingers) = &mut self.fingers {
-            let shut = buttons.contains(Buttons::GRASP);
-            fingers.step(shut, self.haptic.opening_n(now_us));
+            let opening_n = self.haptic.opening_n(now_us);
+            match self.holding.fingers_m(time_s) {
+                Some(wanted_m) => fingers.pull(wanted_m, opening_n),
+                None => fingers.step(buttons.contains(Buttons::GRASP), opening_n),
+            }
         }
         let position_m = self.touch.measured_m();
         let q = self.hand.handle_at(position_m).rotation * roll;

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
-    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters,
-    Opening, Polled,
+    Buttons, DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice,
+    LineCounters, Opening, Polled,
 };
 use rt_core::time::TimeNs;
 use tungstenite::protocol::WebSocketConfig;
@@ -21,6 +21,7 @@ use super::stream::Timed;
 use super::wire::{ForceKey, Message, Sample, command};
 use crate::HardwareError;
 use crate::line::now_ns;
+use crate::motion::Motion;
 use crate::slot::Slot;
 
 /// Port of the service for the messages of this driver.
@@ -68,6 +69,7 @@ pub struct Inverse3Haptic {
     socket: TcpStream,
     thread: Option<JoinHandle<()>>,
     last_turn: u32,
+    motion: Motion,
     counters: LineCounters,
 }
 
@@ -147,6 +149,7 @@ impl Inverse3Haptic {
             socket: shutter,
             thread: Some(thread),
             last_turn: 0,
+            motion: Motion::default(),
             counters: LineCounters::default(),
         })
     }
@@ -332,6 +335,7 @@ impl HapticDevice for Inverse3Haptic {
     }
 
     fn poll(&mut self, _now_ns: TimeNs) -> Polled<DeviceSample> {
+        self.motion.begin();
         if self.is_lost() {
             return Polled::Lost;
         }
@@ -346,15 +350,24 @@ impl HapticDevice for Inverse3Haptic {
         self.counters.frames += 1;
         let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
         let [.., buttons, count, low, high] = words;
+        let at_ns = u64::from(low) | u64::from(high) << 32;
+        let (at_m, said_m_s) = (Vec3::new(x, y, z), Vec3::new(vx, vy, vz));
+        let Some(velocity_m_s) = self.motion.take(at_m, said_m_s, at_ns) else {
+            return Polled::Nothing;
+        };
         let rotation = Quat::new_unchecked(nalgebra::Quaternion::new(qw, qx, qy, qz));
         Polled::Fresh(DeviceSample {
             opening: None,
-            device_from_handle: Pose::from_parts(Vec3::new(x, y, z).into(), rotation),
-            velocity_m_s: Some(Vec3::new(vx, vy, vz)),
+            device_from_handle: Pose::from_parts(at_m.into(), rotation),
+            velocity_m_s: Some(velocity_m_s),
             buttons: Buttons(buttons as u8),
             sequence: count as u16,
-            at_ns: u64::from(low) | u64::from(high) << 32,
+            at_ns,
         })
+    }
+
+    fn findings(&self) -> Findings {
+        self.motion.findings()
     }
 
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
@@ -366,7 +379,7 @@ impl HapticDevice for Inverse3Haptic {
 
     fn counters(&self) -> LineCounters {
         LineCounters {
-            bad_frames: self.shared.bad_messages.load(Ordering::Relaxed),
+            bad_frames: self.shared.bad_messages.load(Ordering::Relaxed) + self.motion.leaps(),
             lost_frames: self.shared.passed_over.load(Ordering::Relaxed),
             ..self.counters
         }

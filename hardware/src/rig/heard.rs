@@ -1,7 +1,7 @@
 //! Describes the bytes that came while a greeting found no answer.
 
 use super::frame::{CRC, FrameError, MAX_FRAME};
-use super::wire::{Kind, Message, WireError};
+use super::wire::{Capabilities, Kind, Message, WireError};
 
 /// Bytes heard since the line was opened.
 #[derive(Debug, Default)]
@@ -55,6 +55,13 @@ impl Heard {
 
     fn message(&mut self, payload: &[u8]) {
         let misfit = match Message::new(payload) {
+            Ok(message) if is_refused(&message) => format!(
+                "a CAPABILITIES of {} bytes with kind {} and version {}, allowed is kind 1 (haptic device) or \
+                 2 (pedal), and version 1 with 45 bytes or 2 with 51",
+                payload.len(),
+                payload.get(4).unwrap_or(&0),
+                payload.get(3).unwrap_or(&0)
+            ),
             Ok(message) => {
                 let kind = message.kind();
                 match self.good.iter_mut().find(|(known, _)| *known == kind) {
@@ -126,6 +133,11 @@ impl Heard {
     }
 }
 
+/// True for CAPABILITIES that name no kind of device, or another version than their length is of.
+fn is_refused(message: &Message<'_>) -> bool {
+    message.kind() == Kind::Capabilities && Capabilities::parse(message).is_err()
+}
+
 /// Describes a frame with a wrong checksum, and states the right checksum.
 fn wrong_checksum(stuffed: &mut [u8]) -> Option<String> {
     let plain = cobs::decode_in_place(stuffed).ok()?;
@@ -147,7 +159,7 @@ fn wrong_checksum(stuffed: &mut [u8]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::super::frame::{Frame, FrameReader};
-    use super::super::wire::{Capabilities, Switches};
+    use super::super::wire::Switches;
     use super::*;
 
     fn said(bytes: &[u8]) -> String {
@@ -178,6 +190,13 @@ mod tests {
         kind[0] |= 0x40;
         let kind = Frame::new(&kind).unwrap();
         assert!(said(kind.as_bytes()).contains("the unknown kind 43"));
+        let mut third = payload.to_vec();
+        third[4] = 3;
+        let words = said(Frame::new(&third).unwrap().as_bytes());
+        assert!(
+            words.contains("45 bytes with kind 3 and version 1, allowed is kind 1"),
+            "{words}"
+        );
         let mut spoilt = payload.to_vec();
         let crc = CRC.checksum(payload).to_be_bytes();
         spoilt.extend(crc);

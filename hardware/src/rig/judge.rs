@@ -11,9 +11,9 @@ use rt_core::port::Findings;
 use rt_core::time::TimeNs;
 
 use super::bundles::Bundles;
-use super::trail::Trail;
 use super::wire::{State, Status};
 use crate::noise::Noise;
+use crate::trail::Trail;
 
 /// Consecutive samples that must agree with each other before a leap is accepted. As many forward
 /// steps of the clock must follow a backward one before the clock is trusted again. Damage on the
@@ -30,6 +30,10 @@ const FASTEST_M_S: f32 = 10.0;
 /// Distance above which a position counts as frozen, m. It is the reported velocity summed over the
 /// time in which the position does not change. Encoders resolve a tenth of it.
 const PROMISED_M: f32 = 0.0005;
+/// Longest time between two samples that counts for [`PROMISED_M`], µs. A device that paused for
+/// longer, such as an emulated one on a busy computer, did not move in the pause, whatever its
+/// clock says. At 1 kHz a frozen position is still found as soon, because its samples go on.
+const PROMISED_US: u32 = 2000;
 /// Slowest reported velocity that counts for [`PROMISED_M`], m/s. A slower one is the noise of a
 /// resting hand.
 const MOVING_M_S: f32 = 0.005;
@@ -296,10 +300,7 @@ impl Judge {
             self.promised_m = Vec3::zeros();
             return;
         }
-        let passed_us = now
-            .us
-            .wrapping_sub(before.us)
-            .min(UNIT_GAP_NS as u32 / 1000);
+        let passed_us = now.us.wrapping_sub(before.us).min(PROMISED_US);
         self.promised_m += said_m_s * (passed_us as f32 * 1.0e-6);
         faults.raise_if(self.promised_m.norm() > PROMISED_M, Fault::FrozenDevice);
     }

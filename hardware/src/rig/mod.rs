@@ -18,8 +18,6 @@ mod host;
 mod judge;
 #[cfg(feature = "std")]
 mod pedal;
-#[cfg(feature = "std")]
-mod trail;
 #[cfg(test)]
 mod vectors;
 pub mod wire;

@@ -18,6 +18,7 @@ use rt_core::time::TimeNs;
 use super::hd::{Hd, Servo, name};
 use crate::HardwareError;
 use crate::line::now_ns;
+use crate::motion::Motion;
 use crate::slot::Slot;
 use crate::vendor::{Door, FORCE_AGE_NS};
 
@@ -52,6 +53,7 @@ pub struct TouchHaptic {
     capabilities: DeviceCapabilities,
     identity: String,
     last_turn: u32,
+    motion: Motion,
     counters: LineCounters,
 }
 
@@ -128,6 +130,7 @@ impl TouchHaptic {
             capabilities,
             identity,
             last_turn: 0,
+            motion: Motion::default(),
             counters: LineCounters::default(),
         })
     }
@@ -384,6 +387,7 @@ impl HapticDevice for TouchHaptic {
     }
 
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+        self.motion.begin();
         if self.is_lost() {
             return Polled::Lost;
         }
@@ -397,11 +401,15 @@ impl HapticDevice for TouchHaptic {
         self.last_turn = turn;
         self.counters.frames += 1;
         let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
+        let (at_m, said_m_s) = (Vec3::new(x, y, z), Vec3::new(vx, vy, vz));
+        let Some(velocity_m_s) = self.motion.take(at_m, said_m_s, now_ns) else {
+            return Polled::Nothing;
+        };
         let rotation = Quat::new_unchecked(nalgebra::Quaternion::new(qw, qx, qy, qz));
         Polled::Fresh(DeviceSample {
             opening: None,
-            device_from_handle: Pose::from_parts(Vec3::new(x, y, z).into(), rotation),
-            velocity_m_s: Some(Vec3::new(vx, vy, vz)),
+            device_from_handle: Pose::from_parts(at_m.into(), rotation),
+            velocity_m_s: Some(velocity_m_s),
             buttons: Buttons(words[10] as u8),
             sequence: words[11] as u16,
             at_ns: now_ns,
@@ -409,7 +417,7 @@ impl HapticDevice for TouchHaptic {
     }
 
     fn findings(&self) -> Findings {
-        let mut findings = Findings::default();
+        let mut findings = self.motion.findings();
         let is_limited = self.shared.limited_turns.load(Ordering::Relaxed) > 0;
         findings.faults.raise_if(is_limited, Fault::DeviceLimited);
         findings
@@ -423,8 +431,9 @@ impl HapticDevice for TouchHaptic {
     }
 
     fn counters(&self) -> LineCounters {
+        let bad = u64::from(self.shared.bad_samples.load(Ordering::Relaxed));
         LineCounters {
-            bad_frames: self.shared.bad_samples.load(Ordering::Relaxed).into(),
+            bad_frames: bad + self.motion.leaps(),
             ..self.counters
         }
     }

@@ -64,8 +64,8 @@ fn apart<T: Send + 'static>(
     loop {
         match told.recv_timeout(LOOK_EVERY) {
             Ok(outcome) => {
-                // The window's drivers clean up as its thread ends. The process must not end before
-                // that.
+                // The window's drivers clean up as its thread ends, and again as the process ends.
+                // Both at once could free memory twice, so the process must not end before.
                 let _ = thread.join();
                 return outcome;
             }
@@ -73,7 +73,47 @@ fn apart<T: Send + 'static>(
                 return lost("the X server ended");
             }
             Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return lost("it panicked"),
+            Err(RecvTimeoutError::Disconnected) => {
+                let _ = thread.join();
+                return lost("it panicked");
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::sync::atomic::Ordering::SeqCst;
+
+    use super::*;
+
+    /// Stands for what a driver frees as a thread ends.
+    struct Frees(Arc<AtomicBool>);
+
+    impl Drop for Frees {
+        fn drop(&mut self) {
+            std::thread::sleep(4 * LOOK_EVERY);
+            self.0.store(true, SeqCst);
+        }
+    }
+
+    thread_local! {
+        static DRIVER: Cell<Option<Frees>> = const { Cell::new(None) };
+    }
+
+    #[test]
+    fn drivers_have_cleaned_up_once_the_window_is_gone() {
+        for panics in [false, true] {
+            let is_freed = Arc::new(AtomicBool::new(false));
+            let frees = Frees(Arc::clone(&is_freed));
+            let outcome = apart(move || {
+                DRIVER.set(Some(frees));
+                assert!(!panics, "the window panics");
+                Ok(())
+            });
+            assert_eq!(outcome.is_err(), panics);
+            assert!(is_freed.load(SeqCst), "panics: {panics}");
         }
     }
 }

@@ -78,7 +78,7 @@ pub(crate) enum DevicesCommand {
     Characterise(CharacteriseArgs),
 }
 
-/// Axis of the device's base frame.
+/// Axis of the device's base frame, or the opening of its handle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum AxisName {
     /// To the right
@@ -87,6 +87,8 @@ pub(crate) enum AxisName {
     Y,
     /// To the user
     Z,
+    /// Along the opening of a handle that opens
+    Opening,
 }
 
 #[derive(Debug, Clone, Args)]
@@ -96,6 +98,9 @@ Nobody holds the handle during the first part, which takes about a minute for th
   2. A force grows slowly until the handle moves: dry friction, and the direction of the force.
   3. A chirp from 4 to 50 Hz and pushes after which the handle runs out. Mass, damping, friction
      and delay are those with which a model moves as the handle did.
+A handle that opens is measured along its opening too: it goes to both ends, then come the same
+experiments. No fingers may be in it. Movements do not tell how large its force is, only whether large
+forces are as large as small ones promise.
 With --wall a second part follows. A wall lies across the middle of the workspace. Tap it from above,
 press it gently for a second, and lift the handle again. Each wall is stiffer, until one buzzes.
 
@@ -118,7 +123,7 @@ Examples:
 Without a device:
   calot emulate --dir /tmp/rig --scene built-in.calot --hand none
   calot devices characterise /tmp/rig/haptic --yes
-The emulator's `--hand press` taps the wall of --only-wall.")]
+The emulator's `--handle opening` opens and shuts, and its `--hand press` taps the wall of --only-wall.")]
 pub(crate) struct CharacteriseArgs {
     /// Serial device, e.g. /dev/ttyACM0
     #[arg(value_name = "PATH", required_unless_present = "station_file")]
@@ -129,7 +134,7 @@ pub(crate) struct CharacteriseArgs {
     /// Measure the haptic device that this station file names
     #[arg(long, value_name = "FILE", conflicts_with = "path")]
     pub(crate) station_file: Option<PathBuf>,
-    /// Measure along this axis only; may be repeated [default: x, y and z]
+    /// Measure along this axis only; may be repeated [default: x, y, z and the opening]
     #[arg(long, value_enum)]
     pub(crate) axis: Vec<AxisName>,
     /// Largest force, N: at most half of the declared peak and the continuous force [default: 1, or
@@ -265,6 +270,9 @@ The test leads you through these parts:
   4. The handle presses on a kitchen scale with 0.5 N: size of force. You may leave this out.
   5. It pushes to and fro for 9 s: steps, a sine, a chirp. `--page` draws the answer.
 
+If the handle is an instrument in a port, the directions are those of its handle: begin half drawn
+out, and draw the instrument out along its shaft where that leads up or towards you.
+
 The pushes rise and fall in 0.3 s. Every force ends at once when the handle runs off by 4 cm.
 
 `--window` shows the same steps in a window, with the handle's position and force. Esc ends every
@@ -273,7 +281,9 @@ force and the test. So does closing the window.
 A rig with a sensor of its own may do without a person: `--script PROGRAM`. The program reads one
 JSON object per line, such as
   {\"step\": \"move\", \"direction\": \"right\", \"way_m\": 0.05}
-and answers {\"done\": true}, also to the steps hold, shut, open, hold_fingers, scale and press. During {\"step\": \"push\"} it
+and answers {\"done\": true}, also to the steps hold, shut, open, hold_fingers, scale and press. A move
+goes along the base frame, whatever the shaft: \"towards\" draws a level instrument out of its port,
+\"up\" an upright one. At hold it goes back to the middle, half drawn out. During {\"step\": \"push\"} it
 measures, and answers {\"ask\": \"pushed\"} with {\"force_n\": [0.3, 0.0, 0.0]} (x right, y up, z towards
 the user). {\"ask\": \"scale\"} wants {\"scale\": true} or false.
 {\"ask\": \"pushed_fingers\"} wants {\"opening_n\": 0.9} or {\"felt\": \"open\"}, \"shut\", \"nothing\".

@@ -1,5 +1,6 @@
 //! The experiments in simulated time, on devices whose true properties are known.
 
+mod opened;
 mod simulated;
 mod stopped;
 mod verdicts;
@@ -20,6 +21,7 @@ const TOUCH_S: f64 = 0.001;
 const WOODY_S: f64 = 0.002;
 const X: Options = Options {
     axes: [true, false, false],
+    opening: false,
     force_n: None,
     repetitions: 2,
     let_go_s: 0.0,

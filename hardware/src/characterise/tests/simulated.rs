@@ -30,6 +30,8 @@ pub(super) struct PlayedClock {
     pub(super) stalls: bool,
     /// Called after each millisecond; false ends the time.
     pub(super) watch: Box<Watch>,
+    /// True if fingers in a handle that opens follow the hand's y.
+    pub(super) squeezes: bool,
 }
 
 impl Clock for PlayedClock {
@@ -38,7 +40,11 @@ impl Clock for PlayedClock {
         let at_s = now_ns.saturating_sub(self.start_ns) as f64 * 1e-9;
         let stands = self.stalls && at_s.fract() < 0.0005;
         for _ in 0..if stands { 30 } else { 1 } {
-            self.played.move_on((self.hand)(at_s));
+            let target_m = (self.hand)(at_s);
+            if self.squeezes {
+                self.played.squeeze_to(target_m.y);
+            }
+            self.played.move_on(target_m);
         }
         (self.watch)(at_s, &self.played).then(|| self.played.now_ns())
     }
@@ -59,6 +65,7 @@ pub(super) fn simulated(
         start_ns,
         stalls: false,
         watch: Box::new(|_, _| true),
+        squeezes: false,
     };
     (driver, clock)
 }
@@ -78,6 +85,12 @@ pub(super) struct Between {
     late: VecDeque<ForceCommand>,
     /// Factors for the x, y and z parts of the force.
     pub(super) factors: Vec3,
+    /// Factor for the force along the opening.
+    pub(super) opens_by: f32,
+    /// Force along the opening at which its motor saturates, N.
+    pub(super) opens_most_n: f32,
+    /// Opening that the device reports for a true one.
+    pub(super) opening: fn(f32) -> f32,
     /// True if x and y of the force are exchanged.
     pub(super) swaps_xy: bool,
     pub(super) findings: Findings,
@@ -93,6 +106,9 @@ impl Between {
             device,
             late: VecDeque::from(vec![ForceCommand::default(); late_ms]),
             factors: Vec3::repeat(1.0),
+            opens_by: 1.0,
+            opens_most_n: f32::MAX,
+            opening: |it| it,
             swaps_xy: false,
             findings: Findings::default(),
             polls_left: u64::MAX,
@@ -115,6 +131,10 @@ impl HapticDevice for Between {
             (Polled::Fresh(_), 0) => Polled::Nothing,
             (polled, _) => {
                 self.polls_left -= 1;
+                let mut polled = polled;
+                if let Polled::Fresh(sample) = &mut polled {
+                    sample.opening = sample.opening.map(self.opening);
+                }
                 polled
             }
         }
@@ -132,6 +152,8 @@ impl HapticDevice for Between {
         let mut sent = self.sent.borrow_mut();
         *sent = (sent.0.max(norm), norm);
         command.force_n.component_mul_assign(&self.factors);
+        let most_n = self.opens_most_n;
+        command.opening_n = (self.opens_by * command.opening_n).clamp(-most_n, most_n);
         if self.swaps_xy {
             command.force_n.swap_rows(0, 1);
         }

@@ -33,6 +33,8 @@ fn found(viscous: f64, friction_n: f64, break_away_n: f64, delay_s: f64) -> Char
         axes: [Some(Ok(axis)), None, Some(Err("no motor".into()))],
         echo_s: None,
         wall: None,
+        opening: None,
+        opening_wall: None,
     }
 }
 

@@ -4,7 +4,7 @@
 use rt_core::math::Vec3;
 
 use super::super::buzz::SWING_M;
-use super::super::{Halt, Wall, wall};
+use super::super::{Halt, Place, Wall, wall};
 use super::simulated::{Between, HandLaw, simulated};
 use crate::emulate::{Body, Grip, HapticModel, PlayedBody, Touch, pressing_m};
 
@@ -26,7 +26,7 @@ fn held(body: Body) -> PlayedBody {
         body,
         grip: RELAXED,
         start_m: Vec3::new(0.0, 0.008, 0.0),
-        load_n: Vec3::zeros(),
+        ..PlayedBody::free(HapticModel::TouchRig)
     }
 }
 
@@ -55,9 +55,15 @@ fn pressed(body: Body, hand: HandLaw) -> Result<(Wall, Vec<String>), Halt> {
     let mut device = Between::new(device, LATE_MS);
     let sent = device.sent.clone();
     let mut told = Vec::new();
-    let walls = wall(&mut device, &mut clock, None, &mut |line| {
-        told.push(line.to_owned());
-    });
+    let walls = wall(
+        &mut device,
+        &mut clock,
+        Place::Workspace,
+        None,
+        &mut |line| {
+            told.push(line.to_owned());
+        },
+    );
     assert!(sent.borrow().0 <= 0.88 + 1e-6, "{:?}", sent.borrow());
     assert_eq!(sent.borrow().1.to_bits(), 0, "no force remains");
     walls.map(|it| (it, told))

@@ -217,6 +217,24 @@ fn a_deaf_device_stays_deaf_while_its_line_refuses() {
 }
 
 #[test]
+fn a_device_that_paused_while_its_clock_went_on_is_not_frozen() {
+    let mut bench = Bench::new();
+    // Every 50 ms the device's computer pauses for 40 ms. The hand moves by an encoder step of
+    // 0.055 mm in three samples.
+    let mut us = 0;
+    for sample in 0..3000u32 {
+        us += if sample % 50 == 0 { 40_000 } else { 1000 };
+        let x_m = (sample / 3) as f32 * 0.055e-3;
+        bench.poll(&[(us, x_m, 0.0183)], true);
+    }
+    assert!(
+        !bench.seen.contains(Fault::FrozenDevice),
+        "{:?}",
+        bench.seen
+    );
+}
+
+#[test]
 fn a_frozen_position_is_found_though_the_device_denies_measuring() {
     let mut bench = Bench::new();
     (0..200).for_each(|ms| bench.poll(&[(ms * 1000, 0.01, 0.0126)], false));

@@ -248,6 +248,25 @@ impl View {
         Some(self.words.say(id))
     }
 
+    /// Note for a rig whose handle is an instrument in a port.
+    fn port_note(&self) -> Option<String> {
+        let words = &self.words;
+        match &self.screen {
+            Screen::Move {
+                way: way @ (Way::Up | Way::Down | Way::Towards | Way::Away),
+                ..
+            } => {
+                let way = words.say(&format!("feel-way-{}", way.name()));
+                Some(words.say_with("feel-port-draw", &[("way", way.into())]))
+            }
+            Screen::Move { .. } => Some(words.say("feel-port-move")),
+            Screen::Hold => Some(words.say("feel-port-hold")),
+            Screen::AskPushed => Some(words.say("feel-port-pushed")),
+            Screen::Scale => Some(words.say("feel-port-scale")),
+            _ => None,
+        }
+    }
+
     /// True while the picture must hide what the person must feel.
     const fn is_secret(&self) -> bool {
         matches!(
@@ -290,9 +309,11 @@ pub fn feel(ui: &mut Ui, view: &View) -> Vec<Wish> {
 
 fn instruction(ui: &mut Ui, view: &View, wishes: &mut Vec<Wish>) {
     ui.label(RichText::new(view.headline()).size(2.0 * BODY).strong());
-    if let Some(note) = view.note() {
-        ui.add_space(6.0);
-        ui.label(RichText::new(note).size(1.1 * BODY));
+    for (note, size) in [(view.note(), 1.1 * BODY), (view.port_note(), BODY)] {
+        if let Some(note) = note {
+            ui.add_space(6.0);
+            ui.label(RichText::new(note).size(size));
+        }
     }
     if let Screen::AskPressed { grams, wrong } = &view.screen {
         ui.add_space(6.0);

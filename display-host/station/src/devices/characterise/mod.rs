@@ -1,19 +1,16 @@
 //! `calot devices characterise`: measures a haptic device and compares it with what it declares.
 
+mod clock;
 mod page;
 mod place;
 mod table;
 
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::time::Duration;
 
 use hardware::HardwareError;
 use hardware::characterise::{
-    Characterised, Clock, FORCE_N, Halt, Options, Records, Wall, echo_s, measure, wall,
+    Characterised, FORCE_N, Halt, Options, Place, Records, Wall, echo_s, measure, wall,
 };
 use hardware::rig::RigHaptic;
 use hardware::station::{HapticDriver, HapticSpec, Limits, StationFile};
@@ -21,9 +18,9 @@ use rt_core::port::HapticDevice;
 use rt_process::realtime;
 use rt_process::time_driver::now_ns;
 
+use self::clock::RealClock;
 use super::args::{AxisName, CharacteriseArgs};
 use super::open::haptic_spec;
-use super::typed::typed_lines;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
@@ -31,59 +28,12 @@ use crate::stop;
 
 /// `SCHED_FIFO` priority of the measurement, the same as that of the tick.
 const PRIORITY: u8 = 80;
-/// Lateness after which the grid of milliseconds restarts at the present time, ns.
-const LATE_NS: u64 = 20_000_000;
-const MILLISECOND_NS: u64 = 1_000_000;
-/// Interval at which the wait for Enter checks for Ctrl-C.
-const LOOK: Duration = Duration::from_millis(20);
 /// Time that a person gets to let the handle go, s.
 const LET_GO_S: f64 = 3.0;
 /// File in the folder of `--out` with the charts.
 const PAGE: &str = "characterise.html";
 /// File in the folder of `--out` with all figures.
 const FIGURES: &str = "characterise.json";
-
-/// A clock of real milliseconds, which ends when a person presses Enter or Ctrl-C.
-struct RealClock {
-    stop: Arc<AtomicBool>,
-    keys: Receiver<String>,
-    due_ns: u64,
-}
-
-impl RealClock {
-    fn is_stopped(&self) -> bool {
-        self.stop.load(Relaxed) || self.keys.try_recv().is_ok()
-    }
-
-    /// Waits for Enter. Returns false on Ctrl-C, and if nobody can press Enter.
-    fn wait_for_enter(&self) -> bool {
-        while !self.stop.load(Relaxed) {
-            match self.keys.recv_timeout(LOOK) {
-                Ok(_) => return true,
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    say::note("Standard input is closed, so nobody can press Enter. Add --yes.");
-                    return false;
-                }
-            }
-        }
-        false
-    }
-}
-
-impl Clock for RealClock {
-    fn next(&mut self) -> Option<u64> {
-        self.due_ns += MILLISECOND_NS;
-        let now = now_ns();
-        if now > self.due_ns + LATE_NS || self.due_ns > now + LATE_NS {
-            self.due_ns = now;
-        }
-        if let Some(early_ns) = self.due_ns.checked_sub(now) {
-            std::thread::sleep(Duration::from_nanos(early_ns));
-        }
-        (!self.is_stopped()).then(now_ns)
-    }
-}
 
 pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
@@ -94,11 +44,7 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
         .map(|folder| output::folder(Some(folder), "", format_of, args.overwrite));
     let folder = folder.transpose()?;
     let spec = spec(args)?;
-    let mut clock = RealClock {
-        stop,
-        keys: typed_lines(),
-        due_ns: 0,
-    };
+    let mut clock = RealClock::new(stop);
     // The experiments have a thread of their own, so that only they have the tick's priority.
     let experiments = std::thread::scope(|scope| {
         let experiments = scope.spawn(|| {
@@ -130,8 +76,10 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
     if let Some(folder) = folder {
         save(&folder, &page::html(&spec.path, &found)?, &json.to_string())?;
     }
-    let walls = found.wall.as_ref().map_or(0, |wall| wall.trials.len());
-    let measured_any = found.measured().next().is_some() || walls > 0;
+    let walls = [&found.wall, &found.opening_wall].into_iter().flatten();
+    let measured_any = found.measured().next().is_some()
+        || matches!(found.opening, Some(Ok(_)))
+        || walls.map(|wall| wall.trials.len()).sum::<usize>() > 0;
     Ok(if measured_any {
         ExitCode::SUCCESS
     } else {
@@ -183,6 +131,7 @@ struct Made {
     records: Records,
     echo_s: Option<f64>,
     wall: Option<Wall>,
+    opening_wall: Option<Wall>,
 }
 
 impl Made {
@@ -190,6 +139,7 @@ impl Made {
         Characterised {
             echo_s: self.echo_s,
             wall: self.wall,
+            opening_wall: self.opening_wall,
             ..self.records.analyse()
         }
     }
@@ -209,17 +159,23 @@ fn experiments(
     }
     spec.check_felt()?;
     let mut device = spec.open()?;
-    let axes = [AxisName::X, AxisName::Y, AxisName::Z];
+    let is_asked = |axis: AxisName| args.axis.is_empty() || args.axis.contains(&axis);
     let options = Options {
-        axes: axes.map(|axis| args.axis.is_empty() || args.axis.contains(&axis)),
+        axes: [AxisName::X, AxisName::Y, AxisName::Z].map(is_asked),
+        opening: is_asked(AxisName::Opening),
         force_n: args.force,
         let_go_s: if args.yes { 0.0 } else { LET_GO_S },
         ..Options::default()
     };
+    let can = device.capabilities();
+    if args.axis.contains(&AxisName::Opening) && !can.opening.is_measured() {
+        say::note("This handle declares no opening.");
+    }
     let mut made = Made {
         records: Records::none(device.as_ref()),
         echo_s: echo,
         wall: None,
+        opening_wall: None,
     };
     if !args.only_wall {
         explain(device.as_mut(), &options, &spec.path);
@@ -228,28 +184,67 @@ fn experiments(
         }
         made.records = measure(device.as_mut(), clock, &options, &mut tell)?;
     }
-    if args.wall || args.only_wall {
-        say::note(
-            "Now a hand: hold the handle lightly, above the middle of its workspace. Tap the wall in the \
-             middle, press it gently for a second, lift the handle. Each wall is stiffer. A wall that buzzes is \
-             gone at once. Enter or Ctrl-C ends everything.",
-        );
-        if !args.yes {
-            say::note("Press Enter to begin.");
-            if !is_begun(device.as_mut(), clock) {
-                return Ok(None);
-            }
-        }
-        made.wall = Some(wall(device.as_mut(), clock, args.force, &mut tell)?);
+    if !(args.wall || args.only_wall) {
+        return Ok(Some(made));
+    }
+    if options.axes.contains(&true) {
+        let Some(found) = pressed(args, device.as_mut(), clock, Place::Workspace)? else {
+            return Ok(None);
+        };
+        made.wall = Some(found);
+    }
+    if options.opening && can.opening.is_rendered() {
+        let Some(found) = pressed(args, device.as_mut(), clock, Place::Opening)? else {
+            return Ok(None);
+        };
+        made.opening_wall = Some(found);
     }
     Ok(Some(made))
+}
+
+/// Lets a person press walls. Returns `None` if nobody pressed Enter to begin.
+fn pressed(
+    args: &CharacteriseArgs,
+    device: &mut dyn HapticDevice,
+    clock: &mut RealClock,
+    place: Place,
+) -> Result<Option<Wall>, Halt> {
+    say::note(match place {
+        Place::Workspace => {
+            "Now a hand: hold the handle lightly, above the middle of its workspace. Tap the wall in the \
+             middle, press it gently for a second, lift the handle. Each wall is stiffer. A wall that buzzes is \
+             gone at once. Enter or Ctrl-C ends everything."
+        }
+        Place::Opening => {
+            "Now fingers: open the handle, shut it to its half, and squeeze the wall there gently for a second. \
+             Open it again. Each wall is stiffer. A wall that buzzes is gone at once. Enter or Ctrl-C ends \
+             everything."
+        }
+    });
+    if !args.yes {
+        say::note("Press Enter to begin.");
+        if !is_begun(device, clock) {
+            return Ok(None);
+        }
+    }
+    let found = wall(device, clock, place, args.force, &mut |line| {
+        say::note(line)
+    })?;
+    Ok(Some(found))
 }
 
 fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
     let can = device.capabilities();
     let allowed_n = f64::from(can.force_continuous_n.min(0.5 * can.force_max_n));
     let force_n = options.force_n.unwrap_or(FORCE_N.min(allowed_n));
-    let seconds = 12 + 14 * options.axes.iter().filter(|it| **it).count();
+    let opens = options.opening && can.opening.is_measured();
+    let seconds = 12
+        + 14 * options
+            .axes
+            .iter()
+            .chain([&opens])
+            .filter(|it| **it)
+            .count();
     say::note(format_args!(
         "Measures {}: about {seconds} s.\n\
          Forces up to {force_n:.2} N will move the handle by a few centimetres. Keep the switch of the device \
@@ -258,6 +253,9 @@ fn explain(device: &mut dyn HapticDevice, options: &Options, path: &Path) {
          Enter or Ctrl-C ends everything at any time, without force.",
         path.display()
     ));
+    if opens {
+        say::note("The handle will open and shut by itself: keep fingers out of it.");
+    }
     if options.let_go_s > 0.0 {
         say::note("Press Enter to begin.");
     }

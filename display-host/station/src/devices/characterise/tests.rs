@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hardware::characterise::{Axis, Characterised, Estimate, Trace, Trial, Wall};
+use hardware::characterise::{Axis, Characterised, Estimate, Opened, Trace, Trial, Wall};
 use rt_core::port::DeviceCapabilities;
 
 use super::{page, place, table};
@@ -51,7 +51,63 @@ fn touch() -> Characterised {
             buzzes_n_m: Some(200.0),
             was_left: false,
         }),
+        opening: None,
+        opening_wall: None,
     }
+}
+
+/// A Touch whose handle opens.
+fn handle() -> Characterised {
+    let mut found = touch();
+    let axis = found.axes[0].as_ref().and_then(|it| it.clone().ok());
+    found.declared.opening = rt_core::port::Opening {
+        travel_m: 0.03,
+        force_max_n: 5.0,
+        stiffness_max_n_m: 1000.0,
+    };
+    found.opening = axis.map(|axis| {
+        Ok(Opened {
+            axis,
+            range: [0.01, 0.8],
+            given: vec![[0.25, 1.0], [0.95, 0.5]],
+        })
+    });
+    found.opening_wall = found.wall.clone();
+    found
+}
+
+#[test]
+fn opening_of_a_handle_has_its_column_its_figures_and_its_charts() {
+    let found = handle();
+    let text = table::text(&found);
+    for expected in [
+        "opening    declared\n",
+        "23.7 mm of the declared 30.0 mm: ends or travel are wrong",
+        "of 0.95 N it gives only 0.50 times what small forces promise",
+        "opening: declares 1000 N/m, a wall of 200 N/m buzzes",
+    ] {
+        assert!(text.contains(expected), "{text}");
+    }
+    let json = table::json(Path::new("/dev/rig"), &found);
+    assert_eq!(json["opening"]["range"][1], 0.8);
+    assert_eq!(json["declared"]["opening"]["stiffness_max_n_m"], 1000.0);
+    assert_eq!(json["opening_wall"]["still_n_m"], 100.0);
+    let page = page::html(Path::new("/dev/rig"), &found).unwrap();
+    for expected in [
+        "Along the opening",
+        "Force along the opening",
+        "Virtual walls along the opening",
+    ] {
+        assert!(page.contains(expected), "{expected}");
+    }
+
+    let mut still = touch();
+    still.opening = Some(Err("no force".into()));
+    let text = table::text(&still);
+    assert!(text.contains("opening: not measured. no force"), "{text}");
+    let json = table::json(Path::new("/dev/rig"), &still);
+    assert_eq!(json["opening"]["not_measured"], "no force");
+    assert!(table::json(Path::new("/dev/rig"), &touch())["opening"].is_null());
 }
 
 #[test]

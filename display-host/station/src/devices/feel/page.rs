@@ -29,7 +29,7 @@ pub(super) fn page(felt: &Felt) -> String {
         // Writing to a string cannot fail.
         let _ = write!(
             page,
-            "<tr><td>{}<td class=\"{class}\">{result}<td style=\"text-align:left\">{}</tr>",
+            "<tr><td style=\"white-space:nowrap\">{}<td class=\"{class}\">{result}<td style=\"text-align:left\">{}</tr>",
             escape(check.name),
             escape(&check.detail)
         );
@@ -48,10 +48,14 @@ pub(super) fn page(felt: &Felt) -> String {
     for (line, unit, caption) in [
         (
             force,
-            "N",
+            "force along x, N",
             "Commanded force along x: steps, a sine, a chirp to 30 Hz.",
         ),
-        (way, "mm", "Position along x, from its beginning."),
+        (
+            way,
+            "position along x, mm",
+            "Position along x, from its beginning.",
+        ),
     ] {
         if let Some(svg) = times::courses(&[("", &line)], unit) {
             let _ = write!(

@@ -53,6 +53,31 @@ impl Terminal {
     }
 }
 
+/// Sentence for a rig whose handle is an instrument in a port.
+const fn port_note(step: &Step) -> Option<&'static str> {
+    match step {
+        Step::Move {
+            direction: Direction::Right | Direction::Left,
+            ..
+        } => Some(
+            "An instrument in a port: begin with it half drawn out. It swings about the port while its \
+             handle moves; only the way of the handle counts.",
+        ),
+        Step::Move { .. } => Some(
+            "An instrument in a port: draw the instrument out along its shaft, as far as that leads the same \
+             way, and tilt it for the rest. Only the way of the handle counts.",
+        ),
+        Step::Hold => Some(
+            "An instrument in a port: hold it half drawn out, so that it can slide both ways. A push that \
+             draws it out goes up or towards you, one that pushes it in goes down or away.",
+        ),
+        Step::Scale => Some(
+            "An instrument in a port: draw it out so far that the scale fits under its handle, and set the handle down on it.",
+        ),
+        _ => None,
+    }
+}
+
 impl Guide for Terminal {
     fn tell(&mut self, step: &Step) {
         while self.typed.try_recv().is_ok() {}
@@ -83,6 +108,9 @@ impl Guide for Terminal {
                 say::note("It presses down now. Read the scale, and press Enter.");
             }
             Step::Response => say::note("It pushes to and fro for 9 s. Hold it loosely …"),
+        }
+        if let Some(note) = port_note(step) {
+            say::note(note);
         }
     }
 
@@ -149,5 +177,24 @@ impl Guide for Terminal {
 
     fn is_stopped(&self) -> bool {
         self.pace.is_stopped()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_instrument_in_a_port_is_told_to_be_drawn_out() {
+        for direction in [Direction::Up, Direction::Towards] {
+            let note = port_note(&Step::Move {
+                direction,
+                way_m: 0.05,
+            });
+            assert!(note.is_some_and(|it| it.contains("draw the instrument out")));
+        }
+        assert!(port_note(&Step::Hold).is_some_and(|it| it.contains("half drawn out")));
+        assert!(port_note(&Step::Scale).is_some_and(|it| it.contains("draw it out")));
+        assert_eq!(port_note(&Step::Shut), None);
     }
 }

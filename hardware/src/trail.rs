@@ -1,4 +1,5 @@
-//! Newest positions of a handle, from which its speed is computed with the device's own clock.
+//! Newest positions of a handle, from which its speed is computed, with the device's own clock
+//! where there is one.
 
 use rt_core::math::Vec3;
 
@@ -11,7 +12,7 @@ const BASE_US: u32 = 5_000;
 
 /// The newest positions with their times.
 #[derive(Debug)]
-pub(super) struct Trail {
+pub(crate) struct Trail {
     places: [(u32, Vec3); KEPT],
     next: usize,
     count: usize,
@@ -29,13 +30,13 @@ impl Default for Trail {
 
 impl Trail {
     /// Forgets all positions.
-    pub(super) const fn clear(&mut self) {
+    pub(crate) const fn clear(&mut self) {
         self.count = 0;
     }
 
     /// Adds a position. Returns the velocity since the newest position that is at least 5 ms old,
     /// m/s; zero before there is one.
-    pub(super) fn add(&mut self, us: u32, at_m: &Vec3) -> Vec3 {
+    pub(crate) fn add(&mut self, us: u32, at_m: &Vec3) -> Vec3 {
         let newest_first = (1..=self.count).map(|back| (self.next + KEPT - back) % KEPT);
         let mut places = newest_first.filter_map(|at| self.places.get(at).copied());
         let passed_us = |then_us: u32| us.wrapping_sub(then_us);

@@ -1,0 +1,101 @@
+//! The experiments along one axis, with nobody at the handle.
+
+use super::along::Axis;
+use super::analyse::{Repetition, axis_of};
+use super::bench::{Bench, Vector};
+use super::excite::{Rough, chirp, is_movable, push};
+use super::friction::{Broken, break_away};
+use super::halt::Halt;
+use super::hold::Hold;
+
+/// Records of one axis.
+#[derive(Debug, Clone)]
+pub(super) struct Recorded {
+    rough: Rough,
+    broken: Vec<[Broken; 2]>,
+    pub(super) repetitions: Vec<Repetition>,
+}
+
+impl Recorded {
+    /// Fits the model.
+    pub(super) fn fitted(&self) -> Result<Axis, String> {
+        let axis = axis_of(&self.rough, &self.broken, &self.repetitions);
+        axis.ok_or_else(|| "the handle moved too little for a fit".to_owned())
+    }
+}
+
+/// All experiments along one axis. A text gives the reason for which nothing can be measured.
+pub(super) fn one_axis(
+    bench: &mut Bench<'_>,
+    hold: &mut Hold,
+    goal_m: Vector,
+    (axis, begin_n): (usize, f64),
+    repetitions: u32,
+) -> Result<Result<Recorded, String>, Halt> {
+    let mut broken = Vec::new();
+    for _ in 0..repetitions.max(2) {
+        let Some(pair) = both_ways(bench, hold, goal_m, axis, begin_n)? else {
+            return Ok(Err(format!(
+                "{:.2} N do not move the handle: no motor acts along this axis, or its friction is higher",
+                bench.limits().of(axis)
+            )));
+        };
+        broken.push(pair);
+    }
+    let rough = rough_of(&broken);
+    let middle_n = mean(&broken, |[up, down]| 0.5 * (up.force_n + down.force_n));
+    hold.know(axis, middle_n);
+    if !is_movable(bench, hold, axis, &rough) {
+        return Ok(Err(format!(
+            "weight and friction leave too little of {:.2} N to move the handle well: allow more with --force",
+            bench.limits().of(axis)
+        )));
+    }
+    let mut records = Vec::new();
+    for number in 0..repetitions.max(2) {
+        let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
+        let chirp = chirp(bench, hold, axis, &rough, sign)?;
+        hold.settle(bench, goal_m)?;
+        let there = push(bench, hold, axis, &rough, sign)?;
+        hold.settle(bench, goal_m)?;
+        let back = push(bench, hold, axis, &rough, -sign)?;
+        hold.settle(bench, goal_m)?;
+        let pushes = [there, back];
+        records.push(Repetition::new(&chirp, &pushes, axis));
+    }
+    Ok(Ok(Recorded {
+        rough,
+        broken,
+        repetitions: records,
+    }))
+}
+
+/// Break-away in both directions. `None` if the largest force does not move the handle.
+pub(super) fn both_ways(
+    bench: &mut Bench<'_>,
+    hold: &mut Hold,
+    goal_m: Vector,
+    axis: usize,
+    begin_n: f64,
+) -> Result<Option<[Broken; 2]>, Halt> {
+    let mut pair = [None; 2];
+    for (found, sign) in pair.iter_mut().zip([1.0, -1.0]) {
+        *found = break_away(bench, hold, axis, sign, begin_n)?;
+        hold.settle(bench, goal_m)?;
+    }
+    Ok(match pair {
+        [Some(up), Some(down)] => Some([up, down]),
+        _ => None,
+    })
+}
+
+fn rough_of(broken: &[[Broken; 2]]) -> Rough {
+    Rough {
+        mass_kg: mean(broken, |[up, down]| 0.5 * (up.mass_kg + down.mass_kg)),
+        friction_n: mean(broken, |[up, down]| 0.5 * (up.force_n - down.force_n)).max(0.0),
+    }
+}
+
+fn mean(broken: &[[Broken; 2]], of: fn(&[Broken; 2]) -> f64) -> f64 {
+    broken.iter().map(of).sum::<f64>() / broken.len().max(1) as f64
+}

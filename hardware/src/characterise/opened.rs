@@ -1,0 +1,96 @@
+//! Results along the opening of a handle, and their comparison with what the device declares.
+
+use rt_core::port::DeviceCapabilities;
+
+use super::along::{Axis, rendered_n_m};
+
+/// Distance of an end from 0 or 1 above which the declared travel is said to be unused: that of the
+/// test by hand (`feel`), which asks for a person's fingers, is 0.2.
+const END: f64 = 0.05;
+/// Relative difference of the share of a large force from that of small ones above which the motor
+/// is said to give less: the accuracy of the measurement.
+const GIVES: f64 = 0.1;
+
+/// Results along the opening.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Opened {
+    /// Results as along any axis. Places are in metres from half open.
+    pub axis: Axis,
+    /// Opening at both ends, 0 to 1: shut and wide open.
+    pub range: [f64; 2],
+    /// Pairs of a force asked for, N, and the share of it that the motor gave, from small to large
+    /// forces. The shares are relative to the model, which fits all forces together.
+    pub given: Vec<[f64; 2]>,
+}
+
+impl Opened {
+    /// Share that the motor gives of its largest force, relative to that of its smallest; and that
+    /// largest force, N.
+    #[must_use]
+    pub fn largest(&self) -> Option<(f64, f64)> {
+        let (small, large) = (self.given.first()?, self.given.last()?);
+        (large[0] > small[0]).then(|| (large[1] / small[1], large[0]))
+    }
+
+    /// Comparisons with the declared values, in words.
+    pub(super) fn verdicts(&self, declared: &DeviceCapabilities) -> Vec<String> {
+        let mut said = vec![self.range_verdict(declared)];
+        said.extend(self.force_verdict(declared));
+        said.push(self.stiffness_verdict(declared));
+        said.extend(self.axis.sticks("opening"));
+        said
+    }
+
+    fn range_verdict(&self, declared: &DeviceCapabilities) -> String {
+        let [shut, open] = self.range;
+        let travel_mm = f64::from(declared.opening.travel_m) * 1e3;
+        let said = format!(
+            "opening: it says {shut:.2} shut and {open:.2} wide open, {:.1} mm of the declared \
+             {travel_mm:.1} mm",
+            (open - shut) * travel_mm
+        );
+        if shut > END || open < 1.0 - END {
+            format!(
+                "{said}: ends or travel are wrong, or it binds. The jaws will not shut or open fully"
+            )
+        } else {
+            said
+        }
+    }
+
+    fn force_verdict(&self, declared: &DeviceCapabilities) -> Option<String> {
+        let (share, largest_n) = self.largest()?;
+        let peak_n = declared.opening.force_max_n;
+        let rest =
+            "Movements tell no absolute force: a scale or a sensor does, in `calot devices feel`";
+        Some(if share < 1.0 - GIVES {
+            format!(
+                "opening: of {largest_n:.2} N it gives only {share:.2} times what small forces promise: \
+                 the motor does not reach the declared {peak_n:.1} N. Measure again with a smaller --force, \
+                 because this spoils mass and damping"
+            )
+        } else {
+            format!(
+                "opening: forces up to {largest_n:.2} N are as large as small ones promise ({share:.2} \
+                 times), of {peak_n:.1} N declared. {rest}"
+            )
+        })
+    }
+
+    fn stiffness_verdict(&self, declared: &DeviceCapabilities) -> String {
+        let bears_n_m = rendered_n_m(
+            self.axis.tremor_damping_n_s_m().value,
+            self.axis.delay_s.value,
+            declared.rate_hz,
+        );
+        let said_n_m = f64::from(declared.opening.stiffness_max_n_m);
+        let said = format!(
+            "opening: declares {said_n_m:.0} N/m, its own damping and delay bear {bears_n_m:.0} N/m"
+        );
+        if said_n_m > bears_n_m {
+            format!("{said}: fingers must damp the rest. Press it with --wall")
+        } else {
+            format!("{said}: that holds")
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Places of the virtual walls, and what a person is told at each.
+
+use super::bench::{Now, OPENING, Vector};
+
+/// Place of a wall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// Across the middle of the workspace, facing up.
+    Workspace,
+    /// Half open, felt by fingers that shut the handle.
+    Opening,
+}
+
+impl Place {
+    pub(super) const fn axis(self) -> usize {
+        match self {
+            Self::Workspace => 1,
+            Self::Opening => OPENING,
+        }
+    }
+
+    pub(super) const fn lift(self) -> &'static str {
+        match self {
+            Self::Workspace => "  Lift the handle above the middle of the workspace.",
+            Self::Opening => "  Open the handle to more than a half.",
+        }
+    }
+
+    pub(super) const fn tap(self) -> &'static str {
+        match self {
+            Self::Workspace => {
+                "  Tap the wall in the middle of the workspace from above, and press it gently."
+            }
+            Self::Opening => "  Shut the handle to its half, and squeeze the wall there gently.",
+        }
+    }
+
+    /// Distance before the wall, m. Negative is inside it.
+    pub(super) fn before_m(self, now: &Now) -> f64 {
+        now.at_m[self.axis()]
+    }
+
+    /// Force of the wall, N.
+    pub(super) fn pushes_n(self, now: &Now, stiffness_n_m: f64) -> Vector {
+        let mut force_n = Vector::zeros();
+        force_n[self.axis()] = stiffness_n_m * (-self.before_m(now)).max(0.0);
+        force_n
+    }
+}

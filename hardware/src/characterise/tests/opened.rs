@@ -1,0 +1,153 @@
+//! The opening of an emulated handle, whose ring has known properties.
+
+use super::super::{Options, Place, measure, wall};
+use super::simulated::{Between, nobody, simulated};
+use super::{ALLOWED, Axis, Characterised, TOUCH_S, is_true};
+use crate::emulate::{Body, Grip, HapticModel, PlayedBody, pressing_m};
+
+const HANDLE: HapticModel = HapticModel::HandleRig;
+const ALONE: Options = Options {
+    axes: [false; 3],
+    opening: true,
+    ..super::X
+};
+
+/// Result of a handle with this ring, after a change of what it is sent.
+fn found(ring: Body, options: &Options, change: impl FnOnce(&mut Between)) -> Characterised {
+    let of = PlayedBody {
+        ring,
+        ..PlayedBody::free(HANDLE)
+    };
+    let (device, mut clock) = simulated(HANDLE, of, nobody());
+    let mut device = Between::new(device, 0);
+    change(&mut device);
+    let records = measure(&mut device, &mut clock, options, &mut |_| {}).unwrap();
+    assert!(clock.played.opening_n().abs() < 1e-6, "no force remains");
+    records.analyse()
+}
+
+fn ring() -> Body {
+    PlayedBody::free(HANDLE).ring
+}
+
+fn along(found: &Characterised) -> &Axis {
+    &found.opening.as_ref().unwrap().as_ref().unwrap().axis
+}
+
+#[test]
+fn the_opening_of_the_emulated_handle_is_recovered() {
+    let found = found(ring(), &ALONE, |_| {});
+    let opened = found.opening.as_ref().unwrap().as_ref().unwrap();
+    is_true(&opened.axis, &ring(), TOUCH_S);
+    assert!(
+        opened.range[0] < 0.01 && opened.range[1] > 0.99,
+        "{:?}",
+        opened.range
+    );
+    assert!(opened.given.len() > 1, "{:?}", opened.given);
+    for [asked_n, share] in &opened.given {
+        assert!((share - 1.0).abs() < ALLOWED, "{asked_n} N: {share}");
+    }
+    assert!(opened.largest().unwrap().1 > 0.9, "{:?}", opened.given);
+    let said = found.verdicts().join("\n");
+    assert!(said.contains("30.0 mm of the declared 30.0 mm"), "{said}");
+    assert!(
+        said.contains("are as large as small ones promise"),
+        "{said}"
+    );
+    assert_eq!(
+        found.station_lines(),
+        "",
+        "no line of the station file is about it"
+    );
+}
+
+#[test]
+fn another_ring_is_recovered() {
+    let other = Body {
+        mass_kg: 0.035,
+        friction_n: 0.12,
+        damping_n_s_m: 0.4,
+        ..ring()
+    };
+    is_true(along(&found(other, &ALONE, |_| {})), &other, TOUCH_S);
+}
+
+#[test]
+fn the_other_axes_are_measured_beside_the_opening() {
+    let options = Options {
+        axes: [true, false, false],
+        ..ALONE
+    };
+    let found = found(ring(), &options, |_| {});
+    is_true(along(&found), &ring(), TOUCH_S);
+    is_true(found.measured().next().unwrap().1, &Body::TOUCH, TOUCH_S);
+}
+
+#[test]
+fn a_motor_that_saturates_is_told() {
+    let found = found(ring(), &ALONE, |device| device.opens_most_n = 0.4);
+    let said = found.verdicts().join("\n");
+    assert!(
+        said.contains("the motor does not reach the declared 5.0 N"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_ring_that_binds_in_the_middle_is_told() {
+    let short = PlayedBody::free(HANDLE);
+    let found = found(short.ring, &ALONE, |device| {
+        device.opening = |it| 0.2 + 0.6 * it;
+    });
+    let said = found.verdicts().join("\n");
+    assert!(said.contains("0.20 shut and 0.80 wide open"), "{said}");
+    assert!(said.contains("ends or travel are wrong"), "{said}");
+}
+
+#[test]
+fn an_opening_that_cannot_be_measured_says_why_and_spoils_nothing() {
+    let options = Options {
+        axes: [true, false, false],
+        ..ALONE
+    };
+    for opens_by in [-1.0, 0.0] {
+        let found = found(ring(), &options, |device| device.opens_by = opens_by);
+        let said = found.opening.as_ref().unwrap().as_ref().unwrap_err();
+        assert!(
+            said.contains("the motor is off or pushes the wrong way"),
+            "{opens_by}: {said}"
+        );
+        assert_eq!(found.measured().count(), 1);
+    }
+}
+
+#[test]
+fn a_handle_without_an_opening_gets_none() {
+    let of = PlayedBody::free(HapticModel::TouchRig);
+    let (mut device, mut clock) = simulated(HapticModel::TouchRig, of, nobody());
+    let records = measure(device.as_mut(), &mut clock, &ALONE, &mut |_| {}).unwrap();
+    assert!(records.analyse().opening.is_none());
+}
+
+#[test]
+fn a_wall_along_the_opening_is_found_under_fingers() {
+    let soft = Grip {
+        stiffness_n_m: 30.0,
+        damping_n_s_m: 0.2,
+    };
+    let of = PlayedBody {
+        grip: soft,
+        ..PlayedBody::free(HANDLE)
+    };
+    let (device, mut clock) = simulated(HANDLE, of, Box::new(pressing_m));
+    clock.squeezes = true;
+    let mut device = Between::new(device, 2);
+    let mut told = Vec::new();
+    let walls = wall(&mut device, &mut clock, Place::Opening, None, &mut |line| {
+        told.push(line.to_owned());
+    });
+    let walls = walls.unwrap();
+    let (still, buzzes) = (walls.still_n_m.unwrap(), walls.buzzes_n_m.unwrap());
+    assert!(!walls.was_left && buzzes <= 1.11 * still, "{told:?}");
+}
