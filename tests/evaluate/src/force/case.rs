@@ -5,7 +5,6 @@ use nalgebra::{Rotation3, Vector3};
 use scene_prepare::mesh::Mesh;
 use scene_prepare::shape::{Form, Shape};
 
-use super::wrench::PORT_M;
 use crate::organ::Organ;
 
 type Point = Vector3<f64>;
@@ -207,6 +206,10 @@ impl Shaped {
         }
     }
 }
+
+/// Distance of the port from the place where the tool first touches, along the tool's axis, m: a
+/// usual length of the shaft inside the body.
+pub(crate) const PORT_M: f64 = 0.150;
 
 /// A tool at a site.
 #[derive(Debug, Clone, Copy)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Vector3;
 
 use super::case::Case;
-use super::reference::{Curve, DEPTHS_MM};
+use super::curve::{Curve, DEPTHS_MM};
 use super::wrench::Wrench;
 
 /// Every curve that the repository keeps, in the form of [`csv`]. Solving them takes hours.

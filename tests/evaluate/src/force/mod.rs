@@ -2,6 +2,7 @@
 
 mod calculix;
 mod case;
+mod curve;
 mod kept;
 mod ours;
 mod page;
@@ -12,8 +13,8 @@ mod wrench;
 use std::path::Path;
 
 use case::{Case, Shaped, Site};
+use curve::{Curve, DEPTHS_MM};
 use ours::{Law, Rig};
-use reference::{Curve, DEPTHS_MM};
 use wrench::{Wrench, force_errors, force_rms_pct, line_rms_mm, torque_rms_pct};
 
 pub(crate) use calculix::run as run_calculix;

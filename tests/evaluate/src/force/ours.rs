@@ -10,7 +10,7 @@ use scene_prepare::mesh::Mesh;
 use scene_prepare::skin::ContactSkin;
 
 use super::case::{Placed, Site};
-use super::reference::DEPTHS_MM;
+use super::curve::DEPTHS_MM;
 use super::wrench::Wrench;
 use crate::body::{self, Body, V3};
 use crate::methods::{Parts, Surroundings};

@@ -1,7 +1,8 @@
 //! The chart and the section of force over depth.
 
+use super::case::PORT_M;
 use super::ours::Law;
-use super::wrench::{PORT_M, Wrench};
+use super::wrench::Wrench;
 use super::{DEPTHS_MM, DOUBT_MAX_PCT, GOAL_PCT, Measured, Row, Step, motion};
 use crate::page::{Section, number, strings, table};
 use figures::panels::{self, Panel, Scale, Series};

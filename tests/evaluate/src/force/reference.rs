@@ -8,19 +8,19 @@ use scene_prepare::field::{Field, Grid, Nearest, Sign};
 use scene_prepare::mesh::Mesh;
 
 use super::case::{Case, Placed, Shaped};
+use super::curve::{Curve, DEPTHS_MM};
 use super::kept::{found, keep};
-use super::wrench::{Wrench, force_rms_pct};
+use super::wrench::Wrench;
 use crate::body::Tissue;
 use crate::focus::{Focus, ON_PLANE_M, fill};
 
 type Point = Vector3<f64>;
 
-/// Depths, mm.
-pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
+/// The greatest depth, m.
 const DEEPEST_M: f64 = DEPTHS_MM[DEPTHS_MM.len() - 1] * 1e-3;
 
-/// Edge of the cubes in the contact as a share of its radius, on the finer mesh: elements, which are
-/// shorter than their cube, have about a third of that radius. The coarser mesh has elements
+/// Edge of the cubes in the contact as a share of its radius, on the finer mesh. Elements are
+/// shorter than their cube: about a third of that radius. The coarser mesh has elements
 /// [`COARSER`] times as large everywhere.
 const SHARE: f64 = 0.37;
 /// Likewise under a tool that touches along a line. Forces hardly change along the tool, and
@@ -33,28 +33,7 @@ const LARGEST: f64 = 0.2;
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 /// Version of the mesher that makes the meshes now. Versions 1 to 3 made elements as large as the
 /// contact, which are too stiff at small depths.
-pub(crate) const MESHER: usize = 4;
-
-/// Force and torque over depth by finite elements.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Curve {
-    /// At the first depths of [`DEPTHS_MM`], up to the last equilibrium.
-    pub(crate) fine: Vec<Wrench>,
-    /// The same on the coarser mesh.
-    pub(crate) coarse: Vec<Wrench>,
-    /// Nodes of the coarser and the finer mesh.
-    pub(crate) nodes: [usize; 2],
-    /// Version of the mesher that made the meshes. The current version is [`MESHER`].
-    pub(crate) mesher: usize,
-}
-
-impl Curve {
-    /// Root mean square difference between the forces on the two meshes, relative to the finer
-    /// mesh, %.
-    pub(crate) fn doubt_pct(&self) -> f64 {
-        force_rms_pct(&self.coarse, &self.fine)
-    }
-}
+const MESHER: usize = 4;
 
 /// The curve of a case. It is taken from `folder` or from the repository if it was found before
 /// with today's mesher, or with any mesher if `any_mesher`. Otherwise it is solved and kept in

@@ -1,6 +1,6 @@
 //! The files of `evaluate force`.
 
-use super::reference::DEPTHS_MM;
+use super::curve::DEPTHS_MM;
 use super::{Row, Step};
 
 /// The rows as `force.csv`: one line for each law, case and number of spheres. `tool_mm` is the

@@ -2,13 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::case::Placed;
+use super::case::{PORT_M, Placed};
 
 type Point = Vector3<f64>;
-
-/// Distance of the port from the place where the tool first touches, along the tool's axis, m: a
-/// usual length of the shaft inside the body.
-pub(crate) const PORT_M: f64 = 0.150;
 
 /// Force on a tool, and torque about its port, in the axes of [`Placed`]: out of the body, along
 /// the surface, across both. At the handle, a hand feels the torque about the port over the length
