@@ -28,10 +28,22 @@ const ALL: [bool; MAX_ORGANS] = [true; MAX_ORGANS];
 pub struct Pressed {
     /// Force of the tissue on the tool, world frame, N.
     pub force_n: Vec3,
+    /// Torque of the tissue on the tool about the world's origin, N m. [`Pressed::torque_nm`] has
+    /// it about another point.
+    moment_nm: Vec3,
     /// Number of contact places.
     pub contacts: usize,
     /// Spheres that were not finite or left the room, and were reset.
     pub quarantined: u32,
+}
+
+impl Pressed {
+    /// Torque of the tissue on the tool about a point, world frame, N m. About the port, it is what
+    /// the tick's lever carries to the hand.
+    #[must_use]
+    pub fn torque_nm(&self, about_m: &Vec3) -> Vec3 {
+        self.moment_nm - about_m.cross(&self.force_n)
+    }
 }
 
 impl<'a> Tissue<'a> {
@@ -130,6 +142,9 @@ impl<'a> Tissue<'a> {
         let forces = &self.contacts.forces;
         Pressed {
             force_n: forces.iter().map(ContactForce::whole_force_n).sum(),
+            moment_nm: (forces.iter())
+                .map(|force| force.at_m.cross(&force.whole_force_n()))
+                .sum(),
             contacts: forces.len(),
             quarantined,
         }

@@ -9,6 +9,7 @@ use scene_prepare::skin::ContactSkin;
 use crate::body::{Body, V3};
 use crate::case::Case;
 use crate::methods::{Ball, Env, Method, Parts, State, Surroundings, Way};
+use crate::prepared::prepared;
 use crate::scene::{Held, Kind, Scene};
 use crate::solved::{self, Answer, tell};
 
@@ -17,14 +18,11 @@ const TICK_S: f32 = 1e-3;
 /// Ticks in which the load grows.
 const RAMP_TICKS: usize = 800;
 /// Ticks in which the body may then settle.
-const SETTLE_TICKS: usize = 4000;
+const SETTLE_TICKS: usize = 6000;
 /// Ticks in a step of an implicit method on its way to rest.
 const IMPLICIT_TICKS: usize = 8;
 /// A body whose spheres are all slower than this has settled, m/s.
 const STILL_M_S: f32 = 2e-4;
-/// Damping: share of the velocity that is lost per second. With this much, the lowest modes come to
-/// rest soonest.
-const DAMPING_PER_S: f32 = 20.0;
 /// Number of timing rounds. In each round all methods take turns.
 const ROUNDS: usize = 9;
 /// Ticks of a turn.
@@ -143,19 +141,16 @@ fn one(
         .map_err(|e| e.to_string())?;
     let mut rows = Vec::new();
     for &count in counts {
-        let packed = if scene.press.is_some() {
-            let packed = Body::with_skin(surface, count, case.tissue, &[]);
-            packed.map(|(body, skin)| (body, Some(skin)))
-        } else {
-            Body::packed(surface, count, case.tissue).map(|body| (body, None))
-        };
-        let Some((body, skin)) = packed else {
-            eprintln!("  {count} spheres cannot be packed");
-            continue;
+        let (body, skin) = match prepared(surface, count, case.tissue, &scene.planes()) {
+            Ok(prepared) => prepared,
+            Err(why) => {
+                eprintln!("  {count} spheres: {why}");
+                continue;
+            }
         };
         let stage = Stage {
-            skin: skin.as_ref(),
-            ..Stage::new(&body, &scene, solved.at(&body), false)
+            skin: scene.press.map(|_| &skin),
+            ..Stage::new(&body, &scene, solved.at(&body))
         };
         let fit = *fits.entry(count).or_insert_with(|| {
             let paper = calibrate(&stage, |k| Way::Paper(k, 1));
@@ -176,7 +171,7 @@ fn one(
     // A body of cubes has a stepped surface, against which no tool can be pressed.
     for &count in ask.cubes.iter().filter(|_| scene.press.is_none()) {
         let body = Body::of_cubes(surface, &scene, count, case.tissue);
-        let stage = Stage::new(&body, &scene, solved.at(&body), true);
+        let stage = Stage::new(&body, &scene, solved.at(&body));
         rows.extend(measure(case, &stage, &[Way::Hexahedra]));
     }
     Ok(rows)
@@ -188,37 +183,33 @@ struct Stage<'a> {
     scene: &'a Scene,
     answer: Answer,
     held: Vec<Held>,
-    by_centre: bool,
     /// Contact skin, for Calot's method in cases with a tool.
     skin: Option<&'a ContactSkin>,
 }
 
 impl<'a> Stage<'a> {
-    fn new(body: &'a Body, scene: &'a Scene, answer: Answer, by_centre: bool) -> Self {
+    fn new(body: &'a Body, scene: &'a Scene, answer: Answer) -> Self {
         Self {
             skin: None,
             body,
             scene,
             answer,
-            held: body.held(scene, by_centre),
-            by_centre,
+            held: body.held(scene),
         }
     }
 
     fn around(&self) -> Surroundings {
         Surroundings {
             gravity_m_s2: self.scene.gravity().cast(),
-            damping_per_s: DAMPING_PER_S,
+            damping_per_s: self.body.tissue.damping_per_s() as f32,
         }
     }
 
     /// Displacement of a held sphere at a share of the load.
     fn target(&self, i: usize, share: f64) -> V3 {
-        let rest = self.body.rest_m[i].cast();
-        match (self.held[i], self.answer.displacement_m[i]) {
-            (_, Some(u)) if !self.by_centre && !self.scene.is_moved(&rest) => (u * share).cast(),
-            (Held::Moved, _) => self.scene.motion(&rest, share).cast(),
-            _ => V3::zeros(),
+        match self.held[i] {
+            Held::Moved => self.scene.motion(&self.body.rest_m[i].cast(), share).cast(),
+            Held::Fixed | Held::Free => V3::zeros(),
         }
     }
 }
@@ -246,7 +237,7 @@ fn tick(stage: &Stage<'_>, way: Way, method: &mut dyn Method, state: &mut State,
         let env = Env {
             dt_s,
             gravity_m_s2: around.gravity_m_s2 * share as f32,
-            damping_per_s: DAMPING_PER_S,
+            damping_per_s: around.damping_per_s,
         };
         state.ball = stage.scene.press.map(|press| Ball {
             center_m: press.center_m(share).cast(),
@@ -322,7 +313,7 @@ pub(crate) fn fits(surface: &Mesh, body: &Body, layers: usize) -> Result<[f32; 2
     let scene = Scene::new(Kind::Sag, surface);
     let solved = solved::solve(surface, &scene, &body.tissue, layers, &mut tell)
         .map_err(|e| e.to_string())?;
-    let stage = Stage::new(body, &scene, solved.at(body), false);
+    let stage = Stage::new(body, &scene, solved.at(body));
     let paper = calibrate(&stage, |k| Way::Paper(k, 1));
     Ok([paper, calibrate(&stage, Way::StretchVolume)])
 }

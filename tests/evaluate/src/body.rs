@@ -3,12 +3,10 @@
 
 use std::collections::BTreeSet;
 
+use rt_core::scene::Link;
 use rt_core::tissue::neo_hookean::STIFFNESS_SHARE;
 use scene_prepare::field::{Field, Grid, Sign};
-use scene_prepare::held::{Plane, onto_planes};
-use scene_prepare::pack::{Ball, Interior, owners, pack_evenly};
-use scene_prepare::skin::ContactSkin;
-use scene_prepare::tetra;
+use scene_prepare::recipe::{Material, MeshOptions};
 
 use crate::scene::{Held, Scene};
 
@@ -33,6 +31,21 @@ impl Tissue {
         poisson: 0.45,
         density_kg_m3: 1060.0,
     };
+
+    /// Viscosity over Young's modulus, s, as Calot gives it to all tissue.
+    pub(crate) fn retardation_s(&self) -> f64 {
+        let typical = Self::typical();
+        typical.retardation_s * typical.young_pa / self.young_pa
+    }
+
+    /// Share of velocity lost per second, as Calot gives it to solid organs.
+    pub(crate) fn damping_per_s(&self) -> f64 {
+        Self::typical().damping_per_s
+    }
+
+    fn typical() -> Material {
+        Material::typical(MeshOptions::default().kind)
+    }
 
     /// Shear modulus, Pa.
     pub(crate) fn mu(&self) -> f64 {
@@ -87,6 +100,12 @@ pub(crate) struct Body {
     pub(crate) tets: Vec<Tet>,
     /// Edges in the order in which they are solved.
     pub(crate) edges: Vec<Edge>,
+    /// Spheres that preparation holds.
+    pub(crate) supported: Vec<bool>,
+    /// Springs of spheres that no tetrahedron joins. They are among the edges, too.
+    pub(crate) springs: Vec<Link>,
+    /// Substeps in a tick, at least, as preparation found them.
+    pub(crate) substeps: u32,
     /// Material.
     pub(crate) tissue: Tissue,
     /// Cubes, for the method without spheres; otherwise empty.
@@ -96,22 +115,24 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// The hold on each sphere. Spheres are held beyond the scene's planes, and up to one spacing
-    /// before them. Held spheres before the planes follow the reference. Otherwise up to a spacing
-    /// of tissue would lie between a plane and the first free sphere, and the stiffness of that
-    /// tissue says nothing about the method. (If only spheres beyond the planes are held, 581
-    /// spheres sag 13 % too far, 2.5 mm rms. If so many spheres are held that the tetrahedra
-    /// between held spheres carry the tissue behind the plane, they sag 20 % too little.) With
-    /// `by_centre`, only spheres whose centre lies beyond the planes are held, as an attachment
-    /// would hold them.
-    pub(crate) fn held(&self, scene: &Scene, by_centre: bool) -> Vec<Held> {
-        let reach = if by_centre {
-            0.0
-        } else {
-            f64::from(self.spacing_m())
+    /// Hold on each sphere: that of preparation or, for cubes, that of the place. Nothing before
+    /// the scene's planes is held or led, because Calot cannot do it either.
+    pub(crate) fn held(&self, scene: &Scene) -> Vec<Held> {
+        let by_place = self.supported.is_empty();
+        let place = |x: &V3| scene.held(&x.cast());
+        let supported = |(x, supported): (&V3, &bool)| match supported {
+            true => scene.nearest_hold(&x.cast()),
+            false => Held::Free,
         };
-        let what = |x: &V3| scene.held(&x.cast(), reach);
-        self.rest_m.iter().map(what).collect()
+        if by_place {
+            self.rest_m.iter().map(place).collect()
+        } else {
+            self.rest_m
+                .iter()
+                .zip(&self.supported)
+                .map(supported)
+                .collect()
+        }
     }
 
     /// Fills a closed mesh with about `cells` cubes whose corners lie on the scene's planes.
@@ -161,69 +182,6 @@ impl Body {
             body.mass_kg[n] += share as f32;
         }
         body
-    }
-
-    /// Packs a closed mesh with `count` spheres, as preparation does.
-    pub(crate) fn packed(
-        mesh: &scene_prepare::mesh::Mesh,
-        count: usize,
-        tissue: Tissue,
-    ) -> Option<Self> {
-        Self::packed_with(mesh, count, tissue, &[], |_, _, _| ()).map(|(body, ())| body)
-    }
-
-    /// Packs a closed mesh whose tissue is held beyond planes, and makes the contact skin for
-    /// tools.
-    pub(crate) fn with_skin(
-        mesh: &scene_prepare::mesh::Mesh,
-        count: usize,
-        tissue: Tissue,
-        planes: &[Plane],
-    ) -> Option<(Self, ContactSkin)> {
-        let skin = |interior: &Interior<'_>, balls: &[Ball], tets: &[tetra::Tetra]| {
-            ContactSkin::new(interior, mesh, balls, tets, tissue.poisson)
-        };
-        Self::packed_with(mesh, count, tissue, planes, skin)
-    }
-
-    /// Packs a closed mesh, and calls `follows` with the packing.
-    fn packed_with<T>(
-        mesh: &scene_prepare::mesh::Mesh,
-        count: usize,
-        tissue: Tissue,
-        planes: &[Plane],
-        follows: impl FnOnce(&Interior<'_>, &[Ball], &[tetra::Tetra]) -> T,
-    ) -> Option<(Self, T)> {
-        let volume = mesh.volume();
-        let interior = Interior::new(mesh, volume, count)?;
-        let mut balls = pack_evenly(&interior, count);
-        onto_planes(planes, &interior, &mut balls);
-        // A sphere that is in no tetrahedron except slivers is left out here. Preparation joins
-        // such a sphere by links.
-        let mut in_use = vec![false; balls.len()];
-        for tetra in tetra::fill_between(&interior, &balls, volume, planes) {
-            for i in tetra.spheres {
-                in_use[i as usize] = true;
-            }
-        }
-        let mut used = in_use.into_iter();
-        balls.retain(|_| used.next().unwrap_or(false));
-        let centers: Vec<_> = balls.iter().map(|b| b.center).collect();
-        let mut share = vec![0.0; centers.len()];
-        let owner = owners(&interior, &centers);
-        for &o in &owner {
-            share[o as usize] += volume / owner.len() as f64;
-        }
-        let filled = tetra::fill_between(&interior, &balls, volume, planes);
-        let tets: Vec<_> = filled
-            .iter()
-            .map(|t| (t.spheres.map(|i| i as usize), t.volume_m3))
-            .collect();
-        let mut body = Self::new(&centers, &share, &tets, tissue);
-        for (radius, ball) in body.radius_m.iter_mut().zip(&balls) {
-            *radius = ball.radius_m as f32;
-        }
-        Some((body, follows(&interior, &balls, &filled)))
     }
 
     /// Makes a body from sphere centres, the volume nearest to each, and tetrahedra with their
@@ -277,6 +235,9 @@ impl Body {
                 .collect(),
             tets: solid,
             edges: pairs.iter().map(edge).collect(),
+            supported: Vec::new(),
+            springs: Vec::new(),
+            substeps: 1,
             tissue,
             cells: Vec::new(),
             cell_m: 0.0,
@@ -290,7 +251,7 @@ impl Body {
     }
 
     /// Force of the material on each sphere under displacements, N: that of Calot's neo-Hookean
-    /// solid over the tetrahedra.
+    /// solid over the tetrahedra, and of its springs.
     pub(crate) fn pull_n(&self, u: &[V3]) -> Vec<V3> {
         let mu = STIFFNESS_SHARE * self.tissue.mu() as f32;
         let lambda = STIFFNESS_SHARE * self.tissue.lame() as f32 + mu;
@@ -304,6 +265,14 @@ impl Body {
                 pull[n] -= force;
                 pull[tet.nodes[0]] += force;
             }
+        }
+        for link in &self.springs {
+            let [a, b] = [link.a as usize, link.b as usize];
+            let across = self.rest_m[b] + u[b] - self.rest_m[a] - u[a];
+            let stretch_m = across.norm() - link.rest_length_m;
+            let force = across.normalize() * (stretch_m / link.compliance_m_n);
+            pull[a] += force;
+            pull[b] -= force;
         }
         pull
     }

@@ -8,6 +8,8 @@
 //! collision   organ × size × way → time, and agreement with the exact answer
 //! force       case × contact law × spheres → force over depth against the reference
 //! surface     scene × hand × organ → faults of the drawn skin under tools
+//! solve-force the references of force that are missing
+//! calculix    two of them by CalculiX → forces side by side
 //! all         everything, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
@@ -23,6 +25,7 @@ mod haptics;
 mod methods;
 mod organ;
 mod page;
+mod prepared;
 mod reference;
 mod scene;
 mod solved;
@@ -72,8 +75,12 @@ enum Command {
     Accuracy(Asked),
     /// Finds stability limits: every case with every method, survived or not, and its limit.
     Stability(Asked),
-    /// Measures force over depth under rigid tools, against finite elements.
+    /// Measures force and torque over depth under rigid tools, against finite elements.
     Force(Asked),
+    /// Solves the references of `force` that are missing, and keeps them in OUT/reference.
+    SolveForce(Asked),
+    /// Compares two references of `force` with CalculiX (`ccx`).
+    Calculix(Asked),
     /// Measures time and agreement of the methods that find the spheres, vertices or faces that the
     /// instruments touch.
     Collision(Asked),
@@ -135,6 +142,8 @@ fn main() -> ExitCode {
         Command::Accuracy(asked) => run(&asked, &[Chart::Accuracy]),
         Command::Stability(asked) => run(&asked, &[Chart::Stability]),
         Command::Force(asked) => run(&asked, &[Chart::Force]),
+        Command::Calculix(asked) => compare_with_calculix(&asked),
+        Command::SolveForce(asked) => force::solve(&asked.out, asked.quick, asked.only()),
         Command::Collision(asked) => run(&asked, &[Chart::Collision]),
         Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
         Command::Surface(asked) => run(&asked, &[Chart::Surface]),
@@ -210,6 +219,11 @@ fn measure_force(asked: &Asked) -> Result<Vec<Section>, String> {
     let svg = force::chart(&measured.rows)?;
     write(out, "force.svg", &svg)?;
     Ok(vec![force::section(&measured, &svg)])
+}
+
+fn compare_with_calculix(asked: &Asked) -> Result<(), String> {
+    let table = force::run_calculix(&asked.out, asked.only())?;
+    write(&asked.out, "force_calculix.csv", &table)
 }
 
 fn measure_collision(asked: &Asked) -> Result<Vec<Section>, String> {

@@ -1,7 +1,8 @@
 //! `evaluate reference`: convergence of the reference itself, the same scene on ever finer meshes.
 
-use crate::body::{Body, Tissue};
+use crate::body::Tissue;
 use crate::organ::Organ;
+use crate::prepared::prepared;
 use crate::scene::{Held, Kind, Scene};
 use crate::solved::{self, tell};
 
@@ -33,12 +34,12 @@ pub(crate) struct Row {
 pub(crate) fn run(layers: &[usize], spheres: usize, only: &str) -> Result<Vec<Row>, String> {
     let surface = Organ::Liver.mesh()?;
     let tissue = Tissue::LIVER;
-    let body = Body::packed(&surface, spheres, tissue).ok_or("the liver cannot be packed")?;
     let mut rows = Vec::new();
     let kinds = [Kind::Sag, Kind::Pull, Kind::Twist(90), Kind::Press(3, 1)];
     for kind in kinds.into_iter().filter(|k| k.name().contains(only)) {
         let scene = Scene::new(kind, &surface);
-        let held = body.held(&scene, false);
+        let (body, _) = prepared(&surface, spheres, tissue, &scene.planes())?;
+        let held = body.held(&scene);
         let mut solved = Vec::new();
         // Contact on finer elements takes hours.
         let most = if scene.press.is_some() { 9 } else { usize::MAX };

@@ -1,6 +1,7 @@
 //! Loads on an organ, the same for the reference and for every method.
 
 use nalgebra::{Rotation3, Unit, Vector3};
+use scene_prepare::held::Plane;
 use scene_prepare::mesh::Mesh;
 
 type Point = Vector3<f64>;
@@ -130,6 +131,8 @@ impl Press {
 
 /// Two positions nearer than this along the axis are the same, m.
 const SAME_M: f64 = 1e-7;
+/// Likewise if they were rounded to single precision, m.
+const NEAR_M: f64 = 1e-6;
 
 impl Scene {
     /// Makes the experiment for an organ with this surface.
@@ -171,16 +174,39 @@ impl Scene {
         self.kind.moves() && p[self.axis] > self.free_below_m - SAME_M
     }
 
-    /// Hold on a position, if tissue up to `reach_m` before the planes is held too.
-    pub(crate) fn held(&self, p: &Point, reach_m: f64) -> Held {
-        let along = p[self.axis];
-        if along < self.fixed_below_m + reach_m + 1e-6 {
+    /// Hold on a position.
+    pub(crate) fn held(&self, p: &Point) -> Held {
+        if p[self.axis] < self.fixed_below_m + NEAR_M {
             Held::Fixed
-        } else if self.kind.moves() && along > self.free_below_m - reach_m - 1e-6 {
+        } else if self.kind.moves() && p[self.axis] > self.free_below_m - NEAR_M {
             Held::Moved
         } else {
             Held::Free
         }
+    }
+
+    /// Hold whose plane is nearest to a position.
+    pub(crate) fn nearest_hold(&self, p: &Point) -> Held {
+        let middle_m = (self.fixed_below_m + self.free_below_m) / 2.0;
+        if self.kind.moves() && p[self.axis] > middle_m {
+            Held::Moved
+        } else {
+            Held::Fixed
+        }
+    }
+
+    /// The planes beyond which tissue is held.
+    pub(crate) fn planes(&self) -> Vec<Plane> {
+        let axis = Point::ith(self.axis, 1.0);
+        let plane = |height_m: f64, normal: Point| Plane {
+            point_m: axis * height_m,
+            normal,
+        };
+        let mut planes = vec![plane(self.fixed_below_m, -axis)];
+        if self.kind.moves() {
+            planes.push(plane(self.free_below_m, axis));
+        }
+        planes
     }
 
     /// Displacement of a held position at a share of the load, m: zero at the fixed end.

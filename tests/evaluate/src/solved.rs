@@ -61,7 +61,8 @@ fn mesh(
 }
 
 /// Fills the free part of a closed surface, above the plane up to which the body is held. Elements
-/// are small where a ball presses: `layers / RADIUS_LAYERS` of them fit into the ball's radius.
+/// are small where a ball presses: `layers / CONTACT_LAYERS` of them fit into the radius of the
+/// ball's contact.
 fn pressed_mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -69,33 +70,27 @@ fn pressed_mesh(
     layers: usize,
 ) -> Result<Mesh, FemError> {
     let bounds = surface.bounds();
-    let size = RADIUS_LAYERS * press.radius_m / layers as f64;
     let field = Field::new(
         surface,
         Grid::around(bounds, cell_m(bounds, 0.0), 4),
         Sign::Closed,
     );
     let focus = Focus {
-        around: press.site_m,
-        along: Point::x(),
-        half_m: 0.0,
-        near_m: NEAR_RADII * press.radius_m,
-        stretch: 1.0,
+        lines: vec![[press.site_m; 2]],
+        least_m: LEAST_RADII * press.radius_m,
+        most_m: press.radius_m,
+        share: CONTACT_LAYERS / layers as f64,
+        largest_m: LARGEST * (bounds[1] - bounds[0]).min(),
     };
-    fill(
-        surface,
-        &field,
-        &focus,
-        (scene.axis, scene.fixed_below_m),
-        size,
-    )
+    fill(surface, &field, &focus, (scene.axis, scene.fixed_below_m))
 }
 
-/// Number of layers at which one element is as long as a ball's radius.
-const RADIUS_LAYERS: f64 = 11.0;
-/// Distance from the ball up to which elements keep their size, in radii of the ball. A small
-/// distance is enough, because the ball goes in by one radius and the organ does not bend.
-const NEAR_RADII: f64 = 3.5;
+/// Number of layers at which one element is as long as the contact's radius.
+const CONTACT_LAYERS: f64 = 3.0;
+/// Radius of the least contact that is resolved, in radii of the ball.
+const LEAST_RADII: f64 = 0.7;
+/// Elements far from the ball, as a share of the organ's thickness.
+const LARGEST: f64 = 0.15;
 
 /// Edge of the cells of the grid that has the distance to the surface, m.
 fn cell_m([min, max]: [Point; 2], size_m: f64) -> f64 {
@@ -108,7 +103,7 @@ pub(crate) fn tell(share: f64) {
 }
 
 /// Solves a scene. Without a ball, `layers` layers of elements lie between the scene's planes; with
-/// a ball, see [`RADIUS_LAYERS`]. `progress` gets the share of the load that is reached.
+/// a ball, see [`CONTACT_LAYERS`]. `progress` gets the share of the load that is reached.
 pub(crate) fn solve(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,

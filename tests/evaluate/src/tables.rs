@@ -4,6 +4,7 @@
 //! between these two marks. Everything else in the file is written by hand.
 
 mod drawing;
+mod force;
 mod surface;
 
 use std::fmt::Write as _;
@@ -73,8 +74,11 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
         "accuracy" => accuracy(&read("accuracy.csv")?),
         "stability" => stability(&read("stability.csv")?),
         "reference" => reference(&read("reference.csv")?),
-        "force" => force(&read("force.csv")?),
-        "force steps" => force_steps(&read("force_steps.csv")?),
+        "force" => force::by_law(&read("force.csv")?),
+        "torque" => force::torque(&read("force.csv")?),
+        "force reference" => force::reference(&read("force_reference.csv")?),
+        "calculix" => force::calculix(&read("force_calculix.csv")?),
+        "force steps" => force::steps(&read("force_steps.csv")?),
         "slow work" => slow_work(&read("slow_work.csv")?),
         "collision" => collision(&read("collision.csv")?),
         "collision by size" => {
@@ -200,56 +204,6 @@ fn reference(csv: &Csv) -> Table {
             format!("{:.2}", r.number("displacement_mm")),
             format!("{:.2}", r.number("rms_to_finest_mm")),
             format!("{:.2}", r.number("max_to_finest_mm")),
-        ]);
-    }
-    table
-}
-
-fn force(csv: &Csv) -> Table {
-    let mut table = Table::new(&[
-        "contact law",
-        "places",
-        "rows",
-        "within 7 %",
-        "median rms error, %",
-        "largest, %",
-    ]);
-    for (seen, places) in [
-        ("false", "not used for tuning"),
-        ("true", "used for tuning"),
-    ] {
-        for law in csv.distinct("law") {
-            let errors = sorted(
-                csv.rows()
-                    .filter(|r| r.text("seen") == seen && r.text("law") == law)
-                    .map(|r| r.number("rms_error_pct")),
-            );
-            table.row([
-                law.clone(),
-                places.to_owned(),
-                errors.len().to_string(),
-                errors.iter().filter(|e| **e <= 7.0).count().to_string(),
-                format!("{:.1}", median(&errors)),
-                format!("{:.1}", largest(&errors)),
-            ]);
-        }
-    }
-    table
-}
-
-fn force_steps(csv: &Csv) -> Table {
-    let mut table = Table::new(&["motion", "rows", "median step, mN a tick", "largest"]);
-    for motion in csv.distinct("motion") {
-        let steps = sorted(
-            csv.rows()
-                .filter(|r| r.text("motion") == motion)
-                .map(|r| r.number("largest_step_mn_per_tick")),
-        );
-        table.row([
-            motion.clone(),
-            steps.len().to_string(),
-            format!("{:.2}", median(&steps)),
-            format!("{:.2}", largest(&steps)),
         ]);
     }
     table

@@ -128,6 +128,8 @@ pub(crate) struct Contact {
 pub(crate) struct Press {
     pub(crate) nodes: [u32; 6],
     pub(crate) shares: [f64; 6],
+    /// Place of the point, world frame, m.
+    pub(crate) at_m: Vec3,
     /// Force on the body, N.
     pub(crate) force_n: Vec3,
     /// Second derivative of the contact energy with respect to the point's position, N/m.
@@ -249,6 +251,7 @@ impl Contact {
             Some(Press {
                 nodes: patch.nodes,
                 shares: patch.values,
+                at_m: Self::at(patch, rest, u),
                 force_n: normal * (pressure * patch.area_m2),
                 stiffness: stiffness * patch.area_m2,
             })

@@ -71,14 +71,26 @@ pub struct Solution {
     pub reaction_n: Vec<Vec3>,
     /// Force on the tool, N.
     pub tool_force_n: Vec3,
+    /// Torque on the tool about the world's origin, N m. See [`Solution::tool_torque_nm`].
+    tool_moment_nm: Vec3,
     /// Elastic energy, J.
     pub energy_j: f64,
     /// Newton iterations since the last solution.
     pub iterations: usize,
 }
 
+impl Solution {
+    /// Torque on the tool about a point of the world, N m.
+    #[must_use]
+    pub fn tool_torque_nm(&self, about_m: &Vec3) -> Vec3 {
+        self.tool_moment_nm - about_m.cross(&self.tool_force_n)
+    }
+}
+
 /// Largest unbalanced force that counts as equilibrium, as a share of the largest nodal force.
 const TOLERANCE: f64 = 1e-7;
+/// Likewise while the contact's pressures are still to be found.
+const ROUGHLY: f64 = 1e-4;
 const MOST_ITERATIONS: usize = 25;
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 /// Contact has settled when an augmentation would change the pressures by at most this share.
@@ -390,21 +402,19 @@ impl<'a, 'p> Solver<'a, 'p> {
             *u += missing;
         }
         state.iterations += 1;
-        for augmentation in 0..=MOST_AUGMENTATIONS {
-            self.equilibrate(&mut u, share, state)?;
-            if augmentation == MOST_AUGMENTATIONS {
-                break; // the remaining penetration is small
+        let (shift, rest) = (self.shift(share), &self.problem.mesh.nodes);
+        // After the last augmentation the remaining penetration is small.
+        for _ in 0..MOST_AUGMENTATIONS {
+            if self.contact.is_none() {
+                break;
             }
-            let shift = self.shift(share);
-            let rest = &self.problem.mesh.nodes;
-            let settled = match &mut self.contact {
-                Some(contact) => contact.settled(rest, &u, &shift, PRESSURE_CHANGE),
-                None => true,
-            };
-            if settled {
+            self.equilibrate(&mut u, share, ROUGHLY, state)?;
+            let contact = self.contact.as_mut();
+            if contact.is_none_or(|it| it.settled(rest, &u, &shift, PRESSURE_CHANGE)) {
                 break;
             }
         }
+        self.equilibrate(&mut u, share, TOLERANCE, state)?;
         state.u = u;
         Ok(())
     }
@@ -413,6 +423,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         &mut self,
         u: &mut Vec<Vec3>,
         share: f64,
+        tolerance: f64,
         state: &mut State,
     ) -> Result<(), FemError> {
         let mut energy = self.energy(u, share);
@@ -426,7 +437,7 @@ impl<'a, 'p> Solver<'a, 'p> {
             let (residual, elastic) = self.residual(u, share);
             let free = self.free(&residual);
             largest = free.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
-            if largest <= TOLERANCE * elastic.max(self.smallest_force()) {
+            if largest <= tolerance * elastic.max(self.smallest_force()) {
                 return Ok(());
             }
             let step = self
@@ -484,15 +495,19 @@ impl<'a, 'p> Solver<'a, 'p> {
         }
         let shift = self.shift(state.share);
         let rest = &problem.mesh.nodes;
-        let presses = self
-            .contact
-            .iter()
-            .flat_map(|c| c.presses(rest, &state.u, &shift, true));
+        let (mut tool_force_n, mut tool_moment_nm) = (Vec3::zeros(), Vec3::zeros());
+        if let Some(contact) = &self.contact {
+            for press in contact.presses(rest, &state.u, &shift, true) {
+                tool_force_n -= press.force_n;
+                tool_moment_nm -= press.at_m.cross(&press.force_n);
+            }
+        }
         let parts = self.elements.iter().zip(&problem.mesh.tets);
         Solution {
             share: state.share,
             reaction_n,
-            tool_force_n: presses.map(|p| -p.force_n).sum(),
+            tool_force_n,
+            tool_moment_nm,
             energy_j: parts
                 .map(|(e, t)| e.energy(&problem.material, t, &state.u))
                 .sum(),

@@ -2,7 +2,7 @@
 //! body by finite elements, verified against closed forms (`tests/`).
 //!
 //! ```text
-//! mesh::lattice / block / shell_octant   quadratic tetrahedra
+//! mesh::graded / lattice / block / …     quadratic tetrahedra
 //! Material                               energy, stress, stiffness (SI)
 //! Problem { holds, gravity, tool }       a body, its holds and loads
 //! Problem::solve, solve_as_far           Newton, line search, load steps, sparse Cholesky
@@ -25,7 +25,7 @@ pub use contact::{Bar, Tool};
 pub use equilibrium::{Hold, Motion, Problem, Solution};
 pub use error::FemError;
 pub use material::Material;
-pub use mesh::{Locator, Mesh, block, lattice, shell_octant};
+pub use mesh::{Locator, Mesh, block, graded, lattice, shell_octant};
 
 /// A point or direction.
 pub type Vec3 = nalgebra::Vector3<f64>;

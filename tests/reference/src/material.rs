@@ -9,6 +9,16 @@ use nalgebra::{Matrix3, SMatrix};
 
 use crate::FemError;
 
+/// Energy of a neo-Hookean material.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Law {
+    /// Calot's, finite through inversion.
+    Stable,
+    /// `W(F) = μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`, `J = det F`: the one that other programs
+    /// offer under the name neo-Hookean.
+    Isochoric,
+}
+
 /// Derivative of the stress with respect to the deformation gradient, both flattened column by
 /// column.
 pub(crate) type Stiffness9 = SMatrix<f64, 9, 9>;
@@ -25,6 +35,7 @@ pub struct Material {
     mu: f64,
     lambda: f64,
     gamma: f64,
+    law: Law,
 }
 
 impl Material {
@@ -59,7 +70,24 @@ impl Material {
             mu,
             lambda,
             gamma: 1.0 + mu / lambda,
+            law: Law::Stable,
         })
+    }
+
+    /// The material with the other neo-Hookean energy, which splits off the change of volume, for
+    /// comparison with other programs: `μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`.
+    #[must_use]
+    pub fn isochoric(self) -> Self {
+        Self {
+            law: Law::Isochoric,
+            ..self
+        }
+    }
+
+    /// Compression modulus, Pa.
+    #[must_use]
+    pub fn bulk_pa(&self) -> f64 {
+        self.lambda - self.mu / 3.0
     }
 
     /// Lamé's second constant (shear modulus), Pa.
@@ -88,12 +116,27 @@ impl Material {
         let trace = h.trace();
         let second = 0.5 * (trace * trace - (h * h).trace()) + h.determinant();
         let growth = trace + second;
+        if self.law == Law::Isochoric {
+            let volume = 1.0 + growth;
+            if volume <= 0.0 {
+                return f64::INFINITY;
+            }
+            let shape = volume.powf(-2.0 / 3.0) * f.norm_squared() - 3.0;
+            return 0.5 * self.mu * shape + 0.5 * self.bulk_pa() * growth * growth;
+        }
         self.mu * (0.5 * h.norm_squared() - second) + 0.5 * self.lambda * growth * growth
     }
 
     /// First Piola–Kirchhoff stress `∂W/∂F`, Pa.
     #[must_use]
     pub fn stress(&self, f: &Matrix3<f64>) -> Matrix3<f64> {
+        if self.law == Law::Isochoric {
+            let volume = f.determinant();
+            let scale = self.mu * volume.powf(-2.0 / 3.0);
+            let pressure = self.bulk_pa() * (volume - 1.0);
+            let across = scale * f.norm_squared() / (3.0 * volume);
+            return scale * f + (pressure - across) * cofactor(f);
+        }
         let pressure = self.lambda * (f.determinant() - self.gamma);
         self.mu * f + pressure * cofactor(f)
     }
@@ -102,6 +145,10 @@ impl Material {
     /// Newton's method far from equilibrium.
     #[must_use]
     pub(crate) fn stiffness(&self, f: &Matrix3<f64>, project: bool) -> Stiffness9 {
+        if self.law == Law::Isochoric {
+            let h = self.slope_of_stress(f);
+            return if project { positive(h) } else { h };
+        }
         let cof = cofactor(f);
         let flat = SMatrix::<f64, 9, 1>::from_column_slice(cof.as_slice());
         let pressure = self.lambda * (f.determinant() - self.gamma);
@@ -119,6 +166,20 @@ impl Material {
             }
         }
         if project { positive(h) } else { h }
+    }
+
+    /// Derivative of the stress by central differences, symmetric.
+    fn slope_of_stress(&self, f: &Matrix3<f64>) -> Stiffness9 {
+        let step = 1e-6;
+        let mut h = Stiffness9::zeros();
+        for j in 0..9 {
+            let (mut plus, mut minus) = (*f, *f);
+            plus[j] += step;
+            minus[j] -= step;
+            let slope = (self.stress(&plus) - self.stress(&minus)) / (2.0 * step);
+            h.column_mut(j).copy_from_slice(slope.as_slice());
+        }
+        (h + h.transpose()) * 0.5
     }
 
     /// Closed form of a bar pulled along one axis to `stretch`: its lateral stretch, and its
@@ -166,7 +227,13 @@ mod tests {
 
     #[test]
     fn derivatives_agree_with_differences() {
-        let (m, f, step) = (tissue(), bent(), 1e-6);
+        for m in [tissue(), tissue().isochoric()] {
+            compare_with_differences(&m);
+        }
+    }
+
+    fn compare_with_differences(m: &Material) {
+        let (f, step) = (bent(), 1e-6);
         let (stress, stiffness) = (m.stress(&f), m.stiffness(&f, false));
         for j in 0..9 {
             let (mut plus, mut minus) = (f, f);
@@ -185,8 +252,16 @@ mod tests {
     #[test]
     fn rest_is_free_and_follows_hooke() {
         let m = tissue();
-        assert!(m.stress(&Matrix3::identity()).norm() < 1e-9);
-        assert!(m.energy(&Matrix3::identity()).abs() < 1e-9);
+        for m in [m, m.isochoric()] {
+            assert!(m.stress(&Matrix3::identity()).norm() < 1e-9);
+            assert!(m.energy(&Matrix3::identity()).abs() < 1e-9);
+            // Both laws are the same Hooke's law at small strain.
+            let strain = Matrix3::new(2.0, 1.0, 0.0, 1.0, -1.0, 0.5, 0.0, 0.5, 0.3) * 1e-6;
+            let lame = m.lambda_pa() - m.mu_pa();
+            let hooke = strain * (2.0 * m.mu_pa()) + Matrix3::identity() * (lame * strain.trace());
+            let stress = m.stress(&(Matrix3::identity() + strain));
+            assert!((stress - hooke).norm() < 1e-4 * hooke.norm());
+        }
         let strain = 1e-6;
         let (lateral, stress) = m.uniaxial(1.0 + strain);
         assert!((stress / strain / m.young_pa - 1.0).abs() < 1e-4);

@@ -1,6 +1,6 @@
 //! A rigid ball on an elastic half space.
 
-use fem_reference::{Hold, Material, Mesh, Problem, Solution, Tool, Vec3, block};
+use fem_reference::{Bar, Hold, Material, Mesh, Problem, Solution, Tool, Vec3, block};
 
 const RADIUS_M: f64 = 0.01;
 
@@ -93,4 +93,55 @@ fn a_ball_that_touches_nothing_feels_nothing() {
     let mesh = quarter(0.03, 2, 1.0);
     let done = pressed(&mesh, &[-1e-3]).pop();
     assert!(done.is_none_or(|s| s.tool_force_n.norm() < 1e-12));
+}
+
+/// A slanting bar lies on a block beside its middle. Force and torque on it are those with which
+/// the block is held, about any point; and its force acts where it presses.
+#[test]
+fn a_bar_off_the_middle_feels_the_torque_that_the_base_bears() {
+    let mesh = block(Vec3::zeros(), Vec3::new(0.06, 0.04, 0.02), [9, 6, 3]);
+    let top = |p: &Vec3| p.z > 0.02 - 1e-9;
+    let held = mesh.nodes_where(|p| p.z < 1e-9);
+    let bar = Bar {
+        ends_m: [
+            Vec3::new(0.030, 0.024, 0.0255),
+            Vec3::new(0.09, 0.03, 0.0275),
+        ],
+        radius_m: 0.005,
+    };
+    let problem = Problem {
+        mesh: &mesh,
+        material: Material::new(5000.0, 0.45, 1060.0).expect("valid"),
+        gravity_m_s2: Vec3::zeros(),
+        holds: vec![Hold::fixed(held.clone())],
+        tool: Some(Tool {
+            bars: vec![bar],
+            behind: Some(Vec3::z()),
+            shift_m: Box::new(|share| Vec3::z() * (-0.004 * share)),
+            faces: mesh.faces_where(top),
+        }),
+    };
+    let done = problem.solve(&[1.0], &mut |_| {}).expect("equilibrium");
+    let done = &done[0];
+    let felt_n = done.tool_force_n;
+    assert!(felt_n.z > 0.01, "{felt_n}");
+    for about in [Vec3::zeros(), Vec3::new(-0.1, 0.2, 0.05)] {
+        let (mut force_n, mut torque_nm) = (Vec3::zeros(), Vec3::zeros());
+        for &n in &held {
+            let n = n as usize;
+            force_n += done.reaction_n[n];
+            torque_nm += (mesh.nodes[n] - about).cross(&done.reaction_n[n]);
+        }
+        let off = (done.tool_torque_nm(&about) - torque_nm).norm();
+        assert!((force_n - felt_n).norm() < 1e-5 * felt_n.norm());
+        assert!(off < 1e-5 * torque_nm.norm(), "{about:?}: {off}");
+    }
+    // The resultant goes through the top, under the bar.
+    let moment = done.tool_torque_nm(&Vec3::zeros());
+    let through_m = felt_n.cross(&moment) / felt_n.norm_squared();
+    let at_m = through_m + felt_n * ((0.02 - through_m.z) / felt_n.z);
+    assert!(
+        (0.030..0.06).contains(&at_m.x) && (0.022..0.030).contains(&at_m.y),
+        "{at_m}"
+    );
 }

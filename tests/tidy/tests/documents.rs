@@ -429,7 +429,10 @@ fn xtask(command: &str) -> bool {
 fn evaluate(words: &[String]) -> Result<(), String> {
     let source = read("tests/evaluate/src/main.rs");
     let (command, flags) = words.split_first().ok_or("evaluate needs a command")?;
-    let variant: String = command[..1].to_uppercase() + &command[1..];
+    let words = command.split('-').filter(|word| !word.is_empty());
+    let variant: String = words
+        .map(|word| word[..1].to_uppercase() + &word[1..])
+        .collect();
     if !source.contains(&format!("\n    {variant}("))
         && !source.contains(&format!("\n    {variant} {{"))
     {

@@ -14,8 +14,9 @@ use rt_core::tool::Capsule;
 use scene_prepare::mesh::Mesh;
 use scene_prepare::shape::{Form, Shape};
 
-use crate::body::{Body, Tissue};
+use crate::body::Tissue;
 use crate::methods::{Parts, Surroundings};
+use crate::prepared::prepared;
 
 pub(crate) use page::{chart, section};
 
@@ -181,12 +182,8 @@ fn organ(
     card: Option<&gpu::Card>,
 ) -> Result<Vec<Row>, String> {
     let tissue = Tissue::LIVER;
-    let (body, skin) = Body::with_skin(mesh, count, tissue, &[])
-        .ok_or_else(|| format!("{name}: {count} spheres cannot be packed"))?;
-    let around = Surroundings {
-        gravity_m_s2: Vector3::zeros(),
-        damping_per_s: 20.0,
-    };
+    let (body, skin) = prepared(mesh, count, tissue, &[]).map_err(|e| format!("{name}: {e}"))?;
+    let around = Surroundings::weightless(&tissue);
     let mut parts = Parts::new(&body, &around, None)
         .map_err(|e| e.to_string())?
         .with_skin(skin);

@@ -205,21 +205,11 @@ impl Shaped {
             Self::TwoTips => 0.005,
         }
     }
-
-    /// True if the tool touches at two places.
-    pub(crate) fn has_two_ends(self) -> bool {
-        matches!(self, Self::OpenJaws | Self::TwoTips)
-    }
-
-    /// Length that scales the region of small elements, m. For tips it is the geometric mean of the
-    /// radius and `other_m`, for jaws and a shaft it is the radius.
-    pub(crate) fn mean_m(self, other_m: f64) -> f64 {
-        match self {
-            Self::Shaft | Self::Jaws | Self::OpenJaws => self.radius_m(),
-            Self::Tip(_) | Self::TwoTips => (self.radius_m() * other_m).sqrt(),
-        }
-    }
 }
+
+/// Distance of the port from the place where the tool first touches, along the tool's axis, m: a
+/// usual length of the shaft inside the body.
+pub(crate) const PORT_M: f64 = 0.150;
 
 /// A tool at a site.
 #[derive(Debug, Clone, Copy)]
@@ -243,9 +233,37 @@ pub(crate) struct Placed {
     pub(crate) bars: Vec<Bar>,
     /// Unit vector along the line on which the tool touches.
     pub(crate) line: Point,
+    /// The tool's port at first contact: a point of its axis, [`PORT_M`] behind the site, m.
+    pub(crate) port_m: Point,
 }
 
 impl Placed {
+    /// Unit vectors out of the body, along the surface, and across both.
+    pub(crate) fn axes(&self) -> [Point; 3] {
+        let across = self.outward.cross(&self.along);
+        [self.outward, self.along, across]
+    }
+
+    /// The port as seen from the site, in these axes, m.
+    pub(crate) fn port_from_site_m(&self) -> Point {
+        let arm_m = self.port_m - self.at_m;
+        Point::from(self.axes().map(|axis| axis.dot(&arm_m)))
+    }
+
+    /// Lines on which the tool touches, near the surface, if the whole is `2 half_m` long. The ends
+    /// of a point are equal.
+    pub(crate) fn lines(&self, tool: Shaped, half_m: f64) -> Vec<[Point; 2]> {
+        let at = |share: f64| self.at_m + self.line * (share * half_m);
+        match tool {
+            Shaped::Tip(_) => vec![[self.at_m; 2]],
+            Shaped::TwoTips | Shaped::OpenJaws => vec![[at(1.0); 2], [at(-1.0); 2]],
+            // The surface is curved, so the line has a few pieces.
+            Shaped::Shaft | Shaped::Jaws => (-3..3)
+                .map(|i| [f64::from(i) / 3.0, f64::from(i + 1) / 3.0].map(at))
+                .collect(),
+        }
+    }
+
     /// Half the length of the line on which the tool touches at a depth, m; 0 for one round end.
     /// `distance_m` is the signed distance to the body's surface.
     pub(crate) fn half_m(&self, depth_m: f64, distance_m: impl Fn(&Point) -> f64) -> f64 {
@@ -271,6 +289,8 @@ impl Case {
             (NECK, Shaped::Tip(5.0)),
             (LEFT_LOBE, Shaped::Shaft),
             (WALL, Shaped::Shaft),
+            // The lobe ends under it, so the shaft lies off its middle.
+            (LOBE_END, Shaped::Shaft),
             (LEFT_LOBE, Shaped::TwoTips),
             (LEFT_LOBE, Shaped::Jaws),
             (LEFT_LOBE, Shaped::OpenJaws),
@@ -341,6 +361,10 @@ impl Case {
             line: match self.tool {
                 Shaped::OpenJaws => across,
                 _ => along,
+            },
+            port_m: match self.tool {
+                Shaped::Tip(_) | Shaped::TwoTips | Shaped::OpenJaws => low + outward * PORT_M,
+                Shaped::Shaft | Shaped::Jaws => low - along * PORT_M,
             },
         })
     }

@@ -1,22 +1,26 @@
-//! `evaluate force`: the force on a tool over its depth, against finite elements.
+//! `evaluate force`: force and torque on a tool over its depth, against finite elements.
 
+mod calculix;
 mod case;
+mod curve;
+mod kept;
 mod ours;
 mod page;
 mod reference;
+mod rows;
+mod wrench;
 
 use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use case::{Case, Shaped, Site};
+use curve::{Curve, DEPTHS_MM};
 use ours::{Law, Rig};
-use reference::{Curve, DEPTHS_MM, rms_pct};
+use wrench::{Wrench, force_errors, force_rms_pct, line_rms_mm, torque_rms_pct};
 
+pub(crate) use calculix::run as run_calculix;
 pub(crate) use page::{chart, section};
-
-/// Threads that solve reference curves at the same time.
-const THREADS: usize = 2;
+pub(crate) use rows::{csv, depth_csv, motion, steps_csv};
+pub(crate) use wrench::TOUCHES_N;
 
 /// Finds each case's reference in `folder` or in the repository, or solves it and keeps it in
 /// `folder`. Without `kept`, a found reference counts only if today's mesher made its meshes.
@@ -30,29 +34,11 @@ fn references(
     kept: bool,
 ) -> Result<Vec<Result<Curve, String>>, String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let next = AtomicUsize::new(0);
-    let found: Vec<Mutex<Option<Result<Curve, String>>>> =
-        cases.iter().map(|_| Mutex::new(None)).collect();
-    std::thread::scope(|scope| {
-        for _ in 0..THREADS {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(case) = cases.get(i) else { break };
-                    eprintln!("reference {} of {}: {}", i + 1, cases.len(), case.name());
-                    let curve = reference::curve(case, folder, quick, kept);
-                    if let Ok(mut slot) = found[i].lock() {
-                        *slot = Some(curve);
-                    }
-                }
-            });
-        }
-    });
-    let take = |slot: Mutex<Option<_>>| {
-        let inner = slot.into_inner().ok().flatten();
-        inner.unwrap_or_else(|| Err("a reference's thread ended early".to_owned()))
+    let find = |(i, case): (usize, &Case)| {
+        eprintln!("reference {} of {}: {}", i + 1, cases.len(), case.name());
+        reference::curve(case, folder, quick, kept)
     };
-    Ok(found.into_iter().map(take).collect())
+    Ok(cases.iter().enumerate().map(find).collect())
 }
 
 /// Figures of one law at one case.
@@ -64,19 +50,31 @@ pub(crate) struct Row {
     pub(crate) law: Law,
     /// Number of the organ's spheres.
     pub(crate) spheres: usize,
-    /// Force at the first depths of [`DEPTHS_MM`], N.
-    pub(crate) force_n: Vec<f64>,
-    /// The finite elements' forces.
+    /// Force and torque at the first depths of [`DEPTHS_MM`].
+    pub(crate) felt: Vec<Wrench>,
+    /// The tool's port as seen from the site, in the axes of [`Wrench`], m.
+    port_m: nalgebra::Vector3<f64>,
+    /// Force and torque of the finite elements.
     pub(crate) reference: Curve,
 }
 
 impl Row {
-    /// Root mean square and largest error over the depths, %.
+    /// Root mean square and largest error of the force over the depths, %.
     pub(crate) fn error_pct(&self) -> [f64; 2] {
-        let off = reference::off(&self.force_n, &self.reference.force_n);
-        let worst = off.into_iter().map(|e| e.abs() * 100.0);
-        let rms = rms_pct(&self.force_n, &self.reference.force_n);
-        [rms, worst.fold(0.0, f64::max)]
+        let truth = &self.reference.fine;
+        let errors = force_errors(&self.felt, truth).map(|e| e.abs() * 100.0);
+        let most = errors.fold(0.0, f64::max);
+        [force_rms_pct(&self.felt, truth), most]
+    }
+
+    /// Root mean square error of the torque over the depths, %, where it is known and large enough.
+    pub(crate) fn torque_error_pct(&self) -> Option<f64> {
+        torque_rms_pct(&self.felt, &self.reference.fine)
+    }
+
+    /// Root mean square distance of the force's line of action from the reference's, mm.
+    pub(crate) fn line_off_mm(&self) -> Option<f64> {
+        line_rms_mm(&self.felt, &self.reference.fine, &self.port_m)
     }
 
     /// True if the result is independent: its site was not used to choose a constant, and its
@@ -111,8 +109,24 @@ pub(crate) struct Measured {
     pub(crate) rows: Vec<Row>,
     /// Largest steps of the force of Calot's contact law.
     pub(crate) steps: Vec<Step>,
-    /// The references as [`reference::csv`] writes them.
+    /// The references as [`kept::csv`] writes them.
     pub(crate) references: String,
+}
+
+/// Solves the references that neither `out` nor the repository keeps, of the cases whose names
+/// contain `only`.
+///
+/// # Errors
+/// The reason in words.
+pub(crate) fn solve(out: &Path, quick: bool, only: &str) -> Result<(), String> {
+    let mut cases = Case::all();
+    cases.retain(|case| case.name().contains(only));
+    for found in references(&cases, &out.join("reference"), quick, false)? {
+        if let Err(why) = found {
+            eprintln!("  no reference: {why}");
+        }
+    }
+    Ok(())
 }
 
 /// Measures all cases whose names contain `only`. A reference of today's mesher is taken from `out`
@@ -125,12 +139,12 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
     let mut cases = Case::all();
     let folder = out.join("reference");
     cases.retain(|case| {
-        case.name().contains(only) && (!kept || reference::found(case, &folder, quick).is_some())
+        case.name().contains(only) && (!kept || kept::found(case, &folder, quick).is_some())
     });
     let curves = references(&cases, &folder, quick, kept)?;
     let known = cases.iter().zip(&curves);
     let known = known.filter_map(|(case, curve)| Some((case, curve.as_ref().ok()?)));
-    let references = reference::csv(known);
+    let references = kept::csv(known);
     let counts: &[usize] = if quick {
         &[250, 581]
     } else {
@@ -155,7 +169,7 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
             let here = cases.iter().zip(&curves);
             for (case, curve) in here.filter(|(case, _)| case.site.is(site)) {
                 let curve = match curve {
-                    Ok(curve) if !curve.force_n.is_empty() => curve,
+                    Ok(curve) if !curve.fine.is_empty() => curve,
                     Ok(_) => continue,
                     Err(why) => {
                         eprintln!("  no reference: {why}");
@@ -168,7 +182,8 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
                         case: *case,
                         law,
                         spheres: rig.spheres(),
-                        force_n: rig.press(&placed, law, curve.force_n.len())?,
+                        felt: rig.press(&placed, law, curve.fine.len())?,
+                        port_m: placed.port_from_site_m(),
                         reference: curve.clone(),
                     };
                     let [rms, most] = row.error_pct();
@@ -196,79 +211,6 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
     Ok(measured)
 }
 
-/// The rows as `force.csv`: one line for each law, case and number of spheres. `tool_mm` is the
-/// radius of the tool's parts. `reference_doubt_pct` is the difference between the forces on the
-/// reference's two meshes. `mesher` is the version of the mesher that made these meshes. `to_mm` is
-/// the largest depth at which the row has a force.
-pub(crate) fn csv(rows: &[Row]) -> String {
-    let mut text = "organ,site,tool_mm,spheres,rms_error_pct,max_error_pct,law,tool,seen,\
-                    reference_doubt_pct,mesher,to_mm\n"
-        .to_owned();
-    for row in rows {
-        let (site, [rms, most]) = (&row.case.site, row.error_pct());
-        text += &format!(
-            "{},{},{},{},{rms:.2},{most:.2},{},\"{}\",{},{:.2},{},{}\n",
-            site.subject.name(),
-            site.name,
-            row.case.tool.radius_m() * 1e3,
-            row.spheres,
-            row.law.name(),
-            row.case.tool.name(),
-            site.seen,
-            row.reference.doubt_pct(),
-            row.reference.mesher,
-            DEPTHS_MM[row.force_n.len() - 1],
-        );
-    }
-    text
-}
-
-/// The rows as `force_depth.csv`, one line for each depth.
-pub(crate) fn depth_csv(rows: &[Row]) -> String {
-    let mut text =
-        "organ,site,tool,law,spheres,depth_mm,force_n,reference_n,coarser_reference_n\n".to_owned();
-    for row in rows {
-        let site = &row.case.site;
-        let forces = row.force_n.iter().zip(&row.reference.force_n);
-        for (i, (depth, (force, reference))) in DEPTHS_MM.iter().zip(forces).enumerate() {
-            let coarse = row.reference.coarse_n.get(i);
-            text += &format!(
-                "{},{},\"{}\",{},{},{depth},{force:.5},{reference:.5},{}\n",
-                site.subject.name(),
-                site.name,
-                row.case.tool.name(),
-                row.law.name(),
-                row.spheres,
-                coarse.map_or_else(String::new, |f| format!("{f:.5}")),
-            );
-        }
-    }
-    text
-}
-
-/// The steps as `force_steps.csv`.
-pub(crate) fn steps_csv(steps: &[Step]) -> String {
-    let mut text = "site,spheres,motion,largest_step_mn_per_tick\n".to_owned();
-    for step in steps {
-        text += &format!(
-            "{},{},{},{:.3}\n",
-            step.site,
-            step.spheres,
-            motion(step),
-            step.step_n * 1e3
-        );
-    }
-    text
-}
-
-/// Motion of a tool, in words.
-pub(crate) fn motion(step: &Step) -> String {
-    step.slide_m_s.map_or_else(
-        || "press 10 mm/s".to_owned(),
-        |speed| format!("slide {:.0} mm/s", speed * 1e3),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -290,9 +232,9 @@ mod tests {
         let (case, surface, placed) = known("liver left lobe: tip 5 mm");
         let mut rig = Rig::new(&surface, 250, &case.site).expect("packed");
         let mut error = |law| {
-            let force = rig.press(&placed, law, 6).expect("pressed");
+            let felt = rig.press(&placed, law, 6).expect("pressed");
             [(1, 0.055), (3, 0.144), (5, 0.249)]
-                .map(|(i, r): (usize, f64)| force[i] / r - 1.0)
+                .map(|(i, r): (usize, f64)| felt[i].out_n() / r - 1.0)
                 .map(f64::abs)
                 .into_iter()
                 .fold(0.0, f64::max)
@@ -308,8 +250,8 @@ mod tests {
         let (case, surface, placed) = known("gallbladder neck: tip 3 mm");
         for spheres in [250, 2500] {
             let mut rig = Rig::new(&surface, spheres, &case.site).expect("packed");
-            let force_n = rig.press(&placed, Law::Ours, 3).expect("pressed");
-            let off = force_n[2] / 0.0682 - 1.0;
+            let felt = rig.press(&placed, Law::Ours, 3).expect("pressed");
+            let off = felt[2].out_n() / 0.0682 - 1.0;
             assert!(off.abs() < 0.07, "{spheres}: {off}");
         }
     }

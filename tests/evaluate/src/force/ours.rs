@@ -10,9 +10,11 @@ use scene_prepare::mesh::Mesh;
 use scene_prepare::skin::ContactSkin;
 
 use super::case::{Placed, Site};
-use super::reference::DEPTHS_MM;
+use super::curve::DEPTHS_MM;
+use super::wrench::Wrench;
 use crate::body::{self, Body, V3};
 use crate::methods::{Parts, Surroundings};
+use crate::prepared::prepared;
 
 type Point = Vector3<f64>;
 
@@ -56,7 +58,6 @@ pub(crate) struct Rig {
     body: Body,
     parts: Parts,
     skin: ContactSkin,
-    plane: Plane,
 }
 
 impl Rig {
@@ -72,18 +73,13 @@ impl Rig {
             point_m: axis * plane_m,
             normal: -axis,
         };
-        let packed = Body::with_skin(mesh, spheres, tissue, &[plane]);
-        let (body, skin) = packed.ok_or_else(|| format!("{spheres} spheres cannot be packed"))?;
-        let around = Surroundings {
-            gravity_m_s2: V3::zeros(),
-            damping_per_s: 20.0,
-        };
+        let (body, skin) = prepared(mesh, spheres, tissue, &[plane])?;
+        let around = Surroundings::weightless(&tissue);
         let parts = Parts::new(&body, &around, None).map_err(|e| e.to_string())?;
         Ok(Self {
             body,
             parts: parts.with_skin(skin.clone()),
             skin,
-            plane,
         })
     }
 
@@ -92,24 +88,16 @@ impl Rig {
         self.body.rest_m.len()
     }
 
-    /// The organ at rest, with its holds.
-    fn held(&mut self) -> Result<Run<'_>, String> {
-        let mut tissue = self.parts.bare().map_err(|e| e.to_string())?;
-        for (i, x) in (0_u32..).zip(&self.body.rest_m) {
-            // The margin covers the rounding of places to single precision.
-            if self.plane.depth_m(&x.cast()) > -1e-6 {
-                tissue.hold(i, true);
-            }
-        }
+    /// The organ at rest.
+    fn at_rest(&mut self) -> Result<Run<'_>, String> {
         Ok(Run {
-            tissue,
+            tissue: self.parts.bare().map_err(|e| e.to_string())?,
             body: &self.body,
             skin: &self.skin,
         })
     }
 
-    /// Presses the tool, and returns the force along its way at the first depths of [`DEPTHS_MM`],
-    /// N.
+    /// Presses the tool, and returns force and torque at the first depths of [`DEPTHS_MM`].
     ///
     /// # Errors
     /// The reason in words.
@@ -118,10 +106,10 @@ impl Rig {
         placed: &Placed,
         law: Law,
         depths: usize,
-    ) -> Result<Vec<f64>, String> {
-        let mut run = self.held()?;
+    ) -> Result<Vec<Wrench>, String> {
+        let mut run = self.at_rest()?;
         let mut at_m = 0.0;
-        let mut forces = Vec::new();
+        let mut wrenches = Vec::new();
         for depth in DEPTHS_MM.iter().take(depths) {
             let from_m = at_m;
             at_m = depth * 1e-3;
@@ -130,21 +118,25 @@ impl Rig {
                 let now_m = from_m + (at_m - from_m) * i as f64 / ticks as f64;
                 run.tick(&placed.bars_at(&(-placed.outward * now_m)), law);
             }
-            let parts = placed.bars_at(&(-placed.outward * at_m));
-            let (mut before, mut mean) = (f64::NAN, 0.0);
+            let shift_m = -placed.outward * at_m;
+            let parts = placed.bars_at(&shift_m);
+            let (mut before, mut mean) = (f64::NAN, Felt::default());
             for _ in 0..REST_TICKS / 50 {
-                mean = 0.0;
+                mean = Felt::default();
                 for _ in 0..50 {
-                    mean += run.tick(&parts, law).dot(&placed.outward) / 50.0;
+                    mean.add(&run.tick(&parts, law), 1.0 / 50.0);
                 }
-                if (mean - before).abs() < STILL_N {
+                let out_n = mean.force_n.dot(&placed.outward);
+                if (out_n - before).abs() < STILL_N {
                     break;
                 }
-                before = mean;
+                before = out_n;
             }
-            forces.push(mean);
+            // The port moves with the tool.
+            let torque_nm = mean.torque_nm(&(placed.port_m + shift_m));
+            wrenches.push(Wrench::new(placed, &mean.force_n, &torque_nm));
         }
-        Ok(forces)
+        Ok(wrenches)
     }
 
     /// The largest step of the force from one tick to the next, N. Without a speed the motion is a
@@ -157,7 +149,7 @@ impl Rig {
         placed: &Placed,
         slide_m_s: Option<f64>,
     ) -> Result<f64, String> {
-        let mut run = self.held()?;
+        let mut run = self.at_rest()?;
         let along = placed.along * if slide_m_s.is_some() { 0.020 } else { 0.0 };
         let tick_s = f64::from(TICK_S);
         let mut last: Option<Point> = None;
@@ -167,7 +159,7 @@ impl Rig {
         for i in 0..=ticks {
             let depth_m = deepest_m * i as f64 / ticks as f64;
             let parts = placed.bars_at(&(-placed.outward * depth_m - along));
-            let force = run.tick(&parts, Law::Ours);
+            let force = run.tick(&parts, Law::Ours).force_n;
             if slide_m_s.is_none() {
                 largest = largest.max(last.map_or(0.0, |l| (force - l).norm()));
             }
@@ -182,7 +174,7 @@ impl Rig {
         for i in 0..=ticks {
             let side = -(std::f64::consts::PI * i as f64 / ticks as f64).cos();
             let parts = placed.bars_at(&(along * side - placed.outward * deepest_m));
-            let force = run.tick(&parts, Law::Ours);
+            let force = run.tick(&parts, Law::Ours).force_n;
             largest = largest.max(last.map_or(0.0, |l| (force - l).norm()));
             last = Some(force);
         }
@@ -212,25 +204,57 @@ struct Run<'a> {
     skin: &'a ContactSkin,
 }
 
+/// Force of the tissue on a tool in one tick.
+#[derive(Debug, Clone, Copy, Default)]
+struct Felt {
+    /// Force, N.
+    force_n: Point,
+    /// Torque about the world's origin, N m.
+    moment_nm: Point,
+}
+
+impl Felt {
+    fn add(&mut self, other: &Self, share: f64) {
+        self.force_n += other.force_n * share;
+        self.moment_nm += other.moment_nm * share;
+    }
+
+    /// Adds a force at a place.
+    fn push(&mut self, at_m: &V3, force_n: &V3) {
+        let (at_m, force_n): (Point, Point) = (at_m.cast(), force_n.cast());
+        self.force_n += force_n;
+        self.moment_nm += at_m.cross(&force_n);
+    }
+
+    /// Torque about a point, N m.
+    fn torque_nm(&self, about_m: &Point) -> Point {
+        self.moment_nm - about_m.cross(&self.force_n)
+    }
+}
+
 impl Run<'_> {
-    /// Runs one tick, and returns the force of the tissue on the tool, N.
-    fn tick(&mut self, parts: &[Capsule], law: Law) -> Point {
+    /// Runs one tick.
+    fn tick(&mut self, parts: &[Capsule], law: Law) -> Felt {
         let (body, skin) = (self.body, self.skin);
-        let mut force = V3::zeros();
+        let mut felt = Felt::default();
         match law {
-            Law::Ours => force = self.tissue.press(parts).force_n,
+            Law::Ours => {
+                let pressed = self.tissue.press(parts);
+                felt.force_n = pressed.force_n.cast();
+                felt.moment_nm = pressed.torque_nm(&V3::zeros()).cast();
+            }
             Law::Spheres => {
                 self.tissue.step_with(|tissue, step_s| {
-                    force += push_spheres(tissue, body, parts, step_s);
+                    push_spheres(tissue, body, parts, step_s, &mut felt);
                 });
             }
             Law::RigidSkin => {
                 self.tissue.step_with(|tissue, step_s| {
-                    force += push_skin(tissue, skin, parts, step_s);
+                    push_skin(tissue, skin, parts, step_s, &mut felt);
                 });
             }
         }
-        force.cast()
+        felt
     }
 }
 
@@ -247,17 +271,21 @@ fn depth(parts: &[Capsule], center_m: &V3, radius_m: f32) -> Option<(f32, V3)> {
     (deepest.0 > 0.0).then(|| (deepest.0, deepest.1.normalize()))
 }
 
-fn push_spheres(tissue: &mut Correction<'_>, body: &Body, parts: &[Capsule], step_s: f32) -> V3 {
-    let mut felt = V3::zeros();
+fn push_spheres(
+    tissue: &mut Correction<'_>,
+    body: &Body,
+    parts: &[Capsule],
+    step_s: f32,
+    felt: &mut Felt,
+) {
     for (i, &radius_m) in (0_u32..).zip(&body.radius_m) {
         if let Some((depth_m, out)) = depth(parts, &tissue.center_m(i), radius_m) {
             let yielding = tissue.inverse_mass_per_kg(i) * step_s * step_s;
             let force_n = SPHERE_N_M * depth_m / (1.0 + SPHERE_N_M * yielding);
             tissue.move_by(i, &(out * (force_n * yielding)));
-            felt -= out * (force_n * step_s / TICK_S);
+            felt.push(&tissue.center_m(i), &(out * -(force_n * step_s / TICK_S)));
         }
     }
-    felt
 }
 
 fn push_skin(
@@ -265,8 +293,8 @@ fn push_skin(
     skin: &ContactSkin,
     parts: &[Capsule],
     step_s: f32,
-) -> V3 {
-    let mut felt = V3::zeros();
+    felt: &mut Felt,
+) {
     for vertex in &skin.vertices {
         let carriers = || {
             vertex
@@ -287,8 +315,7 @@ fn push_skin(
                 let by = tissue.inverse_mass_per_kg(i) * w * pushed;
                 tissue.move_by(i, &(out * by));
             }
-            felt -= out * (pushed / (step_s * TICK_S));
+            felt.push(&at_m, &(out * -(pushed / (step_s * TICK_S))));
         }
     }
-    felt
 }

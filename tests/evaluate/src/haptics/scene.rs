@@ -4,9 +4,10 @@ use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{Inside, Material, Organ, RestSphere, Room, Scene};
 use scene_prepare::held::Plane;
 
-use crate::body::{Body, Tissue};
+use crate::body::Tissue;
 use crate::methods::{Parts, Surroundings};
 use crate::organ;
+use crate::prepared::prepared;
 
 /// A wall: the top of one held sphere of 50 mm radius, at height 0.
 pub(super) struct Wall {
@@ -90,15 +91,9 @@ pub(super) fn liver(spheres: usize, young_pa: f64, meets: Meets) -> Result<(Part
         point_m: nalgebra::Vector3::z() * HELD_BELOW_M,
         normal: -nalgebra::Vector3::z(),
     };
-    let packed = Body::with_skin(&surface, spheres, tissue, &[plane]);
-    let (body, skin) = packed.ok_or("the liver cannot be packed")?;
-    let around = Surroundings {
-        gravity_m_s2: Vec3::zeros(),
-        damping_per_s: 5.0,
-    };
+    let (body, skin) = prepared(&surface, spheres, tissue, &[plane])?;
+    let around = Surroundings::weightless(&tissue);
     let mut parts = Parts::new(&body, &around, None).map_err(|e| e.to_string())?;
-    // The margin covers the rounding of places to single precision.
-    parts.settle(HELD_BELOW_M as f32 + 1e-6, 0.002);
     let highest = |tops: &mut dyn Iterator<Item = Vec3>, within_m: f32| {
         let under = tops.filter(|p| p.xy().norm() < within_m);
         f64::from(under.map(|p| p.z).fold(f32::MIN, f32::max))

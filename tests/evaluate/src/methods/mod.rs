@@ -19,7 +19,7 @@ pub(crate) use xpbd_springs::XpbdSprings;
 
 use scene_prepare::skin::ContactSkin;
 
-use crate::body::{Body, V3};
+use crate::body::{Body, Tissue, V3};
 
 /// Moving state of a body.
 #[derive(Debug, Clone)]
@@ -86,6 +86,16 @@ pub(crate) struct Surroundings {
     pub(crate) gravity_m_s2: V3,
     /// Share of velocity lost per second.
     pub(crate) damping_per_s: f32,
+}
+
+impl Surroundings {
+    /// No gravity, and Calot's damping.
+    pub(crate) fn weightless(tissue: &Tissue) -> Self {
+        Self {
+            gravity_m_s2: V3::zeros(),
+            damping_per_s: tissue.damping_per_s() as f32,
+        }
+    }
 }
 
 /// A method that moves a body step by step.
@@ -288,7 +298,6 @@ impl Way {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Tissue;
 
     fn bar() -> Body {
         let mesh = fem_reference::block(

@@ -4,6 +4,7 @@
 
 use rt_core::tissue::neo_hookean::STIFFNESS_SHARE;
 
+use super::xpbd_springs::spring;
 use super::{Env, Method, State};
 use crate::body::{Body, V3, cofactor};
 
@@ -18,6 +19,11 @@ impl Method for NeoHookean {
         let lambda = STIFFNESS_SHARE * body.tissue.lame() as f32 + mu;
         let gamma = 1.0 + mu / lambda;
         let squared = env.dt_s * env.dt_s;
+        for link in &body.springs {
+            let ends = [link.a as usize, link.b as usize];
+            let bar = (link.rest_length_m, link.compliance_m_n);
+            spring(body, state, ends, bar, env.dt_s);
+        }
         for tet in &body.tets {
             let f = Body::gradient(tet, |n| state.now(n));
             let cofactor = cofactor(&f);

@@ -72,15 +72,21 @@ impl Parts {
         around: &Surroundings,
         paper: Option<(f32, u32)>,
     ) -> Result<Self, SceneError> {
+        let is_held = |i: usize| body.supported.get(i).copied().unwrap_or(false);
         let spheres: Vec<RestSphere> = body
             .rest_m
             .iter()
             .zip(&body.mass_kg)
-            .map(|(x, mass)| RestSphere {
+            .enumerate()
+            .map(|(i, (x, mass))| RestSphere {
                 center_m: *x,
-                radius_m: 0.5 * body.spacing_m(),
+                radius_m: if body.supported.is_empty() {
+                    0.5 * body.spacing_m()
+                } else {
+                    body.radius_m[i]
+                },
                 mass_kg: *mass,
-                held: false,
+                held: is_held(i),
             })
             .collect();
         let link = |e: &crate::body::Edge| Link {
@@ -92,7 +98,7 @@ impl Parts {
         let links: Vec<Link> = if paper.is_some() {
             body.edges.iter().map(link).collect()
         } else {
-            Vec::new()
+            body.springs.clone()
         };
         let tets: Vec<Tetra> = body
             .tets
@@ -113,13 +119,18 @@ impl Parts {
             sphere_count: spheres.len() as u32,
             link_start: 0,
             link_count: links.len() as u32,
-            elastic_links: 0,
+            elastic_links: if paper.is_some() {
+                0
+            } else {
+                links.len() as u32
+            },
             batch_start: 0,
             batch_count: packed.len() as u32,
             substeps: if paper.is_some() {
                 1
             } else {
-                substeps.clamp(1, SUBSTEPS_MAX).next_power_of_two()
+                let substeps = substeps.max(body.substeps).clamp(1, SUBSTEPS_MAX);
+                substeps.next_power_of_two()
             },
             gravity_share: 1.0,
             breath_m: V3::zeros(),
@@ -127,7 +138,7 @@ impl Parts {
             material: Material {
                 young_pa: body.tissue.young_pa as f32,
                 poisson: body.tissue.poisson as f32,
-                retardation_s: 0.0,
+                retardation_s: body.tissue.retardation_s() as f32,
                 stretch_stiffness: stiffness,
                 laplacian_stiffness: stiffness,
                 damping_per_s: around.damping_per_s,
@@ -161,7 +172,7 @@ impl Parts {
     /// # Errors
     /// The message with which the scene's check refuses it.
     pub(crate) fn tissue(&mut self) -> Result<Product<'_>, SceneError> {
-        let held = vec![false; self.plan.spheres.len()];
+        let held = self.plan.spheres.iter().map(|s| s.held).collect();
         let has_skin = !self.plan.skin.vertices.is_empty();
         let tissue = self.bare()?;
         Ok(Product {
@@ -169,16 +180,6 @@ impl Parts {
             held,
             has_skin,
         })
-    }
-
-    /// Holds the spheres up to this height, m, and gives the tissue this retardation, s.
-    pub(crate) fn settle(&mut self, height_m: f32, retardation_s: f32) {
-        for organ in &mut self.plan.organs {
-            organ.material.retardation_s = retardation_s;
-        }
-        for sphere in &mut self.plan.spheres {
-            sphere.held = sphere.center_m.z <= height_m;
-        }
     }
 
     /// Gives every sphere this radius, m.

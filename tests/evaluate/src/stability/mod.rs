@@ -10,6 +10,7 @@ use crate::accuracy;
 use crate::body::{Body, Tissue, V3};
 use crate::methods::Way;
 use crate::organ::Organ;
+use crate::prepared::prepared;
 use crate::scene::{Kind, Scene};
 use rig::Stand;
 
@@ -57,7 +58,7 @@ impl Lab {
     /// When a body cannot be packed. The error gives the reason in words.
     pub(crate) fn new(spheres: usize) -> Result<Self, String> {
         let surface = Organ::Liver.mesh()?;
-        let packed = Body::packed(&surface, spheres, Tissue::LIVER);
+        let (packed, _) = prepared(&surface, spheres, Tissue::LIVER, &[])?;
         let scene = Scene::new(Kind::Sag, &surface);
         let cubes = Body::of_cubes(&surface, &scene, spheres / 2, Tissue::LIVER);
         let [min, max] = surface.bounds();
@@ -71,11 +72,11 @@ impl Lab {
             young_pa: DUCT_PA,
             ..Tissue::LIVER
         };
-        let duct = Body::packed(&skin(&round, [-room, room], 0.3 * radius), 150, wall);
+        let (duct, _) = prepared(&skin(&round, [-room, room], 0.3 * radius), 150, wall, &[])?;
         Ok(Self {
-            spheres: packed.ok_or("the liver cannot be packed")?,
+            spheres: packed,
             cubes,
-            duct: duct.ok_or("the duct cannot be packed")?,
+            duct,
             surface,
             length_m: (max.x - min.x) as f32,
             start_x_m: min.x as f32,

@@ -1,7 +1,9 @@
 //! Meshes of quadratic (10-node) tetrahedra.
 
+mod cut;
 mod lattice;
 mod locate;
+mod octree;
 mod structured;
 
 use std::collections::{BTreeMap, HashMap};
@@ -9,6 +11,7 @@ use std::collections::{BTreeMap, HashMap};
 pub use crate::element::EDGES;
 pub use lattice::lattice;
 pub use locate::Locator;
+pub use octree::graded;
 pub use structured::{block, shell_octant};
 
 use crate::element;
