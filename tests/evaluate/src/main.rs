@@ -7,6 +7,7 @@
 //! stability   case × method → survived or not, and the limit
 //! collision   organ × size × way → time, and agreement with the exact answer
 //! force       case × contact law × spheres → force over depth against the reference
+//! hands       recorded hands of surgeons and novices → the metrics that tell them apart
 //! all         everything, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
@@ -18,6 +19,7 @@ mod collision;
 mod csv;
 mod focus;
 mod force;
+mod hands;
 mod haptics;
 mod methods;
 mod organ;
@@ -77,6 +79,12 @@ enum Command {
     Collision(Asked),
     /// Tests whether contact stays still under a hand: devices, delays, hands, laws.
     Haptics(Asked),
+    /// Measures recorded hands of surgeons and novices with the metrics of sessions, and tells which
+    /// metrics tell the two apart, at which rates and with which noise.
+    ///
+    /// calot's repository has no such recordings. Example: evaluate hands shared/measured/hands
+    /// --out out --leave-out Lung/N4/05
+    Hands(hands::HandsArgs),
     /// Measures everything. Real organs are read from the folder that CALOT_ANATOMY names.
     All(Asked),
     /// Rewrites the tables of README.md in a folder from the CSV files beside it.
@@ -130,6 +138,7 @@ fn main() -> ExitCode {
         Command::Force(asked) => run(&asked, &[Chart::Force]),
         Command::Collision(asked) => run(&asked, &[Chart::Collision]),
         Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
+        Command::Hands(asked) => measure_hands(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
         Command::Tables { folder } => rewrite_tables(&folder),
     };
@@ -220,6 +229,18 @@ fn measure_haptics(asked: &Asked) -> Result<Vec<Section>, String> {
     let svg = haptics::chart(&rows)?;
     write(out, "haptics.svg", &svg)?;
     Ok(vec![haptics::section(&rows, &svg)])
+}
+
+fn measure_hands(asked: &hands::HandsArgs) -> Result<(), String> {
+    let out = &asked.out;
+    std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
+    let measured = hands::run(asked)?;
+    write(out, "hands.csv", &hands::csv(&measured))?;
+    let title = "Calot: experts and novices, measured";
+    let html = page::titled(title, &hands::sections(&measured)?, "");
+    write(out, "hands.html", &html)?;
+    println!("{}", out.join("hands.html").display());
+    Ok(())
 }
 
 fn measure_reference(asked: &Asked) -> Result<Vec<Section>, String> {

@@ -61,7 +61,15 @@ const PACKAGES: &[Layer] = &[
     ),
     layer(
         "evaluate",
-        &["fem-reference", "figures", "rt-core", "scene-prepare"],
+        &[
+            "assess",
+            "fem-reference",
+            "figures",
+            "rt-core",
+            "scene-prepare",
+            "session",
+            "shared-mem",
+        ],
     ),
     tested(
         "calot",
