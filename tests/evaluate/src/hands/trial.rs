@@ -199,7 +199,7 @@ mod tests {
     use super::*;
 
     fn text(rows: usize) -> String {
-        let row = |i: usize| format!("{i},1,2,,3,4,5,,0,0,0,,0,0,0,,{}.5,,,\n", i);
+        let row = |i: usize| format!("{i},1,2,,3,4,5,,0,0,0,,0,0,0,,{i}.5,,,\n");
         (0..rows).map(row).collect()
     }
 
