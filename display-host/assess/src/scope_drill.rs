@@ -38,7 +38,7 @@ pub(crate) struct ScopeDrill {
     sight: Sight,
     /// The sight's path at which the present organ came into the middle, m.
     held_from_m: f64,
-    /// Path of the picture's middle over the shown organs, m, and the time for which they were held, s.
+    /// Path of the picture's middle while the shown organs were held, m, and that time, s.
     swayed: [f64; 2],
 }
 

@@ -79,7 +79,7 @@ enum Command {
     Collision(Asked),
     /// Tests whether contact stays still under a hand: devices, delays, hands, laws.
     Haptics(Asked),
-    /// Measures recorded hands of surgeons and novices with the metrics of sessions, and tells which
+    /// Measures recorded hands of surgeons and novices with the metrics of sessions. Finds which
     /// metrics tell the two apart, at which rates and with which noise.
     ///
     /// calot's repository has no such recordings. Example: evaluate hands shared/measured/hands

@@ -18,9 +18,9 @@
 //! 5. The smoothness of a movement comes from the spectrum of its speed ([`smooth`]), for which two
 //!    more stages of 6 Hz smooth the hand.
 //!
-//! Noise of 0.3 mm at 30 Hz keeps 0.16 mm an axis after the second step. The leash of 0.8 mm is five
-//! times as long. The window of 0.2 s holds two samples of a device with 10 Hz. In a shorter one,
-//! the stairs of such a device end a movement between two samples.
+//! Noise of 0.3 mm at 30 Hz keeps 0.16 mm an axis after the second step. The leash of 0.8 mm is
+//! five times as long. The window of 0.2 s holds two samples of a device with 10 Hz. In a shorter
+//! one, the stairs of such a device end a movement between two samples.
 //!
 //! The tests `tests::hand` hold a movement at 10 Hz to 1 kHz against each other, with and without
 //! noise. `evaluate hands` does so with the hands of surgeons and novices.
