@@ -104,6 +104,9 @@ fn a_resting_hand_with_a_noisy_device_rests_at_every_rate() {
             "{noise_mm} mm"
         );
     }
+    // The most noise of which the debrief says that it adds less than 5 mm a minute.
+    let path_m = minute(100.0, 0.7e-3, |_| [0.0, 0.0, -0.1]).get(Metric::Path);
+    assert!(path_m < 5e-3, "{path_m}");
 }
 
 #[test]
