@@ -17,7 +17,7 @@ use crate::task::{Difficulty, Outcome, Task};
 use crate::vector::{Vec3, distance, looking_off, wide};
 
 /// Version of the metrics' definitions and of the tasks' built-in requirements.
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 /// Least task number in `CommandMsg::START` at which the controller has cleared the triangle.
 const START_CLAMP: u8 = 2;
 /// Largest number of alarms that are kept. The same limit holds for moments.
@@ -269,7 +269,7 @@ impl Assessment {
         let steps = self.steps();
         if !steps.is_empty() && steps.iter().all(|(_, done)| *done) {
             let values = self.values();
-            let (score, _) = self.rules.score(&values);
+            let (score, _) = self.rules.score(self.task, &values);
             let injuries = self.procedure.injuries().map(Reason::injured);
             let mut unmet: Vec<Reason> = injuries.collect();
             unmet.extend(self.rules.unmet(self.task, score, &values));
@@ -336,7 +336,7 @@ impl Assessment {
         Status {
             time_s: self.tally.time_s(),
             outcome,
-            score: self.rules.score(&self.values()).0,
+            score: self.rules.score(self.task, &self.values()).0,
             steps,
             alarm: self.alarms.last().cloned(),
             alarms: self.alarms.len(),
@@ -350,7 +350,7 @@ impl Assessment {
     #[must_use]
     pub fn end(self) -> Assessed {
         let metrics = self.values();
-        let (score, lost) = self.rules.score(&metrics);
+        let (score, lost) = self.rules.score(self.task, &metrics);
         let steps = self.steps();
         let (outcome, reasons) = self.over.unwrap_or_else(|| match self.task {
             Task::Free => (Outcome::Practised, Vec::new()),

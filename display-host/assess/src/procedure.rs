@@ -441,6 +441,7 @@ impl Procedure {
             (Metric::Unclamped, unclamped as f64),
             (Metric::Injuries, self.injuries().count() as f64),
             (Metric::CvsTwo, whole as f64 / 2.0),
+            (Metric::ScopeSway, self.drill.sway_mm_s()),
         ] {
             values.set(metric, value);
         }

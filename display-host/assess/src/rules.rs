@@ -86,10 +86,23 @@ struct Penalty {
     most: f64,
 }
 
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 struct TaskRules {
     time_max_s: f64,
     pass: Vec<Condition>,
+    /// The task's own penalties instead of the general ones.
+    penalties: Option<Vec<Penalty>>,
+}
+
+impl Default for TaskRules {
+    /// Nothing is required.
+    fn default() -> Self {
+        Self {
+            time_max_s: f64::INFINITY,
+            pass: Vec::new(),
+            penalties: None,
+        }
+    }
 }
 
 /// Required range of the score or of a metric.
@@ -176,6 +189,7 @@ mod written {
     pub(super) struct Task {
         pub(super) time_max_s: Option<Spanned<f64>>,
         pub(super) pass: Vec<Condition>,
+        pub(super) penalty: Option<Vec<Penalty>>,
     }
 
     #[derive(Deserialize)]
@@ -272,6 +286,13 @@ impl Rules {
                 .ok_or_else(|| check.refuse(name, "a task".into(), name.get_ref(), allowed()))?;
             tasks.insert(known.name(), check.task(task)?);
         }
+        // Older files have no penalties of the endoscope drill. Those of an operation would cost
+        // points for an instrument that nobody needs there.
+        let drill = tasks.entry(Task::Scope.name()).or_default();
+        if drill.penalties.is_none() {
+            let built_in = Self::default().tasks.remove(Task::Scope.name());
+            drill.penalties = built_in.and_then(|rules| rules.penalties);
+        }
         let flows = file.flow_ml_min.iter().map(|(organ, flow)| {
             Ok((
                 check.organ(organ)?,
@@ -347,10 +368,12 @@ impl Rules {
         rules.map_or(f64::INFINITY, |rules| rules.time_max_s)
     }
 
-    /// Score, 0 to 100, and the lost points.
+    /// Score of a task, 0 to 100, and the lost points.
     #[must_use]
-    pub fn score(&self, values: &Values) -> (f64, Vec<Lost>) {
-        let lost = self.penalties.iter().filter_map(|penalty| {
+    pub fn score(&self, task: Task, values: &Values) -> (f64, Vec<Lost>) {
+        let own = self.tasks.get(task.name());
+        let own = own.and_then(|rules| rules.penalties.as_ref());
+        let lost = own.unwrap_or(&self.penalties).iter().filter_map(|penalty| {
             let value = values.get(penalty.metric);
             let points = penalty.each * (value - penalty.free);
             // A metric without a value costs nothing.
@@ -542,7 +565,12 @@ impl Check<'_> {
                 }),
             }
         });
+        let penalties = task.penalty.as_ref().map(|all| {
+            let all = all.iter().map(|penalty| self.penalty(penalty));
+            all.collect::<Result<_, _>>()
+        });
         Ok(TaskRules {
+            penalties: penalties.transpose()?,
             time_max_s: time.transpose()?.unwrap_or(f64::INFINITY),
             pass: pass.collect::<Result<_, _>>()?,
         })

@@ -1,12 +1,13 @@
-//! The endoscope drill: organs to be held in the middle of the picture, one after the other.
+//! The endoscope drill: organs to be held in the middle of the picture, one after the other. While
+//! one is held, the picture should not sway.
 
 use session::Movement;
 use shared_mem::scene::OrganKind;
 
 use crate::anatomy::Anatomy;
 use crate::step::Step;
-use crate::tally::VIEW_HALF_RAD;
-use crate::vector::off_sight;
+use crate::tally::{Sight, VIEW_HALF_RAD};
+use crate::vector::{axis, off_sight, sub, wide};
 
 /// Organs to show, in this order; those missing from a scene are left out.
 const TARGETS: [OrganKind; 6] = [
@@ -24,6 +25,9 @@ const MIDDLE: f64 = 0.5;
 const NEAR_M: f64 = 0.01;
 /// Largest distance between the lens and an organ that counts as shown, m.
 const FAR_M: f64 = 0.25;
+/// Distance before the lens at which the sway of the picture is measured, m: a usual distance of
+/// work, from which a picture of 70° is 14 cm wide.
+const WORK_M: f64 = 0.1;
 
 /// Progress of the drill.
 #[derive(Debug, Clone, Default)]
@@ -31,6 +35,11 @@ pub(crate) struct ScopeDrill {
     targets: Vec<usize>,
     shown: usize,
     held_s: f64,
+    sight: Sight,
+    /// The sight's path at which the present organ came into the middle, m.
+    held_from_m: f64,
+    /// Path of the picture's middle while the shown organs were held, m, and that time, s.
+    swayed: [f64; 2],
 }
 
 impl ScopeDrill {
@@ -50,13 +59,31 @@ impl ScopeDrill {
         let Some(organ) = target.and_then(|index| anatomy.organs.get(*index)) else {
             return;
         };
-        let (angle, distance_m) = off_sight(&moved.world_from_camera, organ.middle_m);
+        let camera = &moved.world_from_camera;
+        let ahead = axis(camera, 2).map(|x| x * WORK_M);
+        let before_m = self.sight.path_m();
+        let middle = sub(wide(camera.position_m), ahead);
+        self.sight.step(middle, seconds);
+        let (angle, distance_m) = off_sight(camera, organ.middle_m);
         let seen = angle <= MIDDLE * VIEW_HALF_RAD && (NEAR_M..=FAR_M).contains(&distance_m);
+        if self.held_s <= 0.0 {
+            self.held_from_m = before_m;
+        }
         self.held_s = if seen { self.held_s + seconds } else { 0.0 };
         if self.held_s >= look_s {
+            let [path_m, time_s] = &mut self.swayed;
+            *path_m += self.sight.path_m() - self.held_from_m;
+            *time_s += self.held_s;
             self.shown += 1;
             self.held_s = 0.0;
         }
+    }
+
+    /// Mean speed of the picture's middle while the shown organs were held, mm/s; NaN before one is
+    /// shown.
+    pub(crate) fn sway_mm_s(&self) -> f64 {
+        let [path_m, time_s] = self.swayed;
+        path_m / time_s * 1e3
     }
 
     /// The organs as steps, and whether each has been shown.

@@ -24,6 +24,11 @@ pub(crate) fn distance(a: Vec3, b: Vec3) -> f64 {
     norm(sub(a, b))
 }
 
+/// Point between two: `share` of the way from the first to the second.
+pub(crate) fn blend(from: Vec3, to: Vec3, share: f64) -> Vec3 {
+    [0, 1, 2].map(|i| from[i] + (to[i] - from[i]) * share)
+}
+
 /// Axis of a pose's frame in world coordinates: 0 x, 1 y, otherwise z.
 pub(crate) fn axis(pose: &PoseMsg, which: usize) -> Vec3 {
     let [x, y, z, w] = pose.orientation.map(f64::from);

@@ -24,9 +24,24 @@ pub struct Assignment {
     pub rules: String,
     /// The session's identifier in a store; empty: none.
     pub id: String,
+    /// True if a scripted hand works the session at emulated devices, instead of a person. Older
+    /// programs did not say so, which counts as a person.
+    pub is_scripted: bool,
 }
 
+/// Word for a scripted hand.
+const SCRIPTED: &str = "scripted";
+
 impl Assignment {
+    /// Word for the hand that works the session: `person` or `scripted`.
+    #[must_use]
+    pub fn hand(&self) -> &'static str {
+        match self.is_scripted {
+            true => SCRIPTED,
+            false => "person",
+        }
+    }
+
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
         let texts = [
             ("task", &self.task),
@@ -34,10 +49,9 @@ impl Assignment {
             ("rules", &self.rules),
             ("id", &self.id),
         ];
-        let texts = texts.into_iter();
-        texts
-            .map(|(key, value)| (key.to_owned(), value.clone()))
-            .collect()
+        let texts = texts.map(|(key, value)| (key.to_owned(), value.clone()));
+        let hand = ("hand".to_owned(), self.hand().to_owned());
+        texts.into_iter().chain([hand]).collect()
     }
 
     pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Self {
@@ -48,6 +62,7 @@ impl Assignment {
             // The program that applies the rules checks them as it checks a rules file.
             rules: text("rules"),
             id: printable(&text("id")),
+            is_scripted: text("hand") == SCRIPTED,
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::open::Store;
 use crate::sessions::SessionRecord;
 
 /// Columns of a session. The columns of its metrics follow.
-const COLUMNS: [&str; 10] = [
+const COLUMNS: [&str; 11] = [
     "trainee",
     "session",
     "began_unix_s",
@@ -21,6 +21,7 @@ const COLUMNS: [&str; 10] = [
     "alarms",
     "metrics_version",
     "scene",
+    "hand",
 ];
 
 impl Store {
@@ -83,7 +84,7 @@ impl Store {
         for (name, it) in &rows {
             let _ = write!(
                 text,
-                "\n{},{},{},{},{},{},{},{},{},{}",
+                "\n{},{},{},{},{},{},{},{},{},{},{}",
                 field(name),
                 field(&it.id),
                 it.began_unix_s,
@@ -93,7 +94,8 @@ impl Store {
                 it.score,
                 it.alarms,
                 it.metrics_version,
-                field(&it.scene)
+                field(&it.scene),
+                it.hand.name()
             );
             for metric in &metrics {
                 let value = it.metrics.get(*metric);

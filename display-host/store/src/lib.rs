@@ -4,7 +4,8 @@
 //!
 //! ```text
 //! trainee ─┬─< session ─┬─ metrics (JSON)
-//!          │            └─< sheet     GOALS items, by an instructor
+//!          │            ├─< sheet     GOALS items, by an instructor
+//!          │            └── scripted   marks a session that no person worked
 //!          └─< answer                 questionnaires
 //! ```
 //!
@@ -25,7 +26,7 @@ pub use merge::{EXAMPLE_SQL, Merged};
 pub use open::{Store, new_id};
 pub use questionnaire::{Item, ItemSummary, Questionnaire};
 pub use schema::SCHEMA_VERSION;
-pub use sessions::{SessionRecord, Trainee, check_name};
+pub use sessions::{Hand, SessionRecord, Trainee, check_name};
 pub use sheet::GOALS;
 
 #[cfg(test)]

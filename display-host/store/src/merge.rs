@@ -5,6 +5,7 @@
 //! unchanged, except that the newer answer to a questionnaire replaces the older one. A second
 //! merge of the same store changes nothing.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use rusqlite::{Connection, OpenFlags, OptionalExtension as _, TransactionBehavior, params};
@@ -20,6 +21,7 @@ SELECT trainee.name, session.task, count(*) AS sessions, avg(session.score) AS s
        avg(json_extract(session.metrics, '$.time_s')) AS time_s
 FROM session JOIN trainee ON trainee.id = session.trainee
 WHERE session.outcome IN ('passed', 'failed')
+  AND session.id NOT IN (SELECT session FROM scripted)
 GROUP BY trainee.name, session.task ORDER BY trainee.name, session.task;";
 
 /// Counts of a merge.
@@ -112,6 +114,7 @@ fn merge_sessions(
         );
         Ok((first, second))
     };
+    let scripted = scripted(theirs, other)?;
     for session in rows(
         theirs,
         other,
@@ -144,9 +147,25 @@ fn merge_sessions(
             ],
         )
         .map_err(into)?;
+        if scripted.contains(id) {
+            let mark = "INSERT OR IGNORE INTO scripted (session) VALUES (?1)";
+            ours.execute(mark, [id]).map_err(into)?;
+        }
         merged.sessions += 1;
     }
     Ok(())
+}
+
+/// Sessions that a scripted hand worked. A store of an older program has none.
+fn scripted(theirs: &Connection, other: &Path) -> Result<BTreeSet<String>, StoreError> {
+    let tables = "SELECT name FROM sqlite_schema WHERE type = 'table' AND name = 'scripted'";
+    match texts(theirs, other, tables)?.is_empty() {
+        true => Ok(BTreeSet::new()),
+        false => {
+            let all = texts(theirs, other, "SELECT session FROM scripted")?;
+            Ok(all.into_iter().collect())
+        }
+    }
 }
 
 /// Checks a session that another program may have written.

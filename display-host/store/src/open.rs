@@ -10,7 +10,7 @@ use std::time::Duration;
 use rusqlite::{Connection, OpenFlags};
 
 use crate::error::StoreError;
-use crate::schema::{APPLICATION, SCHEMA_VERSION, TABLES};
+use crate::schema::{APPLICATION, SCHEMA_VERSION, SCRIPTED, TABLES};
 
 /// First bytes of every SQLite file.
 const MAGIC: &[u8] = b"SQLite format 3\0";
@@ -95,9 +95,12 @@ impl Store {
             .transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)
             .map_err(broken)?;
         if marks(&making, path)? != (0, 0, 0) {
-            return check_is_store(&making, path);
+            check_is_store(&making, path)?;
+            making.execute_batch(SCRIPTED).map_err(sqlite)?;
+            return making.commit().map_err(sqlite);
         }
         making.execute_batch(TABLES).map_err(sqlite)?;
+        making.execute_batch(SCRIPTED).map_err(sqlite)?;
         making
             .pragma_update(None, "application_id", APPLICATION)
             .map_err(sqlite)?;

@@ -42,3 +42,11 @@ CREATE TABLE sheet (
     PRIMARY KEY (session, item)
 ) STRICT;
 ";
+
+/// SQL that makes the table of sessions that a scripted hand worked. It came later than the others.
+/// Programs that do not know it can still use the file.
+pub(crate) const SCRIPTED: &str = "
+CREATE TABLE IF NOT EXISTS scripted (
+    session TEXT PRIMARY KEY REFERENCES session ON DELETE CASCADE
+) STRICT;
+";

@@ -10,6 +10,28 @@ use crate::open::{Store, one_file};
 /// Longest name, characters.
 const NAME_MAX: usize = 64;
 
+/// Hand that worked a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Hand {
+    /// A person.
+    #[default]
+    Person,
+    /// A script at emulated devices. The session tells nothing about the trainee.
+    Scripted,
+}
+
+impl Hand {
+    /// Name in exports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Person => "person",
+            Self::Scripted => "scripted",
+        }
+    }
+}
+
 /// Result of a session.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SessionRecord {
@@ -37,6 +59,8 @@ pub struct SessionRecord {
     pub program: String,
     /// File of the recording, if there is one.
     pub file: Option<String>,
+    /// Hand that worked it.
+    pub hand: Hand,
 }
 
 /// A trainee in the store.
@@ -217,6 +241,11 @@ impl Store {
                 ],
             )
             .map_err(|error| self.refused(error))?;
+        if added > 0 && session.hand == Hand::Scripted {
+            let mark = "INSERT OR IGNORE INTO scripted (session) VALUES (?1)";
+            let marked = self.connection.execute(mark, [&session.id]);
+            marked.map_err(|error| self.refused(error))?;
+        }
         Ok(added > 0)
     }
 
@@ -273,7 +302,7 @@ impl Store {
         let trainee = self.trainee(name)?;
         self.rows(
             "SELECT id, began_unix_s, task, difficulty, outcome, score, alarms, metrics_version, metrics, scene, \
-             program, file FROM session WHERE trainee = ?1 AND (?2 IS NULL OR task = ?2) \
+             program, file, id IN (SELECT session FROM scripted) FROM session WHERE trainee = ?1 AND (?2 IS NULL OR task = ?2) \
              ORDER BY began_unix_s, id",
             params![trainee, task],
             session_of,
@@ -340,5 +369,9 @@ fn session_of(row: &Row<'_>) -> rusqlite::Result<SessionRecord> {
         scene: row.get(9)?,
         program: row.get(10)?,
         file: row.get(11)?,
+        hand: match row.get(12)? {
+            true => Hand::Scripted,
+            false => Hand::Person,
+        },
     })
 }

@@ -27,7 +27,49 @@ fn session(began_unix_s: i64, task: &str, score: f64) -> SessionRecord {
         scene: "triangle".to_owned(),
         program: "a test".to_owned(),
         file: Some("monday/session.mcap".to_owned()),
+        hand: Hand::Person,
     }
+}
+
+#[test]
+fn a_scripted_session_stays_marked_through_merge_export_and_older_stores() {
+    let (_folder, path) = folder();
+    let (_other, older) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let scripted = SessionRecord {
+        hand: Hand::Scripted,
+        ..session(100, "cut", 90.0)
+    };
+    store.add_session("Ada", &scripted).unwrap();
+    store
+        .add_session("Ada", &session(200, "cut", 40.0))
+        .unwrap();
+    let hands = |store: &Store| {
+        let all = store.sessions("Ada", None).unwrap();
+        all.iter().map(|it| it.hand).collect::<Vec<_>>()
+    };
+    assert_eq!(hands(&store), [Hand::Scripted, Hand::Person]);
+    let csv = store.export_csv(None).unwrap();
+    let lines: Vec<&str> = csv.lines().collect();
+    assert!(lines[0].contains("scene,hand,"));
+    assert!(lines[1].contains("triangle,scripted,") && lines[2].contains("triangle,person,"));
+    // An older program made this store without the table, and an older one may merge it.
+    let made = Store::open(&older).unwrap();
+    made.connection
+        .execute_batch("DROP TABLE scripted")
+        .unwrap();
+    assert_eq!(store.merge(&older).unwrap().sessions, 0);
+    drop(made);
+    let mut other = Store::open(&older).unwrap();
+    assert_eq!(other.merge(&path).unwrap().sessions, 2);
+    assert_eq!(hands(&other), [Hand::Scripted, Hand::Person]);
+    // A session that is added again as a person's is one.
+    let again = SessionRecord {
+        hand: Hand::Person,
+        ..scripted
+    };
+    other.add_session("Ada", &again).unwrap();
+    assert_eq!(hands(&other), [Hand::Person; 2]);
 }
 
 fn mode(path: &Path) -> u32 {

@@ -10,6 +10,7 @@
 //! surface     scene × hand × organ → faults of the drawn skin under tools
 //! solve-force the references of force that are missing
 //! calculix    two of them by CalculiX → forces side by side
+//! hands       recorded hands of surgeons and novices → the metrics that tell them apart
 //! all         everything, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
@@ -21,6 +22,7 @@ mod collision;
 mod csv;
 mod focus;
 mod force;
+mod hands;
 mod haptics;
 mod methods;
 mod organ;
@@ -88,6 +90,12 @@ enum Command {
     Haptics(Asked),
     /// Judges the drawn skin under tools: stretched edges, folds, gaps, loose ends.
     Surface(Asked),
+    /// Measures recorded hands of surgeons and novices with the metrics of sessions. Finds which
+    /// metrics tell the two apart, at which rates and with which noise.
+    ///
+    /// calot's repository has no such recordings. Example: evaluate hands shared/measured/hands
+    /// --out out --leave-out Lung/N4/05
+    Hands(hands::HandsArgs),
     /// Measures everything. Real organs are read from the folder that CALOT_ANATOMY names.
     All(Asked),
     /// Rewrites the tables of README.md in a folder from the CSV files beside it.
@@ -147,6 +155,7 @@ fn main() -> ExitCode {
         Command::Collision(asked) => run(&asked, &[Chart::Collision]),
         Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
         Command::Surface(asked) => run(&asked, &[Chart::Surface]),
+        Command::Hands(asked) => measure_hands(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
         Command::Tables { folder } => rewrite_tables(&folder),
     };
@@ -248,6 +257,16 @@ fn measure_surface(asked: &Asked) -> Result<Vec<Section>, String> {
     let rows = surface::run(&asked.out, asked.quick, asked.only())?;
     write(&asked.out, "surface.csv", &surface::csv(&rows))?;
     Ok(Vec::new())
+fn measure_hands(asked: &hands::HandsArgs) -> Result<(), String> {
+    let out = &asked.out;
+    std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
+    let measured = hands::run(asked)?;
+    write(out, "hands.csv", &hands::csv(&measured))?;
+    let title = "Calot: experts and novices, measured";
+    let html = page::titled(title, &hands::sections(&measured)?, "");
+    write(out, "hands.html", &html)?;
+    println!("{}", out.join("hands.html").display());
+    Ok(())
 }
 
 fn measure_reference(asked: &Asked) -> Result<Vec<Section>, String> {

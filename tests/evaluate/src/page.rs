@@ -301,8 +301,18 @@ differ. The remaining difference of the meshes is the smallest error that the ch
     }
 }
 
-/// The whole page.
+/// The whole page of the solvers.
 pub(crate) fn whole(sections: &[Section], quick: bool) -> String {
+    let warning = if quick {
+        "<p><b>A reduced run (--quick): its figures are coarse.</b></p>"
+    } else {
+        ""
+    };
+    titled("Calot: its solvers, measured", sections, warning)
+}
+
+/// A page with a title, and a warning as HTML.
+pub(crate) fn titled(title: &str, sections: &[Section], warning: &str) -> String {
     let mut links = String::new();
     let mut body = String::new();
     for (i, section) in sections.iter().enumerate() {
@@ -310,19 +320,14 @@ pub(crate) fn whole(sections: &[Section], quick: bool) -> String {
         links += &format!("<li><a href='#s{i}'>{title}</a>");
         body += &format!("<h2 id=s{i}>{title}</h2>{}\n", section.body);
     }
-    let warning = if quick {
-        "<p><b>A reduced run (--quick): its figures are coarse.</b></p>"
-    } else {
-        ""
-    };
     format!(
-        "<!doctype html><html lang=en><meta charset=utf-8><title>Calot: its solvers, measured</title>\
+        "<!doctype html><html lang=en><meta charset=utf-8><title>{title}</title>\
 <style>body{{font:16px/1.5 system-ui,sans-serif;max-width:78rem;margin:2rem auto;padding:0 1rem;color:#222}}\
 p,ul{{max-width:50rem}}table{{border-collapse:collapse;font-size:14px}}\
 td,th{{padding:.2rem .6rem;text-align:right;border-bottom:1px solid #ddd;vertical-align:bottom}}\
 td:first-child,td:nth-child(2),th:first-child,th:nth-child(2){{text-align:left}}\
 .wide{{overflow-x:auto}}svg{{max-width:100%;height:auto}}summary{{cursor:pointer;margin:1rem 0}}</style>\
-<h1>Calot: its solvers, measured</h1>{warning}<p>{}</p><ul>{links}</ul>{body}</html>\n",
+<h1>{title}</h1>{warning}<p>{}</p><ul>{links}</ul>{body}</html>\n",
         escape(&about())
     )
 }

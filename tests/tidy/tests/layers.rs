@@ -61,7 +61,17 @@ const PACKAGES: &[Layer] = &[
     ),
     layer(
         "evaluate",
-        &["fem-reference", "figures", "rt-core", "scene-prepare"],
+        &[
+            "assess",
+            "display-host",
+            "fem-reference",
+            "figures",
+            "rt-core",
+            "rt-process",
+            "scene-prepare",
+            "session",
+            "shared-mem",
+        ],
     ),
     tested(
         "calot",

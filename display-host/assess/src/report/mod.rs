@@ -28,6 +28,8 @@ pub struct Chapter {
     pub pictures: Vec<(String, Vec<u8>)>,
     /// Durations of the simulation's ticks, if they are stored next to the session.
     pub ticks: Option<Ticks>,
+    /// True if a scripted hand worked the session.
+    pub is_scripted: bool,
     /// Reason why the recording ends early, if it does.
     pub cut_short: Option<String>,
     /// The trainee's earlier sessions of the same task, oldest first.
@@ -119,6 +121,7 @@ mod tests {
                 late_ticks: 5,
                 realtime: false,
             }),
+            is_scripted: false,
             cut_short: None,
             past: vec![Past {
                 when: String::new(),
@@ -197,9 +200,32 @@ mod tests {
         let sentences =
             "The task was paused for 60.0 s. A device was missing for 9.0 s. The trainee's";
         assert!(page.contains(sentences), "no word of a gap of 0.05 s");
-        assert!(page.contains("noise at rest is 0.30 mm. Movements of the tip within 1 mm"));
+        assert!(page.contains("noise at rest is 0.30 mm. Movements of the tip within 1.6 mm"));
         assert!(with(&[(Metric::Noise, 1.0)]).contains("does not remove so much noise"));
         assert!(!with(&[]).contains("do not count that"));
+    }
+
+    #[test]
+    fn a_scripted_session_is_marked_and_in_no_curve() {
+        let of = |scripted: [bool; 2]| {
+            let both = scripted.map(|is_scripted| Chapter {
+                is_scripted,
+                past: Vec::new(),
+                ..chapter("a")
+            });
+            html(&both)
+        };
+        let [persons, one] = [of([false; 2]), of([false, true])];
+        for told in [
+            "A scripted hand worked this session",
+            "aborted, scripted hand",
+        ] {
+            assert_eq!(persons.matches(told).count(), 0);
+            assert_eq!(one.matches(told).count(), 1);
+        }
+        // One session is no curve.
+        let curves = |page: &str| page.matches("<figure>").count();
+        assert_eq!(curves(&persons) - curves(&one), 1);
     }
 
     #[test]

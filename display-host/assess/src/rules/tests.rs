@@ -88,6 +88,27 @@ fn a_file_without_injuries_has_the_built_in_ones() {
 }
 
 #[test]
+fn the_endoscope_drill_is_scored_by_its_camera_whatever_the_file() {
+    let tables: Vec<&str> = BUILT_IN.split("\n\n").collect();
+    let without = tables.iter().filter(|it| !it.contains("task.scope"));
+    let without: Vec<&str> = without.copied().collect();
+    assert!(without.len() < tables.len());
+    let older = Rules::parse(&without.join("\n\n")).unwrap();
+    let mut values = Values::none();
+    values.set(Metric::OutOfView, 300.0);
+    values.set(Metric::ScopeSway, 25.0);
+    for rules in [Rules::default(), older] {
+        let lost = |task| rules.score(task, &values).1;
+        let of = |lost: Vec<Lost>| lost.iter().map(|it| it.metric).collect::<Vec<_>>();
+        assert_eq!(of(lost(Task::Scope)), ["scope_sway_mm_s"]);
+        assert_eq!(of(lost(Task::Identify)), ["out_of_view_s"]);
+        assert!(rules.score(Task::Scope, &Values::none()).0 > 99.9);
+    }
+    let error = refused("\"scope_sway_mm_s\"", "\"scope_swing\"");
+    assert!(error.contains("a metric is scope_swing"), "{error}");
+}
+
+#[test]
 fn a_file_without_end_is_refused() {
     let error = Rules::read(std::path::Path::new("/dev/zero")).unwrap_err();
     assert!(error.to_string().contains("at most 65536"), "{error}");
@@ -98,17 +119,17 @@ fn points_are_lost_beyond_what_is_free_and_bounded() {
     let rules = Rules::default();
     let mut values = Values::none();
     assert_eq!(
-        rules.score(&values),
+        rules.score(Task::Full, &values),
         (100.0, Vec::new()),
         "what is not known costs nothing"
     );
     values.set(Metric::ClipsLost, 1.0);
     values.set(Metric::CauteryAir, 2.0);
-    assert!((rules.score(&values).0 - 95.0).abs() < 1e-9);
+    assert!((rules.score(Task::Full, &values).0 - 95.0).abs() < 1e-9);
     values.set(Metric::ClipsLost, 1e9);
-    assert!((rules.score(&values).0 - 80.0).abs() < 1e-9);
+    assert!((rules.score(Task::Full, &values).0 - 80.0).abs() < 1e-9);
     values.set(Metric::Unclamped, 5.0);
-    assert!(rules.score(&values).0 < 1e-9);
+    assert!(rules.score(Task::Full, &values).0 < 1e-9);
     assert!(!rules.unmet(Task::Clamp, 0.0, &values).is_empty());
     assert!(rules.unmet(Task::Free, 0.0, &values).is_empty());
 }
@@ -133,8 +154,10 @@ proptest! {
             for metric in Metric::ALL {
                 values.set(metric, value);
             }
-            let (score, _) = rules.score(&values);
-            prop_assert!((0.0..=100.0).contains(&score));
+            for task in Task::ALL {
+                let (score, _) = rules.score(task, &values);
+                prop_assert!((0.0..=100.0).contains(&score));
+            }
         }
     }
 }

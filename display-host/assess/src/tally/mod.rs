@@ -12,6 +12,7 @@ use shared_mem::words::{Current, Fault, Instrument, Switches};
 pub use self::force::BIN_N;
 use self::force::Force;
 use self::hands::Hands;
+pub(crate) use self::hands::Sight;
 use self::noise::Noise;
 use crate::anatomy::{Anatomy, Region};
 use crate::metrics::{Metric, Values};
@@ -294,7 +295,7 @@ impl Tally {
     /// The metrics counted here; the procedure sets the others.
     pub(crate) fn values(&self, anatomy: &Anatomy) -> Values {
         let mut values = Values::none();
-        let [tip, lens] = &self.hands.tracks;
+        let [tip, lens] = self.hands.tracks();
         let [liver, gallbladder, duct, vessel, target, _] = self.burns_j;
         for (metric, value) in [
             (Metric::Time, self.time_s),
@@ -302,11 +303,14 @@ impl Tally {
             (Metric::Paused, self.paused_s),
             (Metric::DeviceLost, self.device_lost_s),
             (Metric::Noise, self.noise.mm()),
-            (Metric::Path, tip.path_m),
-            (Metric::ScopePath, lens.path_m),
-            (Metric::Movements, tip.movements.into()),
-            (Metric::ScopeMovements, lens.movements.into()),
+            (Metric::Path, tip.path_m()),
+            (Metric::ScopePath, lens.path_m()),
+            (Metric::Movements, tip.movements().into()),
+            (Metric::ScopeMovements, lens.movements().into()),
             (Metric::Economy, tip.economy()),
+            (Metric::Smoothness, tip.smoothness()),
+            (Metric::ScopeSmoothness, lens.smoothness()),
+            (Metric::BothMoving, self.hands.both_moving()),
             (Metric::Idle, self.hands.idle_s()),
             (Metric::ForceMax, self.force.max_n),
             (Metric::ForceMean, self.force.mean_n()),

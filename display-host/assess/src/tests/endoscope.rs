@@ -57,3 +57,34 @@ fn the_drill_is_done_when_each_organ_was_shown() {
         drill.status()
     );
 }
+
+/// Sway and score of a drill whose endoscope trembles by this much, rad, at 4 Hz.
+fn drill(tremor_rad: f64) -> [f64; 2] {
+    let mut organs = anatomy();
+    for organ in &mut organs.organs {
+        organ.middle_m = [0.0, 0.0, -0.1];
+    }
+    let rules = Rules::default();
+    let mut drill = Assessment::new(Task::Scope, Difficulty::Trainee, rules, organs);
+    for step in 0..=600 {
+        let at_s = f64::from(step) * 0.01;
+        let half = 0.5 * tremor_rad * (at_s * 4.0 * std::f64::consts::TAU).sin();
+        let mut look = here([0.0, 0.0, 0.3]);
+        look.world_from_camera.orientation = [half.sin() as f32, 0.0, 0.0, half.cos() as f32];
+        drill.take(&moved(at_s, look));
+    }
+    let drill = drill.end();
+    assert_eq!(drill.outcome, Outcome::Passed, "{:?}", drill.reasons);
+    assert!(drill.metrics.get(Metric::OutOfView) > 4.0);
+    [drill.metrics.get(Metric::ScopeSway), drill.score]
+}
+
+#[test]
+fn a_drill_costs_points_for_a_picture_that_sways_and_none_for_the_instrument() {
+    let [still, whole] = drill(0.0);
+    is(still, 0.0);
+    is(whole, 100.0);
+    let [sways, score] = drill(0.03);
+    assert!((10.0..60.0).contains(&sways), "{sways} mm/s");
+    assert!((70.0..100.0 - 5.0).contains(&score), "{score}");
+}

@@ -148,7 +148,8 @@ fn definitions_are_complete_and_their_names_differ() {
         assert!(!metric.source().is_empty());
         assert_eq!(Metric::from_name(metric.name()), Some(metric));
         let unit = metric.unit();
-        let told = unit == "n" || unit == "1" || metric.name().ends_with(&unit.to_lowercase());
+        let last = unit.to_lowercase().replace('/', "_");
+        let told = unit == "n" || unit == "1" || metric.name().ends_with(&last);
         assert!(told, "{} in {unit}", metric.name());
     }
 }
@@ -158,7 +159,7 @@ proptest! {
     fn a_path_does_not_depend_on_how_often_it_is_looked_at(hz in 20.0f64..250.0, seconds in 2.0f64..9.0) {
         let path_m = circle(hz, seconds, 0.0).get(Metric::Path);
         let true_m = 0.05 * std::f64::consts::TAU / 4.0 * (hz * seconds).floor() / hz;
-        prop_assert!((path_m - true_m).abs() < 0.02 * true_m + 0.002, "{} {}", path_m, true_m);
+        prop_assert!((path_m - true_m).abs() < 0.02 * true_m + 0.006, "{} {}", path_m, true_m);
         is(circle(hz, seconds, 0.0).get(Metric::Movements), 1.0);
     }
 

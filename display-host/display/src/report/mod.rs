@@ -146,6 +146,8 @@ pub struct TaskSummary {
     pub task: String,
     /// Degree of help.
     pub difficulty: String,
+    /// Hand that worked the session: `person`, or `scripted` at emulated devices.
+    pub hand: String,
     /// `passed`, `failed`, `aborted`, or `practised` (free practice).
     pub outcome: String,
     /// Reasons for the outcome.

@@ -80,6 +80,7 @@ fn the_course_is_read_as_it_was_told() {
         difficulty: "exam".into(),
         rules: "a = 1\n".into(),
         id: "x".into(),
+        is_scripted: true,
     };
     file.assignment(&assignment).unwrap();
     for i in 0..3 {

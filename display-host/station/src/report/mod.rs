@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use assess::report::{Chapter, Ticks, html};
 use assess::{Anatomy, Assessment, Difficulty, Metric, Rules, Task};
 use session::{Assignment, End, Operation};
+use store::Hand;
 
 use self::args::ReportArgs;
 pub(crate) use self::pictures::Wanted;
@@ -165,11 +166,20 @@ fn with(chapter: &Chapter, left_out: &LeftOut) -> Result<serde_json::Value, Prob
     let mut value = serde_json::to_value(&chapter.assessed)?;
     if let Some(object) = value.as_object_mut() {
         object.insert("session".to_owned(), chapter.name.clone().into());
+        object.insert("hand".to_owned(), hand(chapter.is_scripted).name().into());
         let cut_short = serde_json::to_value(left_out.cut_short())?;
         object.insert("cut_short".to_owned(), cut_short);
         object.insert("left_out".to_owned(), serde_json::to_value(left_out)?);
     }
     Ok(value)
+}
+
+/// The hand that worked a session.
+pub(crate) fn hand(is_scripted: bool) -> Hand {
+    match is_scripted {
+        true => Hand::Scripted,
+        false => Hand::Person,
+    }
 }
 
 /// Writes the page and prints its path.
@@ -247,6 +257,7 @@ pub(crate) fn chapter(
         rules,
         pictures: folder.map(left_beside).unwrap_or_default(),
         ticks: folder.and_then(ticks),
+        is_scripted: assigned.is_scripted,
         cut_short: left_out.cut_short().cloned(),
         past: Vec::new(),
         sheet: Vec::new(),

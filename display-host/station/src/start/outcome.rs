@@ -13,8 +13,8 @@ use store::Store;
 use super::problem;
 use crate::store::{SessionCriteria, past};
 
-/// Metrics shown for every task, in addition to those of its pass rule.
-const ALWAYS_SHOWN: [Metric; 9] = [
+/// Metrics shown for an operation, in addition to those of its pass rule.
+const OF_OPERATION: [Metric; 9] = [
     Metric::Time,
     Metric::Alarms,
     Metric::Path,
@@ -24,6 +24,15 @@ const ALWAYS_SHOWN: [Metric; 9] = [
     Metric::Blood,
     Metric::Bile,
     Metric::OutOfView,
+];
+/// Metrics shown for the endoscope drill, in which the instrument has no part.
+const OF_DRILL: [Metric; 6] = [
+    Metric::Time,
+    Metric::Alarms,
+    Metric::ScopePath,
+    Metric::ScopeTurn,
+    Metric::ScopeTilt,
+    Metric::ScopeSway,
 ];
 /// Metrics shown only if their value is worth a mention. The trainee does not cause them, or they
 /// explain other metrics.
@@ -162,9 +171,14 @@ fn rows(
     summary: &Value,
     past: &[assess::report::Past],
 ) -> Vec<MetricRow> {
-    let pass = Task::from_name(task).map_or_else(Vec::new, |task| rules.pass(task));
+    let task = Task::from_name(task);
+    let pass = task.map_or_else(Vec::new, |task| rules.pass(task));
     let ruled = pass.iter().map(|(name, ..)| *name);
-    let usual = ALWAYS_SHOWN.iter().map(|it| it.name());
+    let usual = match task {
+        Some(Task::Scope) => &OF_DRILL[..],
+        _ => &OF_OPERATION[..],
+    };
+    let usual = usual.iter().map(|it| it.name());
     let any = |metric: &&Metric| {
         summary["metrics"][metric.name()]
             .as_f64()
@@ -254,6 +268,18 @@ mod tests {
         let warnings = |trainee| read_it(folder.path(), trainee).unwrap().0.warnings;
         assert_eq!(warnings("Ada"), ["it is in use", "late"]);
         assert_eq!(warnings(""), ["late"]);
+    }
+
+    #[test]
+    fn a_camera_drill_shows_its_camera_and_not_the_instrument() {
+        let folder = folder(
+            r#"{"task": "scope", "session": "s", "metrics": {"scope_sway_mm_s": 3.0,
+                "out_of_view_s": 200.0}}"#,
+        );
+        let (debrief, _) = read_it(folder.path(), "").unwrap();
+        let shown = |name: &str| debrief.metrics.iter().find(|it| it.name == name);
+        assert_eq!(shown("scope_sway_mm_s").and_then(|it| it.value), Some(3.0));
+        assert!(shown("out_of_view_s").is_none() && shown("blood_ml").is_none());
     }
 
     #[test]

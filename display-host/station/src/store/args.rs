@@ -38,6 +38,7 @@ SELECT trainee.name, session.task, count(*) AS sessions, avg(session.score) AS s
        avg(json_extract(session.metrics, '$.time_s')) AS time_s
 FROM session JOIN trainee ON trainee.id = session.trainee
 WHERE session.outcome IN ('passed', 'failed')
+  AND session.id NOT IN (SELECT session FROM scripted)
 GROUP BY trainee.name, session.task ORDER BY trainee.name, session.task;
 
 For Parquet, DuckDB makes it of the sessions as CSV:

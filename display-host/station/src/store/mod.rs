@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use assess::report::{Past, learning_curve};
 use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
-use store::{SessionRecord, Store, StoreError};
+use store::{Hand, SessionRecord, Store, StoreError};
 
 use self::args::{StoreArgs, StoreCommand};
 use crate::output::{self, Format};
@@ -147,8 +147,12 @@ fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
         } else {
             String::new()
         };
+        let hand = match it.hand {
+            Hand::Scripted => "  by a scripted hand",
+            Hand::Person => "",
+        };
         say::answer(format_args!(
-            "{}  {when}  {:<10} {:<9} {:<9} {:>3.0} of 100, {} alarms{goals}",
+            "{}  {when}  {:<10} {:<9} {:<9} {:>3.0} of 100, {} alarms{goals}{hand}",
             it.id, it.task, it.difficulty, it.outcome, it.score, it.alarms
         ));
     }
@@ -179,7 +183,9 @@ fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRe
     let (assessed, chapter) = (&found.chapter.assessed, &found.chapter);
     let (scene, program) = (&chapter.scene, &chapter.build);
     let id = &assignment.id;
-    let mut record = record(id, began_unix_s, assessed, scene, program, Some(&file));
+    let made_by = [scene.as_str(), program];
+    let hand = report::hand(chapter.is_scripted);
+    let mut record = record(id, began_unix_s, assessed, made_by, Some(&file), hand);
     // A decision before the break stays valid.
     let is_open = matches!(assessed.outcome, Outcome::Aborted | Outcome::Practised);
     if is_open && found.left_out.cut_short().is_some() {
@@ -211,8 +217,8 @@ fn curve(
     let (sessions, left_out) = comparable(store.sessions(name, Some(task.name()))?, difficulty);
     if left_out > 0 {
         say::note(format_args!(
-            "{left_out} sessions are left out: aborted, cut short or practice, or of another difficulty (--difficulty) or \
-             version of the metrics than the newest"
+            "{left_out} sessions are left out: aborted, cut short, practice or a scripted hand's, or of another \
+             difficulty (--difficulty) or version of the metrics than the newest"
         ));
     }
     let value = |it: &SessionRecord| match metric {
@@ -269,9 +275,9 @@ pub(crate) fn record(
     id: &str,
     began_unix_s: i64,
     assessed: &Assessed,
-    scene: &str,
-    program: &str,
+    [scene, program]: [&str; 2],
     file: Option<&Path>,
+    hand: Hand,
 ) -> SessionRecord {
     let values = Metric::ALL.map(|metric| (metric.name().to_owned(), assessed.metrics.get(metric)));
     let metrics = values.into_iter().filter(|(_, value)| value.is_finite());
@@ -291,6 +297,7 @@ pub(crate) fn record(
             let whole = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
             whole.display().to_string()
         }),
+        hand,
     }
 }
 
@@ -300,12 +307,12 @@ pub(crate) struct Before {
     pub(crate) sheet: Vec<(String, u8)>,
 }
 
-/// True if a session was completed. An aborted session and practice take less time and incur fewer
-/// penalties than a completed one.
+/// True if a person completed a session. An aborted session and practice take less time and incur
+/// fewer penalties than a completed one. A scripted hand learns nothing.
 fn counts(session: &SessionRecord) -> bool {
-    [Outcome::Passed, Outcome::Failed]
-        .iter()
-        .any(|it| it.name() == session.outcome)
+    let is_persons = session.hand == Hand::Person;
+    let mut whole = [Outcome::Passed, Outcome::Failed].into_iter();
+    is_persons && whole.any(|it| it.name() == session.outcome)
 }
 
 /// Criteria that make sessions comparable.
@@ -356,7 +363,8 @@ mod tests {
         let rules = Rules::default();
         let assessed = Assessment::new(Task::Cut, difficulty, rules, Anatomy::default()).end();
         let id = number.to_string();
-        let mut record = record(&id, number, &assessed, "triangle", "a test", None);
+        let made_by = ["triangle", "a test"];
+        let mut record = record(&id, number, &assessed, made_by, None, Hand::Person);
         record.outcome = outcome.name().to_owned();
         record
     }
@@ -368,6 +376,10 @@ mod tests {
             session(3, Difficulty::Beginner, Outcome::Passed),
             session(4, Difficulty::Exam, Outcome::Practised),
             session(5, Difficulty::Exam, Outcome::Failed),
+            SessionRecord {
+                hand: Hand::Scripted,
+                ..session(6, Difficulty::Exam, Outcome::Passed)
+            },
         ]
     }
 
@@ -378,9 +390,9 @@ mod tests {
             let ids: Vec<_> = kept.into_iter().map(|it| it.id).collect();
             (ids.join(" "), left_out)
         };
-        assert_eq!(ids(None), ("1 5".to_owned(), 3));
-        assert_eq!(ids(Some(Difficulty::Beginner)), ("3".to_owned(), 4));
-        assert_eq!(ids(Some(Difficulty::Trainee)), (String::new(), 5));
+        assert_eq!(ids(None), ("1 5".to_owned(), 4));
+        assert_eq!(ids(Some(Difficulty::Beginner)), ("3".to_owned(), 5));
+        assert_eq!(ids(Some(Difficulty::Trainee)), (String::new(), 6));
     }
 
     #[test]
@@ -395,8 +407,10 @@ mod tests {
             difficulty: "exam",
             version: assess::VERSION,
         };
-        let before = past(&store, "Ada", exam, "5").unwrap();
-        let outcomes: Vec<_> = before.past.iter().map(|it| it.outcome.as_str()).collect();
-        assert_eq!(outcomes, ["passed"]);
+        for (session, expected) in [("5", &["passed"][..]), ("none", &["passed", "failed"])] {
+            let before = past(&store, "Ada", exam, session).unwrap();
+            let outcomes: Vec<_> = before.past.iter().map(|it| it.outcome.as_str()).collect();
+            assert_eq!(outcomes, expected, "6 is a scripted hand's");
+        }
     }
 }

@@ -29,6 +29,7 @@ use self::view::view_of;
 use crate::build::build;
 use crate::clock::now_unix_s;
 use crate::problem::Problem;
+use crate::report;
 use crate::say;
 use crate::store::{SessionCriteria, past, record};
 
@@ -48,11 +49,14 @@ pub(crate) struct Assigned {
     id: String,
     /// Trainee and store, if the result is to be kept.
     keep: Option<(String, PathBuf)>,
+    /// True if a scripted hand works.
+    is_scripted: bool,
 }
 
 impl Assigned {
-    /// Reads the requested task, if any. Checks its rules before anything starts.
-    pub(crate) fn read(args: &TaskArgs) -> Result<Option<Self>, Problem> {
+    /// Reads the requested task, if any. Checks its rules before anything starts. `is_scripted`:
+    /// nobody is there to take the emulated hand.
+    pub(crate) fn read(args: &TaskArgs, is_scripted: bool) -> Result<Option<Self>, Problem> {
         let Some(task) = args.task else {
             return Ok(None);
         };
@@ -79,6 +83,7 @@ impl Assigned {
             rules: rules.unwrap_or_default(),
             id: store::new_id(),
             keep,
+            is_scripted,
         }))
     }
 
@@ -112,6 +117,7 @@ impl Assigned {
             difficulty: self.difficulty.name().to_owned(),
             rules: self.rules.text().to_owned(),
             id: self.id.clone(),
+            is_scripted: self.is_scripted,
         }
     }
 
@@ -146,6 +152,7 @@ impl Assigned {
         }));
         let over = Arc::new(AtomicBool::new(false));
         let (shown, decided) = (view.clone(), over.clone());
+        let assignment = self.assignment();
         let (task, difficulty, start) = (self.task, self.difficulty, self.start());
         let assessment = Assessment::new(self.task, self.difficulty, self.rules, anatomy);
         let station = station.clone();
@@ -167,7 +174,7 @@ impl Assigned {
             thread,
             view,
             over,
-            id: self.id,
+            assignment,
             keep: self.keep,
             began_unix_s: now_unix_s(),
         };
@@ -182,7 +189,7 @@ pub(crate) struct Live {
     pub(crate) view: Arc<Mutex<TaskView>>,
     /// Set once the task is decided.
     pub(crate) over: Arc<AtomicBool>,
-    id: String,
+    assignment: Assignment,
     keep: Option<(String, PathBuf)>,
     began_unix_s: i64,
 }
@@ -191,6 +198,7 @@ pub(crate) struct Live {
 pub(crate) struct Ended {
     pub(crate) assessed: Assessed,
     pub(crate) summary: TaskSummary,
+    is_scripted: bool,
     keep: Option<(String, PathBuf)>,
     /// Start of the session, s since 1970. It is read at the start, because somebody may set the
     /// time of day while the session runs.
@@ -205,15 +213,19 @@ impl Ended {
         };
         let began_unix_s = self.began_unix_s;
         let id = &self.summary.session;
-        let record = record(id, began_unix_s, &self.assessed, scene, &build(), recording);
+        let hand = report::hand(self.is_scripted);
+        let program = build();
+        let made_by = [scene, program.as_str()];
+        let record = record(id, began_unix_s, &self.assessed, made_by, recording, hand);
         Store::open(path)?.add_session(name, &record)?;
         say::note(format_args!("kept as {name}'s session {id}"));
         Ok(())
     }
 
-    /// Adds the trainee's past and the instructor's sheet to the debrief.
+    /// Adds the trainee's past and the instructor's sheet to the debrief. A scripted hand has no
+    /// past.
     pub(crate) fn add_past(&self, chapter: &mut Chapter) -> Result<(), Problem> {
-        if let Some((name, path)) = &self.keep {
+        if let Some((name, path)) = self.keep.as_ref().filter(|_| !self.is_scripted) {
             let store = Store::open(path)?;
             let it = &self.summary;
             let criteria = SessionCriteria {
@@ -233,8 +245,9 @@ impl Live {
     pub(crate) fn end(self) -> Option<Ended> {
         let assessed = self.thread.join().ok()?;
         Some(Ended {
-            summary: summary(&assessed, &self.id),
+            summary: summary(&assessed, &self.assignment),
             assessed,
+            is_scripted: self.assignment.is_scripted,
             keep: self.keep,
             began_unix_s: self.began_unix_s,
         })
@@ -276,7 +289,7 @@ pub(crate) fn start(argument: u32, station: &Station) -> Result<(), Problem> {
 }
 
 /// The result as `summary.json` holds it.
-pub(crate) fn summary(assessed: &Assessed, id: &str) -> TaskSummary {
+pub(crate) fn summary(assessed: &Assessed, assignment: &Assignment) -> TaskSummary {
     let alarm = |alarm: &assess::Alarm| TaskAlarm {
         at_s: alarm.at_s,
         kind: alarm.kind.name().to_owned(),
@@ -293,7 +306,8 @@ pub(crate) fn summary(assessed: &Assessed, id: &str) -> TaskSummary {
         injuries: assessed.injuries.clone(),
         metrics: serde_json::to_value(assessed.metrics).unwrap_or_default(),
         metrics_version: assessed.version,
-        session: id.to_owned(),
+        session: assignment.id.clone(),
+        hand: assignment.hand().to_owned(),
     }
 }
 
@@ -334,7 +348,12 @@ mod tests {
     fn a_summary_says_why_in_english_and_by_kind() {
         let (rules, anatomy) = (Rules::default(), Anatomy::default());
         let assessment = Assessment::new(Task::Clamp, Difficulty::Exam, rules, anatomy);
-        let summary = serde_json::to_value(summary(&assessment.end(), "s")).unwrap();
+        let scripted = Assignment {
+            is_scripted: true,
+            ..Assignment::default()
+        };
+        let summary = serde_json::to_value(summary(&assessment.end(), &scripted)).unwrap();
+        assert_eq!(summary["hand"], "scripted");
         assert_eq!(
             summary["reasons"][0],
             "not done: Place 2 clips on the cystic duct"
@@ -348,13 +367,17 @@ mod tests {
 
     #[test]
     fn no_task_is_no_assessment_and_rules_are_read_first() {
-        assert!(Assigned::read(&TaskArgs::default()).unwrap().is_none());
+        assert!(
+            Assigned::read(&TaskArgs::default(), false)
+                .unwrap()
+                .is_none()
+        );
         let args = TaskArgs {
             task: Some(Task::Free),
             rules: Some("/nowhere/rules.toml".into()),
             ..TaskArgs::default()
         };
-        let error = Assigned::read(&args).unwrap_err().to_string();
+        let error = Assigned::read(&args, false).unwrap_err().to_string();
         assert!(error.contains("/nowhere/rules.toml"), "{error}");
     }
 }
