@@ -73,7 +73,8 @@ impl<'a> Row<'a> {
     }
 }
 
-fn split(line: &str) -> Vec<String> {
+/// The cells of a line.
+pub(crate) fn split(line: &str) -> Vec<String> {
     let (mut cells, mut quoted) = (vec![String::new()], false);
     for c in line.chars() {
         match (c, cells.last_mut()) {

@@ -256,7 +256,9 @@ fn measure_haptics(asked: &Asked) -> Result<Vec<Section>, String> {
 fn measure_surface(asked: &Asked) -> Result<Vec<Section>, String> {
     let rows = surface::run(&asked.out, asked.quick, asked.only())?;
     write(&asked.out, "surface.csv", &surface::csv(&rows))?;
-    Ok(Vec::new())
+    Ok(vec![surface::section(&rows)])
+}
+
 fn measure_hands(asked: &hands::HandsArgs) -> Result<(), String> {
     let out = &asked.out;
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;

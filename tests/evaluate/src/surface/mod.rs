@@ -21,6 +21,8 @@ use shared_mem::message::{StateFrame, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 use shared_mem::words::Instrument;
 
+use crate::csv::split;
+use crate::page::{Section, table};
 use drawn::{Drawn, Faults};
 use hand::{LOOK_EVERY, Manner, Seeded, SeededHand, place};
 
@@ -215,6 +217,24 @@ fn worked(
     let stem = format!("{scene_name} {}", manner.name()).replace([' ', ','], "-");
     judge.pictures(scene, &stem, out)?;
     Ok(judge.rows(scene, scene_name, manner.name()))
+}
+
+/// The rows as a section of the page.
+pub(crate) fn section(rows: &[Row]) -> Section {
+    let text = csv(rows);
+    let cells = text.lines().map(split);
+    Section {
+        title: "The drawn surface under tools".to_owned(),
+        body: format!(
+            "<p>The skin as the display draws it, judged 25 times a second. Each row has the worst \
+             frame of one organ: edges stretched beyond 2.5 times their length, triangles folded or \
+             passed through the opposite wall, depth of the skin inside the tool, gap between the \
+             skin and a tool that presses on it, and distance of a tube's end from its organ. The \
+             aim is zero, zero, 0.5 mm, 0.5 mm and 2 mm. The folder of this page has a picture of \
+             each organ's worst frame.</p>{}",
+            table(&cells.collect::<Vec<_>>())
+        ),
+    }
 }
 
 /// The rows as `surface.csv`.
