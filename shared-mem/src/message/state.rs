@@ -119,8 +119,8 @@ pub struct StateFrame {
     pub spheres: [SphereState; MAX_SPHERES],
     /// The clips, in the order in which they were closed.
     pub clips: [ClipMsg; MAX_CLIPPED],
-    /// The elastic links of tubes (organs without tetrahedra), in the scene's order: a bit for each,
-    /// the lowest first, which is set if the link is severed.
+    /// The elastic links of tubes (organs without tetrahedra), in the scene's order: a bit for
+    /// each, the lowest first, which is set if the link is severed.
     pub parted: [u8; MAX_TUBE_LINKS / 8],
     /// Cells of layered tissue, in the scene's order. Each value is the heat that the cell has
     /// taken so far, as a share of the heat that removes it, scaled to 0 to 254; or

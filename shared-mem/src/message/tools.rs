@@ -52,8 +52,8 @@ pub struct CapsuleMsg {
     pub role: u32,
 }
 
-/// A dent of a tool in an organ. The skin that the spheres carry reaches into a piece of the tool by
-/// `depth_m`: the spheres are too coarse to show the rest of the dent.
+/// A dent of a tool in an organ. The skin that the spheres carry reaches into a piece of the tool
+/// by `depth_m`: the spheres are too coarse to show the rest of the dent.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct DentMsg {

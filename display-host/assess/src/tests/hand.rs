@@ -79,8 +79,9 @@ proptest! {
             let case = format!("{found:?}, not {path_m} {smoothness}, {hz} Hz, {noise_m} m");
             is(found[1], 2.0);
             prop_assert!((found[0] - path_m).abs() < 0.04 * path_m, "{}", case);
-            // Of 300 movements drawn, noise changed the worst by 8 %.
-            let off = if noise_m > 0.0 { 0.1 } else { 0.02 };
+            // Of 300 movements drawn, noise changed the worst by 8 %. Of 20, 30 Hz changed one by
+            // 4 %: it begins between two samples.
+            let off = if noise_m > 0.0 { 0.15 } else { 0.08 };
             prop_assert!((found[2] / smoothness - 1.0).abs() < off, "{}", case);
         }
     }

@@ -2,8 +2,8 @@
 //!
 //! [`tool_contact`] runs both stages. [`skin`], [`tube`] and [`rigid`] find contacts;
 //! [`constraint`] solves them with the models of [`law`], [`friction`] and [`influence`].
-//! [`dent`] is what the display draws of a contact. [`separation`] removes steps from the separation, [`patch`] is the weighted set of spheres under
-//! a contact, and [`contact_force`] is the result.
+//! [`separation`] removes steps from the separation, [`patch`] is the weighted set of spheres under
+//! a contact, and [`contact_force`] is the result. [`dent`] is the part that the display draws.
 //!
 //! # Two stages
 //!

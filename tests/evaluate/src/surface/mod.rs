@@ -29,6 +29,8 @@ use hand::{LOOK_EVERY, Manner, Seeded, SeededHand, place};
 /// Simulated time of the seeded hand in a scene, s.
 const HAND_S: f64 = 600.0;
 const QUICK_HAND_S: f64 = 20.0;
+/// Levels of detail of a scene; the coarsest has half of the spheres.
+const LEVELS: usize = 2;
 /// Size of the pictures, pixels.
 const PICTURE: [u32; 2] = [800, 600];
 /// Distance of the camera from the tool in a picture, m.
@@ -131,7 +133,9 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str) -> Result<Vec<Row>, Strin
     let mut rows = Vec::new();
     for (name, variant) in [("triangle", false), ("variant triangle", true)] {
         let recipe = Recipe::triangle(variant).map_err(|e| e.to_string())?;
-        for (level, detail) in [(0, "finest"), (recipe.levels() - 1, "coarsest")] {
+        let counts: Vec<usize> = recipe.organs.iter().map(|organ| organ.spheres).collect();
+        let recipe = recipe.with_levels(LEVELS, &counts);
+        for (level, detail) in [(0, "finest"), (LEVELS - 1, "coarsest")] {
             let name = format!("{name}, {detail}");
             if !name.contains(only) {
                 continue;

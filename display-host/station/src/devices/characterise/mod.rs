@@ -228,7 +228,7 @@ fn pressed(
         }
     }
     let found = wall(device, clock, place, args.force, &mut |line| {
-        say::note(line)
+        say::note(line);
     })?;
     Ok(Some(found))
 }
