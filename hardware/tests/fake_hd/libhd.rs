@@ -87,7 +87,7 @@ pub unsafe extern "C" fn hdGetIntegerv(what: c_uint, out: *mut c_int) {
 pub unsafe extern "C" fn hdGetDoublev(what: c_uint, out: *mut f64) {
     let angle = TICKS.load(SeqCst) as f64 * 0.001;
     let values: Vec<f64> = match what {
-        0x2051 => vec![0.0, 50.0, 0.0],
+        0x2051 => vec![-50.0 * angle.sin(), 50.0 * angle.cos(), 0.0],
         0x2052 if BROKEN_POSE.load(SeqCst) => vec![f64::NAN; 16],
         0x2052 => {
             // Turned 90° about z; column-major.
