@@ -93,8 +93,8 @@ enum Command {
     /// Measures recorded hands of surgeons and novices with the metrics of sessions. Finds which
     /// metrics tell the two apart, at which rates and with which noise.
     ///
-    /// calot's repository has no such recordings. Example: evaluate hands shared/measured/hands
-    /// --out out --leave-out Lung/N4/05
+    /// The repository has no such recordings. Example: evaluate hands TRIALS --out DIR --leave-out
+    /// Lung/N4/05
     Hands(hands::HandsArgs),
     /// Measures everything. Real organs are read from the folder that CALOT_ANATOMY names.
     All(Asked),
