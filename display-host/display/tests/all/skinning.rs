@@ -97,6 +97,40 @@ fn gpu_and_cpu_agree() {
     }
 }
 
+/// The drawn skin is not the contact skin, so a dent is as deep as the tool is in the drawn skin.
+/// A light touch, and skin of another wall, leave the published depth.
+#[test]
+fn a_dent_is_as_deep_as_the_tool_is_in_the_drawn_skin() {
+    let scene = support::scene(40);
+    let mesh = SkinMesh::from_scene(&scene);
+    let state = support::state(&scene, 0.0);
+    let mut motions = Motions::new(&scene, Follow::Deform);
+    let spheres = state.spheres().unwrap();
+    let motions = motions.update(spheres).to_vec();
+    let liver = &scene.vertices()[..scene.organs()[0].vertices[1] as usize];
+    let near = |v: &&shared_mem::scene::VertexRecord| {
+        let off = Vec3::from(v.position_m) - support::PRESSED_M;
+        off.truncate().length()
+    };
+    let upper = liver.iter().filter(|v| v.normal[2] > 0.5);
+    let top = upper.min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
+    let (radius_m, true_m) = (0.002, 0.003);
+    let depth_m = |published_m: f32, off_m: f32| {
+        let mut tools = support::tools(&scene, 0.012, 0.5);
+        let dent = &mut tools.dents[0];
+        let up = Vec3::Z * (radius_m - true_m + off_m);
+        dent.center_m = (Vec3::from(top.position_m) + up).to_array();
+        (dent.radius_m, dent.depth_m) = (radius_m, published_m);
+        Touch::of(&mesh, scene.organs(), spheres, &motions, &tools).dents[0].b[3]
+    };
+    for published_m in [0.002, 0.003, 0.004] {
+        let found_m = depth_m(published_m, 0.0);
+        assert!((found_m - true_m).abs() < 3e-4, "{published_m}: {found_m}");
+    }
+    assert!((depth_m(1e-6, 0.0) - 1e-6).abs() < 1e-5);
+    assert!((depth_m(0.002, 0.02) - 0.002).abs() < 1e-9);
+}
+
 #[test]
 fn a_shift_of_all_spheres_shifts_the_skin() {
     let scene = support::scene(16);
