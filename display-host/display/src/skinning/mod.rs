@@ -100,14 +100,8 @@ pub struct RestVertex {
 impl RestVertex {
     /// Share of the vertex that belongs to spheres from the first number up to the second.
     fn share(&self, [first, end, ..]: [u32; 4]) -> f32 {
-        let mut sum = 0;
-        for (pair, weights) in self.spheres.iter().zip(&self.weights) {
-            for shift in [0, 16] {
-                if (first..end).contains(&(pair >> shift & 0xffff)) {
-                    sum += weights >> shift & 0xffff;
-                }
-            }
-        }
+        let own = self.bound().filter(|it| (first..end).contains(&it.0));
+        let sum: u32 = own.map(|it| it.1).sum();
         sum as f32 / WEIGHT_SUM as f32
     }
 }
