@@ -150,6 +150,8 @@ words! {
         Fall = 20, "fall";
         /// An organ that no tool moves does not come to rest.
         Shake = 21, "shake";
+        /// The instrument was inside an organ when its device began, or returned.
+        Buried = 22, "buried";
     }
 }
 

@@ -248,6 +248,7 @@ impl Assessment {
             EventKind::Perforation,
             EventKind::Fall,
             EventKind::Shake,
+            EventKind::Buried,
         ];
         if shown.iter().any(|kind| event.is(*kind)) && self.moments.len() < KEPT_MAX {
             let organ = self.anatomy.organ(event.organ);

@@ -13,6 +13,7 @@ mod gentle;
 mod hang;
 mod hold;
 mod jaws;
+mod look;
 mod nearing;
 mod plan;
 mod sight;

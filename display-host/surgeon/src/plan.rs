@@ -8,7 +8,7 @@ use shared_mem::words::Instrument;
 /// A scripted surgeon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Surgeon {
-    /// Dissects, two clips on each vessel, and cuts between clips
+    /// Dissects, two clips on each vessel, and cuts between clips. Shows each organ of the drill
     Careful,
     /// As `Careful`, at three times the speed, without lining up
     Hurried,
@@ -37,6 +37,8 @@ pub(crate) enum Act {
     Burn(f64),
     /// Withdraw along the shaft.
     Retreat,
+    /// Turn the endoscope to an organ and hold it in the middle of the picture.
+    Show(OrganKind),
     /// Dissect with the hook until this share of the regions' tissue is gone.
     Dissect(&'static [u8], f64),
 }
@@ -76,6 +78,9 @@ impl Surgeon {
                         Act::Retreat,
                     ]);
                 }
+                if task == Task::Scope {
+                    plan.extend(SHOWN.map(Act::Show));
+                }
             }
             Self::Unclamped => {
                 // The place is not between the clips with which task `cut` begins.
@@ -102,6 +107,15 @@ impl Surgeon {
     }
 }
 
+/// Organs that the endoscope drill asks for, in its order.
+const SHOWN: [OrganKind; 6] = [
+    OrganKind::Gallbladder,
+    OrganKind::CysticDuct,
+    OrganKind::Liver,
+    OrganKind::Stomach,
+    OrganKind::Intestine,
+    OrganKind::CysticArtery,
+];
 /// Place of the cut, as a share of a vessel's length; clips go on both sides.
 pub(crate) const CUT: f64 = 0.65;
 /// Share of the tissue of the triangle and of the lower bed that is removed, a little more than the

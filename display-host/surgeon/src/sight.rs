@@ -86,6 +86,13 @@ impl Sight {
         first..first + count
     }
 
+    /// Present middle of an organ's spheres, m.
+    pub(crate) fn middle(&self, organ: usize, state: &StateFrame) -> Vec3 {
+        let own = self.spheres_of(organ);
+        let count = own.len().max(1) as f64;
+        own.map(|sphere| self.now(sphere, state)).sum::<Vec3>() / count
+    }
+
     /// Share of the lumen closed by the last clip on an organ.
     pub(crate) fn last_clip_closes(&self, kind: OrganKind, state: &StateFrame) -> Option<f32> {
         let own = self.spheres_of(self.organ(kind)?);

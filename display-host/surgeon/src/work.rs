@@ -149,6 +149,7 @@ impl Work<'_> {
                 burnt
             }
             Act::Retreat => self.retreat(BACK_M),
+            Act::Show(kind) => self.show(kind),
             Act::Dissect(regions, share) => self.dissect(regions, share),
         }
     }

@@ -70,6 +70,11 @@ fn the_careful_divides_between_clips_and_beside_them_it_fails() {
 }
 
 #[test]
+fn the_careful_shows_every_organ_of_the_endoscope_drill() {
+    assert_passed(Task::Scope, 90);
+}
+
+#[test]
 fn the_hurried_tears_where_the_careful_clamps() {
     let result = operate(Surgeon::Hurried, Task::Clamp, 30);
     let mut alarms = result.assessed.alarms.iter();

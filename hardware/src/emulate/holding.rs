@@ -10,6 +10,8 @@ pub enum Holding {
     /// The scripted hand, or a person who steers it.
     #[default]
     Script,
+    /// A hand that rests where the script begins, until a person steers it.
+    Parked,
     /// Nobody: the handle is free.
     Nobody,
     /// Two fingers that tap onto the middle of the workspace from above and press, again and again.
@@ -41,7 +43,7 @@ impl Holding {
     /// Grip on the handle, and place of the handle at the start. `None`: as the script has them.
     pub(super) fn grip(self) -> Option<(Grip, Vec3)> {
         match self {
-            Self::Script => None,
+            Self::Script | Self::Parked => None,
             Self::Nobody => Some((Grip::NONE, Vec3::zeros())),
             Self::Press => Some((FINGERS, Vec3::y() * ABOVE_M)),
         }
@@ -55,7 +57,7 @@ impl Holding {
     /// Place to which the hand pulls the handle, m. `None`: as the script has it.
     pub(super) fn target_m(self, at_s: f64) -> Option<Vec3> {
         match self {
-            Self::Script => None,
+            Self::Script | Self::Parked => None,
             Self::Nobody => Some(Vec3::zeros()),
             Self::Press => Some(pressing_m(at_s)),
         }

@@ -144,11 +144,14 @@ impl Station {
         self.tick as f64 * 1e-3
     }
 
-    /// The hand works while a controller renders forces, and restarts with a new controller.
+    /// A hand that is not parked works while a controller renders forces, and restarts with a new
+    /// controller.
     fn follow_controller(&mut self) {
         if self.haptic.is_commanded() {
             self.silent_ms = 0;
-            self.hand_time_ms = self.hand_time_ms.wrapping_add(1);
+            if self.holding != Holding::Parked {
+                self.hand_time_ms = self.hand_time_ms.wrapping_add(1);
+            }
         } else {
             self.silent_ms = self.silent_ms.saturating_add(1);
             if self.silent_ms >= ABANDONED_MS {

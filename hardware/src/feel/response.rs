@@ -55,12 +55,16 @@ fn share(ms: u32) -> f32 {
     (turn * (from_hz * s + 0.5 * rate * s * s)).sin()
 }
 
-/// Pushes to and fro along x and judges whether the handle follows.
-pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<Vec<Point>, Broken> {
+/// Pushes to and fro along x and judges whether the handle follows. A push that breaks off leaves
+/// its course in `points` as well.
+pub(super) fn test(
+    bench: &mut Bench<'_>,
+    report: &mut Report,
+    points: &mut Vec<Point>,
+) -> Result<(), Broken> {
     bench.until_done(&Step::Hold, Vec3::zeros(), |_| {})?;
     bench.guide().tell(&Step::Response);
     let force_n = bench.bearable_n(FORCE_N);
-    let mut points = Vec::new();
     let all_ms = STEPS * STEP_MS + SINE_MS + CHIRP_MS;
     let command = |ms: u32| Vec3::x() * (force_n * share(ms));
     bench.pushed(all_ms, command, |ms, seen| {
@@ -70,7 +74,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<Vec<Poi
             position_m: seen.at_m.x,
         });
     })?;
-    let answer_m = answer(&points);
+    let answer_m = answer(points);
     let words = format!(
         "steps of ±{force_n:.1} N along x move the handle by {:.2} mm",
         answer_m * 1e3
@@ -88,7 +92,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<Vec<Poi
         };
         report.judge("response", good, format!("{words}{why}"));
     }
-    Ok(points)
+    Ok(())
 }
 
 /// Mean position at the ends of the steps to the right, minus that at the ends of the steps to the

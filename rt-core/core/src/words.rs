@@ -113,6 +113,9 @@ pub enum EventKind {
     /// An organ does not come to rest, and no tool explains its speed; value: speed of its fastest
     /// sphere, m/s.
     Shake,
+    /// The instrument is inside an organ at its device's first sample, or at the first after a gap;
+    /// value: its depth, m.
+    Buried,
 }
 
 /// An event of one tick. [`crate::sim::TickView`] has the tick's number and time.

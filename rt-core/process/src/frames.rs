@@ -168,6 +168,7 @@ fn kind(kind: EventKind) -> Told {
         EventKind::Reset => Told::Reset,
         EventKind::Fall => Told::Fall,
         EventKind::Shake => Told::Shake,
+        EventKind::Buried => Told::Buried,
     }
 }
 

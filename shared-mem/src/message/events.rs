@@ -125,6 +125,12 @@ pub enum Event {
         /// Speed of its fastest sphere, m/s.
         speed_m_s: f32,
     },
+    /// The instrument was inside an organ at its device's first sample, or at the first after a
+    /// gap. It must be drawn out.
+    Buried {
+        /// Its depth, m.
+        depth_m: f32,
+    },
 }
 
 /// An event that cannot be decoded.
@@ -185,6 +191,7 @@ impl EventMsg {
             EventKind::Hung => Event::Hung { suture: number()? },
             EventKind::Fall => Event::Fall { distance_m: value },
             EventKind::Shake => Event::Shake { speed_m_s: value },
+            EventKind::Buried => Event::Buried { depth_m: value },
         })
     }
 

@@ -1,4 +1,4 @@
-//! Organs that fell or shook in a run, as warnings.
+//! Organs that fell or shook in a run, or in which the instrument began, as warnings.
 
 use shared_mem::message::{Event, EventMsg};
 use shared_mem::scene::{SceneFile, str_from_name};
@@ -12,7 +12,9 @@ pub(super) struct Unrest(Vec<(u32, Event)>);
 
 impl Unrest {
     pub(super) fn take(&mut self, event: &EventMsg) {
-        let Ok(found @ (Event::Fall { .. } | Event::Shake { .. })) = event.decode() else {
+        let Ok(found @ (Event::Fall { .. } | Event::Shake { .. } | Event::Buried { .. })) =
+            event.decode()
+        else {
             return;
         };
         let kind = core::mem::discriminant(&found);
@@ -36,14 +38,15 @@ impl Unrest {
     }
 }
 
-/// An organ that fell or shook, in `summary.json`.
+/// An organ that fell or shook, or in which the instrument began, in `summary.json`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct UnrestFinding {
-    /// `fall` or `shake`.
+    /// `fall`, `shake` or `buried`.
     pub what: &'static str,
     /// The organ's name.
     pub organ: String,
-    /// Distance of a fallen organ from its place, m, or speed of a shaking one, m/s.
+    /// Distance of a fallen organ from its place, m, speed of a shaking one, m/s, or depth of the
+    /// instrument, m.
     pub value: f32,
     /// The finding as one of the run's warnings.
     pub warning: String,
@@ -68,6 +71,15 @@ fn finding(organ: String, event: &Event) -> Option<UnrestFinding> {
                 "'{organ}' shook at up to {:.0} mm/s without being moved; give it a stiffer material, fewer \
              spheres or a smaller gravity_share in the recipe",
                 speed_m_s * 1e3
+            ),
+        ),
+        Event::Buried { depth_m } => (
+            "buried",
+            depth_m,
+            format!(
+                "the instrument began {:.0} mm deep inside '{organ}': draw it out before a run starts, or \
+                 change `world_from_device` if the hand was in free air",
+                depth_m * 1e3
             ),
         ),
         _ => return None,
@@ -102,13 +114,19 @@ mod tests {
         take(EventKind::Fall, 1, 0.5);
         take(EventKind::Shake, 1, 0.058);
         take(EventKind::Shake, 0, 0.01);
+        take(EventKind::Buried, 0, 0.012);
         take(EventKind::Grasp, 0, 3.0);
         let said: Vec<_> = unrest
             .0
             .iter()
             .filter_map(|(_, it)| finding("liver".into(), it))
             .collect();
-        assert_eq!(said.len(), 3);
+        assert_eq!(said.len(), 4);
+        assert!(
+            said[3].warning.contains("began 12 mm deep inside"),
+            "{:?}",
+            said[3]
+        );
         assert!(
             said[0]
                 .warning

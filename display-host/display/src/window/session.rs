@@ -518,11 +518,13 @@ impl Session {
     }
 }
 
-/// Message for an organ that falls or shakes. The scene is at fault, not the trainee.
+/// Message for an organ that falls or shakes, or in which the instrument begins. The trainee is not
+/// at fault.
 fn unrest(event: &EventMsg) -> Option<&'static str> {
     match event.decode() {
         Ok(Event::Fall { .. }) => Some("unrest-falls"),
         Ok(Event::Shake { .. }) => Some("unrest-shakes"),
+        Ok(Event::Buried { .. }) => Some("unrest-buried"),
         _ => None,
     }
 }

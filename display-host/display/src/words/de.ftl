@@ -198,6 +198,7 @@ fault-device = das haptische Gerät meldet einen Fehler: die Kraft ist aus
 fault-watchdog = das haptische Gerät bekam nicht rechtzeitig eine Kraft und hat sie weggenommen
 fault-both = Schneiden und Koagulieren zugleich gedrückt: kein Strom
 unrest-falls = fällt: { $organ }; die Szene hält dieses Organ nicht
+unrest-buried = das Instrument steckt in: { $organ }; ziehen Sie es heraus
 unrest-shakes = zittert: { $organ }; das liegt an der Szene, nicht an Ihnen
 
 ## Abgelehnte Befehle
@@ -216,7 +217,7 @@ refused-busy = Die Steuerung ist ausgelastet: bitte noch einmal versuchen.
 refused-otherwise = Die Steuerung hat abgelehnt (Antwort { $answer }).
 service-no-answer = Die Steuerung antwortet nicht: läuft die Station?
 service-other-version = Auf dieser Station läuft ein Prozess einer anderen Version: bitte beenden.
-hand-elsewhere = Eine andere Anzeige führt das Instrument: bitte dort loslassen (M).
+hand-elsewhere = Der Experte oder eine andere Anzeige führt das Instrument. Bitte dort loslassen (M) oder abwarten.
 hand-nobody = Kein simuliertes Instrument verfügbar: es gehört zu einem echten Gerät, oder die Station läuft nicht.
 
 ## Startfenster
@@ -230,6 +231,8 @@ launcher-failed = Operation nicht gestartet
 ## Start
 start-title = Aufgabe wählen
 start-begin = Beginnen (Eingabe)
+start-watch = Dem Experten zusehen (W)
+who-expert = Der Experte (ein automatischer Operateur)
 start-trainee = Wer übt
 start-nobody = Gast (ohne Speichern)
 start-new-name = Neuer Name (N)
@@ -258,7 +261,7 @@ start-device-emulated = { $device }: simuliert
 start-device-there = { $device }: { $path } angeschlossen
 start-device-missing = { $device }: { $path } nicht gefunden. Bitte einstecken oder simulierte Geräte wählen
 start-device-named = { $device }: { $path }, wird beim Start geprüft
-start-hand = Mit M führen Sie das Instrument mit Maus und Tastatur; bis dahin läuft eine automatische Vorführung.
+start-hand = Mit M führen Sie das Instrument mit Maus und Tastatur; bis dahin ruht es.
 start-nothing-plugged-in = Kein serielles Gerät und kein Fußschalter angeschlossen.
 start-plugged-in = Angeschlossen: { $list }
 start-no-file = Bitte eine Stationsdatei angeben oder simulierte Geräte wählen.
@@ -311,6 +314,7 @@ failed-recorded = Die Aufzeichnung ist erhalten: calot store add NAME '{ $path }
 
 ## Nachbesprechung
 debrief-again = Noch einmal (Eingabe)
+debrief-own-turn = Jetzt Sie (Eingabe)
 debrief-another = Andere Aufgabe (Esc)
 debrief-report = Ganzen Bericht öffnen (R)
 debrief-questions = Fragebogen (Q)

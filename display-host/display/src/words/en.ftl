@@ -198,6 +198,7 @@ fault-device = the haptic device reports a fault: the force is off
 fault-watchdog = the haptic device got no force in time and dropped it
 fault-both = cut and coagulate pressed together: no current
 unrest-falls = the { $organ } falls: the scene does not hold it
+unrest-buried = the instrument is inside the { $organ }: draw it out
 unrest-shakes = the { $organ } shakes: the scene is at fault, not you
 
 ## Refused requests
@@ -216,7 +217,7 @@ refused-busy = The controller is busy: try again.
 refused-otherwise = The controller refused (answer { $answer }).
 service-no-answer = The controller does not respond: is the station running?
 service-other-version = A process of a different version runs on this station: stop it.
-hand-elsewhere = Another display controls the instrument: release it there (M).
+hand-elsewhere = The expert or another display controls the instrument. Release it in the other display (M), or wait.
 hand-nobody = No simulated instrument is available: it belongs to a real device, or the station is not running.
 
 ## The launcher
@@ -230,6 +231,8 @@ launcher-failed = Operation did not start
 ## Start
 start-title = Choose a task
 start-begin = Begin (Enter)
+start-watch = Watch the expert (W)
+who-expert = The expert (a scripted surgeon)
 start-trainee = Trainee
 start-nobody = Guest (not saved)
 start-new-name = New name (N)
@@ -258,7 +261,7 @@ start-device-emulated = { $device }: simulated
 start-device-there = { $device }: { $path } connected
 start-device-missing = { $device }: { $path } not found. Plug it in, or choose simulated devices
 start-device-named = { $device }: { $path }, checked at the start
-start-hand = Press M to control the instrument with mouse and keyboard; until then an automatic demonstration runs.
+start-hand = Press M to control the instrument with mouse and keyboard; until then it rests.
 start-nothing-plugged-in = No serial device or pedal is connected.
 start-plugged-in = Connected: { $list }
 start-no-file = Enter a station file, or choose simulated devices.
@@ -311,6 +314,7 @@ failed-recorded = The recording is intact: calot store add NAME '{ $path }'
 
 ## Debrief
 debrief-again = Again (Enter)
+debrief-own-turn = Your turn (Enter)
 debrief-another = Another task (Esc)
 debrief-report = Open the full report (R)
 debrief-questions = Questionnaire (Q)

@@ -67,6 +67,7 @@ fn start() -> Start {
             "scope",
         ]),
         hanging: texts(&["identify", "full", "free"]),
+        shown: texts(&["identify", "scope"]),
         difficulties: texts(&["beginner", "trainee", "exam"]),
         scopes: vec![0, 30, 45],
         scenes: texts(&["triangle", "built-in", "/home/ada/liver.calot"]),
@@ -257,6 +258,38 @@ fn devices_are_told_with_what_happens_where_one_is_missing() {
 }
 
 #[test]
+fn the_expert_can_be_watched_in_the_tasks_that_it_shows_and_is_named() {
+    for (task, is_shown) in [("scope", true), ("free", false)] {
+        let mut shown = start();
+        shown.form.task = task.into();
+        let mut desk = harness(Screen::Start(shown));
+        desk.run();
+        let button = desk.query_all_by_label("Watch the expert (W)");
+        assert_eq!(button.count(), usize::from(is_shown), "{task}");
+        desk.key_press(Key::W);
+        desk.run();
+        let wished = desk.state().wishes.contains(&Wish::Watch);
+        assert_eq!(wished, is_shown, "{task}");
+    }
+    let expert = "The expert (a scripted surgeon)";
+    let mut desk = harness(Screen::Running(Running {
+        watched: true,
+        task: "clamp".into(),
+        ..Running::default()
+    }));
+    desk.run();
+    desk.get_by_label(expert);
+    let mut desk = harness(Screen::Debrief(Debrief {
+        watched: true,
+        trainee: String::new(),
+        ..debrief()
+    }));
+    desk.run();
+    assert!(desk.query_all_by_label_contains(expert).count() >= 1);
+    desk.get_by_label("Your turn (Enter)");
+}
+
+#[test]
 fn an_operation_that_runs_can_be_stopped_and_one_that_hangs_too() {
     for (ending, overdue, title, wish) in [
         (false, false, "Operation in progress", Some(Wish::Stop)),
@@ -266,6 +299,7 @@ fn an_operation_that_runs_can_be_stopped_and_one_that_hangs_too() {
     ] {
         let mut desk = harness(Screen::Running(Running {
             trainee: "Ada".into(),
+            watched: false,
             task: "free".into(),
             seconds: 65.0,
             said: Some("preparing 40 %".into()),

@@ -74,6 +74,7 @@ fn start(problem: bool) -> Screen {
             "free",
             "scope",
         ]),
+        shown: texts(&["identify", "full", "scope"]),
         hanging: texts(&["identify", "full", "free"]),
         difficulties: texts(&["beginner", "trainee", "exam"]),
         scopes: vec![0, 30, 45],

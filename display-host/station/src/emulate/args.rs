@@ -12,6 +12,8 @@ use crate::args::{GamepadArgs, parse_station};
 pub(crate) enum HandName {
     /// Scripted hand that works in the scene, or a person who steers it
     Script,
+    /// Hand that rests until a person steers it
+    Parked,
     /// Nobody: the handle is free, as `calot devices characterise` wants it
     None,
     /// Two fingers that tap the middle of the workspace and press it, again and again
@@ -22,6 +24,7 @@ impl From<HandName> for Holding {
     fn from(name: HandName) -> Self {
         match name {
             HandName::Script => Self::Script,
+            HandName::Parked => Self::Parked,
             HandName::None => Self::Nobody,
             HandName::Press => Self::Press,
         }

@@ -21,6 +21,7 @@ use super::save::save;
 use crate::children::Process;
 use crate::problem::Problem;
 use crate::run::args::RunArgs;
+use crate::run::player::Player;
 use crate::run::processes::{self, Running};
 use crate::say;
 
@@ -105,7 +106,13 @@ impl Bench<'_> {
             // The watcher attaches before the first tick. If it fails, its error is returned at the
             // end.
             let _ = told.recv();
-            let started = processes::start(self.station, self.scene, self.folder, self.stop);
+            let started = processes::start(
+                self.station,
+                Player::Script,
+                self.scene,
+                self.folder,
+                self.stop,
+            );
             let died = match started {
                 Ok(Running {
                     mut children,

@@ -9,6 +9,7 @@
 pub(crate) mod args;
 mod finish;
 mod plan;
+pub(crate) mod player;
 pub(crate) mod processes;
 mod room;
 mod show;

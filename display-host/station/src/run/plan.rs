@@ -10,8 +10,9 @@ use shared_mem::service::Station;
 use display_host::window;
 
 use super::args::{HEADLESS_SECONDS, RunArgs, session_path};
+use super::player::Player;
 use super::room;
-use crate::args::{DeviceArgs, GamepadName};
+use crate::args::DeviceArgs;
 use crate::folder::Folder;
 use crate::output::{self, Format};
 use crate::problem::Problem;
@@ -25,6 +26,7 @@ pub(super) struct Planned<'a> {
     pub(super) args: &'a RunArgs,
     pub(super) stop: Arc<AtomicBool>,
     pub(super) station: Station,
+    pub(super) player: Player,
     /// Task, if there is one.
     pub(super) assigned: Option<Assigned>,
     /// Folder of the results, if they are written.
@@ -41,7 +43,8 @@ impl<'a> Planned<'a> {
         }
         let stop = stop::flag()?;
         let station = Station::new(&args.station)?;
-        let assigned = Assigned::read(&args.task, is_scripted(args)?)?;
+        let player = Player::of(args)?;
+        let assigned = Assigned::read(&args.task, player.is_scripted())?;
         let out = results(args, assigned.as_ref())?;
         if let Some(path) = &args.record {
             output::check("--record", path, Format::Session, args.overwrite)?;
@@ -70,23 +73,13 @@ impl<'a> Planned<'a> {
             args,
             stop,
             station,
+            player,
             assigned,
             out,
             folder,
             scene,
         })
     }
-}
-
-/// True if a script, and no person, works the hand: at an emulated haptic device, without a window
-/// and a named gamepad by which somebody could take it.
-fn is_scripted(args: &RunArgs) -> Result<bool, Problem> {
-    let devices = &args.controller.devices;
-    let file = devices.station_file.as_deref().map(StationFile::read);
-    let is_named = file.transpose()?.is_some_and(|file| file.haptic.is_some());
-    let is_emulated = devices.haptic.is_none() && !is_named;
-    let is_led = matches!(args.gamepad.gamepad, GamepadName::Path(_));
-    Ok(is_emulated && args.headless && (args.task.hand.is_some() || !is_led))
 }
 
 /// The named haptic device, unless a station file says that it passed its test by hand.
@@ -109,29 +102,4 @@ fn results(args: &RunArgs, assigned: Option<&Assigned>) -> Result<Option<PathBuf
         return Ok(None);
     }
     output::folder(named, "out", Format::of_result, args.overwrite).map(Some)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_hand_is_scripted_where_nobody_could_take_an_emulated_one() {
-        let of = |change: fn(&mut RunArgs)| {
-            let mut args = RunArgs::default();
-            change(&mut args);
-            is_scripted(&args).unwrap()
-        };
-        assert!(!of(|_| {}), "somebody sits at the window");
-        assert!(of(|it| it.headless = true));
-        assert!(!of(|it| {
-            it.headless = true;
-            it.controller.devices.haptic = Some("/dev/ttyACM0".into());
-        }));
-        let by_gamepad = |it: &mut RunArgs| {
-            it.headless = true;
-            it.gamepad.gamepad = GamepadName::Path("/dev/input/event5".into());
-        };
-        assert!(!of(by_gamepad));
-    }
 }

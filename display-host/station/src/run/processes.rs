@@ -10,6 +10,7 @@ use hardware::station::StationFile;
 use shared_mem::scene::SceneFile;
 
 use super::args::RunArgs;
+use super::player::Player;
 use crate::args::DeviceArgs;
 use crate::children::{EndedEarly, Process, args as words, option};
 use crate::problem::Problem;
@@ -41,6 +42,7 @@ struct Controller {
 /// Starts emulators for the devices that are not named, then the controller.
 pub(crate) fn start(
     args: &RunArgs,
+    player: Player,
     scene: &Path,
     folder: &Path,
     stop: &AtomicBool,
@@ -49,7 +51,7 @@ pub(crate) fn start(
     let emulated = Emulated::beside(named, folder)?;
     let mut children = Vec::new();
     if emulated.any() {
-        let words = emulated.words(args, scene);
+        let words = emulated.words(args, player, scene);
         children.push(Process::start("emulate", &words, PATIENCE_TO_START, stop)?);
     }
     let controller = control(args, &emulated.with(named), scene, folder, stop)?;
@@ -89,7 +91,7 @@ impl Emulated {
     }
 
     /// Arguments of the emulator.
-    fn words(&self, args: &RunArgs, scene: &Path) -> Vec<OsString> {
+    fn words(&self, args: &RunArgs, player: Player, scene: &Path) -> Vec<OsString> {
         words([
             &"emulate",
             &"--with-parent",
@@ -102,6 +104,8 @@ impl Emulated {
             &args.seed.to_string(),
             &"--station",
             &args.station,
+            &"--hand",
+            &player.emulated_hand(),
             &"--gamepad",
             &args.gamepad.gamepad.word(),
         ])

@@ -48,6 +48,7 @@ impl<'a> Planned<'a> {
             args,
             stop,
             station,
+            player,
             assigned,
             out,
             folder,
@@ -70,7 +71,7 @@ impl<'a> Planned<'a> {
                 warnings: Vec::new(),
                 devices: Vec::new(),
             },
-            false => processes::start(args, &scene, folder.path(), &stop)?,
+            false => processes::start(args, player, &scene, folder.path(), &stop)?,
         };
         folder.announce_scene(&scene)?;
         let open_scene = SceneFile::open(&scene)?;

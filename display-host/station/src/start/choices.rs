@@ -32,6 +32,27 @@ pub(super) fn hanging() -> Vec<&'static str> {
     tasks.map(Task::name).collect()
 }
 
+/// The scripted surgeon whom a trainee may watch.
+pub(super) const EXPERT: &str = "careful";
+
+/// Tasks that the expert shows: all but free practice, which has no aim.
+pub(super) fn shown() -> Vec<&'static str> {
+    let tasks = Task::ALL.into_iter().filter(|it| *it != Task::Free);
+    tasks.map(Task::name).collect()
+}
+
+/// The expert's operation for these choices: at emulated devices, for nobody's record, and with an
+/// endoscope that looks straight ahead, as the expert expects.
+pub(super) fn of_expert(form: &StartForm) -> StartForm {
+    StartForm {
+        trainee: String::new(),
+        emulated: true,
+        own_sutures: false,
+        scope_degrees: 0,
+        ..form.clone()
+    }
+}
+
 /// Adapts the other choices to the one that changed.
 pub(super) fn fitting(before: &StartForm, mut form: StartForm) -> StartForm {
     if form.scene == "built-in" && needs_triangle(&form.task) {
@@ -48,6 +69,19 @@ pub(super) fn fitting(before: &StartForm, mut form: StartForm) -> StartForm {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_expert_operates_for_nobodys_record_at_emulated_devices() {
+        let form = StartForm {
+            trainee: "Ada".to_owned(),
+            emulated: false,
+            ..usual()
+        };
+        let expert = of_expert(&form);
+        assert_eq!((&*expert.trainee, expert.emulated), ("", true));
+        assert_eq!(expert.task, form.task);
+        assert!(!shown().contains(&Task::Free.name()));
+    }
 
     #[test]
     fn task_and_scene_go_together_whichever_is_chosen_last() {

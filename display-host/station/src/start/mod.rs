@@ -137,6 +137,7 @@ impl Desk {
             scopes: choices::SCOPES.to_vec(),
             scenes: names(&choices::SCENES),
             hanging: names(&choices::hanging()),
+            shown: names(&choices::shown()),
             store: self.store.as_ref().map_or_else(
                 || words.say("store-no-home"),
                 |path| path.display().to_string(),
@@ -159,10 +160,11 @@ impl Desk {
     fn do_as(&mut self, wish: Wish) {
         match wish {
             Wish::Form(form) => self.choose(form),
-            Wish::Begin | Wish::Again => self.begin(),
+            Wish::Begin | Wish::Again => self.begin(false),
+            Wish::Watch => self.begin(true),
             Wish::AgainEmulated => {
                 self.form.emulated = true;
-                self.begin();
+                self.begin(false);
             }
             Wish::Stop => {
                 if let Some(operation) = &mut self.operation {
@@ -202,12 +204,20 @@ impl Desk {
         }
     }
 
-    /// Starts an operation. If that fails, shows the reason on the start screen.
-    fn begin(&mut self) {
-        let begun = self.checked().and_then(|form| {
+    /// Starts an operation, of the expert if `watched`. If that fails, shows the reason on the start
+    /// screen.
+    fn begin(&mut self, watched: bool) {
+        let form = match watched {
+            true => Ok(choices::of_expert(&self.form)),
+            false => self.checked(),
+        };
+        let begun = form.and_then(|form| {
             let out = self.new_folder()?;
-            let words = self.words_of_run(&form, &out);
-            Operation::begin(&words, form, out.clone()).map_err(|error| {
+            let mut words = self.words_of_run(&form, &out);
+            if watched {
+                words.extend(["--hand", choices::EXPERT].map(Into::into));
+            }
+            Operation::begin(&words, form, watched, out.clone()).map_err(|error| {
                 // The operation did not start, so remove its empty folder.
                 let _ = std::fs::remove_dir(&out);
                 problem::of_start(&self.view.words, &error)
@@ -309,6 +319,7 @@ impl Desk {
         };
         self.view.screen = Screen::Running(Running {
             trainee: operation.form.trainee.clone(),
+            watched: operation.watched,
             task: operation.form.task.clone(),
             seconds: operation.seconds().floor(),
             said: operation.said().pop(),

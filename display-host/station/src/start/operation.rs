@@ -26,6 +26,8 @@ pub(super) struct Operation {
     child: Child,
     /// Choices for this operation.
     pub(super) form: StartForm,
+    /// True if the expert operates.
+    pub(super) watched: bool,
     /// Folder of its session.
     pub(super) out: PathBuf,
     began: Instant,
@@ -39,7 +41,12 @@ pub(super) struct Operation {
 
 impl Operation {
     /// Starts `calot ARGS`.
-    pub(super) fn begin(args: &[OsString], form: StartForm, out: PathBuf) -> std::io::Result<Self> {
+    pub(super) fn begin(
+        args: &[OsString],
+        form: StartForm,
+        watched: bool,
+        out: PathBuf,
+    ) -> std::io::Result<Self> {
         let mut child = Command::new(std::env::current_exe()?)
             .args(args)
             .stdin(Stdio::null())
@@ -68,6 +75,7 @@ impl Operation {
         Ok(Self {
             child,
             form,
+            watched,
             out,
             began: Instant::now(),
             said,

@@ -81,6 +81,7 @@ pub(super) fn read(
     let report = out.join("debrief.html");
     let score = summary["score"].as_f64().unwrap_or(0.0);
     let debrief = Debrief {
+        watched: text("hand").is_some_and(|hand| hand == store::Hand::Scripted.name()),
         trainee: trainee.to_owned(),
         outcome: text("outcome").unwrap_or_default(),
         reasons: reasons(&summary),
@@ -131,6 +132,7 @@ fn unrest(summary: &Value, words: &Words) -> Vec<String> {
         let id = match it["what"].as_str()? {
             "fall" => "unrest-falls",
             "shake" => "unrest-shakes",
+            "buried" => "unrest-buried",
             _ => return None,
         };
         let organ = words.organ(&session::printable(it["organ"].as_str()?));

@@ -35,6 +35,7 @@
 //! `Command::Start` resets the scene and does the work of the earlier tasks: it clears tissue, puts
 //! on clips and divides tubes. The reset raises an event, but the prepared work raises none.
 
+mod buried;
 mod checkpoint;
 mod coupling;
 mod digest;
@@ -222,6 +223,7 @@ impl<'a> Sim<'a> {
         // The journal is bounded. Fault events come first, so that burns and tears cannot displace
         // them.
         self.note_events(&mut faults);
+        self.note_buried();
         self.burn();
         self.tear();
         self.leak();

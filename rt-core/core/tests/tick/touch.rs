@@ -72,6 +72,30 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
     assert!(back.fold(0.0, f32::max) < 2.0e-4);
 }
 
+/// The first sample, and the first after the device was gone, may find the instrument anywhere.
+#[test]
+fn an_instrument_that_begins_inside_an_organ_is_told_once() {
+    let anatomy = Anatomy::liver();
+    let count = |bench: &Bench| {
+        let events = bench.events.iter();
+        events.filter(|it| it.kind == EventKind::Buried).count()
+    };
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    stay(&mut sim, &mut bench, &PRESSED, 500, NONE);
+    assert_eq!(count(&bench), 1);
+    let told = bench.events.iter().find(|it| it.kind == EventKind::Buried);
+    let told = told.expect("an event");
+    assert_eq!(told.organ, Some(0));
+    assert!((0.002..0.02).contains(&told.value), "{}", told.value);
+    bench.events.clear();
+    go(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
+    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    stay(&mut sim, &mut bench, &PRESSED, 100, NONE);
+    assert_eq!(count(&bench), 0, "it came through the surface");
+}
+
 /// A pause, a change of instrument, a reset and the start of a task, each while the hand presses.
 #[test]
 fn force_that_a_command_ends_fades() {

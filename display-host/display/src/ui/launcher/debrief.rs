@@ -22,6 +22,8 @@ const SIDE_BY_SIDE: f32 = 1100.0;
 pub struct Debrief {
     /// Name of the trainee; empty: a guest, whose session was not saved.
     pub trainee: String,
+    /// True if the expert operated, and not a person.
+    pub watched: bool,
     /// Name of the task.
     pub task: String,
     /// Degree of help: a difficulty's name.
@@ -86,8 +88,12 @@ pub struct Earlier {
 }
 
 pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut Vec<Wish>) {
+    let again = match debrief.watched {
+        true => words.say("debrief-own-turn"),
+        false => words.say("debrief-again"),
+    };
     let mut buttons = vec![
-        (words.say("debrief-again"), Wish::Again),
+        (again, Wish::Again),
         (words.say("debrief-another"), Wish::Another),
     ];
     if debrief.report.is_some() {
@@ -131,9 +137,10 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
 fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
     let task = words.say(&format!("task-{}", debrief.task));
     let difficulty = words.say(&format!("difficulty-{}", debrief.difficulty));
-    let who = match debrief.trainee.is_empty() {
-        true => words.say("start-nobody"),
-        false => debrief.trainee.clone(),
+    let who = match debrief.trainee.as_str() {
+        _ if debrief.watched => words.say("who-expert"),
+        "" => words.say("start-nobody"),
+        name => name.to_owned(),
     };
     ui.label(format!("{who} – {task} – {difficulty}"));
     let mark = match debrief.outcome.as_str() {

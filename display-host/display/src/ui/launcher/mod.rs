@@ -50,6 +50,8 @@ pub enum Wish {
     Form(StartForm),
     /// Start the operation.
     Begin,
+    /// Watch the expert, a scripted surgeon, in the chosen task.
+    Watch,
     /// End the operation, with its report.
     Stop,
     /// End the operation without a report.

@@ -11,6 +11,8 @@ use crate::words::Words;
 pub struct Running {
     /// Name of the trainee; empty: a guest.
     pub trainee: String,
+    /// True if the expert operates.
+    pub watched: bool,
     /// Name of the task.
     pub task: String,
     /// Time since the operation's start, s.
@@ -46,7 +48,9 @@ pub(super) fn show(ui: &mut Ui, words: &Words, running: &Running, wishes: &mut V
             };
             title(ui, &words.say(id));
             ui.label(words.say(&format!("task-{}", running.task)));
-            if !running.trainee.is_empty() {
+            if running.watched {
+                ui.label(words.say("who-expert"));
+            } else if !running.trainee.is_empty() {
                 ui.label(&running.trainee);
             }
             let time = minutes(running.seconds);

@@ -56,6 +56,8 @@ pub struct Start {
     pub tasks: Vec<String>,
     /// Tasks in which the trainee may place the sutures.
     pub hanging: Vec<String>,
+    /// Tasks that the expert shows.
+    pub shown: Vec<String>,
     /// Difficulties to choose from.
     pub difficulties: Vec<String>,
     /// Endoscope angles to choose from, degrees.
@@ -105,8 +107,12 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         [name, file].into_iter().any(written)
     });
     let mut form = start.form.clone();
+    let is_shown = start.shown.contains(&form.task);
     if !writes {
         keys(ui, start, &mut form, wishes);
+        if is_shown && pressed(ui, Key::W) {
+            wishes.push(Wish::Watch);
+        }
         if pressed(ui, Key::N) {
             ui.memory_mut(|memory| memory.request_focus(name));
             // The letter that selected the field is not part of the name.
@@ -117,10 +123,11 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
             });
         }
     }
-    let buttons = [
-        (words.say("start-begin"), Wish::Begin),
-        (words.say("quit"), Wish::Quit),
-    ];
+    let mut buttons = vec![(words.say("start-begin"), Wish::Begin)];
+    if is_shown {
+        buttons.push((words.say("start-watch"), Wish::Watch));
+    }
+    buttons.push((words.say("quit"), Wish::Quit));
     screen(ui, "start", Some(0), &buttons, wishes, |ui, _| {
         title(ui, &words.say("start-title"));
         if let Some(problem) = &start.problem {

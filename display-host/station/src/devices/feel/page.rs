@@ -45,6 +45,10 @@ pub(super) fn page(felt: &Felt) -> String {
     for (_, mm) in &mut way {
         *mm -= f64::from(middle_m) * 1e3;
     }
+    if felt.response.is_empty() {
+        page += "<p class=\"lead\">There are no charts: the test ended before the steps, the sine and the \
+                 chirp.</p>";
+    }
     for (line, unit, caption) in [
         (
             force,

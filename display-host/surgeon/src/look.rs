@@ -1,0 +1,75 @@
+//! Showing organs with the endoscope.
+
+use shared_mem::scene::OrganKind;
+
+use crate::vector::{Vec3, wide};
+use crate::work::{Work, rotation};
+
+/// Angle from the middle of the picture within which an organ is shown, rad: less than half of
+/// what the endoscope drill allows.
+const MIDDLE_RAD: f64 = 0.12;
+/// Share of the remaining angle that is turned in a second.
+const TURN_SHARE: f64 = 1.5;
+/// Fastest turn, rad/s.
+const TURN_RAD_S: f64 = 0.3;
+/// The endoscope is drawn back from an organ that is nearer than this, m.
+const NEAR_M: f64 = 0.05;
+/// The endoscope is moved towards an organ that is farther than this, m.
+const FAR_M: f64 = 0.2;
+/// Speed of the endoscope along its axis, m/s.
+const ADVANCE_M_S: f64 = 0.02;
+/// Time for which an organ is held in the middle, s. The drill asks for 1 s.
+const HOLD_S: f64 = 1.5;
+/// An organ that is not in the middle after this time is left out, s.
+const GIVE_UP_S: f64 = 20.0;
+/// Longest time counted between two looks, s.
+const LOOK_MAX_S: f64 = 0.05;
+
+impl Work<'_> {
+    /// Turns the endoscope to the first organ of this kind and holds it in the middle of the
+    /// picture. A scene without such an organ leaves nothing to do.
+    pub(crate) fn show(&mut self, kind: OrganKind) -> Result<(), String> {
+        let Some(organ) = self.sight.organ(kind) else {
+            return Ok(());
+        };
+        let mut before_s = self.seen.at_s;
+        let mut held_s = 0.0;
+        let shown = self.look_for(GIVE_UP_S, |work| {
+            let seconds = (work.seen.at_s - before_s).clamp(0.0, LOOK_MAX_S);
+            before_s = work.seen.at_s;
+            let off_rad = work.turn_to(work.sight.middle(organ, &work.seen.state), seconds);
+            held_s = if off_rad < MIDDLE_RAD {
+                held_s + seconds
+            } else {
+                0.0
+            };
+            held_s >= HOLD_S
+        });
+        self.goes_on()?;
+        match shown {
+            true => Ok(()),
+            false => Err("it does not come into the middle of the picture".to_owned()),
+        }
+    }
+
+    /// Turns and moves the endoscope towards a place for this time. Returns how far the place is
+    /// from the middle of the picture, rad.
+    fn turn_to(&mut self, place_m: Vec3, seconds: f64) -> f64 {
+        let camera = &self.seen.tools.world_from_camera;
+        let to = rotation(camera).inverse() * (place_m - wide(camera.position_m));
+        let off = [to.x, to.y].map(|aside| aside.atan2(-to.z));
+        let [right, up] = off.map(|off| {
+            let most = TURN_RAD_S * seconds;
+            (TURN_SHARE * seconds * off).clamp(-most, most)
+        });
+        let [left_sum, up_sum] = &mut self.asked.scope_turned_rad;
+        *left_sum -= right;
+        *up_sum += up;
+        self.asked.scope_advanced_m += match to.norm() {
+            far if far > FAR_M => ADVANCE_M_S * seconds,
+            near if near < NEAR_M => -ADVANCE_M_S * seconds,
+            _ => 0.0,
+        };
+        off.iter().map(|off| off * off).sum::<f64>().sqrt()
+    }
+}
