@@ -42,7 +42,8 @@ impl Session {
         Self::read(path, bytes, source)
     }
 
-    /// Reads a session from any source of bytes.
+    /// As [`Session::open`], from a `source` of `bytes` bytes. `path` is only a name: for messages
+    /// and [`Session::path`].
     ///
     /// # Errors
     /// See [`ReadError`].
@@ -73,14 +74,13 @@ impl Session {
         self.opened.done()
     }
 
-    /// The recorder's final record. Present once all ticks are read, unless the session is cut off,
-    /// damaged, or of a program that did not write it.
+    /// Final record of the recorder, if the file has one. Present once all ticks are read.
     #[must_use]
     pub fn finish(&self) -> Option<Finish> {
         self.opened.finish
     }
 
-    /// The way in which the session ended; present once all ticks are read.
+    /// End of the reading: complete, cut off or damaged. Present once all ticks are read.
     #[must_use]
     pub fn end(&self) -> Option<&End> {
         self.opened.end()

@@ -11,13 +11,17 @@ use store::Store;
 use crate::home;
 use crate::problem::Problem;
 
+/// Tasks that need duct, artery and layered tissue.
+const IN_TRIANGLE: [&str; 5] = ["identify", "clamp", "cut", "disconnect", "full"];
+
 /// Scene to run.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct SceneArgs {
-    /// Scene: `built-in` (four organs), `triangle` (with Calot's triangle), `triangle-variant`
-    /// (duct and artery take another course), a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb)
-    /// or a compiled scene (.calot)
-    #[arg(long, value_name = "NAME|FILE", default_value = "built-in")]
+    /// Scene: `built-in` (liver and gallbladder), `triangle` (with Calot's triangle; the default of
+    /// a task that needs it), `triangle-variant` (duct and artery take another course), a recipe
+    /// (.toml), a mesh (.obj .stl .ply .gltf .glb) or a compiled scene (.calot)
+    #[arg(long, value_name = "NAME|FILE", default_value = "built-in",
+        default_value_ifs = IN_TRIANGLE.map(|task| ("task", task, Some("triangle"))))]
     pub(crate) scene: String,
     /// Folder with the meshes that the recipe names, e.g. /data/hra [default: folder of the recipe]
     #[arg(long, value_name = "DIR")]

@@ -111,6 +111,22 @@ mod tests {
     }
 
     #[test]
+    fn a_task_that_needs_the_triangle_has_it_as_its_scene() {
+        let scene_of = |words: &str| match Cli::parse_from(words.split_whitespace()).command {
+            Some(Command::Run(run)) => run.scene.scene,
+            _ => unreachable!("it is a run"),
+        };
+        for (words, scene) in [
+            ("calot run", "built-in"),
+            ("calot run --task free", "built-in"),
+            ("calot run --task clamp", "triangle"),
+            ("calot run --task full --scene built-in", "built-in"),
+        ] {
+            assert_eq!(scene_of(words), scene, "{words}");
+        }
+    }
+
+    #[test]
     fn a_controller_is_asked_for_what_the_station_was_asked_for() {
         let words = "calot run --core 1 --priority 70 --spin 100 --scheduler deadline --must-fit \
                      --coarser a.calot --coarser b.calot --scope-line dtr --scope-tty /dev/ttyS0";

@@ -95,14 +95,22 @@ impl Work<'_> {
         Err(format!("{ATTEMPTS} attempts failed"))
     }
 
-    /// Moves to a share of the way along an organ.
+    /// Moves to a share of the way along a tube, or to the near side of another organ.
     pub(crate) fn approach(
         &mut self,
         kind: OrganKind,
         share: f64,
         attempt: u32,
     ) -> Result<(), String> {
-        let place = |work: &Self| work.sight.along(kind, share, &work.seen.state);
+        let solid = self.sight.organ(kind).filter(|it| !self.sight.is_tube(*it));
+        let sphere = solid.and_then(|it| self.sight.nearest(it, self.tip(), &self.seen.state));
+        let place = |work: &Self| match sphere {
+            Some(sphere) => Some(Place {
+                at: work.sight.now(sphere, &work.seen.state),
+                along: None,
+            }),
+            None => work.sight.along(kind, share, &work.seen.state),
+        };
         // The jaws first go to a point in front of the place, so that they sweep nothing along on
         // the way.
         self.reach(&place, BACK_M, true)?;

@@ -18,6 +18,18 @@ pub enum Surgeon {
     Burner,
     /// Closes clips on nothing
     Dropper,
+    /// Takes the bile duct for the cystic duct and cuts it
+    DuctCutter,
+    /// Grasps the bile duct and tears it
+    DuctTearer,
+    /// Holds the cutting current on the bile duct until its wall is gone
+    DuctScorcher,
+    /// Takes the hepatic artery for the cystic artery and cuts it
+    ArteryCutter,
+    /// Burns through the gallbladder's wall
+    BagBurner,
+    /// Burns through the duodenum's wall
+    BowelBurner,
 }
 
 /// One step of a plan.
@@ -26,7 +38,7 @@ pub(crate) enum Act {
     /// Place the remaining sutures.
     Hang,
     Take(Instrument),
-    /// Move to this share of the way along an organ.
+    /// Move to this share of the way along a tube, or to the near side of another organ.
     Reach(OrganKind, f64),
     /// Close the jaws at this share of the way along an organ and withdraw. Repeat until a clip or
     /// a cut succeeds.
@@ -35,6 +47,11 @@ pub(crate) enum Act {
     Close,
     /// Press the pedal for this time, s.
     Burn(f64),
+    /// Press the cutting pedal for this time, s, and follow the organ as the tissue in front of it
+    /// goes.
+    BurnThrough(OrganKind, f64),
+    /// Close the jaws and draw what they hold back along the shaft by this distance, m.
+    Pull(f64),
     /// Withdraw along the shaft.
     Retreat,
     /// Turn the endoscope to an organ and hold it in the middle of the picture.
@@ -98,6 +115,16 @@ impl Surgeon {
                 plan.extend([Act::Take(Instrument::ClipApplier), Act::Retreat]);
                 plan.extend([Act::Close; 3]);
             }
+            Self::DuctCutter => plan.extend(cutting(OrganKind::BileDuct)),
+            Self::ArteryCutter => plan.extend(cutting(OrganKind::Vessel)),
+            Self::DuctTearer => plan.extend([
+                Act::Take(Instrument::Grasper),
+                Act::Reach(OrganKind::BileDuct, 0.75),
+                Act::Pull(TORN_M),
+            ]),
+            Self::DuctScorcher => plan.extend(burning(OrganKind::BileDuct)),
+            Self::BagBurner => plan.extend(burning(OrganKind::Gallbladder)),
+            Self::BowelBurner => plan.extend(burning(OrganKind::Intestine)),
         }
         plan
     }
@@ -107,6 +134,25 @@ impl Surgeon {
     }
 }
 
+/// The scissors at this duct or vessel.
+fn cutting(kind: OrganKind) -> [Act; 2] {
+    [Act::Take(Instrument::Scissors), Act::Work(kind, 0.4)]
+}
+
+/// The hook at this organ, with a cutting current until its wall is gone.
+fn burning(kind: OrganKind) -> [Act; 4] {
+    [
+        Act::Take(Instrument::Hook),
+        Act::Reach(kind, 0.4),
+        Act::BurnThrough(kind, THROUGH_S),
+        Act::Retreat,
+    ]
+}
+
+/// Time in which a cutting current opens any wall that it is held on, s.
+const THROUGH_S: f64 = 20.0;
+/// Pull that tears a duct from its tissue, m.
+const TORN_M: f64 = 0.12;
 /// Organs that the endoscope drill asks for, in its order.
 const SHOWN: [OrganKind; 6] = [
     OrganKind::Gallbladder,

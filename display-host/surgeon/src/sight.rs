@@ -67,7 +67,7 @@ impl Sight {
         organs.position(|organ| organ.kind == kind as u32)
     }
 
-    fn is_tube(&self, organ: usize) -> bool {
+    pub(crate) fn is_tube(&self, organ: usize) -> bool {
         let organ = self.scene.organs().get(organ);
         matches!(
             organ.and_then(|it| OrganKind::from_u32(it.kind)),
@@ -125,6 +125,13 @@ impl Sight {
     /// Displacement of a sphere from rest, m.
     pub(crate) fn moved(&self, sphere: usize, state: &StateFrame) -> Vec3 {
         self.now(sphere, state) - self.rest(sphere)
+    }
+
+    /// Sphere of an organ that is nearest to a place.
+    pub(crate) fn nearest(&self, organ: usize, to: Vec3, state: &StateFrame) -> Option<usize> {
+        let off_m = |sphere: &usize| (self.now(*sphere, state) - to).norm();
+        let own = self.spheres_of(organ);
+        own.min_by(|a, b| off_m(a).total_cmp(&off_m(b)))
     }
 
     /// Place along a tube whose spheres are in order. The share is 0 at the end away from the

@@ -148,6 +148,24 @@ impl Work<'_> {
                 self.asked.switches = 0;
                 burnt
             }
+            Act::BurnThrough(kind, seconds) => {
+                self.asked.switches = CUT;
+                let until_s = self.seen.at_s + seconds;
+                while !self.is_over && self.seen.at_s < until_s {
+                    // It does not matter how near the hook gets at once.
+                    let _ = self.approach(kind, 0.4, 0);
+                }
+                self.asked.switches = 0;
+                self.goes_on()
+            }
+            Act::Pull(by_m) => {
+                self.asked.buttons = Buttons::GRASP.bits();
+                self.wait(JAWS_S)?;
+                let pulled = self.retreat(by_m);
+                self.asked.buttons = Buttons::NONE.bits();
+                self.goes_on()?;
+                pulled
+            }
             Act::Retreat => self.retreat(BACK_M),
             Act::Show(kind) => self.show(kind),
             Act::Dissect(regions, share) => self.dissect(regions, share),
@@ -347,6 +365,8 @@ impl Work<'_> {
     }
 }
 
+/// Switch of the cutting pedal.
+const CUT: u32 = Switches::CUT.bits();
 /// Switch of the coagulation pedal in [`HandMsg::switches`].
 pub(crate) const COAGULATE: u32 = Switches::COAGULATE.bits();
 

@@ -34,8 +34,8 @@ pub(super) enum Electronics {
     Hapi(Box<Hapi>),
 }
 
-/// Body of a WoodenHaptics device, heavier than a Touch, with little friction (capstans). Its
-/// encoders sit on the motors, so positions are rounded to their counts and not here.
+/// Body of a WoodenHaptics device, heavier than a Touch, with little friction (capstans). The
+/// firmware quantises positions, so `encoder_step_m` is tiny.
 const WOODY_BODY: Body = Body {
     mass_kg: 0.12,
     friction_n: 0.1,
@@ -129,7 +129,8 @@ impl Electronics {
         }
     }
 
-    /// Position to which the device guides the hand: a flat one stays in its plane.
+    /// Projects a position of the hand onto the space in which the device moves, m: a planar device
+    /// keeps y = 0.
     pub(super) fn guided(&self, mut at_m: Vec3) -> Vec3 {
         if matches!(self, Self::Hapi(_)) {
             at_m.y = 0.0;
@@ -146,8 +147,8 @@ impl Electronics {
         }
     }
 
-    /// Takes the controller's bytes and returns the force that the motors render now, N. With
-    /// `degenerate`, a protocol that sends numbers as floats answers with NaN.
+    /// Takes the controller's bytes and returns the force that the motors render now, N.
+    /// `degenerate`: the Haply, whose protocol sends floats, answers with NaN.
     pub(super) fn receive(
         &mut self,
         bytes: &[u8],
@@ -202,7 +203,7 @@ impl Electronics {
         }
     }
 
-    /// Motor command now, as a share of the largest command that the station may give.
+    /// Present motor command divided by the largest permitted command.
     pub(super) fn strain(&mut self, now_us: u32) -> f32 {
         match self {
             Self::Rig(firmware) => {

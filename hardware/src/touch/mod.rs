@@ -13,8 +13,8 @@ mod hd;
 #[cfg(feature = "std")]
 pub use driver::TouchHaptic;
 
-/// Damping of a Touch: 0.2 N s/m of its hinges (assumed), plus the effect `4 f / (π v)` of 0.26 N
-/// of dry friction (data sheet) on a tremor of 0.2 m/s.
+/// Damping of a Touch, N s/m: 0.2 of the hinges (assumed), plus the equivalent viscous damping
+/// `4 f / (π v)` of Coulomb friction f = 0.26 N (data sheet) at v = 0.2 m/s, the speed of a tremor.
 pub const DAMPING_N_S_M: f32 = 1.85;
 /// Delay of a Touch on USB: 1 ms for the sample, 1 ms for the motors. Assumed.
 pub const DELAY_S: f32 = 0.002;

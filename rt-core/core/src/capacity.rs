@@ -1,7 +1,21 @@
-//! Limits of the realtime process. A scene that exceeds a limit is refused when it loads. In the
-//! tick, the limits bound every loop.
+//! Limits of the realtime process. They bound every array and every loop of a tick.
 //!
-//! Five of the limits are also lengths in shared-memory messages (`shared_mem::limits`).
+//! - Limits of a scene: `MAX_ORGANS`, `MAX_SPHERES`, `MAX_LINKS`, `MAX_BATCHES`, `MAX_ATTACHMENTS`,
+//!   `MAX_SUTURES`, `MAX_SKIN_VERTICES`, `MAX_CELLS`. A scene that exceeds one is refused when it
+//!   loads.
+//! - Limits of a scene's tubes: `MAX_BEADS`, `MAX_TUBE_LINKS`. A scene may exceed them. A tube
+//!   without room for its beads collides at its spheres only, carries no flow and takes no clip.
+//!   Further links are drawn whole.
+//! - Limits of a tick: `MAX_CONTACTS`, `INSTRUMENT_POINTS`, `MAX_TOOL_POINTS`, `MAX_TUBE_CONTACTS`,
+//!   `MAX_CONTACT_CONSTRAINTS`, `MAX_SPHERE_PAIRS`, `MAX_CLOSE_PAIRS`, `MAX_EVENTS_PER_TICK`,
+//!   `MAX_GRASPED`. A tick drops the excess. Each overflow has a fault, except that of the tool
+//!   points.
+//! - Limits until the next reset: `MAX_HOLES`, `MAX_CLIPPED`, `MAX_SCORCHED`. Further leaks and
+//!   closed tubes are dropped. A further burnt place replaces the least burnt one.
+//! - `MAX_CAPSULES` is never reached: both tools together have four capsules at most.
+//! - `CLIPS` is a supply.
+//!
+//! Seven of the limits are also lengths in shared-memory messages (`shared_mem::limits`).
 //! `border.rs` of `rt-process` does not compile if a limit differs from its length.
 
 /// Organs in a scene.

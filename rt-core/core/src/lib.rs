@@ -7,6 +7,16 @@
 //! sample → tool → contact → solve → force → procedure → publish
 //! ```
 //!
+//! | stage | begin to read at | module |
+//! |---|---|---|
+//! | sample | `Ports::sample`, `Inputs::take` | `sim::exchange`, `sim::sample` |
+//! | tool | `Sim::move_tool` | `sim` |
+//! | contact | `ToolContacts::find` | `contact::tool_contact` |
+//! | solve | `substeps::run` | `tissue::substeps` |
+//! | force | `handle_force::felt`, `OutputLimit::apply` | `haptics` |
+//! | procedure | `cut_all`, `tear_all` | `procedure::cut`, `tissue::damage` |
+//! | publish | `Ports::publish`, `TickView` | `sim::exchange`, `sim::view` |
+//!
 //! Units are SI; the unit comes last in a name (`force_n`): `_n_m` is N/m, `_nm` is N m. The name
 //! of a transform gives its frames: `world_from_handle` takes handle coordinates to world
 //! coordinates. Contact normals point from tissue to tool.
@@ -57,7 +67,32 @@
 //!
 //! # Rooms
 //!
-//! A room (module) imports from these rooms only:
+//! A room is a module at the top of this crate:
+//!
+//! | room | contents |
+//! |---|---|
+//! | [`capacity`] | limits of arrays and loops |
+//! | [`fault`] | faults of a tick, and their counters |
+//! | [`math`] | vectors, rotations, poses |
+//! | [`time`] | host time, the control period |
+//! | `hash` | hash by which two runs are compared |
+//! | [`words`] | flags of a sphere, health of a device, events |
+//! | [`port`] | interfaces to haptic device, tracker and pedal |
+//! | [`tool`] | instruments, their capsules, the lever about the trocar |
+//! | [`scene`] | the immutable scene, and its checks |
+//! | [`tissue`] | spheres, links, tetrahedra, cells, their solvers, damage |
+//! | `contact` | contact of tools with tissue |
+//! | `organs` | contact of organs with each other and with themselves |
+//! | [`procedure`] | grasp, scissors, current, clips, leaks |
+//! | [`haptics`] | force at the handle, and its limits |
+//! | [`state`] | all per-sphere data that changes |
+//! | [`study`] | tissue without devices, for studies, tests and preparation |
+//! | [`sim`] | the tick |
+//!
+//! The room [`port`] holds the interfaces to devices. In geometry a port is a trocar, as in
+//! `instrument_port_m`.
+//!
+//! A room imports from these rooms only:
 //!
 //! | room | may import |
 //! |---|---|

@@ -7,15 +7,15 @@ use rt_core::state::State;
 use rt_core::tissue::Method;
 use rt_core::tissue::paper::Paper;
 
-/// State of a simulation and, in a run by the paper's method, the memory of that method.
+/// State of a simulation, and the memory of the inner-sphere paper's method if that method is used.
 pub(crate) struct Storage {
     state: Box<State>,
     paper: Option<Box<Paper>>,
 }
 
 impl Storage {
-    /// Storage for a simulation by this number of iterations of the paper's method; 0: by
-    /// neo-Hookean tetrahedra.
+    /// Storage of a simulation. `paper_iterations` > 0 selects the inner-sphere paper's method with
+    /// this number of iterations; 0 selects neo-Hookean.
     pub(crate) fn new(paper_iterations: u32) -> Self {
         Self {
             state: Box::new(State::new()),

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use super::error::ServiceError;
 
-/// Closes a file to everybody except its owner, if this user owns it. Symbolic links are not
-/// followed, because anybody can put one into /dev/shm. A file that another process just removed is
-/// no error.
+/// Removes the permissions of group and others from a file or folder that this user owns. Symbolic
+/// links are not followed, because anybody can put one into /dev/shm. Failures are ignored.
 pub(super) fn close(path: &std::path::Path) {
     use rustix::fs::{Mode, OFlags};
     use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -27,7 +26,8 @@ pub(super) fn user() -> u32 {
     rustix::process::geteuid().as_raw()
 }
 
-/// A user in words, from the number: "user anna".
+/// Name of the user with this uid, from /etc/passwd: "user anna". If there is none, the uid: "user
+/// 1001".
 #[must_use]
 pub fn owner(user: u32) -> String {
     let users = std::fs::read_to_string("/etc/passwd").unwrap_or_default();
@@ -47,9 +47,9 @@ pub(super) fn foreign(path: &std::path::Path) -> Option<(PathBuf, String)> {
     (meta.uid() != user()).then(|| (path.to_owned(), owner(meta.uid())))
 }
 
-/// The folder of this user's stations. If it does not exist, it is made for this user alone. A
-/// folder that another user can write to is refused: its name in the temporary folder can be
-/// guessed, so another user may have made it.
+/// The folder of this user's stations. If it does not exist, it is made for this user alone.
+/// Refused are: a folder of another user, a folder that other users can write to, a symbolic link,
+/// and a file that is no folder. Another user can guess the path and make it first.
 ///
 /// # Errors
 /// [`ServiceError::Folder`] says what is wrong with the folder.

@@ -92,11 +92,15 @@ impl Ask {
 /// Fitted stiffness of the paper's method and of stretch and volume, by sphere count.
 type Fits = BTreeMap<usize, [f32; 2]>;
 
-/// Runs all cases. Progress goes to standard error.
+/// Runs all cases. Progress goes to standard error. `keep` gets the rows so far after each case, so
+/// that a run that is ended leaves what it measured.
 ///
 /// # Errors
-/// When the first case has no reference. The error gives the reason in words.
-pub(crate) fn run(ask: &Ask) -> Result<Vec<Row>, String> {
+/// When the first case has no reference, or `keep` fails. The error gives the reason in words.
+pub(crate) fn run(
+    ask: &Ask,
+    keep: &mut dyn FnMut(&[Row]) -> Result<(), String>,
+) -> Result<Vec<Row>, String> {
     let mut rows = Vec::new();
     let mut fits = Fits::new();
     for (i, case) in ask.cases.iter().enumerate() {
@@ -114,7 +118,10 @@ pub(crate) fn run(ask: &Ask) -> Result<Vec<Row>, String> {
             counts.sort_unstable();
         }
         match one(ask, &counts, case, &surface, &mut fits) {
-            Ok(more) => rows.extend(more),
+            Ok(more) => {
+                rows.extend(more);
+                keep(&rows)?;
+            }
             Err(why) if i > 0 => eprintln!("  no reference: {why}"),
             Err(why) => return Err(why),
         }
@@ -461,7 +468,7 @@ mod tests {
     /// The quick run has few cases, and few spheres, but runs every step of the evaluation.
     #[test]
     fn ours_is_nearest_to_the_reference() {
-        let rows = run(&Ask::new(true)).expect("a run");
+        let rows = run(&Ask::new(true), &mut |_| Ok(())).expect("a run");
         let find = |scene: &str, way: Way| {
             let same = |r: &&Row| r.scene.ends_with(scene) && r.method == way.name();
             rows.iter().find(same).expect("a row").clone()

@@ -199,14 +199,15 @@ fn measure_accuracy(asked: &Asked) -> Result<Vec<Section>, String> {
     let mut first = true;
     ask.cases
         .retain(|case| std::mem::take(&mut first) || case.name().contains(only));
-    let rows = accuracy::run(&ask)?;
-    write(out, "accuracy.csv", &accuracy::csv(&rows))?;
-    let svg = page::accuracy_chart(&rows)?;
-    write(out, "accuracy.svg", &svg)?;
+    let mut keep = |rows: &[accuracy::Row]| {
+        write(out, "accuracy.csv", &accuracy::csv(rows))?;
+        write(out, "accuracy.svg", &page::accuracy_chart(rows)?)
+    };
+    let rows = accuracy::run(&ask, &mut keep)?;
     if let Some(svg) = page::main_chart(&rows)? {
         write(out, "main.svg", &svg)?;
     }
-    page::accuracy(&rows, &svg)
+    page::accuracy(&rows, &page::accuracy_chart(&rows)?)
 }
 
 fn measure_stability(asked: &Asked) -> Result<Vec<Section>, String> {

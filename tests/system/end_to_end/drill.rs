@@ -146,3 +146,51 @@ fn the_endoscope_is_led_from_organ_to_organ_by_the_mouse() {
     let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
 }
+
+/// The expert works in the trainee's window, at a hand that rests until then. Nobody gets the
+/// points.
+#[test]
+fn the_expert_shows_the_drill_and_counts_as_no_person() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(screen) = screen(folder.path()) else {
+        return;
+    };
+    let station = station_name("expert");
+    let (mut launcher, _, sessions) = start(&screen, &station, folder.path());
+    let desk = &screen.window("Calot: Start");
+    screen.press_and_see(desk, "7");
+    let own = || screen.windows().into_iter().find(|it| it.0 != *desk);
+    wait_until("the operation's window", || {
+        if screen.windows().iter().any(|it| it.1 == "Calot: Start") {
+            screen.press(desk, "w");
+        }
+        own().is_some()
+    });
+    let bulletins = TaskReceiver::open(&Station::new(&station).expect("a name"));
+    let bulletins = bulletins.expect("a receiver");
+    let mut told = bytemuck::zeroed_box::<TaskMsg>();
+    let mut passed = None;
+    wait_until("the end of the drill", || {
+        bulletins.newest(&mut told);
+        let end = (told.text().and_then(Bulletin::parse)).and_then(|it| it.task.end);
+        passed = end.map(|end| end.passed);
+        passed.is_some()
+    });
+    assert_eq!(passed, Some(true));
+    wait_until("the debrief", || {
+        if let Some((window, _)) = own() {
+            screen.press(&window, "Escape");
+        }
+        screen.windows().iter().any(|it| it.1 == "Calot: Debrief")
+    });
+    let came_to = summary(&only_folder(&sessions).expect("the session's folder"));
+    assert_eq!(
+        (&came_to["hand"], &came_to["outcome"]),
+        (&"scripted".into(), &"passed".into()),
+        "{came_to:#}"
+    );
+    screen.leave(desk, &mut launcher);
+    let output = launcher.finish();
+    assert!(output.status.success(), "{}", said(&output));
+}

@@ -21,21 +21,24 @@ fn rows(text: &str, names: [&str; 4]) -> Vec<[f64; 4]> {
     lines.map(row).collect()
 }
 
-/// A busy machine may be so late that the force is cut for the whole grasp.
+/// Attempts. On a busy machine, late samples can suppress the force for a whole run.
 const TRIES: usize = 4;
 
 #[test]
 fn the_jaws_follow_a_handle_that_opens_and_its_motor_pushes_back() {
-    let felt_n: Vec<f64> = (0..TRIES)
-        .map(|_| most_of_a_run_n())
+    let failed_n: Vec<f64> = (0..TRIES)
+        .map(|_| max_finger_force_n())
         .take_while(|n| *n < 0.1)
         .collect();
-    assert!(felt_n.len() < TRIES, "the motor pushes: {felt_n:?} N");
+    assert!(
+        failed_n.len() < TRIES,
+        "the motor never pushed: {failed_n:?} N"
+    );
 }
 
 /// Runs a station whose scripted hand shuts the handle on tissue. Checks every tick of it, and
 /// returns the largest force on the fingers, N.
-fn most_of_a_run_n() -> f64 {
+fn max_finger_force_n() -> f64 {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let _emulated = Emulated::led(folder, &["--handle", "opening"]);
@@ -76,16 +79,16 @@ fn most_of_a_run_n() -> f64 {
     let shut = rows.iter().filter(|[hand, ..]| *hand < 0.1).count();
     assert!(
         shut > 500,
-        "the hand shuts the handle for seconds: {shut} ticks"
+        "handle shut for only {shut} ticks, expected more than 500"
     );
     let mut last = 1.0;
     for [hand, jaw, opening_n, at_s] in &rows {
-        // After samples that came late, the jaws catch up no faster than the instrument's jaws can
-        // move.
+        // After late samples the jaws may lag, but only while they open at 90 % of full speed or
+        // more.
         let opens = jaw - last > 0.9 * OPENED_IN_A_TICK;
         assert!(
             hand.is_nan() || *jaw >= hand - 0.05 || opens,
-            "jaws are nowhere more shut than the hand: {at_s} s"
+            "jaw {jaw} below hand {hand} at {at_s} s"
         );
         last = *jaw;
         assert!(*opening_n >= 0.0, "{opening_n} N at {at_s} s");

@@ -14,10 +14,11 @@ const BIN_MM: f64 = 0.01;
 const BINS: usize = 1000;
 /// Fewest parts that yield a figure.
 const PARTS_MIN: u32 = 8;
-/// Least ratio of the mean squared step to twice the variance (von Neumann) that counts as noise.
-/// White noise has 1, or 0.5 if each sample comes twice. A hand that trembles at 8 Hz has 0.12.
+/// Least von Neumann ratio, mean squared step / (2 variance), that counts as noise. White noise has
+/// 1, or 0.5 if each sample comes twice. An 8 Hz tremor has 0.12 at 100 samples/s and exceeds 0.3
+/// below 63 samples/s (`1 - cos(2π · 8 Hz / rate)`).
 const RATIO_MIN: f64 = 0.3;
-/// Share of the parts that counts as rest: the calmest tenth.
+/// Share of the parts that counts as rest: the calmest tenth. Their largest deviation is reported.
 const CALM: f64 = 0.1;
 
 /// Sums for the line through the present part, and a histogram of past parts' deviations.
@@ -26,11 +27,11 @@ pub(crate) struct Noise {
     origin: Option<Vec3>,
     count: f64,
     at_s: f64,
-    t: f64,
-    tt: f64,
-    p: Vec3,
-    tp: Vec3,
-    pp: Vec3,
+    sum_t: f64,
+    sum_tt: f64,
+    sum_p: Vec3,
+    sum_tp: Vec3,
+    sum_pp: Vec3,
     last: Option<Vec3>,
     /// Sum of squared steps, mm².
     steps: f64,
@@ -60,14 +61,14 @@ impl Noise {
                 .sum::<f64>();
         }
         self.count += 1.0;
-        self.t += t;
-        self.tt += t * t;
-        for ((x, p), (tp, pp)) in
-            (mm.into_iter().zip(&mut self.p)).zip(self.tp.iter_mut().zip(&mut self.pp))
+        self.sum_t += t;
+        self.sum_tt += t * t;
+        for ((x, sum_p), (sum_tp, sum_pp)) in
+            (mm.into_iter().zip(&mut self.sum_p)).zip(self.sum_tp.iter_mut().zip(&mut self.sum_pp))
         {
-            *p += x;
-            *tp += t * x;
-            *pp += x * x;
+            *sum_p += x;
+            *sum_tp += t * x;
+            *sum_pp += x * x;
         }
     }
 
@@ -76,10 +77,10 @@ impl Noise {
         if n < SAMPLES_MIN {
             return;
         }
-        let tt = self.tt - self.t * self.t / n;
+        let tt = self.sum_tt - self.sum_t * self.sum_t / n;
         let off = |i: usize| {
-            let tp = self.tp[i] - self.t * self.p[i] / n;
-            self.pp[i] - self.p[i] * self.p[i] / n - tp * tp / tt
+            let tp = self.sum_tp[i] - self.sum_t * self.sum_p[i] / n;
+            self.sum_pp[i] - self.sum_p[i] * self.sum_p[i] / n - tp * tp / tt
         };
         let squares: f64 = [0, 1, 2].map(off).iter().sum();
         // A line takes two parameters an axis. Rounding may make the sum negative.
@@ -94,7 +95,7 @@ impl Noise {
         }
     }
 
-    /// Begins a new part.
+    /// Discards the current part. The next position begins a new one.
     pub(crate) fn gap(&mut self) {
         let bins = core::mem::take(&mut self.bins);
         *self = Self {
@@ -103,7 +104,8 @@ impl Noise {
         };
     }
 
-    /// Standard deviation per axis in the calmest tenth of the parts, mm; NaN for too few parts.
+    /// Tenth percentile of the parts' standard deviations per axis, mm: the lower edge of its bin.
+    /// NaN if there are fewer than `PARTS_MIN` parts.
     pub(crate) fn mm(&self) -> f64 {
         let parts: u32 = self.bins.iter().sum();
         if parts < PARTS_MIN {

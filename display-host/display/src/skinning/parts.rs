@@ -2,7 +2,8 @@
 //!
 //! A vertex near a cut is bound to spheres on both sides of it. After the cut, its weights on the
 //! spheres of other pieces are shared among those of its own piece, and triangles between two
-//! pieces are not drawn.
+//! pieces are not drawn. A collar joins the end of one tube to another tube; the joined pieces
+//! count as one.
 
 use std::ops::Range;
 
@@ -17,6 +18,8 @@ pub struct Pieces {
     links: Vec<[u32; 2]>,
     /// Links that are severed at present.
     parted: Vec<bool>,
+    /// Spheres of two tubes that a collar joins.
+    joints: Vec<[u32; 2]>,
     /// Vertices that follow spheres of tubes, with their weights before any cut.
     vertices: Vec<(u32, [u32; 4])>,
     /// Triangles of such vertices, with their corners before any cut.
@@ -41,14 +44,17 @@ impl Pieces {
         ]
         .map(|kind| kind as u32);
         let mut is_of_tube = vec![false; scene.spheres().len()];
+        let mut tube_of = vec![NONE; scene.spheres().len()];
         let mut links = Vec::new();
-        for tube in scene.organs().iter().filter(is_listed) {
+        for (number, tube) in (0u32..).zip(scene.organs().iter().filter(is_listed)) {
             let first = tube.links[0] as usize;
             let own = &scene.links()[first..first + tube.elastic_links as usize];
             links.extend(own.iter().map(|link| [link.a, link.b]));
             let first = tube.spheres[0] as usize;
             let is_tube = kinds.contains(&tube.kind);
-            is_of_tube[first..first + tube.spheres[1] as usize].fill(is_tube);
+            let own = first..first + tube.spheres[1] as usize;
+            is_of_tube[own.clone()].fill(is_tube);
+            tube_of[own].fill(if is_tube { number } else { NONE });
         }
         let follows = |vertex: usize| {
             let vertex = &mesh.vertices[vertex];
@@ -68,6 +74,7 @@ impl Pieces {
         let mut pieces = Self {
             parted: vec![false; links.len()],
             links,
+            joints: joints(mesh, &tube_of),
             triangles: triangles.filter(|(_, t)| near(t)).collect(),
             vertices,
             piece_of: vec![NONE; scene.spheres().len()],
@@ -139,10 +146,12 @@ impl Pieces {
         }
         let mut changed = true;
         while std::mem::take(&mut changed) {
-            for ([a, b], is_parted) in self.links.iter().zip(&self.parted) {
+            let whole = self.links.iter().zip(&self.parted);
+            let whole = whole.filter(|(_, is_parted)| !**is_parted);
+            for [a, b] in whole.map(|(link, _)| link).chain(&self.joints) {
                 let pair = [self.piece_of[*a as usize], self.piece_of[*b as usize]];
                 let least = pair[0].min(pair[1]);
-                if !is_parted && pair[0] != pair[1] {
+                if pair[0] != pair[1] {
                     self.piece_of[*a as usize] = least;
                     self.piece_of[*b as usize] = least;
                     changed = true;
@@ -150,6 +159,28 @@ impl Pieces {
             }
         }
     }
+}
+
+/// Spheres of two tubes that one vertex follows: a collar joins the tubes there. `tube_of` has the
+/// tube of each sphere of the scene.
+fn joints(mesh: &SkinMesh, tube_of: &[u32]) -> Vec<[u32; 2]> {
+    let tube = |sphere: u32| tube_of.get(sphere as usize).copied().unwrap_or(NONE);
+    let joint = |vertex: &super::RestVertex| {
+        let of_tubes = || {
+            let bound = vertex.bound();
+            bound.filter(|it| it.1 > 0 && tube(it.0) != NONE)
+        };
+        let heaviest = of_tubes().max_by_key(|it| it.1)?.0;
+        let others = of_tubes().filter(|it| tube(it.0) != tube(heaviest));
+        Some([heaviest, others.max_by_key(|it| it.1)?.0])
+    };
+    let mut joints: Vec<_> = mesh.vertices[..mesh.skinned]
+        .iter()
+        .filter_map(joint)
+        .collect();
+    joints.sort_unstable();
+    joints.dedup();
+    joints
 }
 
 /// Runs of consecutive numbers among numbers that rise.
@@ -217,6 +248,7 @@ mod tests {
         let mut pieces = Pieces {
             links: vec![[0, 1], [1, 2], [2, 3], [0, 2], [1, 3]],
             parted: vec![false; 5],
+            joints: Vec::new(),
             vertices: (0..8)
                 .map(|v| (v, mesh.vertices[v as usize].weights))
                 .collect(),
@@ -250,6 +282,30 @@ mod tests {
         assert!(pieces.set(cut([false; 5]), &mut mesh));
         assert_eq!(mesh.vertices, whole.vertices);
         assert_eq!(mesh.triangles, whole.triangles);
+    }
+
+    /// A cut in one tube leaves its collar on another tube as it is.
+    #[test]
+    fn tubes_that_a_collar_joins_stay_joined() {
+        let (_, mut mesh) = tube();
+        let before = mesh.clone();
+        let tube_of = [0, 0, 1, 1];
+        let joints = joints(&mesh, &tube_of);
+        assert_eq!(joints, [[1, 2]], "vertices 2 and 3 follow both");
+        let mut pieces = Pieces {
+            links: vec![[0, 1], [2, 3]],
+            parted: vec![false; 2],
+            joints,
+            vertices: (0..8)
+                .map(|v| (v, mesh.vertices[v as usize].weights))
+                .collect(),
+            triangles: (0..6).map(|t| (t, mesh.triangles[t as usize])).collect(),
+            piece_of: vec![NONE; 4],
+        };
+        assert!(pieces.set([false, true].into_iter(), &mut mesh));
+        assert_eq!(mesh.triangles[..2], before.triangles[..2]);
+        assert_eq!(mesh.vertices[2..4], before.vertices[2..4]);
+        assert_ne!(mesh.triangles[2..], before.triangles[2..]);
     }
 
     #[test]

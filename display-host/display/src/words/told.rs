@@ -100,7 +100,7 @@ impl Words {
         )
     }
 
-    /// Name of a metric, from its name in reports.
+    /// Displayed name of the metric with this report key.
     #[must_use]
     pub fn metric(&self, name: &str) -> String {
         self.say(&format!("metric-{}", name.replace('_', "-")))

@@ -16,9 +16,9 @@ Examples:
   calot prepare segmentation.stl --unit mm --axes LPS --pieces largest --out liver.calot
   calot prepare tests/assets/hra-female.toml --meshes DIR --out female.calot")]
 pub(crate) struct PrepareArgs {
-    /// Scene: `built-in` (four organs), `triangle` (with Calot's triangle), `triangle-variant`
-    /// (duct and artery take another course), a recipe (.toml) or a mesh (.obj .stl .ply .gltf
-    /// .glb)
+    /// Scene: `built-in` (liver and gallbladder), `triangle` (with Calot's triangle),
+    /// `triangle-variant` (duct and artery take another course), a recipe (.toml) or a mesh (.obj
+    /// .stl .ply .gltf .glb)
     #[arg(value_name = "RECIPE|MESH")]
     pub(crate) source: String,
     /// Folder with the meshes that the recipe names, e.g. /data/hra [default: folder of the recipe]

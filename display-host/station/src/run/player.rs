@@ -6,7 +6,7 @@ use super::args::RunArgs;
 use crate::args::GamepadName;
 use crate::problem::Problem;
 
-/// Who moves the handle.
+/// The one who moves the handle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Player {
     /// A person, at a device or at the emulated handle.

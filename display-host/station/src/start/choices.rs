@@ -21,7 +21,7 @@ pub(super) fn usual() -> StartForm {
     }
 }
 
-/// True if a task needs duct and artery, which the scene of four organs lacks.
+/// True if a task needs duct and artery, which the built-in scene lacks.
 fn needs_triangle(task: &str) -> bool {
     !matches!(Task::from_name(task), Some(Task::Free | Task::Scope))
 }

@@ -204,8 +204,8 @@ impl Desk {
         }
     }
 
-    /// Starts an operation, of the expert if `watched`. If that fails, shows the reason on the start
-    /// screen.
+    /// Starts an operation, of the expert if `watched`. If that fails, shows the reason on the
+    /// start screen.
     fn begin(&mut self, watched: bool) {
         let form = match watched {
             true => Ok(choices::of_expert(&self.form)),

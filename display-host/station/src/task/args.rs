@@ -34,8 +34,8 @@ pub(crate) struct TaskArgs {
     /// prints them]
     #[arg(long, value_name = "FILE", requires = "task")]
     pub(crate) rules: Option<PathBuf>,
-    /// Let a scripted surgeon work the task on the emulated devices; without --headless, watch it in
-    /// the window
+    /// Let a scripted surgeon work the task on the emulated devices; without --headless, watch it
+    /// in the window
     #[arg(long, value_name = "WHO", value_enum, requires = "task")]
     pub(crate) hand: Option<Surgeon>,
     /// Keep the result in the store under this trainee's name, e.g. Ada

@@ -6,9 +6,8 @@ use crate::math::Vec3;
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// Largest number of spheres of a patch: those of three skin vertices, or those under a tip that is
-/// wider than their spacing (115 under a tip of 10 mm on a gallbladder of 2500 spheres). The weight
-/// of any further sphere goes to the first one.
+/// Capacity of a patch, in spheres. Three skin vertices need at most 36. A tip of 10 mm on a
+/// gallbladder of 2500 spheres needs 115. Above the capacity, the weight goes to the first sphere.
 const PATCH_MAX: usize = 160;
 
 /// A point of the tissue, carried by weighted spheres. Each sphere is listed once, and the weights
@@ -53,7 +52,7 @@ impl Patch {
         at.vec3()
     }
 
-    /// `Σ w ω²`: inverse mass of the point, 1/kg.
+    /// Inverse mass of the point, 1/kg: `Σ wᵢ² / mᵢ` over spheres of weight `wᵢ` and mass `mᵢ`.
     pub(crate) fn inverse_mass_per_kg(&self, bodies: &Bodies) -> f32 {
         let yields = |(sphere, weight): (u32, f32)| {
             bodies.nodes.at(sphere).inverse_mass_per_kg() * weight * weight
@@ -71,7 +70,7 @@ impl Patch {
         }
     }
 
-    /// Pushes the point with an impulse times the step, kg m.
+    /// Applies a positional impulse, kg m. Each sphere moves by `push · w / m`.
     pub(crate) fn push(&self, push_kg_m: &Vec3, bodies: &mut Bodies) {
         for (sphere, weight) in &self.parts {
             let node = bodies.nodes.at_mut(u32::from(*sphere));

@@ -84,6 +84,20 @@ impl ToolContacts {
         under_skin.chain(self.tubes.near_spheres(bodies))
     }
 
+    /// The sphere that overlaps these parts of a tool most, and by how much, m.
+    pub(crate) fn deepest_overlap(&self, parts: &[Capsule], bodies: &Bodies) -> Option<(u32, f32)> {
+        let overlaps = parts.iter().flat_map(|part| {
+            let segment = Segment::new(part, &Bounds::EMPTY);
+            self.near_spheres(bodies).filter_map(move |sphere| {
+                let center_m = bodies.nodes.at(sphere).center().vec3();
+                let radius_m = *bodies.radius_m.at(sphere);
+                let depth_m = segment.depth_m(&center_m, radius_m, 0.0)?;
+                Some((sphere, depth_m))
+            })
+        });
+        overlaps.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     /// The dents of the tools in the tissue, after the solve.
     pub(crate) fn dents(&self, bodies: &Bodies) -> impl Iterator<Item = Dent> {
         self.constraints.dents(bodies)

@@ -1,15 +1,32 @@
 //! The only exit of force: every force to the device passes these gates.
 //!
-//! Order: finite, enable and ramp (stale, lost, paused and tripped included), stiffness, passivity,
-//! clamp with thermal limit, slew, finite again.
+//! 1. Cut: the force is zero at once. Causes: the speed trip, a demand that is not finite, a force
+//!    that nobody has enabled, a device that is lost or fails.
+//! 2. Ramp: the force rises after an enable or a cut. It falls while the sample is stale or the
+//!    simulation is paused.
+//! 3. Stiffness: the force is scaled down.
+//! 4. Passivity: damping is added.
+//! 5. Clamp: to the peak, or to less while the motors are warm.
+//! 6. Slew: the change within a tick is limited.
+//! 7. Finite test: a part that is not finite becomes zero.
 //!
-//! Gates that cut the force at once come first and end the chain, so that a cut force does not
-//! fade. The ramp comes before passivity, because damping that takes energy out must not fade with
-//! it. Clamp and slew come last, so that they bound everything that leaves. Slew follows the clamp,
-//! so that a force that is only too strong does not count as too fast.
+//! Torque skips gate 4. The force that opens the handle skips gates 3 and 4.
+//!
+//! A cut skips the other gates, so that the force does not fade. The ramp comes before passivity,
+//! because damping that takes energy out must not fade with it. Clamp and slew come last, so that
+//! they bound everything that leaves. Slew follows the clamp, so a demand above the peak raises
+//! `Clamped` and not `Slewed`.
 //!
 //! A trip latches until a person enables the force again. A stale or lost device does not latch:
-//! when samples come again, the force rises by the ramp. Every gate that acts raises its fault.
+//! when samples come again, the force rises by the ramp.
+//!
+//! A gate raises its fault in each tick in which it acts. Exceptions:
+//!
+//! - A trip raises `SpeedTrip` once, when it begins.
+//! - The driver of a device that fails raises the fault ([`crate::port::Findings`]).
+//! - A stale device raises no `StaleDevice` if another fault explains its silence.
+//! - The stiffness gate raises none while its scale returns to 1.
+//! - The final finite test raises none.
 
 use crate::fault::{Fault, FaultSet};
 use crate::haptics::passivity::Passivity;
@@ -22,12 +39,11 @@ use crate::words::Status;
 const SLEW_N: f32 = 1.0;
 /// Largest rendered stiffness, as a share of that at which a loop with the device's damping and
 /// delay begins to oscillate (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). A
-/// larger share renders stiffer contact with less margin. The rule holds for the emulated Touch
-/// (`evaluate haptics`), so a small margin suffices.
+/// larger share renders stiffer contact with less margin. With this share `evaluate haptics` finds
+/// every wall stable while a hand holds the device.
 const STABLE_SHARE: f32 = 0.7;
-/// Change of force that a change of the stiffness gate's share may make in a tick, N, in addition
-/// to half of the change of the demanded force. A hand does not feel this step; a larger one is
-/// felt as a knock.
+/// Largest step of force in a tick from a change of the stiffness scale, N. Half of the demand's
+/// change is added to it. A hand does not feel this step; it feels a larger one as a knock.
 const SCALE_STEP_N: f32 = 0.001;
 /// Ticks for which the gate holds the largest recent stiffness before it fades. If the stiffness
 /// flickers (spheres that stick and slip), the gate thus uses its maximum, and the force is steady.
@@ -36,8 +52,8 @@ const STIFF_TICKS: u32 = 50;
 const RIGID_N_M: f32 = 1.0e6;
 /// Factor per tick by which a remembered stiffness fades. A larger one fades more slowly.
 const FADES: f32 = 0.98;
-/// Lower bound of the stiffness gate's share where it serves as a divisor. A device with hardly any
-/// damping may render a thousandth of a wall of 20 kN/m.
+/// Lower bound of the stiffness scale where it serves as a divisor. A device that renders 2 N/m of
+/// a wall of 20 kN/m has this scale.
 const SCALE_MIN: f32 = 1.0e-4;
 /// Longest delay of a device for which a stiffness is computed, s.
 const DELAY_MAX_S: f32 = 0.1;
@@ -97,11 +113,11 @@ pub struct OutputLimit {
     stiffness_n_m: f32,
     /// Ticks since `stiffness_n_m` was measured, counted up to `STIFF_TICKS`.
     stiff_ticks: u32,
-    /// Share of the force that the stiffness gate lets through.
+    /// Stiffness scale: share of the force that the stiffness gate lets through.
     stiffness_scale: f32,
-    /// Size of the force demanded in the last tick, N; 0 after a cut, so that the next force does
-    /// not keep the stiffness gate's share of the last one.
-    wanted_n: f32,
+    /// Size of the force demanded in the last tick, N. 0 after a cut or a restart: the next force
+    /// starts with a fresh stiffness scale.
+    last_demand_n: f32,
     /// Running mean of the squared force, N².
     heat_n2: f32,
     /// Command of the last tick.
@@ -143,7 +159,7 @@ impl OutputLimit {
             stiffness_n_m: 0.0,
             stiff_ticks: 0,
             stiffness_scale: 1.0,
-            wanted_n: 0.0,
+            last_demand_n: 0.0,
             heat_n2: 0.0,
             last: ForceCommand::default(),
         }
@@ -154,7 +170,7 @@ impl OutputLimit {
         self.enabled = enabled;
         self.tripped = false;
         self.gain = 0.0;
-        self.wanted_n = 0.0;
+        self.last_demand_n = 0.0;
     }
 
     /// True if force may leave: enabled and not tripped.
@@ -172,7 +188,7 @@ impl OutputLimit {
     /// Starts the force from zero again, after a time without ticks.
     pub fn restart(&mut self) {
         self.gain = 0.0;
-        self.wanted_n = 0.0;
+        self.last_demand_n = 0.0;
         self.last = ForceCommand::default();
         self.passivity.forget();
     }
@@ -184,8 +200,8 @@ impl OutputLimit {
         self.stiffness_max_n_m
     }
 
-    /// Largest demand that can be rendered fully now, N: the present peak over the stiffness gate's
-    /// share. `None` for a device without motors.
+    /// Largest demand that can be rendered fully now, N: the present limit of the force divided by
+    /// the stiffness scale. `None` for a device without motors.
     pub(crate) fn rendered_n(&self) -> Option<f32> {
         (self.peak_n > 0.0).then(|| self.limit_n() / self.stiffness_scale.max(SCALE_MIN))
     }
@@ -228,7 +244,7 @@ impl OutputLimit {
         } else {
             // Cut at once: a force that is not safe must not fade.
             self.gain = 0.0;
-            self.wanted_n = 0.0;
+            self.last_demand_n = 0.0;
             ForceCommand::default()
         };
         let or_none = |v: Vec3| {
@@ -271,9 +287,8 @@ impl OutputLimit {
         self.gain = (self.gain + step).clamp(0.0, 1.0);
     }
 
-    /// Share of the force that keeps the stiffness within the device's limit. The share changes in
-    /// small steps of force, so that a contact that begins or ends under load is not felt as a
-    /// knock.
+    /// Stiffness scale that keeps the stiffness within the device's limit. It changes in small
+    /// steps of force, so that a contact that begins or ends under load is not felt as a knock.
     fn cap_stiffness(&mut self, demand: &Demand, faults: &mut FaultSet) -> f32 {
         self.remember_stiffness(demand.stiffness_n_m);
         let too_stiff = self.stiffness_n_m > self.stiffness_max_n_m;
@@ -283,29 +298,28 @@ impl OutputLimit {
         } else {
             1.0
         };
-        // While the tissue pushes harder, the felt force must not fall; while it yields, the felt
-        // force must not rise. A force that falls as the hand goes deeper is unstable.
+        // While the demand rises, the output must not fall. While it falls, the output must not
+        // rise. An output that falls as the hand goes deeper is unstable.
         let wanted_n = math::norm(&demand.force_n);
-        let same = self.stiffness_scale * self.wanted_n / wanted_n.max(LIMIT_MIN);
-        let goal = if wanted_n > self.wanted_n {
+        let same = self.stiffness_scale * self.last_demand_n / wanted_n.max(LIMIT_MIN);
+        let goal = if wanted_n > self.last_demand_n {
             goal.max(same)
-        } else if wanted_n < self.wanted_n {
+        } else if wanted_n < self.last_demand_n {
             goal.min(same)
         } else {
             goal
         };
-        // A force that is felt already changes its share slowly; a new force begins with its own
-        // share.
-        let step_n = SCALE_STEP_N + 0.5 * (wanted_n - self.wanted_n).abs();
-        let step = step_n / self.wanted_n.max(step_n);
+        // A new force takes its scale at once. A continuing force changes its scale in small steps.
+        let step_n = SCALE_STEP_N + 0.5 * (wanted_n - self.last_demand_n).abs();
+        let step = step_n / self.last_demand_n.max(step_n);
         self.stiffness_scale += (goal - self.stiffness_scale).max(-step).min(step);
-        self.wanted_n = wanted_n;
+        self.last_demand_n = wanted_n;
         self.stiffness_scale
     }
 
     fn remember_stiffness(&mut self, now_n_m: f32) {
         let now_n_m = now_n_m.min(RIGID_N_M);
-        if self.wanted_n <= 0.0 || now_n_m >= self.stiffness_n_m {
+        if self.last_demand_n <= 0.0 || now_n_m >= self.stiffness_n_m {
             self.stiffness_n_m = now_n_m;
             self.stiff_ticks = 0;
         } else if self.stiff_ticks < STIFF_TICKS {

@@ -1,11 +1,11 @@
 //! An instrument that is inside tissue when its device begins.
 
 use crate::sim::Sim;
-use crate::tool::Tool;
 use crate::words::{Event, EventKind};
 
-/// Depth beyond which the instrument counts as inside, m. A hand that enters tissue at 1 m/s, the
-/// fastest that the force allows, is 1 mm deep after its first tick.
+/// Overlap with a sphere beyond which the instrument counts as inside, m. The skin lies above the
+/// sphere, so that the instrument is at least this deep. A hand that enters tissue at 1 m/s is 1 mm
+/// deep after its first tick.
 const BURIED_M: f32 = 0.002;
 
 impl Sim<'_> {
@@ -15,13 +15,13 @@ impl Sim<'_> {
         if !self.inputs.takes_up() {
             return;
         }
-        let deepest_m = self.contacts.deepest_m().filter(|deep| *deep > BURIED_M);
-        let mut touched = self.contacts.forces.iter();
-        let organ = touched.find_map(|it| it.organ.filter(|_| it.tool == Tool::Instrument));
-        if let (Some(depth_m), Some(organ)) = (deepest_m, organ) {
+        let bodies = &self.state.bodies;
+        let deepest = self.contacts.deepest_overlap(&self.tool.capsules, bodies);
+        let deepest = deepest.filter(|(_, depth_m)| *depth_m > BURIED_M);
+        if let Some((sphere, depth_m)) = deepest {
             self.journal.raise(Event {
                 kind: EventKind::Buried,
-                organ: Some(organ.into()),
+                organ: Some((*bodies.organ.at(sphere)).into()),
                 at_m: self.tool.tip_m,
                 value: depth_m,
             });

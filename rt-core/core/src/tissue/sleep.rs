@@ -2,8 +2,8 @@
 
 use crate::capacity::MAX_ORGANS;
 
-/// Speed below which an organ is at rest, m/s. Freezing it then costs 0.06 mm. Raising it lets
-/// organs fall asleep earlier, with a larger error.
+/// Speed below which an organ is at rest, m/s. Freezing an organ at this speed costs an error of
+/// 0.06 mm. A higher threshold lets organs fall asleep earlier, with a larger error.
 const STILL_M_S: f32 = 0.001;
 /// Ticks at rest after which an organ falls asleep.
 const DROWSY_TICKS: u16 = 50;
@@ -27,15 +27,15 @@ impl Sleep {
             .is_some_and(|&ticks| ticks >= DROWSY_TICKS)
     }
 
-    /// Wakes an organ: it must rest again for all the ticks before it sleeps.
+    /// Wakes an organ. Resets its rest counter.
     pub(crate) fn wake(&mut self, organ: usize) {
         if let Some(ticks) = self.still_ticks.get_mut(organ) {
             *ticks = 0;
         }
     }
 
-    /// Records the net speed of an organ after a tick in which it was simulated. Returns true if it
-    /// is now asleep.
+    /// Records the speed of an organ after a tick in which it was simulated, m/s: the low-passed
+    /// speed of its fastest sphere (`Bodies::pace_m_s`). Returns true if the organ is now asleep.
     pub(crate) fn note_speed(&mut self, organ: usize, speed_m_s: f32) -> bool {
         if let Some(ticks) = self.still_ticks.get_mut(organ) {
             let still = speed_m_s < STILL_M_S;

@@ -74,7 +74,7 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
 
 /// The first sample, and the first after the device was gone, may find the instrument anywhere.
 #[test]
-fn an_instrument_that_begins_inside_an_organ_is_told_once() {
+fn an_instrument_that_begins_inside_an_organ_is_reported_once() {
     let anatomy = Anatomy::liver();
     let count = |bench: &Bench| {
         let events = bench.events.iter();
@@ -85,10 +85,10 @@ fn an_instrument_that_begins_inside_an_organ_is_told_once() {
     let mut bench = Bench::new();
     stay(&mut sim, &mut bench, &PRESSED, 500, NONE);
     assert_eq!(count(&bench), 1);
-    let told = bench.events.iter().find(|it| it.kind == EventKind::Buried);
-    let told = told.expect("an event");
-    assert_eq!(told.organ, Some(0));
-    assert!((0.002..0.02).contains(&told.value), "{}", told.value);
+    let event = bench.events.iter().find(|it| it.kind == EventKind::Buried);
+    let event = event.expect("an event");
+    assert_eq!(event.organ, Some(0));
+    assert!((0.002..0.02).contains(&event.value), "{}", event.value);
     bench.events.clear();
     go(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
     go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);

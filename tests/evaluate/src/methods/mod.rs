@@ -1,5 +1,6 @@
-//! The methods on the chart, one file each. They follow the equations as published, in single
-//! precision, on one thread, without hand-written vector instructions.
+//! The methods on the chart, one file each. The published methods follow their equations in single
+//! precision, on one thread, without hand-written vector instructions. `product` runs Calot's own
+//! solvers.
 
 mod hexahedra;
 mod mass_spring;

@@ -1,4 +1,4 @@
-//! Calot's own solvers, through the interface that `rt-core` keeps for studies.
+//! Adapts `rt_core::study::Tissue`, which runs Calot's own solvers, to the [`Method`] trait.
 
 use rt_core::math::Pose;
 use rt_core::scene::{
@@ -16,7 +16,7 @@ use scene_prepare::skin::ContactSkin;
 use super::{Ball, Env, Method, State, Surroundings};
 use crate::body::{Body, V3};
 
-/// Parts that Calot's tissue borrows.
+/// Scene data and solver storage that a [`Tissue`] borrows.
 pub(crate) struct Parts {
     bodies: Box<Bodies>,
     /// Storage of the paper's method; `None`: the neo-Hookean solid.
@@ -35,7 +35,10 @@ struct Plan {
 }
 
 impl Plan {
-    /// Makes the scene. The instrument's port lies above its origin.
+    /// Makes the scene. The instrument's port is at x = y = 0, z = 0.2 m.
+    ///
+    /// # Errors
+    /// The scene is invalid.
     fn scene(&self) -> Result<Scene<'_>, SceneError> {
         let room = Room {
             gravity_m_s2: self.gravity_m_s2,
@@ -57,16 +60,16 @@ impl Plan {
     }
 }
 
-/// Greatest stiffness number of a substep at which one pass is within 3 % of the material's
-/// stiffness.
+/// Largest stiffness number `E dt² / (ρ h²)` of a substep at which one solver pass gives the
+/// material's stiffness within 3 %. `dt`: length of the substep, s; `h`: spacing of the spheres, m.
 const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 
 impl Parts {
-    /// Makes a scene of one organ. With `paper` the paper's method moves it, with this stiffness
-    /// and number of iterations. Otherwise it is Calot's neo-Hookean solid.
+    /// Makes a scene of one organ. `paper`: stiffness and iterations of the paper's method; `None`:
+    /// neo-Hookean.
     ///
     /// # Errors
-    /// The message with which the scene's check refuses it.
+    /// A tetrahedron is invalid.
     pub(crate) fn new(
         body: &Body,
         around: &Surroundings,
@@ -170,7 +173,7 @@ impl Parts {
     /// The tissue at rest, as a [`Method`].
     ///
     /// # Errors
-    /// The message with which the scene's check refuses it.
+    /// The scene is invalid.
     pub(crate) fn tissue(&mut self) -> Result<Product<'_>, SceneError> {
         let held = self.plan.spheres.iter().map(|s| s.held).collect();
         let has_skin = !self.plan.skin.vertices.is_empty();
@@ -201,10 +204,10 @@ impl Parts {
         &self.plan.spheres
     }
 
-    /// The scene. The instrument's port lies above its origin.
+    /// The scene. The instrument's port is at x = y = 0, z = 0.2 m.
     ///
     /// # Errors
-    /// The message with which the scene's check refuses it.
+    /// The scene is invalid.
     pub(crate) fn scene(&self) -> Result<Scene<'_>, SceneError> {
         self.plan.scene()
     }
@@ -212,7 +215,7 @@ impl Parts {
     /// The tissue at rest, without the wrapping of a [`Method`].
     ///
     /// # Errors
-    /// The message with which the scene's check refuses it.
+    /// The scene is invalid.
     pub(crate) fn bare(&mut self) -> Result<Tissue<'_>, SceneError> {
         let scene = self.plan.scene()?;
         let solver = match &mut self.paper {
@@ -263,7 +266,8 @@ impl Method for Product<'_> {
 }
 
 impl Product<'_> {
-    /// Runs one tick in which a ball moves spheres out of itself. Returns the force on the ball, N.
+    /// Advances one tick. Each substep projects free spheres out of the ball. Returns the force on
+    /// the ball, N.
     fn step_against_spheres(&mut self, body: &Body, state: &mut State) -> V3 {
         let (ball, mut force) = (state.ball, V3::zeros());
         state.put_back += self.tissue.step_with(|tissue, step_s| {
@@ -282,7 +286,7 @@ impl Product<'_> {
 }
 
 impl Ball {
-    /// The ball as the end of a tool without length.
+    /// Capsule of zero length at the ball, with its radius.
     fn as_tip(self) -> Capsule {
         Capsule {
             a_m: self.center_m,

@@ -7,14 +7,13 @@ use super::super::fibre::{SIDES, section};
 use super::net::{Film, Piece};
 use crate::skinning::SkinnedVertex;
 
-/// Places of the rings along a piece, as shares of its length: at each end a root and the neck
-/// behind it, and the middle.
+/// Positions of the five rings, as shares of the piece's length: root, neck, middle, neck, root.
 pub(super) const RINGS: [f32; 5] = [0.0, 0.16, 0.5, 0.84, 1.0];
-/// Number of points across a film, in each of its two rows: in the fork and at the free edge.
+/// Points per row across a film. Row 0 lies in the fork, row 1 at the free edge.
 pub(super) const ACROSS: usize = 5;
 /// Number of corners of a fibre's piece.
-/// Number of corners of one side of a film.
 pub(super) const TUBE: usize = RINGS.len() * SIDES;
+/// Number of corners of one side of a film.
 pub(super) const SHEET: usize = 2 * ACROSS;
 /// Radius of a fibre at its root, as a multiple of its radius elsewhere.
 const ROOT: f32 = 2.6;
@@ -56,7 +55,7 @@ impl Piece {
         let ends = self.ends.map(|end| end.on_side(place) + off * end.off_m);
         let along = ends[1] - ends[0];
         let across = off.cross(along).normalize_or(off.any_orthonormal_vector());
-        // A stretched piece is straight and thin, and a slack one bows.
+        // `slack` < 1: the piece is stretched, straight and thin. `slack` > 1: it bows.
         let slack = (length_m / along.length().max(1e-6)).clamp(0.2, 1.15);
         PieceShape {
             ends,

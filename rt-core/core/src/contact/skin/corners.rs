@@ -1,13 +1,11 @@
-//! Positions and normals of skin vertices in this tick, computed once however many walks cross
-//! them.
+//! Per-tick cache of skin vertex positions and normals.
 
 use crate::math::{self, Vec3};
 use crate::scene::{Skin, SkinVertex};
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// Rows of the table. Two vertices of one row displace each other, and a displaced vertex costs its
-/// sum over twelve spheres again. More rows cost memory.
+/// Rows of the table. More rows cost memory and evict fewer vertices.
 const SIZE: usize = 1024;
 
 /// Position and normal of a vertex in one tick.
@@ -29,8 +27,11 @@ const UNKNOWN: Corner = Corner {
     normal: Vec3::new(0.0, 0.0, 0.0),
 };
 
-/// Table of the vertices that were computed last. The row of a vertex is the low bits of its
-/// number.
+/// Direct-mapped cache: vertices with equal low bits evict each other. A miss costs a sum over the
+/// vertex's twelve spheres.
+///
+/// Call [`Corners::begin`] in each tick before the first lookup. Before the first `begin`, empty
+/// rows count as hits: vertex 0 lies at the origin.
 #[derive(Debug, Clone)]
 pub(crate) struct Corners {
     rows: [Corner; SIZE],
@@ -61,7 +62,7 @@ impl Corners {
         &mut self.rows[usize::from(index) & (SIZE - 1)]
     }
 
-    /// Position of a vertex, world frame, m.
+    /// Position of a vertex, world frame, m. [`Corners::begin`] must have been called in this tick.
     #[inline]
     pub(crate) fn at_m(&mut self, index: u16, skin: &Skin<'_>, bodies: &Bodies) -> Option<Vec3> {
         let tick = self.tick;

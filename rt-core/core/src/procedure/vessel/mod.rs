@@ -1,9 +1,10 @@
 //! Flow in vessels and ducts, and leaks.
 //!
 //! Pressure spreads from its sources ([`flow`]) along intact links, and across attachments between
-//! organs of equal content. Clips and desiccated walls reduce it. Pressure is computed only after a
-//! change, and spreads by at least one link along every tube in a tick. Then every divided end and
-//! every hole leaks at the pressure that reaches it, and changes of a leak raise events.
+//! organs of equal content. Clips and desiccated walls reduce it. A change restarts the
+//! computation. Each tick makes one pass over all tubes and attachments, until a pass changes
+//! nothing. Then every divided end and every hole leaks at the pressure that reaches it. Changes of
+//! a leak raise events.
 
 mod flow;
 mod hole;
@@ -19,25 +20,22 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind};
 use hole::{Hole, Opening, unclosed};
 
-/// Share of its length by which a divided artery shortens, because vessels in the body are
-/// stretched by a tenth (the aorta of old people by 5 %, of young people by far more;
-/// 10.1007/s00414-011-0549-9).
+/// Shortening of a divided artery, as a share of its length: about the in-situ stretch. The aorta
+/// of old people is stretched by 5 %, that of young people by far more
+/// (10.1007/s00414-011-0549-9).
 const ARTERY_SHORTENS: f32 = 0.1;
-/// Share of its length by which a divided duct shortens: half of that of an artery, which is
-/// assumed.
+/// Shortening of a divided duct, as a share of its length. Assumed: half the artery's.
 const DUCT_SHORTENS: f32 = 0.05;
-/// Share of its length by which a divided tube shortens in a tick: an artery has shortened fully
+/// Shortening of a divided tube in a tick, as a share of its length. An artery has shortened fully
 /// after 0.3 s.
 const SHORTENS_STEP: f32 = ARTERY_SHORTENS / 300.0;
 /// Change of flow below which no event is raised.
 const REPORTED: f32 = 0.01;
-/// Largest radius of a vessel that desiccation can close, m; in larger vessels blood carries the
-/// heat away. In practice one electrode closes vessels of up to 2 mm diameter; the rest is
-/// tolerance for the radii of spheres.
+/// Largest radius of a vessel that desiccation can close, m. In larger vessels blood carries the
+/// heat away. Clinical limit with one electrode: radius 1 mm. Plus 0.5 mm for the sphere radii.
 const DRIED_RADIUS_M: f32 = 0.001_5;
-/// Energy that closes a volume of vessel, J/m³. Heated to 100 °C, its collagen has shrunk; with a
-/// third of the water boiled off, the walls stick: `1060 kg/m³ (3600 J/kg K · 63 K + 0.25 · 2.26
-/// MJ/kg)`.
+/// Energy to heat tissue to 100 °C and boil a third of its water, J/m³; the wall then seals: `1060
+/// kg/m³ (3600 J/kg K · 63 K + 0.25 · 2.26 MJ/kg)`.
 const CLOSES_J_M3: f32 = 8.4e8;
 
 /// Progress of the flow computation.
@@ -45,7 +43,7 @@ const CLOSES_J_M3: f32 = 8.4e8;
 enum Progress {
     /// Nothing has changed.
     Known,
-    /// A change is to be computed.
+    /// Pressure must be recomputed.
     Changed,
     /// Pressure is spreading.
     Spreading,
@@ -78,12 +76,13 @@ impl Vessels {
         }
     }
 
-    /// Removes all divisions and leaks.
+    /// Forgets pressure, desiccation and leaks. `Bodies::rest` restores divided links.
     pub(crate) fn rest(&mut self) {
         *self = Self::new();
     }
 
-    /// Marks present divisions as prepared: they raise no events.
+    /// Marks present divisions as prepared: they raise no event `Divided`. Leaks from them raise
+    /// events.
     pub(crate) fn note_prepared(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
         self.find_holes(scene, bodies, |_| true);
         self.note_change();
