@@ -117,7 +117,7 @@ fn has_alarm(summary: &serde_json::Value, kind: &str) -> bool {
 
 #[test]
 fn clips_that_a_surgeon_drops_sound_and_cost_and_are_in_the_recording() {
-    let summary = operate("clamp", "dropper", "25");
+    let summary = operate("clamp", "dropper", "14");
     assert_eq!(summary["outcome"], "aborted", "{summary:#}");
     assert!(has_alarm(&summary, "clip_lost"), "{summary:#}");
     assert!(summary["score"].as_f64() < Some(96.0));
@@ -128,7 +128,7 @@ fn clips_that_a_surgeon_drops_sound_and_cost_and_are_in_the_recording() {
 fn surgeon_who_burns_the_bile_duct_is_alarmed_and_has_pictures_of_it() {
     let burnt = (0..TRIES).find_map(|_| {
         let out = tempfile::tempdir().expect("a folder");
-        let summary = operate_into(out.path(), "identify", "burner", &["--seconds", "25"]);
+        let summary = operate_into(out.path(), "identify", "burner", &["--seconds", "16"]);
         let is_burnt = has_alarm(&summary, "burnt") && summary["outcome"] != "passed";
         is_burnt.then_some(out)
     });
