@@ -98,7 +98,7 @@
 //! |---|---|
 //! | [`capacity`], [`fault`], [`math`], [`time`] | none |
 //! | `hash`, [`words`] | math |
-//! | [`port`] | math, time |
+//! | [`port`] | fault, math, time |
 //! | [`tool`] | capacity, math, port |
 //! | [`scene`] | capacity, math, time |
 //! | [`tissue`] | capacity, hash, math, scene, time, words |
