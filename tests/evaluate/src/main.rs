@@ -37,6 +37,7 @@ mod tables;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::thread::{Builder, JoinHandle};
 
 use clap::{Args, Parser, Subcommand};
 
@@ -144,8 +145,31 @@ impl Chart {
     }
 }
 
+/// Stack of the thread that measures, bytes. States of simulations are built on it, 4 MB each.
+const STACK_BYTES: usize = 64 << 20;
+
 fn main() -> ExitCode {
-    let done = match Cli::parse().command {
+    let command = Cli::parse().command;
+    let measures = Builder::new().stack_size(STACK_BYTES);
+    let done = match measures
+        .spawn(move || perform(command))
+        .map(JoinHandle::join)
+    {
+        Ok(Ok(done)) => done,
+        Ok(Err(_)) => Err("it panicked; please report this".to_owned()),
+        Err(error) => Err(format!("cannot start a thread: {error}")),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("evaluate: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn perform(command: Command) -> Result<(), String> {
+    match command {
         Command::Reference(asked) => run(&asked, &[Chart::Reference]),
         Command::Accuracy(asked) => run(&asked, &[Chart::Accuracy]),
         Command::Stability(asked) => run(&asked, &[Chart::Stability]),
@@ -158,13 +182,6 @@ fn main() -> ExitCode {
         Command::Hands(asked) => measure_hands(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
         Command::Tables { folder } => rewrite_tables(&folder),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("evaluate: {message}");
-            ExitCode::FAILURE
-        }
     }
 }
 
