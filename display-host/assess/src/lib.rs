@@ -55,6 +55,7 @@ pub use assessment::{Assessed, Assessment, Moment, Path, Status, VERSION};
 pub use injury::{Injury, InjuryKind};
 pub use metrics::{Metric, Values};
 pub use rules::{Rules, RulesError};
+pub use scope_drill::DRILL_ORGANS;
 pub use shared_mem::words::Instrument;
 pub use step::{Advice, Hint, Reason, Step};
 pub use tally::BIN_N;

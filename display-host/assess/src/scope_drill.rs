@@ -9,8 +9,8 @@ use crate::step::Step;
 use crate::tally::{Sight, VIEW_HALF_RAD};
 use crate::vector::{axis, off_sight, sub, wide};
 
-/// Organs to show, in this order; those missing from a scene are left out.
-const TARGETS: [OrganKind; 6] = [
+/// Organs to show in the endoscope drill, in this order; those missing from a scene are left out.
+pub const DRILL_ORGANS: [OrganKind; 6] = [
     OrganKind::Gallbladder,
     OrganKind::CysticDuct,
     OrganKind::Liver,
@@ -49,7 +49,7 @@ impl ScopeDrill {
             organs.position(|organ| organ.kind == Some(kind))
         };
         Self {
-            targets: TARGETS.into_iter().filter_map(find).collect(),
+            targets: DRILL_ORGANS.into_iter().filter_map(find).collect(),
             ..Self::default()
         }
     }

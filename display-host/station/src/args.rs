@@ -12,7 +12,7 @@ use crate::home;
 use crate::problem::Problem;
 
 /// Tasks that need duct, artery and layered tissue.
-const IN_TRIANGLE: [&str; 5] = ["identify", "clamp", "cut", "disconnect", "full"];
+pub(crate) const IN_TRIANGLE: [&str; 5] = ["identify", "clamp", "cut", "disconnect", "full"];
 
 /// Scene to run.
 #[derive(Debug, Clone, Default, Args)]

@@ -3,7 +3,7 @@
 use shared_mem::scene::OrganKind;
 
 use crate::vector::{Vec3, wide};
-use crate::work::{Work, rotation};
+use crate::work::{LOOK_MAX_S, Work, rotation};
 
 /// Angle from the middle of the picture within which an organ is shown, rad: less than half of
 /// what the endoscope drill allows.
@@ -22,8 +22,6 @@ const ADVANCE_M_S: f64 = 0.02;
 const HOLD_S: f64 = 1.5;
 /// An organ that is not in the middle after this time is left out, s.
 const GIVE_UP_S: f64 = 20.0;
-/// Longest time counted between two looks, s.
-const LOOK_MAX_S: f64 = 0.05;
 
 impl Work<'_> {
     /// Turns the endoscope to the first organ of this kind and holds it in the middle of the

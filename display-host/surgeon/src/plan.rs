@@ -1,6 +1,6 @@
 //! The surgeons, and their plan for each task.
 
-use assess::Task;
+use assess::{DRILL_ORGANS, Task};
 use clap::ValueEnum;
 use shared_mem::scene::{CellRecord, OrganKind};
 use shared_mem::words::Instrument;
@@ -96,7 +96,7 @@ impl Surgeon {
                     ]);
                 }
                 if task == Task::Scope {
-                    plan.extend(SHOWN.map(Act::Show));
+                    plan.extend(DRILL_ORGANS.map(Act::Show));
                 }
             }
             Self::Unclamped => {
@@ -153,15 +153,6 @@ fn burning(kind: OrganKind) -> [Act; 4] {
 const THROUGH_S: f64 = 20.0;
 /// Pull that tears a duct from its tissue, m.
 const TORN_M: f64 = 0.12;
-/// Organs that the endoscope drill asks for, in its order.
-const SHOWN: [OrganKind; 6] = [
-    OrganKind::Gallbladder,
-    OrganKind::CysticDuct,
-    OrganKind::Liver,
-    OrganKind::Stomach,
-    OrganKind::Intestine,
-    OrganKind::CysticArtery,
-];
 /// Place of the cut, as a share of a vessel's length; clips go on both sides.
 pub(crate) const CUT: f64 = 0.65;
 /// Share of the tissue of the triangle and of the lower bed that is removed, a little more than the

@@ -37,7 +37,7 @@ const TURN_RAD_S: f64 = 1.5;
 /// Longest wait for a controller, s.
 const PATIENCE_S: f64 = 64.0;
 /// Longest time counted between two looks, s.
-const LOOK_MAX_S: f64 = 0.05;
+pub(crate) const LOOK_MAX_S: f64 = 0.05;
 
 /// Lets `surgeon` perform `task` in `theatre` until the operation is over.
 ///

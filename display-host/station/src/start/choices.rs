@@ -3,6 +3,8 @@
 use assess::{Difficulty, Task};
 use display_host::ui::launcher::StartForm;
 
+use crate::args::IN_TRIANGLE;
+
 /// Scene in which every task can be done.
 pub(super) const TRIANGLE: &str = "triangle";
 /// Scenes that need no file.
@@ -19,11 +21,6 @@ pub(super) fn usual() -> StartForm {
         emulated: true,
         ..StartForm::default()
     }
-}
-
-/// True if a task needs duct and artery, which the built-in scene lacks.
-fn needs_triangle(task: &str) -> bool {
-    !matches!(Task::from_name(task), Some(Task::Free | Task::Scope))
 }
 
 /// Tasks in which the trainee may place the sutures.
@@ -55,7 +52,7 @@ pub(super) fn of_expert(form: &StartForm) -> StartForm {
 
 /// Adapts the other choices to the one that changed.
 pub(super) fn fitting(before: &StartForm, mut form: StartForm) -> StartForm {
-    if form.scene == "built-in" && needs_triangle(&form.task) {
+    if form.scene == "built-in" && IN_TRIANGLE.contains(&form.task.as_str()) {
         match form.task == before.task {
             true => form.task = Task::Free.name().to_owned(),
             false => form.scene = TRIANGLE.to_owned(),
