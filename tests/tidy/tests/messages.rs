@@ -99,8 +99,10 @@ fn test_code(file: &Tracked) -> Option<&str> {
     if path.starts_with("tests/tidy") {
         return None;
     }
-    let is_test =
-        path.contains("/tests/") || path.starts_with("tests/") || path.ends_with("tests.rs");
+    // `evaluate` is a program that measures, with words of its own.
+    let is_program = path.starts_with("tests/evaluate/src/");
+    let is_in_tests = path.contains("/tests/") || path.starts_with("tests/");
+    let is_test = (is_in_tests && !is_program) || path.ends_with("tests.rs");
     let from = match is_test {
         true => 0,
         false => file.text.find("#[cfg(test)]")?,
