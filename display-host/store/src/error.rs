@@ -21,9 +21,18 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
     },
+    /// There is no store yet.
+    #[error(
+        "there is no store {path}, and reading makes none. `calot run --task clamp --trainee NAME` keeps the first \
+         session; name another file with --store"
+    )]
+    Missing {
+        /// The file.
+        path: PathBuf,
+    },
     /// Another version of Calot made the store.
     #[error(
-        "{path} is a store of version {found}; this program reads version {SCHEMA_VERSION} only. It is left as it is. \
+        "{path} is a store of version {found}; this program reads versions up to {SCHEMA_VERSION}. It is left as it is. \
          Use the program that made it (its `calot store export` writes out the contents)"
     )]
     Version {
@@ -83,6 +92,15 @@ pub enum StoreError {
         /// Name of the session.
         session: String,
     },
+    /// The session began before its trainee was forgotten.
+    #[error(
+        "session '{session}' belongs to somebody who was forgotten after it began, and stays out. A new session of the \
+         same person is kept"
+    )]
+    Forgotten {
+        /// Name of the session.
+        session: String,
+    },
     /// A value is outside its range.
     #[error("{what} is {value}; allowed is {allowed}")]
     Value {
@@ -91,9 +109,12 @@ pub enum StoreError {
         /// The value.
         value: String,
         /// Allowed range.
-        allowed: &'static str,
+        allowed: String,
     },
     /// A questionnaire file has the wrong form.
     #[error("questionnaire: {0}")]
     Questionnaire(String),
+    /// A scoring sheet has the wrong form, or there is none of this name.
+    #[error("scoring sheet: {0}")]
+    Sheet(String),
 }

@@ -1,33 +1,49 @@
 //! The local store: trainees under names they chose, the results of their sessions, their answers
-//! to questionnaires, and instructors' assessment sheets. It is one SQLite file that only its user
-//! can read. The chosen name is the only personal datum in it.
+//! to questionnaires, and raters' scoring sheets. It is one SQLite file that only its user can
+//! read. Names of trainees and raters are the only personal data in it.
 //!
 //! ```text
 //! trainee ─┬─< session ─┬─ metrics (JSON)
-//!          │            ├─< sheet     GOALS items, by an instructor
-//!          │            └── scripted   marks a session that no person worked
-//!          └─< answer                 questionnaires
+//!          │            ├─ circumstances of the run
+//!          │            └─< rating ─< point      scoring sheets
+//!          └─< answer                            questionnaires
 //! ```
 //!
 //! The name of a session is a UUID of version 7, so [`Store::merge`] can join the stores of several
-//! stations without a coordinator.
+//! stations without a coordinator. `schema.rs` documents every table.
+//!
+//! ```text
+//! schema ◄ file ◄ open ◄ trainees ◄ sessions ◄ merge     what is kept
+//! names  ◄──┘       └── questionnaire, form ◄ sheet      what is asked
+//!                       export, table                    JSON, CSV
+//! ```
 
 mod error;
 mod export;
+mod file;
+mod forgotten;
+mod form;
 mod merge;
+mod names;
 mod open;
 mod questionnaire;
 mod schema;
 mod sessions;
 mod sheet;
+mod table;
+mod text_file;
+mod trainees;
 
 pub use error::StoreError;
+pub use form::{Sheet, SheetItem};
 pub use merge::{EXAMPLE_SQL, Merged};
+pub use names::check_name;
 pub use open::{Store, new_id};
-pub use questionnaire::{Item, ItemSummary, Questionnaire};
+pub use questionnaire::{Answer, Item, ItemSummary, Questionnaire};
 pub use schema::SCHEMA_VERSION;
-pub use sessions::{Hand, SessionRecord, Trainee, check_name};
-pub use sheet::GOALS;
+pub use sessions::{Circumstances, Hand, SessionRecord};
+pub use sheet::{GOALS, Rating};
+pub use trainees::{Consent, Trainee};
 
 #[cfg(test)]
 mod tests;

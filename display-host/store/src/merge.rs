@@ -2,17 +2,25 @@
 //!
 //! Sessions need no coordinator, because no two stations make the same UUID of version 7. A chosen
 //! name identifies a trainee: equal names at two stations are one person. Existing entries stay
-//! unchanged, except that the newer answer to a questionnaire replaces the older one. A second
-//! merge of the same store changes nothing.
+//! unchanged, with two exceptions: the newer answer to a questionnaire replaces the older one, and
+//! a consent that was refused at either place counts as refused. A second merge of the same store
+//! changes nothing.
+//!
+//! Whoever was forgotten here or there does not come in ([`crate::Store::forget`]). The marks of
+//! the other store are added to those here.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use rusqlite::{Connection, OpenFlags, OptionalExtension as _, TransactionBehavior, params};
+use rusqlite::types::Value;
+use rusqlite::{OptionalExtension as _, Transaction, params, params_from_iter};
 
 use crate::error::StoreError;
-use crate::open::{Store, check_is_store, refused};
-use crate::sessions::{check_id, check_name, check_text, shown};
+use crate::file::refused;
+use crate::forgotten::Forgotten;
+use crate::names::{are_alike, check_name, shown};
+use crate::open::Store;
+use crate::sessions::{COLUMNS, check_id, check_text};
 
 /// Example query of a training centre, for any program that reads SQLite: number of sessions of
 /// every trainee and task, and the means of the score and of one metric in the JSON.
@@ -20,12 +28,11 @@ pub const EXAMPLE_SQL: &str = "\
 SELECT trainee.name, session.task, count(*) AS sessions, avg(session.score) AS score,
        avg(json_extract(session.metrics, '$.time_s')) AS time_s
 FROM session JOIN trainee ON trainee.id = session.trainee
-WHERE session.outcome IN ('passed', 'failed')
-  AND session.id NOT IN (SELECT session FROM scripted)
+WHERE session.outcome IN ('passed', 'failed') AND session.hand = 'person'
 GROUP BY trainee.name, session.task ORDER BY trainee.name, session.task;";
 
 /// Counts of a merge.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Merged {
     /// Sessions that were new.
     pub sessions: u64,
@@ -37,229 +44,266 @@ pub struct Merged {
     pub trainees: u64,
     /// Answers that were new or newer.
     pub answers: u64,
-    /// New points on instructors' sheets.
+    /// New points on scoring sheets.
     pub points: u64,
+    /// Sessions that were left out because their trainee was forgotten.
+    pub left_out_sessions: u64,
+    /// Answers that were left out because their trainee was forgotten.
+    pub left_out_answers: u64,
+    /// Trainees that were left out because they were forgotten.
+    pub left_out_trainees: u64,
+    /// Trainees who are here and were forgotten there.
+    pub forgotten_there: Vec<String>,
+    /// New names that are easily confused with one that is here: each pair once.
+    pub alike: Vec<[String; 2]>,
+}
+
+/// A merge at work.
+struct Merge<'a> {
+    theirs: &'a Store,
+    ours: &'a Transaction<'a>,
+    /// Path of our store.
+    own: &'a Path,
+    /// Marks of both stores.
+    forgotten: Forgotten,
+    /// Time at which each of their trainees was forgotten, by the name there. Those who were never
+    /// forgotten are absent.
+    when: BTreeMap<String, i64>,
+    merged: Merged,
 }
 
 impl Store {
     /// Adds everything that `other` holds, or nothing if any entry is invalid. `other` is only
-    /// read.
+    /// read. Leaves out trainees who were forgotten.
     ///
     /// # Errors
-    /// When `other` is not a store, has another version, is damaged, or holds an invalid name or
+    /// When `other` is not a store, has a newer version, is damaged, or holds an invalid name or
     /// session; when this store cannot be written.
     pub fn merge(&mut self, other: &Path) -> Result<Merged, StoreError> {
-        let theirs = open_to_read(other)?;
+        let theirs = Self::read(other)?;
         // Read one snapshot, because another program may go on writing to `other`.
-        let still = theirs.execute_batch("BEGIN");
+        let still = theirs.connection.execute_batch("BEGIN");
         still.map_err(|error| refused(other, error))?;
         let own = self.path().to_owned();
         let into = |error| refused(&own, error);
-        let begun = self
-            .connection
-            .transaction_with_behavior(TransactionBehavior::Immediate);
-        let ours = begun.map_err(into)?;
-        let mut merged = Merged::default();
-        for name in texts(&theirs, other, "SELECT name FROM trainee ORDER BY id")? {
-            let name = check_name(&name)?;
-            let added = ours.execute("INSERT OR IGNORE INTO trainee (name) VALUES (?1)", [name]);
-            merged.trainees += added.map_err(into)? as u64;
-        }
-        merge_sessions(&theirs, &ours, (other, &own), &mut merged)?;
-        merge_answers(&theirs, &ours, (other, &own), &mut merged)?;
-        merge_sheets(&theirs, &ours, (other, &own), &mut merged)?;
+        let before: BTreeSet<String> = self.trainees()?.into_iter().map(|it| it.name).collect();
+        let ours = self.change()?;
+        let marks = Forgotten::read(&theirs.connection).map_err(|error| refused(other, error))?;
+        let old = Forgotten::read(&ours).map_err(into)?;
+        let is_lost = |name: &&String| marks.when(name) > old.when(name);
+        let forgotten_there = before.iter().filter(is_lost).cloned().collect();
+        marks.add_to(&ours).map_err(into)?;
+        let mut merge = Merge {
+            theirs: &theirs,
+            ours: &ours,
+            own: &own,
+            forgotten: Forgotten::read(&ours).map_err(into)?,
+            when: BTreeMap::new(),
+            merged: Merged::default(),
+        };
+        merge.trainees()?;
+        merge.sessions()?;
+        merge.answers()?;
+        merge.ratings()?;
+        merge.unwanted(&before)?;
+        let mut merged = merge.merged;
         ours.commit().map_err(into)?;
+        merged.forgotten_there = forgotten_there;
+        let after = self.trainees()?.into_iter().map(|it| it.name);
+        let new: Vec<String> = after.filter(|it| !before.contains(it)).collect();
+        merged.trainees = new.len() as u64;
+        for name in new {
+            let alike = before.iter().find(|it| are_alike(it, &name)).cloned();
+            merged.alike.extend(alike.map(|it| [it, name]));
+        }
         Ok(merged)
     }
 }
 
-/// Columns of a session, without its trainee.
-const COLUMNS: &str = "session.id, began_unix_s, task, difficulty, outcome, score, alarms, metrics_version, metrics, \
-                       scene, program, file";
-
-type SessionRow = (
-    (String, String, i64, String, String, String),
-    (f64, i64, u32, String, String, String, Option<String>),
-);
-
-fn merge_sessions(
-    theirs: &Connection,
-    ours: &Connection,
-    (other, own): (&Path, &Path),
-    merged: &mut Merged,
-) -> Result<(), StoreError> {
-    let into = |error| refused(own, error);
-    let query = |order: &str| {
-        format!(
-            "SELECT name, {COLUMNS} FROM session JOIN trainee ON trainee.id = session.trainee {order}"
-        )
-    };
-    let row = |row: &rusqlite::Row<'_>| -> rusqlite::Result<SessionRow> {
-        let first = (
-            name_of(row)?,
-            row.get(1)?,
-            row.get(2)?,
-            row.get(3)?,
-            row.get(4)?,
-            row.get(5)?,
-        );
-        let second = (
-            row.get(6)?,
-            row.get(7)?,
-            row.get(8)?,
-            row.get(9)?,
-            row.get(10)?,
-            row.get(11)?,
-            row.get(12)?,
-        );
-        Ok((first, second))
-    };
-    let scripted = scripted(theirs, other)?;
-    for session in rows(
-        theirs,
-        other,
-        &query("ORDER BY began_unix_s, session.id"),
-        row,
-    )? {
-        let ((name, id, began, task, difficulty, outcome), rest) = &session;
-        let (score, alarms, version, metrics, scene, program, file) = rest;
-        check_session(id, metrics)?;
-        let file = file.as_deref().unwrap_or_default();
-        for text in [task, difficulty, outcome, scene, program, file] {
-            check_text(id, text)?;
-        }
-        let file = rest.6.as_deref();
-        let known: Option<SessionRow> = ours
-            .query_row(&query("WHERE session.id = ?1"), [id], row)
-            .optional()
-            .map_err(into)?;
-        if let Some(known) = known {
-            merged.known += 1;
-            merged.differing += u64::from(known != session);
-            continue;
-        }
-        ours.execute(
-            "INSERT INTO session (id, trainee, began_unix_s, task, difficulty, outcome, score, alarms, \
-             metrics_version, metrics, scene, program, file) SELECT ?1, trainee.id, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, \
-             ?11, ?12, ?13 FROM trainee WHERE name = ?2",
-            params![
-                id, name, began, task, difficulty, outcome, score, alarms, version, metrics, scene, program, file
-            ],
-        )
-        .map_err(into)?;
-        if scripted.contains(id) {
-            let mark = "INSERT OR IGNORE INTO scripted (session) VALUES (?1)";
-            ours.execute(mark, [id]).map_err(into)?;
-        }
-        merged.sessions += 1;
+impl Merge<'_> {
+    fn refused(&self, error: rusqlite::Error) -> StoreError {
+        refused(self.own, error)
     }
-    Ok(())
+
+    /// Adds all trainees. Those who come with nothing and were forgotten are taken out at the end.
+    fn trainees(&mut self) -> Result<(), StoreError> {
+        for it in self.theirs.trainees()? {
+            let name = check_name(&it.name)?;
+            let when = self.forgotten.when(&name);
+            self.when.extend(when.map(|at| (it.name.clone(), at)));
+            let add = "INSERT OR IGNORE INTO trainee (name) VALUES (?1)";
+            let added = self.ours.execute(add, [&name]);
+            added.map_err(|error| self.refused(error))?;
+            // Of somebody who came back, only what is known from then on counts.
+            if when.is_none() {
+                check_text(&name, &it.cohort)?;
+                let change = "UPDATE trainee SET cohort = iif(cohort = '', ?2, cohort), \
+                              consent = iif(consent = 'unknown' OR ?3 = 'no', ?3, consent) WHERE name = ?1";
+                let changed = self
+                    .ours
+                    .execute(change, [&name, &it.cohort, it.consent.name()]);
+                changed.map_err(|error| self.refused(error))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn sessions(&mut self) -> Result<(), StoreError> {
+        let columns = COLUMNS.map(|it| format!("session.{it}"));
+        // Sessions that were kept before their store had a site are of that site, too.
+        let site = "coalesce(nullif(session.site, ''), (SELECT value FROM setting WHERE setting.name = 'site'), '')";
+        let their_columns = columns.join(", ").replace("session.site", site);
+        let query = |columns: &str, order: &str| {
+            format!(
+                "SELECT {columns}, trainee.name FROM session JOIN trainee ON trainee.id = session.trainee {order}"
+            )
+        };
+        let row = |row: &rusqlite::Row<'_>| -> rusqlite::Result<Vec<Value>> {
+            (0..=COLUMNS.len()).map(|it| row.get(it)).collect()
+        };
+        let theirs = query(&their_columns, "ORDER BY began_unix_s, session.id");
+        let known = query(&columns.join(", "), "WHERE session.id = ?1");
+        let slots: Vec<String> = (1..=COLUMNS.len()).map(|it| format!("?{it}")).collect();
+        let add = format!(
+            "INSERT INTO session ({}, trainee) SELECT {}, id FROM trainee WHERE name = ?{}",
+            COLUMNS.join(", "),
+            slots.join(", "),
+            COLUMNS.len() + 1
+        );
+        for mut session in self.theirs.rows(&theirs, [], row)? {
+            let (id, began_unix_s, name) = check_session(&mut session)?;
+            if self.forgotten.has(&name, &id, began_unix_s) {
+                self.merged.left_out_sessions += 1;
+                continue;
+            }
+            let found = self.ours.query_row(&known, [&id], row).optional();
+            if let Some(found) = found.map_err(|error| self.refused(error))? {
+                self.merged.known += 1;
+                self.merged.differing += u64::from(found != session);
+                continue;
+            }
+            let added = self.ours.execute(&add, params_from_iter(&session));
+            added.map_err(|error| self.refused(error))?;
+            self.merged.sessions += 1;
+        }
+        Ok(())
+    }
+
+    fn answers(&mut self) -> Result<(), StoreError> {
+        let query = "SELECT name, questionnaire, item, value, at_unix_s FROM answer \
+                     JOIN trainee ON trainee.id = answer.trainee";
+        type Answer = (String, String, String, i64, i64);
+        let row = |row: &rusqlite::Row<'_>| -> rusqlite::Result<Answer> {
+            Ok((
+                row.get(0)?,
+                row.get(1)?,
+                row.get(2)?,
+                row.get(3)?,
+                row.get(4)?,
+            ))
+        };
+        for (name, questionnaire, item, value, at) in self.theirs.rows(query, [], row)? {
+            if self.when.get(&name).is_some_and(|when| at <= *when) {
+                self.merged.left_out_answers += 1;
+                continue;
+            }
+            let changed = self.ours.execute(
+                "INSERT INTO answer (trainee, questionnaire, item, value, at_unix_s) \
+                 SELECT id, ?2, ?3, ?4, ?5 FROM trainee WHERE name = ?1 \
+                 ON CONFLICT DO UPDATE SET value = excluded.value, at_unix_s = excluded.at_unix_s \
+                 WHERE excluded.at_unix_s > answer.at_unix_s",
+                params![check_name(&name)?, questionnaire, item, value, at],
+            );
+            self.merged.answers += changed.map_err(|error| self.refused(error))? as u64;
+        }
+        Ok(())
+    }
+
+    fn ratings(&mut self) -> Result<(), StoreError> {
+        let query = "SELECT session, sheet, rater, blinded FROM rating ORDER BY rowid";
+        let add = "INSERT OR IGNORE INTO rating (session, sheet, rater, blinded) \
+                   SELECT ?1, ?2, ?3, ?4 WHERE EXISTS (SELECT 1 FROM session WHERE id = ?1)";
+        self.copy::<4>(query, add)?;
+        let query = "SELECT session, sheet, rater, item, value FROM point ORDER BY rowid";
+        let add = "INSERT OR IGNORE INTO point (session, sheet, rater, item, value) \
+                   SELECT ?1, ?2, ?3, ?4, ?5 WHERE EXISTS \
+                   (SELECT 1 FROM rating WHERE session = ?1 AND sheet = ?2 AND rater = ?3)";
+        self.merged.points += self.copy::<5>(query, add)?;
+        Ok(())
+    }
+
+    /// Adds rows of `N` columns, and returns how many were new.
+    fn copy<const N: usize>(&self, query: &str, add: &str) -> Result<u64, StoreError> {
+        let row = |row: &rusqlite::Row<'_>| -> rusqlite::Result<Vec<Value>> {
+            (0..N).map(|it| row.get(it)).collect()
+        };
+        let mut new = 0;
+        for values in self.theirs.rows(query, [], row)? {
+            for text in texts(&values) {
+                check_text("of a sheet", text)?;
+            }
+            let added = self.ours.execute(add, params_from_iter(&values));
+            new += added.map_err(|error| self.refused(error))? as u64;
+        }
+        Ok(new)
+    }
+
+    /// Takes out new trainees who were forgotten and came with nothing.
+    fn unwanted(&mut self, before: &BTreeSet<String>) -> Result<(), StoreError> {
+        for name in self.when.keys() {
+            let name = check_name(name)?;
+            if before.contains(&name) {
+                continue;
+            }
+            let remove = "DELETE FROM trainee WHERE name = ?1 \
+                          AND id NOT IN (SELECT trainee FROM session UNION SELECT trainee FROM answer)";
+            let removed = self.ours.execute(remove, [name]);
+            self.merged.left_out_trainees += removed.map_err(|error| self.refused(error))? as u64;
+        }
+        Ok(())
+    }
 }
 
-/// Sessions that a scripted hand worked. A store of an older program has none.
-fn scripted(theirs: &Connection, other: &Path) -> Result<BTreeSet<String>, StoreError> {
-    let tables = "SELECT name FROM sqlite_schema WHERE type = 'table' AND name = 'scripted'";
-    match texts(theirs, other, tables)?.is_empty() {
-        true => Ok(BTreeSet::new()),
-        false => {
-            let all = texts(theirs, other, "SELECT session FROM scripted")?;
-            Ok(all.into_iter().collect())
-        }
-    }
-}
-
-/// Checks a session that another program may have written.
-fn check_session(id: &str, metrics: &str) -> Result<(), StoreError> {
-    check_id(id)?;
-    let parsed = serde_json::from_str::<std::collections::BTreeMap<String, f64>>(metrics);
-    parsed.map(drop).map_err(|_| StoreError::Value {
-        what: format!("the metrics of session {id}"),
-        value: format!("'{}'", shown(metrics)),
-        allowed: "a JSON object of numbers",
+fn texts(values: &[Value]) -> impl Iterator<Item = &str> {
+    values.iter().filter_map(|it| match it {
+        Value::Text(text) => Some(text.as_str()),
+        _ => None,
     })
 }
 
-fn merge_answers(
-    theirs: &Connection,
-    ours: &Connection,
-    (other, own): (&Path, &Path),
-    merged: &mut Merged,
-) -> Result<(), StoreError> {
-    let query = "SELECT name, questionnaire, item, value, at_unix_s FROM answer \
-                 JOIN trainee ON trainee.id = answer.trainee";
-    let row = |row: &rusqlite::Row<'_>| -> rusqlite::Result<(String, String, String, i64, i64)> {
-        Ok((
-            name_of(row)?,
-            row.get(1)?,
-            row.get(2)?,
-            row.get(3)?,
-            row.get(4)?,
-        ))
+/// Checks a session that another program may have written, a value for each of [`COLUMNS`] and the
+/// trainee's name, which it brings to its form. Returns id, start and name.
+fn check_session(session: &mut [Value]) -> Result<(String, i64, String), StoreError> {
+    let wrong = || StoreError::Value {
+        what: "a session".to_owned(),
+        value: "a row of another form".to_owned(),
+        allowed: "the columns of its table".to_owned(),
     };
-    for (name, questionnaire, item, value, at) in rows(theirs, other, query, row)? {
-        let changed = ours.execute(
-            "INSERT INTO answer (trainee, questionnaire, item, value, at_unix_s) \
-             SELECT id, ?2, ?3, ?4, ?5 FROM trainee WHERE name = ?1 \
-             ON CONFLICT DO UPDATE SET value = excluded.value, at_unix_s = excluded.at_unix_s \
-             WHERE excluded.at_unix_s > answer.at_unix_s",
-            params![name, questionnaire, item, value, at],
-        );
-        merged.answers += changed.map_err(|error| refused(own, error))? as u64;
-    }
-    Ok(())
-}
-
-fn merge_sheets(
-    theirs: &Connection,
-    ours: &Connection,
-    (other, own): (&Path, &Path),
-    merged: &mut Merged,
-) -> Result<(), StoreError> {
-    let row = |row: &rusqlite::Row<'_>| -> rusqlite::Result<(String, String, i64)> {
-        Ok((row.get(0)?, row.get(1)?, row.get(2)?))
+    let at = |column: &str| COLUMNS.iter().position(|it| *it == column);
+    let value = |column| at(column).and_then(|it| session.get(it)).ok_or_else(wrong);
+    let Value::Text(id) = value("id")?.clone() else {
+        return Err(wrong());
     };
-    for (session, item, value) in
-        rows(theirs, other, "SELECT session, item, value FROM sheet", row)?
-    {
-        let added = ours.execute(
-            "INSERT OR IGNORE INTO sheet (session, item, value) VALUES (?1, ?2, ?3)",
-            params![session, item, value],
-        );
-        merged.points += added.map_err(|error| refused(own, error))? as u64;
-    }
-    Ok(())
-}
-
-/// Trims the name, because an earlier version of Calot stored the spaces around it.
-fn name_of(row: &rusqlite::Row<'_>) -> rusqlite::Result<String> {
-    Ok(row.get::<_, String>(0)?.trim().to_owned())
-}
-
-fn texts(from: &Connection, path: &Path, query: &str) -> Result<Vec<String>, StoreError> {
-    rows(from, path, query, |row| row.get(0))
-}
-
-fn rows<T>(
-    from: &Connection,
-    path: &Path,
-    query: &str,
-    read: impl FnMut(&rusqlite::Row<'_>) -> rusqlite::Result<T>,
-) -> Result<Vec<T>, StoreError> {
-    let read = from
-        .prepare(query)
-        .and_then(|mut it| it.query_map([], read)?.collect());
-    read.map_err(|error| refused(path, error))
-}
-
-/// Opens a store without changing it, including its journal mode.
-fn open_to_read(path: &Path) -> Result<Connection, StoreError> {
-    std::fs::File::open(path).map_err(|source| StoreError::Io {
-        path: path.to_owned(),
-        source,
+    let (Value::Integer(began_unix_s), Value::Text(metrics)) =
+        (value("began_unix_s")?, value("metrics")?)
+    else {
+        return Err(wrong());
+    };
+    check_id(&id)?;
+    let parsed = serde_json::from_str::<BTreeMap<String, f64>>(metrics);
+    parsed.map(drop).map_err(|_| StoreError::Value {
+        what: format!("the metrics of session {id}"),
+        value: format!("'{}'", shown(metrics)),
+        allowed: "a JSON object of numbers".to_owned(),
     })?;
-    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let connection =
-        Connection::open_with_flags(path, flags).map_err(|error| refused(path, error))?;
-    check_is_store(&connection, path)?;
-    Ok(connection)
+    for text in texts(session).filter(|text| text != metrics) {
+        check_text(&id, text)?;
+    }
+    let began_unix_s = *began_unix_s;
+    let Some(Value::Text(name)) = session.last_mut() else {
+        return Err(wrong());
+    };
+    *name = check_name(name)?;
+    let name = name.clone();
+    Ok((id, began_unix_s, name))
 }

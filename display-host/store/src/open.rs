@@ -1,21 +1,26 @@
-//! Opening the store. A missing store is made; a file of another program, of another version or
-//! with damage is refused.
+//! Opening the store. To write, a missing store is made and an older one brought to this version.
+//! To read, nothing is changed. A file of another program, of an unknown version or with damage is
+//! refused.
 
-use std::fs::{DirBuilder, OpenOptions, Permissions};
-use std::io::Read as _;
+use std::fs::{DirBuilder, File, OpenOptions, Permissions};
+use std::io::{ErrorKind, Read as _};
 use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use rusqlite::{Connection, OpenFlags};
+use rusqlite::backup::{Backup, StepResult};
+use rusqlite::{Connection, OpenFlags, Transaction, TransactionBehavior};
 
 use crate::error::StoreError;
-use crate::schema::{APPLICATION, SCHEMA_VERSION, SCRIPTED, TABLES};
+use crate::file::{check_is_store, make_or_migrate, one_file, opening, refused};
+use crate::schema::SCHEMA_VERSION;
 
 /// First bytes of every SQLite file.
 const MAGIC: &[u8] = b"SQLite format 3\0";
 /// Longest wait for another program that holds the file.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// Interval between attempts to copy a file that another program holds.
+const RETRY: Duration = Duration::from_millis(50);
 
 /// An open store.
 #[derive(Debug)]
@@ -25,8 +30,8 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens a store. Makes the file and its folder if they are missing. No other user can read
-    /// the file.
+    /// Opens a store to write. Makes the file and its folder if they are missing, and brings a
+    /// store of an older version to this one. No other user can read the file.
     ///
     /// # Errors
     /// See [`StoreError`]; a refused file is not changed.
@@ -43,10 +48,7 @@ impl Store {
             path: path.to_owned(),
             source,
         };
-        let sqlite = |source| StoreError::Sqlite {
-            path: path.to_owned(),
-            source,
-        };
+        let sqlite = |error| refused(path, error);
         if let Some(folder) = path.parent().filter(|it| !it.as_os_str().is_empty()) {
             let made = DirBuilder::new().recursive(true).mode(0o700).create(folder);
             made.map_err(io)?;
@@ -59,14 +61,7 @@ impl Store {
             .mode(0o600)
             .open(path);
         let mut file = made.map_err(io)?;
-        let mut head = Vec::new();
-        let read = (&mut file).take(MAGIC.len() as u64).read_to_end(&mut head);
-        read.map_err(io)?;
-        if !head.is_empty() && head != MAGIC {
-            return Err(StoreError::NotAStore {
-                path: path.to_owned(),
-            });
-        }
+        check_head(&mut file, path)?;
         let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let mut connection = Connection::open_with_flags(path, flags).map_err(sqlite)?;
         connection.busy_timeout(patience).map_err(sqlite)?;
@@ -74,7 +69,12 @@ impl Store {
         connection
             .execute_batch("PRAGMA foreign_keys = ON; PRAGMA secure_delete = ON;")
             .map_err(|error| opening(path, error))?;
-        Self::make_or_check(&mut connection, path)?;
+        // If two programs make the store at once, one waits for the other.
+        let making = connection
+            .transaction_with_behavior(TransactionBehavior::Immediate)
+            .map_err(|error| opening(path, error))?;
+        make_or_migrate(&making, path)?;
+        making.commit().map_err(sqlite)?;
         // Another tool may have left the store with a log file, and may still hold it open. The
         // failure is ignored here, because [`Store::forget`] tries again.
         let _ = one_file(&connection);
@@ -87,27 +87,41 @@ impl Store {
         })
     }
 
-    fn make_or_check(connection: &mut Connection, path: &Path) -> Result<(), StoreError> {
-        let broken = |error: rusqlite::Error| opening(path, error);
-        let sqlite = |source| refused(path, source);
-        // If two programs make the store at once, one waits for the other.
-        let making = connection
-            .transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)
-            .map_err(broken)?;
-        if marks(&making, path)? != (0, 0, 0) {
-            check_is_store(&making, path)?;
-            making.execute_batch(SCRIPTED).map_err(sqlite)?;
-            return making.commit().map_err(sqlite);
+    /// Opens a store to read. Makes and changes nothing: neither file nor folder, mode nor version.
+    ///
+    /// # Errors
+    /// [`StoreError::Missing`] if there is no such file; else as [`Store::open`].
+    pub fn read(path: &Path) -> Result<Self, StoreError> {
+        Self::read_within(path, PATIENCE)
+    }
+
+    /// Like [`Store::read`], but waits at most `patience` for another program.
+    ///
+    /// # Errors
+    /// As [`Store::read`].
+    pub fn read_within(path: &Path, patience: Duration) -> Result<Self, StoreError> {
+        let mut file = File::open(path).map_err(|source| match source.kind() {
+            ErrorKind::NotFound => StoreError::Missing {
+                path: path.to_owned(),
+            },
+            _ => StoreError::Io {
+                path: path.to_owned(),
+                source,
+            },
+        })?;
+        check_head(&mut file, path)?;
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let opened = Connection::open_with_flags(path, flags);
+        let mut connection = opened.map_err(|error| refused(path, error))?;
+        let waits = connection.busy_timeout(patience);
+        waits.map_err(|error| refused(path, error))?;
+        if check_is_store(&connection, path)? != SCHEMA_VERSION {
+            connection = migrated_copy(&connection, path, patience)?;
         }
-        making.execute_batch(TABLES).map_err(sqlite)?;
-        making.execute_batch(SCRIPTED).map_err(sqlite)?;
-        making
-            .pragma_update(None, "application_id", APPLICATION)
-            .map_err(sqlite)?;
-        making
-            .pragma_update(None, "user_version", SCHEMA_VERSION)
-            .map_err(sqlite)?;
-        making.commit().map_err(sqlite)
+        Ok(Self {
+            connection,
+            path: path.to_owned(),
+        })
     }
 
     /// Path of the store's file.
@@ -116,83 +130,73 @@ impl Store {
         &self.path
     }
 
+    /// Begins a change of which all or nothing is kept.
+    pub(crate) fn change(&mut self) -> Result<Transaction<'_>, StoreError> {
+        let begun = self
+            .connection
+            .transaction_with_behavior(TransactionBehavior::Immediate);
+        begun.map_err(|error| refused(&self.path, error))
+    }
+
     pub(crate) fn refused(&self, error: rusqlite::Error) -> StoreError {
         refused(&self.path, error)
     }
-}
 
-/// Application id, version, and number of tables and indices.
-fn marks(connection: &Connection, path: &Path) -> Result<(i64, i64, i64), StoreError> {
-    let broken = |error| opening(path, error);
-    let number = |name: &str| {
-        connection
-            .pragma_query_value(None, name, |row| row.get::<_, i64>(0))
-            .map_err(broken)
-    };
-    let tables = connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0));
-    Ok((
-        number("application_id")?,
-        number("user_version")?,
-        tables.map_err(broken)?,
-    ))
-}
-
-/// Refuses a file that is not an undamaged store of this version.
-pub(crate) fn check_is_store(connection: &Connection, path: &Path) -> Result<(), StoreError> {
-    let path = path.to_owned();
-    match marks(connection, &path)? {
-        (APPLICATION, SCHEMA_VERSION, _) => {}
-        (APPLICATION, found, _) => return Err(StoreError::Version { path, found }),
-        _ => return Err(StoreError::NotAStore { path }),
+    pub(crate) fn rows<T>(
+        &self,
+        query: &str,
+        values: impl rusqlite::Params,
+        read: impl FnMut(&rusqlite::Row<'_>) -> rusqlite::Result<T>,
+    ) -> Result<Vec<T>, StoreError> {
+        let mut statement = self
+            .connection
+            .prepare(query)
+            .map_err(|error| self.refused(error))?;
+        let rows = statement.query_map(values, read);
+        rows.and_then(Iterator::collect)
+            .map_err(|error| self.refused(error))
     }
-    let found = connection.query_row("PRAGMA quick_check(1)", [], |row| row.get(0));
-    let found: String = found.map_err(|error| opening(&path, error))?;
-    match found.as_str() {
-        "ok" => Ok(()),
-        problem => Err(StoreError::Damaged {
-            problem: problem.to_owned(),
-            path,
+}
+
+/// Refuses a file that is no database. An empty file is none yet.
+fn check_head(file: &mut File, path: &Path) -> Result<(), StoreError> {
+    let mut head = Vec::new();
+    let read = file.take(MAGIC.len() as u64).read_to_end(&mut head);
+    read.map_err(|source| StoreError::Io {
+        path: path.to_owned(),
+        source,
+    })?;
+    match head.is_empty() || head == MAGIC {
+        true => Ok(()),
+        false => Err(StoreError::NotAStore {
+            path: path.to_owned(),
         }),
     }
 }
 
-/// Keeps all data in one file and returns the resulting journal mode. The mode is "delete", unless
-/// another program holds the store open with a log file.
-pub(crate) fn one_file(connection: &Connection) -> rusqlite::Result<String> {
-    connection.query_row("PRAGMA journal_mode = DELETE", [], |row| row.get(0))
-}
-
-/// Translates an error of SQLite.
-pub(crate) fn refused(path: &Path, error: rusqlite::Error) -> StoreError {
-    use rusqlite::ErrorCode::{DatabaseBusy, DatabaseCorrupt, DatabaseLocked, NotADatabase};
-    match error.sqlite_error_code() {
-        Some(DatabaseBusy | DatabaseLocked) => StoreError::Busy {
-            path: path.to_owned(),
-        },
-        Some(DatabaseCorrupt | NotADatabase) => damaged(path, &error),
-        _ => StoreError::Sqlite {
-            path: path.to_owned(),
-            source: error,
-        },
+/// Copy in memory of a store of an older version, brought to this version.
+fn migrated_copy(
+    from: &Connection,
+    path: &Path,
+    patience: Duration,
+) -> Result<Connection, StoreError> {
+    let sqlite = |error| refused(path, error);
+    let mut copy = Connection::open_in_memory().map_err(sqlite)?;
+    let backup = Backup::new(from, &mut copy).map_err(sqlite)?;
+    let until = Instant::now() + patience;
+    while backup.step(-1).map_err(sqlite)? != StepResult::Done {
+        if Instant::now() >= until {
+            return Err(StoreError::Busy {
+                path: path.to_owned(),
+            });
+        }
+        std::thread::sleep(RETRY);
     }
-}
-
-/// Translates an error of the first queries to a file. Every undamaged database can answer these
-/// queries, so an answer that makes no sense means damage. A file that is locked, or that the
-/// machine cannot read, is not damaged.
-fn opening(path: &Path, error: rusqlite::Error) -> StoreError {
-    use rusqlite::ErrorCode::{ApiMisuse, TypeMismatch, Unknown};
-    match error.sqlite_error_code() {
-        None | Some(Unknown | TypeMismatch | ApiMisuse) => damaged(path, &error),
-        Some(_) => refused(path, error),
-    }
-}
-
-fn damaged(path: &Path, error: &rusqlite::Error) -> StoreError {
-    StoreError::Damaged {
-        path: path.to_owned(),
-        problem: error.to_string(),
-    }
+    drop(backup);
+    let making = copy.transaction().map_err(sqlite)?;
+    make_or_migrate(&making, path)?;
+    making.commit().map_err(sqlite)?;
+    Ok(copy)
 }
 
 /// Makes a session name: a UUID of version 7, which sorts by time.

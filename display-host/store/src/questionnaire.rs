@@ -1,24 +1,18 @@
 //! Questionnaires: the fourteen items of the paper whose simulator Calot re-implements, or those of
 //! a file; the answers, their mean and standard deviation.
 
-use std::fmt::Display;
-use std::io::Read as _;
 use std::path::Path;
 
 use rusqlite::params;
 
 use crate::error::StoreError;
 use crate::open::Store;
-use crate::sheet::check_points;
+use crate::text_file;
 
 /// Questionnaire of the paper, in our words.
 const BUILT_IN: &str = include_str!("questionnaire.toml");
-/// Longest questionnaire file, bytes.
-const MAX_BYTES: u64 = 64 << 10;
 /// Largest number of items of a questionnaire.
 const ITEMS_MAX: usize = 100;
-/// Longest text of an item or title, characters.
-const TEXT_MAX: usize = 300;
 
 /// A questionnaire. Each item is answered with 1 to 5.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
@@ -45,6 +39,19 @@ pub struct Item {
     pub paper_mean: Option<f64>,
     /// Standard deviation that the paper reports.
     pub paper_sd: Option<f64>,
+}
+
+/// An answer of a trainee.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Answer {
+    /// Key of the questionnaire.
+    pub questionnaire: String,
+    /// Key of the item.
+    pub item: String,
+    /// The answer, 1 to 5.
+    pub value: i64,
+    /// Time of the answer, s since 1970.
+    pub at_unix_s: i64,
 }
 
 /// Summary of the answers to one item.
@@ -79,16 +86,8 @@ impl Questionnaire {
     /// # Errors
     /// [`StoreError::Questionnaire`] names the problem, and the file if it could not be read.
     pub fn read(path: &Path) -> Result<Self, StoreError> {
-        let wrong =
-            |why: &dyn Display| StoreError::Questionnaire(format!("{}: {why}", path.display()));
-        let mut text = String::new();
-        let file = std::fs::File::open(path).map_err(|error| wrong(&error))?;
-        let read = file.take(MAX_BYTES + 1).read_to_string(&mut text);
-        if read.map_err(|error| wrong(&error))? as u64 > MAX_BYTES {
-            return Err(wrong(&format_args!(
-                "the file is longer than {MAX_BYTES} bytes"
-            )));
-        }
+        let wrong = |why| StoreError::Questionnaire(format!("{}: {why}", path.display()));
+        let text = text_file::read(path).map_err(wrong)?;
         Self::parse(&text)
     }
 
@@ -108,14 +107,7 @@ impl Questionnaire {
         }
         let texts = read.items.iter().flat_map(|item| [&item.id, &item.text]);
         for text in texts.chain([&read.name, &read.title]) {
-            let length = text.chars().count();
-            if !(1..=TEXT_MAX).contains(&length) || text.chars().any(char::is_control) {
-                let shown: String = text.escape_debug().take(60).collect();
-                return wrong(format!(
-                    "the text '{shown}' has {length} characters; allowed are 1 to {TEXT_MAX} without control \
-                     characters"
-                ));
-            }
+            text_file::check(text).map_err(StoreError::Questionnaire)?;
         }
         for (number, item) in read.items.iter().enumerate() {
             if read
@@ -152,7 +144,7 @@ impl Store {
             return Err(StoreError::Value {
                 what: "the number of answers".to_owned(),
                 value: answers.len().to_string(),
-                allowed: "one for each item",
+                allowed: "one for each item".to_owned(),
             });
         }
         for (item, value) in questionnaire.items.iter().zip(answers) {
@@ -169,6 +161,26 @@ impl Store {
                 .map_err(|error| self.refused(error))?;
         }
         Ok(())
+    }
+
+    /// A trainee's answers, by questionnaire and item.
+    ///
+    /// # Errors
+    /// When no trainee has this name, or the file cannot be read.
+    pub fn answers_of(&self, name: &str) -> Result<Vec<Answer>, StoreError> {
+        self.rows(
+            "SELECT questionnaire, item, value, at_unix_s FROM answer WHERE trainee = ?1 \
+             ORDER BY questionnaire, item",
+            [self.trainee(name)?],
+            |row| {
+                Ok(Answer {
+                    questionnaire: row.get(0)?,
+                    item: row.get(1)?,
+                    value: row.get(2)?,
+                    at_unix_s: row.get(3)?,
+                })
+            },
+        )
     }
 
     /// Summarises everybody's answers, item by item.
@@ -208,4 +220,15 @@ fn mean_and_sd(values: &[f64]) -> (Option<f64>, Option<f64>) {
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     let sd = (values.len() > 1).then(|| (squares / (count - 1.0)).sqrt());
     (Some(mean), sd)
+}
+
+fn check_points(what: &str, value: u8) -> Result<(), StoreError> {
+    match value {
+        1..=5 => Ok(()),
+        _ => Err(StoreError::Value {
+            what: what.to_owned(),
+            value: value.to_string(),
+            allowed: "1 to 5".to_owned(),
+        }),
+    }
 }

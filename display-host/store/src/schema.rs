@@ -1,11 +1,27 @@
-//! Tables of the store, and the marks of its file.
+//! Tables of the store, and the marks of its file. Any program that reads SQLite can use them.
+//!
+//! | table | a row is | worth knowing |
+//! |---|---|---|
+//! | `trainee` | a person | `name` is the name that the person chose, in Unicode's form NFC. `cohort` is free text such as `novice`; empty: not told. `consent` to a study is `yes`, `no` or `unknown` |
+//! | `session` | an assessed session | `id` is a UUID of version 7. `metrics` is a JSON object of numbers; a metric without a value is absent, and only rows of equal `metrics_version` compare. `hand` is `person` or `scripted`. `realtime` (1 or 0) and `missed_ticks` say how the controller ran; NULL: unknown. `device` and `driver` name the haptic device; empty: none or unknown. `site` is the store's site when the session was kept |
+//! | `answer` | an answer to a questionnaire | 1 to 5; the newest replaces older ones |
+//! | `rating` | a scoring sheet that a rater filled for a session | `rater` is the name that the rater chose; empty: not told. `blinded` is 1 if the rater did not know who operated |
+//! | `point` | an item of such a sheet | `value` is within the scale of the sheet, e.g. 1 to 5 for `goals` |
+//! | `forgotten_trainee` | the mark of a name that was forgotten | no name can be read from it, but whoever has the file can test a guess |
+//! | `forgotten_session` | the mark of one of their sessions | |
+//! | `setting` | a setting of the store by name | `site`: name of the station's site |
+//!
+//! `user_version` is [`SCHEMA_VERSION`], `application_id` is "Calo" in ASCII. A store of version 1
+//! becomes one of this version when a command writes to it; reading leaves it as it is.
 
 /// Version of the tables.
-pub const SCHEMA_VERSION: i64 = 1;
+pub const SCHEMA_VERSION: i64 = 2;
+/// Oldest version that this program reads.
+pub(crate) const OLDEST_VERSION: i64 = 1;
 /// SQLite's application id, "Calo" in ASCII. It marks the file as a store of Calot.
 pub(crate) const APPLICATION: i64 = 0x4361_6c6f;
 
-/// SQL that makes the tables.
+/// SQL that makes the tables that version 1 had, as far as this version kept them.
 pub(crate) const TABLES: &str = "
 CREATE TABLE trainee (
     id INTEGER PRIMARY KEY,
@@ -35,18 +51,59 @@ CREATE TABLE answer (
     at_unix_s INTEGER NOT NULL,
     PRIMARY KEY (trainee, questionnaire, item)
 ) STRICT;
-CREATE TABLE sheet (
+";
+
+/// SQL that adds what version 2 has beyond [`TABLES`].
+pub(crate) const SECOND: &str = "
+ALTER TABLE trainee ADD COLUMN cohort TEXT NOT NULL DEFAULT '';
+ALTER TABLE trainee ADD COLUMN consent TEXT NOT NULL DEFAULT 'unknown'
+    CHECK (consent IN ('yes', 'no', 'unknown'));
+ALTER TABLE session ADD COLUMN hand TEXT NOT NULL DEFAULT 'person'
+    CHECK (hand IN ('person', 'scripted'));
+ALTER TABLE session ADD COLUMN realtime INTEGER CHECK (realtime IN (0, 1));
+ALTER TABLE session ADD COLUMN missed_ticks INTEGER CHECK (missed_ticks >= 0);
+ALTER TABLE session ADD COLUMN device TEXT NOT NULL DEFAULT '';
+ALTER TABLE session ADD COLUMN driver TEXT NOT NULL DEFAULT '';
+ALTER TABLE session ADD COLUMN site TEXT NOT NULL DEFAULT '';
+CREATE TABLE rating (
     session TEXT NOT NULL REFERENCES session ON DELETE CASCADE,
+    sheet TEXT NOT NULL,                -- name of the scoring sheet
+    rater TEXT NOT NULL,                -- empty: not told
+    blinded INTEGER NOT NULL CHECK (blinded IN (0, 1)),
+    PRIMARY KEY (session, sheet, rater)
+) STRICT;
+CREATE TABLE point (
+    session TEXT NOT NULL,
+    sheet TEXT NOT NULL,
+    rater TEXT NOT NULL,
     item TEXT NOT NULL,
-    value INTEGER NOT NULL CHECK (value BETWEEN 1 AND 5),
-    PRIMARY KEY (session, item)
+    value INTEGER NOT NULL CHECK (value BETWEEN 0 AND 100),
+    PRIMARY KEY (session, sheet, rater, item),
+    FOREIGN KEY (session, sheet, rater) REFERENCES rating ON DELETE CASCADE
+) STRICT;
+CREATE TABLE forgotten_trainee (
+    mark BLOB PRIMARY KEY NOT NULL,     -- keyed hash of the name
+    salt BLOB NOT NULL,                 -- its key
+    at_unix_s INTEGER NOT NULL          -- sessions from then on are kept
+) STRICT;
+CREATE TABLE forgotten_session (
+    mark BLOB PRIMARY KEY NOT NULL      -- hash of the session's id
+) STRICT;
+CREATE TABLE setting (
+    name TEXT PRIMARY KEY NOT NULL,
+    value TEXT NOT NULL
 ) STRICT;
 ";
 
-/// SQL that makes the table of sessions that a scripted hand worked. It came later than the others.
-/// Programs that do not know it can still use the file.
-pub(crate) const SCRIPTED: &str = "
-CREATE TABLE IF NOT EXISTS scripted (
-    session TEXT PRIMARY KEY REFERENCES session ON DELETE CASCADE
-) STRICT;
+/// SQL that moves what version 1 kept elsewhere: scripted sessions had a table of their own, and
+/// each session had at most one sheet, of GOALS. Late stores of version 1 have the first table.
+pub(crate) const FROM_FIRST: &str = "
+CREATE TABLE IF NOT EXISTS scripted (session TEXT PRIMARY KEY) STRICT;
+UPDATE session SET hand = 'scripted' WHERE id IN (SELECT session FROM scripted);
+DROP TABLE scripted;
+INSERT INTO rating (session, sheet, rater, blinded)
+    SELECT DISTINCT session, 'goals', '', 0 FROM sheet WHERE session IN (SELECT id FROM session);
+INSERT INTO point (session, sheet, rater, item, value)
+    SELECT session, 'goals', '', item, value FROM sheet WHERE session IN (SELECT id FROM session);
+DROP TABLE sheet;
 ";

@@ -1,9 +1,17 @@
-//! The instructor's assessment sheet: the five items of GOALS, each 1 to 5.
+//! Sheets that raters filled for a session.
+
+use std::collections::BTreeMap;
 
 use rusqlite::{OptionalExtension as _, params};
 
 use crate::error::StoreError;
+use crate::file::refused;
+use crate::form::Sheet;
+use crate::names::{checked, shown};
 use crate::open::Store;
+
+/// Key of the sheet of GOALS.
+const GOALS_SHEET: &str = "goals";
 
 /// Short and full names of the items: Global Operative Assessment of Laparoscopic Skills (Vassiliou
 /// 2005). Novices reach 13 of 25, experienced surgeons 19.4.
@@ -15,60 +23,172 @@ pub const GOALS: [(&str, &str); 5] = [
     ("autonomy", "Autonomy"),
 ];
 
+/// A sheet that a rater filled.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Rating {
+    /// Id of the session.
+    pub session: String,
+    /// Name of the sheet.
+    pub sheet: String,
+    /// Name that the rater chose; empty: not told.
+    pub rater: String,
+    /// True if the rater did not know who operated.
+    pub blinded: bool,
+    /// Points by item.
+    pub points: BTreeMap<String, u8>,
+}
+
+impl Rating {
+    /// Sum of the points.
+    #[must_use]
+    pub fn sum(&self) -> u32 {
+        self.points.values().map(|it| u32::from(*it)).sum()
+    }
+}
+
 impl Store {
-    /// Stores an instructor's points for a session: one value for each item of [`GOALS`].
+    /// Stores an instructor's points for a session, by a rater without a name: one value for each
+    /// item of [`GOALS`].
     ///
     /// # Errors
     /// When there is no such session, or a value is not 1 to 5.
     pub fn set_sheet(&mut self, session: &str, points: [u8; 5]) -> Result<(), StoreError> {
-        for ((_, item), value) in GOALS.iter().zip(points) {
-            check_points(item, value)?;
-        }
-        let known = self
-            .connection
-            .query_row("SELECT 1 FROM session WHERE id = ?1", [session], |_| Ok(()))
-            .optional()
-            .map_err(|error| self.refused(error))?;
-        if known.is_none() {
-            return Err(StoreError::NoSession(session.escape_debug().to_string()));
-        }
-        for ((item, _), value) in GOALS.iter().zip(points) {
-            self.connection
-                .execute(
-                    "INSERT OR REPLACE INTO sheet (session, item, value) VALUES (?1, ?2, ?3)",
-                    params![session, item, value],
-                )
-                .map_err(|error| self.refused(error))?;
-        }
-        Ok(())
+        let goals = Sheet::named(GOALS_SHEET)?;
+        self.rate(session, &goals, ("", false), &points)
     }
 
-    /// Full name and points of each item, in the order of [`GOALS`]; empty if the session has no
-    /// sheet.
+    /// Stores what a rater gave a session: points for each item of a sheet, in order. They replace
+    /// earlier points of the same rater on the same sheet. `rater` is the name, empty if not told,
+    /// and whether the rater did not know who operated.
+    ///
+    /// # Errors
+    /// When there is no such session, the number of points is not that of the items, a value is
+    /// outside the sheet's scale, or the rater's name is invalid.
+    pub fn rate(
+        &mut self,
+        session: &str,
+        sheet: &Sheet,
+        (rater, is_blinded): (&str, bool),
+        points: &[u8],
+    ) -> Result<(), StoreError> {
+        let rater = match rater.trim() {
+            "" => String::new(),
+            rater => checked(rater, "a rater's name")?,
+        };
+        if points.len() != sheet.items.len() {
+            return Err(StoreError::Value {
+                what: format!("the number of points for {}", sheet.title),
+                value: points.len().to_string(),
+                allowed: format!("{}, one for each item", sheet.items.len()),
+            });
+        }
+        for (item, value) in sheet.items.iter().zip(points) {
+            if !sheet.has(*value) {
+                return Err(StoreError::Value {
+                    what: item.text.clone(),
+                    value: value.to_string(),
+                    allowed: format!("{} to {}", sheet.least, sheet.most),
+                });
+            }
+        }
+        self.session_exists(session)?;
+        let path = self.path().to_owned();
+        let change = self.change()?;
+        let kept = || -> rusqlite::Result<()> {
+            change.execute(
+                "INSERT OR REPLACE INTO rating (session, sheet, rater, blinded) VALUES (?1, ?2, ?3, ?4)",
+                params![session, sheet.name, rater, is_blinded],
+            )?;
+            for (item, value) in sheet.items.iter().zip(points) {
+                change.execute(
+                    "INSERT INTO point (session, sheet, rater, item, value) VALUES (?1, ?2, ?3, ?4, ?5)",
+                    params![session, sheet.name, rater, item.id, value],
+                )?;
+            }
+            Ok(())
+        };
+        kept().map_err(|error| refused(&path, error))?;
+        change.commit().map_err(|error| refused(&path, error))
+    }
+
+    fn session_exists(&self, session: &str) -> Result<(), StoreError> {
+        let query = "SELECT 1 FROM session WHERE id = ?1";
+        let known = self.connection.query_row(query, [session], |_| Ok(()));
+        let known = known.optional().map_err(|error| self.refused(error))?;
+        known.ok_or_else(|| StoreError::NoSession(shown(session)))
+    }
+
+    /// Sheets of a session, in the order in which they were filled.
+    ///
+    /// # Errors
+    /// When there is no such session, or the file cannot be read.
+    pub fn ratings(&self, session: &str) -> Result<Vec<Rating>, StoreError> {
+        self.session_exists(session)?;
+        self.ratings_where("rating.session = ?1", session)
+    }
+
+    /// All sheets of a trainee's sessions, in the order of the sessions.
+    ///
+    /// # Errors
+    /// When no trainee has this name, or the file cannot be read.
+    pub fn ratings_of(&self, name: &str) -> Result<Vec<Rating>, StoreError> {
+        let trainee = self.trainee(name)?;
+        self.ratings_where("session.trainee = ?1", trainee)
+    }
+
+    fn ratings_where(
+        &self,
+        filter: &str,
+        value: impl rusqlite::ToSql,
+    ) -> Result<Vec<Rating>, StoreError> {
+        let query = format!(
+            "SELECT rating.session, rating.sheet, rating.rater, blinded, item, value FROM rating \
+             JOIN session ON session.id = rating.session \
+             JOIN point ON (point.session, point.sheet, point.rater) = (rating.session, rating.sheet, rating.rater) \
+             WHERE {filter} ORDER BY began_unix_s, rating.session, rating.rowid"
+        );
+        let points = self.rows(&query, [value], |row| {
+            Ok((
+                Rating {
+                    session: row.get(0)?,
+                    sheet: row.get(1)?,
+                    rater: row.get(2)?,
+                    blinded: row.get(3)?,
+                    points: BTreeMap::new(),
+                },
+                row.get::<_, String>(4)?,
+                row.get::<_, u8>(5)?,
+            ))
+        })?;
+        let mut ratings: Vec<Rating> = Vec::new();
+        for (rating, item, value) in points {
+            let is_new = ratings.last().is_none_or(|it| {
+                (&it.session, &it.sheet, &it.rater)
+                    != (&rating.session, &rating.sheet, &rating.rater)
+            });
+            if is_new {
+                ratings.push(rating);
+            }
+            if let Some(last) = ratings.last_mut() {
+                last.points.insert(item, value);
+            }
+        }
+        Ok(ratings)
+    }
+
+    /// Full name and points of each item of GOALS, in the order of [`GOALS`], as the last rater
+    /// gave them; empty if the session has no such sheet.
     ///
     /// # Errors
     /// When the file cannot be read.
     pub fn sheet(&self, session: &str) -> Result<Vec<(String, u8)>, StoreError> {
-        let found = self.rows(
-            "SELECT item, value FROM sheet WHERE session = ?1",
-            [session],
-            |row| Ok((row.get::<_, String>(0)?, row.get::<_, u8>(1)?)),
-        )?;
-        let in_order = GOALS.iter().filter_map(|(short, item)| {
-            let (_, value) = found.iter().find(|(name, _)| name == short)?;
-            Some(((*item).to_owned(), *value))
-        });
+        let all = self.ratings_where("rating.session = ?1", session)?;
+        let Some(last) = all.into_iter().rfind(|it| it.sheet == GOALS_SHEET) else {
+            return Ok(Vec::new());
+        };
+        let in_order = GOALS
+            .iter()
+            .filter_map(|(short, item)| Some(((*item).to_owned(), *last.points.get(*short)?)));
         Ok(in_order.collect())
-    }
-}
-
-pub(crate) fn check_points(what: &str, value: u8) -> Result<(), StoreError> {
-    match value {
-        1..=5 => Ok(()),
-        _ => Err(StoreError::Value {
-            what: what.to_owned(),
-            value: value.to_string(),
-            allowed: "1 to 5",
-        }),
     }
 }

@@ -1,3 +1,11 @@
+//! Tests of the whole store.
+
+mod forgotten;
+mod migration;
+mod names;
+mod reading;
+mod sheets;
+
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::time::Duration;
@@ -28,13 +36,14 @@ fn session(began_unix_s: i64, task: &str, score: f64) -> SessionRecord {
         program: "a test".to_owned(),
         file: Some("monday/session.mcap".to_owned()),
         hand: Hand::Person,
+        circumstances: Circumstances::default(),
     }
 }
 
 #[test]
-fn a_scripted_session_stays_marked_through_merge_export_and_older_stores() {
+fn a_scripted_session_stays_marked_through_merge_and_export() {
     let (_folder, path) = folder();
-    let (_other, older) = folder();
+    let (_other, other) = folder();
     let mut store = Store::open(&path).unwrap();
     let scripted = SessionRecord {
         hand: Hand::Scripted,
@@ -49,18 +58,11 @@ fn a_scripted_session_stays_marked_through_merge_export_and_older_stores() {
         all.iter().map(|it| it.hand).collect::<Vec<_>>()
     };
     assert_eq!(hands(&store), [Hand::Scripted, Hand::Person]);
-    let csv = store.export_csv(None).unwrap();
+    let csv = store.export_csv(None, &[]).unwrap();
     let lines: Vec<&str> = csv.lines().collect();
     assert!(lines[0].contains("scene,hand,"));
     assert!(lines[1].contains("triangle,scripted,") && lines[2].contains("triangle,person,"));
-    // An older program made this store without the table, and an older one may merge it.
-    let made = Store::open(&older).unwrap();
-    made.connection
-        .execute_batch("DROP TABLE scripted")
-        .unwrap();
-    assert_eq!(store.merge(&older).unwrap().sessions, 0);
-    drop(made);
-    let mut other = Store::open(&older).unwrap();
+    let mut other = Store::open(&other).unwrap();
     assert_eq!(other.merge(&path).unwrap().sessions, 2);
     assert_eq!(hands(&other), [Hand::Scripted, Hand::Person]);
     // A session that is added again as a person's is one.
@@ -151,9 +153,9 @@ fn forgotten_trainee_leaves_no_trace_in_the_file() {
     store.set_sheet(&it.id, [1, 2, 3, 4, 5]).unwrap();
     let questions = Questionnaire::default();
     store.answer(name, &questions, &[3; 14], 5).unwrap();
-    let files = store.forget(name).unwrap();
+    let files = store.forget(name, 1_000_000).unwrap();
     assert_eq!(files, ["monday/session.mcap"]);
-    assert!(store.forget(name).is_err());
+    assert!(store.forget(name, 1_000_000).is_err());
     assert!(store.sheet(&it.id).unwrap().is_empty());
     assert_eq!(store.summarise(&questions).unwrap()[0].count, 0);
     drop(store);
@@ -181,14 +183,17 @@ fn export_has_all_of_somebody_and_nothing_of_others() {
     assert_eq!(sheet["Autonomy"], 5, "{all:#}");
     let bo = store.export_json(Some("Bo")).unwrap().to_string();
     assert!(bo.contains("force-quality") && !bo.contains("cmd"), "{bo}");
-    let csv = store.export_csv(None).unwrap();
+    let csv = store.export_csv(None, &["time_s", "alarms"]).unwrap();
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!(lines.len(), 3);
     assert!(csv.ends_with('\n') && !csv.contains('\r'), "{csv:?}");
-    assert!(lines[0].ends_with(",time_s"), "{csv}");
+    assert!(
+        lines[0].ends_with(",time_s,metric_alarms,other_metrics"),
+        "{csv}"
+    );
     assert!(lines[1].starts_with("\"'=cmd, \"\"x\"\"\","), "{csv}");
-    assert!(!store.export_csv(Some("Bo")).unwrap().contains("cmd"));
-    assert!(store.export_csv(Some("Cy")).is_err());
+    assert!(!store.export_csv(Some("Bo"), &[]).unwrap().contains("cmd"));
+    assert!(store.export_csv(Some("Cy"), &[]).is_err());
 }
 
 #[test]
@@ -268,7 +273,7 @@ fn foreign_files_other_versions_and_damage_are_refused_and_left_alone() {
         );
         assert_eq!(std::fs::read(&path).unwrap(), before);
     };
-    for version in [0, 2] {
+    for version in [0, 3] {
         let connection = Connection::open(&path).unwrap();
         connection
             .pragma_update(None, "user_version", version)
@@ -315,7 +320,7 @@ fn names_that_look_alike_are_one_or_refused_with_the_reason() {
     store.add_session(" Ada", &session(2, "cut", 1.0)).unwrap();
     assert_eq!(store.trainees().unwrap().len(), 1);
     assert_eq!(store.sessions("Ada", None).unwrap().len(), 2);
-    store.forget(" Ada ").unwrap();
+    store.forget(" Ada ", 1_000_000).unwrap();
     assert!(store.trainees().unwrap().is_empty());
 }
 
@@ -343,12 +348,12 @@ fn forgotten_trainee_is_in_no_log_beside_the_store() {
     drop(Store::open(&path).unwrap());
     let other = Connection::open(&path).unwrap();
     other
-        .execute_batch("PRAGMA journal_mode = WAL; PRAGMA user_version = 1")
+        .execute_batch("PRAGMA journal_mode = WAL; PRAGMA user_version = 2")
         .unwrap();
     let mut store = Store::open_within(&path, Duration::from_millis(10)).unwrap();
     let name = "Zaphod Beeblebrox";
     store.add_session(name, &session(1, "cut", 1.0)).unwrap();
-    let error = store.forget(name).unwrap_err();
+    let error = store.forget(name, 1_000_000).unwrap_err();
     assert!(matches!(error, StoreError::Log { .. }), "{error}");
     assert!(
         error.to_string().contains("Nobody was forgotten"),
@@ -356,7 +361,7 @@ fn forgotten_trainee_is_in_no_log_beside_the_store() {
     );
     assert_eq!(store.sessions(name, None).unwrap().len(), 1);
     drop(other);
-    store.forget(name).unwrap();
+    store.forget(name, 1_000_000).unwrap();
     let beside = std::fs::read_dir(path.parent().unwrap()).unwrap();
     for file in beside {
         let file = file.unwrap().path();
@@ -373,7 +378,7 @@ fn columns_have_names_of_their_own() {
     let mut it = session(1, "cut", 1.0);
     it.metrics.insert("alarms".to_owned(), 1.0);
     store.add_session("Ada", &it).unwrap();
-    let csv = store.export_csv(None).unwrap();
+    let csv = store.export_csv(None, &["time_s", "alarms"]).unwrap();
     let header: Vec<&str> = csv.lines().next().unwrap().split(',').collect();
     let names: std::collections::BTreeSet<_> = header.iter().collect();
     assert_eq!(names.len(), header.len(), "{csv}");
@@ -484,7 +489,10 @@ fn store_that_cannot_be_merged_changes_nothing() {
     let (folder, centre) = folder();
     let mut store = Store::open(&centre).unwrap();
     let path = folder.path().join("other.sqlite");
-    assert!(matches!(store.merge(&path), Err(StoreError::Io { .. })));
+    assert!(matches!(
+        store.merge(&path),
+        Err(StoreError::Missing { .. })
+    ));
     std::fs::write(&path, "no database").unwrap();
     assert!(store.merge(&path).is_err());
     let broken = [
@@ -536,7 +544,7 @@ proptest! {
         if let Ok(store) = Store::open(&path) {
             let _ = store.trainees();
             let _ = store.export_json(None);
-            let _ = store.export_csv(None);
+            let _ = store.export_csv(None, &["time_s", "alarms"]);
         }
     }
 

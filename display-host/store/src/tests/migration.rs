@@ -1,0 +1,153 @@
+//! Stores of version 1, made with the SQL of that version.
+
+use rusqlite::{Connection, params};
+
+use super::*;
+
+/// Tables of version 1, as its program made them.
+const FIRST: &str = "
+CREATE TABLE trainee (id INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE) STRICT;
+CREATE TABLE session (
+    id TEXT PRIMARY KEY,
+    trainee INTEGER NOT NULL REFERENCES trainee ON DELETE CASCADE,
+    began_unix_s INTEGER NOT NULL,
+    task TEXT NOT NULL,
+    difficulty TEXT NOT NULL,
+    outcome TEXT NOT NULL,
+    score REAL NOT NULL,
+    alarms INTEGER NOT NULL,
+    metrics_version INTEGER NOT NULL,
+    metrics TEXT NOT NULL,
+    scene TEXT NOT NULL,
+    program TEXT NOT NULL,
+    file TEXT
+) STRICT;
+CREATE INDEX session_of ON session (trainee, began_unix_s);
+CREATE TABLE answer (
+    trainee INTEGER NOT NULL REFERENCES trainee ON DELETE CASCADE,
+    questionnaire TEXT NOT NULL,
+    item TEXT NOT NULL,
+    value INTEGER NOT NULL CHECK (value BETWEEN 1 AND 5),
+    at_unix_s INTEGER NOT NULL,
+    PRIMARY KEY (trainee, questionnaire, item)
+) STRICT;
+CREATE TABLE sheet (
+    session TEXT NOT NULL REFERENCES session ON DELETE CASCADE,
+    item TEXT NOT NULL,
+    value INTEGER NOT NULL CHECK (value BETWEEN 1 AND 5),
+    PRIMARY KEY (session, item)
+) STRICT;
+PRAGMA application_id = 1130458223;
+PRAGMA user_version = 1;
+";
+
+/// The table that came later in version 1.
+const SCRIPTED: &str = "CREATE TABLE scripted (
+    session TEXT PRIMARY KEY REFERENCES session ON DELETE CASCADE
+) STRICT;";
+
+/// Makes a store of version 1 with two sessions of 'Ame\u{301}lie', of which the second was
+/// scripted if there is a table for that. Returns their ids.
+fn first(path: &Path, has_scripted: bool) -> [String; 2] {
+    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+    let made = Connection::open(path).unwrap();
+    made.execute_batch(FIRST).unwrap();
+    made.execute(
+        "INSERT INTO trainee (id, name) VALUES (1, ?1), (2, 'Bo')",
+        ["Ame\u{301}lie"],
+    )
+    .unwrap();
+    let ids = [new_id(), new_id()];
+    for (id, at) in ids.iter().zip([100, 200]) {
+        made.execute(
+            "INSERT INTO session VALUES (?1, 1, ?2, 'cut', 'exam', 'passed', 81.5, 2, 3, \
+             '{\"time_s\":13.591027285000017}', 'triangle', 'old', '/there')",
+            params![id, at],
+        )
+        .unwrap();
+    }
+    for (item, value) in [("depth", 4), ("hands", 2)] {
+        made.execute(
+            "INSERT INTO sheet VALUES (?1, ?2, ?3)",
+            params![ids[0], item, value],
+        )
+        .unwrap();
+    }
+    made.execute("INSERT INTO answer VALUES (2, 'q', 'i', 3, 50)", [])
+        .unwrap();
+    if has_scripted {
+        made.execute_batch(SCRIPTED).unwrap();
+        made.execute("INSERT INTO scripted VALUES (?1)", [&ids[1]])
+            .unwrap();
+    }
+    ids
+}
+
+/// Checks that everything of [`first`] is there.
+fn check(store: &Store, ids: &[String; 2], has_scripted: bool) {
+    let sessions = store.sessions("Am\u{e9}lie", None).unwrap();
+    assert_eq!([&sessions[0].id, &sessions[1].id], [&ids[0], &ids[1]]);
+    let it = &sessions[0];
+    assert_eq!((it.score, it.alarms, it.metrics_version), (81.5, 2, 3));
+    assert_eq!(it.metrics["time_s"], 13.591_027_285_000_017);
+    assert_eq!(it.file.as_deref(), Some("/there"));
+    assert_eq!(it.circumstances, Circumstances::default(), "unknown");
+    let hand = match has_scripted {
+        true => Hand::Scripted,
+        false => Hand::Person,
+    };
+    assert_eq!([it.hand, sessions[1].hand], [Hand::Person, hand]);
+    let sheet = store.sheet(&ids[0]).unwrap();
+    let named = |name: &str, value| (name.to_owned(), value);
+    assert_eq!(
+        sheet,
+        [named("Depth perception", 4), named("Bimanual dexterity", 2)]
+    );
+    assert_eq!(store.answers_of("Bo").unwrap()[0].value, 3);
+    assert_eq!(store.trainees().unwrap()[0].consent, Consent::Unknown);
+}
+
+fn tables(path: &Path) -> Vec<(String, String)> {
+    let store = Store::open(path).unwrap();
+    let columns = "SELECT m.name, group_concat(c.name || c.type || c.\"notnull\" || coalesce(c.dflt_value, '')) \
+                   FROM sqlite_schema m, pragma_table_info(m.name) c WHERE m.type = 'table' GROUP BY m.name ORDER BY 1";
+    let mut query = store.connection.prepare(columns).unwrap();
+    let rows = query.query_map([], |row| Ok((row.get(0)?, row.get(1)?)));
+    rows.unwrap().map(Result::unwrap).collect()
+}
+
+#[test]
+fn a_store_of_version_1_becomes_one_of_this_version_and_loses_nothing() {
+    for has_scripted in [true, false] {
+        let (_folder, path) = folder();
+        let ids = first(&path, has_scripted);
+        let before = std::fs::read(&path).unwrap();
+        // Reading shows it as it will be, and leaves it as it is.
+        check(&Store::read(&path).unwrap(), &ids, has_scripted);
+        assert_eq!(std::fs::read(&path).unwrap(), before);
+        // So does merging it.
+        let centre = path.with_extension("centre");
+        let mut whole = Store::open(&centre).unwrap();
+        assert_eq!(whole.merge(&path).unwrap().sessions, 2);
+        check(&whole, &ids, has_scripted);
+        assert_eq!(std::fs::read(&path).unwrap(), before);
+        // Opening it to write changes the file.
+        check(&Store::open(&path).unwrap(), &ids, has_scripted);
+        check(&Store::read(&path).unwrap(), &ids, has_scripted);
+        assert_ne!(std::fs::read(&path).unwrap(), before);
+        assert_eq!(tables(&path), tables(&centre), "as a new store");
+    }
+}
+
+#[test]
+fn two_spellings_of_a_name_stay_two_trainees() {
+    let (_folder, path) = folder();
+    first(&path, true);
+    let made = Connection::open(&path).unwrap();
+    let add = "INSERT INTO trainee (id, name) VALUES (3, ?1)";
+    made.execute(add, ["Am\u{e9}lie"]).unwrap();
+    drop(made);
+    let store = Store::open(&path).unwrap();
+    let sessions = |name| store.sessions(name, None).unwrap().len();
+    assert_eq!((sessions("Ame\u{301}lie"), sessions("Am\u{e9}lie")), (2, 0));
+}
