@@ -5,9 +5,11 @@
 //! distribution ◄─ times   charts of times: histogram, course, exceedance
 //! machine      ◄─ html    style, escaped text, the machine's table
 //!                 panels  series side by side, heat maps
+//!                 groups  groups of values beside each other
 //! ```
 
 mod distribution;
+pub mod groups;
 pub mod html;
 mod machine;
 pub mod panels;

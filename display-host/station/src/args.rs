@@ -1,15 +1,17 @@
 //! Options that several commands share, and their values.
 
 use std::ffi::OsString;
+use std::io::IsTerminal as _;
 use std::path::PathBuf;
 
 use assess::{Difficulty, Task};
 use clap::{Args, ValueEnum};
 use display_host::words::Language;
-use store::Store;
+use store::{Store, StoreError};
 
 use crate::home;
 use crate::problem::Problem;
+use crate::say;
 
 /// Tasks that need duct, artery and layered tissue.
 pub(crate) const IN_TRIANGLE: [&str; 5] = ["identify", "clamp", "cut", "disconnect", "full"];
@@ -288,11 +290,54 @@ impl StoreFile {
     pub(crate) fn open(&self) -> Result<Store, Problem> {
         Ok(Store::open(&self.path()?)?)
     }
+
+    /// Opens the store to read only.
+    pub(crate) fn read(&self) -> Result<Store, Problem> {
+        Ok(Store::read(&self.path()?)?)
+    }
+
+    /// Like [`StoreFile::read`]. `None`: the store has its usual place, and nobody is in it yet.
+    pub(crate) fn read_if_any(&self) -> Result<Option<Store>, Problem> {
+        match Store::read(&self.path()?) {
+            Err(StoreError::Missing { .. }) if self.store.is_none() => Ok(None),
+            other => Ok(Some(other?)),
+        }
+    }
+}
+
+/// The option that allows a new name to resemble a known one.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub(crate) struct NewTrainee {
+    /// Add the trainee even if the name looks like that of another trainee
+    #[arg(long)]
+    pub(crate) new_trainee: bool,
+}
+
+impl NewTrainee {
+    /// Asks in the terminal if a new name looks like that of another trainee. Refuses it if nobody
+    /// can be asked.
+    pub(crate) fn confirm(self, store: &Store, name: &str) -> Result<(), Problem> {
+        let Some(known) = store.alike(name)?.filter(|_| !self.new_trainee) else {
+            return Ok(());
+        };
+        let differs = format!("'{name}' looks like '{known}', who is in the store");
+        if std::io::stdin().is_terminal() {
+            say::note(format_args!("{differs}. Is it another person? [y/N]"));
+            let mut line = String::new();
+            std::io::stdin().read_line(&mut line)?;
+            if matches!(line.trim(), "y" | "Y" | "yes") {
+                return Ok(());
+            }
+        }
+        Err(format!(
+            "{differs}. Use that name, or add --new-trainee if it is another person"
+        )
+        .into())
+    }
 }
 
 pub(crate) fn parse_trainee(text: &str) -> Result<String, String> {
-    let checked = store::check_name(text).map(str::to_owned);
-    checked.map_err(|error| error.to_string())
+    store::check_name(text).map_err(|error| error.to_string())
 }
 
 pub(crate) fn parse_task(text: &str) -> Result<Task, String> {

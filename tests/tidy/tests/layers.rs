@@ -33,6 +33,7 @@ const fn tested(
 const PACKAGES: &[Layer] = &[
     layer("rt-core", &[]),
     layer("shared-mem", &[]),
+    layer("statistics", &[]),
     layer("store", &[]),
     layer("figures", &[]),
     layer("fem-reference", &[]),
@@ -71,6 +72,7 @@ const PACKAGES: &[Layer] = &[
             "scene-prepare",
             "session",
             "shared-mem",
+            "statistics",
         ],
     ),
     tested(
@@ -87,6 +89,7 @@ const PACKAGES: &[Layer] = &[
             "scene-prepare",
             "session",
             "shared-mem",
+            "statistics",
             "store",
             "surgeon",
         ],

@@ -115,6 +115,9 @@ pub struct DeviceSummary {
     pub path: PathBuf,
     /// Name that the device gives itself; empty if it gives none.
     pub name: String,
+    /// Driver of a haptic device as in a station file, or `emulated`; empty for other devices.
+    #[serde(default)]
+    pub driver: String,
     /// Serial number; 0 if the device reports none.
     pub serial: u32,
     /// Declared capabilities of a haptic device by name, SI.

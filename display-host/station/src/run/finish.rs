@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use display_host::headless::{Ended, RunOutcome};
 use display_host::report::{DeviceSummary, HeldBack, Summary, write};
 use figures::Machine;
+use hardware::station::{HapticDriver, StationFile};
 use rt_process::notice::Held;
 use session::Recorded;
 
 use super::show::Shown;
+use crate::args::DeviceArgs;
 use crate::problem::Problem;
 use crate::report;
 use crate::say;
@@ -69,9 +71,13 @@ impl Shown<'_> {
             summary.ticks = summary.ticks.max(recorded.ticks);
         }
         for (device, opened) in by_kind(&mut summary.devices, &self.devices) {
-            let line = device.line;
+            let driver = match opened.kind.as_str() {
+                "haptic" => driver(&self.args.controller.devices),
+                _ => String::new(),
+            };
             *device = DeviceSummary {
-                line,
+                line: device.line,
+                driver,
                 ..opened.clone()
             };
         }
@@ -99,8 +105,7 @@ impl Shown<'_> {
         let Some(assessed) = &self.assessed else {
             return true;
         };
-        let recording = summary.recording.as_ref().map(|it| it.file.as_path());
-        let Err(problem) = assessed.keep(&summary.scene, recording) else {
+        let Err(problem) = assessed.keep(summary) else {
             return true;
         };
         let warning = format!(
@@ -137,6 +142,26 @@ fn by_kind<'a>(
         let found = opened.iter().find(|it| it.kind == device.kind)?;
         Some((device, found))
     })
+}
+
+/// Driver of the haptic device: its name in the station file, or `emulated`.
+fn driver(devices: &DeviceArgs) -> String {
+    if devices.haptic.is_some() {
+        return "rig".to_owned();
+    }
+    let Some(path) = devices.station_file.as_deref() else {
+        return "emulated".to_owned();
+    };
+    let haptic = StationFile::read(path).ok().and_then(|it| it.haptic);
+    let name = haptic.map_or("", |it| match it.driver {
+        HapticDriver::Rig => "rig",
+        HapticDriver::Woody => "woody",
+        HapticDriver::Hapi(_) => "hapi",
+        HapticDriver::Inverse3 { .. } => "inverse3",
+        HapticDriver::Touch { .. } => "touch",
+        HapticDriver::ForceDimension { .. } => "force-dimension",
+    });
+    name.to_owned()
 }
 
 fn reason(held: &HeldBack) -> Held {

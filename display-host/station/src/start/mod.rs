@@ -244,8 +244,12 @@ impl Desk {
         if !form.trainee.is_empty() {
             let name = store::check_name(&form.trainee)
                 .map_err(|it| problem::of_name(&self.view.words, &it))?;
-            form.trainee = name.to_owned();
-            self.open_store()?;
+            let store = self.open_store()?;
+            let alike = store.alike(&name);
+            if let Some(known) = alike.map_err(|it| problem::of_store(&self.view.words, &it))? {
+                return Err(problem::of_alike(&self.view.words, &name, &known));
+            }
+            form.trainee = name;
         }
         if !form.emulated && form.station_file.trim().is_empty() {
             return Err(self.view.words.say("start-no-file"));

@@ -18,6 +18,7 @@ pub(super) fn of_store(words: &Words, error: &StoreError) -> String {
     };
     match error {
         StoreError::Io { path, source } => with("store-io", path, source),
+        StoreError::Missing { path } => with("store-missing", path, &""),
         StoreError::NotAStore { path } => with("store-foreign", path, &""),
         StoreError::Version { path, found } => with("store-version", path, found),
         StoreError::Damaged { path, problem } => with("store-damaged", path, problem),
@@ -29,11 +30,15 @@ pub(super) fn of_store(words: &Words, error: &StoreError) -> String {
         }
         StoreError::NoSession(_) => words.say("store-no-session"),
         StoreError::Taken { .. } => words.say("store-taken"),
+        StoreError::Forgotten { .. } => words.say("store-forgotten"),
         StoreError::Value { value, .. } => {
             words.say_with("store-value", &[("value", value.as_str().into())])
         }
         StoreError::Questionnaire(problem) => {
             words.say_with("store-questions", &[("problem", problem.as_str().into())])
+        }
+        StoreError::Sheet(problem) => {
+            words.say_with("store-sheet", &[("problem", problem.as_str().into())])
         }
     }
 }
@@ -46,6 +51,12 @@ pub(super) fn of_name(words: &Words, error: &StoreError) -> String {
         }
         other => of_store(words, other),
     }
+}
+
+/// Message for a new name that is easily confused with a known one.
+pub(super) fn of_alike(words: &Words, name: &str, known: &str) -> String {
+    let values = [("name", name.into()), ("known", known.into())];
+    words.say_with("store-alike", &values)
 }
 
 /// Message for a station file that cannot be used.
@@ -115,6 +126,7 @@ mod tests {
                 path: path(),
                 source: io(),
             },
+            StoreError::Missing { path: path() },
             StoreError::NotAStore { path: path() },
             StoreError::Version {
                 path: path(),
@@ -134,7 +146,11 @@ mod tests {
             StoreError::Taken {
                 session: "s".to_owned(),
             },
+            StoreError::Forgotten {
+                session: "s".to_owned(),
+            },
             StoreError::Questionnaire("line 3".to_owned()),
+            StoreError::Sheet("line 3".to_owned()),
             store::check_name("").expect_err("no name"),
         ];
         let files = [
@@ -156,6 +172,7 @@ mod tests {
             said.extend(files.iter().map(|it| of_station_file(words, it)));
             said.push(of_folder(words, Path::new("/here"), &io()));
             said.push(of_start(words, &io()));
+            said.push(of_alike(words, "ada", "Ada"));
             said.push(of_recorded(words, Path::new("/here")));
             said.push(of_end(words, ExitStatus::from_raw(1 << 8)));
             said.push(of_end(words, ExitStatus::from_raw(9)));

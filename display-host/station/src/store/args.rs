@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
+use store::Consent;
 
-use crate::args::{StoreFile, parse_difficulty, parse_task, parse_trainee};
+use crate::args::{NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -17,11 +18,19 @@ Examples:
   calot store list Ada                      her sessions
   calot store add Ada out/SESSION           a killed run, from its recording
   calot store curve Ada --task clamp --out ada.svg
+  calot store trainee Ada --cohort novice --consent yes
   calot store sheet SESSION 4 3 4 5 3       an instructor's GOALS points
+  calot store sheet SESSION --sheet cvs --rater Bo --blinded
   calot store ask Ada                       the questionnaire
   calot store export Ada --csv > ada.csv
+  calot store export --csv > sessions.csv
   calot store forget Ada
-  calot store merge theatre-1.sqlite theatre-2.sqlite --store centre.sqlite")]
+  calot store merge theatre-1.sqlite theatre-2.sqlite --store centre.sqlite
+
+The file is SQLite. Its tables: trainee (name, cohort, consent), session (task, score, metrics as JSON, hand,
+realtime, missed_ticks, device, driver, site, …), answer, rating and point (scoring sheets), setting, and marks
+of who was forgotten. Reading never changes the file. A store of version 1 becomes one of version 2 with the
+first command that writes to it.")]
 pub(crate) struct StoreArgs {
     #[command(flatten)]
     pub(crate) file: StoreFile,
@@ -37,8 +46,7 @@ The merged file is SQLite, which R, Python and every spreadsheet's database driv
 SELECT trainee.name, session.task, count(*) AS sessions, avg(session.score) AS score,
        avg(json_extract(session.metrics, '$.time_s')) AS time_s
 FROM session JOIN trainee ON trainee.id = session.trainee
-WHERE session.outcome IN ('passed', 'failed')
-  AND session.id NOT IN (SELECT session FROM scripted)
+WHERE session.outcome IN ('passed', 'failed') AND session.hand = 'person'
 GROUP BY trainee.name, session.task ORDER BY trainee.name, session.task;
 
 For Parquet, DuckDB makes it of the sessions as CSV:
@@ -48,6 +56,18 @@ For Parquet, DuckDB makes it of the sessions as CSV:
 Into PostgreSQL, each column as text:
   psql -c \"CREATE TABLE session ($(head -1 sessions.csv | sed 's/,/ text, /g') text)\"
   psql -c \"\\copy session FROM 'sessions.csv' CSV HEADER\"";
+
+/// Form of a scoring sheet in a file.
+const SHEETS: &str = "\
+A scoring sheet as a file:
+  name = \"knots\"
+  title = \"Knot tying\"
+  least = 1
+  most = 5
+  [[item]]
+  id = \"tension\"
+  text = \"Tension of the thread\"
+  anchors = { 1 = \"loose or torn\", 5 = \"even\" }";
 
 #[derive(Debug, Clone, Subcommand)]
 pub(crate) enum StoreCommand {
@@ -70,6 +90,8 @@ pub(crate) enum StoreCommand {
         /// Recordings (.mcap), or folders of `calot run --out DIR`
         #[arg(value_name = "SESSION", required = true)]
         sessions: Vec<PathBuf>,
+        #[command(flatten)]
+        new: NewTrainee,
         /// Print one JSON object per added session on standard output
         #[arg(long)]
         json: bool,
@@ -78,13 +100,37 @@ pub(crate) enum StoreCommand {
     Export {
         /// Trainee to export [default: all]
         name: Option<String>,
-        /// Print the sessions as CSV instead, with metrics as columns
-        #[arg(long)]
-        csv: bool,
+        /// Print a table as CSV instead: sessions (one a row, with every metric and the means of GOALS
+        /// as columns), answers (one answer to a questionnaire a row), or sheets (one item of a
+        /// scoring sheet a row). A table has the same columns whatever is in the store; `trainee`
+        /// and `session` join them
+        #[arg(long, value_name = "TABLE", value_enum, num_args = 0..=1, require_equals = true,
+            default_missing_value = "sessions")]
+        csv: Option<Table>,
+    },
+    /// Sets a trainee's cohort and consent for studies, and adds the trainee if the name is new;
+    /// without options, prints them
+    Trainee {
+        /// Trainee
+        #[arg(value_parser = parse_trainee)]
+        name: String,
+        /// Cohort, free text, e.g. novice; "" for none
+        #[arg(long, value_name = "TEXT")]
+        cohort: Option<String>,
+        /// Consent to studies: yes, no or unknown. `calot store study` leaves out who refused
+        #[arg(long, value_name = "WHETHER", value_parser = parse_consent)]
+        consent: Option<Consent>,
+        #[command(flatten)]
+        new: NewTrainee,
+    },
+    /// Names the site of the sessions that are kept from now on; without a name, prints it
+    Site {
+        /// Site, e.g. theatre-1
+        name: Option<String>,
     },
     /// Adds the contents of other stations' stores. Repeating it changes nothing. Equal names mean
-    /// the same person; session names differ between stations. A trainee who was forgotten here but
-    /// is in another store comes back
+    /// the same person; session names differ between stations. Who was
+    /// forgotten, here or there, does not come back; sessions that began later do
     #[command(after_help = MERGED)]
     Merge {
         /// Stores to read, e.g. theatre-1.sqlite; they stay unchanged
@@ -95,7 +141,8 @@ pub(crate) enum StoreCommand {
         json: bool,
     },
     /// Forgets a trainee: overwrites name, sessions, answers and sheets. Recordings stay on disk;
-    /// the command lists them
+    /// the command lists them. Marks remain, from which nothing can be read, so that a merge brings
+    /// nothing of it back. Who comes back by own wish works a new session under any name
     Forget {
         /// Trainee
         name: String,
@@ -120,14 +167,27 @@ pub(crate) enum StoreCommand {
         #[command(flatten)]
         overwrite: Overwrite,
     },
-    /// Stores an instructor's five GOALS points for a session, 1 to 5 each: depth perception,
-    /// bimanual dexterity, efficiency, tissue handling, autonomy
+    /// Stores a rater's points for a session, on a scoring sheet. Without points, asks for each item
+    /// and shows its anchors; without a session, prints the sheets with their anchors
+    #[command(after_help = SHEETS)]
     Sheet {
         /// Session id, as `calot store list NAME` prints it
-        session: String,
-        /// Five points, e.g. 4 3 4 5 3
-        #[arg(num_args = 5, value_parser = clap::value_parser!(u8).range(1..=5))]
+        session: Option<String>,
+        /// Points, one for each item; for GOALS e.g. 4 3 4 5 3
         points: Vec<u8>,
+        /// Sheet: goals (Vassiliou 2005), osats (Martin 1997), cvs (critical view of safety, Sanford and
+        /// Strasberg 2014), or a file (TOML)
+        #[arg(long, value_name = "NAME|FILE", default_value = "goals")]
+        sheet: String,
+        /// Rater's name, as chosen. Each rater has one sheet of a kind for each session
+        #[arg(long, value_name = "NAME", default_value = "", hide_default_value = true)]
+        rater: String,
+        /// The rater did not know who operated
+        #[arg(long)]
+        blinded: bool,
+        /// Print as JSON: the sheets of the session, or without a session the forms
+        #[arg(long, conflicts_with = "points")]
+        json: bool,
     },
     /// Asks a questionnaire in the terminal
     Ask {
@@ -139,6 +199,8 @@ pub(crate) enum StoreCommand {
         /// Answers, 1 to 5 each, instead of asking, e.g. 3,4,2,…
         #[arg(long, value_name = "N,N,…", value_delimiter = ',')]
         answers: Vec<u8>,
+        #[command(flatten)]
+        new: NewTrainee,
     },
     /// Prints mean and standard deviation of all answers, next to the paper's
     Answers {
@@ -149,6 +211,21 @@ pub(crate) enum StoreCommand {
         #[arg(long)]
         json: bool,
     },
+}
+
+/// A table to export.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Table {
+    /// One session a row
+    Sessions,
+    /// One answer a row
+    Answers,
+    /// One item of a scoring sheet a row
+    Sheets,
+}
+
+fn parse_consent(text: &str) -> Result<Consent, String> {
+    Consent::from_name(text).ok_or_else(|| "yes, no or unknown".to_owned())
 }
 
 fn parse_metric(text: &str) -> Result<String, String> {

@@ -2,16 +2,21 @@
 
 pub(crate) mod args;
 mod questions;
+mod record;
+mod sheets;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 
 use assess::report::{Past, learning_curve};
-use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
-use store::{Hand, SessionRecord, Store, StoreError};
+use assess::{Difficulty, Metric, Outcome, Rules, Task};
+use store::{Consent, Hand, SessionRecord, Sheet, Store, StoreError};
 
-use self::args::{StoreArgs, StoreCommand};
+use self::args::{StoreArgs, StoreCommand, Table};
+use self::record::circumstances_beside;
+pub(crate) use self::record::{Made, circumstances_of, record};
+use crate::args::{NewTrainee, StoreFile};
+use crate::clock::now_unix_s;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::report::{self, utc};
@@ -21,14 +26,17 @@ use crate::say;
 const CUT_SHORT: &str = "cut-short";
 
 pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
-    let mut store = args.file.open()?;
+    let file = &args.file;
     match &args.command {
-        StoreCommand::List { name, json } => list(&store, name.as_deref(), *json)?,
+        StoreCommand::List { name, json } => list(file, name.as_deref(), *json)?,
         StoreCommand::Add {
             name,
             sessions,
+            new,
             json,
         } => {
+            let mut store = file.open()?;
+            new.confirm(&store, name)?;
             for session in sessions {
                 let added = add(&mut store, name, session)?;
                 if let (true, Some(added)) = (*json, added) {
@@ -36,19 +44,22 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
                 }
             }
         }
-        StoreCommand::Export { name, csv: true } => {
-            say::answer(store.export_csv(name.as_deref())?.trim_end());
-        }
-        StoreCommand::Export { name, csv: false } => {
-            let all = store.export_json(name.as_deref())?;
-            say::answer(serde_json::to_string_pretty(&all)?);
-        }
+        StoreCommand::Export { name, csv } => export(&file.read()?, name.as_deref(), *csv)?,
+        StoreCommand::Trainee {
+            name,
+            cohort,
+            consent,
+            new,
+        } => trainee(file, name, cohort.as_deref(), *consent, *new)?,
+        StoreCommand::Site { name: Some(name) } => file.open()?.set_site(name)?,
+        StoreCommand::Site { name: None } => say::answer(file.read()?.site()?),
         StoreCommand::Merge { others, json } => {
+            let mut store = file.open()?;
             for other in others {
                 merge(&mut store, other, *json)?;
             }
         }
-        StoreCommand::Forget { name } => forget(&mut store, name)?,
+        StoreCommand::Forget { name } => forget(&mut file.open()?, name)?,
         StoreCommand::Curve {
             name,
             task,
@@ -59,23 +70,33 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
         } => {
             let named = out.as_deref();
             let out = output::file(named, "curve.svg", Format::Drawing, *overwrite)?;
-            curve(&store, name, *task, *difficulty, metric, &out)?;
+            curve(&file.read()?, name, *task, *difficulty, metric, &out)?;
         }
-        StoreCommand::Sheet { session, points } => {
-            let points: [u8; 5] = points[..].try_into()?;
-            store.set_sheet(session, points)?;
-            let sum: u32 = points.iter().map(|it| u32::from(*it)).sum();
-            say::note(format_args!("{sum} of 25"));
-        }
+        StoreCommand::Sheet {
+            session,
+            points,
+            sheet,
+            rater,
+            blinded,
+            json,
+        } => match session {
+            None => sheets::forms(*json)?,
+            Some(session) if *json => sheets::show(&file.read()?, session)?,
+            Some(session) => {
+                let form = Sheet::named(sheet)?;
+                sheets::fill(file, session, &form, (rater, *blinded), points)?;
+            }
+        },
         StoreCommand::Ask {
             name,
             questionnaire,
             answers,
-        } => questions::take(&mut store, name, questionnaire.as_deref(), answers)?,
+            new,
+        } => questions::take(file, *new, name, questionnaire.as_deref(), answers)?,
         StoreCommand::Answers {
             questionnaire,
             json,
-        } => questions::summarise(&store, questionnaire.as_deref(), *json)?,
+        } => questions::summarise(&file.read()?, questionnaire.as_deref(), *json)?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -94,6 +115,22 @@ fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
         merged.trainees,
         merged.known
     ));
+    if merged.left_out_sessions + merged.left_out_answers + merged.left_out_trainees > 0 {
+        say::note(format_args!(
+            "{} sessions and {} answers are left out, because their {} trainees were forgotten",
+            merged.left_out_sessions, merged.left_out_answers, merged.left_out_trainees
+        ));
+    }
+    for name in &merged.forgotten_there {
+        say::note(format_args!(
+            "{name} was forgotten there and is still here; `calot store forget` forgets here, too"
+        ));
+    }
+    for [known, new] in &merged.alike {
+        say::note(format_args!(
+            "the new trainee '{new}' looks like '{known}': if they are one person, choose one name"
+        ));
+    }
     if merged.differing > 0 {
         say::note(format_args!(
             "{} of these differ there; the versions here remain",
@@ -104,7 +141,7 @@ fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
 }
 
 fn forget(store: &mut Store, name: &str) -> Result<(), Problem> {
-    let files = store.forget(name)?;
+    let files = store.forget(name, now_unix_s())?;
     say::note(format_args!("forgot {name}"));
     if !files.is_empty() {
         say::note("recordings remain at:");
@@ -115,9 +152,44 @@ fn forget(store: &mut Store, name: &str) -> Result<(), Problem> {
     Ok(())
 }
 
-fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
-    let Some(name) = name else {
-        let people = store.trainees()?;
+fn export(store: &Store, name: Option<&str>, csv: Option<Table>) -> Result<(), Problem> {
+    let text = match csv {
+        None => serde_json::to_string_pretty(&store.export_json(name)?)?,
+        Some(Table::Sessions) => store.export_csv(name, &Metric::ALL.map(Metric::name))?,
+        Some(Table::Answers) => store.export_answers_csv(name)?,
+        Some(Table::Sheets) => store.export_sheets_csv(name)?,
+    };
+    say::answer(text.trim_end());
+    Ok(())
+}
+
+/// Sets a trainee's cohort and consent, or prints them.
+fn trainee(
+    file: &StoreFile,
+    name: &str,
+    cohort: Option<&str>,
+    consent: Option<Consent>,
+    new: NewTrainee,
+) -> Result<(), Problem> {
+    if cohort.is_some() || consent.is_some() || new.new_trainee {
+        let mut store = file.open()?;
+        new.confirm(&store, name)?;
+        store.enrol(name, cohort, consent)?;
+    }
+    let people = file.read()?.trainees()?;
+    let found = people.into_iter().find(|it| it.name == name);
+    let found = found.ok_or_else(|| StoreError::NoTrainee(name.to_owned()))?;
+    say::answer(serde_json::to_string(&found)?);
+    Ok(())
+}
+
+fn list(file: &StoreFile, name: Option<&str>, json: bool) -> Result<(), Problem> {
+    let store = match name {
+        None => file.read_if_any()?,
+        Some(_) => Some(file.read()?),
+    };
+    let (Some(name), Some(store)) = (name, &store) else {
+        let people = store.map_or_else(|| Ok(Vec::new()), |it| it.trainees())?;
         if json {
             say::answer(serde_json::to_string_pretty(&people)?);
             return Ok(());
@@ -126,7 +198,14 @@ fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
             say::note("no trainee yet: `calot run --task clamp --trainee NAME` adds a session");
         }
         for person in people {
-            say::answer(format_args!("{:>5}  {}", person.sessions, person.name));
+            let cohort = match person.cohort.as_str() {
+                "" => String::new(),
+                cohort => format!("  ({cohort})"),
+            };
+            say::answer(format_args!(
+                "{:>5}  {}{cohort}",
+                person.sessions, person.name
+            ));
         }
         return Ok(());
     };
@@ -150,6 +229,10 @@ fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
         let hand = match it.hand {
             Hand::Scripted => "  by a scripted hand",
             Hand::Person => "",
+        };
+        let hand = match it.circumstances.realtime {
+            Some(false) => format!("{hand}, not realtime"),
+            _ => hand.to_owned(),
         };
         say::answer(format_args!(
             "{}  {when}  {:<10} {:<9} {:<9} {:>3.0} of 100, {} alarms{goals}{hand}",
@@ -181,11 +264,17 @@ fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRe
     }
     let began_unix_s = i64::try_from(found.began_unix_s).unwrap_or(0);
     let (assessed, chapter) = (&found.chapter.assessed, &found.chapter);
-    let (scene, program) = (&chapter.scene, &chapter.build);
     let id = &assignment.id;
-    let made_by = [scene.as_str(), program];
-    let hand = report::hand(chapter.is_scripted);
-    let mut record = record(id, began_unix_s, assessed, made_by, Some(&file), hand);
+    let made = Made {
+        id,
+        began_unix_s,
+        scene: &chapter.scene,
+        program: &chapter.build,
+        file: Some(&file),
+        hand: report::hand(chapter.is_scripted),
+        circumstances: circumstances_beside(&file, id),
+    };
+    let mut record = record(assessed, made);
     // A decision before the break stays valid.
     let is_open = matches!(assessed.outcome, Outcome::Aborted | Outcome::Practised);
     if is_open && found.left_out.cut_short().is_some() {
@@ -270,37 +359,6 @@ fn comparable(
     (kept, left_out)
 }
 
-/// Record of a session for the store.
-pub(crate) fn record(
-    id: &str,
-    began_unix_s: i64,
-    assessed: &Assessed,
-    [scene, program]: [&str; 2],
-    file: Option<&Path>,
-    hand: Hand,
-) -> SessionRecord {
-    let values = Metric::ALL.map(|metric| (metric.name().to_owned(), assessed.metrics.get(metric)));
-    let metrics = values.into_iter().filter(|(_, value)| value.is_finite());
-    SessionRecord {
-        id: id.to_owned(),
-        began_unix_s,
-        task: assessed.task.name().to_owned(),
-        difficulty: assessed.difficulty.name().to_owned(),
-        outcome: assessed.outcome.name().to_owned(),
-        score: assessed.score,
-        alarms: assessed.alarms.len() as i64,
-        metrics_version: assessed.version,
-        metrics: metrics.collect::<BTreeMap<_, _>>(),
-        scene: scene.to_owned(),
-        program: program.to_owned(),
-        file: file.map(|file| {
-            let whole = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
-            whole.display().to_string()
-        }),
-        hand,
-    }
-}
-
 /// Data that the store adds to a debrief.
 pub(crate) struct Before {
     pub(crate) past: Vec<Past>,
@@ -356,6 +414,7 @@ pub(crate) fn past(
 #[cfg(test)]
 mod tests {
     use assess::{Anatomy, Assessment};
+    use store::Circumstances;
 
     use super::*;
 
@@ -363,8 +422,16 @@ mod tests {
         let rules = Rules::default();
         let assessed = Assessment::new(Task::Cut, difficulty, rules, Anatomy::default()).end();
         let id = number.to_string();
-        let made_by = ["triangle", "a test"];
-        let mut record = record(&id, number, &assessed, made_by, None, Hand::Person);
+        let made = Made {
+            id: &id,
+            began_unix_s: number,
+            scene: "triangle",
+            program: "a test",
+            file: None,
+            hand: Hand::Person,
+            circumstances: Circumstances::default(),
+        };
+        let mut record = record(&assessed, made);
         record.outcome = outcome.name().to_owned();
         record
     }

@@ -5,19 +5,22 @@ use std::path::Path;
 
 use store::{Questionnaire, Store};
 
+use crate::args::{NewTrainee, StoreFile};
 use crate::clock::now_unix_s;
 use crate::problem::Problem;
 use crate::say;
 
 /// Stores answers. Asks for them in the terminal if none are given.
 pub(super) fn take(
-    store: &mut Store,
+    file: &StoreFile,
+    new: NewTrainee,
     name: &str,
     questionnaire: Option<&Path>,
     answers: &[u8],
 ) -> Result<(), Problem> {
     let questions = questions(questionnaire)?;
-    store::check_name(name)?;
+    let mut store = file.open()?;
+    new.confirm(&store, name)?;
     let answers = match answers.is_empty() {
         true => ask(&questions)?,
         false => answers.to_vec(),

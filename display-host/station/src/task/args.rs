@@ -6,7 +6,7 @@ use assess::{Difficulty, Task};
 use clap::{Args, ValueEnum};
 use surgeon::Surgeon;
 
-use crate::args::{StoreFile, parse_difficulty, parse_task, parse_trainee};
+use crate::args::{NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
 
 /// Task to assess while it runs.
 #[derive(Debug, Clone, Default, Args)]
@@ -41,6 +41,8 @@ pub(crate) struct TaskArgs {
     /// Keep the result in the store under this trainee's name, e.g. Ada
     #[arg(long, value_name = "NAME", value_parser = parse_trainee, requires = "task")]
     pub(crate) trainee: Option<String>,
+    #[command(flatten)]
+    pub(crate) new_trainee: NewTrainee,
     #[command(flatten)]
     pub(crate) store: StoreFile,
 }

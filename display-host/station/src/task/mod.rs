@@ -5,7 +5,7 @@ pub(crate) mod args;
 mod board;
 mod view;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use assess::report::Chapter;
 use assess::{Anatomy, Assessed, Assessment, Difficulty, Reason, Rules, Task};
-use display_host::report::{TaskAlarm, TaskSummary};
+use display_host::report::{Summary, TaskAlarm, TaskSummary};
 use display_host::ui::TaskView;
 use session::{Assignment, Entry};
 use shared_mem::message::{CommandMsg, ReplyMsg};
@@ -31,7 +31,7 @@ use crate::clock::now_unix_s;
 use crate::problem::Problem;
 use crate::report;
 use crate::say;
-use crate::store::{SessionCriteria, past, record};
+use crate::store::{Made, SessionCriteria, circumstances_of, past, record};
 
 /// Interval at which the panel's view is updated.
 const VIEW_EVERY: Duration = Duration::from_millis(50);
@@ -72,6 +72,7 @@ impl Assigned {
             Some(name) => {
                 // Open the store before anything starts, to report a refusal early.
                 let store = args.store.open()?;
+                args.new_trainee.confirm(&store, name)?;
                 Some((name.clone(), store.path().to_owned()))
             }
             None => None,
@@ -207,16 +208,23 @@ pub(crate) struct Ended {
 
 impl Ended {
     /// Puts the result into the store, if it is to be kept.
-    pub(crate) fn keep(&self, scene: &str, recording: Option<&Path>) -> Result<(), Problem> {
+    pub(crate) fn keep(&self, run: &Summary) -> Result<(), Problem> {
         let Some((name, path)) = &self.keep else {
             return Ok(());
         };
-        let began_unix_s = self.began_unix_s;
         let id = &self.summary.session;
-        let hand = report::hand(self.is_scripted);
         let program = build();
-        let made_by = [scene, program.as_str()];
-        let record = record(id, began_unix_s, &self.assessed, made_by, recording, hand);
+        let recording = run.recording.as_ref().map(|it| it.file.as_path());
+        let made = Made {
+            id,
+            began_unix_s: self.began_unix_s,
+            scene: &run.scene,
+            program: &program,
+            file: recording,
+            hand: report::hand(self.is_scripted),
+            circumstances: circumstances_of(run),
+        };
+        let record = record(&self.assessed, made);
         Store::open(path)?.add_session(name, &record)?;
         say::note(format_args!("kept as {name}'s session {id}"));
         Ok(())
@@ -226,7 +234,7 @@ impl Ended {
     /// past.
     pub(crate) fn add_past(&self, chapter: &mut Chapter) -> Result<(), Problem> {
         if let Some((name, path)) = self.keep.as_ref().filter(|_| !self.is_scripted) {
-            let store = Store::open(path)?;
+            let store = Store::read(path)?;
             let it = &self.summary;
             let criteria = SessionCriteria {
                 task: &it.task,

@@ -8,7 +8,6 @@
 //! The course of a trial goes through [`assess::Assessment`] as the course of a session does: the
 //! first instrument as the tip, the second as the lens. Nothing is measured here a second time.
 
-mod compare;
 mod course;
 mod page;
 mod trial;
@@ -18,8 +17,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
+use statistics::{Compared, compare, median};
 
-use self::compare::{Compared, compare, median};
 use self::course::{Condition, Measure};
 use self::trial::{Group, Trial};
 use crate::page::Section;

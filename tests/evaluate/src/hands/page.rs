@@ -2,11 +2,11 @@
 
 use figures::html::escape;
 use figures::panels::{self, Cell, Panel, Scale, Series};
+use statistics::{Compared, median};
 
-use super::compare::median;
 use super::course::{Condition, Measure};
 use super::trial::Group;
-use super::{Compared, Measured, Of, Row, groups, tasks};
+use super::{Measured, Of, Row, groups, tasks};
 use crate::page::{Section, number, strings, table};
 
 /// Probability below which a measure counts as telling the groups apart.
