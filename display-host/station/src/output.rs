@@ -91,6 +91,7 @@ impl Format {
                 b"s,recorded_force_n,",
                 b"tick,time_s,device_x_m,",
                 b"time_s,x_m,y_m,z_m,",
+                b"task,difficulty,metrics_version,group,",
             ],
             Self::Picture => &[b"\x89PNG\r\n"],
             Self::Animation => &[b"GIF8"],

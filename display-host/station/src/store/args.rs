@@ -6,6 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use store::Consent;
 
 use crate::args::{NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
+use super::study::StudyArgs;
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -24,6 +25,7 @@ Examples:
   calot store ask Ada                       the questionnaire
   calot store export Ada --csv > ada.csv
   calot store export --csv > sessions.csv
+  calot store study --by cohort --out study
   calot store forget Ada
   calot store merge theatre-1.sqlite theatre-2.sqlite --store centre.sqlite
 
@@ -189,6 +191,10 @@ pub(crate) enum StoreCommand {
         #[arg(long, conflicts_with = "points")]
         json: bool,
     },
+    /// Compares groups of trainees: writes study.csv (a row for each person and task) and study.html
+    /// (medians and quartiles, tests, learning, agreement of raters). Names are numbers in both.
+    /// Sessions of scripted hands, and those that were not realtime, are left out
+    Study(StudyArgs),
     /// Asks a questionnaire in the terminal
     Ask {
         /// Trainee

@@ -4,6 +4,7 @@ pub(crate) mod args;
 mod questions;
 mod record;
 mod sheets;
+mod study;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -87,6 +88,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
                 sheets::fill(file, session, &form, (rater, *blinded), points)?;
             }
         },
+        StoreCommand::Study(args) => study::run(&file.read()?, args)?,
         StoreCommand::Ask {
             name,
             questionnaire,
