@@ -8,10 +8,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(std::env::var("OUT_DIR")?);
     let mut compiler = protox::Compiler::new(["proto"])?;
     compiler.open_file("calot.proto")?;
-    std::fs::write(
-        out.join("calot.bin"),
-        compiler.encode_file_descriptor_set(),
-    )?;
+    std::fs::write(out.join("calot.bin"), compiler.encode_file_descriptor_set())?;
     // The comments become documentation.
     compiler.include_source_info(true);
     let described = compiler.file_descriptor_set();

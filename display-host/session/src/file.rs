@@ -87,8 +87,8 @@ pub(crate) struct SessionFile {
     packed: Vec<u8>,
     /// Host time of the newest inputs, ns.
     newest_ns: u64,
-    /// Time at which each channel's newest message was written, by the channel's number, ns.
-    logged_ns: Vec<u64>,
+    /// Stamp of each channel's newest message, by the channel's number, ns since 1970.
+    stamped_ns: Vec<u64>,
 }
 
 struct Channels {
@@ -164,7 +164,7 @@ impl SessionFile {
             sequence: 0,
             packed: Vec::new(),
             newest_ns: 0,
-            logged_ns: Vec::new(),
+            stamped_ns: Vec::new(),
         };
         file.flush()?;
         Ok(file)
@@ -322,7 +322,11 @@ impl SessionFile {
             self.course(&entry)?;
         }
         let said = viewer::event(event, &self.organs);
-        let line = viewer::line(&said, EventKind::try_from(event.kind).ok(), self.wall_ns(event.at_ns));
+        let line = viewer::line(
+            &said,
+            EventKind::try_from(event.kind).ok(),
+            self.wall_ns(event.at_ns),
+        );
         self.message(self.channels.events, event.at_ns, &said)?;
         self.message(self.channels.log, event.at_ns, &line)
     }
@@ -331,7 +335,8 @@ impl SessionFile {
     pub(crate) fn timing(&mut self, batch: &TimingBatch) -> Result<(), Error> {
         self.second.take(batch);
         let mut records = batch.records().unwrap_or_default();
-        while let (Some(first), Some((stages, count))) = (records.first(), viewer::stages(records)) {
+        while let (Some(first), Some((stages, count))) = (records.first(), viewer::stages(records))
+        {
             self.message(self.channels.stages, first.scheduled_ns, &stages)?;
             records = records.get(count..).unwrap_or_default();
         }
@@ -383,25 +388,24 @@ impl SessionFile {
         self.put(channel, at_ns, &message.encode_to_vec())
     }
 
-    /// Writes a message of this time. It is logged no earlier than the channel's message before it,
-    /// because readers expect the order of the log's times; an event may arrive after a younger
-    /// pose.
+    /// Writes a message of this time. Its stamp is no earlier than that of the channel's message
+    /// before it, because readers expect the order of time. In the course, an event may arrive after
+    /// a younger pose; the entry keeps its own time.
     fn put(&mut self, channel_id: u16, at_ns: u64, data: &[u8]) -> Result<(), Error> {
-        let publish_time = self.wall_ns(at_ns);
+        let mut time = self.wall_ns(at_ns);
         let channel = usize::from(channel_id);
-        if self.logged_ns.len() <= channel {
-            self.logged_ns.resize(channel + 1, 0);
+        if self.stamped_ns.len() <= channel {
+            self.stamped_ns.resize(channel + 1, 0);
         }
-        let mut log_time = publish_time;
-        if let Some(newest_ns) = self.logged_ns.get_mut(channel) {
-            log_time = publish_time.max(*newest_ns);
-            *newest_ns = log_time;
+        if let Some(newest_ns) = self.stamped_ns.get_mut(channel) {
+            time = time.max(*newest_ns);
+            *newest_ns = time;
         }
         let header = MessageHeader {
             channel_id,
             sequence: self.sequence,
-            log_time,
-            publish_time,
+            log_time: time,
+            publish_time: time,
         };
         self.sequence = self.sequence.wrapping_add(1);
         Ok(self.writer.write_to_known_channel(&header, data)?)

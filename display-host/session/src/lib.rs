@@ -20,8 +20,8 @@
 //! | `/gaps` | protobuf | missing ticks or events, `calot.Gap` | at each gap |
 //!
 //! Each protobuf channel embeds its description; `proto/calot.proto` has Calot's with comments.
-//! Messages of a channel are in the order of their log times. Their publish times are those of the
-//! content, which for an event may be earlier than the pose before it.
+//! Messages of a channel are in the order of their times: an event that arrives after a younger
+//! pose has the pose's stamp in `/course`, and its own time inside.
 //!
 //! A properly ended session has the metadata `calot.end`: the number of ticks that ran, as the
 //! controller reported it, and the number of missing ticks and events.

@@ -226,7 +226,11 @@ impl Records {
                 Some(Part::Assignment(Assignment::from_map(&metadata.metadata)))
             }
             Record::Metadata(metadata) if metadata.name == info::REPAIRED => {
-                let why = metadata.metadata.get(info::WHY).cloned().unwrap_or_default();
+                let why = metadata
+                    .metadata
+                    .get(info::WHY)
+                    .cloned()
+                    .unwrap_or_default();
                 self.repaired = Some(printable(&why));
                 None
             }
@@ -272,9 +276,9 @@ impl Records {
             }
             Record::Message { header, data } if Some(header.channel_id) == self.stages => {
                 let times = times::read(&data);
-                Some(Part::Times(times.ok_or_else(|| {
-                    damaged("times of ticks of another form")
-                })?))
+                Some(Part::Times(
+                    times.ok_or_else(|| damaged("times of ticks of another form"))?,
+                ))
             }
             _ => None,
         })

@@ -126,7 +126,9 @@ impl Format {
         }
         let mut head = Vec::new();
         let mut file = fs::File::open(path)?;
-        io::Read::by_ref(&mut file).take(HEAD_BYTES).read_to_end(&mut head)?;
+        io::Read::by_ref(&mut file)
+            .take(HEAD_BYTES)
+            .read_to_end(&mut head)?;
         if self == Self::Columnar {
             // Parquet has the name of its program at the end.
             let end = file.metadata()?.len().saturating_sub(HEAD_BYTES);

@@ -31,7 +31,10 @@ fn a_repaired_session_opens_elsewhere_and_says_where_it_broke_off() {
     else {
         panic!("it broke off");
     };
-    assert!(left_out_bytes > 0 && why.contains("the file ends at byte"), "{why}");
+    assert!(
+        left_out_bytes > 0 && why.contains("the file ends at byte"),
+        "{why}"
+    );
     assert_eq!(std::fs::read(&from).unwrap(), cut, "the original stays");
     let repaired = std::fs::read(&to).unwrap();
     let summary = mcap::Summary::read(&repaired).unwrap().unwrap();

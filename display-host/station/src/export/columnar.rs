@@ -161,7 +161,9 @@ impl Collected {
                 all.clear();
             }
             Values::Text(all) => {
-                writer.typed::<ByteArrayType>().write_batch(all, has, None)?;
+                writer
+                    .typed::<ByteArrayType>()
+                    .write_batch(all, has, None)?;
                 all.clear();
             }
         }
@@ -196,12 +198,17 @@ mod tests {
                 0 => Cell::Single(i as f32 * 0.1),
                 _ => Cell::Absent,
             };
-            file.add(&[Cell::Whole(i as u64), x, "liver".into()]).unwrap();
+            file.add(&[Cell::Whole(i as u64), x, "liver".into()])
+                .unwrap();
         }
         Box::new(file).end().unwrap();
         let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
         assert_eq!(reader.num_row_groups(), 2);
-        let found: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
+        let found: Vec<_> = reader
+            .get_row_iter(None)
+            .unwrap()
+            .map(Result::unwrap)
+            .collect();
         assert_eq!(found.len(), rows);
         let last = &found[rows - 1];
         assert_eq!(last.get_long(0).unwrap(), rows as i64 - 1);

@@ -1,8 +1,8 @@
 //! Tables `metrics`, `events` and `columns`.
 
 use assess::{Assessed, Metric};
-use session::EntryContent;
 use session::Entry;
+use session::EntryContent;
 use shared_mem::message::Event;
 
 use super::table::{Cell, Column, Kind};
@@ -23,7 +23,11 @@ pub(crate) fn events() -> Vec<Column> {
             Kind::Single,
             "by kind: force in N, energy in J, number of spheres, … (proto/calot.proto lists all)",
         ),
-        Column::new("fault", Kind::Text, "name of the fault, if the kind is fault"),
+        Column::new(
+            "fault",
+            Kind::Text,
+            "name of the fault, if the kind is fault",
+        ),
     ]
 }
 

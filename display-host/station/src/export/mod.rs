@@ -121,7 +121,14 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Problem> {
     let replay = Replay::new(&scene, &session.setup)?;
     let (mut outcome, first_ns) = write_ticks(&replay, &mut session, &file, &targets)?;
     let wall_from_host_ns = session.info.wall_from_host_ns;
-    write_events(&mut outcome, &file, &targets, replay.organs(), first_ns, wall_from_host_ns)?;
+    write_events(
+        &mut outcome,
+        &file,
+        &targets,
+        replay.organs(),
+        first_ns,
+        wall_from_host_ns,
+    )?;
     write_metrics(&mut outcome, &file, &targets)?;
     write_columns(&mut outcome, &targets)?;
     if args.json {
@@ -232,7 +239,10 @@ fn write_columns(outcome: &mut ExportOutcome, targets: &[Target<'_>]) -> Result<
 
 fn in_words(outcome: &ExportOutcome) -> Vec<String> {
     let (ticks, events) = (outcome.ticks, outcome.events);
-    let files = outcome.files.iter().map(|it| format!("wrote {}", it.display()));
+    let files = outcome
+        .files
+        .iter()
+        .map(|it| format!("wrote {}", it.display()));
     let words = match &outcome.first_difference {
         Some(first) => format!(
             "{}. This program does not compute what was recorded: the tables hold what it computes; \

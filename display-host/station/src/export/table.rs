@@ -67,18 +67,6 @@ impl Cell {
             false => Self::Absent,
         }
     }
-
-    /// Type of the value.
-    pub(crate) fn kind(&self) -> Option<Kind> {
-        Some(match self {
-            Self::Whole(_) => Kind::Whole,
-            Self::Double(_) => Kind::Double,
-            Self::Single(_) => Kind::Single,
-            Self::Flag(_) => Kind::Flag,
-            Self::Text(_) => Kind::Text,
-            Self::Absent => return None,
-        })
-    }
 }
 
 impl From<&str> for Cell {

@@ -27,10 +27,15 @@ pub(crate) fn columns() -> Vec<Column> {
     add("tick", Kind::Whole, "number of the tick");
     add("time_s", Kind::Double, "time since the first tick, s");
     add("time_unix_ns", Kind::Whole, "time since 1970 UTC, ns");
-    add("device_fresh", Kind::Flag, "the device brought a new sample");
+    add(
+        "device_fresh",
+        Kind::Flag,
+        "the device brought a new sample",
+    );
     let device = "position of the handle in the device's frame, newest sample, m";
     vector(&mut add, "device", "m", device);
-    let velocity = "velocity of the handle in the device's frame; empty: the device measures none, m/s";
+    let velocity =
+        "velocity of the handle in the device's frame; empty: the device measures none, m/s";
     vector(&mut add, "device_v", "m_s", velocity);
     let turned = "orientation of the handle in the device's frame, quaternion";
     rotation(&mut add, "device", turned);
@@ -54,22 +59,57 @@ pub(crate) fn columns() -> Vec<Column> {
         vector(&mut add, name, "m", place);
         rotation(&mut add, name, turned);
     }
-    vector(&mut add, "tip", "m", "tip of the instrument, world frame, m");
-    vector(&mut add, "force", "n", "force on the hand as sent, world frame, N");
-    vector(&mut add, "torque", "n_m", "torque on the hand as sent, world frame, N m");
-    add("opening_n", Kind::Single, "force that opens the handle as sent, N");
-    add("handle_opening", Kind::Single, "opening of the handle, 0 shut to 1 wide; empty: none");
-    add("jaw", Kind::Single, "opening of the jaws, 0 closed to 1 open");
+    vector(
+        &mut add,
+        "tip",
+        "m",
+        "tip of the instrument, world frame, m",
+    );
+    vector(
+        &mut add,
+        "force",
+        "n",
+        "force on the hand as sent, world frame, N",
+    );
+    vector(
+        &mut add,
+        "torque",
+        "n_m",
+        "torque on the hand as sent, world frame, N m",
+    );
+    add(
+        "opening_n",
+        Kind::Single,
+        "force that opens the handle as sent, N",
+    );
+    add(
+        "handle_opening",
+        Kind::Single,
+        "opening of the handle, 0 shut to 1 wide; empty: none",
+    );
+    add(
+        "jaw",
+        Kind::Single,
+        "opening of the jaws, 0 closed to 1 open",
+    );
     add("buttons", Kind::Whole, "bits of the handle's buttons");
     add("cut", Kind::Flag, "a pedal asks for the cutting current");
-    add("coagulate", Kind::Flag, "a pedal asks for the coagulating current");
+    add(
+        "coagulate",
+        Kind::Flag,
+        "a pedal asks for the coagulating current",
+    );
     add("camera_lock", Kind::Flag, "a pedal holds the picture still");
     add("paused", Kind::Flag, "the simulation is paused");
     add("force_enabled", Kind::Flag, "force may go to the device");
     add("contacts", Kind::Whole, "contacts of the instrument");
     add("grasped", Kind::Whole, "spheres between the closed jaws");
     add("instrument", Kind::Text, "instrument on the shaft");
-    add("energy_j", Kind::Single, "energy that the hand put into contact and did not get back, J");
+    add(
+        "energy_j",
+        Kind::Single,
+        "energy that the hand put into contact and did not get back, J",
+    );
     add("wake_ns", Kind::Whole, "actual minus scheduled start, ns");
     add("tick_ns", Kind::Whole, "duration of the tick, ns");
     add(
@@ -78,17 +118,34 @@ pub(crate) fn columns() -> Vec<Column> {
         "from the sample's arrival until the force was written, ns; empty: no new sample",
     );
     for stage in STAGES {
-        add(&format!("{stage}_ns"), Kind::Whole, "duration of the stage, ns");
+        add(
+            &format!("{stage}_ns"),
+            Kind::Whole,
+            "duration of the stage, ns",
+        );
     }
-    add("missed", Kind::Whole, "periods that were skipped before the tick");
+    add(
+        "missed",
+        Kind::Whole,
+        "periods that were skipped before the tick",
+    );
     all
 }
 
-fn vector(add: &mut impl FnMut(&str, Kind, &'static str), name: &str, unit: &str, means: &'static str) {
+fn vector(
+    add: &mut impl FnMut(&str, Kind, &'static str),
+    name: &str,
+    unit: &str,
+    means: &'static str,
+) {
     // A velocity has no separator before its axis: device_vx_m_s.
     let between = if name.ends_with("_v") { "" } else { "_" };
     for axis in ["x", "y", "z"] {
-        add(&format!("{name}{between}{axis}_{unit}"), Kind::Single, means);
+        add(
+            &format!("{name}{between}{axis}_{unit}"),
+            Kind::Single,
+            means,
+        );
     }
 }
 
