@@ -33,10 +33,10 @@ pub enum ReadError {
         /// The file's version.
         found: String,
     },
-    /// The repaired session cannot be written.
+    /// A file made of a session cannot be written.
     #[error("{path}: {problem}; choose another place, or make room on the disk")]
-    Repair {
-        /// Path of the repaired session.
+    Write {
+        /// Path of the file.
         path: PathBuf,
         /// Error of the operating system or of the MCAP library.
         problem: String,

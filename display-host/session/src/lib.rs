@@ -72,6 +72,7 @@ mod record;
 mod records;
 mod repair;
 mod storage;
+mod surfaces;
 mod times;
 mod viewer;
 
@@ -86,6 +87,7 @@ pub use record::{Config, Listening, Recording, Sight, check_target};
 pub use records::End;
 pub use repair::{Repaired, repair};
 pub use storage::{Storage, create_private, is_being_recorded};
+pub use surfaces::{Surface, SurfaceFile};
 pub use times::{TickTimes, Times};
 
 #[cfg(test)]

@@ -53,7 +53,7 @@ pub fn repair(from: &Path, to: &Path) -> Result<Repaired, ReadError> {
     }
     let (_, source) = opened::source(from)?;
     let written = copy(Records::new(source), to, bytes);
-    written.map_err(|problem| ReadError::Repair {
+    written.map_err(|problem| ReadError::Write {
         path: to.to_owned(),
         problem,
     })

@@ -11,10 +11,10 @@ use crate::course::Movement;
 use crate::proto;
 
 /// Frame in which all poses are given: the scene's.
-const WORLD: &str = "world";
+pub(crate) const WORLD: &str = "world";
 
 /// Time since 1970, as Foxglove's messages have it.
-fn timestamp(wall_ns: u64) -> Option<Timestamp> {
+pub(crate) fn timestamp(wall_ns: u64) -> Option<Timestamp> {
     let sec = u32::try_from(wall_ns / 1_000_000_000).ok()?;
     Timestamp::new_checked(sec, (wall_ns % 1_000_000_000) as u32)
 }
@@ -33,6 +33,14 @@ fn rotation([x, y, z, w]: [f32; 4]) -> Quaternion {
         y: y.into(),
         z: z.into(),
         w: w.into(),
+    }
+}
+
+/// The pose of the world frame in itself.
+pub(crate) fn origin() -> Pose {
+    Pose {
+        position: Some(vector([0.0; 3])),
+        orientation: Some(rotation([0.0, 0.0, 0.0, 1.0])),
     }
 }
 

@@ -22,7 +22,7 @@ import sys, math, duckdb, pandas, calot
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-path, tables, copy = sys.argv[1:4]
+path, tables, copy, organs = sys.argv[1:5]
 newest, seen = {}, {}
 with open(path, "rb") as file:
     reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
@@ -55,6 +55,19 @@ assert len(session.stages()) == len(ticks)
 
 # A copy that was cut off and repaired opens like any other.
 assert sum(1 for _ in calot.Session(copy).messages("/tool")) > 0
+
+# The organs move, and their surfaces stay whole: every index has its point.
+updates = [update for _, update in calot.Session(organs).messages("/organs")]
+assert len(updates) >= 3
+names = [entity.id for entity in updates[0].entities]
+assert "liver" in names, names
+for update in updates:
+    for entity in update.entities:
+        (part,) = entity.triangles
+        assert len(part.points) > 0 and max(part.indices) < len(part.points)
+first, last = (update.entities[names.index("liver")].triangles[0].points for update in (updates[0], updates[-1]))
+moved = max(math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) for a, b in zip(first, last))
+assert 0.0001 < moved < 0.1, moved
 print("all checks passed")
 "#;
 
@@ -130,7 +143,12 @@ fn a_session_opens_in_the_programs_of_others() {
     let (session, tables) = (out.join("session.mcap"), folder.path().join("tables"));
     let mut export = calot();
     export.arg("export").arg(&out).arg("--csv").arg(&tables);
-    succeeded(&finish(export.arg("--parquet").arg(&tables)));
+    let organs = folder.path().join("organs.mcap");
+    export.arg("--parquet").arg(&tables);
+    export
+        .args(["--surfaces-hz", "1", "--surfaces"])
+        .arg(&organs);
+    succeeded(&finish(&mut export));
 
     // A copy without its end: as if its recorder had been killed.
     let cut = folder.path().join("cut.mcap");
@@ -142,7 +160,13 @@ fn a_session_opens_in_the_programs_of_others() {
     let Some(python) = python() else { return };
     let mut checks = Command::new(&python);
     checks.args(["-c", CHECKS]).arg(&session).arg(&tables);
-    let told = succeeded(&checks.arg(&repaired).output().expect("it runs"));
+    let told = succeeded(
+        &checks
+            .arg(&repaired)
+            .arg(&organs)
+            .output()
+            .expect("it runs"),
+    );
     assert!(told.contains("all checks passed"), "{told}");
 
     let page = root().join("display-host/session/README.md");
@@ -175,8 +199,10 @@ fn a_session_opens_in_the_programs_of_others() {
         command.args(words).arg(path).current_dir(folder.path());
         succeeded(&command.output().expect("it runs"))
     };
-    let checked = call(&["mcap", "check"], &session);
-    assert!(!checked.contains("PROBLEM"), "{checked}");
+    for file in [&session, &organs] {
+        let checked = call(&["mcap", "check"], file);
+        assert!(!checked.contains("PROBLEM"), "{checked}");
+    }
     call(&["mcap", "convert", "-o", "session.rrd"], &session);
     let told = call(&["rrd", "stats"], &recording);
     for part in [

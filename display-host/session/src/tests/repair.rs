@@ -73,7 +73,7 @@ fn what_cannot_be_repaired_is_refused_with_a_reason() {
     std::fs::write(&from, unfinished()).unwrap();
     let nowhere = to.join("b.mcap");
     let error = repair(&from, &nowhere).unwrap_err();
-    assert!(matches!(error, ReadError::Repair { .. }), "{error}");
+    assert!(matches!(error, ReadError::Write { .. }), "{error}");
     let held = std::fs::File::options().write(true).open(&from).unwrap();
     held.try_lock().unwrap();
     let error = repair(&from, &to).unwrap_err();

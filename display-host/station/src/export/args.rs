@@ -8,7 +8,7 @@ use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
 #[command(
-    group(ArgGroup::new("format").args(["csv", "parquet"]).required(true).multiple(true)),
+    group(ArgGroup::new("format").args(["csv", "parquet", "surfaces"]).required(true).multiple(true)),
     after_help = "\
 Tables:
   ticks     every tick: poses, tip, force, torque, jaw, contacts, switches, stage times
@@ -23,6 +23,7 @@ Examples:
   calot run --headless --seconds 10 --out out    leaves out/session.mcap
   calot export out/session.mcap --csv tables
   calot export out/session.mcap --parquet tables
+  calot export out/session.mcap --surfaces organs.mcap --surfaces-hz 5
   python3 -c \"import pandas; print(pandas.read_csv('tables/ticks.csv').force_x_n.describe())\""
 )]
 pub(crate) struct ExportArgs {
@@ -35,6 +36,13 @@ pub(crate) struct ExportArgs {
     /// Folder for the tables as Parquet, without compression
     #[arg(long, value_name = "DIR")]
     pub(crate) parquet: Option<PathBuf>,
+    /// File (.mcap) for the organs' surfaces over time, for Foxglove or Rerun. A second of the
+    /// built-in scene takes a few megabytes
+    #[arg(long, value_name = "FILE")]
+    pub(crate) surfaces: Option<PathBuf>,
+    /// Surfaces a second
+    #[arg(long, value_name = "HZ", default_value_t = 2.0, value_parser = parse_hz, requires = "surfaces")]
+    pub(crate) surfaces_hz: f64,
     /// Run the session on this compiled scene (.calot) instead of its own; both must be equal
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
@@ -43,4 +51,11 @@ pub(crate) struct ExportArgs {
     /// Print one JSON object on standard output
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+fn parse_hz(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hz) if (0.01..=100.0).contains(&hz) => Ok(hz),
+        _ => Err("a rate is 0.01 to 100 Hz".into()),
+    }
 }

@@ -217,6 +217,6 @@ mod tests {
             ((rows - 1) as f32 * 0.1).to_bits()
         );
         assert_eq!(last.get_string(2).unwrap(), "liver");
-        assert!(found[1].is_null(1));
+        assert!(found[1].is_null(1).unwrap());
     }
 }

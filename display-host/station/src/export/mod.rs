@@ -3,9 +3,10 @@
 pub(crate) mod args;
 mod columnar;
 mod columns;
-pub(crate) mod csv;
-pub(crate) mod table;
-pub(crate) mod ticks;
+mod csv;
+mod surfaces;
+mod table;
+mod ticks;
 
 use std::cell::Cell as Shared;
 use std::path::{Path, PathBuf};
@@ -19,6 +20,7 @@ use session::{Operation, Session, Times};
 use self::args::ExportArgs;
 use self::columnar::Columnar;
 use self::csv::Csv;
+use self::surfaces::Surfaces;
 use self::table::{Cell, Column, Sheet};
 use self::ticks::Rows;
 use crate::output::{self, Format};
@@ -112,6 +114,9 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Problem> {
         output::check_folder(&option, folder, Format::of_export, args.overwrite)?;
         targets.push(Target { folder, extension });
     }
+    if let Some(path) = &args.surfaces {
+        output::check("--surfaces", path, Format::Session, args.overwrite)?;
+    }
     let mut session = Session::open(&file)?;
     let scene = scene_of(&mut session, args.scene.as_deref())?;
     for target in &targets {
@@ -119,7 +124,11 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Problem> {
         made.map_err(|error| format!("{}: {error}", target.folder.display()))?;
     }
     let replay = Replay::new(&scene, &session.setup)?;
-    let (mut outcome, first_ns) = write_ticks(&replay, &mut session, &file, &targets)?;
+    let surfaces = match &args.surfaces {
+        Some(path) => Some(Surfaces::create(path, args.surfaces_hz, &scene)?),
+        None => None,
+    };
+    let (mut outcome, first_ns) = write_ticks(&replay, &mut session, &file, &targets, surfaces)?;
     let wall_from_host_ns = session.info.wall_from_host_ns;
     write_events(
         &mut outcome,
@@ -149,17 +158,26 @@ fn write_ticks(
     session: &mut Session,
     file: &Path,
     targets: &[Target<'_>],
+    mut surfaces: Option<Surfaces<'_>>,
 ) -> Result<(ExportOutcome, u64), Problem> {
     let mut tables = Tables::create(targets, "ticks", &ticks::columns())?;
     let mut times = Times::open(file)?;
-    let mut rows = Rows::new(session.info.wall_from_host_ns);
+    let wall_from_host_ns = session.info.wall_from_host_ns;
+    let mut rows = Rows::new(wall_from_host_ns);
     let (done, gap) = (Shared::new(0.0), Shared::new(None));
     let (mut said, mut count, mut failed) = (Instant::now(), 0, None);
     let mut judge = Judge::default();
     replay.run(without_gap(session, &gap, &done), |replayed| {
         count += 1;
         let row = rows.row(replayed, times.of(replayed.view.tick));
-        if let Err(problem) = tables.add(&row) {
+        let now_ns = replayed.record.now_ns;
+        let passed = columns::seconds(rows.first_ns(), now_ns);
+        let wall_ns = now_ns.saturating_add_signed(wall_from_host_ns);
+        let surfaces = surfaces.as_mut();
+        let added = tables
+            .add(&row)
+            .and_then(|()| surfaces.map_or(Ok(()), |it| it.take(replayed, passed, wall_ns)));
+        if let Err(problem) = added {
             failed = Some(problem);
             return false;
         }
@@ -167,7 +185,6 @@ fn write_ticks(
             said = Instant::now();
             say::note(format_args!("exporting {:3.0} %", done.get() * 100.0));
         }
-        let passed = columns::seconds(rows.first_ns(), replayed.record.now_ns);
         judge.look(replayed, passed, replay.organs());
         true
     })?;
@@ -175,9 +192,11 @@ fn write_ticks(
         return Err(problem);
     }
     let left_out = LeftOut::of(session, gap.get());
+    let mut files = tables.end()?;
+    files.extend(surfaces.map(Surfaces::end).transpose()?);
     let outcome = ExportOutcome {
         session: file.to_owned(),
-        files: tables.end()?,
+        files,
         ticks: count,
         events: 0,
         same: count > 0 && judge.first.is_none() && !left_out.is_known(),
