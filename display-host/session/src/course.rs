@@ -272,15 +272,6 @@ impl Entry {
             what: EntryContent::Event(*event),
         })
     }
-
-    /// Makes an entry from the tools' newest frame; `None` if the frame is malformed.
-    pub(crate) fn of_tools(tools: &ToolFrame) -> Option<Self> {
-        Some(Self {
-            tick: tools.tick,
-            at_ns: tools.at_ns,
-            what: EntryContent::Moved(Movement::of(tools)?),
-        })
-    }
 }
 
 /// The endoscope's view; `None` if the angles are invalid.

@@ -33,4 +33,18 @@ pub enum ReadError {
         /// The file's version.
         found: String,
     },
+    /// A file made of a session cannot be written.
+    #[error("{path}: {problem}; choose another place, or make room on the disk")]
+    Write {
+        /// Path of the file.
+        path: PathBuf,
+        /// Error of the operating system or of the MCAP library.
+        problem: String,
+    },
+    /// The session is being recorded.
+    #[error("{path} is being recorded; end that run first")]
+    BeingRecorded {
+        /// Path of the file.
+        path: PathBuf,
+    },
 }

@@ -3,18 +3,22 @@
 use std::collections::BTreeMap;
 use std::sync::mpsc::Sender;
 
+use foxglove::messages::{FrameTransforms, Log, PoseInFrame};
 use mcap::records::MessageHeader;
 use mcap::write::{NoSeek, Writer};
-use serde_json::Value;
+use prost::Message;
 use shared_mem::inputs::InputBatch;
 use shared_mem::message::{CommandMsg, EventMsg, TimingBatch, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
+use shared_mem::words::EventKind;
 
-use crate::course::{self, Entry, EntryContent};
+use crate::course::{self, Entry, EntryContent, Movement};
 use crate::describe::{self, Topic};
 use crate::info::{self, Assignment, Finish, Info};
 use crate::pack::pack;
+use crate::proto;
 use crate::storage::{Outbox, Storage, Waiting};
+use crate::viewer;
 
 /// Version of a session's content; a reader refuses any other.
 pub const FILE_VERSION: u32 = 3;
@@ -77,12 +81,14 @@ pub(crate) struct SessionFile {
     has_setup: bool,
     pub(crate) ticks: Ticks,
     pub(crate) events: Events,
-    second: describe::Second,
+    second: viewer::Second,
     told: Option<Sender<Entry>>,
     sequence: u32,
     packed: Vec<u8>,
     /// Host time of the newest inputs, ns.
     newest_ns: u64,
+    /// Stamp of each channel's newest message, by the channel's number, ns since 1970.
+    stamped_ns: Vec<u64>,
 }
 
 struct Channels {
@@ -90,9 +96,12 @@ struct Channels {
     inputs: u16,
     course: u16,
     poses: u16,
+    tip: u16,
     tool: u16,
     events: u16,
+    log: u16,
     timing: u16,
+    stages: u16,
     gaps: u16,
 }
 
@@ -123,18 +132,21 @@ impl SessionFile {
             data: scene.bytes().into(),
         })?;
         let mut channel = |topic: &Topic| {
-            let schema = topic.schema.as_bytes();
-            let schema = writer.add_schema(topic.schema_name, topic.schema_encoding, schema)?;
+            let (name, encoding) = (&topic.schema_name, topic.schema_encoding);
+            let schema = writer.add_schema(name, encoding, &topic.schema)?;
             writer.add_channel(schema, topic.name, topic.encoding, &BTreeMap::new())
         };
         let channels = Channels {
             setup: channel(&describe::SETUP)?,
             inputs: channel(&describe::INPUTS)?,
             course: channel(&describe::COURSE)?,
-            poses: channel(&describe::POSES)?,
+            poses: channel(&describe::foxglove::<FrameTransforms>(describe::POSES))?,
+            tip: channel(&describe::foxglove::<PoseInFrame>(describe::TIP))?,
             tool: channel(&describe::TOOL)?,
             events: channel(&describe::EVENTS)?,
+            log: channel(&describe::foxglove::<Log>(describe::LOG))?,
             timing: channel(&describe::TIMING)?,
+            stages: channel(&describe::STAGES)?,
             gaps: channel(&describe::GAPS)?,
         };
         let name = |field: &[u8]| str_from_name(field).unwrap_or_default().to_owned();
@@ -147,11 +159,12 @@ impl SessionFile {
             has_setup: false,
             ticks: Ticks::default(),
             events: Events::default(),
-            second: describe::Second::default(),
+            second: viewer::Second::default(),
             told: None,
             sequence: 0,
             packed: Vec::new(),
             newest_ns: 0,
+            stamped_ns: Vec::new(),
         };
         file.flush()?;
         Ok(file)
@@ -241,8 +254,13 @@ impl SessionFile {
         // A restarted controller counts from 0 again. That gap counts as one missing tick.
         let missing = tick.saturating_sub(from).max(1);
         self.ticks.missing = self.ticks.missing.saturating_add(missing);
-        let gap = serde_json::json!({ "from_tick": from, "to_tick": tick });
-        self.json(self.channels.gaps, at_ns, &gap)
+        self.missing(proto::gap::Of::Ticks, from, tick, at_ns)
+    }
+
+    /// Writes that the numbers from `from` up to `to` are missing.
+    fn missing(&mut self, of: proto::gap::Of, from: u64, to: u64, at_ns: u64) -> Result<(), Error> {
+        let of = of.into();
+        self.message(self.channels.gaps, at_ns, &proto::Gap { of, from, to })
     }
 
     /// Counts the missing events before this number. A number below the expected one comes from
@@ -259,9 +277,18 @@ impl SessionFile {
         self.expect_event(events);
     }
 
-    /// Writes the positions of the hands.
+    /// Writes the positions of the hands and the force. Skips a malformed frame.
     pub(crate) fn moved(&mut self, tools: &ToolFrame) -> Result<(), Error> {
-        Entry::of_tools(tools).map_or(Ok(()), |entry| self.course(&entry))
+        let Some(moved) = Movement::of(tools) else {
+            return Ok(());
+        };
+        self.course(&Entry {
+            tick: tools.tick,
+            at_ns: tools.at_ns,
+            what: EntryContent::Moved(moved),
+        })?;
+        let tool = viewer::tool(tools, &moved);
+        self.message(self.channels.tool, tools.at_ns, &tool)
     }
 
     /// Writes the endoscope's view, which holds from the tick of `tools` on. Skips invalid angles.
@@ -274,38 +301,53 @@ impl SessionFile {
         course::sight(off, turned).map_or(Ok(()), |what| self.course(&Entry { tick, at_ns, what }))
     }
 
-    /// Writes the tools' poses, for viewers.
+    /// Writes the tools' poses, for viewers. Skips a malformed frame.
     pub(crate) fn tools(&mut self, tools: &ToolFrame) -> Result<(), Error> {
-        let poses = describe::poses(tools, self.wall_ns(tools.at_ns));
-        self.json(self.channels.poses, tools.at_ns, &poses)?;
-        self.json(self.channels.tool, tools.at_ns, &describe::tool(tools))
+        let (at_ns, wall_ns) = (tools.at_ns, self.wall_ns(tools.at_ns));
+        let Some(moved) = Movement::of(tools) else {
+            return Ok(());
+        };
+        self.message(self.channels.poses, at_ns, &viewer::poses(tools, wall_ns))?;
+        self.message(self.channels.tip, at_ns, &viewer::tip(&moved, wall_ns))
     }
 
     /// Writes an event.
     pub(crate) fn event(&mut self, event: &EventMsg) -> Result<(), Error> {
         let from = self.events.expected;
         if self.expect_event(event.sequence) > 0 {
-            let gap = serde_json::json!({ "from_event": from, "to_event": event.sequence });
-            self.json(self.channels.gaps, event.at_ns, &gap)?;
+            self.missing(proto::gap::Of::Events, from, event.sequence, event.at_ns)?;
         }
         self.events.expected = event.sequence.saturating_add(1);
         if let Some(entry) = Entry::of_event(event) {
             self.course(&entry)?;
         }
-        let value = describe::event(event, &self.organs);
-        self.json(self.channels.events, event.at_ns, &value)
+        let said = viewer::event(event, &self.organs);
+        let line = viewer::line(
+            &said,
+            EventKind::try_from(event.kind).ok(),
+            self.wall_ns(event.at_ns),
+        );
+        self.message(self.channels.events, event.at_ns, &said)?;
+        self.message(self.channels.log, event.at_ns, &line)
     }
 
-    /// Collects timing for [`SessionFile::flush`].
-    pub(crate) fn timing(&mut self, batch: &TimingBatch) {
+    /// Writes the times of ticks, and collects them for [`SessionFile::flush`].
+    pub(crate) fn timing(&mut self, batch: &TimingBatch) -> Result<(), Error> {
         self.second.take(batch);
+        let mut records = batch.records().unwrap_or_default();
+        while let (Some(first), Some((stages, count))) = (records.first(), viewer::stages(records))
+        {
+            self.message(self.channels.stages, first.scheduled_ns, &stages)?;
+            records = records.get(count..).unwrap_or_default();
+        }
+        Ok(())
     }
 
     /// Ends a chunk. Everything so far is then on disk, or waits in memory for the disk.
     pub(crate) fn flush(&mut self) -> Result<(), Error> {
         if self.newest_ns > 0 {
             let second = core::mem::take(&mut self.second);
-            self.json(self.channels.timing, self.newest_ns, &second.value())?;
+            self.message(self.channels.timing, self.newest_ns, &second.message())?;
         }
         self.writer.flush()?;
         if self.outbox.send() {
@@ -342,12 +384,23 @@ impl SessionFile {
         host_ns.saturating_add_signed(self.wall_from_host_ns)
     }
 
-    fn json(&mut self, channel: u16, at_ns: u64, value: &Value) -> Result<(), Error> {
-        self.put(channel, at_ns, value.to_string().as_bytes())
+    fn message(&mut self, channel: u16, at_ns: u64, message: &impl Message) -> Result<(), Error> {
+        self.put(channel, at_ns, &message.encode_to_vec())
     }
 
+    /// Writes a message of this time. Its stamp is no earlier than that of the channel's message
+    /// before it, because readers expect the order of time. In the course, an event may arrive after
+    /// a younger pose; the entry keeps its own time.
     fn put(&mut self, channel_id: u16, at_ns: u64, data: &[u8]) -> Result<(), Error> {
-        let time = self.wall_ns(at_ns);
+        let mut time = self.wall_ns(at_ns);
+        let channel = usize::from(channel_id);
+        if self.stamped_ns.len() <= channel {
+            self.stamped_ns.resize(channel + 1, 0);
+        }
+        if let Some(newest_ns) = self.stamped_ns.get_mut(channel) {
+            time = time.max(*newest_ns);
+            *newest_ns = time;
+        }
         let header = MessageHeader {
             channel_id,
             sequence: self.sequence,

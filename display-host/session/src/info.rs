@@ -9,6 +9,12 @@ pub(crate) const NAME: &str = "calot";
 /// Name of the metadata record at the end of a properly ended session.
 pub(crate) const FINISH: &str = "calot.end";
 
+/// Name of the metadata record that marks a repaired session.
+pub(crate) const REPAIRED: &str = "calot.repaired";
+
+/// Key of the place where a repaired session broke off.
+pub(crate) const WHY: &str = "why";
+
 /// Name of the metadata record with the session's purpose.
 pub(crate) const ASSIGNMENT: &str = "calot.task";
 

@@ -10,11 +10,18 @@
 //! | `/setup` | `x-calot` | [`shared_mem::inputs::RunSetup`] as laid out in memory | once |
 //! | `/inputs` | `x-calot` | inputs of each tick and its hashes, packed ([`pack`]) | every tick |
 //! | `/course` | `x-calot` | both hands and raw events ([`Entry`]), for assessment | 100 Hz |
-//! | `/tf` | JSON | poses, `foxglove.FrameTransforms` | 20 Hz |
-//! | `/tool` | JSON | force, jaw, contacts, switches | 20 Hz |
-//! | `/events` | JSON | contact, grasp, tear, fault, … | each one |
-//! | `/timing` | JSON | ticks, misses, slowest tick | every second |
-//! | `/gaps` | JSON | missing ticks or events | at each gap |
+//! | `/tf` | protobuf | poses, `foxglove.FrameTransforms` | 20 Hz |
+//! | `/tip` | protobuf | the instrument's tip, `foxglove.PoseInFrame` | 20 Hz |
+//! | `/tool` | protobuf | force, tip, jaw, contacts, switches, `calot.Tool` | 100 Hz |
+//! | `/events` | protobuf | contact, grasp, tear, fault, …, `calot.Event` | each one |
+//! | `/log` | protobuf | the same in words, `foxglove.Log` | each one |
+//! | `/stages` | protobuf | times of each tick and stage, `calot.Stages` | every tick |
+//! | `/timing` | protobuf | ticks, misses, slowest tick, `calot.Timing` | every second |
+//! | `/gaps` | protobuf | missing ticks or events, `calot.Gap` | at each gap |
+//!
+//! Each protobuf channel embeds its description; `proto/calot.proto` has Calot's with comments.
+//! Messages of a channel are in the order of their times: an event that arrives after a younger
+//! pose has the pose's stamp in `/course`, and its own time inside.
 //!
 //! A properly ended session has the metadata `calot.end`: the number of ticks that ran, as the
 //! controller reported it, and the number of missing ticks and events.
@@ -33,7 +40,7 @@
 //!
 //! The file also holds the course of the operation (`course`), from which alone an assessment is
 //! made. Inputs are packed to 62 to 82 bytes a tick, so the file needs no compression, and the
-//! program no C library for it.
+//! program no C library for it. The times of a tick add about 30 bytes.
 //!
 //! # Replay
 //!
@@ -59,10 +66,15 @@ pub mod inputs_file;
 mod opened;
 mod operation;
 pub mod pack;
+mod proto;
 mod read;
 mod record;
 mod records;
+mod repair;
 mod storage;
+mod surfaces;
+mod times;
+mod viewer;
 
 pub use course::{Entry, EntryContent, Movement};
 pub use error::ReadError;
@@ -73,7 +85,10 @@ pub use operation::Operation;
 pub use read::Session;
 pub use record::{Config, Listening, Recording, Sight, check_target};
 pub use records::End;
+pub use repair::{Repaired, repair};
 pub use storage::{Storage, create_private, is_being_recorded};
+pub use surfaces::{Surface, SurfaceFile};
+pub use times::{TickTimes, Times};
 
 #[cfg(test)]
 mod tests;

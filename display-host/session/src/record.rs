@@ -416,7 +416,7 @@ fn take_all(
                 }
             }
             Ok(Item::Event(event)) => file.event(&event)?,
-            Ok(Item::Timing(batch)) => file.timing(&batch),
+            Ok(Item::Timing(batch)) => file.timing(&batch)?,
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => {
                 file.heard_of(items.heard.load(Relaxed));

@@ -10,10 +10,11 @@ use mcap::records::{Record, op};
 use shared_mem::inputs::{InputRecord, RunSetup};
 
 use crate::course::Entry;
-use crate::describe::{COURSE, INPUTS, OWN, SETUP};
+use crate::describe::{COURSE, INPUTS, OWN, PROTOBUF, SETUP, STAGES};
 use crate::file::SCENE;
 use crate::info::{self, Assignment, Finish, printable};
 use crate::pack::unpack;
+use crate::times::{self, TickTimes};
 
 /// Longest record accepted, bytes: a scene of real anatomy is a few megabytes.
 const RECORD_MAX_BYTES: u64 = 64 << 20;
@@ -21,6 +22,9 @@ const RECORD_MAX_BYTES: u64 = 64 << 20;
 const HEAD_BYTES: usize = 9;
 /// Size of a chunk's head without the name of the compression, bytes.
 const CHUNK_HEAD_BYTES: u64 = 40;
+
+/// Words with which the end of a repaired session begins.
+const REPAIRED: &str = "before its repair ";
 
 /// End of a session.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,6 +46,7 @@ pub(crate) enum Part {
     Scene(Vec<u8>),
     Inputs(Vec<InputRecord>),
     Course(Entry),
+    Times(Vec<TickTimes>),
     Assignment(Assignment),
     Finish(Finish),
 }
@@ -50,6 +55,13 @@ impl Part {
     pub(crate) fn inputs(self) -> Option<Vec<InputRecord>> {
         match self {
             Self::Inputs(inputs) => Some(inputs),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn times(self) -> Option<Vec<TickTimes>> {
+        match self {
+            Self::Times(times) => Some(times),
             _ => None,
         }
     }
@@ -68,6 +80,9 @@ pub(crate) struct Records {
     setup: Option<u16>,
     inputs: Option<u16>,
     course: Option<u16>,
+    stages: Option<u16>,
+    /// Place at which the session broke off before it was repaired.
+    repaired: Option<String>,
     parts: VecDeque<Part>,
     /// Bytes read so far.
     pub(crate) at: u64,
@@ -81,6 +96,8 @@ impl Records {
             setup: None,
             inputs: None,
             course: None,
+            stages: None,
+            repaired: None,
             parts: VecDeque::new(),
             at: 0,
             end: None,
@@ -99,19 +116,25 @@ impl Records {
             let at = self.at;
             self.end = match self.record() {
                 Ok(()) => None,
-                Err(End::Whole) => Some(End::Whole),
-                Err(End::BrokenOff(what)) => Some(End::BrokenOff(format!(
-                    "the file ends at byte {}, in {what}",
-                    self.at
-                ))),
-                Err(End::Damaged(what)) => {
-                    Some(End::Damaged(format!("at byte {at}: {}", printable(&what))))
-                }
+                Err(end) => Some(self.placed(end, at)),
             };
         }
     }
 
-    fn record(&mut self) -> Result<(), End> {
+    /// The end with its place. The record that ended the reading begins at byte `at`.
+    pub(crate) fn placed(&self, end: End, at: u64) -> End {
+        match end {
+            End::Whole => End::Whole,
+            End::BrokenOff(what) if was_repaired(&what) => End::BrokenOff(what),
+            End::BrokenOff(what) => {
+                End::BrokenOff(format!("the file ends at byte {}, in {what}", self.at))
+            }
+            End::Damaged(what) => End::Damaged(format!("at byte {at}: {}", printable(&what))),
+        }
+    }
+
+    /// Reads the next record of the file: its kind and its content, whose lengths are checked.
+    pub(crate) fn raw(&mut self) -> Result<(u8, Vec<u8>), End> {
         if self.at == 0 && self.take(mcap::MAGIC.len() as u64)? != mcap::MAGIC {
             return Err(damaged("not an MCAP file"));
         }
@@ -152,18 +175,35 @@ impl Records {
         if (body.len() as u64) < length {
             return cut("a record");
         }
+        let has_texts = [op::ATTACHMENT, op::METADATA].contains(&opcode);
+        if has_texts && !is_sound(opcode, &body) {
+            return Err(damaged("a record's texts exceed it"));
+        }
+        Ok((opcode, body))
+    }
+
+    fn record(&mut self) -> Result<(), End> {
+        let (opcode, body) = self.raw()?;
         match opcode {
-            op::CHUNK => self.chunk(&body),
-            _ if !is_sound(opcode, &body) => Err(damaged("a record's texts exceed it")),
+            op::CHUNK => {
+                let mut parts = Vec::new();
+                for record in chunk(&body)? {
+                    parts.extend(self.part(record)?);
+                }
+                self.parts.extend(parts);
+                Ok(())
+            }
             op::ATTACHMENT | op::METADATA => {
-                let record = mcap::parse_record(opcode, &body)
-                    .map_err(|error| damaged(error.to_string()))?;
+                let record = parsed(opcode, &body)?;
                 let found = self.part(record)?;
                 self.parts.extend(found);
                 Ok(())
             }
             // Only an index follows the data; it is not needed.
-            op::DATA_END => Err(End::Whole),
+            op::DATA_END => Err(match self.repaired.take() {
+                Some(why) => End::BrokenOff(format!("{REPAIRED}{why}")),
+                None => End::Whole,
+            }),
             _ => Ok(()),
         }
     }
@@ -177,42 +217,6 @@ impl Records {
         Ok(bytes)
     }
 
-    /// Reads a whole chunk, or nothing.
-    fn chunk(&mut self, body: &[u8]) -> Result<(), End> {
-        // Layout of the head: start and end time 8 bytes each, size 8, CRC 4, length of the
-        // compression's name 4 and the name, compressed size 8.
-        if u32_at(body, 28) != Some(0) {
-            return Err(damaged("a compressed chunk; sessions have none"));
-        }
-        let Ok(Record::Chunk { header, data }) = mcap::parse_record(op::CHUNK, body) else {
-            return Err(damaged("a chunk's head"));
-        };
-        if header.uncompressed_size != data.len() as u64 {
-            return Err(damaged("a chunk's two sizes differ"));
-        }
-        let mut rest = &*data;
-        while let Some(&opcode) = rest.first() {
-            let length = u64_at(rest, 1).and_then(|length| usize::try_from(length).ok());
-            let inner = length.and_then(|length| rest.get(HEAD_BYTES..)?.split_at_checked(length));
-            let known = [op::SCHEMA, op::CHANNEL, op::MESSAGE];
-            rest = match inner {
-                Some((inner, after)) if known.contains(&opcode) && is_sound(opcode, inner) => after,
-                _ => {
-                    return Err(damaged(
-                        "a record that exceeds its chunk, or is of an unknown kind",
-                    ));
-                }
-            };
-        }
-        let mut parts = Vec::new();
-        // After the last record, the reader checks the CRC of the chunk, if there is one.
-        for record in ChunkReader::new(header, &data).map_err(|error| damaged(error.to_string()))? {
-            parts.extend(self.part(record.map_err(|error| damaged(error.to_string()))?)?);
-        }
-        self.parts.extend(parts);
-        Ok(())
-    }
-
     fn part(&mut self, record: Record<'_>) -> Result<Option<Part>, End> {
         Ok(match record {
             Record::Metadata(metadata) if metadata.name == info::NAME => {
@@ -221,12 +225,27 @@ impl Records {
             Record::Metadata(metadata) if metadata.name == info::ASSIGNMENT => {
                 Some(Part::Assignment(Assignment::from_map(&metadata.metadata)))
             }
+            Record::Metadata(metadata) if metadata.name == info::REPAIRED => {
+                let why = metadata
+                    .metadata
+                    .get(info::WHY)
+                    .cloned()
+                    .unwrap_or_default();
+                self.repaired = Some(printable(&why));
+                None
+            }
             Record::Metadata(metadata) if metadata.name == info::FINISH => {
                 let finish = Finish::from_map(&metadata.metadata);
                 Some(Part::Finish(finish.ok_or_else(|| damaged("its end"))?))
             }
             Record::Attachment { header, data, .. } if header.name == SCENE => {
                 Some(Part::Scene(data.into_owned()))
+            }
+            Record::Channel(channel)
+                if channel.message_encoding == PROTOBUF && channel.topic == STAGES.name =>
+            {
+                self.stages = Some(channel.id);
+                None
             }
             Record::Channel(channel) if channel.message_encoding == OWN => {
                 if channel.topic == SETUP.name {
@@ -255,9 +274,59 @@ impl Records {
                     damaged("an entry of the course of another form")
                 })?))
             }
+            Record::Message { header, data } if Some(header.channel_id) == self.stages => {
+                let times = times::read(&data);
+                Some(Part::Times(
+                    times.ok_or_else(|| damaged("times of ticks of another form"))?,
+                ))
+            }
             _ => None,
         })
     }
+}
+
+/// Records of a whole chunk, or none of them.
+pub(crate) fn chunk(body: &[u8]) -> Result<Vec<Record<'static>>, End> {
+    // Layout of the head: start and end time 8 bytes each, size 8, CRC 4, length of the
+    // compression's name 4 and the name, compressed size 8.
+    if u32_at(body, 28) != Some(0) {
+        return Err(damaged("a compressed chunk; sessions have none"));
+    }
+    let Ok(Record::Chunk { header, data }) = mcap::parse_record(op::CHUNK, body) else {
+        return Err(damaged("a chunk's head"));
+    };
+    if header.uncompressed_size != data.len() as u64 {
+        return Err(damaged("a chunk's two sizes differ"));
+    }
+    let mut rest = &*data;
+    while let Some(&opcode) = rest.first() {
+        let length = u64_at(rest, 1).and_then(|length| usize::try_from(length).ok());
+        let inner = length.and_then(|length| rest.get(HEAD_BYTES..)?.split_at_checked(length));
+        let known = [op::SCHEMA, op::CHANNEL, op::MESSAGE];
+        rest = match inner {
+            Some((inner, after)) if known.contains(&opcode) && is_sound(opcode, inner) => after,
+            _ => {
+                return Err(damaged(
+                    "a record that exceeds its chunk, or is of an unknown kind",
+                ));
+            }
+        };
+    }
+    // After the last record, the reader checks the CRC of the chunk, if there is one.
+    let read = ChunkReader::new(header, &data).map_err(|error| damaged(error.to_string()))?;
+    read.map(|record| record.map(Record::into_owned))
+        .collect::<Result<_, _>>()
+        .map_err(|error| damaged(error.to_string()))
+}
+
+/// Parses the content of a record, which [`Records::raw`] has checked.
+pub(crate) fn parsed(opcode: u8, body: &[u8]) -> Result<Record<'_>, End> {
+    mcap::parse_record(opcode, body).map_err(|error| damaged(error.to_string()))
+}
+
+/// True if these words are the end of a repaired session.
+pub(crate) fn was_repaired(why: &str) -> bool {
+    why.starts_with(REPAIRED)
 }
 
 /// True if the texts of a record lie inside it, which the MCAP library takes for granted.
@@ -307,6 +376,6 @@ fn damaged(why: impl Into<String>) -> End {
     End::Damaged(why.into())
 }
 
-fn cut(what: &str) -> Result<(), End> {
+fn cut<T>(what: &str) -> Result<T, End> {
     Err(End::BrokenOff(what.to_owned()))
 }

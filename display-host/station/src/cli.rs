@@ -6,6 +6,7 @@ use crate::bare_loop::BareLoopArgs;
 use crate::check::CheckArgs;
 use crate::devices::args::DevicesArgs;
 use crate::emulate::args::EmulateArgs;
+use crate::export::args::ExportArgs;
 use crate::gallery::GalleryArgs;
 use crate::igtlink::IgtlinkArgs;
 use crate::jitter::args::JitterArgs;
@@ -49,6 +50,8 @@ pub(crate) enum Command {
     /// Runs a recorded session again and compares every bit; names the first tick and organ that
     /// differ
     Replay(ReplayArgs),
+    /// Writes a recorded session as tables, CSV or Parquet: every tick, event and metric
+    Export(ExportArgs),
     /// Writes a page about recorded sessions: score, errors, paths, force
     Report(ReportArgs),
     /// Keeps trainees and their sessions: list, learning curve, questionnaire, export, forget

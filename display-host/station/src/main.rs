@@ -10,6 +10,7 @@ mod clock;
 mod devices;
 mod emulate;
 mod environment;
+mod export;
 mod folder;
 mod gallery;
 mod home;
@@ -59,6 +60,7 @@ fn main() -> ExitCode {
         cli::Command::Rt(args) => rt::run(&args),
         cli::Command::Emulate(args) => emulate::run(&args),
         cli::Command::Replay(args) => replay::run(&args),
+        cli::Command::Export(args) => export::run(&args),
         cli::Command::Report(args) => report::run(&args),
         cli::Command::Store(args) => store::run(&args),
         cli::Command::Prepare(args) => prepare::run(&args),

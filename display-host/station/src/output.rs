@@ -3,7 +3,7 @@
 //! the name itself and that name is taken, it adds a number instead of refusing.
 
 use std::fs;
-use std::io::{self, Read as _};
+use std::io::{self, Read as _, Seek as _};
 use std::os::unix::fs::FileTypeExt as _;
 use std::path::{Path, PathBuf};
 
@@ -32,6 +32,7 @@ pub(crate) enum Format {
     Page,
     Json,
     Table,
+    Columnar,
     Picture,
     Animation,
     Drawing,
@@ -56,6 +57,17 @@ impl Format {
         }
     }
 
+    /// Format of a file name among exported tables.
+    pub(crate) fn of_export(name: &str) -> Option<Self> {
+        let (table, extension) = name.split_once('.')?;
+        let is_table = ["ticks", "events", "metrics", "columns"].contains(&table);
+        match extension {
+            "csv" if is_table => Some(Self::Table),
+            "parquet" if is_table => Some(Self::Columnar),
+            _ => None,
+        }
+    }
+
     /// Format of a file name in a gallery.
     pub(crate) fn of_gallery(name: &str) -> Option<Self> {
         match name.ends_with(".png") {
@@ -71,6 +83,7 @@ impl Format {
             Self::Page => "page",
             Self::Json => "JSON report",
             Self::Table => "table",
+            Self::Columnar => "Parquet table",
             Self::Picture => "picture",
             Self::Animation => "animation",
             Self::Drawing => "drawing",
@@ -89,10 +102,14 @@ impl Format {
             Self::Table => &[
                 b"name,count,p50,p90,",
                 b"s,recorded_force_n,",
+                b"tick,time_s,time_unix_ns,",
                 b"tick,time_s,device_x_m,",
+                b"name,value,unit,definition,",
+                b"table,column,type,",
                 b"time_s,x_m,y_m,z_m,",
                 b"task,difficulty,metrics_version,group,",
             ],
+            Self::Columnar => &[b"PAR1"],
             Self::Picture => &[b"\x89PNG\r\n"],
             Self::Animation => &[b"GIF8"],
             Self::Drawing => &[b"<svg "],
@@ -109,8 +126,16 @@ impl Format {
             );
         }
         let mut head = Vec::new();
-        let file = fs::File::open(path)?;
-        file.take(HEAD_BYTES).read_to_end(&mut head)?;
+        let mut file = fs::File::open(path)?;
+        io::Read::by_ref(&mut file)
+            .take(HEAD_BYTES)
+            .read_to_end(&mut head)?;
+        if self == Self::Columnar {
+            // Parquet has the name of its program at the end.
+            let end = file.metadata()?.len().saturating_sub(HEAD_BYTES);
+            file.seek(io::SeekFrom::Start(end))?;
+            file.take(HEAD_BYTES).read_to_end(&mut head)?;
+        }
         let starts = self.starts().iter().any(|start| head.starts_with(start));
         let named = matches!(self, Self::Scene | Self::Table)
             || head.windows(5).any(|it| it.eq_ignore_ascii_case(b"calot"));
@@ -284,12 +309,13 @@ mod tests {
     fn a_file_of_calot_is_replaced_only_on_request_and_any_other_never() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x");
-        let own: [(Format, &[u8]); 8] = [
+        let own: [(Format, &[u8]); 9] = [
             (Format::Session, b"\x89MCAP0\r\n\x01....calot 0.1.0"),
             (Format::Scene, &shared_mem::scene::MAGIC),
             (Format::Page, b"<!doctype html><title>Calot: debrief"),
             (Format::Json, b"{\"program\": \"calot 0.1.0\"}"),
             (Format::Table, b"name,count,p50,p90,p99\n"),
+            (Format::Columnar, b"PAR1........calot 0.1.0....PAR1"),
             (Format::Picture, b"\x89PNG\r\n\x1a\n....tEXtSoftware\0Calot"),
             (Format::Animation, b"GIF89a....Calot"),
             (

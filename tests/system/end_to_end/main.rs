@@ -8,6 +8,7 @@ mod disks;
 mod drill;
 mod elsewhere;
 mod failures;
+mod foreign;
 mod hand;
 mod handle;
 mod jitter;

@@ -53,15 +53,33 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     let size = std::fs::metadata(&session).expect("a session").len();
     assert_eq!(recording["bytes"], size);
 
-    let table = folder.path().join("ticks.csv").display().to_string();
-    let (code, answer, said) = replay(&session, &["--csv", &table]);
-    assert_eq!(code, Some(0), "{said}");
-    let text = std::fs::read_to_string(&table).expect("a table");
+    let tables = folder.path().join("tables");
+    let export = |more: &[&str]| {
+        let mut command = calot();
+        command.args(["export", "--json"]).arg(&session);
+        finish(command.arg("--csv").arg(&tables).args(more))
+    };
+    let exported = export(&[]);
+    assert!(exported.status.success(), "{}", self::said(&exported));
+    let answer: serde_json::Value = serde_json::from_slice(&exported.stdout).expect("JSON");
+    assert_eq!(
+        (&answer["same"], &answer["ticks"]),
+        (&true.into(), &ticks.into())
+    );
+    let text = std::fs::read_to_string(tables.join("ticks.csv")).expect("a table");
     let columns = |line: &str| line.split(',').count();
     let head = text.lines().next().expect("a head");
-    assert!(head.starts_with("tick,time_s,device_x_m,"), "{head}");
+    assert!(head.starts_with("tick,time_s,time_unix_ns,"), "{head}");
     assert_eq!(text.lines().count() as u64, ticks + 1);
     assert!(text.lines().all(|line| columns(line) == columns(head)));
+    let meant = std::fs::read_to_string(tables.join("columns.csv")).expect("a table");
+    let of_ticks = meant.lines().filter(|line| line.starts_with("ticks,"));
+    assert_eq!(of_ticks.count(), columns(head), "each column has a meaning");
+    // Tables are replaced only on request.
+    assert!(self::said(&export(&[])).contains("--overwrite"));
+    assert!(export(&["--overwrite"]).status.success());
+    let (code, answer, said) = replay(&session, &[]);
+    assert_eq!(code, Some(0), "{said}");
     assert_eq!(answer["same"], true, "{answer:#}");
     assert_eq!(answer["ticks"], ticks);
     assert_eq!(answer["broken_off"], serde_json::Value::Null);

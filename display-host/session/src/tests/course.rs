@@ -1,17 +1,46 @@
 //! Tests of the course, of gaps, and of reading by other programs.
 
+use prost_reflect::{DescriptorPool, DynamicMessage, Value};
+
 use super::*;
 
-/// Foxglove and other viewers need an index, schemas, valid JSON, and wall-clock times.
+/// A message as another program decodes it: with nothing but the description that its channel
+/// embeds. `None` if only Calot reads the channel.
+pub(super) fn decoded(message: &mcap::Message<'_>) -> Option<DynamicMessage> {
+    let schema = message.channel.schema.as_ref().unwrap();
+    (message.channel.message_encoding == "protobuf").then(|| {
+        let pool = DescriptorPool::decode(&*schema.data).unwrap();
+        let described = pool.get_message_by_name(&schema.name).unwrap();
+        DynamicMessage::decode(described, &*message.data).unwrap()
+    })
+}
+
+/// The field of a decoded message, `a.b` for a field in a message.
+pub(super) fn field(message: &DynamicMessage, path: &str) -> Value {
+    let mut value = Value::Message(message.clone());
+    for name in path.split('.') {
+        let message = value.as_message().unwrap();
+        value = message.get_field_by_name(name).unwrap().into_owned();
+    }
+    value
+}
+
+/// Messages of a topic in a session, decoded.
+fn on(bytes: &[u8], topic: &str) -> Vec<DynamicMessage> {
+    let messages = mcap::MessageStream::new(bytes).unwrap().map(Result::unwrap);
+    let of_topic = messages.filter(|it| it.channel.topic == topic);
+    of_topic.filter_map(|it| decoded(&it)).collect()
+}
+
+/// Foxglove and other viewers need an index, descriptions of the messages, and wall-clock times.
 #[test]
 fn other_programs_can_open_a_session() {
     let disk = Disk::with_room(usize::MAX);
     let mut file = record(&disk, 2);
-    let mut tools = ToolFrame::zeroed();
-    tools.at_ns = 5_000_000_500;
-    file.tools(&tools).unwrap();
+    file.tools(&tools(5_000_000_500)).unwrap();
     let event = EventMsg {
-        kind: EventKind::Contact.number(),
+        kind: EventKind::Fault.number(),
+        value: 2.0,
         at_ns: 5_000_000_600,
         ..EventMsg::zeroed()
     };
@@ -24,35 +53,107 @@ fn other_programs_can_open_a_session() {
         (statistics.attachment_count, statistics.metadata_count),
         (1, 2)
     );
-    let mut topics: Vec<&str> = summary
-        .channels
-        .values()
-        .map(|it| it.topic.as_str())
+    let channels = summary.channels.values();
+    let mut topics: Vec<(&str, &str)> = channels
+        .map(|it| (it.topic.as_str(), it.schema.as_ref().unwrap().name.as_str()))
         .collect();
     topics.sort_unstable();
     assert_eq!(
         topics,
         [
-            "/course", "/events", "/gaps", "/inputs", "/setup", "/tf", "/timing", "/tool"
+            ("/course", "calot.Course.v1"),
+            ("/events", "calot.Event"),
+            ("/gaps", "calot.Gap"),
+            ("/inputs", "calot.Inputs.v3"),
+            ("/log", "foxglove.Log"),
+            ("/setup", "calot.RunSetup.v2"),
+            ("/stages", "calot.Stages"),
+            ("/tf", "foxglove.FrameTransforms"),
+            ("/timing", "calot.Timing"),
+            ("/tip", "foxglove.PoseInFrame"),
+            ("/tool", "calot.Tool"),
         ]
     );
-    for channel in summary.channels.values() {
-        let schema = channel.schema.as_ref().unwrap();
-        if schema.encoding == "jsonschema" {
-            let schema: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
-            assert_eq!(schema["type"], "object");
-        }
-    }
     let mut seen = 0;
     for message in mcap::MessageStream::new(&bytes).unwrap() {
         let message = message.unwrap();
-        assert!(message.log_time > 5_000_001_000 - 1, "wall clock");
-        if message.channel.message_encoding == "json" {
-            let _: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
-            seen += 1;
-        }
+        assert!(message.publish_time > 5_000_001_000 - 1, "wall clock");
+        seen += usize::from(decoded(&message).is_some());
     }
-    assert_eq!(seen, 2 + 2 + 1, "timing, /tf and /tool, the event");
+    assert_eq!(
+        seen,
+        2 + 2 + 2 + 2,
+        "timing, /tool, /tf and /tip, the event and its line"
+    );
+    let [fault] = &on(&bytes, "/events")[..] else {
+        panic!("one event");
+    };
+    assert_eq!(field(fault, "kind"), Value::String("fault".into()));
+    assert_ne!(field(fault, "fault"), Value::String(String::new()));
+    let [line] = &on(&bytes, "/log")[..] else {
+        panic!("one line");
+    };
+    assert_eq!(field(line, "level"), Value::EnumNumber(4), "an error");
+    let tool = &on(&bytes, "/tool")[0];
+    assert_eq!(field(tool, "force_xyz_n.y"), Value::F32(0.5));
+    assert_eq!(field(tool, "jaw"), Value::F32(0.25));
+}
+
+#[test]
+fn times_of_ticks_are_recorded_for_each_stage() {
+    let disk = Disk::with_room(usize::MAX);
+    let mut file = record(&disk, 0);
+    let mut batch = TimingBatch::zeroed();
+    batch.count = 5;
+    for (i, record) in (0..).zip(&mut batch.records) {
+        // Tick 3 is missing.
+        record.tick = i + u64::from(i > 2);
+        record.tick_ns = 1000 + i as u32;
+        record.stage_ns[3] = 70;
+    }
+    file.timing(&batch).unwrap();
+    batch.count = u32::MAX;
+    file.timing(&batch).unwrap();
+    file.finish().unwrap();
+    let found = on(&disk.bytes(), "/stages");
+    let firsts: Vec<Value> = found.iter().map(|it| field(it, "first_tick")).collect();
+    assert_eq!(firsts, [Value::U64(0), Value::U64(4)]);
+    let lists = |name| found.iter().map(move |it| field(it, name));
+    let list = |of: std::ops::Range<u32>| Value::List(of.map(Value::U32).collect());
+    assert_eq!(
+        lists("tick_ns").collect::<Vec<_>>(),
+        [list(1000..1003), list(1003..1005)]
+    );
+    let solve: Vec<Value> = lists("solve_ns").collect();
+    assert_eq!(solve[1], Value::List(vec![Value::U32(70); 2]));
+}
+
+#[test]
+fn messages_of_a_channel_are_in_the_order_of_their_times() {
+    let disk = Disk::with_room(usize::MAX);
+    let mut file = record(&disk, 0);
+    for at_ns in [5_000_000_300, 5_000_000_100, 5_000_000_200, 5_000_000_400] {
+        file.moved(&tools(at_ns)).unwrap();
+        file.event(&EventMsg {
+            at_ns: at_ns - 50,
+            ..EventMsg::zeroed()
+        })
+        .unwrap();
+    }
+    file.finish().unwrap();
+    let bytes = disk.bytes();
+    let mut newest = std::collections::BTreeMap::new();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let before = newest.insert(message.channel.id, message.log_time);
+        assert!(before.is_none_or(|it| it <= message.log_time));
+        assert_eq!(message.publish_time, message.log_time);
+    }
+    let source = Box::new(Cursor::new(bytes));
+    let operation = Operation::read(Path::new("test.mcap"), 1, source).unwrap();
+    let moved = operation.filter(|it| matches!(it.what, EntryContent::Moved(_)));
+    let times: Vec<u64> = moved.map(|it| it.at_ns - 5_000_000_000).collect();
+    assert_eq!(times, [300, 100, 200, 400], "their own times stay");
 }
 
 /// The tools at this time.
@@ -156,11 +257,14 @@ fn a_gap_is_counted_and_stands_in_the_session() {
     assert_eq!(file.ticks.missing, 100 - INPUT_BATCH as u64);
     let (ticks, _) = read(disk.bytes()).unwrap();
     assert_eq!(ticks[INPUT_BATCH].tick, 100);
-    let gaps = mcap::MessageStream::new(&disk.bytes())
-        .unwrap()
-        .filter(|it| it.as_ref().is_ok_and(|it| it.channel.topic == "/gaps"))
-        .count();
-    assert_eq!(gaps, 1);
+    let [gap] = &on(&disk.bytes(), "/gaps")[..] else {
+        panic!("one gap");
+    };
+    let names = ["of", "from", "to"];
+    let found = names.map(|name| field(gap, name));
+    let first = INPUT_BATCH as u64;
+    let ticks = [Value::EnumNumber(0), Value::U64(first), Value::U64(100)];
+    assert_eq!(found, ticks);
 }
 
 #[test]
@@ -181,16 +285,11 @@ fn events_that_are_missing_are_counted_and_stand_in_the_session() {
     let (_, session) = read(disk.bytes()).unwrap();
     let finish = session.finish().unwrap();
     assert_eq!((finish.missing, finish.missing_events), (0, 7));
-    let gaps: Vec<serde_json::Value> = mcap::MessageStream::new(&disk.bytes())
-        .unwrap()
-        .filter_map(Result::ok)
-        .filter(|it| it.channel.topic == "/gaps")
-        .map(|it| serde_json::from_slice(&it.data).unwrap())
-        .collect();
-    assert_eq!(
-        gaps,
-        [serde_json::json!({ "from_event": 2, "to_event": 4 })]
-    );
+    let [gap] = &on(&disk.bytes(), "/gaps")[..] else {
+        panic!("one gap");
+    };
+    let found = ["of", "from", "to"].map(|name| field(gap, name));
+    assert_eq!(found, [Value::EnumNumber(1), Value::U64(2), Value::U64(4)]);
 }
 
 /// Shared memory may hold any number: the largest one stops no recorder.

@@ -1,5 +1,6 @@
 mod course;
 mod damage;
+mod repair;
 
 use std::fs::Permissions;
 use std::io::{self, Cursor};
@@ -188,10 +189,8 @@ fn given(batches: u64) -> Vec<InputRecord> {
 fn a_session_is_read_as_it_was_written() {
     let disk = Disk::with_room(usize::MAX);
     let mut file = record(&disk, 3);
-    let mut tools = ToolFrame::zeroed();
-    tools.at_ns = 5_100_000_000;
-    file.tools(&tools).unwrap();
-    file.timing(&TimingBatch::zeroed());
+    file.tools(&tools(5_100_000_000)).unwrap();
+    file.timing(&TimingBatch::zeroed()).unwrap();
     let event = EventMsg {
         kind: EventKind::Fault.number(),
         at_ns: 5_150_000_000,

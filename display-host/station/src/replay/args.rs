@@ -16,7 +16,7 @@ the first tick that differs, and the organ.
 Examples:
   calot run --headless --seconds 10 --out out    leaves out/session.mcap
   calot replay out/session.mcap
-  calot replay out/session.mcap --csv ticks.csv    every tick with units in the header
+  calot replay out/session.mcap --repair           close what a kill left open
   calot replay out/session.mcap --show --speed 0.25 --from 4
   calot replay out/session.mcap --what-if triangle-variant --out what-if
   calot replay out/session.mcap --what-if-iterations 10 --out what-if   the paper's solver")]
@@ -63,11 +63,10 @@ pub(crate) struct ReplayArgs {
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
-    /// Write every tick to this table: device, tip, force, torque, buttons, pedals. Units are in
-    /// its first line
-    #[arg(long, value_name = "FILE",
-        conflicts_with_all = ["show", "frames", "what_if", "what_if_iterations"])]
-    pub(crate) csv: Option<PathBuf>,
+    /// Close a session that breaks off (its recorder was killed), so that other programs open it.
+    /// The result goes to SESSION-repaired.mcap; the session itself stays as it is
+    #[arg(long, conflicts_with_all = ["show", "frames", "what_if", "what_if_iterations", "out"])]
+    pub(crate) repair: bool,
     /// Print one JSON object on standard output
     #[arg(long)]
     pub(crate) json: bool,

@@ -9,29 +9,29 @@ use session::printable;
 const LOOKED_ON: u64 = 1000;
 /// The first tick in which the runs differ.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct Different {
-    pub(super) tick: u64,
+pub(crate) struct Different {
+    pub(crate) tick: u64,
     /// Time of the tick in the session, s.
-    pub(super) at_s: f64,
+    pub(crate) at_s: f64,
     /// `tools` or `organ`.
-    pub(super) what: &'static str,
+    pub(crate) what: &'static str,
     /// Organ that differs in this tick, or the first one that differs after the tools.
-    pub(super) organ: Option<String>,
+    pub(crate) organ: Option<String>,
     /// Tick in which the organ differs.
-    pub(super) organ_tick: Option<u64>,
+    pub(crate) organ_tick: Option<u64>,
 }
 
 /// Finds the first tick that differs.
 #[derive(Debug, Default)]
-pub(super) struct Judge {
-    pub(super) first: Option<Different>,
-    pub(super) is_done: bool,
+pub(crate) struct Judge {
+    pub(crate) first: Option<Different>,
+    pub(crate) is_done: bool,
 }
 
 impl Judge {
     /// Compares a tick. Returns false when nothing more can be found: the organ that differs is
     /// known, or no organ differs within `LOOKED_ON` ticks.
-    pub(super) fn look(&mut self, replayed: &Replayed<'_>, at_s: f64, organs: &[String]) -> bool {
+    pub(crate) fn look(&mut self, replayed: &Replayed<'_>, at_s: f64, organs: &[String]) -> bool {
         if self.is_done {
             return false;
         }
@@ -65,7 +65,7 @@ impl Judge {
 }
 
 impl Different {
-    pub(super) fn in_words(&self) -> String {
+    pub(crate) fn in_words(&self) -> String {
         let organ = self.organ.as_deref().map(printable);
         let what = match (self.what, organ, self.organ_tick) {
             ("tools", Some(organ), Some(tick)) => {

@@ -1,10 +1,10 @@
 //! `calot replay`: runs a recorded session again and compares every tick.
 
 pub(crate) mod args;
-mod judge;
+mod close;
+pub(crate) mod judge;
 pub(crate) mod recorded;
 mod show;
-mod ticks;
 mod what_if;
 
 use std::cell::Cell;
@@ -18,7 +18,6 @@ use session::{Session, hex, printable};
 use self::args::ReplayArgs;
 use self::judge::{Different, Judge};
 use self::recorded::{LeftOut, scene_of, without_gap};
-use self::ticks::Table;
 use crate::build::build;
 use crate::output::{self, Format};
 use crate::problem::Problem;
@@ -51,6 +50,9 @@ struct ReplayOutcome {
 
 /// Replays the session, and reports whether every tick came out equal.
 pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
+    if args.repair {
+        return close::run(&args.session, args.overwrite, args.json);
+    }
     let mut session = Session::open(&args.session)?;
     let scene = scene_of(&mut session, args.scene.as_deref())?;
     let running = build();
@@ -72,20 +74,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
         return show::run(args, &session, &scene, &out()?);
     }
     let replay = Replay::new(&scene, &session.setup)?;
-    let mut table = match &args.csv {
-        Some(path) => {
-            output::check("--csv", path, Format::Table, args.overwrite)?;
-            let made = Table::make(path);
-            Some(made.map_err(|error| format!("--csv {}: {error}", path.display()))?)
-        }
-        None => None,
-    };
-    let outcome = compare(&replay, &mut session, running, table.as_mut())?;
-    if let (Some(table), Some(path)) = (table, &args.csv) {
-        let written = table.end();
-        written.map_err(|error| format!("--csv {}: {error}", path.display()))?;
-        say::note(format_args!("wrote {}", path.display()));
-    }
+    let outcome = compare(&replay, &mut session, running)?;
     if args.json {
         say::answer(format_args!("{}", serde_json::to_string_pretty(&outcome)?));
     }
@@ -100,7 +89,6 @@ fn compare(
     replay: &Replay,
     session: &mut Session,
     running: String,
-    mut table: Option<&mut Table>,
 ) -> Result<ReplayOutcome, Problem> {
     let start = Instant::now();
     let mut said = start;
@@ -126,9 +114,6 @@ fn compare(
         let began_ns = *first_ns.get_or_insert(record.now_ns);
         outcome.ticks += 1;
         outcome.session_s = record.now_ns.saturating_sub(began_ns) as f64 / 1e9;
-        if let Some(table) = &mut table {
-            table.add(replayed, outcome.session_s);
-        }
         if said.elapsed() >= PROGRESS {
             said = Instant::now();
             say::note(format_args!(

@@ -11,21 +11,21 @@ use crate::problem::Problem;
 
 /// Parts of a session that are not run again.
 #[derive(Debug, Clone, Default, Serialize)]
-pub(super) struct LeftOut {
+pub(crate) struct LeftOut {
     /// First missing tick. Ticks after it are not run.
-    pub(super) gap_at_tick: Option<u64>,
+    pub(crate) gap_at_tick: Option<u64>,
     /// Place where the session breaks off before its end (a kill, a full disk).
-    pub(super) broken_off: Option<String>,
+    pub(crate) broken_off: Option<String>,
     /// Place and kind of damage. Ticks after it are not run.
-    pub(super) damaged: Option<String>,
+    pub(crate) damaged: Option<String>,
     /// Ticks that ran and were not recorded.
-    pub(super) missing: u64,
+    pub(crate) missing: u64,
     /// True if the controller reported its end. `None` if the session could not be read to its end.
-    pub(super) controller_ended: Option<bool>,
+    pub(crate) controller_ended: Option<bool>,
 }
 
 impl LeftOut {
-    pub(super) fn of(session: &Session, gap_at_tick: Option<u64>) -> Self {
+    pub(crate) fn of(session: &Session, gap_at_tick: Option<u64>) -> Self {
         let (broken_off, damaged) = match session.end() {
             Some(End::BrokenOff(why)) => (Some(why.clone()), None),
             Some(End::Damaged(why)) => (None, Some(why.clone())),
@@ -42,12 +42,12 @@ impl LeftOut {
     }
 
     /// True if ticks are known to be missing from the session.
-    pub(super) fn is_known(&self) -> bool {
+    pub(crate) fn is_known(&self) -> bool {
         self.gap_at_tick.is_some() || self.damaged.is_some() || self.missing > 0
     }
 
     /// One warning per part.
-    pub(super) fn in_words(&self) -> Vec<String> {
+    pub(crate) fn in_words(&self) -> Vec<String> {
         let mut words = Vec::new();
         if let Some(tick) = self.gap_at_tick {
             words.push(format!(
@@ -110,7 +110,7 @@ pub(crate) fn scene_of(
 
 /// The session's ticks up to the first missing one, whose number goes to `gap`. `done` gets the
 /// share of the session that has been read.
-pub(super) fn without_gap<'a>(
+pub(crate) fn without_gap<'a>(
     session: &'a mut Session,
     gap: &'a Cell<Option<u64>>,
     done: &'a Cell<f64>,

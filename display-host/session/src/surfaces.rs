@@ -1,0 +1,165 @@
+//! A file for viewers with the organs' surfaces over time, in Foxglove's schemas.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use foxglove::messages::{
+    Color, FrameTransforms, Point3, SceneEntity, SceneUpdate, TriangleListPrimitive,
+};
+use mcap::records::MessageHeader;
+use mcap::write::Writer;
+use prost::Message;
+use shared_mem::message::ToolFrame;
+
+use crate::course::Movement;
+use crate::describe::{self, Topic};
+use crate::error::ReadError;
+use crate::storage::create_private;
+use crate::viewer;
+
+/// Topic of the surfaces.
+const ORGANS: &str = "/organs";
+
+/// Surface of an organ at one moment, world frame.
+#[derive(Debug, Clone, Default)]
+pub struct Surface {
+    /// Name of the organ.
+    pub name: String,
+    /// Red, green and blue, 0 to 1.
+    pub color: [f32; 3],
+    /// Places of the vertices, m.
+    pub points_m: Vec<[f32; 3]>,
+    /// Triangles, counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A file of surfaces under construction.
+pub struct SurfaceFile {
+    path: PathBuf,
+    writer: Writer<BufWriter<File>>,
+    channels: [u16; 3],
+    sequence: u32,
+}
+
+impl core::fmt::Debug for SurfaceFile {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("SurfaceFile")
+            .field("path", &self.path)
+            .finish_non_exhaustive()
+    }
+}
+
+impl SurfaceFile {
+    /// Creates the file, which no other user can read. `build` is the program that writes.
+    ///
+    /// # Errors
+    /// [`ReadError::Write`].
+    pub fn create(path: &Path, build: &str) -> Result<Self, ReadError> {
+        Self::begin(path, build).map_err(|problem| refused(path, problem))
+    }
+
+    fn begin(path: &Path, build: &str) -> Result<Self, String> {
+        let words = |error: mcap::McapError| error.to_string();
+        let file = create_private(path).map_err(|error| error.to_string())?;
+        let options = mcap::WriteOptions::new()
+            .profile("")
+            .library(build)
+            .compression(None);
+        let mut writer = Writer::with_options(BufWriter::new(file), options).map_err(words)?;
+        let mut channel = |topic: &Topic| {
+            let (name, encoding) = (&topic.schema_name, topic.schema_encoding);
+            let schema = writer.add_schema(name, encoding, &topic.schema)?;
+            writer.add_channel(schema, topic.name, topic.encoding, &Default::default())
+        };
+        let channels = [
+            channel(&describe::foxglove::<SceneUpdate>(ORGANS)).map_err(words)?,
+            channel(&describe::foxglove::<FrameTransforms>(describe::POSES)).map_err(words)?,
+            channel(&describe::TOOL).map_err(words)?,
+        ];
+        Ok(Self {
+            path: path.to_owned(),
+            writer,
+            channels,
+            sequence: 0,
+        })
+    }
+
+    /// Adds a moment: the organs' surfaces, and the tools.
+    ///
+    /// # Errors
+    /// [`ReadError::Write`].
+    pub fn add(
+        &mut self,
+        wall_ns: u64,
+        surfaces: &[Surface],
+        tools: &ToolFrame,
+    ) -> Result<(), ReadError> {
+        let update = SceneUpdate {
+            deletions: Vec::new(),
+            entities: surfaces.iter().map(|it| entity(it, wall_ns)).collect(),
+        };
+        let [organs, poses, tool] = self.channels;
+        self.put(organs, wall_ns, &update)?;
+        self.put(poses, wall_ns, &viewer::poses(tools, wall_ns))?;
+        match Movement::of(tools) {
+            Some(moved) => self.put(tool, wall_ns, &viewer::tool(tools, &moved)),
+            None => Ok(()),
+        }
+    }
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    /// [`ReadError::Write`].
+    pub fn end(mut self) -> Result<(), ReadError> {
+        let ended = self.writer.finish();
+        ended
+            .map(|_| ())
+            .map_err(|error| refused(&self.path, error.to_string()))
+    }
+
+    fn put(&mut self, channel_id: u16, time: u64, message: &impl Message) -> Result<(), ReadError> {
+        let header = MessageHeader {
+            channel_id,
+            sequence: self.sequence,
+            log_time: time,
+            publish_time: time,
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        let data = message.encode_to_vec();
+        let written = self.writer.write_to_known_channel(&header, &data);
+        written.map_err(|error| refused(&self.path, error.to_string()))
+    }
+}
+
+fn refused(path: &Path, problem: String) -> ReadError {
+    ReadError::Write {
+        path: path.to_owned(),
+        problem,
+    }
+}
+
+/// An organ with its present surface. A later one of the same name takes its place.
+fn entity(surface: &Surface, wall_ns: u64) -> SceneEntity {
+    let [r, g, b] = surface.color.map(f64::from);
+    let point = |[x, y, z]: [f32; 3]| Point3 {
+        x: x.into(),
+        y: y.into(),
+        z: z.into(),
+    };
+    let triangles = TriangleListPrimitive {
+        pose: Some(viewer::origin()),
+        points: surface.points_m.iter().copied().map(point).collect(),
+        color: Some(Color { r, g, b, a: 1.0 }),
+        colors: Vec::new(),
+        indices: surface.triangles.iter().flatten().copied().collect(),
+    };
+    SceneEntity {
+        timestamp: viewer::timestamp(wall_ns),
+        frame_id: viewer::WORLD.to_owned(),
+        id: surface.name.clone(),
+        triangles: vec![triangles],
+        ..SceneEntity::default()
+    }
+}

@@ -1,0 +1,215 @@
+//! Programs of other people open a session: the official MCAP reader with protobuf, pandas, DuckDB
+//! and Rerun, from their registry. The code of the page about sessions runs as it stands there.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use system_tests::{calot, finish, said, station_name};
+
+/// Packages from the Python registry, at the versions that were tried.
+const PACKAGES: [&str; 6] = [
+    "mcap==1.6.0",
+    "mcap-protobuf-support==0.6.0",
+    "pandas==3.1.1",
+    "duckdb==2.0.1",
+    "pyarrow==26.0.1",
+    "rerun-sdk==0.41.0",
+];
+
+/// Checks with the plain MCAP reader, and with DuckDB and pyarrow on the tables.
+const CHECKS: &str = r#"
+import sys, math, duckdb, pandas, calot
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+path, tables, copy, organs = sys.argv[1:5]
+newest, seen = {}, {}
+with open(path, "rb") as file:
+    reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+    for schema, channel, message, decoded in reader.iter_decoded_messages(
+            topics=["/tf", "/tip", "/tool", "/events", "/log", "/stages", "/timing"]):
+        assert newest.get(channel.topic, 0) <= message.log_time, channel.topic
+        newest[channel.topic] = message.log_time
+        seen[channel.topic] = schema.name
+assert seen["/tf"] == "foxglove.FrameTransforms" and seen["/tool"] == "calot.Tool", seen
+
+ticks = pandas.read_csv(f"{tables}/ticks.csv")
+same = pandas.read_parquet(f"{tables}/ticks.parquet")
+assert list(ticks.columns) == list(same.columns) and len(ticks) == len(same)
+# A 32-bit number in CSV reads back as the bits of the Parquet file.
+for name in ["force_x_n", "tip_y_m", "instrument_qw"]:
+    assert (ticks[name].astype("float32") == same[name]).all(), name
+assert same.force_x_n.dtype == "float32" and (ticks.tick.diff().dropna() == 1).all()
+assert (ticks.solve_ns <= ticks.tick_ns).all()
+
+[(count,)] = duckdb.sql(f"SELECT count(*) FROM '{tables}/ticks.parquet'").fetchall()
+assert count == len(ticks)
+
+session = calot.Session(path)
+tool = session.frame("/tool")
+joined = tool.merge(ticks, on="tick")
+assert len(joined) > 0.9 * len(tool) > 0
+force = (joined[["force_x_n", "force_y_n", "force_z_n"]] ** 2).sum(axis=1) ** 0.5
+assert (abs(force - joined.force_n) < 1e-5).all()
+assert len(session.stages()) == len(ticks)
+
+# A copy that was cut off and repaired opens like any other.
+assert sum(1 for _ in calot.Session(copy).messages("/tool")) > 0
+
+# The organs move, and their surfaces stay whole: every index has its point.
+updates = [update for _, update in calot.Session(organs).messages("/organs")]
+assert len(updates) >= 3
+names = [entity.id for entity in updates[0].entities]
+assert "liver" in names, names
+for update in updates:
+    for entity in update.entities:
+        (part,) = entity.triangles
+        assert len(part.points) > 0 and max(part.indices) < len(part.points)
+first, last = (update.entities[names.index("liver")].triangles[0].points for update in (updates[0], updates[-1]))
+moved = max(math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) for a, b in zip(first, last))
+assert 0.0001 < moved < 0.1, moved
+print("all checks passed")
+"#;
+
+/// Python with the packages; `None` if the registry cannot be reached.
+fn python() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
+    let python = folder.join("bin/python");
+    let run = |command: &mut Command| command.output().is_ok_and(|it| it.status.success());
+    if !python.exists() && !run(Command::new("python3").args(["-m", "venv"]).arg(&folder)) {
+        println!("skipped: python3 -m venv does not work here (Debian: apt install python3-venv)");
+        return None;
+    }
+    let install = |what: &[&str]| {
+        let mut command = Command::new(&python);
+        command.args([
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--disable-pip-version-check",
+        ]);
+        run(command.args(what))
+    };
+    if !install(&PACKAGES) {
+        println!("skipped: pip cannot install {PACKAGES:?}; is its registry reachable?");
+        return None;
+    }
+    let package = root().join("display-host/session/python");
+    // A copy, because building would leave files in the sources.
+    let copy = folder.join("calot");
+    let _ = std::fs::remove_dir_all(&copy);
+    std::fs::create_dir_all(copy.join("calot")).expect("a folder");
+    for file in ["pyproject.toml", "calot/__init__.py"] {
+        std::fs::copy(package.join(file), copy.join(file)).expect("copied");
+    }
+    assert!(install(&[
+        "--force-reinstall",
+        "--no-deps",
+        copy.to_str().expect("a path")
+    ]));
+    Some(python)
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn succeeded(output: &Output) -> String {
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{text}\n{}", said(output));
+    text
+}
+
+/// Code blocks of a language in a document.
+fn blocks(document: &str, language: &str) -> Vec<String> {
+    let opening = format!("```{language}\n");
+    let parts = document.split(&opening).skip(1);
+    let code = parts.filter_map(|part| part.split_once("\n```"));
+    code.map(|(code, _)| code.to_owned()).collect()
+}
+
+#[test]
+fn a_session_opens_in_the_programs_of_others() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let run = finish(
+        calot()
+            .args(["run", "--headless", "--frames", "0", "--seconds", "4"])
+            .args(["--station", &station_name("foreign"), "--out"])
+            .arg(&out),
+    );
+    succeeded(&run);
+    let (session, tables) = (out.join("session.mcap"), folder.path().join("tables"));
+    let mut export = calot();
+    export.arg("export").arg(&out).arg("--csv").arg(&tables);
+    let organs = folder.path().join("organs.mcap");
+    export.arg("--parquet").arg(&tables);
+    export
+        .args(["--surfaces-hz", "1", "--surfaces"])
+        .arg(&organs);
+    succeeded(&finish(&mut export));
+
+    // A copy without its end: as if its recorder had been killed.
+    let cut = folder.path().join("cut.mcap");
+    let bytes = std::fs::read(&session).expect("a session");
+    std::fs::write(&cut, &bytes[..bytes.len() * 9 / 10]).expect("written");
+    succeeded(&finish(calot().arg("replay").arg(&cut).arg("--repair")));
+    let repaired = folder.path().join("cut-repaired.mcap");
+
+    let Some(python) = python() else { return };
+    let mut checks = Command::new(&python);
+    checks.args(["-c", CHECKS]).arg(&session).arg(&tables);
+    let told = succeeded(
+        &checks
+            .arg(&repaired)
+            .arg(&organs)
+            .output()
+            .expect("it runs"),
+    );
+    assert!(told.contains("all checks passed"), "{told}");
+
+    let page = root().join("display-host/session/README.md");
+    let page = std::fs::read_to_string(page).expect("the page");
+    let code = blocks(&page, "python");
+    assert_eq!(code.len(), 2, "blocks of Python on the page");
+    for code in code {
+        let mut command = Command::new(&python);
+        command.args(["-c", &code]).current_dir(folder.path());
+        let told = succeeded(&command.output().expect("it runs"));
+        assert!(!told.is_empty());
+    }
+    let [query] = &blocks(&page, "sql")[..] else {
+        panic!("one query");
+    };
+    let mut command = Command::new(&python);
+    command.args([
+        "-c",
+        "import duckdb, sys; print(duckdb.sql(sys.argv[1]))",
+        query,
+    ]);
+    let told = command.current_dir(folder.path()).output();
+    assert!(succeeded(&told.expect("it runs")).contains("liver"));
+
+    // Rerun decodes poses, the log and Calot's own messages; `check` finds no disorder.
+    let rerun = python.with_file_name("rerun");
+    let recording = folder.path().join("session.rrd");
+    let call = |words: &[&str], path: &Path| {
+        let mut command = Command::new(&rerun);
+        command.args(words).arg(path).current_dir(folder.path());
+        succeeded(&command.output().expect("it runs"))
+    };
+    for file in [&session, &organs] {
+        let checked = call(&["mcap", "check"], file);
+        assert!(!checked.contains("PROBLEM"), "{checked}");
+    }
+    call(&["mcap", "convert", "-o", "session.rrd"], &session);
+    let told = call(&["rrd", "stats"], &recording);
+    for part in [
+        "Transform3D:translation",
+        "TextLog:text",
+        "calot.Tool:message",
+    ] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+}
