@@ -10,6 +10,7 @@ mod elsewhere;
 mod failures;
 mod hand;
 mod handle;
+mod igtlink;
 mod jitter;
 mod launcher;
 mod lost;
