@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn directions_of_the_patient_are_where_each_frame_has_them() {
-        let of = |frame: Frame| [LEFT, HEAD, FRONT].map(|it| frame.vector(it).into());
+        let of = |frame: Frame| [LEFT, HEAD, FRONT].map(|it| <[f32; 3]>::from(frame.vector(it)));
         let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let minus = |axis: [f32; 3]| axis.map(|part| 0.0 - part);
         // In R-A-S, left is −x, the head is z and the front is y.

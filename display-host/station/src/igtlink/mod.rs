@@ -36,7 +36,7 @@ Sent with each frame, in mm and in the frame of --frame, stamped with the time o
   TRANSFORM ForceToReference      moves by 1 mm per newton on the hand
   SENSOR    Force                 the force on the hand, N: x, y, z
   SENSOR    Jaw                   opening of the jaws, 0 shut to 1 open
-  TDATA     Calot                 the first three transforms; only to who asks by STT_TDATA
+  TDATA     Calot                 Tool, Handle and Endoscope; only to who asks by STT_TDATA
 Sent as they occur:
   STRING    Instrument            the instrument in use
   STRING    Event                 alarms and events, e.g. 'alarm speed_trip', 'cut organ 2'

@@ -24,12 +24,15 @@ pub(super) fn moment(tools: &ToolFrame, frame: Frame, unix_ns: u64) -> Vec<Messa
     .map(|(name, pose)| (name, frame.pose(&pose)));
     let force_n = frame.vector(Vector3::from(tools.force_n));
     let force: Isometry3<f32> = Translation3::from(force_n * FORCE_M_N).into();
+    // The reference library reads a name of 20 bytes as empty, as that of the endoscope's transform.
+    let short = |(name, pose): (&'static str, _)| (name.trim_end_matches("ToReference"), pose);
+    let tracked = poses.map(short);
     let transform = |(name, pose): &(&str, Isometry3<f32>)| Message::transform(name, pose, unix_ns);
     poses
         .iter()
         .chain([&("ForceToReference", force)])
         .filter_map(transform)
-        .chain(Message::tracking(STATION, &poses, unix_ns))
+        .chain(Message::tracking(STATION, &tracked, unix_ns))
         .chain(Message::sensor(
             "Force",
             force_n.as_slice(),
@@ -97,6 +100,14 @@ mod tests {
         ];
         assert_eq!(names, expected);
         assert!(sent.iter().all(|it| it.unix_ns == 7));
+        for (element, name) in sent[4]
+            .content
+            .chunks_exact(70)
+            .zip(["Tool", "Handle", "Endoscope"])
+        {
+            assert_eq!(&element[..name.len()], name.as_bytes());
+            assert_eq!(element[name.len()], 0, "a zero closes the name");
+        }
     }
 
     #[test]
