@@ -7,7 +7,7 @@ const KEPT_BYTES: usize = 4096;
 /// Largest body that a header may announce, bytes. One that announces more is taken for noise.
 const BODY_MAX: u64 = 1 << 32;
 
-/// What a stream contained next.
+/// Next thing in a client's stream.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Heard {
     /// A whole message.

@@ -118,9 +118,9 @@ impl Server {
     }
 
     /// Sends a message to all clients, and later to each that connects.
-    pub fn announce(&mut self, message: Message) {
-        self.send(std::slice::from_ref(&message));
-        keep(&mut self.greeting, &message);
+    pub fn announce(&mut self, message: &Message) {
+        self.send(std::slice::from_ref(message));
+        keep(&mut self.greeting, message);
     }
 
     /// Forgets the newest poses and values, so that nobody is answered with old ones.

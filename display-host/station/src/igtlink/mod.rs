@@ -202,7 +202,7 @@ impl<'a> Sender<'a> {
     fn announce_condition(&mut self) {
         let condition = self.watch.condition();
         let status = condition.status(&self.args.station, self.stamps.present());
-        self.server.announce(status);
+        self.server.announce(&status);
         self.repeated = Instant::now();
     }
 
@@ -218,7 +218,7 @@ impl<'a> Sender<'a> {
         let unix_ns = self.stamps.of(tools.at_ns);
         if self.instrument != Some(tools.instrument) {
             self.instrument = Some(tools.instrument);
-            self.server.announce(told::instrument(tools, unix_ns));
+            self.server.announce(&told::instrument(tools, unix_ns));
         }
         self.server
             .send(&told::moment(tools, self.args.frame, unix_ns));

@@ -24,7 +24,8 @@ pub(super) fn moment(tools: &ToolFrame, frame: Frame, unix_ns: u64) -> Vec<Messa
     .map(|(name, pose)| (name, frame.pose(&pose)));
     let force_n = frame.vector(Vector3::from(tools.force_n));
     let force: Isometry3<f32> = Translation3::from(force_n * FORCE_M_N).into();
-    // The reference library reads a name of 20 bytes as empty, as that of the endoscope's transform.
+    // The reference library reads a name of 20 bytes as empty. That of the endoscope's transform
+    // has so many.
     let short = |(name, pose): (&'static str, _)| (name.trim_end_matches("ToReference"), pose);
     let tracked = poses.map(short);
     let transform = |(name, pose): &(&str, Isometry3<f32>)| Message::transform(name, pose, unix_ns);

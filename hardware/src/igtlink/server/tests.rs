@@ -173,7 +173,7 @@ fn questions_are_answered() {
     let (kind, content) = ask(&mut server, &mut client, "GET_TRANS", NAME, b"");
     assert_eq!((kind.as_str(), status(&content).0), ("STATUS", 13));
 
-    server.announce(Message::status("Calot", Code::Ok, "running", "runs", 0));
+    server.announce(&Message::status("Calot", Code::Ok, "running", "runs", 0));
     assert_eq!(answered(&mut server, &mut client).0, "STATUS");
     let force = Message::sensor("Force", &[1.0], Unit::Newton, 0).unwrap();
     server.send(&[tool(), tracking(), force]);
@@ -253,7 +253,7 @@ fn tracking_data_go_to_those_who_ask_until_they_stop() {
 #[test]
 fn answers_come_in_the_version_of_the_request() {
     let mut server = server();
-    server.announce(Message::status("Calot", Code::Ok, "running", "runs", 0));
+    server.announce(&Message::status("Calot", Code::Ok, "running", "runs", 0));
     let mut client = connected(&server);
     assert_eq!(answered(&mut server, &mut client).0, "STATUS");
     let version = Version::Two { message_id: 42 };
@@ -298,8 +298,8 @@ fn noise_and_damage_are_answered_once_and_data_go_on() {
 #[test]
 fn who_connects_later_is_greeted_with_the_newest_announcements() {
     let mut server = server();
-    server.announce(Message::string("Instrument", "grasper", 0));
-    server.announce(Message::string("Instrument", "scissors", 0));
+    server.announce(&Message::string("Instrument", "grasper", 0));
+    server.announce(&Message::string("Instrument", "scissors", 0));
     server.send(&[Message::string("Event", "cut", 0)]);
     let mut client = connected(&server);
     let (kind, content) = answered(&mut server, &mut client);
