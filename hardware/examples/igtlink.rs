@@ -4,11 +4,11 @@
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use hardware::igtlink::Server;
-use hardware::igtlink::wire::Transform;
+use hardware::igtlink::message::Message;
 use nalgebra::{Isometry3, Translation3};
 
 fn main() -> std::io::Result<()> {
-    let mut server = Server::bind(("127.0.0.1", Server::PORT))?;
+    let mut server = Server::bind(("127.0.0.1", Server::PORT), "Circle", "ras")?;
     println!(
         "serving ToolToReference at {}; Ctrl-C ends it",
         server.address()?
@@ -25,11 +25,10 @@ fn main() -> std::io::Result<()> {
         let pose: Isometry3<f32> =
             Translation3::new(0.05 * cos as f32, 0.05 * sin as f32, 0.01).into();
         let unix_ns = now.as_nanos() as u64;
-        server.publish(&[Transform {
-            name: "ToolToReference",
-            pose,
-            unix_ns,
-        }]);
+        server.attend(unix_ns);
+        if let Some(message) = Message::transform("ToolToReference", &pose, unix_ns) {
+            server.send(&[message]);
+        }
         std::thread::sleep(Duration::from_millis(16));
     }
 }

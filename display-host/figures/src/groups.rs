@@ -36,9 +36,20 @@ pub fn groups(title: &str, groups: &[Group]) -> Option<String> {
         return None;
     }
     // Zero is shown where it is near, so that lengths can be compared.
-    let floor = if least > 0.0 && least < 0.5 * most { 0.0 } else { least };
+    let floor = if least > 0.0 && least < 0.5 * most {
+        0.0
+    } else {
+        least
+    };
     let margin = 0.06 * (most - floor).max(1e-9 * most.abs()).max(1e-9);
-    let (low, high) = (if floor > 0.0 || least < 0.0 { floor - margin } else { 0.0 }, most + margin);
+    let (low, high) = (
+        if floor > 0.0 || least < 0.0 {
+            floor - margin
+        } else {
+            0.0
+        },
+        most + margin,
+    );
     let [left, right, top, bottom] = AREA;
     let y = |value: f64| bottom - (bottom - top) * (value - low) / (high - low);
     let mut svg = format!(

@@ -329,10 +329,10 @@ impl NewTrainee {
                 return Ok(());
             }
         }
-        Err(format!(
-            "{differs}. Use that name, or add --new-trainee if it is another person"
+        Err(
+            format!("{differs}. Use that name, or add --new-trainee if it is another person")
+                .into(),
         )
-        .into())
     }
 }
 

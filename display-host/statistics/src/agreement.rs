@@ -97,7 +97,9 @@ pub fn cronbach_alpha(rows: &[Vec<f64>]) -> Option<f64> {
         return None;
     }
     let column = |item: usize| -> Vec<f64> {
-        rows.iter().filter_map(|row| row.get(item).copied()).collect()
+        rows.iter()
+            .filter_map(|row| row.get(item).copied())
+            .collect()
     };
     let parts: f64 = (0..items).map(|item| variance(&column(item))).sum();
     let count = items as f64;
@@ -143,6 +145,9 @@ mod tests {
         let same = icc(&[vec![1.0; 2], vec![2.0; 2], vec![3.0; 2]]).unwrap();
         assert!((same.icc - 1.0).abs() < 1e-12);
         assert_eq!(cronbach_alpha(&[vec![1.0, 2.0], vec![2.0, 3.0]]), None);
-        assert_eq!(cronbach_alpha(&[vec![1.0; 2], vec![1.0; 2], vec![1.0; 2]]), None);
+        assert_eq!(
+            cronbach_alpha(&[vec![1.0; 2], vec![1.0; 2], vec![1.0; 2]]),
+            None
+        );
     }
 }

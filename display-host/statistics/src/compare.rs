@@ -78,7 +78,9 @@ pub fn holm(probabilities: &[f64]) -> Vec<f64> {
     let mut raised = probabilities.to_vec();
     let (mut least, count) = (0.0f64, order.len());
     for (rank, index) in order.into_iter().enumerate() {
-        least = least.max(probabilities[index] * (count - rank) as f64).min(1.0);
+        least = least
+            .max(probabilities[index] * (count - rank) as f64)
+            .min(1.0);
         raised[index] = least;
     }
     raised
@@ -101,11 +103,14 @@ fn approximate(first: &[f64], second: &[f64]) -> f64 {
     let mut all: Vec<f64> = first.iter().chain(second).copied().collect();
     all.sort_by(f64::total_cmp);
     let ties = all.chunk_by(|a, b| a.total_cmp(b).is_eq());
-    let ties: f64 = ties.map(|it| (it.len() as f64).powi(3) - it.len() as f64).sum();
+    let ties: f64 = ties
+        .map(|it| (it.len() as f64).powi(3) - it.len() as f64)
+        .sum();
     let pairs = first
         .iter()
         .flat_map(|a| second.iter().map(move |b| (a, b)));
-    let won = |(a, b): (&f64, &f64)| 0.5 * (f64::from(u8::from(a > b)) + f64::from(u8::from(a >= b)));
+    let won =
+        |(a, b): (&f64, &f64)| 0.5 * (f64::from(u8::from(a > b)) + f64::from(u8::from(a >= b)));
     let u: f64 = pairs.map(won).sum();
     let total = n + m;
     let sd = (n * m / 12.0 * (total + 1.0 - ties / (total * (total - 1.0)))).sqrt();

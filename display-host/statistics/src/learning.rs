@@ -71,7 +71,10 @@ mod tests {
     #[test]
     fn a_noisy_curve_is_that_of_numpy() {
         let found = learning(&[120.0, 95.0, 80.0, 84.0, 71.0, 70.0, 72.0]).unwrap();
-        assert!((found.plateau - 63.04927399147529).abs() < 1e-8, "{found:?}");
+        assert!(
+            (found.plateau - 63.04927399147529).abs() < 1e-8,
+            "{found:?}"
+        );
         assert!((found.first - found.plateau - 58.10388839767005).abs() < 1e-8);
         assert!((found.explained - 0.959676586105067).abs() < 1e-9);
     }

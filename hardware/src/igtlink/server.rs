@@ -1,47 +1,70 @@
-//! A server that sends the same messages to all clients and waits for none.
+//! A server that sends the same messages to all clients, answers their requests, and waits for
+//! none.
 
-use std::io::{self, ErrorKind, Read, Write};
+mod answer;
+#[cfg(test)]
+mod tests;
+
+use std::io;
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
+use std::time::Instant;
 
-use super::wire::Transform;
+use super::client::Client;
+use super::message::{Code, Message};
 
-/// Largest number of clients at once; more are turned away.
-const CLIENTS_MAX: usize = 8;
-/// Largest number of bytes from a client that one call reads and discards.
-const DROP_BYTES: usize = 4096;
+/// Types that are about this moment. They are forgotten when the source falls silent.
+const MOMENTARY: [&str; 3] = ["TRANSFORM", "TDATA", "SENSOR"];
 
 /// A listening server.
 #[derive(Debug)]
 pub struct Server {
     listener: TcpListener,
+    /// Name of the device in the server's own answers.
+    name: String,
+    /// Name of the frame in which poses are, in capitals.
+    frame: String,
     clients: Vec<Client>,
+    /// Newest message of each type and name, for requests.
+    newest: Vec<Message>,
+    /// Newest messages for clients that connect later.
+    greeting: Vec<Message>,
     skipped: u64,
-}
-
-#[derive(Debug)]
-struct Client {
-    stream: TcpStream,
-    /// Rest of a message that the socket did not take whole.
-    rest: Vec<u8>,
+    turned_away: u64,
 }
 
 impl Server {
     /// Default port of 3D Slicer.
     pub const PORT: u16 = 18944;
+    /// Largest number of clients at once; more are turned away with a `STATUS`.
+    pub const CLIENTS_MAX: usize = 8;
 
     /// Starts listening. Use a loopback address unless others on the network may see the poses: the
-    /// protocol has no login.
-    pub fn bind(address: impl ToSocketAddrs) -> io::Result<Self> {
+    /// protocol has no login. `name` is the device's in the server's own answers; poses are in
+    /// `frame`.
+    ///
+    /// # Errors
+    ///
+    /// The system's error, e.g. if the port is taken.
+    pub fn bind(address: impl ToSocketAddrs, name: &str, frame: &str) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
         Ok(Self {
             listener,
+            name: name.to_owned(),
+            frame: frame.to_uppercase(),
             clients: Vec::new(),
+            newest: Vec::new(),
+            greeting: Vec::new(),
             skipped: 0,
+            turned_away: 0,
         })
     }
 
     /// Address of the server.
+    ///
+    /// # Errors
+    ///
+    /// The system's error.
     pub fn address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
     }
@@ -58,169 +81,93 @@ impl Server {
         self.skipped
     }
 
-    /// Accepts new clients and sends these poses to all. Never blocks: a client that does not read
-    /// misses messages, and one that is gone is removed.
-    pub fn publish(&mut self, transforms: &[Transform<'_>]) {
-        self.accept();
-        let mut skipped = 0;
-        self.clients.retain_mut(|client| {
-            if !client.discard_requests() {
-                return false;
-            }
-            for message in transforms.iter().filter_map(Transform::bytes) {
-                match client.send(&message) {
-                    Ok(true) => {}
-                    Ok(false) => skipped += 1,
-                    Err(_) => return false,
-                }
-            }
-            true
-        });
-        self.skipped += skipped;
+    /// Number of clients that found no place.
+    #[must_use]
+    pub const fn turned_away(&self) -> u64 {
+        self.turned_away
     }
 
-    fn accept(&mut self) {
+    /// Accepts new clients and answers requests. `unix_ns` stamps the server's own answers. Never
+    /// blocks; a client that is gone is removed.
+    pub fn attend(&mut self, unix_ns: u64) {
+        self.accept(unix_ns);
+        let mut clients = std::mem::take(&mut self.clients);
+        clients.retain_mut(|client| self.answer(client, unix_ns).is_ok());
+        self.clients = clients;
+    }
+
+    /// Sends messages to all clients. `TDATA` goes only to those that asked for it. Never blocks: a
+    /// client that does not read misses messages, and one that is gone is removed.
+    pub fn send(&mut self, messages: &[Message]) {
+        let now = Instant::now();
+        let mut skipped = 0;
+        self.clients.retain_mut(|client| {
+            messages.iter().all(|message| {
+                if message.kind == "TDATA" && !client.is_tracking_due(now) {
+                    return true;
+                }
+                let sent = client.send(message);
+                skipped += u64::from(matches!(sent, Ok(false)));
+                sent.is_ok()
+            })
+        });
+        self.skipped += skipped;
+        for message in messages {
+            keep(&mut self.newest, message);
+        }
+    }
+
+    /// Sends a message to all clients, and later to each that connects.
+    pub fn announce(&mut self, message: &Message) {
+        self.send(std::slice::from_ref(message));
+        keep(&mut self.greeting, message);
+    }
+
+    /// Forgets the newest poses and values, so that nobody is answered with old ones.
+    pub fn forget_moment(&mut self) {
+        self.newest
+            .retain(|message| !MOMENTARY.contains(&message.kind));
+    }
+
+    fn accept(&mut self, unix_ns: u64) {
         // Bounded, so that a flood of connections cannot hold the caller.
-        for _ in 0..CLIENTS_MAX {
+        for _ in 0..Self::CLIENTS_MAX {
             let Ok((stream, _)) = self.listener.accept() else {
                 return;
             };
-            // A client beyond the limit is closed at once.
-            if self.clients.len() < CLIENTS_MAX && stream.set_nonblocking(true).is_ok() {
-                let _ = stream.set_nodelay(true);
-                self.clients.push(Client {
-                    stream,
-                    rest: Vec::new(),
-                });
+            if stream.set_nonblocking(true).is_err() {
+                continue;
+            }
+            if self.clients.len() >= Self::CLIENTS_MAX {
+                self.turn_away(stream, unix_ns);
+                continue;
+            }
+            let _ = stream.set_nodelay(true);
+            let mut client = Client::new(stream);
+            let greeted = self.greeting.iter().all(|it| client.send(it).is_ok());
+            if greeted {
+                self.clients.push(client);
             }
         }
+    }
+
+    /// Tells a client beyond the limit why, and closes its connection.
+    fn turn_away(&mut self, stream: TcpStream, unix_ns: u64) {
+        self.turned_away += 1;
+        let words = format!(
+            "{} clients are connected, and more are not served",
+            Self::CLIENTS_MAX
+        );
+        let full = Message::status(&self.name, Code::Busy, "full", &words, unix_ns);
+        let _ = Client::new(stream).send(&full);
     }
 }
 
-impl Client {
-    /// Reads and discards the client's requests, which are not served. Returns true if the client
-    /// is still connected.
-    fn discard_requests(&mut self) -> bool {
-        match self.stream.read(&mut [0; DROP_BYTES]) {
-            Ok(count) => count > 0,
-            Err(error) => error.kind() == ErrorKind::WouldBlock,
-        }
-    }
-
-    /// Returns true if the socket took the message, or the first part of it.
-    fn send(&mut self, message: &[u8]) -> io::Result<bool> {
-        if !self.rest.is_empty() {
-            let sent = self.write(&self.rest)?;
-            self.rest.drain(..sent);
-            if !self.rest.is_empty() {
-                return Ok(false);
-            }
-        }
-        let sent = self.write(message)?;
-        if sent == 0 {
-            return Ok(false);
-        }
-        self.rest.extend_from_slice(&message[sent..]);
-        Ok(true)
-    }
-
-    fn write(&self, bytes: &[u8]) -> io::Result<usize> {
-        match (&self.stream).write(bytes) {
-            Ok(0) => Err(ErrorKind::WriteZero.into()),
-            Err(error) if error.kind() == ErrorKind::WouldBlock => Ok(0),
-            other => other,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::wire::MESSAGE_BYTES;
-    use super::*;
-    use nalgebra::Isometry3;
-    use std::time::{Duration, Instant};
-
-    fn tool() -> Transform<'static> {
-        Transform {
-            name: "ToolToReference",
-            pose: Isometry3::identity(),
-            unix_ns: 0,
-        }
-    }
-
-    /// Publishes until `done` returns true, for at most a minute.
-    fn until(server: &mut Server, mut done: impl FnMut(&Server) -> bool) {
-        let start = Instant::now();
-        while start.elapsed() < Duration::from_secs(60) {
-            server.publish(&[tool()]);
-            if done(server) {
-                return;
-            }
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        panic!("it does not happen");
-    }
-
-    #[test]
-    fn every_client_gets_every_message_and_one_that_leaves_is_forgotten() {
-        let mut server = Server::bind("127.0.0.1:0").unwrap();
-        let mut first = TcpStream::connect(server.address().unwrap()).unwrap();
-        let mut second = TcpStream::connect(server.address().unwrap()).unwrap();
-        until(&mut server, |server| server.client_count() == 2);
-        for client in [&mut first, &mut second] {
-            let mut message = [0; MESSAGE_BYTES];
-            client.read_exact(&mut message).unwrap();
-            assert_eq!(message, tool().bytes().unwrap());
-        }
-        drop(first);
-        until(&mut server, |server| server.client_count() == 1);
-    }
-
-    #[test]
-    fn a_client_that_does_not_read_misses_whole_messages_only() {
-        let mut server = Server::bind("127.0.0.1:0").unwrap();
-        let mut client = TcpStream::connect(server.address().unwrap()).unwrap();
-        until(&mut server, |server| server.client_count() == 1);
-        for _ in 0..200_000 {
-            server.publish(&[tool()]);
-            if server.skipped() > 10 {
-                break;
-            }
-        }
-        assert!(server.skipped() > 10, "the client's buffers never fill");
-        // The client resumes: it reads whole messages and gets new ones again.
-        let reader = std::thread::spawn(move || {
-            let expected = tool().bytes().unwrap();
-            let mut message = [0; MESSAGE_BYTES];
-            let mut count = 0u64;
-            while client.read_exact(&mut message).is_ok() {
-                assert_eq!(message, expected, "message {count}");
-                count += 1;
-            }
-            count
-        });
-        let mut before = server.skipped();
-        until(&mut server, |server| {
-            let is_read = server.skipped() == before;
-            before = server.skipped();
-            is_read
-        });
-        drop(server);
-        assert!(reader.join().unwrap() > 100);
-    }
-
-    #[test]
-    fn one_client_too_many_is_turned_away() {
-        let mut server = Server::bind("127.0.0.1:0").unwrap();
-        let address = server.address().unwrap();
-        let clients: Vec<TcpStream> = (0..12)
-            .map(|_| TcpStream::connect(address).unwrap())
-            .collect();
-        until(&mut server, |server| server.client_count() == CLIENTS_MAX);
-        for _ in 0..50 {
-            server.publish(&[tool()]);
-            assert_eq!(server.client_count(), CLIENTS_MAX);
-        }
-        drop(clients);
+/// Puts a message in the place of the last one of its type and name.
+fn keep(messages: &mut Vec<Message>, message: &Message) {
+    let is_same = |it: &&mut Message| it.kind == message.kind && it.name == message.name;
+    match messages.iter_mut().find(is_same) {
+        Some(place) => place.clone_from(message),
+        None => messages.push(message.clone()),
     }
 }

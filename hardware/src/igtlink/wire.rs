@@ -1,69 +1,141 @@
-//! `TRANSFORM` messages, protocol version 1, which every client reads. Source: the
-//! OpenIGTLink protocol documents.
+//! Header of a message, in both of the protocol's header versions; all numbers big-endian.
+//! Source: the OpenIGTLink protocol documents.
 
 use crc::{CRC_64_ECMA_182, Crc};
-use nalgebra::Isometry3;
 
-/// Offsets of the header's fields; all big-endian.
-mod field {
-    pub(super) const VERSION: usize = 0;
-    pub(super) const KIND: usize = 2;
-    pub(super) const NAME: usize = 14;
-    pub(super) const TIME: usize = 34;
-    pub(super) const BODY_BYTES: usize = 42;
-    pub(super) const CHECKSUM: usize = 50;
-    pub(super) const BODY: usize = 58;
-    pub(super) const END: usize = BODY + super::BODY_BYTES;
-}
-
-/// Twelve f32: the rotation's columns, then the translation.
-const BODY_BYTES: usize = 48;
-/// Bytes of a message.
-pub const MESSAGE_BYTES: usize = field::END;
-/// Longest name, bytes.
-pub const NAME_BYTES: usize = field::TIME - field::NAME;
+/// Bytes of a header.
+pub const HEADER_BYTES: usize = 58;
+/// Longest name of a type of message, bytes.
+pub const KIND_BYTES: usize = 12;
+/// Longest name of a device, bytes.
+pub const NAME_BYTES: usize = 20;
+/// Bytes of the extended header, which opens the body in [`Version::Two`].
+const EXTENDED_BYTES: usize = 12;
+/// Bytes after the content in [`Version::Two`]: the count of metadata, which is zero.
+const NO_METADATA: [u8; 2] = [0; 2];
 
 const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_ECMA_182);
 
-/// A named pose.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Transform<'a> {
-    /// `ToolToReference` and the like, ASCII; cut after [`NAME_BYTES`].
-    pub name: &'a str,
-    /// The pose, m. The protocol counts in mm.
-    pub pose: Isometry3<f32>,
-    /// Unix time, ns.
-    pub unix_ns: u64,
+/// Checksum of a body.
+#[must_use]
+pub fn checksum(body: &[u8]) -> u64 {
+    CRC.checksum(body)
 }
 
-impl Transform<'_> {
-    /// The message. `None` when the pose is not finite.
+/// Version of the header. It is not the protocol's: versions 1 and 2 of the protocol have the
+/// first header, version 3 has the second.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Version {
+    /// The body is the content. Every client reads it.
+    #[default]
+    One,
+    /// The body has an extended header before the content, and metadata after it.
+    Two {
+        /// Number of the message. An answer repeats the request's.
+        message_id: u32,
+    },
+}
+
+/// A header that was read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Header {
+    /// Number of the header's version: 1 and 2 are known, 3 is read like 2.
+    pub version: u16,
+    /// Type of message.
+    pub kind: String,
+    /// Name of the device.
+    pub name: String,
+    /// Bytes of the body.
+    pub body_bytes: u64,
+    /// Checksum of the body.
+    pub checksum: u64,
+}
+
+impl Header {
+    /// Reads a header. `None` if its version is unknown, or if a name is no ASCII: the stream
+    /// cannot be followed.
     #[must_use]
-    pub fn bytes(&self) -> Option<[u8; MESSAGE_BYTES]> {
-        let rotation = self.pose.rotation.to_rotation_matrix();
-        let position_mm = self.pose.translation.vector * 1e3;
-        // The numbers of the rotation and the position, column by column.
-        let numbers = rotation.matrix().iter().chain(position_mm.iter());
-        if !numbers.clone().all(|number| number.is_finite()) {
+    pub fn read(bytes: &[u8; HEADER_BYTES]) -> Option<Self> {
+        let (version, rest) = bytes.split_first_chunk::<2>()?;
+        let (kind, rest) = rest.split_first_chunk::<KIND_BYTES>()?;
+        let (name, rest) = rest.split_first_chunk::<NAME_BYTES>()?;
+        let (_time, rest) = rest.split_first_chunk::<8>()?;
+        let (body_bytes, rest) = rest.split_first_chunk::<8>()?;
+        let (checksum, _) = rest.split_first_chunk::<8>()?;
+        let version = u16::from_be_bytes(*version);
+        if !(1..=3).contains(&version) {
             return None;
         }
-        let mut bytes = [0; MESSAGE_BYTES];
-        let (header, body) = bytes.split_at_mut(field::BODY);
-        for (slot, number) in body.chunks_exact_mut(4).zip(numbers) {
-            slot.copy_from_slice(&number.to_be_bytes());
-        }
-        let mut put = |at: usize, value: &[u8]| {
-            header[at..at + value.len()].copy_from_slice(value);
-        };
-        put(field::VERSION, &1u16.to_be_bytes());
-        put(field::KIND, b"TRANSFORM");
-        let name = self.name.as_bytes();
-        put(field::NAME, &name[..name.len().min(NAME_BYTES)]);
-        put(field::TIME, &time(self.unix_ns).to_be_bytes());
-        put(field::BODY_BYTES, &(BODY_BYTES as u64).to_be_bytes());
-        put(field::CHECKSUM, &CRC.checksum(body).to_be_bytes());
-        Some(bytes)
+        Some(Self {
+            version,
+            kind: text(kind).filter(|kind| !kind.is_empty())?,
+            name: text(name)?,
+            body_bytes: u64::from_be_bytes(*body_bytes),
+            checksum: u64::from_be_bytes(*checksum),
+        })
     }
+
+    /// Splits a body into the version for an answer and the content. `None` if the extended header
+    /// contradicts the body's length.
+    #[must_use]
+    pub fn open<'a>(&self, body: &'a [u8]) -> Option<(Version, &'a [u8])> {
+        if self.version == 1 {
+            return Some((Version::One, body));
+        }
+        let half = |at: usize| Some(u16::from_be_bytes(*body.get(at..)?.first_chunk::<2>()?));
+        let word = |at: usize| Some(u32::from_be_bytes(*body.get(at..)?.first_chunk::<4>()?));
+        let (start, tail) = (usize::from(half(0)?), u32::from(half(2)?));
+        let tail = usize::try_from(tail.checked_add(word(4)?)?).ok()?;
+        let message_id = word(8)?;
+        let end = body.len().checked_sub(tail)?;
+        let content = body.get(start..end)?;
+        (start >= EXTENDED_BYTES).then_some((Version::Two { message_id }, content))
+    }
+}
+
+/// Text of a field that zeros fill up; `None` if it is not ASCII.
+fn text(field: &[u8]) -> Option<String> {
+    let end = field.iter().position(|byte| *byte == 0);
+    let text = field.get(..end.unwrap_or(field.len()))?;
+    let is_plain = text.iter().all(|byte| (b' '..=b'~').contains(byte));
+    is_plain.then(|| text.iter().map(|byte| char::from(*byte)).collect())
+}
+
+/// Fills a field of `N` bytes with text, cut after `N` bytes.
+#[must_use]
+pub fn field<const N: usize>(text: &str) -> [u8; N] {
+    let mut field = [0; N];
+    for (slot, byte) in field.iter_mut().zip(text.bytes()) {
+        *slot = byte;
+    }
+    field
+}
+
+/// A message with header, checksum and content.
+#[must_use]
+pub fn pack(version: Version, kind: &str, name: &str, unix_ns: u64, content: &[u8]) -> Vec<u8> {
+    let mut body = Vec::with_capacity(content.len() + EXTENDED_BYTES + NO_METADATA.len());
+    let number: u16 = match version {
+        Version::One => 1,
+        Version::Two { message_id } => {
+            body.extend([0, 12, 0, 2, 0, 0, 0, 0]);
+            body.extend(message_id.to_be_bytes());
+            2
+        }
+    };
+    body.extend(content);
+    if number > 1 {
+        body.extend(NO_METADATA);
+    }
+    let mut bytes = Vec::with_capacity(HEADER_BYTES + body.len());
+    bytes.extend(number.to_be_bytes());
+    bytes.extend(field::<KIND_BYTES>(kind));
+    bytes.extend(field::<NAME_BYTES>(name));
+    bytes.extend(time(unix_ns).to_be_bytes());
+    bytes.extend((body.len() as u64).to_be_bytes());
+    bytes.extend(checksum(&body).to_be_bytes());
+    bytes.extend(body);
+    bytes
 }
 
 /// Converts Unix time to seconds in the upper half and units of 2⁻³² s in the lower half.
@@ -75,75 +147,94 @@ fn time(unix_ns: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Translation3, UnitQuaternion, Vector3};
-
-    fn message(pose: Isometry3<f32>) -> [u8; MESSAGE_BYTES] {
-        Transform {
-            name: "ToolToReference",
-            pose,
-            unix_ns: 1_500_000_000,
-        }
-        .bytes()
-        .unwrap()
-    }
-
-    fn number(bytes: &[u8; MESSAGE_BYTES], index: usize) -> f32 {
-        let at = field::BODY + 4 * index;
-        f32::from_be_bytes(bytes[at..at + 4].try_into().unwrap())
-    }
+    use proptest::prelude::*;
 
     #[test]
     fn the_checksum_is_the_documented_one() {
-        assert_eq!(CRC.checksum(b"123456789"), 0x6C40_DF5F_0B49_7347);
-        let identity = message(Isometry3::identity());
-        assert_eq!(
-            identity[field::CHECKSUM..field::BODY],
-            0xB5A2_25F8_F462_B3D7u64.to_be_bytes()
-        );
+        assert_eq!(checksum(b"123456789"), 0x6C40_DF5F_0B49_7347);
+        assert_eq!(checksum(b""), 0);
     }
 
     #[test]
     fn the_header_is_laid_out_as_documented() {
-        let bytes = message(Isometry3::identity());
-        assert_eq!(bytes.len(), 106);
+        let bytes = pack(
+            Version::One,
+            "TRANSFORM",
+            "ToolToReference",
+            1_500_000_000,
+            b"123456789",
+        );
+        assert_eq!(bytes.len(), HEADER_BYTES + 9);
         assert_eq!(&bytes[..2], [0, 1]);
         assert_eq!(&bytes[2..14], b"TRANSFORM\0\0\0");
         assert_eq!(&bytes[14..34], b"ToolToReference\0\0\0\0\0");
         assert_eq!(&bytes[34..42], [0, 0, 0, 1, 0x80, 0, 0, 0]);
-        assert_eq!(&bytes[42..50], [0, 0, 0, 0, 0, 0, 0, 48]);
+        assert_eq!(&bytes[42..50], [0, 0, 0, 0, 0, 0, 0, 9]);
+        assert_eq!(&bytes[50..58], 0x6C40_DF5F_0B49_7347u64.to_be_bytes());
+        assert_eq!(&bytes[58..], b"123456789");
     }
 
     #[test]
-    fn the_body_is_columns_then_millimetres() {
-        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.5);
-        let bytes = message(Translation3::new(0.01, -0.02, 0.03) * turn);
-        assert!((number(&bytes, 0) - 0.5f32.cos()).abs() < 1e-6, "R11");
-        assert!(
-            (number(&bytes, 1) - 0.5f32.sin()).abs() < 1e-6,
-            "R21 follows R11"
+    fn the_second_version_has_an_extended_header_and_no_metadata() {
+        let version = Version::Two { message_id: 77 };
+        let bytes = pack(version, "STATUS", "Calot", 0, b"xy");
+        assert_eq!(&bytes[..2], [0, 2]);
+        let body = &bytes[HEADER_BYTES..];
+        assert_eq!(
+            body,
+            [0, 12, 0, 2, 0, 0, 0, 0, 0, 0, 0, 77, b'x', b'y', 0, 0]
         );
-        for (index, mm) in [(9, 10.0), (10, -20.0), (11, 30.0)] {
-            assert!((number(&bytes, index) - mm).abs() < 1e-5);
+        assert_eq!(&bytes[50..58], checksum(body).to_be_bytes());
+    }
+
+    #[test]
+    fn a_long_name_is_cut() {
+        let name = "ANameThatIsLongerThanTwentyBytes";
+        let bytes = pack(Version::One, "STRING", name, 0, b"");
+        assert_eq!(&bytes[14..34], &name.as_bytes()[..20]);
+    }
+
+    #[test]
+    fn a_header_of_no_known_version_or_with_a_name_that_is_no_text_is_refused() {
+        for (at, byte) in [(1, 0), (1, 4), (0, 1), (3, 0xFF), (14, 7), (2, 0)] {
+            let mut bytes = *pack(Version::One, "STATUS", "x", 0, b"")
+                .first_chunk::<HEADER_BYTES>()
+                .unwrap();
+            assert!(Header::read(&bytes).is_some());
+            bytes[at] = byte;
+            assert_eq!(Header::read(&bytes), None, "byte {at}");
         }
     }
 
-    #[test]
-    fn a_long_name_is_cut_and_a_pose_that_is_no_number_is_not_sent() {
-        let name = "ANameThatIsLongerThanTwentyBytes";
-        let sent = Transform {
-            name,
-            pose: Isometry3::identity(),
-            unix_ns: 0,
-        };
-        assert_eq!(&sent.bytes().unwrap()[14..34], &name.as_bytes()[..20]);
-        let nowhere = Translation3::new(f32::NAN, 0.0, 0.0).into();
-        assert!(
-            Transform {
-                pose: nowhere,
-                ..sent
+    proptest! {
+        #[test]
+        fn what_is_packed_is_read(
+            kind in "[A-Z_]{1,12}", name in "[ -~]{0,20}", content in any::<Vec<u8>>(),
+            message_id in any::<Option<u32>>(),
+        ) {
+            let version = message_id.map_or(Version::One, |message_id| Version::Two { message_id });
+            let bytes = pack(version, &kind, &name, 0, &content);
+            let (head, body) = bytes.split_first_chunk::<HEADER_BYTES>().unwrap();
+            let header = Header::read(head).unwrap();
+            prop_assert_eq!((&header.kind, &header.name), (&kind, &name));
+            prop_assert_eq!(header.body_bytes, body.len() as u64);
+            prop_assert_eq!(header.checksum, checksum(body));
+            prop_assert_eq!(header.open(body), Some((version, &content[..])));
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused(
+            bytes in any::<[u8; HEADER_BYTES]>(), version in 1u16..4, body in any::<Vec<u8>>(),
+        ) {
+            let mut header = Header {
+                version, kind: String::new(), name: String::new(), body_bytes: 0, checksum: 0,
+            };
+            if let Some(read) = Header::read(&bytes) {
+                header = read;
             }
-            .bytes()
-            .is_none()
-        );
+            if let Some((_, content)) = header.open(&body) {
+                prop_assert!(content.len() <= body.len());
+            }
+        }
     }
 }

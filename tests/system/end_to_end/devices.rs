@@ -1,17 +1,12 @@
 //! `calot devices` as a rig builder runs it: the real program on emulated devices.
 
 use std::fs;
-use std::io::{BufRead as _, BufReader, Read as _};
-use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 
-use bytemuck::Zeroable as _;
 use rustix::process::Signal;
 use serde_json::Value;
-use shared_mem::message::ToolFrame;
-use shared_mem::service::{Host, Station};
 use system_tests::{calot, compiled, finish, said, signal, station_name, summary, wait_until};
 
 /// Largest number of attempts to hear a device that does not answer within two seconds.
@@ -250,98 +245,6 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
         "{text}"
     );
     drop(emulated);
-}
-
-/// Reads OpenIGTLink messages until one of this name arrives, checks it, and returns its body.
-fn transform(stream: &mut TcpStream, wanted: &str) -> [f32; 12] {
-    loop {
-        let mut header = [0; 58];
-        stream.read_exact(&mut header).expect("a message");
-        let words = |from: usize, to: usize| {
-            let text = String::from_utf8_lossy(&header[from..to]).into_owned();
-            text.trim_end_matches('\0').to_owned()
-        };
-        assert_eq!((header[1], words(2, 14).as_str()), (1, "TRANSFORM"));
-        let mut body = [0; 48];
-        assert_eq!(header[42..50], 48u64.to_be_bytes());
-        stream.read_exact(&mut body).expect("its body");
-        if words(14, 34) == wanted {
-            let mut numbers = [0.0; 12];
-            for (number, bytes) in numbers.iter_mut().zip(body.chunks_exact(4)) {
-                *number = f32::from_be_bytes(bytes.try_into().expect("four"));
-            }
-            return numbers;
-        }
-    }
-}
-
-#[test]
-fn other_programs_are_told_where_the_instrument_is() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let name = station_name("igtlink");
-    let station = Station::new(&name).expect("a plain name");
-    let _run = Emulated::run(folder.path(), &name);
-    let host = Host::open(&station).expect("a host");
-    let mut tools = ToolFrame::zeroed();
-    wait_until("it runs", || {
-        host.newest_tools(&mut tools) && tools.tick > 500
-    });
-    let mut server = calot()
-        .args([
-            "igtlink",
-            "--station",
-            &name,
-            "--listen",
-            "127.0.0.1:0",
-            "--json",
-        ])
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("it starts");
-    let mut line = String::new();
-    let mut told = BufReader::new(server.stdout.take().expect("piped"));
-    told.read_line(&mut line).expect("a line");
-    let _server = Emulated(server);
-    let told: Value = serde_json::from_str(&line).expect("JSON");
-    let address = told["listening"].as_str().expect("an address").to_owned();
-    let mut stream = TcpStream::connect(&address).expect("it listens");
-    for name in [
-        "ToolToReference",
-        "HandleToReference",
-        "EndoscopeToReference",
-    ] {
-        let numbers = transform(&mut stream, name);
-        let [a, b, c, d, e, f, ..] = numbers;
-        assert!(
-            (a * d + b * e + c * f).abs() < 1e-4,
-            "{name}: columns at right angles"
-        );
-        assert!((a * a + b * b + c * c - 1.0).abs() < 1e-3, "{name}");
-    }
-    // The camera rests, so the message, in mm, must be near the frame's pose.
-    let camera = transform(&mut stream, "EndoscopeToReference");
-    host.newest_tools(&mut tools);
-    for (told_mm, at_m) in camera[9..].iter().zip(tools.world_from_camera.position_m) {
-        assert!(
-            (told_mm - at_m * 1e3).abs() < 60.0,
-            "{told_mm} mm, {at_m} m"
-        );
-    }
-    // Also test a client written by others, if installed (`pip install pyigtl`).
-    let script = format!(
-        "import pyigtl\nhost, port = '{address}'.split(':')\nclient = pyigtl.OpenIGTLinkClient(host, int(port))\n\
-         m = client.wait_for_message('ToolToReference', timeout=60)\nprint(m.matrix[3].tolist())"
-    );
-    let installed = Command::new("python3")
-        .args(["-c", "import pyigtl"])
-        .output();
-    if installed.is_ok_and(|output| output.status.success()) {
-        let output = finish(Command::new("python3").args(["-c", &script]));
-        let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert_eq!(said.trim(), "[0.0, 0.0, 0.0, 1.0]", "{output:?}");
-    } else {
-        println!("SKIPPED: pyigtl is not installed; no foreign client was tried");
-    }
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod failures;
 mod foreign;
 mod hand;
 mod handle;
+mod igtlink;
 mod jitter;
 mod launcher;
 mod lost;

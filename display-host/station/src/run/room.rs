@@ -8,8 +8,9 @@ use crate::problem::Problem;
 use crate::say;
 
 /// Largest number of bytes of an hour of recording. Tests of `session` show that its inputs stay
-/// below 330 MB and its course below 80 MB; the rest is for the messages that viewers read.
-const HOUR_BYTES: f64 = 500e6;
+/// below 330 MB and its course below 80 MB; the rest is for times of ticks (100 MB) and for the
+/// messages that viewers read (70 MB).
+const HOUR_BYTES: f64 = 600e6;
 /// Room for the other results: pages, pictures, summary.
 const RESULTS_BYTES: u64 = 4 << 20;
 /// Time for which there must be room, s. With less room, the recording is refused.

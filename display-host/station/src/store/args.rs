@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use store::Consent;
 
-use crate::args::{NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
 use super::study::StudyArgs;
+use crate::args::{NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -182,7 +182,12 @@ pub(crate) enum StoreCommand {
         #[arg(long, value_name = "NAME|FILE", default_value = "goals")]
         sheet: String,
         /// Rater's name, as chosen. Each rater has one sheet of a kind for each session
-        #[arg(long, value_name = "NAME", default_value = "", hide_default_value = true)]
+        #[arg(
+            long,
+            value_name = "NAME",
+            default_value = "",
+            hide_default_value = true
+        )]
         rater: String,
         /// The rater did not know who operated
         #[arg(long)]

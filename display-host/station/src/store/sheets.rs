@@ -72,7 +72,10 @@ pub(super) fn fill(
 /// Asks in the terminal until each item has points of the scale.
 fn ask(form: &Sheet) -> Result<Vec<u8>, Problem> {
     let (least, most) = (form.least, form.most);
-    say::note(format_args!("{} ({}): {least} to {most}", form.title, form.source));
+    say::note(format_args!(
+        "{} ({}): {least} to {most}",
+        form.title, form.source
+    ));
     let mut lines = std::io::stdin().lock().lines();
     let mut points = Vec::new();
     for item in &form.items {

@@ -46,7 +46,9 @@ pub(super) fn rows(task: &TaskSample) -> Vec<Row> {
         if least >= most {
             continue;
         }
-        let quartiles = values.iter().map(|it| [0.25, 0.5, 0.75].map(|at| quantile(it, at)));
+        let quartiles = values
+            .iter()
+            .map(|it| [0.25, 0.5, 0.75].map(|at| quantile(it, at)));
         let mut pairs = Vec::new();
         let named: Vec<(&String, &Vec<f64>)> = groups.iter().zip(&values).collect();
         for (number, (first, a)) in named.iter().enumerate() {
@@ -67,7 +69,11 @@ pub(super) fn rows(task: &TaskSample) -> Vec<Row> {
             pairs,
         });
     }
-    let all: Vec<f64> = rows.iter().flat_map(|it| &it.pairs).map(|it| it.found.p).collect();
+    let all: Vec<f64> = rows
+        .iter()
+        .flat_map(|it| &it.pairs)
+        .map(|it| it.found.p)
+        .collect();
     let pairs = rows.iter_mut().flat_map(|it| &mut it.pairs);
     for (pair, raised) in pairs.zip(holm(&all)) {
         pair.raised = raised;
@@ -148,7 +154,9 @@ fn of_sheet(name: &str, ratings: &[Rating]) -> Reliability {
     };
     let forms = ratings.iter().map(|it| {
         let points = it.points.iter();
-        points.map(|(item, value)| (item.clone(), f64::from(*value))).collect()
+        points
+            .map(|(item, value)| (item.clone(), f64::from(*value)))
+            .collect()
     });
     Reliability {
         name: name.to_owned(),

@@ -9,7 +9,14 @@ use super::figures::{Reliability, Row, rows};
 use super::sample::{Sample, TaskSample};
 
 /// Metrics that are drawn if they have values, besides those whose groups differ most.
-const DRAWN: [&str; 6] = ["score", "time_s", "path_m", "movements", "smoothness", "idle_s"];
+const DRAWN: [&str; 6] = [
+    "score",
+    "time_s",
+    "path_m",
+    "movements",
+    "smoothness",
+    "idle_s",
+];
 /// Metrics whose learning is followed.
 const LEARNT: [&str; 3] = ["score", "time_s", "path_m"];
 
@@ -52,15 +59,24 @@ fn who(sample: &Sample) -> String {
     }
     let mut text = match is_none {
         true => "<p>No session is left out.</p>".to_owned(),
-        false => format!("<p>Left out are sessions: {}.</p>", escape(&notes.join("; "))),
+        false => format!(
+            "<p>Left out are sessions: {}.</p>",
+            escape(&notes.join("; "))
+        ),
     };
     if sample.has_scripted {
         text += "<p class=\"bad\">Scripted hands are among these sessions. They tell about the simulator and its \
                  metrics, not about people.</p>";
     }
     let doubts = [
-        (sample.left_out.unknown_realtime, "nobody knows whether the run was realtime"),
-        (sample.left_out.unknown_consent, "nobody asked for consent (`calot store trainee NAME --consent yes`)"),
+        (
+            sample.left_out.unknown_realtime,
+            "nobody knows whether the run was realtime",
+        ),
+        (
+            sample.left_out.unknown_consent,
+            "nobody asked for consent (`calot store trainee NAME --consent yes`)",
+        ),
     ];
     for (count, why) in doubts.iter().filter(|(count, _)| *count > 0) {
         text += &format!("<p>Of {count} sessions that are in, {}.</p>", escape(why));
@@ -76,7 +92,11 @@ fn task(sample: &Sample, task: &TaskSample) -> String {
         .map(|name| {
             let people = || task.people.iter().filter(|it| it.group == *name);
             let sessions: usize = people().map(|it| it.sessions.len()).sum();
-            format!("<tr><td>{}<td>{}<td>{sessions}</tr>", escape(name), people().count())
+            format!(
+                "<tr><td>{}<td>{}<td>{sessions}</tr>",
+                escape(name),
+                people().count()
+            )
         })
         .collect();
     format!(
@@ -119,17 +139,30 @@ fn title(row: &Row) -> String {
 }
 
 fn table(names: &[String], rows: &[Row]) -> String {
-    let heads: String = names.iter().map(|it| format!("<th>{}", escape(it))).collect();
+    let heads: String = names
+        .iter()
+        .map(|it| format!("<th>{}", escape(it)))
+        .collect();
     let mut body = String::new();
     for row in rows {
-        let cells = row.quartiles.iter().map(|[first, median, third]| match median.is_finite() {
-            true => format!("<td>{} ({}–{})", number(*median), number(*first), number(*third)),
-            false => "<td>no value".to_owned(),
-        });
+        let cells = row
+            .quartiles
+            .iter()
+            .map(|[first, median, third]| match median.is_finite() {
+                true => format!(
+                    "<td>{} ({}–{})",
+                    number(*median),
+                    number(*first),
+                    number(*third)
+                ),
+                false => "<td>no value".to_owned(),
+            });
         let cells: String = cells.collect();
         let head = format!("<td>{}{cells}", escape(&title(row)));
         if row.pairs.is_empty() {
-            body += &format!("<tr>{head}<td colspan=\"4\" class=\"few\">too few persons to compare</tr>");
+            body += &format!(
+                "<tr>{head}<td colspan=\"4\" class=\"few\">too few persons to compare</tr>"
+            );
         }
         for (number_of, pair) in row.pairs.iter().enumerate() {
             let head = match number_of {
@@ -195,7 +228,9 @@ fn course(task: &TaskSample) -> String {
         }
     }
     let body = match body.is_empty() {
-        true => "<p class=\"few\">Nobody has five sessions, so no plateau is fitted.</p>".to_owned(),
+        true => {
+            "<p class=\"few\">Nobody has five sessions, so no plateau is fitted.</p>".to_owned()
+        }
         false => format!(
             "<div class=\"wide\"><table><tr><th>person<th>group<th>metric<th>first<th>plateau<th>sessions to it<th>R²</tr>\
              {body}</table></div>"

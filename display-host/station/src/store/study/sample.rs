@@ -81,10 +81,19 @@ impl LeftOut {
         let reasons = [
             (self.refused, "of trainees who refused consent"),
             (self.not_asked, "of trainees of whom no consent is known"),
-            (self.scripted, "of scripted hands (--scripted takes them in)"),
-            (self.not_realtime, "that were not realtime (--not-realtime takes them in)"),
+            (
+                self.scripted,
+                "of scripted hands (--scripted takes them in)",
+            ),
+            (
+                self.not_realtime,
+                "that were not realtime (--not-realtime takes them in)",
+            ),
             (self.unfinished, "that were aborted, cut short, or practice"),
-            (self.other, "of another difficulty or version of the metrics"),
+            (
+                self.other,
+                "of another difficulty or version of the metrics",
+            ),
         ];
         let told = reasons.iter().filter(|(count, _)| *count > 0);
         let told: Vec<String> = told.map(|(count, why)| format!("{count} {why}")).collect();
@@ -139,7 +148,9 @@ impl Sample {
         for (task, all) in found {
             tasks.extend(comparable(task, all, difficulty, &mut left_out));
         }
-        let mut sessions = { tasks.iter() }.flat_map(|it| &it.people).flat_map(|it| &it.sessions);
+        let mut sessions = { tasks.iter() }
+            .flat_map(|it| &it.people)
+            .flat_map(|it| &it.sessions);
         let has_scripted = sessions.any(|it| it.hand == Hand::Scripted);
         Ok(Self {
             by: args.by,

@@ -1,0 +1,152 @@
+//! Answers to requests.
+
+use std::io;
+use std::time::Duration;
+
+use super::Server;
+use crate::igtlink::client::Client;
+use crate::igtlink::message::{Code, Message};
+use crate::igtlink::request::{Heard, Request, StartTracking};
+use crate::igtlink::wire::Version;
+
+/// Types that are sent, and requests that are answered.
+const CAPABILITIES: [&str; 15] = [
+    "TRANSFORM",
+    "TDATA",
+    "SENSOR",
+    "STRING",
+    "STATUS",
+    "CAPABILITY",
+    "RTS_TDATA",
+    "GET_TRANS",
+    "GET_TDATA",
+    "GET_SENSOR",
+    "GET_STRING",
+    "GET_STATUS",
+    "GET_CAPABIL",
+    "STT_TDATA",
+    "STP_TDATA",
+];
+/// Frames that a client may ask for by name. Other names are the client's own.
+const FRAMES: [&str; 4] = ["RAS", "LPS", "LSA", "SCENE"];
+/// Longest time between two tracking data that a client may ask for, ms.
+const RESOLUTION_MAX_MS: i32 = 60_000;
+
+impl Server {
+    /// Reads a client's requests and answers them.
+    ///
+    /// # Errors
+    ///
+    /// The socket's error: the client is gone.
+    pub(super) fn answer(&mut self, client: &mut Client, unix_ns: u64) -> io::Result<()> {
+        for heard in client.hear()? {
+            let (version, answers) = match heard {
+                Heard::Request(request) => {
+                    client.speak(request.version);
+                    (request.version, self.answers(client, &request, unix_ns))
+                }
+                Heard::Damaged { kind } => {
+                    let words = format!("the checksum or the extended header of {kind} is wrong");
+                    let told = self.status(Code::Checksum, "damaged", &words, unix_ns);
+                    (Version::One, vec![told])
+                }
+                Heard::Noise => {
+                    let words = "this is no OpenIGTLink header of version 1, 2 or 3; \
+                                 nothing more is read on this connection";
+                    let told = self.status(Code::UnknownVersion, "noise", words, unix_ns);
+                    (Version::One, vec![told])
+                }
+            };
+            for answer in answers {
+                self.skipped += u64::from(!client.answer(&answer, version)?);
+            }
+        }
+        Ok(())
+    }
+
+    fn answers(&self, client: &mut Client, request: &Request, unix_ns: u64) -> Vec<Message> {
+        let name = &request.name;
+        match request.kind.as_str() {
+            "GET_STATUS" => self.newest_of("STATUS", "", unix_ns),
+            "GET_CAPABIL" => vec![Message::capability(&self.name, &CAPABILITIES, unix_ns)],
+            "GET_TRANS" => self.newest_of("TRANSFORM", name, unix_ns),
+            "GET_TDATA" => self.newest_of("TDATA", "", unix_ns),
+            "GET_SENSOR" => self.newest_of("SENSOR", name, unix_ns),
+            "GET_STRING" => self.newest_of("STRING", name, unix_ns),
+            "STT_TDATA" => self.start_tracking(client, &request.content, unix_ns),
+            "STP_TDATA" => {
+                client.stop_tracking();
+                vec![Message::tracking_reply(&self.name, true, unix_ns)]
+            }
+            // An answer to an answer would never end.
+            kind if kind == "STATUS" || kind.starts_with("RTS_") => Vec::new(),
+            kind if is_request(kind) || !client.is_told_of_data => {
+                client.is_told_of_data |= !is_request(kind);
+                let words = format!("{kind} is not supported; GET_CAPABIL lists what is");
+                vec![self.status(Code::UnknownInstruction, "unsupported", &words, unix_ns)]
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// The newest messages of a type: the one of this name, or all if the name is empty.
+    fn newest_of(&self, kind: &str, name: &str, unix_ns: u64) -> Vec<Message> {
+        let of_kind = || self.newest.iter().filter(|it| it.kind == kind);
+        let found: Vec<Message> = of_kind()
+            .filter(|it| name.is_empty() || it.name == name)
+            .cloned()
+            .collect();
+        if !found.is_empty() {
+            return found;
+        }
+        let names: Vec<&str> = of_kind().map(|it| it.name.as_str()).collect();
+        let told = if names.is_empty() {
+            let words = format!("there is no {kind} at present");
+            self.status(Code::NotReady, "nothing yet", &words, unix_ns)
+        } else {
+            let words = format!("there is no {kind} '{name}', but {}", names.join(", "));
+            self.status(Code::NotFound, "unknown name", &words, unix_ns)
+        };
+        vec![told]
+    }
+
+    fn start_tracking(&self, client: &mut Client, content: &[u8], unix_ns: u64) -> Vec<Message> {
+        let refused = |words: &str| {
+            vec![
+                Message::tracking_reply(&self.name, false, unix_ns),
+                self.status(Code::Config, "no tracking", words, unix_ns),
+            ]
+        };
+        let Some(start) = StartTracking::read(content) else {
+            return refused("STT_TDATA has no resolution");
+        };
+        let ms = start.resolution_ms;
+        let Some(every_ms) = u64::try_from(ms).ok().filter(|_| ms <= RESOLUTION_MAX_MS) else {
+            return refused(&format!(
+                "the resolution {ms} ms is not in 0 to {RESOLUTION_MAX_MS} ms"
+            ));
+        };
+        let frame = start.frame.as_str();
+        let asked = if frame == "LSA" { "SCENE" } else { frame };
+        if FRAMES.contains(&frame) && asked != self.frame {
+            return refused(&format!(
+                "poses are in the frame {}, not {frame}; start calot igtlink with --frame {}",
+                self.frame,
+                asked.to_lowercase()
+            ));
+        }
+        client.start_tracking(Duration::from_millis(every_ms));
+        vec![Message::tracking_reply(&self.name, true, unix_ns)]
+    }
+
+    fn status(&self, code: Code, short: &str, words: &str, unix_ns: u64) -> Message {
+        Message::status(&self.name, code, short, words, unix_ns)
+    }
+}
+
+/// True for the protocol's requests: an answer is waited for.
+fn is_request(kind: &str) -> bool {
+    ["GET_", "STT_", "STP_", "COMMAND"]
+        .iter()
+        .any(|start| kind.starts_with(start))
+}

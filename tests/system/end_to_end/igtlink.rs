@@ -1,0 +1,221 @@
+//! `calot igtlink` as a client sees it: the real program beside a real station.
+
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use bytemuck::Zeroable as _;
+use hardware::igtlink::wire::{self, HEADER_BYTES, Header, Version};
+use rustix::process::Signal;
+use serde_json::Value;
+use shared_mem::message::ToolFrame;
+use shared_mem::service::{Host, Station};
+use system_tests::{calot, finish, said, signal, station_name, wait_until};
+
+use crate::devices::Emulated;
+
+/// A message that arrived.
+struct Told {
+    kind: String,
+    name: String,
+    stamp: u64,
+    content: Vec<u8>,
+}
+
+impl Told {
+    fn floats(&self) -> Vec<f32> {
+        let four = |it: &[u8]| f32::from_be_bytes(it.try_into().expect("four"));
+        self.content.chunks_exact(4).map(four).collect()
+    }
+}
+
+/// A client of the program.
+struct Reader(TcpStream);
+
+impl Reader {
+    fn connect(address: &str) -> Self {
+        let stream = TcpStream::connect(address).expect("it listens");
+        let patience = Some(Duration::from_secs(120));
+        stream.set_read_timeout(patience).expect("a time limit");
+        Self(stream)
+    }
+
+    fn ask(&mut self, kind: &str, content: &[u8]) {
+        let request = wire::pack(Version::One, kind, "", 0, content);
+        self.0.write_all(&request).expect("it is sent");
+    }
+
+    fn read(&mut self) -> Told {
+        let mut head = [0; HEADER_BYTES];
+        self.0.read_exact(&mut head).expect("a message");
+        let header = Header::read(&head).expect("a header");
+        assert_eq!(header.version, 1);
+        let mut content = vec![0; usize::try_from(header.body_bytes).expect("short")];
+        self.0.read_exact(&mut content).expect("its body");
+        assert_eq!(wire::checksum(&content), header.checksum);
+        let stamp = u64::from_be_bytes(head[34..42].try_into().expect("eight"));
+        let (kind, name) = (header.kind, header.name);
+        Told {
+            kind,
+            name,
+            stamp,
+            content,
+        }
+    }
+
+    /// Reads until a message of this type and name comes.
+    fn find(&mut self, kind: &str, name: &str) -> Told {
+        loop {
+            let told = self.read();
+            if told.kind == kind && told.name == name {
+                return told;
+            }
+        }
+    }
+
+    /// Reads until a status of this code comes; returns the number of transforms before it.
+    fn until_status(&mut self, code: u8) -> usize {
+        let mut transforms = 0;
+        loop {
+            let told = self.read();
+            transforms += usize::from(told.kind == "TRANSFORM");
+            if told.kind == "STATUS" && told.content[1] == code {
+                return transforms;
+            }
+        }
+    }
+}
+
+/// Starts the program; returns it and its address.
+fn serve(name: &str, errors: &Path) -> (Emulated, String) {
+    let mut server = calot()
+        .args([
+            "igtlink",
+            "--station",
+            name,
+            "--listen",
+            "127.0.0.1:0",
+            "--json",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(std::fs::File::create(errors).expect("a file"))
+        .spawn()
+        .expect("it starts");
+    let mut line = String::new();
+    let mut told = BufReader::new(server.stdout.take().expect("piped"));
+    told.read_line(&mut line).expect("a line");
+    let told: Value = serde_json::from_str(&line).expect("JSON");
+    assert_eq!(told["frame"], "ras");
+    let address = told["listening"].as_str().expect("an address").to_owned();
+    (Emulated(server), address)
+}
+
+#[test]
+fn other_programs_are_told_what_a_station_does_until_it_ends() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let errors = folder.path().join("errors");
+    let name = station_name("igtlink");
+    let mut run = Emulated::run(folder.path(), &name);
+    let host = Host::open(&Station::new(&name).expect("a plain name")).expect("a host");
+    let mut tools = ToolFrame::zeroed();
+    wait_until("it runs", || {
+        host.newest_tools(&mut tools) && tools.tick > 500
+    });
+    let (_server, address) = serve(&name, &errors);
+    let mut reader = Reader::connect(&address);
+    reader.until_status(1);
+    poses_are_right(&mut reader, &host, &mut tools);
+    requests_are_answered(&mut reader);
+    a_foreign_client_reads(&address);
+
+    signal(run.0.id(), Signal::INT);
+    run.0.wait().expect("it ends");
+    reader.until_status(19);
+    // It ended: only its condition is repeated.
+    reader.ask("GET_TRANS", b"");
+    assert_eq!(reader.until_status(13), 0, "old poses are not sent");
+    assert_eq!(reader.until_status(19), 0);
+    let said = std::fs::read_to_string(&errors).expect("its words");
+    assert!(said.contains("has ended; data stop"), "{said}");
+}
+
+fn poses_are_right(reader: &mut Reader, host: &Host, tools: &mut ToolFrame) {
+    let mut before = 0;
+    for _ in 0..100 {
+        let tool = reader.find("TRANSFORM", "ToolToReference");
+        assert!(tool.stamp >= before, "stamps go back");
+        before = tool.stamp;
+    }
+    for name in [
+        "ToolToReference",
+        "HandleToReference",
+        "EndoscopeToReference",
+    ] {
+        let numbers = reader.find("TRANSFORM", name).floats();
+        let [a, b, c, d, e, f, ..] = numbers[..] else {
+            panic!("{name}: {numbers:?}");
+        };
+        let across = a * d + b * e + c * f;
+        assert!(across.abs() < 1e-4, "{name}: columns at right angles");
+        assert!((a * a + b * b + c * c - 1.0).abs() < 1e-3, "{name}");
+    }
+    // The camera rests, so the message, in mm and R-A-S, must be near the frame's pose.
+    let camera = reader.find("TRANSFORM", "EndoscopeToReference").floats();
+    host.newest_tools(tools);
+    let [left, head, front] = tools.world_from_camera.position_m;
+    for (told_mm, at_m) in camera[9..].iter().zip([-left, front, head]) {
+        assert!(
+            (told_mm - at_m * 1e3).abs() < 60.0,
+            "{told_mm} mm, {at_m} m"
+        );
+    }
+    let force = reader.find("SENSOR", "Force");
+    assert_eq!(force.content[2..10], 0x02C4_0000_0000_0000u64.to_be_bytes());
+    assert_eq!((force.content[0], force.content.len()), (3, 34));
+}
+
+fn requests_are_answered(reader: &mut Reader) {
+    reader.ask("GET_CAPABIL", b"");
+    let kinds = reader.find("CAPABILITY", "Calot").content;
+    assert!(String::from_utf8_lossy(&kinds).contains("SENSOR"));
+    reader.ask("STT_TDATA", &[0; 36]);
+    assert_eq!(reader.find("RTS_TDATA", "Calot").content, [0]);
+    assert_eq!(reader.find("TDATA", "Calot").content.len(), 3 * 70);
+    reader.ask("STP_TDATA", b"");
+    assert_eq!(reader.find("RTS_TDATA", "Calot").content, [0]);
+    reader.ask("GET_IMAGE", b"");
+    reader.until_status(12);
+}
+
+/// Also lets a client written by others read, if installed (`pip install pyigtl`).
+fn a_foreign_client_reads(address: &str) {
+    let script = format!(
+        "import pyigtl\nhost, port = '{address}'.split(':')\nclient = pyigtl.OpenIGTLinkClient(host, int(port))\n\
+         m = client.wait_for_message('ToolToReference', timeout=60)\nprint(m.matrix[3].tolist())"
+    );
+    let installed = Command::new("python3")
+        .args(["-c", "import pyigtl"])
+        .output();
+    if installed.is_ok_and(|output| output.status.success()) {
+        let output = finish(Command::new("python3").args(["-c", &script]));
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(said.trim(), "[0.0, 0.0, 0.0, 1.0]", "{output:?}");
+    } else {
+        println!("SKIPPED: pyigtl is not installed; no foreign client was tried");
+    }
+}
+
+#[test]
+fn a_station_that_never_was_is_told_and_the_program_fails() {
+    let name = station_name("nosuch");
+    let words = ["--seconds", "4.5", "--listen", "127.0.0.1:0"];
+    let output = finish(calot().args(["igtlink", "--station", &name]).args(words));
+    assert_eq!(output.status.code(), Some(1));
+    let said = said(&output);
+    let advice = format!("calot run --station {name}");
+    assert!(said.contains("runs so far"), "{said}");
+    assert!(said.contains("nothing was sent"), "{said}");
+    assert!(said.contains(&advice), "{said}");
+}
