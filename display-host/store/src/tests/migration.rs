@@ -89,7 +89,8 @@ fn check(store: &Store, ids: &[String; 2], has_scripted: bool) {
     assert_eq!([&sessions[0].id, &sessions[1].id], [&ids[0], &ids[1]]);
     let it = &sessions[0];
     assert_eq!((it.score, it.alarms, it.metrics_version), (81.5, 2, 3));
-    assert_eq!(it.metrics["time_s"], 13.591_027_285_000_017);
+    let time_s = it.metrics["time_s"];
+    assert_eq!(time_s.to_bits(), 13.591_027_285_000_017_f64.to_bits());
     assert_eq!(it.file.as_deref(), Some("/there"));
     assert_eq!(it.circumstances, Circumstances::default(), "unknown");
     let hand = match has_scripted {
