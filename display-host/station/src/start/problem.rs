@@ -189,8 +189,8 @@ mod tests {
         for (number, named) in [
             (0, "/here"),
             (0, "the system's words"),
-            (2, "7"),
-            (13, "12"),
+            (3, "7"),
+            (16, "12"),
         ] {
             assert!(german[number].contains(named), "{}", german[number]);
         }
