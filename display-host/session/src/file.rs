@@ -389,8 +389,8 @@ impl SessionFile {
     }
 
     /// Writes a message of this time. Its stamp is no earlier than that of the channel's message
-    /// before it, because readers expect the order of time. In the course, an event may arrive after
-    /// a younger pose; the entry keeps its own time.
+    /// before it, because readers expect the order of time. In the course, an event may arrive
+    /// after a younger pose; the entry keeps its own time.
     fn put(&mut self, channel_id: u16, at_ns: u64, data: &[u8]) -> Result<(), Error> {
         let mut time = self.wall_ns(at_ns);
         let channel = usize::from(channel_id);

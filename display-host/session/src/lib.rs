@@ -73,6 +73,7 @@ mod records;
 mod repair;
 mod storage;
 mod surfaces;
+mod timeline;
 mod times;
 mod viewer;
 
@@ -88,7 +89,8 @@ pub use records::End;
 pub use repair::{Repaired, repair};
 pub use storage::{Storage, create_private, is_being_recorded};
 pub use surfaces::{Surface, SurfaceFile};
-pub use times::{TickTimes, Times};
+pub use timeline::Times;
+pub use times::TickTimes;
 
 #[cfg(test)]
 mod tests;

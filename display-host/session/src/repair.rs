@@ -1,4 +1,5 @@
-//! Closes a session that breaks off, so that other programs open it: they need the index at its end.
+//! Closes a session that breaks off, so that other programs open it: they need the index at its
+//! end.
 
 use std::collections::BTreeMap;
 use std::fs::File;

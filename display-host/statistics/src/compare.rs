@@ -18,8 +18,8 @@ pub struct Compared {
     pub n: [usize; 2],
     /// Median of each group.
     pub medians: [f64; 2],
-    /// Rank-biserial correlation, which is Cliff's delta: share of pairs in which the first group has more, minus that in which it has
-    /// less. −1 and 1: the groups do not overlap.
+    /// Rank-biserial correlation, which is Cliff's delta: share of pairs in which the first group
+    /// has more, minus that in which it has less. −1 and 1: the groups do not overlap.
     pub delta: f64,
     /// Two-sided probability of a rank sum that is at least as far off its mean, if there is no
     /// difference; NaN if a group is empty.

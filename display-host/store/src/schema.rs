@@ -1,15 +1,26 @@
 //! Tables of the store, and the marks of its file. Any program that reads SQLite can use them.
 //!
-//! | table | a row is | worth knowing |
-//! |---|---|---|
-//! | `trainee` | a person | `name` is the name that the person chose, in Unicode's form NFC. `cohort` is free text such as `novice`; empty: not told. `consent` to a study is `yes`, `no` or `unknown` |
-//! | `session` | an assessed session | `id` is a UUID of version 7. `metrics` is a JSON object of numbers; a metric without a value is absent, and only rows of equal `metrics_version` compare. `hand` is `person` or `scripted`. `realtime` (1 or 0) and `missed_ticks` say how the controller ran; NULL: unknown. `device` and `driver` name the haptic device; empty: none or unknown. `site` is the store's site when the session was kept |
-//! | `answer` | an answer to a questionnaire | 1 to 5; the newest replaces older ones |
-//! | `rating` | a scoring sheet that a rater filled for a session | `rater` is the name that the rater chose; empty: not told. `blinded` is 1 if the rater did not know who operated |
-//! | `point` | an item of such a sheet | `value` is within the scale of the sheet, e.g. 1 to 5 for `goals` |
-//! | `forgotten_trainee` | the mark of a name that was forgotten | no name can be read from it, but whoever has the file can test a guess |
-//! | `forgotten_session` | the mark of one of their sessions | |
-//! | `setting` | a setting of the store by name | `site`: name of the station's site |
+//! | table | a row is |
+//! |---|---|
+//! | `trainee` | a person |
+//! | `session` | an assessed session |
+//! | `answer` | an answer to a questionnaire, 1 to 5; the newest replaces older ones |
+//! | `rating` | a scoring sheet that a rater filled for a session |
+//! | `point` | an item of such a sheet; `value` is within the scale of the sheet |
+//! | `forgotten_trainee` | the mark of a name that was forgotten |
+//! | `forgotten_session` | the mark of one of their sessions |
+//! | `setting` | a setting of the store by name; `site`: name of the station's site |
+//!
+//! - `trainee`: `name` is the name that the person chose, in Unicode's form NFC. `cohort` is free
+//!   text such as `novice`; empty: not told. `consent` to a study is `yes`, `no` or `unknown`.
+//! - `session`: `id` is a UUID of version 7. `metrics` is a JSON object of numbers; a metric
+//!   without a value is absent, and only rows of equal `metrics_version` compare. `hand` is
+//!   `person` or `scripted`. `realtime` (1 or 0) and `missed_ticks` say how the controller ran;
+//!   NULL: unknown. `device` and `driver` name the haptic device; empty: none or unknown. `site` is
+//!   the store's site when the session was kept.
+//! - `rating`: `rater` is the name that the rater chose; empty: not told. `blinded` is 1 if the
+//!   rater did not know who operated.
+//! - `forgotten_trainee`: no name can be read from it, but whoever has the file can test a guess.
 //!
 //! `user_version` is [`SCHEMA_VERSION`], `application_id` is "Calo" in ASCII. A store of version 1
 //! becomes one of this version when a command writes to it; reading leaves it as it is.

@@ -37,8 +37,8 @@ const COLUMNS: [&str; 22] = [
 
 impl Store {
     /// Sessions of one trainee, or of everybody, one per row. `metrics` are the names of the
-    /// metrics that are columns, in their order; further ones are in the last column as JSON. Points
-    /// of GOALS are means over the raters.
+    /// metrics that are columns, in their order; further ones are in the last column as JSON.
+    /// Points of GOALS are means over the raters.
     ///
     /// # Errors
     /// When no trainee has this name, or the file cannot be read.

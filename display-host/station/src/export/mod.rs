@@ -72,7 +72,7 @@ impl Target<'_> {
 const CSV: &str = "csv";
 const PARQUET: &str = "parquet";
 
-/// The same table in every wanted format.
+/// A table in every wanted format.
 struct Tables {
     sheets: Vec<(PathBuf, Box<dyn Sheet>)>,
 }

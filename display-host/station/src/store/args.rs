@@ -102,9 +102,9 @@ pub(crate) enum StoreCommand {
     Export {
         /// Trainee to export [default: all]
         name: Option<String>,
-        /// Print a table as CSV instead: sessions (one a row, with every metric and the means of GOALS
-        /// as columns), answers (one answer to a questionnaire a row), or sheets (one item of a
-        /// scoring sheet a row). A table has the same columns whatever is in the store; `trainee`
+        /// Print a table as CSV instead: sessions (one a row, with every metric and the means of
+        /// GOALS as columns), answers (one answer to a questionnaire a row), or sheets (one item of
+        /// a scoring sheet a row). A table has the same columns whatever is in the store; `trainee`
         /// and `session` join them
         #[arg(long, value_name = "TABLE", value_enum, num_args = 0..=1, require_equals = true,
             default_missing_value = "sessions")]
@@ -169,16 +169,16 @@ pub(crate) enum StoreCommand {
         #[command(flatten)]
         overwrite: Overwrite,
     },
-    /// Stores a rater's points for a session, on a scoring sheet. Without points, asks for each item
-    /// and shows its anchors; without a session, prints the sheets with their anchors
+    /// Stores a rater's points for a session, on a scoring sheet. Without points, asks for each
+    /// item and shows its anchors; without a session, prints the sheets with their anchors
     #[command(after_help = SHEETS)]
     Sheet {
         /// Session id, as `calot store list NAME` prints it
         session: Option<String>,
         /// Points, one for each item; for GOALS e.g. 4 3 4 5 3
         points: Vec<u8>,
-        /// Sheet: goals (Vassiliou 2005), osats (Martin 1997), cvs (critical view of safety, Sanford and
-        /// Strasberg 2014), or a file (TOML)
+        /// Sheet: goals (Vassiliou 2005), osats (Martin 1997), cvs (critical view of safety,
+        /// Sanford and Strasberg 2014), or a file (TOML)
         #[arg(long, value_name = "NAME|FILE", default_value = "goals")]
         sheet: String,
         /// Rater's name, as chosen. Each rater has one sheet of a kind for each session
@@ -196,9 +196,9 @@ pub(crate) enum StoreCommand {
         #[arg(long, conflicts_with = "points")]
         json: bool,
     },
-    /// Compares groups of trainees: writes study.csv (a row for each person and task) and study.html
-    /// (medians and quartiles, tests, learning, agreement of raters). Names are numbers in both.
-    /// Sessions of scripted hands, and those that were not realtime, are left out
+    /// Compares groups of trainees: writes study.csv (a row for each person and task) and
+    /// study.html (medians and quartiles, tests, learning, agreement of raters). Names are numbers
+    /// in both. Sessions of scripted hands, and those that were not realtime, are left out
     Study(StudyArgs),
     /// Asks a questionnaire in the terminal
     Ask {
