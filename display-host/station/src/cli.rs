@@ -18,6 +18,7 @@ use crate::replay::args::ReplayArgs;
 use crate::report::args::ReportArgs;
 use crate::rt::RtArgs;
 use crate::run::args::RunArgs;
+use crate::schema::SchemaArgs;
 use crate::start::args::StartArgs;
 use crate::store::args::StoreArgs;
 
@@ -70,6 +71,8 @@ pub(crate) enum Command {
     Igtlink(IgtlinkArgs),
     /// Shows a station on other computers, with certificates on both sides
     Link(LinkArgs),
+    /// Prints the schemas of the JSON that the other commands write
+    Schema(SchemaArgs),
     /// Runs one of the loads of `jitter`
     #[command(hide = true)]
     Load(LoadArgs),

@@ -9,6 +9,7 @@ use serde_json::json;
 use shared_mem::service::{Station, user_folder};
 
 use crate::args::{parse_seconds, parse_station};
+use crate::document;
 use crate::folder::Folder;
 use crate::problem::Problem;
 use crate::say;
@@ -145,9 +146,10 @@ fn serve(args: &ServeArgs) -> Result<ExitCode, Problem> {
         None => vec![user_folder()?.join(&args.station)],
     };
     let station = Station::new(&args.station)?;
+    let mut said = Ok(());
     let served = ::link::serve(&station, &address, &places, args.seconds, &stop, || {
         if args.json {
-            say::answer(json!({ "listening": args.listen }));
+            said = document::LINK_SERVE.line(json!({ "listening": args.listen }));
         } else {
             say::note(format_args!(
                 "station '{}' can be seen at {}; Ctrl-C ends it",
@@ -155,10 +157,11 @@ fn serve(args: &ServeArgs) -> Result<ExitCode, Problem> {
             ));
         }
     })?;
+    said?;
     if args.json {
-        say::answer(json!({
+        document::LINK_SERVE.line(json!({
             "answers": served.answers, "bytes": served.bytes, "malformed": served.malformed,
-        }));
+        }))?;
     } else {
         say::note(format_args!(
             "{} answers, {:.1} MB",
@@ -185,6 +188,7 @@ fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
         scene: folder.scene(),
         seconds: args.seconds,
     };
+    let mut said = Ok(());
     let watched = ::link::watch(&config, &stop, |seen| {
         // `calot observe` waits for this file.
         if let Seen::Scene(path) = seen
@@ -192,13 +196,16 @@ fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
         {
             say::note(format_args!("warning: {problem}"));
         }
-        say_seen(args, seen);
+        if let Err(problem) = say_seen(args, seen) {
+            said = Err(problem);
+        }
     })?;
+    said?;
     if args.json {
-        say::answer(json!({
+        document::LINK_WATCH.line(json!({
             "states": watched.states, "events": watched.events, "events_lost": watched.events_lost,
             "malformed": watched.malformed, "connections": watched.connections,
-        }));
+        }))?;
     } else {
         say::note(format_args!(
             "{} states, {} events, {} events lost",
@@ -208,7 +215,7 @@ fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn say_seen(args: &WatchArgs, seen: Seen<'_>) {
+fn say_seen(args: &WatchArgs, seen: Seen<'_>) -> Result<(), Problem> {
     let (what, words, detail) = match seen {
         Seen::Connected => (
             "connected",
@@ -230,10 +237,11 @@ fn say_seen(args: &WatchArgs, seen: Seen<'_>) {
             ("no_scene", words.to_owned(), String::new())
         }
     };
-    match args.json {
-        true => say::answer(json!({ "what": what, "detail": detail })),
-        false => say::note(words),
+    if args.json {
+        return document::LINK_WATCH.line(json!({ "what": what, "detail": detail }));
     }
+    say::note(words);
+    Ok(())
 }
 
 fn parse_rate(text: &str) -> Result<f64, String> {

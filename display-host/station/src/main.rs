@@ -8,6 +8,7 @@ mod children;
 mod cli;
 mod clock;
 mod devices;
+mod document;
 mod emulate;
 mod environment;
 mod export;
@@ -29,6 +30,7 @@ mod rt;
 mod run;
 mod say;
 mod scene;
+mod schema;
 mod start;
 mod stop;
 mod store;
@@ -70,6 +72,7 @@ fn main() -> ExitCode {
         cli::Command::Igtlink(args) => igtlink::run(&args),
         cli::Command::Link(args) => link::run(&args),
         cli::Command::Jitter(args) => jitter::run(&args),
+        cli::Command::Schema(args) => schema::run(&args),
         cli::Command::Load(args) => load::run(&args),
         cli::Command::BareLoop(args) => bare_loop::run(&args),
     };

@@ -9,6 +9,7 @@ use rt_process::{AdmissionPolicy, Realtime, RtConfig, RtError, Scheduler};
 
 use crate::args::{ControllerArgs, SchedulerName, ScopeLineName, parse_seconds, parse_station};
 use crate::children::{READY, REFUSED};
+use crate::document;
 use crate::problem::Problem;
 use crate::say;
 use crate::stop;
@@ -96,7 +97,7 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
     }
     let summary = outcome?;
     if args.json {
-        say::answer(format_args!("{}", serde_json::to_string(&summary)?));
+        document::CONTROLLER.line(&summary)?;
     } else {
         say::note(format_args!(
             "{} ticks, {} missed, {} allocations, {} page faults{}",

@@ -1,10 +1,12 @@
-//! Programs of other people open a session: the official MCAP reader with protobuf, pandas, DuckDB
-//! and Rerun, from their registry. The code of the page about sessions runs as it stands there.
+//! Programs of other people open a session: Foxglove's reader, the official MCAP reader with protobuf,
+//! pandas, DuckDB and Rerun, from their registries. The code of the page about sessions runs as it stands there.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use system_tests::{calot, finish, said, station_name};
+
+use super::foxglove;
 
 /// Packages from the Python registry, at the versions that were tried.
 const PACKAGES: [&str; 6] = [
@@ -157,6 +159,16 @@ fn a_session_opens_in_the_programs_of_others() {
     succeeded(&finish(calot().arg("replay").arg(&cut).arg("--repair")));
     let repaired = folder.path().join("cut-repaired.mcap");
 
+    if let Some(channels) = foxglove::channels(&[&session, &repaired, &organs]) {
+        for channel in [
+            "/tf .foxglove.FrameTransforms",
+            "/tool .calot.Tool",
+            "/log .foxglove.Log",
+            "/organs .foxglove.SceneUpdate",
+        ] {
+            assert!(channels.contains(channel), "{channel}: {channels}");
+        }
+    }
     let Some(python) = python() else { return };
     let mut checks = Command::new(&python);
     checks.args(["-c", CHECKS]).arg(&session).arg(&tables);

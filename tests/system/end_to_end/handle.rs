@@ -45,7 +45,7 @@ fn max_finger_force_n() -> f64 {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let _emulated = Emulated::led(folder, &["--handle", "opening"]);
-    let (out, table) = (folder.join("run"), folder.join("ticks.csv"));
+    let (out, tables) = (folder.join("run"), folder.join("tables"));
     let run = finish(
         calot()
             .args(["run", "--headless", "--frames", "0", "--seconds", "12"])
@@ -69,15 +69,15 @@ fn max_finger_force_n() -> f64 {
         travel_m.is_some_and(|it| (it - 0.03).abs() < 1e-6),
         "{device:#}"
     );
-    let replay = finish(
+    let export = finish(
         calot()
-            .arg("replay")
+            .arg("export")
             .arg(out.join("session.mcap"))
             .arg("--csv")
-            .arg(&table),
+            .arg(&tables),
     );
-    assert!(replay.status.success(), "{}", said(&replay));
-    let text = fs::read_to_string(&table).expect("a table");
+    assert!(export.status.success(), "{}", said(&export));
+    let text = fs::read_to_string(tables.join("ticks.csv")).expect("a table");
     let rows = rows(&text, ["handle_opening", "jaw", "opening_n", "time_s"]);
     let shut = rows.iter().filter(|[hand, ..]| *hand < 0.1).count();
     assert!(

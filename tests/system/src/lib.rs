@@ -1,6 +1,7 @@
 //! Fixtures shared by the system tests: the real program, its stations and its pictures.
 
 pub mod disk;
+pub mod documents;
 mod program;
 pub mod screen;
 
@@ -92,7 +93,8 @@ pub fn station_name(test: &str) -> String {
 ///
 /// # Panics
 ///
-/// If it does not end in time. The command is then killed, and its output is shown.
+/// If it does not end in time; the command is then killed, and its output is shown. If it was asked
+/// for JSON and its output does not follow the schemas.
 #[track_caller]
 pub fn finish(command: &mut Command) -> Output {
     Program::start(command).finish()
@@ -120,12 +122,15 @@ pub fn said(output: &Output) -> String {
 ///
 /// # Panics
 ///
-/// If the file is missing or is not JSON.
+/// If the file is missing, is not JSON or does not follow its schema.
 #[must_use]
+#[track_caller]
 pub fn summary(folder: &Path) -> serde_json::Value {
     let path = folder.join("summary.json");
     let text = std::fs::read_to_string(&path).expect("summary.json is there");
-    serde_json::from_str(&text).expect("summary.json is JSON")
+    let summary = serde_json::from_str(&text).expect("summary.json is JSON");
+    documents::check(&summary);
+    summary
 }
 
 /// Waits until `holds` returns true.

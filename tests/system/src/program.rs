@@ -4,7 +4,7 @@ use std::io::Read;
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::thread::JoinHandle;
 
-use crate::wait_until;
+use crate::{documents, wait_until};
 
 /// Reader of a stream's text. It reads continuously, so that the pipe never fills.
 type Told = Option<JoinHandle<Vec<u8>>>;
@@ -14,6 +14,8 @@ pub struct Program {
     child: Child,
     stdout: Told,
     stderr: Told,
+    /// True if its standard output is JSON.
+    is_json: bool,
 }
 
 impl Program {
@@ -23,12 +25,14 @@ impl Program {
     ///
     /// If it cannot be started.
     pub fn start(command: &mut Command) -> Self {
+        let is_json = documents::is_asked_for(command);
         let command = command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("it starts");
         Self {
             stdout: child.stdout.take().map(read),
             stderr: child.stderr.take().map(read),
             child,
+            is_json,
         }
     }
 
@@ -51,19 +55,24 @@ impl Program {
     ///
     /// # Panics
     ///
-    /// If it does not end in time.
+    /// If it does not end in time. If it was asked for JSON and its output does not follow the schemas.
     #[must_use]
+    #[track_caller]
     pub fn finish(mut self) -> Output {
         let mut status = None;
         wait_until("the program's end", || {
             status = self.ended();
             status.is_some()
         });
-        Output {
+        let output = Output {
             status: status.unwrap_or_default(),
             stdout: whole(&mut self.stdout),
             stderr: whole(&mut self.stderr),
+        };
+        if self.is_json {
+            documents::check_output(&output.stdout);
         }
+        output
     }
 }
 

@@ -200,12 +200,14 @@ pub struct Written {
     pub report: PathBuf,
 }
 
-/// Writes `summary.json` and `report.html` into a folder, which is created if missing.
+/// Writes `summary.json` and `report.html` into a folder, which is created if missing. `json` is the
+/// summary with the name of its schema.
 ///
 /// # Errors
 /// A file cannot be written.
 pub fn write(
     folder: &Path,
+    json: &str,
     summary: &Summary,
     recorder: &Recorder,
     outcome: &RunOutcome,
@@ -219,8 +221,8 @@ pub fn write(
         summary: folder.join("summary.json"),
         report: folder.join("report.html"),
     };
-    let json = serde_json::to_string_pretty(summary).map_err(|e| failed(&written.summary, &e))?;
-    write_private(&written.summary, &(json + "\n")).map_err(|e| failed(&written.summary, &e))?;
+    write_private(&written.summary, &format!("{json}\n"))
+        .map_err(|e| failed(&written.summary, &e))?;
     let html = page::render(summary, recorder, outcome, folder);
     write_private(&written.report, &html).map_err(|e| failed(&written.report, &e))?;
     Ok(written)

@@ -19,6 +19,7 @@ use clap::Args;
 
 use self::finding::{Finding, Verdict};
 use self::system::System;
+use crate::document;
 use crate::problem::Problem;
 use crate::say;
 
@@ -56,7 +57,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
     let bad = findings.iter().any(|f| f.verdict == Verdict::Bad);
     if args.json {
         let json = serde_json::json!({"core": core, "fit": !bad, "findings": findings});
-        say::answer(serde_json::to_string_pretty(&json)?);
+        document::CHECK.answer(json)?;
     } else {
         for finding in &findings {
             say::answer(in_words(finding));

@@ -18,6 +18,7 @@ use serde_json::json;
 use super::args::CalibrateArgs;
 use super::sections::{Section, with_sections};
 use super::typed::typed_lines;
+use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
@@ -229,14 +230,14 @@ fn report(
         }
         if args.json {
             let pose = &fit.world_from_device;
-            say::answer(json!({
+            document::CALIBRATION.line(json!({
                 "frame": frame,
                 "position_m": pose.translation.vector.as_slice(),
                 "rotation_xyzw": pose.rotation.coords.as_slice(),
                 "rms_mm": rms_mm,
                 "worst_mm": worst_mm,
                 "odd_one": odd_one,
-            }));
+            }))?;
         } else {
             let odd_one = odd_one.map_or(String::new(), |name| {
                 format!("; '{name}' fits the others worst")

@@ -10,6 +10,7 @@ use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
 use serde_json::json;
 
 use super::args::{ConformanceArgs, LineDriver};
+use crate::document;
 use crate::problem::Problem;
 use crate::say;
 
@@ -51,7 +52,7 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         LineDriver::Trakstar => conformance::trakstar(path, &mut options),
     };
     if args.json {
-        say::answer(as_json(&report));
+        document::CONFORMANCE.line(as_json(&report))?;
     } else {
         say::answer(report.to_string().trim_end());
         let open = report.names(CheckOutcome::NotJudged);

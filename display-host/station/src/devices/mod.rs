@@ -17,6 +17,7 @@ use std::process::ExitCode;
 use hardware::list::{Found, devices};
 use serde_json::json;
 
+use crate::document;
 use crate::problem::Problem;
 use crate::say;
 use args::{DevicesArgs, DevicesCommand, DevicesListArgs};
@@ -37,7 +38,7 @@ fn list(args: &DevicesListArgs) -> Result<ExitCode, Problem> {
     let found = devices();
     if args.json {
         let found: Vec<_> = found.iter().map(as_json).collect();
-        say::answer(json!({ "devices": found }));
+        document::DEVICES.line(json!({ "devices": found }))?;
         return Ok(ExitCode::SUCCESS);
     }
     for device in &found {

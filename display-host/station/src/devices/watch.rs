@@ -19,6 +19,7 @@ use serde_json::{Value, json};
 use super::args::{LineDriver, WatchArgs};
 use super::open::open_haptic;
 use super::samples::Samples;
+use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
@@ -71,7 +72,7 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
             lines = watched.len();
             for device in &mut watched {
                 let line = match args.json {
-                    true => device.as_json(since_s).to_string(),
+                    true => serde_json::to_string(&document::WATCH.of(device.as_json(since_s)))?,
                     false => device.in_words(since_s),
                 };
                 let erase = if live { "\x1b[K" } else { "" };

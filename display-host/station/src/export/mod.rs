@@ -23,6 +23,7 @@ use self::csv::Csv;
 use self::surfaces::Surfaces;
 use self::table::{Cell, Column, Sheet};
 use self::ticks::Rows;
+use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::replay::judge::{Different, Judge};
@@ -141,7 +142,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Problem> {
     write_metrics(&mut outcome, &file, &targets)?;
     write_columns(&mut outcome, &targets)?;
     if args.json {
-        say::answer(format_args!("{}", serde_json::to_string_pretty(&outcome)?));
+        document::EXPORT.answer(&outcome)?;
     }
     for line in in_words(&outcome) {
         say::note(line);

@@ -19,6 +19,7 @@ use shared_mem::service::{Host, Station};
 use shared_mem::words::Switches;
 
 use crate::args::{parse_seconds, parse_station};
+use crate::document;
 use crate::problem::Problem;
 use crate::say;
 use crate::stop;
@@ -101,7 +102,8 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
         .map_err(|error| format!("{}: {error}; choose another with --listen", args.listen))?;
     let address = server.address()?;
     if args.json {
-        say::answer(json!({ "listening": address.to_string(), "frame": args.frame.name() }));
+        document::IGTLINK
+            .line(json!({ "listening": address.to_string(), "frame": args.frame.name() }))?;
     } else {
         say::note(format_args!(
             "OpenIGTLink at {address}, station '{}', frame {}; Ctrl-C ends it",
@@ -111,7 +113,7 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     }
     let mut sender = Sender::new(args, station, host, server);
     sender.serve(&stop);
-    Ok(sender.came_to(args.json))
+    sender.came_to(args.json)
 }
 
 /// Carries a station's frames and events to the server.
@@ -226,13 +228,13 @@ impl<'a> Sender<'a> {
     }
 
     /// Says what was sent. Fails if it was nothing.
-    fn came_to(&self, json: bool) -> ExitCode {
+    fn came_to(&self, json: bool) -> Result<ExitCode, Problem> {
         let (frames, skipped) = (self.frames, self.server.skipped());
         let turned_away = self.server.turned_away();
         if json {
-            say::answer(json!({
+            document::IGTLINK.line(json!({
                 "frames": frames, "skipped": skipped, "turned_away": turned_away,
-            }));
+            }))?;
         } else {
             say::note(format_args!(
                 "{frames} frames; {skipped} messages skipped for clients that did not read; \
@@ -240,12 +242,12 @@ impl<'a> Sender<'a> {
             ));
         }
         if frames > 0 {
-            return ExitCode::SUCCESS;
+            return Ok(ExitCode::SUCCESS);
         }
         say::note(format_args!(
             "nothing was sent: station '{0}' did not run; start it with `calot run --station {0}`",
             self.args.station
         ));
-        ExitCode::FAILURE
+        Ok(ExitCode::FAILURE)
     }
 }

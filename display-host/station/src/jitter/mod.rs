@@ -32,6 +32,7 @@ use self::args::JitterArgs;
 use self::save::save;
 use self::session::Bench;
 use crate::bare_loop;
+use crate::document;
 use crate::folder::Folder;
 use crate::load::{Load, Loads};
 use crate::output::{self, Format};
@@ -51,7 +52,7 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     if let [first, second] = args.ratio_of.as_slice() {
         let ratios = two_runs::ratios(&Report::read(first)?, &Report::read(second)?);
         match args.json {
-            true => say::answer(serde_json::to_string_pretty(&ratios.json)?),
+            true => document::JITTER_DIFF.answer(&ratios.json)?,
             false => say::answer(ratios.text.trim_end()),
         }
         return Ok(ExitCode::SUCCESS);
@@ -69,7 +70,7 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     };
     save(&report, &out)?;
     match args.json {
-        true => say::answer(serde_json::to_string_pretty(&report.to_json())?),
+        true => document::JITTER.answer(report.to_json())?,
         false => say::answer(table::text(&report).trim_end()),
     }
     let out = out.display();

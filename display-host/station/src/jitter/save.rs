@@ -5,11 +5,12 @@ use std::path::Path;
 use jitter::report::FILE;
 use jitter::{Report, table};
 
+use crate::document;
 use crate::problem::Problem;
 
 /// Writes all files, each by a rename: a reader sees the old or the new one.
 pub(super) fn save(report: &Report, folder: &Path) -> Result<(), Problem> {
-    let json = serde_json::to_string(&report.to_json())?;
+    let json = serde_json::to_string(&document::JITTER.of(report.to_json()))?;
     let trace = serde_json::to_string(&jitter::trace(&report.incidents))?;
     for (name, text) in [
         (FILE, json),

@@ -12,6 +12,7 @@ use shared_mem::scene::SceneFile;
 
 use self::args::PrepareArgs;
 use crate::build::build;
+use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
@@ -59,7 +60,7 @@ pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
         let levels: Vec<_> = prepared.iter().skip(1).map(|p| &p.report).collect();
         figures["program"] = build().into();
         figures["coarser_levels"] = serde_json::to_value(levels)?;
-        serde_json::to_string_pretty(&figures)
+        serde_json::to_string_pretty(&document::PREPARATION.of(figures))
     };
     match args.json.as_deref() {
         Some(path) if path == Path::new("-") => say::answer(format_args!("{}", json()?)),

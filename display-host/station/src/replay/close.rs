@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use serde::Serialize;
 use session::{Repaired, repair};
 
+use crate::document;
 use crate::output::{self, Format, Overwrite};
 use crate::problem::Problem;
 use crate::say;
@@ -48,7 +49,7 @@ pub(super) fn run(session: &Path, overwrite: Overwrite, json: bool) -> Result<Ex
         }
     }
     if json {
-        say::answer(format_args!("{}", serde_json::to_string_pretty(&outcome)?));
+        document::REPAIR.answer(&outcome)?;
     }
     Ok(ExitCode::SUCCESS)
 }

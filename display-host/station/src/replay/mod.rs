@@ -19,6 +19,7 @@ use self::args::ReplayArgs;
 use self::judge::{Different, Judge};
 use self::recorded::{LeftOut, scene_of, without_gap};
 use crate::build::build;
+use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
@@ -76,7 +77,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
     let replay = Replay::new(&scene, &session.setup)?;
     let outcome = compare(&replay, &mut session, running)?;
     if args.json {
-        say::answer(format_args!("{}", serde_json::to_string_pretty(&outcome)?));
+        document::REPLAY.answer(&outcome)?;
     }
     say::note(in_words(&outcome));
     Ok(match outcome.same {

@@ -19,6 +19,7 @@ use super::judge::{Different, Judge};
 use super::recorded::{LeftOut, without_gap};
 use super::show::STACK_BYTES;
 use crate::args::SceneArgs;
+use crate::document;
 use crate::problem::Problem;
 use crate::say;
 use crate::scene;
@@ -123,7 +124,7 @@ pub(super) fn run(
     }
     write(out, &compared, &runs)?;
     if args.json {
-        say::answer(serde_json::to_string_pretty(&compared)?);
+        document::WHAT_IF.answer(&compared)?;
     }
     say::note(format_args!(
         "force differs by {:.3} N at most ({:.3} rms), the tips are {:.2} mm apart at most; wrote {} \

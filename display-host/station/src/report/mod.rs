@@ -14,6 +14,7 @@ use store::Hand;
 
 use self::args::ReportArgs;
 pub(crate) use self::pictures::Wanted;
+use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
@@ -80,7 +81,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
         chapters.push(chapter);
     }
     match &out {
-        None => say::answer(format_args!("{}", serde_json::to_string_pretty(&found)?)),
+        None => document::REPORT.array(found)?,
         Some(out) => write(&chapters, out)?,
     }
     Ok(if whole {

@@ -11,6 +11,7 @@ use session::Recorded;
 
 use super::show::Shown;
 use crate::args::DeviceArgs;
+use crate::document;
 use crate::problem::Problem;
 use crate::report;
 use crate::say;
@@ -38,7 +39,7 @@ impl Shown<'_> {
         whole &= self.keep(&mut summary);
         whole &= self.write(&summary)?;
         if self.args.json {
-            say::answer(format_args!("{}", serde_json::to_string_pretty(&summary)?));
+            document::SUMMARY.answer(&summary)?;
         }
         for warning in &self.outcome.warnings {
             say::note(format_args!("calot: {warning}"));
@@ -121,7 +122,8 @@ impl Shown<'_> {
         let Some(out) = &self.out else {
             return Ok(true);
         };
-        let written = write(out, summary, &self.recorder, &self.outcome)?;
+        let json = serde_json::to_string_pretty(&document::SUMMARY.of(summary))?;
+        let written = write(out, &json, summary, &self.recorder, &self.outcome)?;
         say::note(format_args!(
             "wrote {} and {}",
             written.summary.display(),

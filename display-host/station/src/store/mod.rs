@@ -18,6 +18,7 @@ use self::record::circumstances_beside;
 pub(crate) use self::record::{Made, circumstances_of, record};
 use crate::args::{NewTrainee, StoreFile};
 use crate::clock::now_unix_s;
+use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::report::{self, utc};
@@ -41,7 +42,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             for session in sessions {
                 let added = add(&mut store, name, session)?;
                 if let (true, Some(added)) = (*json, added) {
-                    say::answer(serde_json::to_string(&added)?);
+                    document::SESSION.line(&added)?;
                 }
             }
         }
@@ -107,7 +108,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
 fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
     let merged = store.merge(other)?;
     if json {
-        say::answer(serde_json::to_string(&merged)?);
+        document::MERGED.line(&merged)?;
         return Ok(());
     }
     say::note(format_args!(
@@ -156,7 +157,10 @@ fn forget(store: &mut Store, name: &str) -> Result<(), Problem> {
 
 fn export(store: &Store, name: Option<&str>, csv: Option<Table>) -> Result<(), Problem> {
     let text = match csv {
-        None => serde_json::to_string_pretty(&store.export_json(name)?)?,
+        None => {
+            let all = document::STORE.of(store.export_json(name)?);
+            serde_json::to_string_pretty(&all)?
+        }
         Some(Table::Sessions) => store.export_csv(name, &Metric::ALL.map(Metric::name))?,
         Some(Table::Answers) => store.export_answers_csv(name)?,
         Some(Table::Sheets) => store.export_sheets_csv(name)?,
@@ -181,7 +185,7 @@ fn trainee(
     let people = file.read()?.trainees()?;
     let found = people.into_iter().find(|it| it.name == name);
     let found = found.ok_or_else(|| StoreError::NoTrainee(name.to_owned()))?;
-    say::answer(serde_json::to_string(&found)?);
+    document::TRAINEE.line(&found)?;
     Ok(())
 }
 
@@ -193,7 +197,7 @@ fn list(file: &StoreFile, name: Option<&str>, json: bool) -> Result<(), Problem>
     let (Some(name), Some(store)) = (name, &store) else {
         let people = store.map_or_else(|| Ok(Vec::new()), |it| it.trainees())?;
         if json {
-            say::answer(serde_json::to_string_pretty(&people)?);
+            document::TRAINEE.array(people)?;
             return Ok(());
         }
         if people.is_empty() {
@@ -213,7 +217,7 @@ fn list(file: &StoreFile, name: Option<&str>, json: bool) -> Result<(), Problem>
     };
     let sessions = store.sessions(name, None)?;
     if json {
-        say::answer(serde_json::to_string_pretty(&sessions)?);
+        document::SESSION.array(sessions)?;
         return Ok(());
     }
     for it in sessions {

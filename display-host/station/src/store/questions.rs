@@ -7,6 +7,7 @@ use store::{Questionnaire, Store};
 
 use crate::args::{NewTrainee, StoreFile};
 use crate::clock::now_unix_s;
+use crate::document;
 use crate::problem::Problem;
 use crate::say;
 
@@ -39,8 +40,7 @@ pub(super) fn summarise(
     let questions = questions(questionnaire)?;
     let summary = store.summarise(&questions)?;
     if json {
-        say::answer(serde_json::to_string_pretty(&summary)?);
-        return Ok(());
+        return document::ANSWERS.array(summary);
     }
     say::answer(format_args!(
         "{:>3}  {:<11}  {:<11}  {}",

@@ -5,6 +5,7 @@ use std::io::{BufRead as _, Write as _};
 use store::{Sheet, SheetItem, Store};
 
 use crate::args::StoreFile;
+use crate::document;
 use crate::problem::Problem;
 use crate::say;
 
@@ -12,8 +13,7 @@ use crate::say;
 pub(super) fn forms(json: bool) -> Result<(), Problem> {
     let all = Sheet::built_in();
     if json {
-        say::answer(serde_json::to_string_pretty(&all)?);
-        return Ok(());
+        return document::FORM.array(all);
     }
     for sheet in &all {
         let Sheet {
@@ -44,8 +44,7 @@ fn anchors(item: &SheetItem) -> impl Iterator<Item = String> {
 
 /// Prints the sheets of a session as JSON.
 pub(super) fn show(store: &Store, session: &str) -> Result<(), Problem> {
-    say::answer(serde_json::to_string_pretty(&store.ratings(session)?)?);
-    Ok(())
+    document::SHEET.array(store.ratings(session)?)
 }
 
 /// Stores a sheet; asks for the points if none are given. `rater` is the name and whether the rater

@@ -21,6 +21,7 @@ use rt_process::time_driver::now_ns;
 use self::clock::RealClock;
 use super::args::{AxisName, CharacteriseArgs};
 use super::open::haptic_spec;
+use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::say;
@@ -67,14 +68,15 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
     };
     say::note("Fitting the models.");
     let found = made.analyse();
-    let json = table::json(&spec.path, &found);
+    let json = document::CHARACTERISTICS.of(table::json(&spec.path, &found));
+    let json = serde_json::to_string(&json)?;
     if args.json {
         say::answer(&json);
     } else {
         say::answer(table::text(&found));
     }
     if let Some(folder) = folder {
-        save(&folder, &page::html(&spec.path, &found)?, &json.to_string())?;
+        save(&folder, &page::html(&spec.path, &found)?, &json)?;
     }
     let walls = [&found.wall, &found.opening_wall].into_iter().flatten();
     let measured_any = found.measured().next().is_some()

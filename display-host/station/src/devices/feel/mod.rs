@@ -23,6 +23,7 @@ use super::open::open_haptic;
 use super::sections::{Section, with_sections};
 use crate::args::LanguageName;
 use crate::clock::now_unix_s;
+use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
 use crate::report::utc;
@@ -95,7 +96,7 @@ fn opened(args: &FeelArgs, text: Option<&str>) -> Result<Box<dyn HapticDevice + 
 fn report(args: &FeelArgs, text: Option<&str>, felt: &Felt) -> Result<(), Problem> {
     let section = section(&felt.report);
     if args.json {
-        say::answer(as_json(&felt.report));
+        document::CONFORMANCE.line(as_json(&felt.report))?;
     } else {
         say::answer(felt.report.to_string().trim_end());
     }
