@@ -3,22 +3,17 @@
 use core::fmt::Write as _;
 
 use base64::Engine as _;
-use figures::html::escape;
+use figures::html::{STYLE, escape};
 
 use super::{Chapter, drawing};
 use crate::assessment::Moment;
 use crate::metrics::{Metric, Values};
 use crate::task::Outcome;
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 \
-1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2.4rem;font-size:1.25rem}\
-h3{margin-top:1.6rem;font-size:1.05rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem \
-.8rem;text-align:right;border-bottom:1px solid #ddd;vertical-align:top}th:first-child,td:first-child,td.l{\
-text-align:left}.lead{color:#555;margin-top:.2rem}.bad{background:#fbe9e7;border-left:4px solid #9e2a2b;\
-padding:.5rem 1rem}.good{background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}.open{\
-background:#fdf4dc;border-left:4px solid #b7791f;padding:.5rem 1rem}figure{margin:1rem 0}figcaption{color:#555;\
-font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:repeat(auto-fill,\
-minmax(15rem,1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}.score{font-size:2.2rem;font-weight:600}";
+/// Styles of the debrief besides those of all pages.
+const MORE: &str = "h3{margin-top:1.6rem;font-size:1.05rem}td,th{vertical-align:top}td.l{text-align:left}\
+.open{background:#fdf4dc;border-left:4px solid #b7791f;padding:.5rem 1rem}.score{font-size:2.2rem;\
+font-weight:600}";
 
 struct Page(String);
 
@@ -35,7 +30,8 @@ pub fn html(chapters: &[Chapter]) -> String {
     let mut page = Page(String::new());
     page.add(format_args!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
-         content=\"width=device-width\"><title>Calot: debrief</title><style>{STYLE}</style><h1>Debrief</h1>"
+         content=\"width=device-width\"><title>Calot: debrief</title><style>{STYLE}{MORE}</style>\
+         <h1>Debrief</h1>"
     ));
     if chapters.len() > 1 {
         together(&mut page, chapters);
