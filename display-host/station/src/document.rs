@@ -1,6 +1,6 @@
 //! JSON that `calot` writes for programs. Each document names its schema under the key `schema`;
-//! `calot schema` prints the schemas. A new key keeps the version. Whoever removes or renames a key,
-//! or changes its meaning, makes a new version: a new file in `schemas`, a new number here.
+//! `calot schema` prints the schemas. A new key keeps the version. Whoever removes or renames a
+//! key, or changes its meaning, makes a new version: a new file in `schemas`, a new number here.
 
 use serde::Serialize;
 

@@ -1,5 +1,6 @@
-//! Programs of other people open a session: Foxglove's reader, the official MCAP reader with protobuf,
-//! pandas, DuckDB and Rerun, from their registries. The code of the page about sessions runs as it stands there.
+//! Programs of other people open a session: Foxglove's reader, the official MCAP reader with
+//! protobuf, pandas, DuckDB and Rerun, from their registries. The code of the page about sessions
+//! runs as it stands there.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -200,8 +200,8 @@ pub struct Written {
     pub report: PathBuf,
 }
 
-/// Writes `summary.json` and `report.html` into a folder, which is created if missing. `json` is the
-/// summary with the name of its schema.
+/// Writes `summary.json` and `report.html` into a folder, which is created if missing. `json` is
+/// the summary with the name of its schema.
 ///
 /// # Errors
 /// A file cannot be written.

@@ -12,7 +12,11 @@ use crate::output::Overwrite;
 use crate::task::args::TaskArgs;
 
 /// Default length of a headless run, s.
-pub(super) const HEADLESS_SECONDS: f64 = 10.0;
+const HEADLESS_SECONDS: f64 = 10.0;
+/// Default length of a headless run in which a scripted surgeon works, s. The run ends before, as
+/// soon as the task is decided. The whole procedure takes the careful surgeon about 330 s of
+/// simulated time, and twice that on a slow computer.
+const SURGEON_SECONDS: f64 = 900.0;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -31,7 +35,8 @@ pub(crate) struct RunArgs {
     /// Open no window; write pictures and a report to --out
     #[arg(long)]
     pub(crate) headless: bool,
-    /// End after this time, s [default with --headless: 10; otherwise when the window is closed]
+    /// End after this time, s [default with --headless: 10, or with --hand when the task is
+    /// decided; otherwise when the window is closed]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
     /// Folder for summary.json, report.html and pictures [default with --task: a new folder in out;
@@ -82,6 +87,19 @@ pub(crate) struct RunArgs {
     pub(crate) controller: ControllerArgs,
 }
 
+impl RunArgs {
+    /// Length of a headless run, s.
+    pub(super) fn headless_s(&self) -> f64 {
+        let works = self.task.hand.is_some();
+        let default = if works {
+            SURGEON_SECONDS
+        } else {
+            HEADLESS_SECONDS
+        };
+        self.seconds.unwrap_or(default)
+    }
+}
+
 impl Default for RunArgs {
     fn default() -> Self {
         /// Takes the defaults that `calot run` has without arguments.
@@ -101,4 +119,27 @@ pub(super) fn session_path(args: &RunArgs, out: Option<&Path>) -> Option<PathBuf
     args.record
         .clone()
         .or_else(|| beside.map(|out| out.join("session.mcap")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Parser)]
+    struct Alone {
+        #[command(flatten)]
+        run: RunArgs,
+    }
+
+    #[test]
+    fn a_headless_run_lasts_as_long_as_its_surgeon_needs() {
+        let length = |words: &str| {
+            let words = format!("calot --headless {words}");
+            Alone::parse_from(words.split_whitespace()).run.headless_s()
+        };
+        let worked = length("--task cut --hand unclamped");
+        assert!(worked > length("--task cut") && length("") > 0.0);
+        let asked = length("--task cut --hand unclamped --seconds 3");
+        assert_eq!(asked.to_bits(), 3.0f64.to_bits());
+    }
 }

@@ -9,7 +9,7 @@ use shared_mem::service::Station;
 
 use display_host::window;
 
-use super::args::{HEADLESS_SECONDS, RunArgs, session_path};
+use super::args::{RunArgs, session_path};
 use super::player::Player;
 use super::room;
 use crate::args::DeviceArgs;
@@ -59,7 +59,10 @@ impl<'a> Planned<'a> {
         let scene = scene::compile(&args.scene, &folder.scene())?;
         if let Some(path) = session_path(args, out.as_deref()) {
             session::check_target(&path)?;
-            let seconds = args.seconds.or(args.headless.then_some(HEADLESS_SECONDS));
+            let seconds = match args.headless {
+                true => Some(args.headless_s()),
+                false => args.seconds,
+            };
             room::check(&path, std::fs::metadata(&scene)?.len(), seconds)?;
         }
         if let Some(device) = unfelt(&args.controller.devices) {

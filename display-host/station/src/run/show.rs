@@ -12,7 +12,7 @@ use display_host::window::{self, WindowConfig};
 use session::{Recorded, Recording};
 use shared_mem::scene::SceneFile;
 
-use super::args::{HEADLESS_SECONDS, RunArgs};
+use super::args::RunArgs;
 use super::start::Started;
 use crate::args::LanguageName;
 use crate::folder::Folder;
@@ -116,7 +116,7 @@ impl<'a> Started<'a> {
         HeadlessConfig {
             station: self.station.clone(),
             scene: self.scene.clone(),
-            seconds: args.seconds.unwrap_or(HEADLESS_SECONDS),
+            seconds: args.headless_s(),
             out_dir: self.out.as_deref().unwrap_or(Path::new("out")).to_owned(),
             size: args.size,
             frames: args.frames,
