@@ -4,19 +4,19 @@ use core::fmt::Write as _;
 
 use figures::html::escape;
 
-use crate::assessment::{Assessed, Path};
+use crate::assessment::Assessed;
 use crate::tally::BIN_N;
 
-const INK: &str = "#282c34";
-const BAD: &str = "#9e2a2b";
-const TIP: &str = "#1e62a0";
-const LENS: &str = "#e69f00";
-const WIDTH: f64 = 720.0;
+pub(super) const INK: &str = "#282c34";
+pub(super) const BAD: &str = "#9e2a2b";
+pub(super) const TIP: &str = "#1e62a0";
+pub(super) const LENS: &str = "#e69f00";
+pub(super) const WIDTH: f64 = 720.0;
 
-struct Svg(String);
+pub(super) struct Svg(String);
 
 impl Svg {
-    fn new(width: f64, height: f64, title: &str) -> Self {
+    pub(super) fn new(width: f64, height: f64, title: &str) -> Self {
         Self(format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
              height=\"{height}\" role=\"img\" font-family=\"sans-serif\" font-size=\"12\"><!-- Calot --><title>{}</title>",
@@ -24,25 +24,25 @@ impl Svg {
         ))
     }
 
-    fn add(&mut self, text: core::fmt::Arguments<'_>) {
+    pub(super) fn add(&mut self, text: core::fmt::Arguments<'_>) {
         // Writing to a string cannot fail.
         let _ = self.0.write_fmt(text);
     }
 
-    fn text(&mut self, x: f64, y: f64, anchor: &str, text: &str) {
+    pub(super) fn text(&mut self, x: f64, y: f64, anchor: &str, text: &str) {
         self.add(format_args!(
             "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{INK}\">{}</text>",
             escape(text)
         ));
     }
 
-    fn line(&mut self, [x1, y1, x2, y2]: [f64; 4], color: &str) {
+    pub(super) fn line(&mut self, [x1, y1, x2, y2]: [f64; 4], color: &str) {
         self.add(format_args!(
             "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"{color}\"/>"
         ));
     }
 
-    fn end(self) -> String {
+    pub(super) fn end(self) -> String {
         self.0 + "</svg>"
     }
 }
@@ -136,121 +136,59 @@ pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
     svg.end()
 }
 
-/// Both paths, projected along the three world axes.
-pub(super) fn projections(paths: &[Path; 2]) -> String {
-    let side = 228.0;
-    let mut svg = Svg::new(WIDTH, side + 40.0, "Paths of instrument and endoscope");
-    let views = [
-        ("from the front (x, y)", 0, 1),
-        ("from the side (z, y)", 2, 1),
-        ("from above (x, z)", 0, 2),
-    ];
-    let points = || paths.iter().flatten();
-    let range = |axis: usize| {
-        let values = points()
-            .filter_map(|point| point.get(axis))
-            .map(|x| f64::from(*x));
-        values.fold((f64::MAX, f64::MIN), |(least, most), x| {
-            (least.min(x), most.max(x))
-        })
-    };
-    let ranges = [0, 1, 2].map(range);
-    let widest = ranges
-        .iter()
-        .map(|(least, most)| most - least)
-        .fold(0.01f64, f64::max)
-        * 1.1;
-    for (number, (name, across, up)) in views.into_iter().enumerate() {
-        let left = 6.0 + 238.0 * number as f64;
-        svg.add(format_args!(
-            "<rect x=\"{left}\" y=\"4\" width=\"{side}\" height=\"{side}\" fill=\"#fafafa\" stroke=\"#ccc\"/>"
-        ));
-        svg.text(left + 0.5 * side, side + 20.0, "middle", name);
-        let place =
-            |value: f64, (least, most): (f64, f64)| (value - 0.5 * (least + most)) / widest + 0.5;
-        for (path, color) in paths.iter().zip([TIP, LENS]) {
-            // At most 6000 points are drawn, because more do not change the line on a page.
-            let every = (path.len() / 3000).max(1);
-            let mut drawn = String::new();
-            for point in path.iter().step_by(every) {
-                let [x, y] = [across, up].map(|axis: usize| {
-                    let value = point.get(axis).copied().unwrap_or_default();
-                    place(f64::from(value), *ranges.get(axis).unwrap_or(&(0.0, 1.0)))
-                });
-                let _ = write!(
-                    drawn,
-                    "{:.1},{:.1} ",
-                    left + side * x,
-                    4.0 + side * (1.0 - y)
-                );
-            }
-            svg.add(format_args!(
-                "<polyline points=\"{drawn}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.2\" \
-                 stroke-opacity=\"0.8\"/>"
-            ));
-        }
-        if number == 0 {
-            let bar_m = step(widest, 4.0);
-            let length = bar_m / widest * side;
-            svg.line(
-                [left + 8.0, side - 6.0, left + 8.0 + length, side - 6.0],
-                INK,
-            );
-            svg.text(
-                left + 8.0,
-                side - 12.0,
-                "start",
-                &format!("{:.0} mm", bar_m * 1e3),
-            );
-        }
-    }
-    svg.text(
-        6.0,
-        side + 37.0,
-        "start",
-        "blue: the instrument's tip; orange: the endoscope's lens",
-    );
-    svg.end()
-}
+/// Most bars of the histogram of the force, which keeps each wide enough to point at.
+const BARS_MAX: usize = 60;
+/// Force to which the histogram reaches at least, N, so that a gentle hand's looks gentle.
+const FORCE_SHOWN_N: f64 = 2.0;
 
 /// Histogram of the force on the hand.
 pub(super) fn force_histogram(seconds: &[f64]) -> Option<String> {
-    // Four bins are drawn as one of 0.2 N, which is easier to read.
-    let bins: Vec<f64> = seconds.chunks(4).map(|four| four.iter().sum()).collect();
+    let least = (FORCE_SHOWN_N / BIN_N).ceil() as usize;
+    let shown = seconds.len().max(least);
+    let together = shown.div_ceil(BARS_MAX);
+    let bins: Vec<f64> = seconds.chunks(together).map(|it| it.iter().sum()).collect();
     let tallest = bins.iter().copied().fold(0.0f64, f64::max);
     if tallest <= 0.0 {
         return None;
     }
     let (left, right, top, bottom) = (60.0, WIDTH - 12.0, 10.0, 180.0);
     let mut svg = Svg::new(WIDTH, 220.0, "Time at each force");
-    let width = (right - left) / bins.len() as f64;
+    let bar_n = together as f64 * BIN_N;
+    let span_n = shown.div_ceil(together) as f64 * bar_n;
+    let width = (right - left) * bar_n / span_n;
     let every_s = step(tallest, 4.0);
     for tick in 0..=(tallest / every_s) as u32 {
         let at = f64::from(tick) * every_s;
         let y = bottom - (bottom - top) * at / tallest;
         svg.line([left, y, right, y], "#ddd");
-        svg.text(left - 6.0, y + 4.0, "end", &format!("{at} s"));
+        svg.text(left - 6.0, y + 4.0, "end", &format!("{} s", short(at)));
     }
     for (number, bin) in bins.iter().enumerate() {
         let height = (bottom - top) * bin / tallest;
-        let force_n = number as f64 * 4.0 * BIN_N;
+        let force_n = number as f64 * bar_n;
         svg.add(format_args!(
-            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{height:.1}\" fill=\"{TIP}\"><title>{force_n:.1} N: \
+            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{height:.1}\" fill=\"{TIP}\"><title>{} to {} N: \
              {bin:.1} s</title></rect>",
             left + width * number as f64,
             bottom - height,
-            (width - 1.0).max(0.5)
+            (width - 1.0).max(0.5),
+            short(force_n),
+            short(force_n + bar_n)
         ));
     }
-    let span_n = bins.len() as f64 * 4.0 * BIN_N;
     let every_n = step(span_n, 8.0);
     for tick in 0..=(span_n / every_n) as u32 {
         let force_n = f64::from(tick) * every_n;
         let x = left + (right - left) * force_n / span_n;
-        svg.text(x, bottom + 18.0, "middle", &format!("{force_n:.1}"));
+        svg.text(x, bottom + 18.0, "middle", &short(force_n));
     }
     svg.text(right, bottom + 34.0, "end", "force on the hand, N");
     Some(svg.end())
+}
+
+/// A number without the digits that come from adding decimals in binary.
+fn short(value: f64) -> String {
+    format!("{}", (value * 1e6).round() / 1e6)
 }
 
 /// Curve of a quantity from session to session, with a line at the pass rule.
@@ -269,12 +207,7 @@ pub(super) fn curve(values: &[f64], rule: Option<f64>, name: &str) -> Option<Str
     for tick in 0..=(most / every) as u32 {
         let value = f64::from(tick) * every;
         svg.line([left, y(value), right, y(value)], "#ddd");
-        svg.text(
-            left - 6.0,
-            y(value) + 4.0,
-            "end",
-            &format!("{}", (value * 1e6).round() / 1e6),
-        );
+        svg.text(left - 6.0, y(value) + 4.0, "end", &short(value));
     }
     let mut points = String::new();
     for (number, value) in values.iter().enumerate() {

@@ -1,9 +1,12 @@
 //! The debrief: one page that needs neither network nor other files.
 
 mod drawing;
+mod outline;
 mod page;
+mod paths;
 
 pub use drawing::learning_curve;
+pub use outline::Outlines;
 pub use page::html;
 
 use crate::assessment::Assessed;
@@ -24,6 +27,8 @@ pub struct Chapter {
     pub assessed: Assessed,
     /// Rules of the assessment.
     pub rules: Rules,
+    /// The organs, behind the paths.
+    pub outlines: Outlines,
     /// Captions and pictures (PNG).
     pub pictures: Vec<(String, Vec<u8>)>,
     /// Durations of the simulation's ticks, if they are stored next to the session.
@@ -113,6 +118,7 @@ mod tests {
             when: "2026-11-22 01:00".to_owned(),
             assessed,
             rules,
+            outlines: Outlines::default(),
             pictures: vec![("frame".to_owned(), vec![1, 2, 3])],
             ticks: Some(Ticks {
                 tick_ns: SPREAD,

@@ -5,7 +5,7 @@ use core::fmt::Write as _;
 use base64::Engine as _;
 use figures::html::{STYLE, escape};
 
-use super::{Chapter, drawing};
+use super::{Chapter, drawing, paths};
 use crate::assessment::Moment;
 use crate::metrics::{Metric, Values};
 use crate::task::Outcome;
@@ -130,7 +130,7 @@ fn one(page: &mut Page, chapter: &Chapter) {
     pictures(page, chapter);
     page.add(format_args!(
         "<h3>Paths</h3><figure>{}</figure>",
-        drawing::projections(&it.paths)
+        paths::projections(&it.paths, &chapter.outlines)
     ));
     if let Some(histogram) = drawing::force_histogram(&it.force_histogram_s) {
         page.add(format_args!(

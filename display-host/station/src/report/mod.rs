@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use assess::report::{Chapter, Ticks, html};
+use assess::report::{Chapter, Outlines, Ticks, html};
 use assess::{Anatomy, Assessment, Difficulty, Metric, Rules, Task};
 use session::{Assignment, End, Operation};
 use store::Hand;
@@ -256,6 +256,7 @@ pub(crate) fn chapter(
         when: utc(began_unix_s),
         assessed: assessment.end(),
         rules,
+        outlines: Outlines::of(&operation.scene),
         pictures: folder.map(left_beside).unwrap_or_default(),
         ticks: folder.and_then(ticks),
         is_scripted: assigned.is_scripted,
