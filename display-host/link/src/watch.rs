@@ -18,6 +18,7 @@ use crate::inbox::{Fresh, Inbox};
 use crate::line::{self, Line};
 use crate::monotonic_ns;
 use crate::pace::Pace;
+use crate::reason::reason;
 use crate::wire::{self, Answer, MAGIC, SceneAsk};
 
 /// The line is reopened when not even part of an answer arrives for this long.
@@ -103,7 +104,7 @@ pub fn watch(
         let before = show.watched.connections;
         let why = match line::connect(&config.address, wire::ANSWER_MAX, &is_over) {
             Ok(line) => show.follow(config, line, &is_over, &mut observe)?,
-            Err(error) => error.to_string(),
+            Err(error) => reason(&error),
         };
         if show.watched.connections > before {
             // Report the next loss even if its reason is the same.
@@ -164,7 +165,7 @@ impl Show {
                 due = (due + period).max(Instant::now());
                 pace.asked(monotonic_ns());
                 if let Err(error) = line.send(wire::LOOK, bytemuck::bytes_of(&self.inbox.ask())) {
-                    return Ok(error.to_string());
+                    return Ok(reason(&error));
                 }
             }
             self.refuse_commands();
@@ -172,7 +173,7 @@ impl Show {
                 Ok(Some(came)) => came,
                 Ok(None) if line.heard().elapsed() < GONE => continue,
                 Ok(None) => return Ok("the station does not answer".to_owned()),
-                Err(error) => return Ok(error.to_string()),
+                Err(error) => return Ok(reason(&error)),
             };
             let next = match kind {
                 wire::SCENE if core::mem::take(&mut part_asked) => {

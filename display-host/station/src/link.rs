@@ -189,12 +189,16 @@ fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
         seconds: args.seconds,
     };
     let mut said = Ok(());
+    let mut why = String::new();
     let watched = ::link::watch(&config, &stop, |seen| {
         // `calot observe` waits for this file.
         if let Seen::Scene(path) = seen
             && let Err(problem) = folder.announce_scene(path)
         {
             say::note(format_args!("warning: {problem}"));
+        }
+        if let Seen::Lost(reason) = seen {
+            reason.clone_into(&mut why);
         }
         if let Err(problem) = say_seen(args, seen) {
             said = Err(problem);
@@ -212,7 +216,11 @@ fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
             watched.states, watched.events, watched.events_lost
         ));
     }
-    Ok(ExitCode::SUCCESS)
+    if watched.connections > 0 {
+        return Ok(ExitCode::SUCCESS);
+    }
+    say::note(format_args!("never connected to {}: {why}", args.connect));
+    Ok(ExitCode::FAILURE)
 }
 
 fn say_seen(args: &WatchArgs, seen: Seen<'_>) -> Result<(), Problem> {

@@ -486,3 +486,22 @@ fn link_without_certificates_is_refused_with_the_next_step() {
         assert!(said(&run).contains("127.0.0.1"), "{}", said(&run));
     }
 }
+
+#[test]
+fn a_watcher_that_never_connected_fails_and_says_why() {
+    // A port that was free a moment ago: nobody listens there.
+    let held = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = held.local_addr().expect("an address").port();
+    drop(held);
+    let watcher = station_name("unheard");
+    let mut watch = calot();
+    watch.args(["link", "watch", "--insecure", "--json", "--seconds", "2"]);
+    watch.args(["--connect", &format!("127.0.0.1:{port}")]);
+    let run = finish(watch.args(["--as", &watcher]));
+    assert_eq!(run.status.code(), Some(1), "{}", said(&run));
+    let said = said(&run);
+    assert!(
+        said.contains("never connected") && said.contains("refused"),
+        "{said}"
+    );
+}
