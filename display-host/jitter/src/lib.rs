@@ -5,14 +5,22 @@
 //! ```text
 //! timing records ─► tally ─┬─► blackbox   ticks around the most delayed ones
 //!                          ├─► timeline   worst times of each time step
+//!                          ├─► budgets    the stage that made a tick late
 //!                          └─► report ◄── baselines   other programs, which take turns
 //!                                │  ◄──── kernel      interrupts, stolen time
-//!                                └─► table (text, CSV), page (HTML), trace (Perfetto), two_runs
+//!                                │  ◄──── why         what ran on the core while a tick was late
+//!                                └─► table (text, CSV), page (HTML), trace (Perfetto), two_runs,
+//!                                    exchange (.hgrm, cyclictest's text)
 //! ```
 
 pub mod baselines;
 pub mod blackbox;
+pub mod budgets;
+pub mod certainty;
+pub mod exchange;
+pub mod intervals;
 pub mod kernel;
+pub mod machines;
 pub mod misses;
 mod page;
 mod problem;
@@ -20,8 +28,11 @@ pub mod report;
 pub mod table;
 pub mod tally;
 pub mod timeline;
+pub mod timerlat;
 mod trace;
 pub mod two_runs;
+pub mod verdict;
+pub mod why;
 
 pub use baselines::Baseline;
 pub use page::html;

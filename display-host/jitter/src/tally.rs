@@ -4,6 +4,7 @@ use figures::Distribution;
 use shared_mem::message::{STAGES, TickRecord, TimingBatch};
 
 use crate::blackbox::{BlackBox, Tick};
+use crate::budgets::Budgets;
 use crate::misses::Missed;
 use crate::report::Report;
 use crate::timeline::Worst;
@@ -37,6 +38,8 @@ pub struct Tally {
     pub publish_to_display: Distribution,
     /// Ticks around the worst moments.
     pub black_box: BlackBox,
+    /// Causes of late ticks by stage.
+    pub budgets: Budgets,
     session: Session,
     /// Sum of the counters of the finished sessions.
     over: Counters,
@@ -154,6 +157,7 @@ impl Tally {
         session
             .missed
             .note_tick(tick.missed, last_overran, tick.overran());
+        self.budgets.take(&tick, last_overran);
         if session.ticks_ns.len() < TICKS_KEPT {
             session.ticks_ns.push(tick.tick_ns);
         }
@@ -174,9 +178,9 @@ impl Tally {
         let since_ns = tick.scheduled_ns.saturating_sub(start_ns);
         let at_s = session.before_s + since_ns as f64 / 1e9;
         self.black_box.note(tick, (at_s * 1e3) as u64);
-        report
-            .timeline
-            .note(at_s, Worst::from((tick.wake_latency_ns, tick.tick_ns)));
+        let worst = Worst::from((tick.wake_latency_ns, tick.tick_ns));
+        report.timeline.note(at_s, worst, tick.stage_ns);
+        report.intervals.note(at_s, wake_ns);
     }
 
     /// Ends the session. Later batches belong to the next one, which starts at `measured_s` of
@@ -227,6 +231,7 @@ impl Tally {
             report.counts.insert(name.to_owned(), count);
         }
         report.incidents = self.black_box.incidents();
+        report.budgets = self.budgets.table();
     }
 }
 

@@ -12,24 +12,29 @@
 pub(crate) mod args;
 mod save;
 mod session;
+mod work;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use assess::Task;
+use clap::ValueEnum as _;
 use figures::Machine;
 use jitter::baselines::{self, Terms};
+use jitter::intervals::Intervals;
+use jitter::machines::Part;
 use jitter::misses::Round;
 use jitter::report::{About, Report};
 use jitter::tally::Tally;
 use jitter::timeline::Timeline;
-use jitter::{Baseline, kernel, table, two_runs};
+use jitter::{Baseline, kernel, table, timerlat, two_runs};
 use shared_mem::scene::SceneFile;
 
 use self::args::JitterArgs;
-use self::save::save;
+use self::save::{save, save_all};
 use self::session::Bench;
 use crate::bare_loop;
 use crate::folder::Folder;
@@ -43,8 +48,12 @@ use crate::stop;
 
 /// Longest turn, s. With short turns, all programs run in the same minutes.
 const TURN_MAX_S: f64 = 30.0;
-/// Fewest turns: a median needs three.
+/// Fewest turns: a median needs three, and so does a confidence interval.
 const ROUNDS_MIN: u32 = 3;
+/// Scene without the tissue that a task works on.
+const NO_TASK: &str = "built-in";
+const NO_WORK: &str = "--hand: the scene 'built-in' has no duct, artery or tissue to dissect; choose \
+                       one that has, e.g. --scene triangle";
 
 /// Measures, adds up or compares runs.
 pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
@@ -61,20 +70,16 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     let (report, whole) = if args.merge.is_empty() {
         measure(args, &out)?
     } else {
-        let runs: Result<Vec<Report>, Problem> =
-            args.merge.iter().map(|path| Report::read(path)).collect();
-        let mut sum = two_runs::merge(runs?).ok_or("name two runs or more")?;
-        sum.about.command = command();
-        (sum, true)
+        (added_up(&args.merge)?, true)
     };
-    save(&report, &out)?;
+    save_all(&report, &out)?;
     match args.json {
         true => say::answer(serde_json::to_string_pretty(&report.to_json())?),
         false => say::answer(table::text(&report).trim_end()),
     }
     let out = out.display();
     say::note(format_args!(
-        "wrote {out}/jitter.json, .csv, .html and .trace.json"
+        "wrote {out}/jitter.json, .csv, .html, .trace.json and histograms"
     ));
     Ok(if whole {
         ExitCode::SUCCESS
@@ -83,9 +88,32 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     })
 }
 
+/// Reads runs, puts them into one table and adds them up.
+fn added_up(paths: &[PathBuf]) -> Result<Report, Problem> {
+    let mut runs = Vec::new();
+    for path in paths {
+        let mut run = Report::read(path)?;
+        if run.parts.is_empty() {
+            let folder = path
+                .parent()
+                .filter(|_| path.ends_with(jitter::report::FILE));
+            let path = folder.unwrap_or(path);
+            let name = path.file_name().unwrap_or(path.as_os_str());
+            run.parts = vec![Part::of(&run, &name.to_string_lossy())];
+        }
+        runs.push(run);
+    }
+    let mut sum = two_runs::merge(runs).ok_or("name two runs or more")?;
+    sum.about.command = command();
+    Ok(sum)
+}
+
 /// Measures a run. The flag is false if a process of the station died.
 fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     let stop = stop::flag()?;
+    if args.hand.is_some() && args.scene.scene == NO_TASK {
+        return Err(NO_WORK.into());
+    }
     for &baseline in &args.compare {
         baselines::check(baseline)?;
     }
@@ -93,6 +121,7 @@ fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     let scene = scene::compile(&args.scene, &folder.scene())?;
     let loads = Load::each(&args.load);
     let mut report = begin(&scene, &loads)?;
+    let args = &with_timerlat(args, &mut report.about.notes);
     let mut running = Loads::start(&loads, out, &args.station)?;
     let outcome = rounds(args, out, &folder, &scene, &loads, &stop, &mut report);
     if let Some(problem) = running.died() {
@@ -112,6 +141,27 @@ fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     let whole = died.is_none();
     report.about.notes.extend(died);
     Ok((report, whole))
+}
+
+/// Lets `rtla timerlat` take turns too in a comparison, if machine and kernel have it.
+fn with_timerlat(args: &JitterArgs, notes: &mut Vec<String>) -> JitterArgs {
+    let mut args = args.clone();
+    if !args.compare.is_empty() && !args.compare.contains(&Baseline::Timerlat) {
+        match timerlat::check() {
+            Ok(()) => args.compare.push(Baseline::Timerlat),
+            Err(missing) => notes.push(missing),
+        }
+    }
+    if let Some(hand) = args.hand {
+        let task = args.task.unwrap_or(Task::Full);
+        let hand = hand.to_possible_value();
+        let hand = hand.map_or_else(String::new, |value| value.get_name().to_owned());
+        let task = task.name();
+        notes.push(format!(
+            "the scripted surgeon '{hand}' worked the task '{task}'"
+        ));
+    }
+    args
 }
 
 fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
@@ -144,6 +194,11 @@ fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
         rounds: Vec::new(),
         timeline: Timeline::default(),
         incidents: Vec::new(),
+        intervals: Intervals::default(),
+        causes: Vec::new(),
+        why: None,
+        budgets: Vec::new(),
+        parts: Vec::new(),
     })
 }
 
@@ -181,6 +236,10 @@ fn rounds(
         core,
         others: cores.into_iter().filter(|&c| c != core).collect(),
         draws: loads.contains(&Load::Display),
+        hand: args
+            .hand
+            .map(|hand| (hand, args.task.unwrap_or(Task::Full))),
+        why: args.why,
         total_s: args.seconds,
         stop,
     };
@@ -215,7 +274,16 @@ fn rounds(
                 spin_us: args.controller.realtime.spin,
                 work: &work,
             };
-            baseline_turn(baseline, terms, turn_s, round, stop, report)?;
+            match baseline_turn(baseline, terms, turn_s, round, stop, report) {
+                // It is a guest in the comparison: the others go on without it.
+                Err(problem) if baseline == Baseline::Timerlat => {
+                    let note = problem.to_string();
+                    if !report.about.notes.contains(&note) {
+                        report.about.notes.push(note);
+                    }
+                }
+                outcome => outcome?,
+            }
             save(report, out)?;
         }
         // The station goes first in the first round, because `burn` needs its tick times.

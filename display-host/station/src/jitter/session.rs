@@ -1,23 +1,27 @@
 //! One turn of the station: starts it, watches it for its time, and ends it.
 
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
+use assess::Task;
 use display_host::headless::{self, HeadlessConfig};
 use display_host::latency::FrameRecord;
 use jitter::misses::Round;
 use jitter::tally::Tally;
+use jitter::why::Watch;
 use jitter::{Report, kernel};
 use rt_process::realtime::pin_to;
 use rt_process::time_driver::monotonic_ns;
-use shared_mem::message::{StateFrame, TimingBatch};
+use shared_mem::message::{STAGES, StateFrame, TimingBatch};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, Station};
+use surgeon::Surgeon;
 
 use super::save::save;
+use super::work::Work;
 use crate::children::Process;
 use crate::problem::Problem;
 use crate::run::args::RunArgs;
@@ -56,6 +60,10 @@ pub(crate) struct Bench<'a> {
     pub(crate) others: Vec<usize>,
     /// True if a display draws.
     pub(crate) draws: bool,
+    /// The scripted surgeon that works meanwhile, and the task.
+    pub(crate) hand: Option<(Surgeon, Task)>,
+    /// True if the causes of late ticks are looked for.
+    pub(crate) why: bool,
     /// Time of all turns, s.
     pub(crate) total_s: f64,
     pub(crate) stop: &'a Arc<AtomicBool>,
@@ -76,6 +84,10 @@ struct Flags {
     done: AtomicBool,
     /// The controller has ended; no more data will come.
     over: AtomicBool,
+    /// Process of the controller; 0 until it has started.
+    process: Arc<AtomicU32>,
+    /// Cost of the stages that the controller measured before the run.
+    admitted_ns: OnceLock<[u64; STAGES]>,
 }
 
 impl Bench<'_> {
@@ -108,7 +120,10 @@ impl Bench<'_> {
             let _ = told.recv();
             let started = processes::start(
                 self.station,
-                Player::Script,
+                match self.hand {
+                    Some(_) => Player::Surgeon,
+                    None => Player::Script,
+                },
                 self.scene,
                 self.folder,
                 self.stop,
@@ -117,24 +132,36 @@ impl Bench<'_> {
                 Ok(Running {
                     mut children,
                     scene: level,
+                    admitted_ns,
                     ..
                 }) => {
                     ran.clone_from(&level);
+                    if let Some(ns) = admitted_ns {
+                        let _ = flags.admitted_ns.set(ns);
+                    }
+                    let work = Work::begin(self.hand, &self.station.station, &level);
                     if self.draws {
                         let flags = &flags;
                         let draw = move || self.draw(&level, flags, &frames_in);
                         drawing = Some(scope.spawn(draw));
                     }
                     let process = children.last().map(Process::id);
+                    flags.process.store(process.unwrap_or(0), Ordering::Relaxed);
                     let start = kernel::Counters::read(self.core, process);
                     let stolen_before_ms = kernel::stolen_ms(self.core);
-                    let died = self.wait(&flags, &mut children, || watcher.is_finished());
+                    let died = match &work {
+                        Ok(_) => self.wait(&flags, &mut children, || watcher.is_finished()),
+                        Err(problem) => Some(problem.to_string()),
+                    };
                     kernel_counts = kernel::Counters::read(self.core, process).since(&start);
                     let stolen_now_ms = kernel::stolen_ms(self.core);
                     stolen_ms = stolen_now_ms
                         .zip(stolen_before_ms)
                         .map(|(now, then)| now - then);
                     flags.done.store(true, Ordering::Relaxed);
+                    if let Ok(work) = work {
+                        work.end();
+                    }
                     // End all children, the controller first.
                     let problems = children.into_iter().rev().filter_map(Process::end);
                     let problems: Vec<String> = problems.collect();
@@ -218,6 +245,10 @@ impl Bench<'_> {
             let _ = pin_to(&self.others);
         }
         let host = Host::open(&Station::new(&self.station.station)?)?;
+        let mut why = self.why.then(|| {
+            let is_virtual = report.about.machine.virtual_machine;
+            Watch::begin(self.core, is_virtual, flags.process.clone())
+        });
         let _ = tell.send(());
         let before_s = report.about.seconds;
         let mut state: Box<StateFrame> = bytemuck::allocation::zeroed_box();
@@ -243,7 +274,14 @@ impl Bench<'_> {
                     first.get_or_insert(heard);
                 }
                 tally.take(batch, report);
+                if let Some(why) = &mut why {
+                    why.take(batch);
+                }
             });
+            tally.budgets.admitted_ns = flags.admitted_ns.get().copied();
+            if let Some(why) = &mut why {
+                why.settle(&mut tally.black_box);
+            }
             host.drain_events(|_| ());
             for frame in frames.try_iter().filter(|frame| frame.live) {
                 report
@@ -269,16 +307,13 @@ impl Bench<'_> {
             if saved.elapsed() >= SAVE && first.is_some() {
                 tally.fill(report);
                 save(report, self.out)?;
-                if let Some(now) = kernel::resident_kib() {
-                    let [first, last] = report.about.memory_kib.get_or_insert([now; 2]);
-                    if report.about.seconds < WARM_UP_S {
-                        *first = now;
-                    }
-                    *last = now;
-                }
+                note_memory(report);
                 saved = Instant::now();
             }
             if over {
+                if let Some(why) = why {
+                    why.end(&mut tally.black_box, report);
+                }
                 return Ok(());
             }
             std::thread::sleep(LOOK);
@@ -326,6 +361,17 @@ impl Bench<'_> {
                 }
             }
         }
+    }
+}
+
+/// Notes the memory of this program after its warm-up, and now.
+fn note_memory(report: &mut Report) {
+    if let Some(now) = kernel::resident_kib() {
+        let [first, last] = report.about.memory_kib.get_or_insert([now; 2]);
+        if report.about.seconds < WARM_UP_S {
+            *first = now;
+        }
+        *last = now;
     }
 }
 
