@@ -5,7 +5,7 @@ use core::fmt::Write as _;
 use figures::Quantiles;
 
 use crate::report::{Ratio, Report};
-use crate::{certainty, machines, misses, verdict};
+use crate::{certainty, machines, misses, verdict, why};
 
 /// Names and labels of the rows, in the order of a tick. Other rows follow sorted by name.
 const ROWS: [(&str, &str); 8] = [
@@ -206,8 +206,9 @@ fn causes(report: &Report) -> String {
     if let Some(why) = &report.why {
         let _ = writeln!(
             text,
-            "{} late ticks{}",
+            "{} ticks lost more than {} µs each{}",
             why.late_ticks,
+            why::LATE_NS / 1000,
             match why.is_coarse {
                 true => format!("; COARSE, from counters, because {}", why.missing),
                 false => String::new(),
@@ -224,7 +225,7 @@ fn causes(report: &Report) -> String {
     for row in report.budgets.iter().filter(|row| row.late_ticks > 0) {
         let _ = writeln!(
             text,
-            "late ticks laid to {}: {} ({:.0} %)",
+            "ticks past their period, laid to {}: {} ({:.0} %)",
             row.stage,
             row.late_ticks,
             100.0 * row.late_share
@@ -256,7 +257,6 @@ pub fn csv(report: &Report) -> String {
 mod tests {
     use super::*;
     use crate::report::tests::sample;
-    use crate::why;
 
     #[test]
     fn rows_are_in_the_order_of_a_tick_and_csv_has_them_all() {
@@ -302,7 +302,9 @@ mod tests {
         report.budgets.push(solve);
         let table = text(&report);
         assert!(
-            table.contains("5 late ticks; COARSE, from counters, because tracefs"),
+            table.contains(
+                "5 ticks lost more than 100 µs each; COARSE, from counters, because tracefs"
+            ),
             "{table}"
         );
         assert!(
@@ -310,7 +312,7 @@ mod tests {
             "{table}"
         );
         assert!(
-            table.contains("late ticks laid to solve: 3 (75 %)"),
+            table.contains("ticks past their period, laid to solve: 3 (75 %)"),
             "{table}"
         );
     }

@@ -126,6 +126,10 @@ impl Tally {
         let expected = self.session.next_sequence.unwrap_or(batch.sequence);
         self.batches_lost += batch.sequence.saturating_sub(expected);
         self.session.next_sequence = Some(batch.sequence + 1);
+        if records.is_empty() {
+            // A controller that refuses its scene runs no tick, realtime or not.
+            return;
+        }
         self.session.counters = Counters::of(batch);
         let so_far = self.realtime_bits.unwrap_or(u32::MAX);
         self.realtime_bits = Some(so_far & batch.realtime);
@@ -322,6 +326,11 @@ mod tests {
     fn a_malformed_batch_is_left_out() {
         let mut report = sample();
         let mut tally = Tally::default();
+        tally.take(&bytemuck::allocation::zeroed_box(), &mut report);
+        assert_eq!(
+            tally.realtime_bits, None,
+            "a batch without ticks says nothing of them"
+        );
         let mut bad = batch(0, 0);
         bad.count = 1000;
         tally.take(&bad, &mut report);

@@ -49,7 +49,7 @@ pub(super) fn causes(report: &Report) -> String {
     if report.causes.is_empty() {
         return page;
     }
-    page += "<table><tr><th>what ran instead<th>name<th>time lost, µs<th>share<th>late ticks\
+    page += "<table class=\"names\"><tr><th>what ran instead<th>name<th>time lost, µs<th>share<th>late ticks\
              <th>mean, µs</tr>";
     let all: u64 = report.causes.iter().map(|cause| cause.lost_us).sum();
     for cause in report.causes.iter().take(SHOWN) {
@@ -78,7 +78,7 @@ pub(super) fn causes(report: &Report) -> String {
 pub(super) fn budgets(report: &Report) -> String {
     let mut page = String::from("<h2>Cost of the stages</h2>");
     if !report.budgets.is_empty() {
-        page += "<table><tr><th>part of a tick<th>admitted, µs<th>worst, µs<th>late ticks laid to it\
+        page += "<table><tr><th>part of a tick<th>admitted, µs<th>worst, µs<th>ticks past their period, laid to it\
                  <th>share</tr>";
     }
     for row in &report.budgets {
@@ -95,8 +95,9 @@ pub(super) fn budgets(report: &Report) -> String {
     }
     if !report.budgets.is_empty() {
         page += "</table><p class=\"lead\">Admitted is what the stage took in the worst tick of the \
-                 controller's trial before the run. A late tick is laid to the part that exceeded its \
-                 due most; nothing is due to the wake-up.</p>";
+                 controller's trial before the run. A tick that ended after its period, or came \
+                 after missed ones, is laid to the part that exceeded its due most; nothing is due to the \
+                 wake-up.</p>";
     }
     let steps = &report.timeline.stages_ns;
     let row = |i: usize| {
@@ -128,7 +129,7 @@ pub(super) fn worst(report: &Report) -> String {
     let mut page = String::from(
         "<h2>Worst ticks</h2><p class=\"lead\"><code>jitter.trace.json</code> \
          holds the ticks around each of these. Open it in ui.perfetto.dev or chrome://tracing.</p>\
-         <table><tr><th>at, s<th>tick<th>woken late, µs<th>tick took, µs<th>longest stage\
+         <table class=\"last\"><tr><th>at, s<th>tick<th>woken late, µs<th>tick took, µs<th>longest stage\
          <th>periods missed before it<th>ran instead, µs</tr>",
     );
     for incident in report.incidents.iter().take(SHOWN) {

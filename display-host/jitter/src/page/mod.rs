@@ -18,8 +18,10 @@ use crate::verdict;
 const WIDER: &str = "body{max-width:76rem}.two{display:grid;grid-template-columns:repeat(auto-fit,\
 minmax(28rem,1fr));gap:0 1.5rem}td{white-space:nowrap}td:first-child{white-space:normal}\
 .narrow th,.narrow td{padding:.25rem .4rem}.verdict{font-size:1.15rem}\
-.machine td{white-space:normal;overflow-wrap:anywhere}.scroll{overflow-x:auto}";
-/// Rows of the first table; a name that ends in a dot stands for all that end in it.
+.machine td{white-space:normal;overflow-wrap:anywhere}.scroll{overflow-x:auto;font-size:.8rem}.scroll td:first-child{white-space:nowrap}\
+.scroll th:last-child,.scroll td:last-child{text-align:left}\
+.names th:nth-child(2),.names td:nth-child(2),.last th:last-child,.last td:last-child{text-align:left}";
+/// Rows of the first table; a name that begins with a dot stands for all that end so.
 const FIRST: [&str; 4] = [
     "wake_latency_ns",
     "tick_ns",
@@ -118,9 +120,19 @@ fn about(report: &Report, load: &str) -> String {
                  guest removes. Read the ratios, not the tails.</p>";
     }
     for note in &about.notes {
-        let _ = write!(page, "<p class=\"lead\">Note: {}.</p>", escape(note));
+        let _ = write!(page, "<p class=\"lead\">Note: {}.</p>", with_code(note));
     }
     page
+}
+
+/// Text with what stands between backquotes as code.
+fn with_code(text: &str) -> String {
+    let parts = text.split('`').enumerate();
+    let parts = parts.map(|(i, part)| match i % 2 {
+        0 => escape(part),
+        _ => format!("<code>{}</code>", escape(part)),
+    });
+    parts.collect()
 }
 
 /// Table of the runs of which this one is the sum.
@@ -171,16 +183,18 @@ fn intervals(report: &Report) -> String {
     let Some(median_ns) = report.intervals.median_ns() else {
         return String::new();
     };
+    let (length_s, median_us) = (report.intervals.interval_s, median_ns / 1e3);
     let words = match maxima.len() {
-        1 => "The run is one interval".to_owned(),
-        n => format!("{n} intervals"),
+        1 => format!(
+            "The run is one interval of {length_s:.0} s. Its latest wake-up came after \
+             {median_us:.1} µs. Five minutes and more have an interval for each five minutes."
+        ),
+        n => format!(
+            "{n} intervals of {length_s:.0} s. The latest wake-up of the median interval came after \
+             {median_us:.1} µs."
+        ),
     };
-    let mut page = format!(
-        "<h2>Maxima of consecutive intervals</h2><p class=\"lead\">{words} of {:.0} s. The latest wake-up \
-         of the median interval came after {:.1} µs.</p>",
-        report.intervals.interval_s,
-        median_ns / 1e3
-    );
+    let mut page = format!("<h2>Maxima of consecutive intervals</h2><p class=\"lead\">{words}</p>");
     if maxima.len() > 1 {
         figure(
             &mut page,
@@ -269,7 +283,9 @@ mod tests {
         let mut report = sample();
         report.about.scene = "<script>x</script>".into();
         report.about.realtime = false;
+        report.about.notes.push("run `calot <check>`".into());
         let page = html(&report);
+        assert!(page.contains("Note: run <code>calot &lt;check&gt;</code>."));
         assert!(page.contains("&lt;script&gt;") && !page.contains("<script"));
         assert!(!page.contains("src=") && !page.contains("href="));
         assert!(page.contains("Not realtime") && page.contains("<svg"));

@@ -46,7 +46,7 @@ pub enum What {
     Idle,
     /// The hypervisor ran something else.
     Steal,
-    /// The tick's own thread: the tick before was still at work.
+    /// The tick's own thread: the tick before was still at work, or this one was on its way.
     Tick,
     /// Nothing that the source of the causes can see.
     Unseen,
@@ -153,9 +153,14 @@ pub fn losses(tick: &Tick, slices: &[Slice], virtual_machine: bool) -> Vec<Loss>
             What::Tick => 0,
             _ => within(begun, end),
         };
-        add(&mut lost, named(slice, virtual_machine), before + during);
+        let cause = match slice.what {
+            // The tick's thread runs, and has not yet read the clock.
+            What::Tick if slice.from_ns > due => (What::Tick, "its own start"),
+            _ => named(slice, virtual_machine),
+        };
+        add(&mut lost, cause, before + during);
     }
-    // An interrupt may be listed on top of the thread it interrupted, so the sum can exceed it.
+    // An NMI is listed on top of what it interrupted, so the sum can exceed the latency.
     let unseen = u64::from(tick.wake_latency_ns).saturating_sub(covered);
     add(&mut lost, (What::Unseen, "no event"), unseen);
     lost.sort_by_key(|loss| core::cmp::Reverse(loss.ns));
@@ -314,7 +319,7 @@ pub(crate) mod tests {
             (What::Idle, "the timer woke the sleeping core late", 40_000),
             (What::Softirq, "NET_RX", 30_000),
             (What::Interrupt, "local_timer", 10_000),
-            (What::Tick, "the tick before was still at work", 10_000),
+            (What::Tick, "its own start", 10_000),
         ];
         assert_eq!(told(&losses(&late, &slices, false)), expected);
         let in_guest = losses(&late, &slices, true);
@@ -323,6 +328,9 @@ pub(crate) mod tests {
                 .iter()
                 .any(|loss| loss.what == What::Steal && loss.ns == 40_000)
         );
+        let busy = [slice(What::Tick, "calot-tick", 900_000, 250_000)];
+        let expected = [(What::Tick, "the tick before was still at work", 150_000)];
+        assert_eq!(told(&losses(&late, &busy, false)), expected);
         let without = losses(&late, &[], false);
         assert_eq!(told(&without), [(What::Unseen, "no event", 150_000)]);
     }

@@ -112,7 +112,7 @@ impl Arrivals {
         }
         let first_ns = self.batches.first().map_or(at_ns, |batch| batch.first_ns);
         let is_long = at_ns.saturating_sub(first_ns) >= WINDOW_NS;
-        let is_full = self.samples >= WINDOW && self.batches.len() >= BATCHES_MIN;
+        let is_full = self.samples >= WINDOW && self.batches.len() > BATCHES_MIN;
         if is_full || is_long {
             self.found = pattern(&self.batches);
             self.batches.clear();
@@ -162,14 +162,23 @@ fn pattern(batches: &[Batch]) -> Option<Pattern> {
     let frames = |gap: u64| (gap + FRAME_NS / 2) / FRAME_NS;
     let others = gaps.iter().filter(|&&gap| frames(gap) != frames(usual_ns));
     let differ = 100 * others.count() >= DIFFER * gaps.len();
-    let several_a_frame = tenths >= 15 && frames(usual_ns) == 1;
-    if by_frames && (differ || several_a_frame) {
+    let several_a_frame = tenths >= 12 && frames(usual_ns) == 1;
+    let is_own = is_whole_frames(gaps.iter().sum::<u64>() / samples.max(1));
+    if by_frames && !is_own && (differ || several_a_frame) {
         return Some(Pattern::Frames);
     }
     (tenths >= 18 && is_regular).then_some(Pattern::Batches {
         tenths,
         every_us: usual_ns / 1000,
     })
+}
+
+/// True if a device with this mean period itself sends every so many whole frames. Late reading then
+/// looks like frames.
+fn is_whole_frames(period_ns: u64) -> bool {
+    let frames = (period_ns + FRAME_NS / 2) / FRAME_NS;
+    // A clock of a device is off by less than one in a hundred, and a window by one sample.
+    frames > 0 && 100 * period_ns.abs_diff(frames * FRAME_NS) <= 3 * frames * FRAME_NS
 }
 
 #[cfg(test)]
@@ -237,6 +246,12 @@ mod tests {
             let found = found(every_us * 1000, |at_ns| at_ns);
             assert_eq!(found, None, "{every_us} µs");
         }
+        // A busy computer that reads every fifth sample late.
+        let late = |at_ns: u64| match (at_ns / 1_000_000).is_multiple_of(5) {
+            true => at_ns + 1_000_000,
+            false => at_ns,
+        };
+        assert_eq!(found(1_000_000, late), None);
         // High-speed USB has frames of 125 µs.
         assert_eq!(found(700_000, held(125_000)), None);
         assert_eq!(Arrivals::default().found(), None);
