@@ -41,8 +41,12 @@ pub fn sentence(report: &Report) -> String {
     let cause = report.causes.first().map_or(String::new(), |cause| {
         let lost: u64 = report.causes.iter().map(|it| it.lost_us).sum();
         let share = 100.0 * cause.lost_us as f64 / lost.max(1) as f64;
+        let guess = match report.why.as_ref().is_some_and(|why| why.is_coarse) {
+            true => ", at a guess,",
+            false => "",
+        };
         format!(
-            "; late ticks lost {share:.0} % of their time to {} ({})",
+            "; late ticks lost{guess} {share:.0} % of their time to {} ({})",
             cause.what.name(),
             cause.name
         )
@@ -59,7 +63,7 @@ pub fn sentence(report: &Report) -> String {
 mod tests {
     use super::*;
     use crate::report::tests::sample;
-    use crate::why::{Cause, What};
+    use crate::why::{Cause, Source, What};
 
     #[test]
     fn one_sentence_tells_verdict_misses_floor_and_cause() {
@@ -85,6 +89,15 @@ mod tests {
             because.ends_with("lost 100 % of their time to thread (kworker/1:0)."),
             "{because}"
         );
+        report.why = Some(Source {
+            name: "counters".to_owned(),
+            is_coarse: true,
+            missing: "root".to_owned(),
+            events: 0,
+            lost_events: 0,
+            late_ticks: 1,
+        });
+        assert!(sentence(&report).contains("late ticks lost, at a guess, 100 % of"));
         report.counts.insert("deadline_misses".to_owned(), 0);
         assert!(sentence(&report).starts_with("On time: none of 1990 periods was missed, "));
         report.about.realtime = false;

@@ -85,8 +85,8 @@ fn opening(report: &Report) -> String {
     );
     let is_first = |row: &Row| {
         let name = row.name.as_str();
-        let suffix = |first: &&str| first.starts_with('.') && name.ends_with(*first);
-        FIRST.contains(&name) || FIRST.iter().any(|first| suffix(&first))
+        let suffix = |first: &str| first.starts_with('.') && name.ends_with(first);
+        FIRST.contains(&name) || FIRST.iter().any(|first| suffix(first))
     };
     let rows = table::rows(report);
     page + &quantiles(rows.into_iter().filter(is_first))
