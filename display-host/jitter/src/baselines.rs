@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::ValueEnum;
-use figures::Distribution;
 
-use crate::misses::Missed;
 use crate::problem::Problem;
 use crate::timerlat;
+
+pub use crate::turn::Turn;
 
 /// Program of the package `tests/embassy-std`. It is separate because one program cannot link both
 /// embassy's time driver and ours.
@@ -61,26 +61,6 @@ pub struct Terms<'a> {
     pub spin_us: u64,
     /// File with the working time of `burn` in each period, ns, one per line.
     pub work: &'a Path,
-}
-
-/// Results of a turn.
-#[derive(Debug, Clone, Default)]
-pub struct Turn {
-    /// Wake-up latency: actual minus scheduled wake-up.
-    pub wake_latency: Distribution,
-    /// Working time of each tick; empty if the program does no work.
-    pub burnt: Distribution,
-    /// Periods missed; `None` for cyclictest.
-    pub missed: Option<Missed>,
-    /// True if the program got the realtime properties that it asked for. `None` for cyclictest,
-    /// which fails without them.
-    pub realtime: Option<bool>,
-}
-
-impl Turn {
-    fn missed_mut(&mut self) -> &mut Missed {
-        self.missed.get_or_insert_default()
-    }
 }
 
 /// Runs one turn of a baseline. Returns `None` if the user stopped it.
@@ -272,6 +252,7 @@ pub(crate) fn parse(text: &str) -> Turn {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::misses::Missed;
 
     #[test]
     fn cyclictests_histogram_is_read_with_what_did_not_fit_it() {

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 use shared_mem::message::{STAGES, TickRecord};
 
-use crate::why::Slice;
+use crate::slice::Slice;
 
 /// Ticks kept before and after the late tick that opens an incident.
 const AROUND: usize = 16;

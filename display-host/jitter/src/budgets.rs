@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use shared_mem::message::STAGES;
 
 use crate::blackbox::Tick;
-use crate::tally::STAGE_NAMES;
+use crate::stages::STAGE_NAMES;
 
 /// Name of the part before the stages.
 pub const WAKE_UP: &str = "wake-up";

@@ -6,8 +6,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::misses::Round;
-use crate::report::paired;
+use crate::misses::{Round, paired};
 
 /// Student's t that 95 % of draws stay below in size, for 1, 2, … degrees of freedom (two-sided;
 /// NIST/SEMATECH e-Handbook of Statistical Methods, table 1.3.6.7.2).
@@ -33,6 +32,13 @@ pub fn interval(turns: &[f64]) -> Option<[f64; 2]> {
     let t = T_95.get(logs.len() - 2).or(T_95.last())?;
     let half = t * (variance / n).sqrt();
     Some([(mean - half).exp(), (mean + half).exp()])
+}
+
+/// Median; of an even number of values, the mean of the middle two.
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().checked_sub(1)?;
+    Some(f64::midpoint(values[last / 2], values[last.div_ceil(2)]))
 }
 
 /// Returns `ci95` of `jitter.json`. Intervals are pairs, or null with too few turns.
@@ -140,5 +146,12 @@ mod tests {
             [2.0, 2.0],
         );
         assert!(json["wake_latency_to_cyclictest"]["cyclictest"].is_null());
+    }
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(vec![]), None);
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(vec![3.0, 1.0]), Some(2.0));
     }
 }

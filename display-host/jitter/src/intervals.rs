@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::certainty::median;
+
 /// Length of an interval, s: that of OSADL's plots.
 pub const INTERVAL_S: u32 = 300;
 /// Largest number of intervals kept: a month. Later ones count for the last.
@@ -44,7 +46,7 @@ impl Intervals {
     /// Middle of the maxima, ns; `None` if there are none.
     pub fn median_ns(&self) -> Option<f64> {
         let all = self.max_ns.iter().map(|&ns| ns as f64).collect();
-        crate::report::median(all)
+        median(all)
     }
 
     /// Points (s, µs), one for each interval.

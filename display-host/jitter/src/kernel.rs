@@ -6,8 +6,8 @@ use std::fs;
 use std::os::unix::fs::FileExt;
 use std::path::PathBuf;
 
-use crate::why::course::TICK_THREAD;
-
+/// Name of the tick's thread.
+pub const TICK_THREAD: &str = "calot-tick";
 /// Model-specific register that counts system management interrupts (Intel).
 const SMI_COUNT: u64 = 0x34;
 /// Unit of times in `/proc/stat`, ms: 1/USER_HZ, which is 1/100 s for every program.

@@ -13,13 +13,13 @@ use serde_json::{Map, Value, json};
 
 use crate::blackbox::Incident;
 use crate::budgets::Budget;
-use crate::certainty;
+use crate::cause::{self, Cause, Source};
+use crate::certainty::{self, median};
 use crate::intervals::Intervals;
-use crate::machines::Part;
-use crate::misses::{self, Round, per_million};
+use crate::misses::{self, Round, paired, per_million};
+use crate::part::Part;
 use crate::problem::Problem;
 use crate::timeline::Timeline;
-use crate::why::{self, Cause, Source};
 
 /// Name of the file in the folder of a run.
 pub const FILE: &str = "jitter.json";
@@ -222,7 +222,7 @@ impl Report {
 
     /// Adds the causes that a turn found.
     pub fn explained(&mut self, source: Source, causes: Vec<Cause>) {
-        self.causes = why::sum(core::mem::take(&mut self.causes), causes);
+        self.causes = cause::sum(core::mem::take(&mut self.causes), causes);
         self.why = Some(match self.why.take() {
             Some(before) => before.and(source),
             None => source,
@@ -242,23 +242,6 @@ impl Report {
         let count = self.counts.entry(name.to_owned()).or_default();
         *count = count.saturating_add(more);
     }
-}
-
-/// Turns of a program, each with cyclictest's turn of the same round.
-pub fn paired<'a>(rounds: &'a [Round], program: &str) -> Vec<(&'a Round, &'a Round)> {
-    let of = |round: u32| {
-        let mut all = rounds.iter();
-        all.find(|r| r.program == "cyclictest" && r.round == round)
-    };
-    let own = rounds.iter().filter(|r| r.program == program);
-    own.filter_map(|r| Some((r, of(r.round)?))).collect()
-}
-
-/// Median; of an even number of values, the mean of the middle two.
-pub fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let last = values.len().checked_sub(1)?;
-    Some(f64::midpoint(values[last / 2], values[last.div_ceil(2)]))
 }
 
 /// Inserts a value under a dotted name. Each dot leads into a nested object.
@@ -374,12 +357,5 @@ pub(crate) mod tests {
         std::fs::write(folder.path().join(FILE), "{}").unwrap();
         let error = Report::read(folder.path()).unwrap_err();
         assert!(error.to_string().contains("not a run"), "{error}");
-    }
-
-    #[test]
-    fn medians() {
-        assert_eq!(median(vec![]), None);
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(vec![3.0, 1.0]), Some(2.0));
     }
 }

@@ -53,7 +53,7 @@ pub fn rows(report: &Report) -> Vec<Row> {
             .iter()
             .position(|(row, _)| name == row || (row.ends_with('.') && name.starts_with(row)));
         let within = |stage: &str| {
-            let mut stages = crate::tally::STAGE_NAMES.iter();
+            let mut stages = crate::stages::STAGE_NAMES.iter();
             stages.position(|&s| s == stage).unwrap_or(0)
         };
         let (order, label) = match place {

@@ -7,18 +7,9 @@ use crate::blackbox::{BlackBox, Tick};
 use crate::budgets::Budgets;
 use crate::misses::Missed;
 use crate::report::Report;
+use crate::stages::STAGE_NAMES;
 use crate::timeline::Worst;
 
-/// Stages of a tick, in the order in which they run.
-pub const STAGE_NAMES: [&str; STAGES] = [
-    "sample",
-    "tool",
-    "contact",
-    "solve",
-    "force",
-    "procedure",
-    "publish",
-];
 /// Stages after the force has been written.
 const AFTER_FORCE: core::ops::Range<usize> = 5..STAGES;
 /// Ticks whose number is a multiple of this publish a frame of 65 kB in their publish stage. In

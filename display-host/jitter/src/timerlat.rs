@@ -2,7 +2,7 @@
 
 use std::process::{Command, Stdio};
 
-use crate::baselines::Turn;
+use crate::turn::Turn;
 
 /// Longest time of a line in the histogram, µs, as for cyclictest.
 const ENTRIES: u32 = 100_000;

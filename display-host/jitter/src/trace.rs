@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use shared_mem::message::TickRecord;
 
 use crate::blackbox::{Incident, Tick};
-use crate::tally::STAGE_NAMES;
+use crate::stages::STAGE_NAMES;
 
 /// Row of the wake-up latencies: each slice goes from the due time of a tick to its begin.
 const DUE: u32 = 1;

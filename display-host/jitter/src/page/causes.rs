@@ -7,7 +7,7 @@ use figures::html::escape;
 
 use crate::blackbox::Incident;
 use crate::report::Report;
-use crate::tally::STAGE_NAMES;
+use crate::stages::STAGE_NAMES;
 use crate::why::{self, What};
 
 /// Rows in the tables of causes and of the worst ticks.

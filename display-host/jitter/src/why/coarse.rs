@@ -14,10 +14,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::course::TICK_THREAD;
 use super::tracer::monotonic_ns;
 use super::{Loss, What};
-use crate::kernel;
+use crate::kernel::{self, TICK_THREAD};
 
 /// Interval between two readings. A reading takes some 0.2 ms of another core.
 const READ_EVERY: Duration = Duration::from_millis(50);
@@ -29,8 +28,8 @@ const NEW_SHARE: f64 = 0.05;
 /// the root of their mean, so three deviations are exceeded once in 700 intervals.
 const UNUSUAL: f64 = 3.0;
 
-/// Name of the local timer's interrupt. Each tick and each thread that sleeps makes it rise, so it is
-/// no cause.
+/// Name of the local timer's interrupt. Each tick and each thread that sleeps makes it rise, so it
+/// is no cause.
 const LOCAL_TIMER: &str = "LOC";
 
 /// Kind and name of a counter.

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::{Slice, What};
+use crate::kernel::TICK_THREAD;
 
 /// Segments kept. A busy core makes some ten a tick, so this is a few seconds of it.
 const SEGMENTS_MAX: usize = 60_000;
@@ -10,8 +11,6 @@ const SEGMENTS_MAX: usize = 60_000;
 const LABELS_MAX: usize = 1000;
 /// Deepest nesting of interrupts and softirqs. Linux nests four levels.
 const DEPTH_MAX: usize = 8;
-/// Name of the tick's thread.
-pub const TICK_THREAD: &str = "calot-tick";
 
 /// Something that the kernel did on the core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

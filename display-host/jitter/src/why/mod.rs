@@ -18,80 +18,20 @@ pub mod parse;
 pub mod tracer;
 mod watch;
 
-use serde::{Deserialize, Serialize};
-
 use crate::blackbox::Tick;
+use crate::cause::sorted;
 
+pub use crate::cause::{Cause, Source, sum};
+pub use crate::slice::{Slice, What};
 pub use watch::Watch;
 
-/// Time lost that makes a tick late, ns: a tenth of the period. Less leaves a tick nearly all of its
-/// period, and is below the frame of high-speed USB (125 µs).
+/// Time lost that makes a tick late, ns: a tenth of the period. Less leaves a tick nearly all of
+/// its period, and is below the frame of high-speed USB (125 µs).
 pub const LATE_NS: u64 = 100_000;
 /// Largest number of causes kept. Later ones count as one, so memory is constant.
 const CAUSES_MAX: usize = 200;
 /// Name of the causes that found no place.
 const OTHERS: &str = "others";
-
-/// Kind of what ran.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum What {
-    /// A device's or a timer's interrupt.
-    Interrupt,
-    /// Deferred work of interrupts.
-    Softirq,
-    /// Another thread.
-    Thread,
-    /// Nothing: the core slept although a tick was due.
-    Idle,
-    /// The hypervisor ran something else.
-    Steal,
-    /// The tick's own thread: the tick before was still at work, or this one was on its way.
-    Tick,
-    /// Nothing that the source of the causes can see.
-    Unseen,
-}
-
-impl What {
-    /// Name in JSON and tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Interrupt => "interrupt",
-            Self::Softirq => "softirq",
-            Self::Thread => "thread",
-            Self::Idle => "idle",
-            Self::Steal => "steal",
-            Self::Tick => "tick",
-            Self::Unseen => "unseen",
-        }
-    }
-}
-
-/// A stretch of time in which something ran on the tick's core.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Slice {
-    /// Kind.
-    pub what: What,
-    /// Name of interrupt, softirq or thread.
-    pub name: String,
-    /// Beginning, `CLOCK_MONOTONIC`.
-    pub from_ns: u64,
-    /// Length.
-    pub for_ns: u64,
-}
-
-/// Time that late ticks lost to one thing.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Cause {
-    /// Kind.
-    pub what: What,
-    /// Name of interrupt, softirq or thread.
-    pub name: String,
-    /// Time lost, µs.
-    pub lost_us: u64,
-    /// Late ticks that lost time to it.
-    pub ticks: u64,
-}
 
 /// Time that one tick lost to one thing.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -102,38 +42,6 @@ pub struct Loss {
     pub name: String,
     /// Time, ns.
     pub ns: u64,
-}
-
-/// Source of the causes, as `jitter.json` and the page state it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Source {
-    /// `events` or `counters`.
-    pub name: String,
-    /// True if causes are guessed from counters that rose meanwhile.
-    pub is_coarse: bool,
-    /// Permission or option that a better source needs; empty for events.
-    pub missing: String,
-    /// Events read.
-    pub events: u64,
-    /// Events that the kernel dropped because they were not read in time.
-    pub lost_events: u64,
-    /// Late ticks.
-    pub late_ticks: u64,
-}
-
-impl Source {
-    /// Source of two turns together.
-    pub fn and(mut self, other: Self) -> Self {
-        self.is_coarse |= other.is_coarse;
-        if other.is_coarse {
-            self.name = other.name;
-            self.missing = other.missing;
-        }
-        self.events += other.events;
-        self.lost_events += other.lost_events;
-        self.late_ticks += other.late_ticks;
-        self
-    }
 }
 
 /// Time that a tick lost, by cause. Before its begin all time is lost; later only that in which
@@ -248,26 +156,6 @@ impl Causes {
         });
         sorted(each.collect())
     }
-}
-
-/// Adds up tables of causes.
-pub fn sum(mut all: Vec<Cause>, more: Vec<Cause>) -> Vec<Cause> {
-    for cause in more {
-        let same = |it: &&mut Cause| it.what == cause.what && it.name == cause.name;
-        match all.iter_mut().find(same) {
-            Some(sum) => {
-                sum.lost_us += cause.lost_us;
-                sum.ticks += cause.ticks;
-            }
-            None => all.push(cause),
-        }
-    }
-    sorted(all)
-}
-
-fn sorted(mut causes: Vec<Cause>) -> Vec<Cause> {
-    causes.sort_by(|a, b| b.lost_us.cmp(&a.lost_us).then_with(|| a.name.cmp(&b.name)));
-    causes
 }
 
 #[cfg(test)]

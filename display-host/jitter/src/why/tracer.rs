@@ -110,7 +110,7 @@ impl Tracer {
         Ok(tracer)
     }
 
-    /// What ran so far.
+    /// Course of the core so far.
     pub fn course(&self) -> MutexGuard<'_, Course> {
         self.course.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -173,8 +173,8 @@ fn pattern(batches: &[Batch]) -> Option<Pattern> {
     })
 }
 
-/// True if a device with this mean period itself sends every so many whole frames. Late reading then
-/// looks like frames.
+/// True if a device with this mean period itself sends every so many whole frames. Late reading
+/// then looks like frames.
 fn is_whole_frames(period_ns: u64) -> bool {
     let frames = (period_ns + FRAME_NS / 2) / FRAME_NS;
     // A clock of a device is off by less than one in a hundred, and a window by one sample.

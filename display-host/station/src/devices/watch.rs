@@ -198,7 +198,7 @@ impl Watched {
         }
     }
 
-    /// What the line's arrivals show, if it is a serial line.
+    /// Pattern of the line's arrivals and its remedy, if it is a serial line.
     fn pattern(&self) -> Option<(Pattern, String)> {
         let (line, found) = (self.line.as_ref()?, self.arrivals.found()?);
         Some((found, found.in_words(line)))

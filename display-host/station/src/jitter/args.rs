@@ -54,8 +54,8 @@ pub(crate) struct JitterArgs {
     /// Task of the scripted surgeon, which starts again in each turn [default: full]
     #[arg(long, value_name = "TASK", value_parser = parse_task, requires = "hand")]
     pub(crate) task: Option<Task>,
-    /// Folder for jitter.json, .csv, .html, .trace.json and histograms; rewritten every 5 s [default: jitter,
-    /// or jitter-2, jitter-3, … if it holds a report]
+    /// Folder for jitter.json, .csv, .html and .trace.json, rewritten every 5 s, and for histograms
+    /// [default: jitter, or jitter-2, jitter-3, … if it holds a report]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]

@@ -10,8 +10,11 @@
 //! The report is rewritten every few seconds, each file by a rename, so that a kill loses little.
 
 pub(crate) mod args;
+mod drawing;
+mod guests;
 mod save;
 mod session;
+mod standing;
 mod work;
 
 use std::collections::BTreeMap;
@@ -21,19 +24,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use assess::Task;
-use clap::ValueEnum as _;
 use figures::Machine;
 use jitter::baselines::{self, Terms};
 use jitter::intervals::Intervals;
 use jitter::machines::Part;
-use jitter::misses::Round;
 use jitter::report::{About, Report};
 use jitter::tally::Tally;
 use jitter::timeline::Timeline;
-use jitter::{Baseline, kernel, table, timerlat, two_runs};
+use jitter::{Baseline, kernel, table, two_runs};
 use shared_mem::scene::SceneFile;
 
 use self::args::JitterArgs;
+use self::guests::{baseline_turn, with_timerlat};
 use self::save::{save, save_all};
 use self::session::Bench;
 use crate::bare_loop;
@@ -141,27 +143,6 @@ fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     let whole = died.is_none();
     report.about.notes.extend(died);
     Ok((report, whole))
-}
-
-/// Lets `rtla timerlat` take turns too in a comparison, if machine and kernel have it.
-fn with_timerlat(args: &JitterArgs, notes: &mut Vec<String>) -> JitterArgs {
-    let mut args = args.clone();
-    if !args.compare.is_empty() && !args.compare.contains(&Baseline::Timerlat) {
-        match timerlat::check() {
-            Ok(()) => args.compare.push(Baseline::Timerlat),
-            Err(missing) => notes.push(missing),
-        }
-    }
-    if let Some(hand) = args.hand {
-        let task = args.task.unwrap_or(Task::Full);
-        let hand = hand.to_possible_value();
-        let hand = hand.map_or_else(String::new, |value| value.get_name().to_owned());
-        let task = task.name();
-        notes.push(format!(
-            "the scripted surgeon '{hand}' worked the task '{task}'"
-        ));
-    }
-    args
 }
 
 fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
@@ -299,59 +280,6 @@ fn round_count(args: &JitterArgs) -> u32 {
         (None, true) => 1,
         (None, false) => ((args.seconds / TURN_MAX_S).ceil() as u32).max(ROUNDS_MIN),
     }
-}
-
-fn baseline_turn(
-    baseline: Baseline,
-    terms: Terms<'_>,
-    seconds: f64,
-    round: u32,
-    stop: &AtomicBool,
-    report: &mut Report,
-) -> Result<(), Problem> {
-    let stolen_before_ms = kernel::stolen_ms(terms.core);
-    if let Some(turn) = baselines::turn(baseline, terms, seconds, stop)? {
-        let stolen_ms = kernel::stolen_ms(terms.core).zip(stolen_before_ms);
-        let stolen_ms = stolen_ms.map(|(now, then)| now.saturating_sub(then));
-        note_turn(report, baseline, round, &turn, stolen_ms);
-    }
-    Ok(())
-}
-
-fn note_turn(
-    report: &mut Report,
-    baseline: Baseline,
-    round: u32,
-    turn: &baselines::Turn,
-    stolen_ms: Option<u64>,
-) {
-    let name = baseline.name();
-    let q = turn.wake_latency.quantiles();
-    report
-        .times(&format!("{name}.wake_latency_ns"))
-        .add(&turn.wake_latency);
-    if let Some(missed) = turn.missed {
-        report.count(&format!("{name}.deadline_misses"), missed.periods());
-        report.count(&format!("{name}.ticks"), q.count);
-    }
-    if turn.burnt.count() > 0 {
-        report.times(&format!("{name}.tick_ns")).add(&turn.burnt);
-    }
-    if turn.realtime == Some(false) {
-        let note = format!("{name} did not run realtime");
-        if !report.about.notes.contains(&note) {
-            report.about.notes.push(note);
-        }
-    }
-    report.rounds.push(Round {
-        round,
-        program: name.to_owned(),
-        p50: q.p50,
-        p99: q.p99,
-        max: q.max,
-        missed: turn.missed,
-        stolen_ms,
-    });
 }
 
 /// Command line without this machine's folders, which mean nothing to a reader elsewhere.

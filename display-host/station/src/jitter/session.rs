@@ -7,7 +7,6 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use assess::Task;
-use display_host::headless::{self, HeadlessConfig};
 use display_host::latency::FrameRecord;
 use jitter::misses::Round;
 use jitter::tally::Tally;
@@ -15,19 +14,20 @@ use jitter::why::Watch;
 use jitter::{Report, kernel};
 use rt_process::realtime::pin_to;
 use rt_process::time_driver::monotonic_ns;
-use shared_mem::message::{STAGES, StateFrame, TimingBatch};
+use shared_mem::message::{STAGES, StateFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, Station};
 use surgeon::Surgeon;
 
+use super::drawing::draw;
 use super::save::save;
+use super::standing::{note_memory, note_standing, progress};
 use super::work::Work;
 use crate::children::Process;
 use crate::problem::Problem;
 use crate::run::args::RunArgs;
 use crate::run::player::Player;
 use crate::run::processes::{self, Running};
-use crate::say;
 
 /// Interval at which shared memory is read. It is the resolution of "publish to display".
 const LOOK: Duration = Duration::from_millis(1);
@@ -37,15 +37,6 @@ const PROGRESS: Duration = Duration::from_secs(2);
 const SAVE: Duration = Duration::from_secs(5);
 /// Longest silence of the controller.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Time after which the program has done everything once, including drawing, s. From then on, its
-/// memory should not grow.
-const WARM_UP_S: f64 = 60.0;
-/// The display draws in stretches of this length, s. After each, the times of its pictures reach
-/// the report and its files are deleted.
-const STRETCH_S: f64 = 20.0;
-/// First and least picture rates, Hz. If drawing falls behind, the rate is halved, because the time
-/// of a picture would otherwise include the wait for an earlier one.
-const PICTURES_PER_S: [f64; 2] = [2.0, 0.25];
 
 /// Settings that all turns share.
 pub(crate) struct Bench<'a> {
@@ -142,7 +133,7 @@ impl Bench<'_> {
                     let work = Work::begin(self.hand, &self.station.station, &level);
                     if self.draws {
                         let flags = &flags;
-                        let draw = move || self.draw(&level, flags, &frames_in);
+                        let draw = move || draw(self, &level, &flags.done, &frames_in);
                         drawing = Some(scope.spawn(draw));
                     }
                     let process = children.last().map(Process::id);
@@ -319,95 +310,4 @@ impl Bench<'_> {
             std::thread::sleep(LOOK);
         }
     }
-
-    /// Runs a display that draws until the turn is done.
-    fn draw(&self, scene: &Path, flags: &Flags, frames: &Sender<FrameRecord>) {
-        let out_dir = self.folder.join("pictures");
-        let Ok(station) = Station::new(&self.station.station) else {
-            return;
-        };
-        let [mut per_s, least_per_s] = PICTURES_PER_S;
-        let mut config = HeadlessConfig {
-            station,
-            scene: scene.to_owned(),
-            seconds: STRETCH_S,
-            out_dir: out_dir.clone(),
-            size: None,
-            frames: 0,
-            patience: Duration::from_secs(30),
-            tick_cpu: Some(self.core),
-            task_over: None,
-            need_pictures: true,
-        };
-        while !flags.done.load(Ordering::Relaxed) && !self.stop.load(Ordering::Relaxed) {
-            config.frames = (STRETCH_S * per_s) as u32;
-            let outcome = headless::run(&config, &flags.done, &mut |_| ());
-            let _ = std::fs::remove_dir_all(&out_dir);
-            match outcome {
-                Ok(outcome) => {
-                    let in_time = outcome.frames.iter().filter(|frame| frame.live).count();
-                    if 2 * in_time < outcome.frames.len() {
-                        per_s = (per_s / 2.0).max(least_per_s);
-                    }
-                    for frame in outcome.frames {
-                        let _ = frames.send(frame);
-                    }
-                }
-                Err(problem) => {
-                    say::note(format_args!(
-                        "jitter: the display failed to draw: {problem}"
-                    ));
-                    return;
-                }
-            }
-        }
-    }
-}
-
-/// Notes the memory of this program after its warm-up, and now.
-fn note_memory(report: &mut Report) {
-    if let Some(now) = kernel::resident_kib() {
-        let [first, last] = report.about.memory_kib.get_or_insert([now; 2]);
-        if report.about.seconds < WARM_UP_S {
-            *first = now;
-        }
-        *last = now;
-    }
-}
-
-/// Notes whether the run is realtime so far, and what is missing.
-fn note_standing(tally: &Tally, report: &mut Report) {
-    let Some(bits) = tally.realtime_bits else {
-        return;
-    };
-    let all = [
-        (TimingBatch::FIFO, "the tick lacked SCHED_FIFO"),
-        (TimingBatch::LOCKED, "the tick lacked locked memory"),
-        (TimingBatch::PINNED, "the tick lacked a core of its own"),
-    ];
-    report.about.realtime = all.iter().all(|(bit, _)| bits & bit != 0);
-    for (bit, lacks) in all {
-        if bits & bit == 0 && !report.about.notes.iter().any(|note| note == lacks) {
-            report.about.notes.push(lacks.to_owned());
-        }
-    }
-}
-
-fn progress(report: &mut Report, total_s: f64) {
-    let seconds = report.about.seconds;
-    let not = if report.about.realtime || seconds <= 0.0 {
-        ""
-    } else {
-        " NOT REALTIME"
-    };
-    let wake = report.times("wake_latency_ns").quantiles();
-    let us = |ns: u64| ns as f64 / 1e3;
-    say::note(format_args!(
-        "jitter: {seconds:.0} of {total_s:.0} s, wake-up p50 {:.1} p99 {:.1} max {:.1} µs, {:.1} missed \
-         in a million{not}",
-        us(wake.p50),
-        us(wake.p99),
-        us(wake.max),
-        report.misses_per_million(),
-    ));
 }
