@@ -9,7 +9,7 @@ use display_host::headless::{self, HeadlessConfig};
 use display_host::latency::FrameRecord;
 use shared_mem::service::Station;
 
-use super::session::Bench;
+use super::bench::Bench;
 use crate::say;
 
 /// The display draws in stretches of this length, s. After each, the times of its pictures reach

@@ -10,6 +10,7 @@
 //! The report is rewritten every few seconds, each file by a rename, so that a kill loses little.
 
 pub(crate) mod args;
+mod bench;
 mod drawing;
 mod guests;
 mod save;
@@ -35,9 +36,9 @@ use jitter::{Baseline, kernel, table, two_runs};
 use shared_mem::scene::SceneFile;
 
 use self::args::JitterArgs;
+use self::bench::Bench;
 use self::guests::{baseline_turn, with_timerlat};
 use self::save::{save, save_all};
-use self::session::Bench;
 use crate::bare_loop;
 use crate::folder::Folder;
 use crate::load::{Load, Loads};

@@ -1,12 +1,10 @@
 //! One turn of the station: starts it, watches it for its time, and ends it.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use assess::Task;
 use display_host::latency::FrameRecord;
 use jitter::misses::Round;
 use jitter::tally::Tally;
@@ -17,15 +15,14 @@ use rt_process::time_driver::monotonic_ns;
 use shared_mem::message::{STAGES, StateFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, Station};
-use surgeon::Surgeon;
 
+use super::bench::Bench;
 use super::drawing::draw;
 use super::save::save;
 use super::standing::{note_memory, note_standing, progress};
 use super::work::Work;
 use crate::children::Process;
 use crate::problem::Problem;
-use crate::run::args::RunArgs;
 use crate::run::player::Player;
 use crate::run::processes::{self, Running};
 
@@ -37,28 +34,6 @@ const PROGRESS: Duration = Duration::from_secs(2);
 const SAVE: Duration = Duration::from_secs(5);
 /// Longest silence of the controller.
 const PATIENCE: Duration = Duration::from_secs(60);
-
-/// Settings that all turns share.
-pub(crate) struct Bench<'a> {
-    pub(crate) station: &'a RunArgs,
-    pub(crate) scene: &'a Path,
-    /// Folder of the station.
-    pub(crate) folder: &'a Path,
-    /// Folder for results.
-    pub(crate) out: &'a Path,
-    /// Core of the tick.
-    pub(crate) core: usize,
-    pub(crate) others: Vec<usize>,
-    /// True if a display draws.
-    pub(crate) draws: bool,
-    /// The scripted surgeon that works meanwhile, and the task.
-    pub(crate) hand: Option<(Surgeon, Task)>,
-    /// True if the causes of late ticks are looked for.
-    pub(crate) why: bool,
-    /// Time of all turns, s.
-    pub(crate) total_s: f64,
-    pub(crate) stop: &'a Arc<AtomicBool>,
-}
 
 /// A finished turn of the station.
 pub(crate) struct Turn {
