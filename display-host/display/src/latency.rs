@@ -23,9 +23,10 @@ pub struct FrameRecord {
 }
 
 impl FrameRecord {
-    /// Latency from device sample to picture.
+    /// Latency from device sample to the picture handed over. The screen lights up later, by a time
+    /// that this program cannot know.
     #[must_use]
-    pub fn motion_to_photon_ns(&self) -> u64 {
+    pub fn motion_to_picture_ns(&self) -> u64 {
         self.shown_ns.saturating_sub(self.sample_ns)
     }
 

@@ -298,7 +298,7 @@ fn in_the_window_s_process() {
     assert!(outcome.frames.iter().any(|frame| frame.live));
     for frame in &outcome.frames {
         assert!(frame.shown_ns >= frame.submitted_ns);
-        assert!(frame.motion_to_photon_ns() >= 500_000);
+        assert!(frame.motion_to_picture_ns() >= 500_000);
     }
 }
 

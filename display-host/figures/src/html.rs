@@ -31,6 +31,8 @@ pub fn machine_table(m: &Machine, more: &[(&str, &str)]) -> String {
         ),
         ("clock source", &m.clock_source),
         ("governor", &m.governor),
+        ("microcode", &m.microcode),
+        ("kernel's command line", &m.command_line),
         ("load average", &m.load_average),
     ];
     let rows = rows.iter().chain(more);

@@ -4,10 +4,12 @@
 //! ```text
 //! distribution ◄─ times   charts of times: histogram, course, exceedance
 //! machine      ◄─ html    style, escaped text, the machine's table
+//!                 bands   heat maps over time
 //!                 panels  series side by side, heat maps
 //!                 groups  groups of values beside each other
 //! ```
 
+pub mod bands;
 mod distribution;
 pub mod groups;
 pub mod html;

@@ -23,6 +23,17 @@ pub struct Machine {
     pub governor: String,
     /// Load averages of 1, 5 and 15 minutes at the time of reading.
     pub load_average: String,
+    /// Command line of the kernel: isolated cores, idle states, mitigations.
+    #[serde(default = "unknown")]
+    pub command_line: String,
+    /// Revision of the processor's microcode.
+    #[serde(default = "unknown")]
+    pub microcode: String,
+}
+
+/// Value of a property that could not be read, or that an older file lacks.
+fn unknown() -> String {
+    "unknown".to_owned()
 }
 
 impl Machine {
@@ -47,6 +58,8 @@ impl Machine {
             clock_source: line("/sys/devices/system/clocksource/clocksource0/current_clocksource"),
             governor: line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor"),
             load_average: load.split(' ').take(3).collect::<Vec<_>>().join(" "),
+            command_line: line("/proc/cmdline"),
+            microcode: field(&cpuinfo, "microcode").to_owned(),
         }
     }
 }
@@ -54,7 +67,7 @@ impl Machine {
 fn line(path: &str) -> String {
     match fs::read_to_string(path) {
         Ok(text) if !text.trim().is_empty() => text.trim().to_owned(),
-        _ => "unknown".to_owned(),
+        _ => unknown(),
     }
 }
 
@@ -83,5 +96,21 @@ mod tests {
         let machine = Machine::read();
         assert!(machine.cores >= 1);
         assert_ne!(machine.kernel, "unknown");
+        assert_ne!(machine.command_line, "unknown");
+    }
+
+    #[test]
+    fn a_description_of_an_older_version_is_read() {
+        let machine = Machine::read();
+        let mut json = serde_json::to_value(&machine).unwrap();
+        let fields = json.as_object_mut().unwrap();
+        for name in ["command_line", "microcode"] {
+            assert!(fields.remove(name).is_some());
+        }
+        let old: Machine = serde_json::from_value(json).unwrap();
+        assert_eq!(
+            (old.command_line.as_str(), old.kernel),
+            ("unknown", machine.kernel)
+        );
     }
 }

@@ -7,10 +7,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::ValueEnum;
-use figures::Distribution;
 
-use crate::misses::Missed;
 use crate::problem::Problem;
+use crate::timerlat;
+
+pub use crate::turn::Turn;
 
 /// Program of the package `tests/embassy-std`. It is separate because one program cannot link both
 /// embassy's time driver and ours.
@@ -28,6 +29,9 @@ pub enum Baseline {
     /// The bare loop with work, which takes in each period as long as the same tick of the
     /// station's last turn
     Burn,
+    /// The kernel's own wake-up test, from its timer interrupt on (`rtla timerlat`). With any
+    /// --compare it takes turns too if the machine has it
+    Timerlat,
     /// Embassy's stock driver for std (install: `cargo install --path tests/embassy-std`)
     EmbassyStd,
 }
@@ -40,6 +44,7 @@ impl Baseline {
             Self::Executor => "executor",
             Self::Sleep => "sleep",
             Self::Burn => "burn",
+            Self::Timerlat => "timerlat",
             Self::EmbassyStd => "embassy_std",
         }
     }
@@ -56,26 +61,6 @@ pub struct Terms<'a> {
     pub spin_us: u64,
     /// File with the working time of `burn` in each period, ns, one per line.
     pub work: &'a Path,
-}
-
-/// Results of a turn.
-#[derive(Debug, Clone, Default)]
-pub struct Turn {
-    /// Wake-up latency: actual minus scheduled wake-up.
-    pub wake_latency: Distribution,
-    /// Working time of each tick; empty if the program does no work.
-    pub burnt: Distribution,
-    /// Periods missed; `None` for cyclictest.
-    pub missed: Option<Missed>,
-    /// True if the program got the realtime properties that it asked for. `None` for cyclictest,
-    /// which fails without them.
-    pub realtime: Option<bool>,
-}
-
-impl Turn {
-    fn missed_mut(&mut self) -> &mut Missed {
-        self.missed.get_or_insert_default()
-    }
 }
 
 /// Runs one turn of a baseline. Returns `None` if the user stopped it.
@@ -111,7 +96,10 @@ pub fn turn(
             .unwrap_or_default()
     };
     let (said, complained) = (text(stdout), text(stderr));
-    let turn = parse(&said);
+    let turn = match baseline {
+        Baseline::Timerlat => timerlat::parse(&said),
+        _ => parse(&said),
+    };
     if !status.success() || turn.wake_latency.count() == 0 {
         let complaint = complained.lines().next().unwrap_or("it said nothing");
         let name = baseline.name();
@@ -129,6 +117,7 @@ pub fn check(baseline: Baseline) -> Result<(), Problem> {
     let program = match baseline {
         Baseline::Cyclictest => PathBuf::from("cyclictest"),
         Baseline::EmbassyStd => beside(EMBASSY_STD),
+        Baseline::Timerlat => return timerlat::check().map_err(Problem::from),
         Baseline::Executor | Baseline::Sleep | Baseline::Burn => return Ok(()),
     };
     let quiet = Stdio::null;
@@ -186,6 +175,7 @@ fn command(baseline: Baseline, terms: Terms<'_>, seconds: f64) -> Result<Command
     match baseline {
         Baseline::Cyclictest => Ok(as_cyclictest("cyclictest".into())),
         Baseline::EmbassyStd => Ok(as_cyclictest(beside(EMBASSY_STD))),
+        Baseline::Timerlat => Ok(timerlat::command(core, priority, whole)),
         Baseline::Executor => own("executor", None),
         Baseline::Sleep => own("sleep", None),
         Baseline::Burn => own("sleep", Some(terms.work)),
@@ -208,13 +198,14 @@ fn mend(baseline: Baseline) -> &'static str {
              (`calot check`)?"
         }
         Baseline::EmbassyStd => "install it with `cargo install --path tests/embassy-std`",
+        Baseline::Timerlat => "it needs root and a kernel with CONFIG_TIMERLAT_TRACER",
         _ => "check that this user may have that priority (`calot check`)",
     }
 }
 
 /// Reads a histogram of lines `time count …`. Lines with `#` give the unit (µs if absent), the
 /// longest time and the missed periods.
-fn parse(text: &str) -> Turn {
+pub(crate) fn parse(text: &str) -> Turn {
     let mut turn = Turn::default();
     // A time in µs stands for the middle of its bin; times in ns are exact.
     let (mut scale, mut half) = (1000, 500);
@@ -261,6 +252,7 @@ fn parse(text: &str) -> Turn {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::misses::Missed;
 
     #[test]
     fn cyclictests_histogram_is_read_with_what_did_not_fit_it() {

@@ -5,6 +5,8 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 use shared_mem::message::{STAGES, TickRecord};
 
+use crate::slice::Slice;
+
 /// Ticks kept before and after the late tick that opens an incident.
 const AROUND: usize = 16;
 /// Largest number of incidents kept.
@@ -33,6 +35,11 @@ impl Tick {
     /// Lateness of the tick: time from its due time to its end, whatever delayed it.
     pub fn late_ns(&self) -> u64 {
         u64::from(self.wake_latency_ns) + u64::from(self.tick_ns)
+    }
+
+    /// Time of its end, `CLOCK_MONOTONIC`.
+    pub fn end_ns(&self) -> u64 {
+        self.scheduled_ns.saturating_add(self.late_ns())
     }
 
     /// True if the tick ended after its deadline.
@@ -69,6 +76,9 @@ pub struct Incident {
     pub worst: usize,
     /// Ticks in order.
     pub ticks: Vec<Tick>,
+    /// Everything that ran on the tick's core meanwhile; empty if nobody asked why.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub slices: Vec<Slice>,
 }
 
 impl Incident {
@@ -120,6 +130,7 @@ impl BlackBox {
                 at_ms,
                 worst,
                 ticks,
+                slices: Vec::new(),
             };
             self.open = Some(Open {
                 incident,
@@ -143,6 +154,18 @@ impl BlackBox {
     pub fn incidents(&self) -> Vec<Incident> {
         let open = self.open.iter().map(|open| &open.incident);
         worst(self.kept.iter().chain(open).cloned().collect())
+    }
+
+    /// Gives the finished incidents that have no slices those that `between` finds in their time.
+    /// Passes over incidents that ended after `known_to_ns`, because they are not known yet.
+    pub fn explain(&mut self, known_to_ns: u64, between: impl Fn(u64, u64) -> Vec<Slice>) {
+        for incident in self.kept.iter_mut().filter(|it| it.slices.is_empty()) {
+            if let (Some(first), Some(last)) = (incident.ticks.first(), incident.ticks.last())
+                && last.end_ns() <= known_to_ns
+            {
+                incident.slices = between(first.scheduled_ns, last.end_ns());
+            }
+        }
     }
 
     /// Lateness that a tick must exceed to open an incident, ns.

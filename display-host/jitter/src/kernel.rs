@@ -4,7 +4,10 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::FileExt;
+use std::path::PathBuf;
 
+/// Name of the tick's thread.
+pub const TICK_THREAD: &str = "calot-tick";
 /// Model-specific register that counts system management interrupts (Intel).
 const SMI_COUNT: u64 = 0x34;
 /// Unit of times in `/proc/stat`, ms: 1/USER_HZ, which is 1/100 s for every program.
@@ -78,8 +81,8 @@ fn stolen(table: &str, core: usize) -> Option<u64> {
     Some(ticks * USER_TICK_MS)
 }
 
-/// Name and count of each interrupt on a core, from `/proc/interrupts`.
-fn interrupts(table: &str, core: usize) -> Vec<(String, u64)> {
+/// Name and count of each interrupt on a core, from `/proc/interrupts` or `/proc/softirqs`.
+pub(crate) fn interrupts(table: &str, core: usize) -> Vec<(String, u64)> {
     let mut lines = table.lines();
     let heading = lines.next().unwrap_or_default();
     let wanted = format!("CPU{core}");
@@ -109,18 +112,24 @@ fn interrupts(table: &str, core: usize) -> Vec<(String, u64)> {
 
 /// Voluntary context switches of the thread `calot-tick` of a process.
 fn voluntary_switches(process: u32) -> Option<u64> {
+    let status = fs::read_to_string(task(process, TICK_THREAD)?.join("status")).ok()?;
+    switches(&status, "voluntary_ctxt_switches")
+}
+
+/// Folder of the thread `name` of a process.
+pub(crate) fn task(process: u32, name: &str) -> Option<PathBuf> {
     let tasks = fs::read_dir(format!("/proc/{process}/task")).ok()?;
-    for task in tasks.flatten() {
-        let name = fs::read_to_string(task.path().join("comm")).unwrap_or_default();
-        if name.trim() == "calot-tick" {
-            let status = fs::read_to_string(task.path().join("status")).ok()?;
-            let line = status
-                .lines()
-                .find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"))?;
-            return line.trim().parse().ok();
-        }
-    }
-    None
+    let mut folders = tasks.flatten().map(|task| task.path());
+    folders.find(|folder| {
+        fs::read_to_string(folder.join("comm")).is_ok_and(|comm| comm.trim() == name)
+    })
+}
+
+/// Count of context switches in the text of a thread's `status`.
+pub(crate) fn switches(status: &str, kind: &str) -> Option<u64> {
+    let mut fields = status.lines().filter_map(|line| line.split_once(':'));
+    let (_, count) = fields.find(|(name, _)| *name == kind)?;
+    count.trim().parse().ok()
 }
 
 fn smi_count(core: usize) -> Option<u64> {
@@ -153,6 +162,16 @@ ERR:          0
         assert_eq!(interrupts(TABLE, 0).len(), 2);
         assert!(interrupts(TABLE, 7).is_empty());
         assert!(interrupts("", 0).is_empty());
+    }
+
+    #[test]
+    fn softirqs_have_the_same_form_and_switches_are_found_by_their_whole_name() {
+        let table = "                    CPU0       CPU1\n          HI:          0          3\n";
+        assert_eq!(interrupts(table, 1), [("HI".to_owned(), 3)]);
+        let status = "Name:\tx\nvoluntary_ctxt_switches:\t150\nnonvoluntary_ctxt_switches:\t5\n";
+        assert_eq!(switches(status, "voluntary_ctxt_switches"), Some(150));
+        assert_eq!(switches(status, "nonvoluntary_ctxt_switches"), Some(5));
+        assert_eq!(switches("", "voluntary_ctxt_switches"), None);
     }
 
     #[test]

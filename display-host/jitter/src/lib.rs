@@ -5,23 +5,39 @@
 //! ```text
 //! timing records ─► tally ─┬─► blackbox   ticks around the most delayed ones
 //!                          ├─► timeline   worst times of each time step
+//!                          ├─► budgets    the stage that made a tick late
 //!                          └─► report ◄── baselines   other programs, which take turns
 //!                                │  ◄──── kernel      interrupts, stolen time
-//!                                └─► table (text, CSV), page (HTML), trace (Perfetto), two_runs
+//!                                │  ◄──── why         what ran on the core while a tick was late
+//!                                └─► table (text, CSV), page (HTML), trace (Perfetto), two_runs,
+//!                                    exchange (.hgrm, cyclictest's text)
 //! ```
 
 pub mod baselines;
 pub mod blackbox;
+pub mod budgets;
+mod cause;
+pub mod certainty;
+pub mod exchange;
+pub mod intervals;
 pub mod kernel;
+pub mod machines;
 pub mod misses;
 mod page;
+mod part;
 mod problem;
 pub mod report;
+mod slice;
+mod stages;
 pub mod table;
 pub mod tally;
 pub mod timeline;
+pub mod timerlat;
 mod trace;
+mod turn;
 pub mod two_runs;
+pub mod verdict;
+pub mod why;
 
 pub use baselines::Baseline;
 pub use page::html;

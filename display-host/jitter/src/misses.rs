@@ -193,6 +193,16 @@ fn in_a_million(missed: Missed, of: Count) -> f64 {
     }
 }
 
+/// Turns of a program, each with cyclictest's turn of the same round.
+pub fn paired<'a>(rounds: &'a [Round], program: &str) -> Vec<(&'a Round, &'a Round)> {
+    let of = |round: u32| {
+        let mut all = rounds.iter();
+        all.find(|r| r.program == "cyclictest" && r.round == round)
+    };
+    let own = rounds.iter().filter(|r| r.program == program);
+    own.filter_map(|r| Some((r, of(r.round)?))).collect()
+}
+
 impl Round {
     /// Misses per million periods, if known.
     pub fn misses_per_million(&self) -> Option<f64> {

@@ -12,7 +12,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use crate::blackbox::Incident;
-use crate::misses::{self, Round, per_million};
+use crate::budgets::Budget;
+use crate::cause::{self, Cause, Source};
+use crate::certainty::{self, median};
+use crate::intervals::Intervals;
+use crate::misses::{self, Round, paired, per_million};
+use crate::part::Part;
 use crate::problem::Problem;
 use crate::timeline::Timeline;
 
@@ -62,6 +67,16 @@ pub struct Report {
     pub timeline: Timeline,
     /// Ticks around the worst moments, worst first.
     pub incidents: Vec<Incident>,
+    /// Latest wake-up of each five minutes.
+    pub intervals: Intervals,
+    /// Time that late ticks lost, by cause; empty unless `--why` asked.
+    pub causes: Vec<Cause>,
+    /// Source of the causes; `None` unless `--why` asked.
+    pub why: Option<Source>,
+    /// Late ticks by the stage that caused them.
+    pub budgets: Vec<Budget>,
+    /// The runs of which this one is the sum; empty if it is one run.
+    pub parts: Vec<Part>,
 }
 
 /// A program's wake-up latency divided by cyclictest's of the same round: median over the rounds.
@@ -83,6 +98,16 @@ struct Kept {
     rounds: Vec<Round>,
     timeline: Timeline,
     incidents: Vec<Incident>,
+    #[serde(flatten)]
+    intervals: Intervals,
+    #[serde(default)]
+    causes: Vec<Cause>,
+    #[serde(default)]
+    why: Option<Source>,
+    #[serde(default)]
+    budgets: Vec<Budget>,
+    #[serde(default)]
+    parts: Vec<Part>,
     counts: BTreeMap<String, u64>,
     histograms: BTreeMap<String, Vec<(u64, u64)>>,
 }
@@ -99,16 +124,9 @@ impl Report {
         let mut programs: Vec<&str> = self.rounds.iter().map(|r| r.program.as_str()).collect();
         programs.sort_unstable();
         programs.dedup();
-        let of = |program: &str, round: u32| {
-            let mut all = self.rounds.iter();
-            all.find(|r| r.program == program && r.round == round)
-        };
         let mut ratios = Vec::new();
         for program in programs.into_iter().filter(|&p| p != "cyclictest") {
-            let pairs = self.rounds.iter().filter(|r| r.program == program);
-            let pairs: Vec<_> = pairs
-                .filter_map(|r| Some((r, of("cyclictest", r.round)?)))
-                .collect();
+            let pairs = paired(&self.rounds, program);
             let middle = |of: fn(&Round) -> u64| {
                 let ratio = |(a, b): &(&Round, &Round)| of(a) as f64 / of(b).max(1) as f64;
                 median(pairs.iter().map(ratio).collect())
@@ -129,6 +147,11 @@ impl Report {
             rounds: self.rounds.clone(),
             timeline: self.timeline.clone(),
             incidents: self.incidents.clone(),
+            intervals: self.intervals.clone(),
+            causes: self.causes.clone(),
+            why: self.why.clone(),
+            budgets: self.budgets.clone(),
+            parts: self.parts.clone(),
             counts: self.counts.clone(),
             histograms: self
                 .times
@@ -148,6 +171,7 @@ impl Report {
                 .map(|it| (it.program, json!({"p50": it.p50, "p99": it.p99})))
                 .collect();
             root.insert("wake_latency_to_cyclictest".into(), ratios.into());
+            root.insert("ci95".into(), certainty::to_json(&self.rounds));
             let against_burn = misses::compare(&self.rounds);
             root.insert("misses_to_burn".into(), misses::to_json(&against_burn));
             for (name, times) in &self.times {
@@ -188,7 +212,21 @@ impl Report {
             rounds: kept.rounds,
             timeline: kept.timeline,
             incidents: kept.incidents,
+            intervals: kept.intervals,
+            causes: kept.causes,
+            why: kept.why,
+            budgets: kept.budgets,
+            parts: kept.parts,
         })
+    }
+
+    /// Adds the causes that a turn found.
+    pub fn explained(&mut self, source: Source, causes: Vec<Cause>) {
+        self.causes = cause::sum(core::mem::take(&mut self.causes), causes);
+        self.why = Some(match self.why.take() {
+            Some(before) => before.and(source),
+            None => source,
+        });
     }
 
     /// Returns the distribution called `name`. Creates an empty one if the report has none.
@@ -204,13 +242,6 @@ impl Report {
         let count = self.counts.entry(name.to_owned()).or_default();
         *count = count.saturating_add(more);
     }
-}
-
-/// Median; of an even number of values, the mean of the middle two.
-pub fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let last = values.len().checked_sub(1)?;
-    Some(f64::midpoint(values[last / 2], values[last.div_ceil(2)]))
 }
 
 /// Inserts a value under a dotted name. Each dot leads into a nested object.
@@ -251,7 +282,13 @@ pub(crate) mod tests {
             rounds: Vec::new(),
             timeline: Timeline::default(),
             incidents: Vec::new(),
+            intervals: Intervals::default(),
+            causes: Vec::new(),
+            why: None,
+            budgets: Vec::new(),
+            parts: Vec::new(),
         };
+        report.intervals.note(2.0, 200_000);
         for i in 1..=2000u64 {
             report.times("wake_latency_ns").record(i * 100);
             report.times("stage_ns.solve").record(i * 50);
@@ -294,6 +331,17 @@ pub(crate) mod tests {
         assert_eq!(json["ticks"], 1990);
         assert_eq!(json["misses_per_million"], 5000.0);
         assert_eq!(json["wake_latency_to_cyclictest"]["station"]["p50"], 1.2);
+        assert_eq!(json["intervals_max_ns"], json!([200_000]));
+        assert_eq!(
+            (&json["interval_s"], &json["causes"]),
+            (&json!(2.0), &json!([]))
+        );
+        let [low, high] =
+            [0, 1].map(|i| json["ci95"]["wake_latency_ns"]["station"]["p50"][i].as_f64());
+        assert!(
+            low.zip(high)
+                .is_some_and(|(low, high)| low < 120.0 && 120.0 < high)
+        );
     }
 
     #[test]
@@ -309,12 +357,5 @@ pub(crate) mod tests {
         std::fs::write(folder.path().join(FILE), "{}").unwrap();
         let error = Report::read(folder.path()).unwrap_err();
         assert!(error.to_string().contains("not a run"), "{error}");
-    }
-
-    #[test]
-    fn medians() {
-        assert_eq!(median(vec![]), None);
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(vec![3.0, 1.0]), Some(2.0));
     }
 }

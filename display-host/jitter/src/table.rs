@@ -4,8 +4,8 @@ use core::fmt::Write as _;
 
 use figures::Quantiles;
 
-use crate::misses;
 use crate::report::{Ratio, Report};
+use crate::{certainty, machines, misses, verdict, why};
 
 /// Names and labels of the rows, in the order of a tick. Other rows follow sorted by name.
 const ROWS: [(&str, &str); 8] = [
@@ -31,6 +31,9 @@ const ROWS: [(&str, &str); 8] = [
     ),
 ];
 
+/// Causes printed.
+const CAUSES_SHOWN: usize = 8;
+
 /// One row of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
@@ -50,7 +53,7 @@ pub fn rows(report: &Report) -> Vec<Row> {
             .iter()
             .position(|(row, _)| name == row || (row.ends_with('.') && name.starts_with(row)));
         let within = |stage: &str| {
-            let mut stages = crate::tally::STAGE_NAMES.iter();
+            let mut stages = crate::stages::STAGE_NAMES.iter();
             stages.position(|&s| s == stage).unwrap_or(0)
         };
         let (order, label) = match place {
@@ -102,6 +105,7 @@ pub fn text(report: &Report) -> String {
         false => format!("load {}", about.load.join(", ")),
     };
     let m = &about.machine;
+    line(format_args!("{}", verdict::sentence(report)));
     line(format_args!(
         "{}: {}, {:.0} s, {load}",
         about.program, about.scene, about.seconds
@@ -184,9 +188,48 @@ pub fn text(report: &Report) -> String {
         ));
     }
     for Ratio { program, p50, p99 } in report.ratios() {
+        let [_, of_p99] = certainty::ratio(&report.rounds, &program);
+        let of_p99 = of_p99.map_or(String::new(), |[low, high]| {
+            format!(" (95 %: {low:.2} to {high:.2})")
+        });
         line(format_args!(
-            "wake-up latency ÷ cyclictest's, median of the rounds: {program} p50 {p50:.2}, p99 {p99:.2}"
+            "wake-up latency ÷ cyclictest's, median of the rounds: {program} p50 {p50:.2}, p99 \
+             {p99:.2}{of_p99}"
         ));
+    }
+    text + &causes(report) + &machines::text(&report.parts)
+}
+
+/// Causes of late ticks: what ran instead, and the stages to which late ticks are laid.
+fn causes(report: &Report) -> String {
+    let mut text = String::new();
+    if let Some(why) = &report.why {
+        let _ = writeln!(
+            text,
+            "{} ticks lost more than {} µs each{}",
+            why.late_ticks,
+            why::LATE_NS / 1000,
+            match why.is_coarse {
+                true => format!("; COARSE, from counters, because {}", why.missing),
+                false => String::new(),
+            }
+        );
+    }
+    if !report.causes.is_empty() {
+        let _ = writeln!(text, "{:48}{:>12}{:>11}", "lost to", "µs", "late ticks");
+    }
+    for cause in report.causes.iter().take(CAUSES_SHOWN) {
+        let name = format!("{} {}", cause.what.name(), cause.name);
+        let _ = writeln!(text, "{name:48}{:12}{:11}", cause.lost_us, cause.ticks);
+    }
+    for row in report.budgets.iter().filter(|row| row.late_ticks > 0) {
+        let _ = writeln!(
+            text,
+            "ticks past their period, laid to {}: {} ({:.0} %)",
+            row.stage,
+            row.late_ticks,
+            100.0 * row.late_share
+        );
     }
     text
 }
@@ -237,6 +280,44 @@ mod tests {
     }
 
     #[test]
+    fn causes_and_stages_are_told_and_a_guess_is_called_coarse() {
+        let mut report = sample();
+        report.causes.push(why::Cause {
+            what: why::What::Softirq,
+            name: "NET_RX".to_owned(),
+            lost_us: 1234,
+            ticks: 5,
+        });
+        report.why = Some(why::Source {
+            name: "counters".to_owned(),
+            is_coarse: true,
+            missing: "tracefs is not mounted".to_owned(),
+            events: 0,
+            lost_events: 0,
+            late_ticks: 5,
+        });
+        let mut solve = crate::budgets::Budget::default();
+        "solve".clone_into(&mut solve.stage);
+        (solve.late_ticks, solve.late_share) = (3, 0.75);
+        report.budgets.push(solve);
+        let table = text(&report);
+        assert!(
+            table.contains(
+                "5 ticks lost more than 100 µs each; COARSE, from counters, because tracefs"
+            ),
+            "{table}"
+        );
+        assert!(
+            table.contains("softirq NET_RX") && table.contains("1234"),
+            "{table}"
+        );
+        assert!(
+            table.contains("ticks past their period, laid to solve: 3 (75 %)"),
+            "{table}"
+        );
+    }
+
+    #[test]
     fn the_table_says_what_it_was_and_when_it_was_not_realtime() {
         let mut report = sample();
         let table = text(&report);
@@ -245,6 +326,8 @@ mod tests {
             "{table}"
         );
         assert!(table.contains("station p50 1.20"), "{table}");
+        assert!(table.starts_with("Late: 10 of 2000"), "{table}");
+        assert!(table.contains("(95 %: "), "{table}");
         assert!(!table.contains("NOT REALTIME"));
         report.about.realtime = false;
         assert!(text(&report).contains("NOT REALTIME"));

@@ -4,20 +4,12 @@ use figures::Distribution;
 use shared_mem::message::{STAGES, TickRecord, TimingBatch};
 
 use crate::blackbox::{BlackBox, Tick};
+use crate::budgets::Budgets;
 use crate::misses::Missed;
 use crate::report::Report;
+use crate::stages::STAGE_NAMES;
 use crate::timeline::Worst;
 
-/// Stages of a tick, in the order in which they run.
-pub const STAGE_NAMES: [&str; STAGES] = [
-    "sample",
-    "tool",
-    "contact",
-    "solve",
-    "force",
-    "procedure",
-    "publish",
-];
 /// Stages after the force has been written.
 const AFTER_FORCE: core::ops::Range<usize> = 5..STAGES;
 /// Ticks whose number is a multiple of this publish a frame of 65 kB in their publish stage. In
@@ -37,6 +29,8 @@ pub struct Tally {
     pub publish_to_display: Distribution,
     /// Ticks around the worst moments.
     pub black_box: BlackBox,
+    /// Causes of late ticks by stage.
+    pub budgets: Budgets,
     session: Session,
     /// Sum of the counters of the finished sessions.
     over: Counters,
@@ -123,6 +117,10 @@ impl Tally {
         let expected = self.session.next_sequence.unwrap_or(batch.sequence);
         self.batches_lost += batch.sequence.saturating_sub(expected);
         self.session.next_sequence = Some(batch.sequence + 1);
+        if records.is_empty() {
+            // A controller that refuses its scene runs no tick, realtime or not.
+            return;
+        }
         self.session.counters = Counters::of(batch);
         let so_far = self.realtime_bits.unwrap_or(u32::MAX);
         self.realtime_bits = Some(so_far & batch.realtime);
@@ -154,6 +152,7 @@ impl Tally {
         session
             .missed
             .note_tick(tick.missed, last_overran, tick.overran());
+        self.budgets.take(&tick, last_overran);
         if session.ticks_ns.len() < TICKS_KEPT {
             session.ticks_ns.push(tick.tick_ns);
         }
@@ -174,9 +173,9 @@ impl Tally {
         let since_ns = tick.scheduled_ns.saturating_sub(start_ns);
         let at_s = session.before_s + since_ns as f64 / 1e9;
         self.black_box.note(tick, (at_s * 1e3) as u64);
-        report
-            .timeline
-            .note(at_s, Worst::from((tick.wake_latency_ns, tick.tick_ns)));
+        let worst = Worst::from((tick.wake_latency_ns, tick.tick_ns));
+        report.timeline.note(at_s, worst, tick.stage_ns);
+        report.intervals.note(at_s, wake_ns);
     }
 
     /// Ends the session. Later batches belong to the next one, which starts at `measured_s` of
@@ -227,6 +226,7 @@ impl Tally {
             report.counts.insert(name.to_owned(), count);
         }
         report.incidents = self.black_box.incidents();
+        report.budgets = self.budgets.table();
     }
 }
 
@@ -317,6 +317,11 @@ mod tests {
     fn a_malformed_batch_is_left_out() {
         let mut report = sample();
         let mut tally = Tally::default();
+        tally.take(&bytemuck::allocation::zeroed_box(), &mut report);
+        assert_eq!(
+            tally.realtime_bits, None,
+            "a batch without ticks says nothing of them"
+        );
         let mut bad = batch(0, 0);
         bad.count = 1000;
         tally.take(&bad, &mut report);

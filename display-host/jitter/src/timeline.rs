@@ -2,6 +2,7 @@
 //! longer in a longer run.
 
 use serde::{Deserialize, Serialize};
+use shared_mem::message::STAGES;
 
 /// Largest number of steps kept. When the run needs more, each pair becomes one step of twice the
 /// length.
@@ -45,6 +46,9 @@ pub struct Timeline {
     pub step_s: u32,
     /// Worst times, one entry per step.
     pub worst_ns: Vec<Worst>,
+    /// Longest time of each stage, one entry per step. Empty in reports of older versions.
+    #[serde(default)]
+    pub stages_ns: Vec<[u32; STAGES]>,
 }
 
 impl Default for Timeline {
@@ -52,13 +56,14 @@ impl Default for Timeline {
         Self {
             step_s: 1,
             worst_ns: Vec::new(),
+            stages_ns: Vec::new(),
         }
     }
 }
 
 impl Timeline {
-    /// Notes a tick at `at_s` seconds of measured time.
-    pub fn note(&mut self, at_s: f64, now: Worst) {
+    /// Notes a tick at `at_s` seconds of measured time, with the times of its stages.
+    pub fn note(&mut self, at_s: f64, now: Worst, stages_ns: [u32; STAGES]) {
         let mut step = self.step_of(at_s);
         while step >= STEPS_MAX {
             self.coarsen();
@@ -67,8 +72,12 @@ impl Timeline {
         if self.worst_ns.len() <= step {
             self.worst_ns.resize(step + 1, Worst::default());
         }
+        self.stages_ns.resize(self.worst_ns.len(), [0; STAGES]);
         if let Some(worst) = self.worst_ns.get_mut(step) {
             *worst = worst.max(now);
+        }
+        if let Some(worst) = self.stages_ns.get_mut(step) {
+            *worst = longest(*worst, stages_ns);
         }
     }
 
@@ -76,7 +85,8 @@ impl Timeline {
     pub fn append(&mut self, seconds: f64, next: &Self) {
         for (i, &worst) in next.worst_ns.iter().enumerate() {
             let at_s = seconds + i as f64 * f64::from(next.step_s);
-            self.note(at_s, worst);
+            let stages_ns = next.stages_ns.get(i).copied().unwrap_or_default();
+            self.note(at_s, worst, stages_ns);
         }
     }
 
@@ -103,7 +113,18 @@ impl Timeline {
         let pairs = self.worst_ns.chunks(2);
         let worst = |pair: &[Worst]| pair.iter().fold(Worst::default(), |w, p| w.max(*p));
         self.worst_ns = pairs.map(worst).collect();
+        let pairs = self.stages_ns.chunks(2);
+        let worst = |pair: &[[u32; STAGES]]| pair.iter().fold([0; STAGES], |w, p| longest(w, *p));
+        self.stages_ns = pairs.map(worst).collect();
     }
+}
+
+/// Longer time of each stage.
+fn longest(mut a: [u32; STAGES], b: [u32; STAGES]) -> [u32; STAGES] {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a = (*a).max(b);
+    }
+    a
 }
 
 #[cfg(test)]
@@ -119,7 +140,9 @@ mod tests {
             } else {
                 second % 7
             };
-            line.note(f64::from(second), Worst::from((worst, 1)));
+            let mut stages_ns = [second % 7; STAGES];
+            stages_ns[3] = worst;
+            line.note(f64::from(second), Worst::from((worst, 1)), stages_ns);
         }
         assert!(line.worst_ns.len() <= STEPS_MAX && line.worst_ns.len() > STEPS_MAX / 2);
         let peak = line
@@ -128,6 +151,8 @@ mod tests {
             .position(|w| w.wake_ns == 9_999_999)
             .unwrap();
         assert_eq!(peak, 50_000 / line.step_s as usize);
+        assert_eq!(line.stages_ns.len(), line.worst_ns.len());
+        assert_eq!(line.stages_ns[peak], [6, 6, 6, 9_999_999, 6, 6, 6]);
         let mut twice = line.clone();
         twice.append(86_400.0, &line);
         assert_eq!(

@@ -1,11 +1,12 @@
 //! Writes the black box as a trace for Perfetto (ui.perfetto.dev) or chrome://tracing. The trace
-//! shows the ticks around each of the most delayed ones, with wake-up latencies and stages.
+//! shows the ticks around each of the most delayed ones, with wake-up latencies and stages, and
+//! with everything that ran on their core if the run asked why.
 
 use serde_json::{Value, json};
 use shared_mem::message::TickRecord;
 
 use crate::blackbox::{Incident, Tick};
-use crate::tally::STAGE_NAMES;
+use crate::stages::STAGE_NAMES;
 
 /// Row of the wake-up latencies: each slice goes from the due time of a tick to its begin.
 const DUE: u32 = 1;
@@ -13,6 +14,8 @@ const DUE: u32 = 1;
 const TICK: u32 = 2;
 /// Row of the stages of the ticks.
 const STAGES: u32 = 3;
+/// Row of what ran on the core.
+const CORE: u32 = 4;
 
 /// Returns the trace as JSON. Each incident is a process of its own with time 0 at the due time of
 /// its first tick, so that the viewer aligns all incidents.
@@ -27,6 +30,17 @@ pub fn json(incidents: &[Incident]) -> Value {
         events.push(meta("process_name", pid, 0, &name));
         for (row, name) in [(DUE, "due"), (TICK, "tick"), (STAGES, "stages")] {
             events.push(meta("thread_name", pid, row, name));
+        }
+        if !incident.slices.is_empty() {
+            events.push(meta("thread_name", pid, CORE, "ran on the core"));
+        }
+        for slice in &incident.slices {
+            let at_ns = slice.from_ns as f64 - first.scheduled_ns as f64;
+            events.push(json!({
+                "ph": "X", "pid": pid, "tid": CORE, "name": slice.name, "cat": slice.what.name(),
+                "ts": at_ns.max(0.0) / 1e3,
+                "dur": (slice.for_ns as f64 + at_ns.min(0.0)) / 1e3,
+            }));
         }
         for tick in &incident.ticks {
             events.extend(slices(tick, first.scheduled_ns, pid));
@@ -78,6 +92,8 @@ fn slices(tick: &Tick, zero_ns: u64, pid: usize) -> Vec<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::why::What;
+    use crate::why::tests::slice;
 
     #[test]
     fn every_tick_is_there_with_its_stages_in_order_and_a_miss_is_marked() {
@@ -94,11 +110,31 @@ mod tests {
             at_ms: 1500,
             worst: 1,
             ticks: vec![tick(9, 0), tick(10, 2), tick(13, 0)],
+            slices: vec![
+                slice(What::Idle, "swapper/1", 8_990_000, 12_000),
+                slice(What::Thread, "kworker/1:0", 9_002_000, 3000),
+            ],
         };
-        let trace = json(&[incident]);
+        let trace = super::json(&[incident]);
         let events = trace["traceEvents"].as_array().unwrap();
         let of = |ph: &str| events.iter().filter(|e| e["ph"] == ph).count();
-        assert_eq!((of("M"), of("X"), of("i")), (4, 3 * 9, 1));
+        assert_eq!((of("M"), of("X"), of("i")), (5, 3 * 9 + 2, 1));
+        let on_core: Vec<_> = events
+            .iter()
+            .filter(|e| e["tid"] == 4 && e["ph"] == "X")
+            .collect();
+        assert_eq!(
+            (&on_core[0]["ts"], &on_core[0]["dur"]),
+            (&json!(0.0), &json!(2.0))
+        );
+        assert_eq!(
+            (&on_core[1]["name"], &on_core[1]["cat"]),
+            (&json!("kworker/1:0"), &json!("thread"))
+        );
+        assert_eq!(
+            (&on_core[1]["ts"], &on_core[1]["dur"]),
+            (&json!(2.0), &json!(3.0))
+        );
         for event in events.iter().filter(|e| e["ph"] == "X") {
             assert!(event["ts"].as_f64().unwrap() >= 0.0 && event["dur"].as_f64().is_some());
         }

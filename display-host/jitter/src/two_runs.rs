@@ -5,8 +5,10 @@ use core::fmt::Write as _;
 use serde_json::{Map, Value, json};
 
 use crate::blackbox;
+use crate::budgets;
 use crate::report::Report;
 use crate::table::{self, Row};
+use crate::why;
 
 /// Adds up runs. The sums of histograms and counts are exact. The numbers of the rounds go on from
 /// run to run.
@@ -33,6 +35,14 @@ pub fn merge(runs: Vec<Report>) -> Option<Report> {
                 incident
             }));
         sum.incidents = blackbox::worst(sum.incidents);
+        sum.intervals.append(&run.intervals);
+        sum.budgets = budgets::sum(sum.budgets, run.budgets);
+        sum.causes = why::sum(sum.causes, run.causes);
+        sum.why = match (sum.why, run.why) {
+            (Some(all), Some(one)) => Some(all.and(one)),
+            (all, one) => all.or(one),
+        };
+        sum.parts.extend(run.parts);
         let (all, one) = (&mut sum.about, run.about);
         all.seconds += one.seconds;
         all.complete &= one.complete;
@@ -174,6 +184,7 @@ mod tests {
         assert_eq!(both.rounds.iter().map(|r| r.round).max(), Some(5));
         assert_eq!(both.ratios(), one.ratios());
         assert!(both.about.notes.is_empty());
+        assert_eq!(both.intervals.max_ns, [200_000, 200_000]);
         let mut other = sample();
         other.about.load.clear();
         other.about.realtime = false;

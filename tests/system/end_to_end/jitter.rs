@@ -46,6 +46,90 @@ fn assert_distribution(times: &Value, name: &str) {
     assert!(of("count") > 0, "{name} is empty");
 }
 
+/// Asserts the forms that latency testers know, and those of the programs that they use.
+fn assert_forms(folder: &Path, json: &Value) {
+    let maxima = json["intervals_max_ns"].as_array().expect("maxima");
+    assert_eq!(maxima.len(), 1, "a short run is one interval");
+    assert!(maxima[0].as_u64().is_some_and(|ns| ns > 0));
+    assert!(
+        json["interval_s"]
+            .as_f64()
+            .is_some_and(|s| s > 1.0 && s < 300.0)
+    );
+    assert_eq!(json["ci95"]["turns"]["station"], 1);
+    assert!(
+        json["ci95"]["wake_latency_ns"]["station"]["p99"].is_null(),
+        "one turn has no interval"
+    );
+    assert_eq!(json["causes"], serde_json::json!([]), "nobody asked why");
+    let parts = json["budgets"].as_array().expect("budgets");
+    assert_eq!(parts.len(), 8, "wake-up and seven stages");
+    let solve = parts
+        .iter()
+        .find(|part| part["stage"] == "solve")
+        .expect("the solver");
+    assert!(
+        solve["admitted_ns"].as_u64().is_some_and(|ns| ns > 0),
+        "{solve}"
+    );
+    let histograms = folder.join("histograms");
+    let text = |name: &str| std::fs::read_to_string(histograms.join(name)).expect("a histogram");
+    let percentiles = text("wake_latency_ns.hgrm");
+    let count = json["wake_latency_ns"]["count"].as_u64().expect("a count");
+    assert!(percentiles.contains("Percentile TotalCount 1/(1-Percentile)"));
+    assert!(
+        percentiles.contains(&format!("Total count    = {count:12}]")),
+        "{percentiles}"
+    );
+    let like_cyclictest = text("wake_latency_ns.txt");
+    assert!(
+        like_cyclictest.contains(&format!("# Total: {count:09}")),
+        "{like_cyclictest}"
+    );
+}
+
+#[test]
+fn why_names_causes_and_a_scripted_surgeon_works() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("why");
+    let more = [
+        "--why", "--scene", "triangle", "--hand", "careful", "--load", "cpu",
+    ];
+    let json = measure(&out, &more);
+    // What the kernel permits differs between machines. Each answer must be whole.
+    let why = &json["why"];
+    let is_coarse = why["is_coarse"].as_bool().expect("a source");
+    assert_eq!(why["name"], if is_coarse { "counters" } else { "events" });
+    let missing = why["missing"].as_str().expect("what is missing");
+    assert_eq!(missing.is_empty(), !is_coarse, "{missing}");
+    assert_eq!(
+        why["events"].as_u64().is_some_and(|n| n > 1000),
+        !is_coarse,
+        "{why}"
+    );
+    let causes = json["causes"].as_array().expect("causes");
+    let late = why["late_ticks"].as_u64().expect("late ticks");
+    assert_eq!(causes.is_empty(), late == 0, "{causes:?}");
+    for cause in causes {
+        assert!(
+            cause["what"].is_string() && cause["name"].is_string(),
+            "{cause}"
+        );
+        assert!(
+            cause["ticks"].as_u64().is_some_and(|n| n > 0 && n <= late),
+            "{cause}"
+        );
+        assert!(cause["lost_us"].is_u64(), "{cause}");
+    }
+    let notes = json["notes"].to_string();
+    assert!(
+        notes.contains("the scripted surgeon 'careful' worked the task 'full'"),
+        "{notes}"
+    );
+    let page = std::fs::read_to_string(out.join("jitter.html")).expect("a page");
+    assert!(page.contains("Why ticks were late") && page.contains("Coarse") == is_coarse);
+}
+
 #[test]
 fn figures_are_named_as_in_summary_json_and_runs_add_up_and_compare() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -97,7 +181,16 @@ fn figures_are_named_as_in_summary_json_and_runs_add_up_and_compare() {
     );
     assert_eq!(json["allocations_after_start"], 0);
     assert!(json["misses_per_million"].is_number() && json["realtime"].is_boolean());
-    assert!(json["machine"]["kernel"].is_string());
+    for told in [
+        "kernel",
+        "command_line",
+        "microcode",
+        "governor",
+        "load_average",
+    ] {
+        assert!(json["machine"][told].is_string(), "{told}");
+    }
+    assert_forms(&first, &json);
     // The solver's time is part of the tick's.
     assert!(json["stage_ns"]["solve"]["p50"].as_u64() < json["tick_ns"]["p50"].as_u64());
 
@@ -133,6 +226,14 @@ fn figures_are_named_as_in_summary_json_and_runs_add_up_and_compare() {
     assert!(merged.status.success(), "{}", said(&merged));
     assert!(String::from_utf8_lossy(&merged.stdout).contains("NOT REALTIME"));
     let count = |path: &Path| read(&path.join("jitter.json"))["wake_latency_ns"]["count"].as_u64();
+    let parts = &read(&sum.join("jitter.json"))["parts"];
+    let names: Vec<_> = parts.as_array().expect("a line for each").iter().collect();
+    assert_eq!(names.len(), 2);
+    assert_eq!(
+        (&names[0]["name"], &names[1]["name"]),
+        (&"first".into(), &"second".into())
+    );
+    assert_eq!(names[1]["load"], "cpu");
     assert_eq!(
         count(&sum),
         count(&first).zip(count(&second)).map(|(a, b)| a + b)
@@ -219,6 +320,15 @@ fn options_that_cannot_be_measured_are_refused_by_name() {
         1,
         &["/nowhere/a", "calot jitter --out"],
     );
+    refused(
+        &["jitter", "--hand", "careful"],
+        1,
+        &[
+            "has no duct, artery or tissue to dissect",
+            "--scene triangle",
+        ],
+    );
+    refused(&["jitter", "--task", "clamp"], 2, &["--hand"]);
     refused(&["jitter", "--seconds", "0"], 2, &["0.1 to 86400"]);
     refused(
         &["rt", "--scene", "x", "--scope-line", "rts"],

@@ -46,8 +46,9 @@ pub struct Summary {
     pub stage_ns: BTreeMap<&'static str, Quantiles>,
     /// Time from published state to submitted frame, for frames drawn from the newest state.
     pub publish_to_frame_ns: Quantiles,
-    /// Time from device sample to picture, for frames drawn from the newest state.
-    pub motion_to_photon_ns: Quantiles,
+    /// Time from device sample to the picture that is handed to the screen, for frames drawn from
+    /// the newest state.
+    pub motion_to_picture_ns: Quantiles,
     /// Force on the hand in the published tool states (every fourth tick).
     pub force_n: Range,
     /// Number of drawn pictures.

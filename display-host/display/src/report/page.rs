@@ -113,8 +113,14 @@ fn times(page: &mut Page, s: &Summary) {
         &s.motion_to_force_ns,
     );
     row("publish to frame submitted", &s.publish_to_frame_ns);
-    row("motion to picture", &s.motion_to_photon_ns);
-    page.add(format_args!("</table>"));
+    row(
+        "motion to picture (sample arrived → picture handed over)",
+        &s.motion_to_picture_ns,
+    );
+    page.add(format_args!(
+        "</table><p class=\"lead\">Motion to picture ends when the picture is handed to the screen. \
+         The time until the screen lights up is not in it: nothing here can see that.</p>"
+    ));
 }
 
 fn charts(page: &mut Page, recorder: &Recorder) {

@@ -232,11 +232,11 @@ impl Recorder {
         .collect();
         let (min, max) = self.force_min_max.unwrap_or_default();
         let mut publish_to_frame = Distribution::new();
-        let mut motion_to_photon = Distribution::new();
+        let mut motion_to_picture = Distribution::new();
         for frame in outcome.frames.iter().filter(|frame| frame.live) {
             publish_to_frame.record(frame.publish_to_frame_ns());
             if frame.sample_ns > 0 {
-                motion_to_photon.record(frame.motion_to_photon_ns());
+                motion_to_picture.record(frame.motion_to_picture_ns());
             }
         }
         let stages = STAGE_NAMES.iter().zip(&self.stages);
@@ -253,7 +253,7 @@ impl Recorder {
             motion_to_force_ns: self.motion_to_force.quantiles(),
             stage_ns: stages.map(|(name, d)| (*name, d.quantiles())).collect(),
             publish_to_frame_ns: publish_to_frame.quantiles(),
-            motion_to_photon_ns: motion_to_photon.quantiles(),
+            motion_to_picture_ns: motion_to_picture.quantiles(),
             force_n: Range { min, max },
             frames: outcome.frames.len(),
             allocations_after_start: counters

@@ -74,7 +74,7 @@ pub struct UiState {
     /// Force on the hand over the last seconds: time (s), N.
     pub force: Vec<[f64; 2]>,
     /// Age of the newest picture when it was shown, from the device sample, ms.
-    pub motion_to_photon_ms: f32,
+    pub motion_to_picture_ms: f32,
     /// Frames a second.
     pub frames_per_second: f32,
     /// Graphics adapter.

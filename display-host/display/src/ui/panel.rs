@@ -144,7 +144,7 @@ fn station(ui: &mut Ui, state: &UiState) {
         ("rate", format!("{:.0}", state.frames_per_second).into()),
         (
             "age",
-            words.number(state.motion_to_photon_ms.into(), 1).into(),
+            words.number(state.motion_to_picture_ms.into(), 1).into(),
         ),
     ];
     ui.label(words.say_with("picture", &values));

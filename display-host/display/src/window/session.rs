@@ -482,7 +482,7 @@ impl Session {
             self.ui.frames_per_second = (self.frame_times.len() - 1) as f32 / span;
         }
         if frame.live {
-            self.ui.motion_to_photon_ms = frame.motion_to_photon_ns() as f32 * 1e-6;
+            self.ui.motion_to_picture_ms = frame.motion_to_picture_ns() as f32 * 1e-6;
         }
         if self.frames.len() == FRAMES_KEPT {
             self.frames.drain(..FRAMES_KEPT / 2);

@@ -141,7 +141,7 @@ help = Maus oder Pfeile: bewegen   Rad oder Bild-Tasten: vor, zurück   Links od
     Mittlere Taste oder Strg+Pfeile: Endoskop   L: Kamera sperren   Umschalt: langsam   M oder Esc: loslassen
 force = Kraft auf die Hand: { $force } N
 force-cut = Kraft auf die Hand: { $force } N, ausgeschaltet
-picture = Bild: { $rate } pro Sekunde, { $age } ms hinter der Hand
+picture = Bild: { $rate } pro Sekunde, { $age } ms nach der Handbewegung übergeben
 picture-alt = Endoskopbild
 quality = Qualität: Stufe { $tier } von { $tiers } (1 ist die beste)
 graphics = Grafik: { $ms } ms pro Bild

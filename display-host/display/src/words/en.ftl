@@ -141,7 +141,7 @@ help = Mouse or arrows: move   Wheel or Page keys: in, out   Left or Space: jaws
     Middle button or Ctrl+arrows: endoscope   L: lock the camera   Shift: slow   M or Esc: release
 force = Force on the hand: { $force } N
 force-cut = Force on the hand: { $force } N, disabled
-picture = Picture: { $rate } per second, { $age } ms behind the hand
+picture = Picture: { $rate } per second, handed over { $age } ms after the hand moved
 picture-alt = Endoscope picture
 quality = Quality: level { $tier } of { $tiers } (1 is best)
 graphics = Graphics: { $ms } ms per picture

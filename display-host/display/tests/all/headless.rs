@@ -166,7 +166,7 @@ fn a_run_leaves_pictures_latencies_and_everything_it_heard() {
             continue;
         }
         // The simulated controller puts 0.7 ms between sample and state.
-        let [motion, publish] = [frame.motion_to_photon_ns(), frame.publish_to_frame_ns()];
+        let [motion, publish] = [frame.motion_to_picture_ns(), frame.publish_to_frame_ns()];
         assert!(motion >= publish + 700_000, "{motion} {publish}");
     }
     assert!(outcome.frames.iter().any(|frame| frame.live));

@@ -2,6 +2,7 @@
 //! positions.
 
 pub(crate) mod args;
+mod arrivals;
 mod calibrate;
 mod characterise;
 mod conformance;

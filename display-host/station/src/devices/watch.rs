@@ -1,6 +1,6 @@
 //! `calot devices watch`: shows the samples of devices live.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering::Relaxed;
 use std::thread::sleep;
@@ -10,13 +10,14 @@ use hardware::HardwareError;
 use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
 use hardware::rig::RigPedal;
-use hardware::station::StationFile;
+use hardware::station::{HapticDriver, StationFile, TrackerDriver};
 use rt_core::math::Pose;
 use rt_core::port::{ForceCommand, HapticDevice, LineCounters, Pedal, Polled, Tracker};
 use rt_process::time_driver::now_ns;
 use serde_json::{Value, json};
 
 use super::args::{LineDriver, WatchArgs};
+use super::arrivals::{Arrivals, Pattern};
 use super::open::open_haptic;
 use super::samples::Samples;
 use crate::document;
@@ -29,6 +30,8 @@ use crate::stop;
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
 /// Interval between two lines in a file or pipe, or of JSON.
 const TOLD_EVERY: Duration = Duration::from_secs(1);
+/// Interval between two polls.
+const POLL_EVERY: Duration = Duration::from_micros(200);
 /// Least interval between two commands to a haptic device, ns: a little shorter than a tick.
 const COMMAND_EVERY_NS: u64 = 900_000;
 
@@ -82,11 +85,9 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
         if watched.iter().all(|device| device.is_lost) {
             return Err("every device is gone".into());
         }
-        // A table takes every sample, and a device may send 4000 a second.
-        sleep(match &table {
-            Some(_) => Duration::from_micros(200),
-            None => Duration::from_millis(1),
-        });
+        // A table takes every sample, and a device may send 4000 a second. Longer pauses would also
+        // hide how samples arrive.
+        sleep(POLL_EVERY);
     }
     if let Some(table) = table {
         table.end()?;
@@ -97,10 +98,17 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
 fn named_in(file: &StationFile) -> Result<Vec<Watched>, HardwareError> {
     let mut all = Vec::new();
     if let Some(spec) = &file.haptic {
-        all.push(Watched::new(Port::Haptic(spec.open()?)));
+        let is_line = match spec.driver {
+            HapticDriver::Rig | HapticDriver::Woody | HapticDriver::Hapi(_) => true,
+            HapticDriver::Inverse3 { .. } => false,
+            HapticDriver::Touch { .. } | HapticDriver::ForceDimension { .. } => false,
+        };
+        let line = is_line.then_some(spec.path.as_path());
+        all.push(Watched::new(Port::Haptic(spec.open()?)).on(line));
     }
     if let Some(spec) = &file.tracker {
-        all.push(Watched::new(Port::Tracker(Box::new(spec.open()?))));
+        let line = (spec.driver == TrackerDriver::Bird).then_some(spec.path.as_path());
+        all.push(Watched::new(Port::Tracker(Box::new(spec.open()?))).on(line));
     }
     if let Some(spec) = &file.pedal {
         all.push(Watched::new(Port::Pedal(spec.open()?)));
@@ -127,6 +135,12 @@ struct Watched {
     at_ns: u64,
     commanded_ns: u64,
     is_lost: bool,
+    /// Line whose arrivals are judged. `None`: no serial line, so that a sample's time is that of
+    /// the poll.
+    line: Option<PathBuf>,
+    arrivals: Arrivals,
+    /// Number of frames at the last arrival.
+    arrived: u64,
 }
 
 impl Watched {
@@ -139,7 +153,16 @@ impl Watched {
             at_ns: 0,
             commanded_ns: 0,
             is_lost: false,
+            line: None,
+            arrivals: Arrivals::default(),
+            arrived: 0,
         }
+    }
+
+    /// Judges the arrivals of a serial line, too.
+    fn on(mut self, line: Option<&Path>) -> Self {
+        self.line = line.map(Path::to_owned);
+        self
     }
 
     fn open(path: &Path, driver: LineDriver) -> Result<Self, HardwareError> {
@@ -161,10 +184,28 @@ impl Watched {
                 Port::Tracker(Box::new(BirdTracker::open_usb(path, BirdSetup::default())?))
             }
             _ => Port::Haptic(open_haptic(path, driver)?),
-        }))
+        })
+        .on(driver.is_serial().then_some(path)))
     }
 
     fn poll(&mut self, table: Option<&mut Samples>) {
+        let before_ns = self.at_ns;
+        self.read(table);
+        if self.at_ns > before_ns {
+            let frames = self.counters().frames;
+            let more = frames.saturating_sub(self.arrived);
+            self.arrived = frames;
+            self.arrivals.take(more, self.at_ns);
+        }
+    }
+
+    /// Pattern of the line's arrivals and its remedy, if it is a serial line.
+    fn pattern(&self) -> Option<(Pattern, String)> {
+        let (line, found) = (self.line.as_ref()?, self.arrivals.found()?);
+        Some((found, found.in_words(line)))
+    }
+
+    fn read(&mut self, table: Option<&mut Samples>) {
         let now = now_ns();
         match &mut self.port {
             Port::Haptic(haptic) => {
@@ -273,8 +314,10 @@ impl Watched {
             (_, None) => "silent".to_owned(),
             (_, Some(age_ms)) => format!("{rate_hz:5.0} Hz, {age_ms:6.1} ms old"),
         };
+        let pattern = self.pattern();
+        let pattern = pattern.map_or(String::new(), |(_, words)| format!("  [{words}]"));
         format!(
-            "{:<8} {state}, {bad_frames} bad, {lost_frames} lost  {}",
+            "{:<8} {state}, {bad_frames} bad, {lost_frames} lost  {}{pattern}",
             self.kind(),
             self.words
         )
@@ -291,6 +334,9 @@ impl Watched {
             "bad_frames": counters.bad_frames,
             "lost_frames": counters.lost_frames,
             "sample": self.said,
+            "arrivals": self.pattern().map(|(pattern, words)| {
+                json!({ "pattern": pattern.name(), "remedy": words })
+            }),
         })
     }
 }

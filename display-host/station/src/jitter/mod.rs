@@ -10,18 +10,25 @@
 //! The report is rewritten every few seconds, each file by a rename, so that a kill loses little.
 
 pub(crate) mod args;
+mod bench;
+mod drawing;
+mod guests;
 mod save;
 mod session;
+mod standing;
+mod work;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use assess::Task;
 use figures::Machine;
 use jitter::baselines::{self, Terms};
-use jitter::misses::Round;
+use jitter::intervals::Intervals;
+use jitter::machines::Part;
 use jitter::report::{About, Report};
 use jitter::tally::Tally;
 use jitter::timeline::Timeline;
@@ -29,8 +36,9 @@ use jitter::{Baseline, kernel, table, two_runs};
 use shared_mem::scene::SceneFile;
 
 use self::args::JitterArgs;
-use self::save::save;
-use self::session::Bench;
+use self::bench::Bench;
+use self::guests::{baseline_turn, with_timerlat};
+use self::save::{save, save_all};
 use crate::bare_loop;
 use crate::document;
 use crate::folder::Folder;
@@ -44,8 +52,12 @@ use crate::stop;
 
 /// Longest turn, s. With short turns, all programs run in the same minutes.
 const TURN_MAX_S: f64 = 30.0;
-/// Fewest turns: a median needs three.
+/// Fewest turns: a median needs three, and so does a confidence interval.
 const ROUNDS_MIN: u32 = 3;
+/// Scene without the tissue that a task works on.
+const NO_TASK: &str = "built-in";
+const NO_WORK: &str = "--hand: the scene 'built-in' has no duct, artery or tissue to dissect; choose \
+                       one that has, e.g. --scene triangle";
 
 /// Measures, adds up or compares runs.
 pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
@@ -62,20 +74,16 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     let (report, whole) = if args.merge.is_empty() {
         measure(args, &out)?
     } else {
-        let runs: Result<Vec<Report>, Problem> =
-            args.merge.iter().map(|path| Report::read(path)).collect();
-        let mut sum = two_runs::merge(runs?).ok_or("name two runs or more")?;
-        sum.about.command = command();
-        (sum, true)
+        (added_up(&args.merge)?, true)
     };
-    save(&report, &out)?;
+    save_all(&report, &out)?;
     match args.json {
         true => document::JITTER.answer(report.to_json())?,
         false => say::answer(table::text(&report).trim_end()),
     }
     let out = out.display();
     say::note(format_args!(
-        "wrote {out}/jitter.json, .csv, .html and .trace.json"
+        "wrote {out}/jitter.json, .csv, .html, .trace.json and histograms"
     ));
     Ok(if whole {
         ExitCode::SUCCESS
@@ -84,9 +92,32 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     })
 }
 
+/// Reads runs, puts them into one table and adds them up.
+fn added_up(paths: &[PathBuf]) -> Result<Report, Problem> {
+    let mut runs = Vec::new();
+    for path in paths {
+        let mut run = Report::read(path)?;
+        if run.parts.is_empty() {
+            let folder = path
+                .parent()
+                .filter(|_| path.ends_with(jitter::report::FILE));
+            let path = folder.unwrap_or(path);
+            let name = path.file_name().unwrap_or(path.as_os_str());
+            run.parts = vec![Part::of(&run, &name.to_string_lossy())];
+        }
+        runs.push(run);
+    }
+    let mut sum = two_runs::merge(runs).ok_or("name two runs or more")?;
+    sum.about.command = command();
+    Ok(sum)
+}
+
 /// Measures a run. The flag is false if a process of the station died.
 fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     let stop = stop::flag()?;
+    if args.hand.is_some() && args.scene.scene == NO_TASK {
+        return Err(NO_WORK.into());
+    }
     for &baseline in &args.compare {
         baselines::check(baseline)?;
     }
@@ -94,6 +125,7 @@ fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
     let scene = scene::compile(&args.scene, &folder.scene())?;
     let loads = Load::each(&args.load);
     let mut report = begin(&scene, &loads)?;
+    let args = &with_timerlat(args, &mut report.about.notes);
     let mut running = Loads::start(&loads, out, &args.station)?;
     let outcome = rounds(args, out, &folder, &scene, &loads, &stop, &mut report);
     if let Some(problem) = running.died() {
@@ -145,6 +177,11 @@ fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
         rounds: Vec::new(),
         timeline: Timeline::default(),
         incidents: Vec::new(),
+        intervals: Intervals::default(),
+        causes: Vec::new(),
+        why: None,
+        budgets: Vec::new(),
+        parts: Vec::new(),
     })
 }
 
@@ -182,6 +219,10 @@ fn rounds(
         core,
         others: cores.into_iter().filter(|&c| c != core).collect(),
         draws: loads.contains(&Load::Display),
+        hand: args
+            .hand
+            .map(|hand| (hand, args.task.unwrap_or(Task::Full))),
+        why: args.why,
         total_s: args.seconds,
         stop,
     };
@@ -216,7 +257,16 @@ fn rounds(
                 spin_us: args.controller.realtime.spin,
                 work: &work,
             };
-            baseline_turn(baseline, terms, turn_s, round, stop, report)?;
+            match baseline_turn(baseline, terms, turn_s, round, stop, report) {
+                // It is a guest in the comparison: the others go on without it.
+                Err(problem) if baseline == Baseline::Timerlat => {
+                    let note = problem.to_string();
+                    if !report.about.notes.contains(&note) {
+                        report.about.notes.push(note);
+                    }
+                }
+                outcome => outcome?,
+            }
             save(report, out)?;
         }
         // The station goes first in the first round, because `burn` needs its tick times.
@@ -232,59 +282,6 @@ fn round_count(args: &JitterArgs) -> u32 {
         (None, true) => 1,
         (None, false) => ((args.seconds / TURN_MAX_S).ceil() as u32).max(ROUNDS_MIN),
     }
-}
-
-fn baseline_turn(
-    baseline: Baseline,
-    terms: Terms<'_>,
-    seconds: f64,
-    round: u32,
-    stop: &AtomicBool,
-    report: &mut Report,
-) -> Result<(), Problem> {
-    let stolen_before_ms = kernel::stolen_ms(terms.core);
-    if let Some(turn) = baselines::turn(baseline, terms, seconds, stop)? {
-        let stolen_ms = kernel::stolen_ms(terms.core).zip(stolen_before_ms);
-        let stolen_ms = stolen_ms.map(|(now, then)| now.saturating_sub(then));
-        note_turn(report, baseline, round, &turn, stolen_ms);
-    }
-    Ok(())
-}
-
-fn note_turn(
-    report: &mut Report,
-    baseline: Baseline,
-    round: u32,
-    turn: &baselines::Turn,
-    stolen_ms: Option<u64>,
-) {
-    let name = baseline.name();
-    let q = turn.wake_latency.quantiles();
-    report
-        .times(&format!("{name}.wake_latency_ns"))
-        .add(&turn.wake_latency);
-    if let Some(missed) = turn.missed {
-        report.count(&format!("{name}.deadline_misses"), missed.periods());
-        report.count(&format!("{name}.ticks"), q.count);
-    }
-    if turn.burnt.count() > 0 {
-        report.times(&format!("{name}.tick_ns")).add(&turn.burnt);
-    }
-    if turn.realtime == Some(false) {
-        let note = format!("{name} did not run realtime");
-        if !report.about.notes.contains(&note) {
-            report.about.notes.push(note);
-        }
-    }
-    report.rounds.push(Round {
-        round,
-        program: name.to_owned(),
-        p50: q.p50,
-        p99: q.p99,
-        max: q.max,
-        missed: turn.missed,
-        stolen_ms,
-    });
 }
 
 /// Command line without this machine's folders, which mean nothing to a reader elsewhere.

@@ -1,29 +1,30 @@
 //! One turn of the station: starts it, watches it for its time, and ends it.
 
-use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use display_host::headless::{self, HeadlessConfig};
 use display_host::latency::FrameRecord;
 use jitter::misses::Round;
 use jitter::tally::Tally;
+use jitter::why::Watch;
 use jitter::{Report, kernel};
 use rt_process::realtime::pin_to;
 use rt_process::time_driver::monotonic_ns;
-use shared_mem::message::{StateFrame, TimingBatch};
+use shared_mem::message::{STAGES, StateFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, Station};
 
+use super::bench::Bench;
+use super::drawing::draw;
 use super::save::save;
+use super::standing::{note_memory, note_standing, progress};
+use super::work::Work;
 use crate::children::Process;
 use crate::problem::Problem;
-use crate::run::args::RunArgs;
 use crate::run::player::Player;
 use crate::run::processes::{self, Running};
-use crate::say;
 
 /// Interval at which shared memory is read. It is the resolution of "publish to display".
 const LOOK: Duration = Duration::from_millis(1);
@@ -33,33 +34,6 @@ const PROGRESS: Duration = Duration::from_secs(2);
 const SAVE: Duration = Duration::from_secs(5);
 /// Longest silence of the controller.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Time after which the program has done everything once, including drawing, s. From then on, its
-/// memory should not grow.
-const WARM_UP_S: f64 = 60.0;
-/// The display draws in stretches of this length, s. After each, the times of its pictures reach
-/// the report and its files are deleted.
-const STRETCH_S: f64 = 20.0;
-/// First and least picture rates, Hz. If drawing falls behind, the rate is halved, because the time
-/// of a picture would otherwise include the wait for an earlier one.
-const PICTURES_PER_S: [f64; 2] = [2.0, 0.25];
-
-/// Settings that all turns share.
-pub(crate) struct Bench<'a> {
-    pub(crate) station: &'a RunArgs,
-    pub(crate) scene: &'a Path,
-    /// Folder of the station.
-    pub(crate) folder: &'a Path,
-    /// Folder for results.
-    pub(crate) out: &'a Path,
-    /// Core of the tick.
-    pub(crate) core: usize,
-    pub(crate) others: Vec<usize>,
-    /// True if a display draws.
-    pub(crate) draws: bool,
-    /// Time of all turns, s.
-    pub(crate) total_s: f64,
-    pub(crate) stop: &'a Arc<AtomicBool>,
-}
 
 /// A finished turn of the station.
 pub(crate) struct Turn {
@@ -76,6 +50,10 @@ struct Flags {
     done: AtomicBool,
     /// The controller has ended; no more data will come.
     over: AtomicBool,
+    /// Process of the controller; 0 until it has started.
+    process: Arc<AtomicU32>,
+    /// Cost of the stages that the controller measured before the run.
+    admitted_ns: OnceLock<[u64; STAGES]>,
 }
 
 impl Bench<'_> {
@@ -108,7 +86,10 @@ impl Bench<'_> {
             let _ = told.recv();
             let started = processes::start(
                 self.station,
-                Player::Script,
+                match self.hand {
+                    Some(_) => Player::Surgeon,
+                    None => Player::Script,
+                },
                 self.scene,
                 self.folder,
                 self.stop,
@@ -117,24 +98,36 @@ impl Bench<'_> {
                 Ok(Running {
                     mut children,
                     scene: level,
+                    admitted_ns,
                     ..
                 }) => {
                     ran.clone_from(&level);
+                    if let Some(ns) = admitted_ns {
+                        let _ = flags.admitted_ns.set(ns);
+                    }
+                    let work = Work::begin(self.hand, &self.station.station, &level);
                     if self.draws {
                         let flags = &flags;
-                        let draw = move || self.draw(&level, flags, &frames_in);
+                        let draw = move || draw(self, &level, &flags.done, &frames_in);
                         drawing = Some(scope.spawn(draw));
                     }
                     let process = children.last().map(Process::id);
+                    flags.process.store(process.unwrap_or(0), Ordering::Relaxed);
                     let start = kernel::Counters::read(self.core, process);
                     let stolen_before_ms = kernel::stolen_ms(self.core);
-                    let died = self.wait(&flags, &mut children, || watcher.is_finished());
+                    let died = match &work {
+                        Ok(_) => self.wait(&flags, &mut children, || watcher.is_finished()),
+                        Err(problem) => Some(problem.to_string()),
+                    };
                     kernel_counts = kernel::Counters::read(self.core, process).since(&start);
                     let stolen_now_ms = kernel::stolen_ms(self.core);
                     stolen_ms = stolen_now_ms
                         .zip(stolen_before_ms)
                         .map(|(now, then)| now - then);
                     flags.done.store(true, Ordering::Relaxed);
+                    if let Ok(work) = work {
+                        work.end();
+                    }
                     // End all children, the controller first.
                     let problems = children.into_iter().rev().filter_map(Process::end);
                     let problems: Vec<String> = problems.collect();
@@ -218,6 +211,10 @@ impl Bench<'_> {
             let _ = pin_to(&self.others);
         }
         let host = Host::open(&Station::new(&self.station.station)?)?;
+        let mut why = self.why.then(|| {
+            let is_virtual = report.about.machine.virtual_machine;
+            Watch::begin(self.core, is_virtual, flags.process.clone())
+        });
         let _ = tell.send(());
         let before_s = report.about.seconds;
         let mut state: Box<StateFrame> = bytemuck::allocation::zeroed_box();
@@ -243,7 +240,14 @@ impl Bench<'_> {
                     first.get_or_insert(heard);
                 }
                 tally.take(batch, report);
+                if let Some(why) = &mut why {
+                    why.take(batch);
+                }
             });
+            tally.budgets.admitted_ns = flags.admitted_ns.get().copied();
+            if let Some(why) = &mut why {
+                why.settle(&mut tally.black_box);
+            }
             host.drain_events(|_| ());
             for frame in frames.try_iter().filter(|frame| frame.live) {
                 report
@@ -269,99 +273,16 @@ impl Bench<'_> {
             if saved.elapsed() >= SAVE && first.is_some() {
                 tally.fill(report);
                 save(report, self.out)?;
-                if let Some(now) = kernel::resident_kib() {
-                    let [first, last] = report.about.memory_kib.get_or_insert([now; 2]);
-                    if report.about.seconds < WARM_UP_S {
-                        *first = now;
-                    }
-                    *last = now;
-                }
+                note_memory(report);
                 saved = Instant::now();
             }
             if over {
+                if let Some(why) = why {
+                    why.end(&mut tally.black_box, report);
+                }
                 return Ok(());
             }
             std::thread::sleep(LOOK);
         }
     }
-
-    /// Runs a display that draws until the turn is done.
-    fn draw(&self, scene: &Path, flags: &Flags, frames: &Sender<FrameRecord>) {
-        let out_dir = self.folder.join("pictures");
-        let Ok(station) = Station::new(&self.station.station) else {
-            return;
-        };
-        let [mut per_s, least_per_s] = PICTURES_PER_S;
-        let mut config = HeadlessConfig {
-            station,
-            scene: scene.to_owned(),
-            seconds: STRETCH_S,
-            out_dir: out_dir.clone(),
-            size: None,
-            frames: 0,
-            patience: Duration::from_secs(30),
-            tick_cpu: Some(self.core),
-            task_over: None,
-            need_pictures: true,
-        };
-        while !flags.done.load(Ordering::Relaxed) && !self.stop.load(Ordering::Relaxed) {
-            config.frames = (STRETCH_S * per_s) as u32;
-            let outcome = headless::run(&config, &flags.done, &mut |_| ());
-            let _ = std::fs::remove_dir_all(&out_dir);
-            match outcome {
-                Ok(outcome) => {
-                    let in_time = outcome.frames.iter().filter(|frame| frame.live).count();
-                    if 2 * in_time < outcome.frames.len() {
-                        per_s = (per_s / 2.0).max(least_per_s);
-                    }
-                    for frame in outcome.frames {
-                        let _ = frames.send(frame);
-                    }
-                }
-                Err(problem) => {
-                    say::note(format_args!(
-                        "jitter: the display failed to draw: {problem}"
-                    ));
-                    return;
-                }
-            }
-        }
-    }
-}
-
-/// Notes whether the run is realtime so far, and what is missing.
-fn note_standing(tally: &Tally, report: &mut Report) {
-    let Some(bits) = tally.realtime_bits else {
-        return;
-    };
-    let all = [
-        (TimingBatch::FIFO, "the tick lacked SCHED_FIFO"),
-        (TimingBatch::LOCKED, "the tick lacked locked memory"),
-        (TimingBatch::PINNED, "the tick lacked a core of its own"),
-    ];
-    report.about.realtime = all.iter().all(|(bit, _)| bits & bit != 0);
-    for (bit, lacks) in all {
-        if bits & bit == 0 && !report.about.notes.iter().any(|note| note == lacks) {
-            report.about.notes.push(lacks.to_owned());
-        }
-    }
-}
-
-fn progress(report: &mut Report, total_s: f64) {
-    let seconds = report.about.seconds;
-    let not = if report.about.realtime || seconds <= 0.0 {
-        ""
-    } else {
-        " NOT REALTIME"
-    };
-    let wake = report.times("wake_latency_ns").quantiles();
-    let us = |ns: u64| ns as f64 / 1e3;
-    say::note(format_args!(
-        "jitter: {seconds:.0} of {total_s:.0} s, wake-up p50 {:.1} p99 {:.1} max {:.1} µs, {:.1} missed \
-         in a million{not}",
-        us(wake.p50),
-        us(wake.p99),
-        us(wake.max),
-        report.misses_per_million(),
-    ));
 }

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use display_host::report::DeviceSummary;
 use hardware::station::StationFile;
+use shared_mem::message::STAGES;
 use shared_mem::scene::SceneFile;
 
 use super::args::RunArgs;
@@ -31,6 +32,8 @@ pub(crate) struct Running {
     pub(crate) warnings: Vec<String>,
     /// Devices that the controller opened.
     pub(crate) devices: Vec<DeviceSummary>,
+    /// Time of each stage in the worst tick of the controller's trial, ns; `None` without a trial.
+    pub(crate) admitted_ns: Option<[u64; STAGES]>,
 }
 
 /// A running controller and the level of the scene that it took.
@@ -57,12 +60,14 @@ pub(crate) fn start(
     let controller = control(args, &emulated.with(named), scene, folder, stop)?;
     let warnings = not_realtime(controller.process.said());
     let devices = devices(controller.process.said());
+    let admitted_ns = admitted(controller.process.said());
     children.push(controller.process);
     Ok(Running {
         children,
         scene: controller.scene,
         warnings,
         devices,
+        admitted_ns,
     })
 }
 
@@ -205,6 +210,12 @@ fn devices(ready: &str) -> Vec<DeviceSummary> {
     serde_json::from_value(ready["devices"].clone()).unwrap_or_default()
 }
 
+/// Cost of the stages that the controller measured before it reported ready.
+fn admitted(ready: &str) -> Option<[u64; STAGES]> {
+    let ready: serde_json::Value = serde_json::from_str(ready).ok()?;
+    serde_json::from_value(ready["admission"]["worst_stage_ns"].clone()).ok()
+}
+
 /// Level that the controller took, from the scene's own file or among those that the user named.
 fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
     let ready: serde_json::Value = serde_json::from_str(controller.said())?;
@@ -226,6 +237,14 @@ fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<P
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_cost_of_the_stages_is_read_from_the_controllers_answer() {
+        let ready = r#"{"admission": {"worst_stage_ns": [1, 2, 3, 4, 5, 6, 7]}}"#;
+        assert_eq!(admitted(ready), Some([1, 2, 3, 4, 5, 6, 7]));
+        assert_eq!(admitted(r#"{"admission": null}"#), None);
+        assert_eq!(admitted("nonsense"), None);
+    }
 
     #[test]
     fn a_controller_without_realtime_is_a_warning_with_the_cause() {

@@ -64,12 +64,14 @@ impl<'a> Planned<'a> {
             scene,
             warnings,
             devices,
+            ..
         } = match args.attach {
             true => Running {
                 children: Vec::new(),
                 scene, // the user names the scene of the running station
                 warnings: Vec::new(),
                 devices: Vec::new(),
+                admitted_ns: None,
             },
             false => processes::start(args, player, &scene, folder.path(), &stop)?,
         };

@@ -96,13 +96,9 @@ impl Assigned {
     /// State in which the task begins, as [`CommandMsg::START`] numbers it. `None`: the task begins
     /// with the organs at rest.
     pub(crate) fn start(&self) -> Option<u32> {
-        match (self.sutures, self.task) {
-            (Sutures::Own, _) => Some(0),
-            (Sutures::Given, Task::Identify) => Some(1),
-            (Sutures::Given, Task::Clamp) => Some(2),
-            (Sutures::Given, Task::Cut) => Some(3),
-            (Sutures::Given, Task::Disconnect) => Some(4),
-            (Sutures::Given, Task::Full | Task::Free | Task::Scope) => None,
+        match self.sutures {
+            Sutures::Own => Some(0),
+            Sutures::Given => begins(self.task),
         }
     }
 
@@ -283,6 +279,17 @@ fn follow(
     }
     show(&assessment);
     assessment.end()
+}
+
+/// State in which a task begins with given sutures, as [`CommandMsg::START`] numbers it.
+pub(crate) fn begins(task: Task) -> Option<u32> {
+    match task {
+        Task::Identify => Some(1),
+        Task::Clamp => Some(2),
+        Task::Cut => Some(3),
+        Task::Disconnect => Some(4),
+        Task::Full | Task::Free | Task::Scope => None,
+    }
 }
 
 /// Makes the controller prepare the organs for a task.

@@ -1,0 +1,273 @@
+//! Recognises from the arrivals of samples what a serial adapter or the USB does to them, and names
+//! the setting that ends it.
+
+use std::path::Path;
+
+/// Samples that are judged together.
+const WINDOW: u64 = 500;
+/// Fewest batches for a verdict.
+const BATCHES_MIN: usize = 20;
+/// Longest window, ns. A slower device is judged by as many samples as came.
+const WINDOW_NS: u64 = 4_000_000_000;
+/// Gap that does not end a batch, ns: parts of a batch come within one poll of 200 µs, and a
+/// scheduler adds some.
+const WITHIN_NS: u64 = 300_000;
+/// Frame of full-speed USB, ns (USB 2.0, 7.1.12).
+const FRAME_NS: u64 = 1_000_000;
+/// Largest distance of an arrival's gap from whole frames, ns.
+const OFF_FRAME_NS: u64 = 150_000;
+/// Time after which an FTDI adapter sends what it has, ms: its default (FTDI AN232B-04).
+const FTDI_MS: u64 = 16;
+/// Share of the gaps, in percent, that must fit a timer or frames. A busy computer spoils a few.
+const FITS: usize = 80;
+/// Share of the gaps, in percent, that must differ from the usual number of frames. A device that
+/// itself sends every whole ms shows nothing of frames.
+const DIFFER: usize = 5;
+
+/// Pattern of arrivals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Pattern {
+    /// An FTDI adapter's timer at its default.
+    Ftdi,
+    /// Batches of this many samples, in tenths, every so many µs.
+    Batches {
+        /// Samples in a batch, in tenths.
+        tenths: u64,
+        /// Time from batch to batch, µs.
+        every_us: u64,
+    },
+    /// Frames of full-speed USB.
+    Frames,
+}
+
+impl Pattern {
+    /// Key in JSON.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Ftdi => "ftdi-timer",
+            Self::Batches { .. } => "batches",
+            Self::Frames => "usb-frames",
+        }
+    }
+
+    /// The pattern, and the setting that ends it on the line `tty`.
+    pub(super) fn in_words(self, tty: &Path) -> String {
+        let tty = tty.canonicalize().unwrap_or_else(|_| tty.to_owned());
+        let tty = tty
+            .file_name()
+            .map_or("ttyUSB0".into(), |name| name.to_string_lossy());
+        let timer = format!("/sys/bus/usb-serial/devices/{tty}/latency_timer");
+        match self {
+            Self::Ftdi => format!(
+                "samples wait up to {FTDI_MS} ms in an FTDI adapter's timer; as root: echo 1 > {timer}"
+            ),
+            Self::Batches { tenths, every_us } => format!(
+                "samples come in batches of {:.1} every {:.1} ms; an FTDI adapter: as root, echo 1 > \
+                 {timer}; else let the device send each sample at once (flush after each frame)",
+                tenths as f64 / 10.0,
+                every_us as f64 / 1e3
+            ),
+            Self::Frames => "samples wait up to 1 ms for the frames of full-speed USB, which no \
+                             setting of this computer shortens; use a high-speed device (frames of \
+                             125 µs) at a port without a full-speed hub, or sample in step with the \
+                             frames"
+                .to_owned(),
+        }
+    }
+}
+
+/// Samples that arrived together.
+#[derive(Debug, Clone, Copy)]
+struct Batch {
+    first_ns: u64,
+    last_ns: u64,
+    samples: u64,
+}
+
+/// Arrivals of a line's samples.
+#[derive(Debug, Default)]
+pub(super) struct Arrivals {
+    batches: Vec<Batch>,
+    samples: u64,
+    found: Option<Pattern>,
+}
+
+impl Arrivals {
+    /// Takes `samples` that arrived at `at_ns`.
+    pub(super) fn take(&mut self, samples: u64, at_ns: u64) {
+        if samples == 0 {
+            return;
+        }
+        self.samples += samples;
+        match self.batches.last_mut() {
+            Some(last) if at_ns.saturating_sub(last.last_ns) < WITHIN_NS => {
+                last.last_ns = at_ns;
+                last.samples += samples;
+            }
+            _ => self.batches.push(Batch {
+                first_ns: at_ns,
+                last_ns: at_ns,
+                samples,
+            }),
+        }
+        let first_ns = self.batches.first().map_or(at_ns, |batch| batch.first_ns);
+        let is_long = at_ns.saturating_sub(first_ns) >= WINDOW_NS;
+        let is_full = self.samples >= WINDOW && self.batches.len() > BATCHES_MIN;
+        if is_full || is_long {
+            self.found = pattern(&self.batches);
+            self.batches.clear();
+            self.samples = 0;
+        }
+    }
+
+    /// Pattern of the last window.
+    pub(super) const fn found(&self) -> Option<Pattern> {
+        self.found
+    }
+}
+
+/// Judges a window.
+fn pattern(batches: &[Batch]) -> Option<Pattern> {
+    // The last batch may not be whole.
+    let whole = batches.split_last()?.1;
+    if whole.len() < BATCHES_MIN {
+        return None;
+    }
+    let samples: u64 = whole.iter().map(|batch| batch.samples).sum();
+    let tenths = 10 * samples / whole.len() as u64;
+    let pairs = batches.windows(2);
+    let gaps: Vec<u64> = pairs
+        .filter_map(|pair| match pair {
+            [a, b] => Some(b.first_ns - a.first_ns),
+            _ => None,
+        })
+        .collect();
+    let mut sorted = gaps.clone();
+    sorted.sort_unstable();
+    let usual_ns = *sorted.get(sorted.len() / 2)?;
+    let fits = |is_it: &dyn Fn(u64) -> bool| {
+        let count = gaps.iter().filter(|&&gap| is_it(gap)).count();
+        100 * count >= FITS * gaps.len()
+    };
+    let is_regular = fits(&|gap| gap.abs_diff(usual_ns) <= usual_ns / 4);
+    let timer_ns = FTDI_MS * FRAME_NS;
+    // A device slower than the timer has one sample in some batches and two in others.
+    if tenths >= 13 && is_regular && usual_ns.abs_diff(timer_ns) <= FRAME_NS {
+        return Some(Pattern::Ftdi);
+    }
+    let by_frames = fits(&|gap| {
+        let off = gap % FRAME_NS;
+        gap >= FRAME_NS / 2 && off.min(FRAME_NS - off) <= OFF_FRAME_NS
+    });
+    let frames = |gap: u64| (gap + FRAME_NS / 2) / FRAME_NS;
+    let others = gaps.iter().filter(|&&gap| frames(gap) != frames(usual_ns));
+    let differ = 100 * others.count() >= DIFFER * gaps.len();
+    let several_a_frame = tenths >= 12 && frames(usual_ns) == 1;
+    let is_own = is_whole_frames(gaps.iter().sum::<u64>() / samples.max(1));
+    if by_frames && !is_own && (differ || several_a_frame) {
+        return Some(Pattern::Frames);
+    }
+    (tenths >= 18 && is_regular).then_some(Pattern::Batches {
+        tenths,
+        every_us: usual_ns / 1000,
+    })
+}
+
+/// True if a device with this mean period itself sends every so many whole frames. Late reading
+/// then looks like frames.
+fn is_whole_frames(period_ns: u64) -> bool {
+    let frames = (period_ns + FRAME_NS / 2) / FRAME_NS;
+    // A clock of a device is off by less than one in a hundred, and a window by one sample.
+    frames > 0 && 100 * period_ns.abs_diff(frames * FRAME_NS) <= 3 * frames * FRAME_NS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Samples of a device every `every_ns` that arrive when `comes` lets them through, for six
+    /// seconds, polled every 200 µs and with up to 20 µs of jitter.
+    fn found(every_ns: u64, comes: impl Fn(u64) -> u64) -> Option<Pattern> {
+        let mut arrivals = Arrivals::default();
+        let mut waiting: Vec<u64> = Vec::new();
+        let mut taken = 0;
+        let mut state = 1u64;
+        for poll in 0..30_000u64 {
+            let now_ns = poll * 200_000;
+            while taken * every_ns <= now_ns {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
+                waiting.push(comes(taken * every_ns) + (state >> 33) % 20_000);
+                taken += 1;
+            }
+            let arrived: Vec<u64> = waiting.extract_if(.., |at_ns| *at_ns <= now_ns).collect();
+            if let Some(&newest) = arrived.iter().max() {
+                arrivals.take(arrived.len() as u64, newest);
+            }
+        }
+        arrivals.found()
+    }
+
+    fn held(until_every_ns: u64) -> impl Fn(u64) -> u64 {
+        move |at_ns| at_ns.div_ceil(until_every_ns) * until_every_ns
+    }
+
+    #[test]
+    fn ftdis_timer_is_recognised_at_the_rates_of_devices() {
+        for every_us in [500, 1000, 2000, 4000, 10_000] {
+            let found = found(every_us * 1000, held(16_000_000));
+            assert_eq!(found, Some(Pattern::Ftdi), "{every_us} µs");
+        }
+    }
+
+    #[test]
+    fn other_batches_are_told_with_their_size_and_interval() {
+        let Some(Pattern::Batches { tenths, every_us }) = found(1_000_000, held(5_000_000)) else {
+            panic!("no batches");
+        };
+        assert!((48..=52).contains(&tenths), "{tenths}");
+        assert!(every_us.abs_diff(5000) < 250, "{every_us}");
+    }
+
+    #[test]
+    fn frames_of_full_speed_usb_are_recognised_where_they_show() {
+        for every_us in [300, 500, 700, 1400] {
+            let found = found(every_us * 1000, held(1_000_000));
+            assert_eq!(found, Some(Pattern::Frames), "{every_us} µs");
+        }
+        // A device that itself sends every whole ms looks the same on any USB.
+        assert_eq!(found(2_000_000, held(1_000_000)), None);
+    }
+
+    #[test]
+    fn samples_that_come_at_once_show_nothing() {
+        for every_us in [700, 1000, 1300, 4000, 10_000] {
+            let found = found(every_us * 1000, |at_ns| at_ns);
+            assert_eq!(found, None, "{every_us} µs");
+        }
+        // A busy computer that reads every fifth sample late.
+        let late = |at_ns: u64| match (at_ns / 1_000_000).is_multiple_of(5) {
+            true => at_ns + 1_000_000,
+            false => at_ns,
+        };
+        assert_eq!(found(1_000_000, late), None);
+        // High-speed USB has frames of 125 µs.
+        assert_eq!(found(700_000, held(125_000)), None);
+        assert_eq!(Arrivals::default().found(), None);
+    }
+
+    #[test]
+    fn each_pattern_names_its_setting() {
+        let tty = Path::new("/dev/ttyUSB7");
+        let words = |pattern: Pattern| pattern.in_words(tty);
+        let timer = "echo 1 > /sys/bus/usb-serial/devices/ttyUSB7/latency_timer";
+        assert!(words(Pattern::Ftdi).contains(timer));
+        let batches = words(Pattern::Batches {
+            tenths: 52,
+            every_us: 5100,
+        });
+        assert!(batches.contains("batches of 5.2 every 5.1 ms") && batches.contains("ttyUSB7"));
+        assert!(words(Pattern::Frames).contains("high-speed device"));
+    }
+}
