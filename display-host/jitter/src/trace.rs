@@ -46,7 +46,13 @@ pub fn json(incidents: &[Incident]) -> Value {
             events.extend(slices(tick, first.scheduled_ns, pid));
         }
     }
-    json!({"displayTimeUnit": "ns", "traceEvents": events})
+    // The name of the program marks the file as Calot's, which `--overwrite` looks for.
+    let program = concat!("calot ", env!("CARGO_PKG_VERSION"));
+    json!({
+        "displayTimeUnit": "ns",
+        "otherData": { "program": program },
+        "traceEvents": events,
+    })
 }
 
 fn meta(what: &str, pid: usize, row: u32, name: &str) -> Value {
