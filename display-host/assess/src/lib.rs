@@ -38,6 +38,7 @@ mod alarm;
 mod anatomy;
 mod assessment;
 mod injury;
+mod means;
 pub mod metrics;
 mod procedure;
 pub mod report;
@@ -48,18 +49,20 @@ mod tally;
 mod task;
 mod vector;
 mod vessel;
+mod view;
 
 pub use alarm::{Alarm, AlarmKind};
 pub use anatomy::{Anatomy, Region};
 pub use assessment::{Assessed, Assessment, Moment, Path, Status, VERSION};
-pub use injury::{Injury, InjuryKind};
+pub use injury::{Cause, Injury, InjuryKind, Severity};
 pub use metrics::{Metric, Values};
-pub use rules::{Rules, RulesError};
+pub use rules::{PassRule, Reference, Rules, RulesError};
 pub use scope_drill::DRILL_ORGANS;
 pub use shared_mem::words::Instrument;
 pub use step::{Advice, Hint, Reason, Step};
 pub use tally::BIN_N;
 pub use task::{Difficulty, Outcome, Task};
+pub use view::{Criterion, Cvs, Shown};
 
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,9 @@
 use assess::{DRILL_ORGANS, Task};
 use clap::ValueEnum;
 use shared_mem::scene::{CellRecord, OrganKind};
-use shared_mem::words::Instrument;
+use shared_mem::words::{Instrument, Switches};
+
+use crate::work::COAGULATE;
 
 /// A scripted surgeon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -12,6 +14,12 @@ pub enum Surgeon {
     Careful,
     /// As `Careful`, at three times the speed, without lining up
     Hurried,
+    /// As `Careful`, with a hand that trembles
+    Trembling,
+    /// As `Careful`, with an endoscope that wanders off
+    Wandering,
+    /// As `Careful`, with rests in the middle of movements
+    Pausing,
     /// Cuts where no clips are
     Unclamped,
     /// Coagulates the bile duct
@@ -22,10 +30,18 @@ pub enum Surgeon {
     DuctCutter,
     /// Grasps the bile duct and tears it
     DuctTearer,
+    /// Pulls the cystic duct until it is half torn
+    DuctStrainer,
     /// Holds the cutting current on the bile duct until its wall is gone
     DuctScorcher,
+    /// Holds the coagulating current on the bile duct until its wall is gone
+    DuctCoagulator,
     /// Takes the hepatic artery for the cystic artery and cuts it
     ArteryCutter,
+    /// Grasps the hepatic artery and tears it
+    ArteryTearer,
+    /// Holds the cutting current on the hepatic artery until its wall is gone
+    ArteryScorcher,
     /// Burns through the gallbladder's wall
     BagBurner,
     /// Burns through the duodenum's wall
@@ -47,11 +63,13 @@ pub(crate) enum Act {
     Close,
     /// Press the pedal for this time, s.
     Burn(f64),
-    /// Press the cutting pedal for this time, s, and follow the organ as the tissue in front of it
-    /// goes.
-    BurnThrough(OrganKind, f64),
+    /// Press a pedal (a switch of `HandMsg`) for this time, s, and follow the organ as the tissue in
+    /// front of it goes.
+    BurnThrough(OrganKind, u32, f64),
     /// Close the jaws and draw what they hold back along the shaft by this distance, m.
     Pull(f64),
+    /// Close the jaws and draw what they hold back slowly until it gives.
+    Strain,
     /// Withdraw along the shaft.
     Retreat,
     /// Turn the endoscope to an organ and hold it in the middle of the picture.
@@ -67,7 +85,7 @@ impl Surgeon {
         let does = |own: Task| task == own || task == Task::Full;
         let mut plan = Vec::new();
         match self {
-            Self::Careful | Self::Hurried => {
+            Self::Careful | Self::Hurried | Self::Trembling | Self::Wandering | Self::Pausing => {
                 if does(Task::Identify) {
                     plan.extend([
                         Act::Take(Instrument::Hook),
@@ -117,16 +135,24 @@ impl Surgeon {
             }
             Self::DuctCutter => plan.extend(cutting(OrganKind::BileDuct)),
             Self::ArteryCutter => plan.extend(cutting(OrganKind::Vessel)),
-            Self::DuctTearer => plan.extend([
-                Act::Take(Instrument::Grasper),
-                Act::Reach(OrganKind::BileDuct, 0.75),
-                Act::Pull(TORN_M),
-            ]),
-            Self::DuctScorcher => plan.extend(burning(OrganKind::BileDuct)),
-            Self::BagBurner => plan.extend(burning(OrganKind::Gallbladder)),
-            Self::BowelBurner => plan.extend(burning(OrganKind::Intestine)),
+            Self::DuctTearer => plan.extend(grasping(OrganKind::BileDuct, 0.75, Act::Pull(TORN_M))),
+            Self::ArteryTearer => plan.extend(grasping(OrganKind::Vessel, 0.5, Act::Pull(TORN_M))),
+            Self::DuctStrainer => plan.extend(grasping(OrganKind::CysticDuct, 0.5, Act::Strain)),
+            Self::DuctScorcher => plan.extend(burning(OrganKind::BileDuct, CUTS)),
+            Self::DuctCoagulator => plan.extend(burning(OrganKind::BileDuct, COAGULATE)),
+            Self::ArteryScorcher => plan.extend(burning(OrganKind::Vessel, CUTS)),
+            Self::BagBurner => plan.extend(burning(OrganKind::Gallbladder, CUTS)),
+            Self::BowelBurner => plan.extend(burning(OrganKind::Intestine, CUTS)),
         }
         plan
+    }
+
+    /// True for a surgeon who looks before each step, whatever the hand does.
+    pub(crate) fn is_careful(self) -> bool {
+        matches!(
+            self,
+            Self::Careful | Self::Trembling | Self::Wandering | Self::Pausing
+        )
     }
 
     pub(crate) fn speed_m_s(self) -> f64 {
@@ -139,18 +165,25 @@ fn cutting(kind: OrganKind) -> [Act; 2] {
     [Act::Take(Instrument::Scissors), Act::Work(kind, 0.4)]
 }
 
-/// The hook at this organ, with a cutting current until its wall is gone.
-fn burning(kind: OrganKind) -> [Act; 4] {
+/// The grasper at this share of the way along a duct or vessel, and what it does there.
+fn grasping(kind: OrganKind, share: f64, act: Act) -> [Act; 3] {
+    [Act::Take(Instrument::Grasper), Act::Reach(kind, share), act]
+}
+
+/// The hook at this organ, with this current until its wall is gone.
+fn burning(kind: OrganKind, pedal: u32) -> [Act; 4] {
     [
         Act::Take(Instrument::Hook),
         Act::Reach(kind, 0.4),
-        Act::BurnThrough(kind, THROUGH_S),
+        Act::BurnThrough(kind, pedal, THROUGH_S),
         Act::Retreat,
     ]
 }
 
-/// Time in which a cutting current opens any wall that it is held on, s.
+/// Time in which either current opens any wall that it is held on, s.
 const THROUGH_S: f64 = 20.0;
+/// Switch of the cutting pedal.
+const CUTS: u32 = Switches::CUT.bits();
 /// Pull that tears a duct from its tissue, m.
 const TORN_M: f64 = 0.12;
 /// Place of the cut, as a share of a vessel's length; clips go on both sides.

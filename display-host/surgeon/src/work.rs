@@ -34,6 +34,10 @@ const GIVE_UP_S: f64 = 8.0;
 const JAWS_S: f64 = 0.9;
 /// Largest rate of turn about the shaft, rad/s.
 const TURN_RAD_S: f64 = 1.5;
+/// Speed of a slow pull, m/s. Half of a duct's fibres part in 25 ms, within one look.
+const STRAIN_M_S: f64 = 0.003;
+/// Longest slow pull, s.
+const STRAIN_S: f64 = 20.0;
 /// Longest wait for a controller, s.
 const PATIENCE_S: f64 = 64.0;
 /// Longest time counted between two looks, s.
@@ -60,6 +64,8 @@ pub fn operate(
         divided: Vec::new(),
         closed: Vec::new(),
         is_over: false,
+        flaw: [0.0; 2],
+        gave: false,
         nearing: Nearing::default(),
     };
     let is_there =
@@ -71,13 +77,14 @@ pub fn operate(
         };
     }
     let mut missed = Vec::new();
-    let hangs = work.must_hang() && matches!(surgeon, Surgeon::Careful | Surgeon::Hurried);
+    let operates = surgeon.is_careful() || surgeon == Surgeon::Hurried;
+    let hangs = work.must_hang() && operates;
     let first = hangs.then_some(Act::Hang);
     for act in first.into_iter().chain(surgeon.plan(task)) {
         // Before the next exchange, the missed acts are tried again with the same instrument,
         // because the tissue has moved by now.
         let again = match act {
-            Act::Take(_) if surgeon == Surgeon::Careful => std::mem::take(&mut missed),
+            Act::Take(_) if surgeon.is_careful() => std::mem::take(&mut missed),
             _ => Vec::new(),
         };
         for (act, is_again) in again
@@ -117,6 +124,10 @@ pub(crate) struct Work<'a> {
     /// cut.
     pub(crate) closed: Vec<(OrganKind, bool)>,
     pub(crate) is_over: bool,
+    /// Offset that a flaw has added: of the hand, m, or of the endoscope, rad.
+    pub(crate) flaw: [f64; 2],
+    /// A duct or vessel has torn, or its wall was opened.
+    gave: bool,
     /// Predicted room to structures that must not be touched.
     pub(crate) nearing: Nearing,
 }
@@ -148,8 +159,8 @@ impl Work<'_> {
                 self.asked.switches = 0;
                 burnt
             }
-            Act::BurnThrough(kind, seconds) => {
-                self.asked.switches = CUT;
+            Act::BurnThrough(kind, pedal, seconds) => {
+                self.asked.switches = pedal;
                 let until_s = self.seen.at_s + seconds;
                 while !self.is_over && self.seen.at_s < until_s {
                     // It does not matter how near the hook gets at once.
@@ -166,6 +177,7 @@ impl Work<'_> {
                 self.goes_on()?;
                 pulled
             }
+            Act::Strain => self.strain(),
             Act::Retreat => self.retreat(BACK_M),
             Act::Show(kind) => self.show(kind),
             Act::Dissect(regions, share) => self.dissect(regions, share),
@@ -178,22 +190,51 @@ impl Work<'_> {
         seconds: f64,
         mut done: impl FnMut(&mut Self) -> bool,
     ) -> bool {
-        let start_s = self.seen.at_s;
+        let mut start_s = self.seen.at_s;
         while !self.is_over && self.seen.at_s - start_s < seconds {
-            if done(self) {
+            let before_s = self.seen.at_s;
+            let rests = self.rests();
+            if !rests && done(self) {
                 return true;
             }
-            self.seen.events.clear();
-            self.is_over = !self.theatre.look(&self.asked, &mut self.seen);
-            for event in &self.seen.events {
-                match event.decode() {
-                    Ok(Event::Clip { .. }) => self.clipped.push(event.organ),
-                    Ok(Event::Divided { .. }) => self.divided.push(event.organ),
-                    _ => {}
-                }
+            self.look();
+            if rests {
+                start_s += self.seen.at_s - before_s;
             }
         }
         false
+    }
+
+    /// Lets the theatre go on for one look, with the flaws of the hand.
+    fn look(&mut self) {
+        self.stumble();
+        self.seen.events.clear();
+        self.is_over = !self.theatre.look(&self.asked, &mut self.seen);
+        for event in &self.seen.events {
+            match event.decode() {
+                Ok(Event::Clip { .. }) => self.clipped.push(event.organ),
+                Ok(Event::Divided { .. }) => self.divided.push(event.organ),
+                Ok(Event::Perforation { .. } | Event::Tear { .. }) => self.gave = true,
+                _ => {}
+            }
+        }
+    }
+
+    /// Closes the jaws and draws what they hold back slowly until a duct or vessel gives.
+    fn strain(&mut self) -> Result<(), String> {
+        self.asked.buttons = Buttons::GRASP.bits();
+        self.wait(JAWS_S)?;
+        self.gave = false;
+        let mut before_s = self.seen.at_s;
+        self.look_for(STRAIN_S, |work| {
+            let seconds = (work.seen.at_s - before_s).clamp(0.0, LOOK_MAX_S);
+            before_s = work.seen.at_s;
+            let back = -work.along() * STRAIN_M_S;
+            work.move_by(back * seconds);
+            work.gave
+        });
+        self.asked.buttons = Buttons::NONE.bits();
+        self.goes_on()
     }
 
     pub(crate) fn goes_on(&self) -> Result<(), String> {
@@ -228,7 +269,7 @@ impl Work<'_> {
 
     /// Withdraws along the shaft.
     pub(crate) fn retreat(&mut self, by_m: f64) -> Result<(), String> {
-        if self.surgeon == Surgeon::Careful && self.seen.tools.has(Instrument::Hook) {
+        if self.surgeon.is_careful() && self.seen.tools.has(Instrument::Hook) {
             return self.come_out(by_m);
         }
         let to = self.tip() - self.along() * by_m;
@@ -285,7 +326,11 @@ impl Work<'_> {
     /// Moves the hand towards a place still `way` off, for this time.
     pub(crate) fn go(&mut self, way: Vec3, seconds: f64) {
         let step = way * (4.0 * seconds);
-        let step = step.cap_magnitude(self.surgeon.speed_m_s() * seconds);
+        self.move_by(step.cap_magnitude(self.surgeon.speed_m_s() * seconds));
+    }
+
+    /// Asks the hand for this step.
+    fn move_by(&mut self, step: Vec3) {
         let local = rotation(&self.seen.tools.world_from_camera).inverse() * step;
         for (sum, part) in self.asked.moved_m.iter_mut().zip(local.iter()) {
             *sum += part;
@@ -365,8 +410,6 @@ impl Work<'_> {
     }
 }
 
-/// Switch of the cutting pedal.
-const CUT: u32 = Switches::CUT.bits();
 /// Switch of the coagulation pedal in [`HandMsg::switches`].
 pub(crate) const COAGULATE: u32 = Switches::COAGULATE.bits();
 

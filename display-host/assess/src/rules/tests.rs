@@ -88,6 +88,56 @@ fn a_file_without_injuries_has_the_built_in_ones() {
 }
 
 #[test]
+fn rules_and_published_values_say_where_they_come_from() {
+    let rules = Rules::default();
+    let time = rules.time_rule(Task::Full).unwrap();
+    assert!(time.source.contains("PMID 11285960"), "{}", time.source);
+    let pass = rules.pass(Task::Full);
+    assert!(pass.iter().all(|rule| rule.source == "no source"));
+    assert_eq!(
+        rules.weight_source(Task::Full, "touches_wrong"),
+        "no source"
+    );
+    let own = |from: &str, to: &str| Rules::parse(&BUILT_IN.replacen(from, to, 1)).unwrap();
+    let sourced = own(
+        "each = 5.0\nmost = 40.0",
+        "each = 5.0\nmost = 40.0\nsource = \"A 2020\"",
+    );
+    assert_eq!(sourced.weight_source(Task::Full, "touches_wrong"), "A 2020");
+    let sourced = own(
+        "at_least = 70.0 }",
+        "at_least = 70.0, source = \"B 2021\" }",
+    );
+    assert_eq!(sourced.pass(Task::Identify)[0].source, "B 2021");
+    for task in [Task::Identify, Task::Cut, Task::Full] {
+        let mut references = rules.references(task);
+        assert!(references.all(|it| !it.source.is_empty() && !it.who.is_empty()));
+        assert!(rules.references(task).count() > 0, "{}", task.name());
+    }
+    for (from, to, error) in [
+        (
+            "task = \"cut\"",
+            "task = \"dance\"",
+            "a task is dance; allowed is identify,",
+        ),
+        (
+            "metric = \"movements\"\n",
+            "metric = \"steps\"\n",
+            "a metric is steps",
+        ),
+        ("value = 512.0", "value = nan", "a published value is NaN"),
+        (
+            "touch_n = 0.2",
+            "touch_n = -1.0",
+            "touch_n is -1; allowed is 0 to 100",
+        ),
+    ] {
+        let refused = refused(from, to);
+        assert!(refused.contains(error), "{refused}");
+    }
+}
+
+#[test]
 fn the_endoscope_drill_is_scored_by_its_camera_whatever_the_file() {
     let tables: Vec<&str> = BUILT_IN.split("\n\n").collect();
     let without = tables.iter().filter(|it| !it.contains("task.scope"));
