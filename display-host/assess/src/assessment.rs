@@ -376,9 +376,7 @@ impl Assessment {
             }
         });
         let has_view = self.task != Task::Scope && self.anatomy.has_cells(Region::Triangle);
-        let achieved = [Metric::CvsTriangle, Metric::CvsBed, Metric::CvsTwo];
-        let achieved = achieved.map(|metric| metrics.get(metric));
-        let cvs = has_view.then(|| self.views.cvs(achieved));
+        let cvs = has_view.then(|| self.views.cvs());
         let score = match outcome {
             Outcome::Aborted => 0.0,
             _ => score,

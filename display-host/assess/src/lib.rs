@@ -24,7 +24,7 @@
 //! When a vessel is divided, the controller reports how far clips leave its worse side open. The
 //! vessel counts as divided unclamped if that side is not closed, if it had too few clips, or if it
 //! leaks. The critical view of safety is judged by the share of removed cells in each region
-//! (`CellRecord::region`), never by the picture.
+//! (`CellRecord::region`). How much of it the endoscope showed is told beside it, and not scored.
 //!
 //! The display's panel gets each alarm, the score and the end of the task as a `TaskView`. A
 //! `TaskView` names steps and reasons by their kind, so the display needs no rules.

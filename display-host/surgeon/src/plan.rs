@@ -30,16 +30,12 @@ pub enum Surgeon {
     DuctCutter,
     /// Grasps the bile duct and tears it
     DuctTearer,
-    /// Pulls the cystic duct until it is half torn
-    DuctStrainer,
     /// Holds the cutting current on the bile duct until its wall is gone
     DuctScorcher,
     /// Holds the coagulating current on the bile duct until its wall is gone
     DuctCoagulator,
     /// Takes the hepatic artery for the cystic artery and cuts it
     ArteryCutter,
-    /// Grasps the hepatic artery and tears it
-    ArteryTearer,
     /// Holds the cutting current on the hepatic artery until its wall is gone
     ArteryScorcher,
     /// Burns through the gallbladder's wall
@@ -61,15 +57,13 @@ pub(crate) enum Act {
     Work(OrganKind, f64),
     /// Close and open the jaws.
     Close,
-    /// Press the pedal for this time, s.
-    Burn(f64),
+    /// Press the coagulation pedal at an organ until the organ has taken this heat, J.
+    Scorch(OrganKind, f64),
     /// Press a pedal (a switch of `HandMsg`) for this time, s, and follow the organ as the tissue in
     /// front of it goes.
     BurnThrough(OrganKind, u32, f64),
     /// Close the jaws and draw what they hold back along the shaft by this distance, m.
     Pull(f64),
-    /// Close the jaws and draw what they hold back slowly until it gives.
-    Strain,
     /// Withdraw along the shaft.
     Retreat,
     /// Turn the endoscope to an organ and hold it in the middle of the picture.
@@ -126,7 +120,7 @@ impl Surgeon {
             Self::Burner => plan.extend([
                 Act::Take(Instrument::Hook),
                 Act::Reach(OrganKind::BileDuct, 0.4),
-                Act::Burn(3.0),
+                Act::Scorch(OrganKind::BileDuct, SCORCHED_J),
                 Act::Retreat,
             ]),
             Self::Dropper => {
@@ -136,8 +130,6 @@ impl Surgeon {
             Self::DuctCutter => plan.extend(cutting(OrganKind::BileDuct)),
             Self::ArteryCutter => plan.extend(cutting(OrganKind::Vessel)),
             Self::DuctTearer => plan.extend(grasping(OrganKind::BileDuct, 0.75, Act::Pull(TORN_M))),
-            Self::ArteryTearer => plan.extend(grasping(OrganKind::Vessel, 0.5, Act::Pull(TORN_M))),
-            Self::DuctStrainer => plan.extend(grasping(OrganKind::CysticDuct, 0.5, Act::Strain)),
             Self::DuctScorcher => plan.extend(burning(OrganKind::BileDuct, CUTS)),
             Self::DuctCoagulator => plan.extend(burning(OrganKind::BileDuct, COAGULATE)),
             Self::ArteryScorcher => plan.extend(burning(OrganKind::Vessel, CUTS)),
@@ -181,9 +173,12 @@ fn burning(kind: OrganKind, pedal: u32) -> [Act; 4] {
 }
 
 /// Time in which either current opens any wall that it is held on, s.
-const THROUGH_S: f64 = 20.0;
+pub(crate) const THROUGH_S: f64 = 20.0;
 /// Switch of the cutting pedal.
 const CUTS: u32 = Switches::CUT.bits();
+/// Heat that burns the bile duct without a hole, J: more than the rules allow (1 J), less than the
+/// 14 J of a hole.
+const SCORCHED_J: f64 = 1.5;
 /// Pull that tears a duct from its tissue, m.
 const TORN_M: f64 = 0.12;
 /// Place of the cut, as a share of a vessel's length; clips go on both sides.

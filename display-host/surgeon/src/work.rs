@@ -9,7 +9,7 @@ use shared_mem::words::{Buttons, CapsuleRole, Instrument, Switches};
 
 use crate::field::Field;
 use crate::nearing::Nearing;
-use crate::plan::{Act, Surgeon};
+use crate::plan::{Act, Surgeon, THROUGH_S};
 use crate::sight::{Place, Sight};
 use crate::vector::Vec3;
 use crate::{Seen, Theatre};
@@ -34,10 +34,6 @@ const GIVE_UP_S: f64 = 8.0;
 const JAWS_S: f64 = 0.9;
 /// Largest rate of turn about the shaft, rad/s.
 const TURN_RAD_S: f64 = 1.5;
-/// Speed of a slow pull, m/s. Half of a duct's fibres part in 25 ms, within one look.
-const STRAIN_M_S: f64 = 0.003;
-/// Longest slow pull, s.
-const STRAIN_S: f64 = 20.0;
 /// Longest wait for a controller, s.
 const PATIENCE_S: f64 = 64.0;
 /// Longest time counted between two looks, s.
@@ -64,8 +60,9 @@ pub fn operate(
         divided: Vec::new(),
         closed: Vec::new(),
         is_over: false,
+        shows: false,
+        heats: None,
         flaw: [0.0; 2],
-        gave: false,
         nearing: Nearing::default(),
     };
     let is_there =
@@ -124,10 +121,12 @@ pub(crate) struct Work<'a> {
     /// cut.
     pub(crate) closed: Vec<(OrganKind, bool)>,
     pub(crate) is_over: bool,
+    /// True while the surgeon shows an organ with the endoscope.
+    pub(crate) shows: bool,
+    /// Organ that the surgeon burns, and the heat after which the pedal is released, J.
+    heats: Option<(usize, f64)>,
     /// Offset that a flaw has added: of the hand, m, or of the endoscope, rad.
     pub(crate) flaw: [f64; 2],
-    /// A duct or vessel has torn, or its wall was opened.
-    gave: bool,
     /// Predicted room to structures that must not be touched.
     pub(crate) nearing: Nearing,
 }
@@ -153,20 +152,19 @@ impl Work<'_> {
                 self.asked.buttons = Buttons::NONE.bits();
                 self.wait(JAWS_S)
             }
-            Act::Burn(seconds) => {
-                self.asked.switches = COAGULATE;
-                let burnt = self.wait(seconds);
-                self.asked.switches = 0;
-                burnt
+            Act::Scorch(kind, heat_j) => {
+                self.heats = self.sight.organ(kind).map(|organ| (organ, heat_j));
+                self.act(Act::BurnThrough(kind, COAGULATE, THROUGH_S))
             }
             Act::BurnThrough(kind, pedal, seconds) => {
                 self.asked.switches = pedal;
                 let until_s = self.seen.at_s + seconds;
-                while !self.is_over && self.seen.at_s < until_s {
+                while !self.is_over && self.seen.at_s < until_s && self.asked.switches != 0 {
                     // It does not matter how near the hook gets at once.
                     let _ = self.approach(kind, 0.4, 0);
                 }
                 self.asked.switches = 0;
+                self.heats = None;
                 self.goes_on()
             }
             Act::Pull(by_m) => {
@@ -177,7 +175,6 @@ impl Work<'_> {
                 self.goes_on()?;
                 pulled
             }
-            Act::Strain => self.strain(),
             Act::Retreat => self.retreat(BACK_M),
             Act::Show(kind) => self.show(kind),
             Act::Dissect(regions, share) => self.dissect(regions, share),
@@ -214,27 +211,19 @@ impl Work<'_> {
             match event.decode() {
                 Ok(Event::Clip { .. }) => self.clipped.push(event.organ),
                 Ok(Event::Divided { .. }) => self.divided.push(event.organ),
-                Ok(Event::Perforation { .. } | Event::Tear { .. }) => self.gave = true,
+                Ok(Event::Burn { energy_j }) => {
+                    if let Some((organ, left_j)) = &mut self.heats
+                        && *organ == event.organ as usize
+                    {
+                        *left_j -= f64::from(energy_j);
+                        if *left_j <= 0.0 {
+                            self.asked.switches = 0;
+                        }
+                    }
+                }
                 _ => {}
             }
         }
-    }
-
-    /// Closes the jaws and draws what they hold back slowly until a duct or vessel gives.
-    fn strain(&mut self) -> Result<(), String> {
-        self.asked.buttons = Buttons::GRASP.bits();
-        self.wait(JAWS_S)?;
-        self.gave = false;
-        let mut before_s = self.seen.at_s;
-        self.look_for(STRAIN_S, |work| {
-            let seconds = (work.seen.at_s - before_s).clamp(0.0, LOOK_MAX_S);
-            before_s = work.seen.at_s;
-            let back = -work.along() * STRAIN_M_S;
-            work.move_by(back * seconds);
-            work.gave
-        });
-        self.asked.buttons = Buttons::NONE.bits();
-        self.goes_on()
     }
 
     pub(crate) fn goes_on(&self) -> Result<(), String> {
@@ -326,11 +315,7 @@ impl Work<'_> {
     /// Moves the hand towards a place still `way` off, for this time.
     pub(crate) fn go(&mut self, way: Vec3, seconds: f64) {
         let step = way * (4.0 * seconds);
-        self.move_by(step.cap_magnitude(self.surgeon.speed_m_s() * seconds));
-    }
-
-    /// Asks the hand for this step.
-    fn move_by(&mut self, step: Vec3) {
+        let step = step.cap_magnitude(self.surgeon.speed_m_s() * seconds);
         let local = rotation(&self.seen.tools.world_from_camera).inverse() * step;
         for (sum, part) in self.asked.moved_m.iter_mut().zip(local.iter()) {
             *sum += part;

@@ -87,6 +87,18 @@ fn a_file_without_injuries_has_the_built_in_ones() {
     assert!(Rules::parse(&none).unwrap().injuries.is_empty());
 }
 
+/// A cap must not let a trainee pass who makes one kind of error again and again.
+#[test]
+fn enough_of_any_one_error_fails_an_operation() {
+    let rules = Rules::default();
+    for metric in rules.penalties.iter().map(|it| it.metric) {
+        let mut values = Values::none();
+        values.set(metric, 1e6);
+        let (score, _) = rules.score(Task::Full, &values);
+        assert!(score < 70.0, "{} {score}", metric.name());
+    }
+}
+
 #[test]
 fn rules_and_published_values_say_where_they_come_from() {
     let rules = Rules::default();
@@ -177,7 +189,7 @@ fn points_are_lost_beyond_what_is_free_and_bounded() {
     values.set(Metric::CauteryAir, 2.0);
     assert!((rules.score(Task::Full, &values).0 - 95.0).abs() < 1e-9);
     values.set(Metric::ClipsLost, 1e9);
-    assert!((rules.score(Task::Full, &values).0 - 80.0).abs() < 1e-9);
+    assert!((rules.score(Task::Full, &values).0 - 60.0).abs() < 1e-9);
     values.set(Metric::Unclamped, 5.0);
     assert!(rules.score(Task::Full, &values).0 < 1e-9);
     assert!(!rules.unmet(Task::Clamp, 0.0, &values).is_empty());

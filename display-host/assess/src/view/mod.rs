@@ -56,7 +56,8 @@ impl Shown {
 /// A criterion of the critical view of safety.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Criterion {
-    /// Share that is achieved in the simulation: tissue removed, or vessels whole.
+    /// Share that was achieved in the simulation when the first clip came: tissue removed, or
+    /// vessels whole.
     pub achieved: f64,
     /// Largest share that was visible at one moment.
     pub visible: f64,
@@ -84,11 +85,12 @@ pub(crate) struct Views {
     front: Option<Shown>,
     behind: Option<Shown>,
     most: [f64; 3],
+    achieved: [f64; 3],
 }
 
 impl Views {
-    /// Looks through the endoscope, `at_s` after the task began. `is_gone` tells which cells are
-    /// removed.
+    /// Looks through the endoscope, `at_s` after the task began, while cystic duct and artery are
+    /// whole. `is_gone` tells which cells are removed.
     pub(crate) fn look(
         &mut self,
         at_s: f64,
@@ -100,6 +102,8 @@ impl Views {
             return;
         }
         self.looked_s = Some(at_s);
+        let removed = |region| removed(region, anatomy, is_gone);
+        self.achieved = [removed(Region::Triangle), removed(Region::LowerBed), 1.0];
         let Some(side) = side(camera, anatomy) else {
             return;
         };
@@ -125,10 +129,10 @@ impl Views {
         }
     }
 
-    /// The views, beside what was achieved: shares of removed tissue, and of whole vessels.
-    pub(crate) fn cvs(&self, achieved: [f64; 3]) -> Cvs {
+    /// The views, beside what was achieved at the last look.
+    pub(crate) fn cvs(&self) -> Cvs {
         let criterion = |index: usize| Criterion {
-            achieved: achieved[index],
+            achieved: self.achieved[index],
             visible: self.most[index],
         };
         Cvs {
@@ -139,6 +143,18 @@ impl Views {
             behind: self.behind,
         }
     }
+}
+
+/// Share of a region's tissue that is gone, by volume; 0 for a region without tissue.
+fn removed(region: Region, anatomy: &Anatomy, is_gone: &dyn Fn(usize) -> bool) -> f64 {
+    let (mut gone, mut all) = (0.0, 0.0);
+    for (cell, (own, volume_m3)) in anatomy.cells.iter().enumerate() {
+        if *own == region {
+            all += volume_m3;
+            gone += if is_gone(cell) { *volume_m3 } else { 0.0 };
+        }
+    }
+    if all > 0.0 { gone / all } else { 0.0 }
 }
 
 /// Side of the plane through cystic duct and artery on which the lens lies. `None` for a scene

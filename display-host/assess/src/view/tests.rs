@@ -45,7 +45,7 @@ fn scene() -> Anatomy {
 fn look(anatomy: &Anatomy, camera: &PoseMsg, gone: core::ops::Range<usize>) -> Cvs {
     let mut views = Views::default();
     views.look(1.0, camera, anatomy, &|cell| gone.contains(&cell));
-    views.cvs([0.9, 0.8, 1.0])
+    views.cvs()
 }
 
 fn is(found: f64, expected: f64) {
@@ -60,7 +60,7 @@ fn what_is_cleared_and_in_view_is_seen() {
     is(shown.lower_bed, 0.5);
     is(shown.two, 1.0);
     assert_eq!(cvs.behind, None);
-    is(cvs.lower_bed.achieved, 0.8);
+    is(cvs.lower_bed.achieved, 0.5);
     is(cvs.lower_bed.visible, 0.5);
     let whole = look(&scene(), &PoseMsg::IDENTITY, 0..0);
     is(whole.triangle.visible, 0.0);
@@ -105,7 +105,7 @@ fn a_view_from_behind_is_kept_beside_that_from_the_front() {
     ] {
         views.look(at_s, &camera, &anatomy, &|cell| cell < 10);
     }
-    let cvs = views.cvs([1.0; 3]);
+    let cvs = views.cvs();
     let at_s = |shown: Option<Shown>| shown.expect("a view").at_s;
     is(at_s(cvs.front), 0.0);
     is(at_s(cvs.behind), 1.0);
