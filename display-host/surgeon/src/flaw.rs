@@ -14,8 +14,8 @@ const TREMOR_M: f64 = 0.002;
 /// The picture ends 0.61 rad off its middle.
 const WANDER: [f64; 2] = [0.9, 12.0];
 /// Sway of the endoscope while it shows an organ: angle, rad, and time, s. A hand that trembles
-/// moves the middle of the picture by 2 mm at 10 cm, one that wanders by 12 mm.
-const TREMBLE_SHOWING: [f64; 2] = [0.02, 0.7];
+/// moves the middle of the picture by 1.2 mm at 10 cm, one that wanders by 12 mm.
+const TREMBLE_SHOWING: [f64; 2] = [0.012, 0.7];
 const WANDER_SHOWING: [f64; 2] = [0.12, 3.0];
 /// Time from one rest to the next, s.
 const REST_EVERY_S: f64 = 8.0;

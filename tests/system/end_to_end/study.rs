@@ -25,6 +25,21 @@ const LEVELS: [(Surgeon, &str); 3] = [
 /// in each group, no other order of the groups is as rare as p = 0.03.
 const LATE_S: [f64; 4] = [0.0, 0.008, 0.016, 0.024];
 
+/// Room for the state of a simulation, which is larger than a test's usual stack.
+const STACK_BYTES: usize = 64 << 20;
+
+fn drill(surgeon: Surgeon, scene: &SceneFile, times_s: [f64; 2]) -> Assessed {
+    std::thread::scope(|threads| {
+        let work = || {
+            let watch = &mut |_: &_, _: &_| {};
+            theatre::work(None, surgeon, Task::Scope, scene, times_s, watch).assessed
+        };
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES);
+        let thread = thread.spawn_scoped(threads, work).expect("a thread");
+        thread.join().expect("it works")
+    })
+}
+
 fn record(assessed: &Assessed) -> SessionRecord {
     let metrics = Metric::ALL.into_iter().filter_map(|metric| {
         let value = assessed.metrics.get(metric);
@@ -66,8 +81,7 @@ fn a_study_separates_three_levels_of_skill() {
     for (surgeon, cohort) in LEVELS {
         for (number, late_s) in LATE_S.into_iter().enumerate() {
             let times_s = [120.0, late_s];
-            let result = theatre::work(None, surgeon, Task::Scope, &scene, times_s, &mut |_, _| {});
-            let assessed = &result.assessed;
+            let assessed = &drill(surgeon, &scene, times_s);
             println!(
                 "{cohort} {number}: {:?} {:.1} {:?}",
                 assessed.outcome, assessed.score, assessed.lost
