@@ -5,8 +5,6 @@ use clap::ValueEnum;
 use shared_mem::scene::{CellRecord, OrganKind};
 use shared_mem::words::{Instrument, Switches};
 
-use crate::work::COAGULATE;
-
 /// A scripted surgeon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Surgeon {
@@ -59,8 +57,8 @@ pub(crate) enum Act {
     Close,
     /// Press the coagulation pedal at an organ until the organ has taken this heat, J.
     Scorch(OrganKind, f64),
-    /// Press a pedal (a switch of `HandMsg`) for this time, s, and follow the organ as the tissue in
-    /// front of it goes.
+    /// Press a pedal (a switch of `HandMsg`) for this time, s, and follow the organ as the tissue
+    /// in front of it goes.
     BurnThrough(OrganKind, u32, f64),
     /// Close the jaws and draw what they hold back along the shaft by this distance, m.
     Pull(f64),
@@ -174,6 +172,8 @@ fn burning(kind: OrganKind, pedal: u32) -> [Act; 4] {
 
 /// Time in which either current opens any wall that it is held on, s.
 pub(crate) const THROUGH_S: f64 = 20.0;
+/// Switch of the coagulation pedal in `HandMsg::switches`.
+pub(crate) const COAGULATE: u32 = Switches::COAGULATE.bits();
 /// Switch of the cutting pedal.
 const CUTS: u32 = Switches::CUT.bits();
 /// Heat that burns the bile duct without a hole, J: more than the rules allow (1 J), less than the

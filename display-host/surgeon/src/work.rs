@@ -5,11 +5,11 @@ use bytemuck::Zeroable as _;
 use nalgebra::{Quaternion, UnitQuaternion};
 use shared_mem::message::{CommandMsg, Event, HandMsg, PoseMsg};
 use shared_mem::scene::{OrganKind, SceneFile};
-use shared_mem::words::{Buttons, CapsuleRole, Instrument, Switches};
+use shared_mem::words::{Buttons, CapsuleRole, Instrument};
 
 use crate::field::Field;
 use crate::nearing::Nearing;
-use crate::plan::{Act, Surgeon, THROUGH_S};
+use crate::plan::{Act, COAGULATE, Surgeon, THROUGH_S};
 use crate::sight::{Place, Sight};
 use crate::vector::Vec3;
 use crate::{Seen, Theatre};
@@ -394,9 +394,6 @@ impl Work<'_> {
         Some([bare.a_m, bare.b_m].map(|end| Vec3::from(end.map(f64::from))))
     }
 }
-
-/// Switch of the coagulation pedal in [`HandMsg::switches`].
-pub(crate) const COAGULATE: u32 = Switches::COAGULATE.bits();
 
 pub(crate) fn rotation(pose: &PoseMsg) -> UnitQuaternion<f64> {
     let [x, y, z, w] = pose.orientation.map(f64::from);

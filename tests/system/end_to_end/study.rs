@@ -21,8 +21,8 @@ const LEVELS: [(Surgeon, &str); 3] = [
     (Surgeon::Trembling, "trained"),
     (Surgeon::Wandering, "novice"),
 ];
-/// Delay with which each person of a level sees the picture, s: no two work alike. With four persons
-/// in each group, no other order of the groups is as rare as p = 0.03.
+/// Delay with which each person of a level sees the picture, s: no two work alike. With four
+/// persons in each group, groups that do not overlap have p = 0.029.
 const LATE_S: [f64; 4] = [0.0, 0.008, 0.016, 0.024];
 
 /// Room for the state of a simulation, which is larger than a test's usual stack.

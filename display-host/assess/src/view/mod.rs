@@ -1,10 +1,10 @@
 //! The critical view of safety as the endoscope shows it: the visible share of each criterion.
 //!
-//! An identity image says which structure each of its pixels shows ([`image`]). Structures are drawn
-//! where they lie at rest, without the tissue that is removed by now: the record of an operation
-//! has the endoscope's poses and the removed cells, and no positions of organs. So the shares judge
-//! from where the trainee looked, and what was in front; they do not follow tissue that the
-//! instrument holds aside.
+//! An identity image says which structure each of its pixels shows ([`image`]). Structures are
+//! drawn where they lie at rest, without the tissue that is removed by now: the record of an
+//! operation has the endoscope's poses and the removed cells, and no positions of organs. So the
+//! shares judge from where the trainee looked, and what was in front. They do not follow tissue
+//! that the instrument holds aside.
 //!
 //! | criterion (Strasberg) | visible share |
 //! |---|---|

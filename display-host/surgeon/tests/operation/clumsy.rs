@@ -10,7 +10,7 @@ fn of(result: &Performance, metric: Metric) -> f64 {
     result.assessed.metrics.get(metric)
 }
 
-/// How the hand moves costs no points (`rules.toml` says why), so only the hand whose picture
+/// Movements of the hand cost no points (`rules.toml` says why), so only the hand whose picture
 /// wanders off loses some. The metrics tell of the others.
 #[test]
 fn a_clumsier_hand_never_scores_better_and_its_metric_notices_it() {

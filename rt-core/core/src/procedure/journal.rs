@@ -17,9 +17,9 @@ const RELEASE_TICKS: u32 = 50;
 /// Rise of the force on an organ that raises another event of the same press, N: half of the lowest
 /// limit that rules set for a press (0.2 N). A device's largest force raises about a hundred.
 const PRESS_STEP_N: f32 = 0.1;
-/// Share of the difference by which the force of a press follows the contact in a tick: in 50 ms, as
-/// long as a touch that trembles counts as one. A tip that strikes tissue at 40 mm/s meets five
-/// times the force that it rests with, for some milliseconds.
+/// Share of the difference by which the force of a press follows the contact in a tick: in 50 ms,
+/// as long as a touch that trembles counts as one. A tip that strikes tissue fast meets five times
+/// the force that it rests with, for some milliseconds.
 const PRESS_SHARE: f32 = 1.0 / RELEASE_TICKS as f32;
 /// Ticks in which one kind of fault raises at most one event.
 const FAULT_QUIET_TICKS: u32 = 1000;
@@ -30,7 +30,7 @@ struct Press {
     /// Smoothed force, N.
     force_n: f32,
     /// Force in the last event, N.
-    told_n: f32,
+    reported_n: f32,
 }
 
 /// Collects the events of a tick, and the state that prevents repeated events.
@@ -121,8 +121,8 @@ impl Journal {
         let Some(contact) = list.iter().find(of_organ) else {
             return;
         };
-        if press.force_n >= press.told_n + PRESS_STEP_N {
-            press.told_n = press.force_n;
+        if press.force_n >= press.reported_n + PRESS_STEP_N {
+            press.reported_n = press.force_n;
             let (at_m, value) = (contact.at_m, press.force_n);
             self.raise(Event {
                 kind: EventKind::Press,
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn a_press_is_told_as_its_force_rises_and_again_at_the_next_contact() {
+    fn a_press_is_reported_as_its_force_rises_and_again_at_the_next_contact() {
         let mut journal = Journal::default();
         let organs = [ORGAN; 2];
         // Presses with this force for these ticks. Returns the force of the last event.
@@ -265,25 +265,28 @@ mod tests {
                 force_n: 9.0,
                 ..contact(1)
             };
-            let mut told_n = 0.0;
+            let mut reported_n = 0.0;
             for _ in 0..ticks {
                 journal.begin();
                 journal.note_contacts(&[half, half, endoscope], &organs, 9.0);
-                let events = journal.events().iter();
-                let last = events.filter(|it| it.kind == EventKind::Press).last();
-                told_n = last.map_or(told_n, |it| it.value);
+                let mut events = journal.events().iter();
+                let last = events.rfind(|it| it.kind == EventKind::Press);
+                reported_n = last.map_or(reported_n, |it| it.value);
             }
-            told_n
+            reported_n
         };
         assert!(press(1.5, 2) <= 0.0, "a blow of 2 ms");
-        let told = [press(0.35, 500), press(0.35, 500), press(0.6, 500)];
-        assert!((0.2..0.35).contains(&told[0]), "{told:?}");
-        assert!(told[1] <= 0.0 && (0.5..0.6).contains(&told[2]), "{told:?}");
+        let reported = [press(0.35, 500), press(0.35, 500), press(0.6, 500)];
+        assert!((0.2..0.35).contains(&reported[0]), "{reported:?}");
+        assert!(
+            reported[1] <= 0.0 && (0.5..0.6).contains(&reported[2]),
+            "{reported:?}"
+        );
         for _ in 0..2 * RELEASE_TICKS {
             journal.begin();
             journal.note_contacts(&[], &organs, 0.0);
         }
-        let mut told = 0;
+        let mut reported = 0;
         for _ in 0..500 {
             let again = ContactForce {
                 force_n: 0.15,
@@ -292,9 +295,9 @@ mod tests {
             journal.begin();
             journal.note_contacts(&[again], &organs, 0.0);
             let is_press = |it: &&Event| it.kind == EventKind::Press;
-            told += journal.events().iter().filter(is_press).count();
+            reported += journal.events().iter().filter(is_press).count();
         }
-        assert_eq!(told, 1);
+        assert_eq!(reported, 1);
     }
 
     #[test]

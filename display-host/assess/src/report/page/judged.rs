@@ -6,7 +6,7 @@ use super::{Page, shown};
 use crate::injury::{Injury, Severity};
 use crate::metrics::Metric;
 use crate::report::Chapter;
-use crate::view::{Criterion, Shown};
+use crate::view::Shown;
 
 pub(super) fn injuries(page: &mut Page, injuries: &[Injury]) {
     if injuries.is_empty() {
@@ -126,21 +126,22 @@ pub(super) fn critical_view(page: &mut Page, chapter: &Chapter) {
         true => format!("{:.0} %", 100.0 * share),
         false => "–".to_owned(),
     };
-    let rows: [(&str, Criterion, fn(&Shown) -> f64); 3] = [
-        ("triangle free of tissue", cvs.triangle, |it| it.triangle),
-        ("lower third of the bed free", cvs.lower_bed, |it| {
-            it.lower_bed
-        }),
-        ("cystic duct and artery", cvs.two, |it| it.two),
+    let of = |shown: Option<Shown>| {
+        shown.map_or([f64::NAN; 3], |it| [it.triangle, it.lower_bed, it.two])
+    };
+    let views = of(cvs.front).into_iter().zip(of(cvs.behind));
+    let rows = [
+        ("triangle free of tissue", cvs.triangle),
+        ("lower third of the bed free", cvs.lower_bed),
+        ("cystic duct and artery", cvs.two),
     ];
-    for (name, criterion, of) in rows {
-        let view = |shown: &Option<Shown>| percent(shown.as_ref().map_or(f64::NAN, of));
+    for ((name, criterion), (front, behind)) in rows.into_iter().zip(views) {
         page.add(format_args!(
             "<tr><td>{name}<td>{}<td>{}<td>{}<td>{}</tr>",
             percent(criterion.achieved),
             percent(criterion.visible),
-            view(&cvs.front),
-            view(&cvs.behind)
+            percent(front),
+            percent(behind)
         ));
     }
     page.add(format_args!(

@@ -5,8 +5,8 @@ use crate::procedure::vessel::{Progress, Vessels};
 use crate::scene::{Inside, Scene};
 use crate::tissue::Bodies;
 
-/// Share of its stiffness that a tube's link has left when half of its fibres are parted: `(1 − p) /
-/// (1 + p)` with `p = 1/2` (`tissue::damage`).
+/// Share of its stiffness that a tube's link has left when half of its fibres are parted: `(1 − p)
+/// / (1 + p)` with `p = 1/2` (`tissue::damage`).
 const HALF_LEFT: f32 = 1.0 / 3.0;
 /// Time for which a link is half parted before it leaks, ticks. A division that goes on is through
 /// by then: fibres tear in 50 ms, and the jaws of a button close in 150 ms.
@@ -60,7 +60,7 @@ mod tests {
 
     /// An artery of eleven spheres, held at its left end. Link 5 has this share of its stiffness
     /// left, and is divided after some ticks if `parts`. Returns the events' kinds and values.
-    fn told(left: f32, ticks: u32, parts: bool) -> Vec<(EventKind, f32)> {
+    fn reported(left: f32, ticks: u32, parts: bool) -> Vec<(EventKind, f32)> {
         let spheres: Vec<_> = (0..11)
             .map(|i| crate::scene::RestSphere {
                 held: i == 0,
@@ -101,20 +101,24 @@ mod tests {
 
     #[test]
     fn a_vessel_that_stays_half_parted_leaks_half() {
-        assert_eq!(told(0.4, 300, false), [], "a little more than half is left");
-        assert_eq!(told(0.3, HALF_TICKS, false), [], "it may go on");
+        assert_eq!(
+            reported(0.4, 300, false),
+            [],
+            "a little more than half is left"
+        );
+        assert_eq!(reported(0.3, HALF_TICKS, false), [], "it may go on");
         let both = [(EventKind::Perforation, 0.0), (EventKind::Leak, 0.5)];
-        assert_eq!(told(0.3, 300, false), both);
+        assert_eq!(reported(0.3, 300, false), both);
     }
 
     #[test]
     fn a_division_that_goes_on_is_no_slit_and_one_later_leaks_at_its_end() {
         let kinds = |ticks| {
-            let events = told(0.3, ticks, true);
+            let events = reported(0.3, ticks, true);
             events.iter().map(|it| it.0).collect::<Vec<_>>()
         };
         assert_eq!(kinds(150), [EventKind::Divided, EventKind::Leak]);
-        let all = told(0.3, 600, true);
+        let all = reported(0.3, 600, true);
         let leaks = all.iter().filter(|it| it.0 == EventKind::Leak);
         assert_eq!(leaks.map(|it| it.1).collect::<Vec<_>>(), [0.5, 0.0, 1.0]);
     }
