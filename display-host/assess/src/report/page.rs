@@ -15,7 +15,7 @@ mod judged;
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 \
 1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2.4rem;font-size:1.25rem}\
 h3{margin-top:1.6rem;font-size:1.05rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem \
-.8rem;text-align:right;border-bottom:1px solid #ddd;vertical-align:top}th:first-child,td:first-child,td.l{\
+.8rem;text-align:right;border-bottom:1px solid #ddd;vertical-align:top}th:first-child,td:first-child,.l{\
 text-align:left}.lead{color:#555;margin-top:.2rem}.bad{background:#fbe9e7;border-left:4px solid #9e2a2b;\
 padding:.5rem 1rem}.good{background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}.open{\
 background:#fdf4dc;border-left:4px solid #b7791f;padding:.5rem 1rem}figure{margin:1rem 0}figcaption{color:#555;\
