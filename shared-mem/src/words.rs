@@ -135,7 +135,7 @@ words! {
         Removed = 13, "removed";
         /// The jaws crushed the tissue between them.
         Crush = 14, "crush";
-        /// A wall was burnt through or torn open.
+        /// A wall was burnt through, or a tube was parted half.
         Perforation = 15, "perforation";
         /// A tube was divided, or came off the tissue that it grew to.
         Divided = 16, "divided";
@@ -152,6 +152,8 @@ words! {
         Shake = 21, "shake";
         /// The instrument was inside an organ when its device began, or returned.
         Buried = 22, "buried";
+        /// The instrument presses on an organ that it touches, and the force has risen.
+        Press = 23, "press";
     }
 }
 

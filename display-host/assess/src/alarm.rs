@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AlarmKind {
-    /// A protected structure was touched.
+    /// A protected structure was pressed hard.
     Touched,
     /// A protected structure was burnt.
     Burnt,
@@ -12,7 +12,7 @@ pub enum AlarmKind {
     Cut,
     /// A structure was torn.
     Torn,
-    /// The wall of an organ was burnt through or torn open.
+    /// The wall of an organ was burnt through, or a tube was torn, cut or burnt half through.
     Perforated,
     /// Jaws crushed tissue.
     Crushed,
@@ -69,7 +69,7 @@ impl Alarm {
             None => "an unknown organ".to_owned(),
         };
         match self.kind {
-            AlarmKind::Touched => format!("touched {organ}"),
+            AlarmKind::Touched => format!("pressed hard on {organ}"),
             AlarmKind::Burnt => format!("burnt {organ}"),
             AlarmKind::Cut => format!("cut {organ}"),
             AlarmKind::Torn => format!("tore {organ}"),

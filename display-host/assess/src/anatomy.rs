@@ -49,6 +49,19 @@ pub(crate) struct Organ {
     pub(crate) middle_m: Vec3,
 }
 
+/// A ball of a structure at rest: a sphere of an organ, or a cell of layered tissue.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ball {
+    /// Middle, world frame, m.
+    pub(crate) at_m: Vec3,
+    /// Radius, m.
+    pub(crate) radius_m: f64,
+    /// Index of the organ.
+    pub(crate) organ: u32,
+    /// Index of the cell, if it is one.
+    pub(crate) cell: Option<usize>,
+}
+
 /// A scene's organs and its layered tissue.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Anatomy {
@@ -59,6 +72,10 @@ pub struct Anatomy {
     pub(crate) cleared: Vec<usize>,
     /// Volume of each region, m³.
     pub(crate) volume_in: [f64; Region::COUNT],
+    /// Everything that can be seen or hide something.
+    pub(crate) balls: Vec<Ball>,
+    /// The endoscope's port, m.
+    pub(crate) scope_port_m: Vec3,
     /// Number of sutures that hang organs on the abdominal wall.
     pub(crate) sutures: usize,
     /// Unit vector opposite to gravity; zero without gravity.
@@ -92,6 +109,8 @@ impl Anatomy {
             cleared: cleared(scene),
             volume_in: volumes(&cells),
             cells,
+            balls: balls(scene),
+            scope_port_m: wide(scene.room().endoscope_port_m),
             sutures,
             up: unit(gravity.map(|x| -x)),
         }
@@ -111,6 +130,8 @@ impl Anatomy {
             cleared: Vec::new(),
             volume_in: volumes(&cells),
             cells,
+            balls: Vec::new(),
+            scope_port_m: [0.0; 3],
             sutures: 0,
             up: [0.0, 0.0, 1.0],
         }
@@ -136,12 +157,56 @@ impl Anatomy {
         self.organs.iter().any(|organ| organ.kind == Some(kind))
     }
 
+    /// Places of the spheres of the first organ of this kind, in their order.
+    pub(crate) fn places_of(&self, kind: OrganKind) -> impl Iterator<Item = Vec3> {
+        let mut organs = (0u32..).zip(&self.organs);
+        let found = organs.find(|(_, organ)| organ.kind == Some(kind));
+        let index = found.map(|(index, _)| index);
+        let own = self.balls.iter();
+        let own = own.filter(move |it| Some(it.organ) == index && it.cell.is_none());
+        own.map(|it| it.at_m)
+    }
+
     /// True if a region has layered tissue.
     pub(crate) fn has_cells(&self, region: Region) -> bool {
         self.volume_in
             .get(region as usize)
             .is_some_and(|it| *it > 0.0)
     }
+}
+
+/// Spheres of the organs, and cells. The spheres of an organ that consists of cells are left out.
+fn balls(scene: &SceneFile) -> Vec<Ball> {
+    let organs = (0u32..).zip(scene.organs());
+    let owner = |sphere: u32| {
+        let holds = |record: &[u32; 2]| sphere.wrapping_sub(record[0]) < record[1];
+        let found = (0u32..)
+            .zip(scene.organs())
+            .find(|(_, it)| holds(&it.spheres));
+        found.map_or(u32::MAX, |(index, _)| index)
+    };
+    let cells: Vec<Ball> = (scene.cells().iter().enumerate())
+        .map(|(index, cell)| Ball {
+            at_m: wide(cell.center_m),
+            radius_m: f64::from(cell.extent_m.iter().fold(0.0f32, |a, b| a.max(*b))) / 2.0,
+            organ: owner(cell.spheres[0].into()),
+            cell: Some(index),
+        })
+        .collect();
+    let layered: Vec<u32> = cells.iter().map(|it| it.organ).collect();
+    let solid = organs.filter(|(index, _)| !layered.contains(index));
+    let spheres = solid.flat_map(|(organ, record)| {
+        let [first, count] = record.spheres.map(|number| number as usize);
+        let own = scene.spheres().iter().skip(first).take(count);
+        own.map(move |sphere| Ball {
+            at_m: wide(sphere.center_m),
+            radius_m: sphere.radius_m.into(),
+            organ,
+            cell: None,
+        })
+    });
+    let spheres: Vec<Ball> = spheres.collect();
+    [spheres, cells].concat()
 }
 
 /// Cells whose centre at rest is within the controller's clearing distance of cystic duct or

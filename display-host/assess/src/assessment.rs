@@ -6,7 +6,7 @@ use shared_mem::message::EventMsg;
 use shared_mem::words::EventKind;
 
 use crate::alarm::Alarm;
-use crate::anatomy::Anatomy;
+use crate::anatomy::{Anatomy, Region};
 use crate::injury::Injury;
 use crate::metrics::{Metric, Values};
 use crate::procedure::Procedure;
@@ -15,9 +15,10 @@ use crate::step::{Hint, Reason, Step, plain_steps, plainly};
 use crate::tally::Tally;
 use crate::task::{Difficulty, Outcome, Task};
 use crate::vector::{Vec3, distance, looking_off, wide};
+use crate::view::{Cvs, Views};
 
 /// Version of the metrics' definitions and of the tasks' built-in requirements.
-pub const VERSION: u32 = 7;
+pub const VERSION: u32 = 8;
 /// Least task number in `CommandMsg::START` at which the controller has cleared the triangle.
 const START_CLAMP: u8 = 2;
 /// Largest number of alarms that are kept. The same limit holds for moments.
@@ -89,6 +90,8 @@ pub struct Assessed {
     pub alarms: Vec<Alarm>,
     /// Injuries, the oldest first.
     pub injuries: Vec<Injury>,
+    /// The critical view of safety; `None` in the endoscope drill, and for a scene without it.
+    pub cvs: Option<Cvs>,
     /// All metrics; `null` where a metric has no value.
     pub metrics: Values,
     /// Time of contact of the instrument in each bin of force, s. A bin is [`crate::BIN_N`] wide,
@@ -110,6 +113,7 @@ pub struct Assessment {
     anatomy: Anatomy,
     tally: Tally,
     procedure: Procedure,
+    views: Views,
     alarms: Vec<Alarm>,
     moments: Vec<Moment>,
     paths: [Path; 2],
@@ -136,6 +140,7 @@ impl Assessment {
             rules,
             tally: Tally::default(),
             procedure: Procedure::new(task, &anatomy),
+            views: Views::default(),
             anatomy,
             alarms: Vec::new(),
             moments: Vec::new(),
@@ -187,6 +192,7 @@ impl Assessment {
     fn restart(&mut self) {
         self.tally = self.tally.again();
         self.procedure = Procedure::new(self.task, &self.anatomy);
+        self.views = Views::default();
         self.alarms.clear();
         self.moments.clear();
         self.paths = [Vec::new(), Vec::new()];
@@ -210,6 +216,14 @@ impl Assessment {
         let (rules, anatomy) = (&self.rules, &self.anatomy);
         let seconds = self.tally.moved(at_ns, moved, anatomy, rules);
         self.procedure.moved(moved, seconds, anatomy, rules);
+        // Clips and divisions end the view.
+        if seconds > 0.0 && self.task != Task::Scope && self.procedure.is_untouched() {
+            let tally = &self.tally;
+            let is_gone = |cell| tally.is_removed(cell);
+            let camera = &moved.world_from_camera;
+            self.views
+                .look(tally.time_s(), camera, &self.anatomy, &is_gone);
+        }
         let at_s = self.seconds(at_ns) as f32;
         let places = [moved.tip_m, moved.world_from_camera.position_m];
         for (path, place) in self.paths.iter_mut().zip(places) {
@@ -271,7 +285,7 @@ impl Assessment {
         if !steps.is_empty() && steps.iter().all(|(_, done)| *done) {
             let values = self.values();
             let (score, _) = self.rules.score(self.task, &values);
-            let injuries = self.procedure.injuries().map(Reason::injured);
+            let injuries = self.procedure.serious().map(Reason::injured);
             let mut unmet: Vec<Reason> = injuries.collect();
             unmet.extend(self.rules.unmet(self.task, score, &values));
             self.over = Some(match unmet.is_empty() {
@@ -361,6 +375,8 @@ impl Assessment {
                 (Outcome::Aborted, open.collect())
             }
         });
+        let has_view = self.task != Task::Scope && self.anatomy.has_cells(Region::Triangle);
+        let cvs = has_view.then(|| self.views.cvs());
         let score = match outcome {
             Outcome::Aborted => 0.0,
             _ => score,
@@ -376,6 +392,7 @@ impl Assessment {
             steps,
             alarms: self.alarms,
             injuries: self.procedure.injuries().cloned().collect(),
+            cvs,
             metrics,
             force_histogram_s: self.tally.force_histogram(),
             moments: self.moments,

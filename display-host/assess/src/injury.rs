@@ -29,6 +29,42 @@ impl fmt::Display for InjuryKind {
     }
 }
 
+/// Cause of an injury.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// Scissors.
+    Cut,
+    /// Traction.
+    Torn,
+    /// Current.
+    Burnt,
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        to.write_str(match self {
+            Self::Cut => "scissors",
+            Self::Torn => "traction",
+            Self::Burnt => "current",
+        })
+    }
+}
+
+/// Consequence of an injury for the task.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// It costs points.
+    Minor,
+    /// It rules out a pass.
+    Serious,
+    /// It ends the task.
+    Grave,
+}
+
 /// An injury to a structure that the rules name.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Injury {
@@ -36,20 +72,27 @@ pub struct Injury {
     pub at_s: f64,
     /// Kind of the injury.
     pub kind: InjuryKind,
+    /// Its cause.
+    pub cause: Cause,
+    /// Its consequence.
+    pub severity: Severity,
     /// The structure's name in the scene.
     pub organ: String,
-    /// True if the injury ends the task. Any injury rules out a pass.
+    /// True if the injury ends the task.
     pub ends_task: bool,
+    /// Origin of the rule.
+    pub source: String,
 }
 
 /// Rule for the injuries of a kind of structure.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct InjuryRule {
     pub(crate) organ: OrganKind,
-    /// True if opening the structure ends the task.
-    pub(crate) open_ends_task: bool,
+    /// Severity of an opened structure.
+    pub(crate) open: Severity,
     /// Heat without a hole that counts as an injury, J; infinite without a limit.
     pub(crate) burn_j: f64,
+    pub(crate) source: String,
 }
 
 /// Injuries of a running task, each organ at most once with each kind.
@@ -65,20 +108,20 @@ impl Injuries {
     pub(crate) fn open(
         &mut self,
         at_s: f64,
-        kind: InjuryKind,
+        (kind, cause): (InjuryKind, Cause),
         (index, organ): (u32, &str),
         rule: &InjuryRule,
     ) {
-        let ends_task = rule.open_ends_task;
-        self.note(
-            index,
-            Injury {
-                at_s,
-                kind,
-                organ: organ.to_owned(),
-                ends_task,
-            },
-        );
+        let injury = Injury {
+            at_s,
+            kind,
+            cause,
+            severity: rule.open,
+            organ: organ.to_owned(),
+            ends_task: rule.open == Severity::Grave,
+            source: rule.source.clone(),
+        };
+        self.note(index, injury);
     }
 
     /// Adds heat to the organ with this index and name.
@@ -99,16 +142,16 @@ impl Injuries {
         };
         *sum_j += heat_j;
         if *sum_j >= rule.burn_j {
-            let (kind, organ) = (InjuryKind::Burnt, organ.to_owned());
-            self.note(
-                index,
-                Injury {
-                    at_s,
-                    kind,
-                    organ,
-                    ends_task: false,
-                },
-            );
+            let injury = Injury {
+                at_s,
+                kind: InjuryKind::Burnt,
+                cause: Cause::Burnt,
+                severity: rule.open.min(Severity::Serious),
+                organ: organ.to_owned(),
+                ends_task: false,
+                source: rule.source.clone(),
+            };
+            self.note(index, injury);
         }
     }
 

@@ -24,7 +24,7 @@
 //! When a vessel is divided, the controller reports how far clips leave its worse side open. The
 //! vessel counts as divided unclamped if that side is not closed, if it had too few clips, or if it
 //! leaks. The critical view of safety is judged by the share of removed cells in each region
-//! (`CellRecord::region`), never by the picture.
+//! (`CellRecord::region`). How much of it the endoscope showed is told beside it, and not scored.
 //!
 //! The display's panel gets each alarm, the score and the end of the task as a `TaskView`. A
 //! `TaskView` names steps and reasons by their kind, so the display needs no rules.
@@ -38,6 +38,7 @@ mod alarm;
 mod anatomy;
 mod assessment;
 mod injury;
+mod means;
 pub mod metrics;
 mod procedure;
 pub mod report;
@@ -48,18 +49,20 @@ mod tally;
 mod task;
 mod vector;
 mod vessel;
+mod view;
 
 pub use alarm::{Alarm, AlarmKind};
 pub use anatomy::{Anatomy, Region};
 pub use assessment::{Assessed, Assessment, Moment, Path, Status, VERSION};
-pub use injury::{Injury, InjuryKind};
+pub use injury::{Cause, Injury, InjuryKind, Severity};
 pub use metrics::{Metric, Values};
-pub use rules::{Rules, RulesError};
+pub use rules::{PassRule, Reference, Rules, RulesError};
 pub use scope_drill::DRILL_ORGANS;
 pub use shared_mem::words::Instrument;
 pub use step::{Advice, Hint, Reason, Step};
 pub use tally::BIN_N;
 pub use task::{Difficulty, Outcome, Task};
+pub use view::{Criterion, Cvs, Shown};
 
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,8 @@ use shared_mem::scene::OrganKind;
 
 use crate::alarm::{Alarm, AlarmKind};
 use crate::anatomy::{Anatomy, Region};
-use crate::injury::{Injuries, Injury, InjuryKind};
+use crate::injury::{Injuries, Injury, InjuryKind, Severity};
+use crate::means::Means;
 use crate::metrics::{Metric, Values};
 use crate::rules::Rules;
 use crate::scope_drill::ScopeDrill;
@@ -44,6 +45,7 @@ pub(crate) struct Procedure {
     /// The critical view of safety has been achieved.
     had_view: bool,
     drill: ScopeDrill,
+    touches: u32,
     touches_wrong: u32,
     burns_wrong: u32,
     burn_wrong_j: f64,
@@ -53,6 +55,7 @@ pub(crate) struct Procedure {
     cuts_wrong: u32,
     unclamped: [bool; 2],
     injuries: Injuries,
+    means: Means,
     /// Kind and organ of each raised alarm, and the time until which it is not repeated, s.
     quiet: Vec<(AlarmKind, u32, f64)>,
 }
@@ -70,6 +73,7 @@ impl Procedure {
             hung: 0,
             had_view: false,
             drill: ScopeDrill::new(anatomy),
+            touches: 0,
             touches_wrong: 0,
             burns_wrong: 0,
             burn_wrong_j: 0.0,
@@ -77,6 +81,7 @@ impl Procedure {
             cuts_wrong: 0,
             unclamped: [false; 2],
             injuries: Injuries::default(),
+            means: Means::default(),
             quiet: Vec::new(),
         }
     }
@@ -102,6 +107,7 @@ impl Procedure {
         anatomy: &Anatomy,
         rules: &Rules,
     ) {
+        self.means.moved(moved);
         if self.task == Task::Scope {
             self.drill.moved(moved, seconds, anatomy, rules.done.look_s);
         }
@@ -130,12 +136,16 @@ impl Procedure {
             });
         };
         match event.decode() {
-            Ok(Event::Contact { .. })
-                if rules.must_not_touch(kind)
-                    && self.is_new(AlarmKind::Touched, event.organ, at_s, rules) =>
+            Ok(touch @ (Event::Contact { .. } | Event::Press { .. }))
+                if rules.must_not_touch(kind) =>
             {
-                self.touches_wrong += 1;
-                say(AlarmKind::Touched);
+                self.touches += u32::from(matches!(touch, Event::Contact { .. }));
+                if rules.is_hard(&touch)
+                    && self.is_new(AlarmKind::Touched, event.organ, at_s, rules)
+                {
+                    self.touches_wrong += 1;
+                    say(AlarmKind::Touched);
+                }
             }
             Ok(Event::Burn { energy_j }) if rules.must_not_burn(kind) => {
                 let heat_j = f64::from(energy_j).max(0.0);
@@ -223,20 +233,23 @@ impl Procedure {
     /// Notes an injury that an event shows. A torn or cut tie names an organ that the tie joins, so
     /// events of tearing and cutting tell nothing here: a tube is divided with an event of its own.
     fn find_injury(&mut self, at_s: f64, event: &EventMsg, anatomy: &Anatomy, rules: &Rules) {
-        let rule = anatomy
-            .kind(event.organ)
-            .and_then(|kind| rules.injury(kind));
+        self.means.event(at_s, event);
+        let kind = anatomy.kind(event.organ);
+        let rule = kind.and_then(|kind| rules.injury(kind));
         let (Some(rule), Some(organ)) = (rule, anatomy.organ(event.organ)) else {
             return;
         };
         let organ = (event.organ, organ.name.as_str());
+        let is_to_divide = VESSELS.iter().any(|(of, _)| Some(*of) == kind);
+        let cause = self.means.cause(at_s, event);
         match event.decode() {
-            Ok(Event::Divided { .. }) => {
-                self.injuries.open(at_s, InjuryKind::Divided, organ, rule);
+            Ok(Event::Divided { .. }) if !is_to_divide => {
+                let what = (InjuryKind::Divided, cause);
+                self.injuries.open(at_s, what, organ, rule);
             }
             Ok(Event::Perforation { .. }) => {
-                self.injuries
-                    .open(at_s, InjuryKind::Perforated, organ, rule);
+                let what = (InjuryKind::Perforated, cause);
+                self.injuries.open(at_s, what, organ, rule);
             }
             Ok(Event::Burn { energy_j }) => {
                 self.injuries
@@ -249,6 +262,11 @@ impl Procedure {
     /// Injuries so far, the oldest first.
     pub(crate) fn injuries(&self) -> impl Iterator<Item = &Injury> {
         self.injuries.all()
+    }
+
+    /// Injuries that rule out a pass.
+    pub(crate) fn serious(&self) -> impl Iterator<Item = &Injury> {
+        self.injuries().filter(|it| it.severity > Severity::Minor)
     }
 
     /// Adds heat to an organ. Returns true if the organ counts as burnt.
@@ -302,6 +320,11 @@ impl Procedure {
     fn is_unclamped(&mut self, which: usize) -> bool {
         let known = self.unclamped.get_mut(which);
         known.is_some_and(|known| !core::mem::replace(known, true))
+    }
+
+    /// True while cystic duct and artery are whole, and no clip of the trainee is on them.
+    pub(crate) fn is_untouched(&self) -> bool {
+        self.are_whole() && self.vessels.iter().all(|it| it.clips() == it.given)
     }
 
     fn are_whole(&self) -> bool {
@@ -430,6 +453,7 @@ impl Procedure {
         let whole = self.vessels.iter().filter(|it| it.is_whole()).count();
         let unclamped = self.unclamped.iter().filter(|it| **it).count();
         for (metric, value) in [
+            (Metric::Touches, self.touches.into()),
             (Metric::TouchesWrong, self.touches_wrong.into()),
             (Metric::BurnsWrong, self.burns_wrong.into()),
             (Metric::BurnWrong, self.burn_wrong_j),
@@ -439,7 +463,7 @@ impl Procedure {
             (Metric::ClipSpacing, spacing_m * 1e3),
             (Metric::CutsOneSided, one_sided as f64),
             (Metric::Unclamped, unclamped as f64),
-            (Metric::Injuries, self.injuries().count() as f64),
+            (Metric::Injuries, self.serious().count() as f64),
             (Metric::CvsTwo, whole as f64 / 2.0),
             (Metric::ScopeSway, self.drill.sway_mm_s()),
         ] {

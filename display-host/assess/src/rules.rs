@@ -5,13 +5,19 @@ use std::io::Read as _;
 use std::ops::RangeInclusive;
 
 use serde::Deserialize;
+use shared_mem::message::Event;
 use shared_mem::scene::OrganKind;
 use toml::Spanned;
 
-use crate::injury::InjuryRule;
+use crate::injury::{InjuryRule, Severity};
 use crate::metrics::{Metric, Values};
 use crate::step::Reason;
 use crate::task::Task;
+
+mod published;
+
+use published::NO_SOURCE;
+pub use published::{PassRule, Reference};
 
 /// The built-in rules.
 const BUILT_IN: &str = include_str!("../rules.toml");
@@ -59,11 +65,14 @@ pub struct Rules {
     pub(crate) quiet_s: f64,
     /// Heat from which on a structure counts as burnt, J.
     pub(crate) burn_j: f64,
+    /// Force from which on a touch counts, N; 0: any touch.
+    touch_n: f64,
     pub(crate) done: Done,
     flow_ml_min: Vec<(OrganKind, f64)>,
     injuries: Vec<InjuryRule>,
     penalties: Vec<Penalty>,
     tasks: BTreeMap<&'static str, TaskRules>,
+    references: Vec<Reference>,
 }
 
 /// Thresholds at which steps count as done.
@@ -78,17 +87,19 @@ pub(crate) struct Done {
     pub(crate) look_s: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 struct Penalty {
     metric: Metric,
     free: f64,
     each: f64,
     most: f64,
+    source: Option<String>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 struct TaskRules {
     time_max_s: f64,
+    time_source: Option<String>,
     pass: Vec<Condition>,
     /// The task's own penalties instead of the general ones.
     penalties: Option<Vec<Penalty>>,
@@ -99,6 +110,7 @@ impl Default for TaskRules {
     fn default() -> Self {
         Self {
             time_max_s: f64::INFINITY,
+            time_source: None,
             pass: Vec::new(),
             penalties: None,
         }
@@ -106,12 +118,13 @@ impl Default for TaskRules {
 }
 
 /// Required range of the score or of a metric.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 struct Condition {
     /// The metric; `None`: the score.
     metric: Option<Metric>,
     at_least: f64,
     at_most: f64,
+    source: Option<String>,
 }
 
 /// Points lost by one metric.
@@ -143,6 +156,8 @@ mod written {
         pub(super) penalty: Vec<Penalty>,
         #[serde(default)]
         pub(super) task: BTreeMap<Spanned<String>, Task>,
+        #[serde(default)]
+        pub(super) reference: Vec<Reference>,
     }
 
     #[derive(Deserialize)]
@@ -153,6 +168,8 @@ mod written {
         pub(super) quiet_s: Spanned<f64>,
         /// Optional in older files, in which any heat counted.
         pub(super) burn_j: Option<Spanned<f64>>,
+        /// Optional in older files, in which any touch counted.
+        pub(super) touch_n: Option<Spanned<f64>>,
     }
 
     #[derive(Deserialize)]
@@ -173,6 +190,7 @@ mod written {
         pub(super) organ: Spanned<String>,
         pub(super) open: Spanned<String>,
         pub(super) burn_j: Option<Spanned<f64>>,
+        pub(super) source: Option<String>,
     }
 
     #[derive(Deserialize)]
@@ -182,12 +200,14 @@ mod written {
         pub(super) free: Option<Spanned<f64>>,
         pub(super) each: Spanned<f64>,
         pub(super) most: Spanned<f64>,
+        pub(super) source: Option<String>,
     }
 
     #[derive(Deserialize)]
     #[serde(deny_unknown_fields)]
     pub(super) struct Task {
         pub(super) time_max_s: Option<Spanned<f64>>,
+        pub(super) time_source: Option<String>,
         pub(super) pass: Vec<Condition>,
         pub(super) penalty: Option<Vec<Penalty>>,
     }
@@ -198,6 +218,17 @@ mod written {
         pub(super) metric: Spanned<String>,
         pub(super) at_least: Option<Spanned<f64>>,
         pub(super) at_most: Option<Spanned<f64>>,
+        pub(super) source: Option<String>,
+    }
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct Reference {
+        pub(super) task: Spanned<String>,
+        pub(super) metric: Spanned<String>,
+        pub(super) value: Spanned<f64>,
+        pub(super) who: String,
+        pub(super) source: String,
     }
 }
 
@@ -211,6 +242,7 @@ impl Default for Rules {
             burn: Vec::new(),
             quiet_s: 1.0,
             burn_j: 0.0,
+            touch_n: 0.0,
             done: Done {
                 triangle: 1.0,
                 lower_bed: 1.0,
@@ -224,6 +256,7 @@ impl Default for Rules {
             injuries: Vec::new(),
             penalties: Vec::new(),
             tasks: BTreeMap::new(),
+            references: Vec::new(),
         })
     }
 }
@@ -277,14 +310,7 @@ impl Rules {
         let share = |name, value| check.number(name, value, 0.0..=1.0);
         let mut tasks = BTreeMap::new();
         for (name, task) in &file.task {
-            let known = Task::from_name(name.get_ref()).filter(|task| *task != Task::Free);
-            let allowed = || {
-                let names = Task::ALL.into_iter().filter(|task| *task != Task::Free);
-                names.map(Task::name).collect::<Vec<_>>().join(", ")
-            };
-            let known = known
-                .ok_or_else(|| check.refuse(name, "a task".into(), name.get_ref(), allowed()))?;
-            tasks.insert(known.name(), check.task(task)?);
+            tasks.insert(check.task_name(name)?.name(), check.task(task)?);
         }
         // Older files have no penalties of the endoscope drill. Those of an operation would cost
         // points for an instrument that nobody needs there.
@@ -306,6 +332,10 @@ impl Rules {
             quiet_s: check.number("quiet_s", &file.alarm.quiet_s, 0.0..=60.0)?,
             burn_j: match &file.alarm.burn_j {
                 Some(burn_j) => check.number("burn_j", burn_j, 0.0..=100.0)?,
+                None => 0.0,
+            },
+            touch_n: match &file.alarm.touch_n {
+                Some(touch_n) => check.number("touch_n", touch_n, 0.0..=100.0)?,
                 None => 0.0,
             },
             done: Done {
@@ -331,6 +361,9 @@ impl Rules {
                 .map(|penalty| check.penalty(penalty))
                 .collect::<Result<_, _>>()?,
             tasks,
+            references: (file.reference.iter())
+                .map(|reference| check.reference(reference))
+                .collect::<Result<_, _>>()?,
         })
     }
 
@@ -413,19 +446,13 @@ impl Rules {
         unmet.collect()
     }
 
-    /// Pass rules of a task for reports: name, least, most.
-    #[must_use]
-    pub fn pass(&self, task: Task) -> Vec<(&'static str, f64, f64)> {
-        let rules = self.tasks.get(task.name());
-        let pass = rules.map_or(&[][..], |rules| &rules.pass);
-        let row = |it: &Condition| {
-            (
-                it.metric.map_or("score", Metric::name),
-                it.at_least,
-                it.at_most,
-            )
-        };
-        pass.iter().map(row).collect()
+    /// True if a touch of a protected structure is hard enough to count.
+    pub(crate) fn is_hard(&self, touch: &Event) -> bool {
+        match touch {
+            Event::Contact { .. } => self.touch_n <= 0.0,
+            Event::Press { force_n } => self.touch_n > 0.0 && f64::from(*force_n) >= self.touch_n,
+            _ => false,
+        }
     }
 }
 
@@ -505,6 +532,7 @@ impl Check<'_> {
             free: free.transpose()?.unwrap_or(0.0),
             each: self.number("each", &penalty.each, 0.0..=1e6)?,
             most: self.number("most", &penalty.most, 0.0..=100.0)?,
+            source: penalty.source.clone(),
         })
     }
 
@@ -514,15 +542,40 @@ impl Check<'_> {
         let burn = burn.map(|burn_j| self.number("burn_j", burn_j, 0.0..=1e6));
         Ok(InjuryRule {
             organ: self.organ(&injury.organ)?,
-            open_ends_task: match open.get_ref().as_str() {
-                "fails" => true,
-                "unpassed" => false,
+            source: injury
+                .source
+                .clone()
+                .unwrap_or_else(|| NO_SOURCE.to_owned()),
+            open: match open.get_ref().as_str() {
+                "fails" => Severity::Grave,
+                "unpassed" => Severity::Serious,
+                "costs" => Severity::Minor,
                 other => {
-                    let allowed = "fails (the task ends) or unpassed (it goes on)".to_owned();
+                    let allowed = "fails (the task ends), unpassed (it goes on) or costs (points)";
+                    let allowed = allowed.to_owned();
                     return Err(self.refuse(open, "open".into(), other, allowed));
                 }
             },
             burn_j: burn.transpose()?.unwrap_or(f64::INFINITY),
+        })
+    }
+
+    fn task_name(&self, name: &Spanned<String>) -> Result<Task, RulesError> {
+        let known = Task::from_name(name.get_ref()).filter(|task| *task != Task::Free);
+        known.ok_or_else(|| {
+            let names = Task::ALL.into_iter().filter(|task| *task != Task::Free);
+            let allowed: Vec<&str> = names.map(Task::name).collect();
+            self.refuse(name, "a task".into(), name.get_ref(), allowed.join(", "))
+        })
+    }
+
+    fn reference(&self, reference: &written::Reference) -> Result<Reference, RulesError> {
+        Ok(Reference {
+            task: self.task_name(&reference.task)?,
+            metric: self.metric(&reference.metric)?,
+            value: self.number("a published value", &reference.value, -1e9..=1e9)?,
+            who: reference.who.clone(),
+            source: reference.source.clone(),
         })
     }
 
@@ -562,6 +615,7 @@ impl Check<'_> {
                     metric,
                     at_least: least.unwrap_or(f64::NEG_INFINITY),
                     at_most: most.unwrap_or(f64::INFINITY),
+                    source: condition.source.clone(),
                 }),
             }
         });
@@ -572,6 +626,7 @@ impl Check<'_> {
         Ok(TaskRules {
             penalties: penalties.transpose()?,
             time_max_s: time.transpose()?.unwrap_or(f64::INFINITY),
+            time_source: task.time_source.clone(),
             pass: pass.collect::<Result<_, _>>()?,
         })
     }

@@ -110,6 +110,10 @@ fn main() {
     for lost in &assessed.lost {
         println!("lost {lost:?}");
     }
+    for injury in &assessed.injuries {
+        println!("injury {injury:?}");
+    }
+    println!("{:?}", assessed.cvs);
     for alarm in &assessed.alarms {
         println!("{:8.2} {} {:?}", alarm.at_s, alarm.kind.name(), alarm.organ);
     }

@@ -5,9 +5,10 @@ use shared_mem::scene::CellRecord;
 use crate::gentle::{CLOSER_M, ROOM_M, STUCK_S};
 use crate::hold::{BEND_M, ELECTRODE_M, Hook, WORKS, electrode_room_m, free_side, turns};
 use crate::nearing::Nearing;
+use crate::plan::COAGULATE;
 use crate::sight::{Bar, between, off_line};
 use crate::vector::Vec3;
-use crate::work::{BACK_M, COAGULATE, Work};
+use crate::work::{BACK_M, Work};
 
 /// Distance between the electrode and a structure that must not be burnt at which the current is
 /// switched off, m.

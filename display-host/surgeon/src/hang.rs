@@ -3,9 +3,10 @@
 use shared_mem::message::SutureMsg;
 use shared_mem::words::Instrument;
 
+use crate::plan::COAGULATE;
 use crate::sight::Place;
 use crate::vector::{Vec3, wide};
-use crate::work::{COAGULATE, Work};
+use crate::work::Work;
 
 /// Distance in front of the organ at which a stitch begins, m.
 const BEFORE_M: f64 = 0.03;

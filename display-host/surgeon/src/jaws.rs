@@ -5,7 +5,7 @@ use shared_mem::message::CapsuleMsg;
 use shared_mem::scene::OrganKind;
 use shared_mem::words::{CapsuleRole, Instrument};
 
-use crate::plan::{Act, CUT, Surgeon};
+use crate::plan::{Act, CUT};
 use crate::sight::{Bar, Place, between};
 use crate::vector::{Vec3, wide};
 use crate::work::{BACK_M, BITE, JAW_M, Work};
@@ -209,7 +209,7 @@ impl Work<'_> {
     }
 
     fn looks_first(&self) -> bool {
-        self.surgeon == Surgeon::Careful && self.has_jaws()
+        self.surgeon.is_careful() && self.has_jaws()
     }
 
     /// True if a careful surgeon sees the vessel between the jaws.
@@ -236,7 +236,7 @@ impl Work<'_> {
     /// True if a careful surgeon sees that the last clip leaves the vessel open.
     fn is_open_behind_its_clip(&self, kind: OrganKind) -> bool {
         let closes = self.sight.last_clip_closes(kind, &self.seen.state);
-        self.surgeon == Surgeon::Careful
+        self.surgeon.is_careful()
             && self.seen.tools.has(Instrument::ClipApplier)
             && closes.is_some_and(|share| share < CLOSED)
     }

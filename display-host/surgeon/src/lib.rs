@@ -9,6 +9,7 @@
 
 mod dissect;
 mod field;
+mod flaw;
 mod gentle;
 mod hang;
 mod hold;

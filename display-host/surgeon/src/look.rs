@@ -30,6 +30,7 @@ impl Work<'_> {
         let Some(organ) = self.sight.organ(kind) else {
             return Ok(());
         };
+        self.shows = true;
         let mut before_s = self.seen.at_s;
         let mut held_s = 0.0;
         let shown = self.look_for(GIVE_UP_S, |work| {
@@ -43,6 +44,7 @@ impl Work<'_> {
             };
             held_s >= HOLD_S
         });
+        self.shows = false;
         self.goes_on()?;
         match shown {
             true => Ok(()),

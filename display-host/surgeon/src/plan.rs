@@ -3,7 +3,7 @@
 use assess::{DRILL_ORGANS, Task};
 use clap::ValueEnum;
 use shared_mem::scene::{CellRecord, OrganKind};
-use shared_mem::words::Instrument;
+use shared_mem::words::{Instrument, Switches};
 
 /// A scripted surgeon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -12,6 +12,12 @@ pub enum Surgeon {
     Careful,
     /// As `Careful`, at three times the speed, without lining up
     Hurried,
+    /// As `Careful`, with a hand that trembles
+    Trembling,
+    /// As `Careful`, with an endoscope that wanders off
+    Wandering,
+    /// As `Careful`, with rests in the middle of movements
+    Pausing,
     /// Cuts where no clips are
     Unclamped,
     /// Coagulates the bile duct
@@ -24,8 +30,12 @@ pub enum Surgeon {
     DuctTearer,
     /// Holds the cutting current on the bile duct until its wall is gone
     DuctScorcher,
+    /// Holds the coagulating current on the bile duct until its wall is gone
+    DuctCoagulator,
     /// Takes the hepatic artery for the cystic artery and cuts it
     ArteryCutter,
+    /// Holds the cutting current on the hepatic artery until its wall is gone
+    ArteryScorcher,
     /// Burns through the gallbladder's wall
     BagBurner,
     /// Burns through the duodenum's wall
@@ -45,11 +55,11 @@ pub(crate) enum Act {
     Work(OrganKind, f64),
     /// Close and open the jaws.
     Close,
-    /// Press the pedal for this time, s.
-    Burn(f64),
-    /// Press the cutting pedal for this time, s, and follow the organ as the tissue in front of it
-    /// goes.
-    BurnThrough(OrganKind, f64),
+    /// Press the coagulation pedal at an organ until the organ has taken this heat, J.
+    Scorch(OrganKind, f64),
+    /// Press a pedal (a switch of `HandMsg`) for this time, s, and follow the organ as the tissue
+    /// in front of it goes.
+    BurnThrough(OrganKind, u32, f64),
     /// Close the jaws and draw what they hold back along the shaft by this distance, m.
     Pull(f64),
     /// Withdraw along the shaft.
@@ -67,7 +77,7 @@ impl Surgeon {
         let does = |own: Task| task == own || task == Task::Full;
         let mut plan = Vec::new();
         match self {
-            Self::Careful | Self::Hurried => {
+            Self::Careful | Self::Hurried | Self::Trembling | Self::Wandering | Self::Pausing => {
                 if does(Task::Identify) {
                     plan.extend([
                         Act::Take(Instrument::Hook),
@@ -108,7 +118,7 @@ impl Surgeon {
             Self::Burner => plan.extend([
                 Act::Take(Instrument::Hook),
                 Act::Reach(OrganKind::BileDuct, 0.4),
-                Act::Burn(3.0),
+                Act::Scorch(OrganKind::BileDuct, SCORCHED_J),
                 Act::Retreat,
             ]),
             Self::Dropper => {
@@ -117,16 +127,22 @@ impl Surgeon {
             }
             Self::DuctCutter => plan.extend(cutting(OrganKind::BileDuct)),
             Self::ArteryCutter => plan.extend(cutting(OrganKind::Vessel)),
-            Self::DuctTearer => plan.extend([
-                Act::Take(Instrument::Grasper),
-                Act::Reach(OrganKind::BileDuct, 0.75),
-                Act::Pull(TORN_M),
-            ]),
-            Self::DuctScorcher => plan.extend(burning(OrganKind::BileDuct)),
-            Self::BagBurner => plan.extend(burning(OrganKind::Gallbladder)),
-            Self::BowelBurner => plan.extend(burning(OrganKind::Intestine)),
+            Self::DuctTearer => plan.extend(grasping(OrganKind::BileDuct, 0.75, Act::Pull(TORN_M))),
+            Self::DuctScorcher => plan.extend(burning(OrganKind::BileDuct, CUTS)),
+            Self::DuctCoagulator => plan.extend(burning(OrganKind::BileDuct, COAGULATE)),
+            Self::ArteryScorcher => plan.extend(burning(OrganKind::Vessel, CUTS)),
+            Self::BagBurner => plan.extend(burning(OrganKind::Gallbladder, CUTS)),
+            Self::BowelBurner => plan.extend(burning(OrganKind::Intestine, CUTS)),
         }
         plan
+    }
+
+    /// True for a surgeon who looks before each step, whatever the hand does.
+    pub(crate) fn is_careful(self) -> bool {
+        matches!(
+            self,
+            Self::Careful | Self::Trembling | Self::Wandering | Self::Pausing
+        )
     }
 
     pub(crate) fn speed_m_s(self) -> f64 {
@@ -139,18 +155,30 @@ fn cutting(kind: OrganKind) -> [Act; 2] {
     [Act::Take(Instrument::Scissors), Act::Work(kind, 0.4)]
 }
 
-/// The hook at this organ, with a cutting current until its wall is gone.
-fn burning(kind: OrganKind) -> [Act; 4] {
+/// The grasper at this share of the way along a duct or vessel, and what it does there.
+fn grasping(kind: OrganKind, share: f64, act: Act) -> [Act; 3] {
+    [Act::Take(Instrument::Grasper), Act::Reach(kind, share), act]
+}
+
+/// The hook at this organ, with this current until its wall is gone.
+fn burning(kind: OrganKind, pedal: u32) -> [Act; 4] {
     [
         Act::Take(Instrument::Hook),
         Act::Reach(kind, 0.4),
-        Act::BurnThrough(kind, THROUGH_S),
+        Act::BurnThrough(kind, pedal, THROUGH_S),
         Act::Retreat,
     ]
 }
 
-/// Time in which a cutting current opens any wall that it is held on, s.
-const THROUGH_S: f64 = 20.0;
+/// Time in which either current opens any wall that it is held on, s.
+pub(crate) const THROUGH_S: f64 = 20.0;
+/// Switch of the coagulation pedal in `HandMsg::switches`.
+pub(crate) const COAGULATE: u32 = Switches::COAGULATE.bits();
+/// Switch of the cutting pedal.
+const CUTS: u32 = Switches::CUT.bits();
+/// Heat that burns the bile duct without a hole, J: more than the rules allow (1 J), less than the
+/// 14 J of a hole.
+const SCORCHED_J: f64 = 1.5;
 /// Pull that tears a duct from its tissue, m.
 const TORN_M: f64 = 0.12;
 /// Place of the cut, as a share of a vessel's length; clips go on both sides.

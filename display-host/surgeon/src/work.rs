@@ -5,11 +5,11 @@ use bytemuck::Zeroable as _;
 use nalgebra::{Quaternion, UnitQuaternion};
 use shared_mem::message::{CommandMsg, Event, HandMsg, PoseMsg};
 use shared_mem::scene::{OrganKind, SceneFile};
-use shared_mem::words::{Buttons, CapsuleRole, Instrument, Switches};
+use shared_mem::words::{Buttons, CapsuleRole, Instrument};
 
 use crate::field::Field;
 use crate::nearing::Nearing;
-use crate::plan::{Act, Surgeon};
+use crate::plan::{Act, COAGULATE, Surgeon, THROUGH_S};
 use crate::sight::{Place, Sight};
 use crate::vector::Vec3;
 use crate::{Seen, Theatre};
@@ -60,6 +60,9 @@ pub fn operate(
         divided: Vec::new(),
         closed: Vec::new(),
         is_over: false,
+        shows: false,
+        heats: None,
+        flaw: [0.0; 2],
         nearing: Nearing::default(),
     };
     let is_there =
@@ -71,13 +74,14 @@ pub fn operate(
         };
     }
     let mut missed = Vec::new();
-    let hangs = work.must_hang() && matches!(surgeon, Surgeon::Careful | Surgeon::Hurried);
+    let operates = surgeon.is_careful() || surgeon == Surgeon::Hurried;
+    let hangs = work.must_hang() && operates;
     let first = hangs.then_some(Act::Hang);
     for act in first.into_iter().chain(surgeon.plan(task)) {
         // Before the next exchange, the missed acts are tried again with the same instrument,
         // because the tissue has moved by now.
         let again = match act {
-            Act::Take(_) if surgeon == Surgeon::Careful => std::mem::take(&mut missed),
+            Act::Take(_) if surgeon.is_careful() => std::mem::take(&mut missed),
             _ => Vec::new(),
         };
         for (act, is_again) in again
@@ -117,6 +121,12 @@ pub(crate) struct Work<'a> {
     /// cut.
     pub(crate) closed: Vec<(OrganKind, bool)>,
     pub(crate) is_over: bool,
+    /// True while the surgeon shows an organ with the endoscope.
+    pub(crate) shows: bool,
+    /// Organ that the surgeon burns, and the heat after which the pedal is released, J.
+    heats: Option<(usize, f64)>,
+    /// Offset that a flaw has added: of the hand, m, or of the endoscope, rad.
+    pub(crate) flaw: [f64; 2],
     /// Predicted room to structures that must not be touched.
     pub(crate) nearing: Nearing,
 }
@@ -142,20 +152,19 @@ impl Work<'_> {
                 self.asked.buttons = Buttons::NONE.bits();
                 self.wait(JAWS_S)
             }
-            Act::Burn(seconds) => {
-                self.asked.switches = COAGULATE;
-                let burnt = self.wait(seconds);
-                self.asked.switches = 0;
-                burnt
+            Act::Scorch(kind, heat_j) => {
+                self.heats = self.sight.organ(kind).map(|organ| (organ, heat_j));
+                self.act(Act::BurnThrough(kind, COAGULATE, THROUGH_S))
             }
-            Act::BurnThrough(kind, seconds) => {
-                self.asked.switches = CUT;
+            Act::BurnThrough(kind, pedal, seconds) => {
+                self.asked.switches = pedal;
                 let until_s = self.seen.at_s + seconds;
-                while !self.is_over && self.seen.at_s < until_s {
+                while !self.is_over && self.seen.at_s < until_s && self.asked.switches != 0 {
                     // It does not matter how near the hook gets at once.
                     let _ = self.approach(kind, 0.4, 0);
                 }
                 self.asked.switches = 0;
+                self.heats = None;
                 self.goes_on()
             }
             Act::Pull(by_m) => {
@@ -178,22 +187,43 @@ impl Work<'_> {
         seconds: f64,
         mut done: impl FnMut(&mut Self) -> bool,
     ) -> bool {
-        let start_s = self.seen.at_s;
+        let mut start_s = self.seen.at_s;
         while !self.is_over && self.seen.at_s - start_s < seconds {
-            if done(self) {
+            let before_s = self.seen.at_s;
+            let rests = self.rests();
+            if !rests && done(self) {
                 return true;
             }
-            self.seen.events.clear();
-            self.is_over = !self.theatre.look(&self.asked, &mut self.seen);
-            for event in &self.seen.events {
-                match event.decode() {
-                    Ok(Event::Clip { .. }) => self.clipped.push(event.organ),
-                    Ok(Event::Divided { .. }) => self.divided.push(event.organ),
-                    _ => {}
-                }
+            self.look();
+            if rests {
+                start_s += self.seen.at_s - before_s;
             }
         }
         false
+    }
+
+    /// Lets the theatre go on for one look, with the flaws of the hand.
+    fn look(&mut self) {
+        self.stumble();
+        self.seen.events.clear();
+        self.is_over = !self.theatre.look(&self.asked, &mut self.seen);
+        for event in &self.seen.events {
+            match event.decode() {
+                Ok(Event::Clip { .. }) => self.clipped.push(event.organ),
+                Ok(Event::Divided { .. }) => self.divided.push(event.organ),
+                Ok(Event::Burn { energy_j }) => {
+                    if let Some((organ, left_j)) = &mut self.heats
+                        && *organ == event.organ as usize
+                    {
+                        *left_j -= f64::from(energy_j);
+                        if *left_j <= 0.0 {
+                            self.asked.switches = 0;
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
     }
 
     pub(crate) fn goes_on(&self) -> Result<(), String> {
@@ -228,7 +258,7 @@ impl Work<'_> {
 
     /// Withdraws along the shaft.
     pub(crate) fn retreat(&mut self, by_m: f64) -> Result<(), String> {
-        if self.surgeon == Surgeon::Careful && self.seen.tools.has(Instrument::Hook) {
+        if self.surgeon.is_careful() && self.seen.tools.has(Instrument::Hook) {
             return self.come_out(by_m);
         }
         let to = self.tip() - self.along() * by_m;
@@ -364,11 +394,6 @@ impl Work<'_> {
         Some([bare.a_m, bare.b_m].map(|end| Vec3::from(end.map(f64::from))))
     }
 }
-
-/// Switch of the cutting pedal.
-const CUT: u32 = Switches::CUT.bits();
-/// Switch of the coagulation pedal in [`HandMsg::switches`].
-pub(crate) const COAGULATE: u32 = Switches::COAGULATE.bits();
 
 pub(crate) fn rotation(pose: &PoseMsg) -> UnitQuaternion<f64> {
     let [x, y, z, w] = pose.orientation.map(f64::from);

@@ -1,11 +1,15 @@
 //! Scripted surgeons perform every task of the operation in the simulation alone. The result is bit
 //! for bit the same each time.
 
+#[path = "operation/clumsy.rs"]
+mod clumsy;
+#[path = "operation/injuries.rs"]
+mod injuries;
 mod theatre;
 
 use std::sync::OnceLock;
 
-use assess::{AlarmKind, Assessment, InjuryKind, Metric, Outcome, Region, Step, Task};
+use assess::{AlarmKind, Assessment, Metric, Outcome, Region, Step, Task};
 use rt_process::replay::Replay;
 use shared_mem::message::{MAX_TUBE_LINKS, StateFrame, SutureMsg, ToolFrame};
 use shared_mem::scene::SceneFile;
@@ -155,59 +159,6 @@ fn the_careful_completes_the_long_tasks() {
     for (task, seconds) in LONG {
         assert_passed(task, seconds);
     }
-}
-
-#[test]
-fn the_burner_of_the_bile_duct_is_alarmed_and_does_not_pass() {
-    let result = operate(Surgeon::Burner, Task::Identify, 25);
-    let mut alarms = result.assessed.alarms.iter();
-    assert!(alarms.any(|it| it.kind == AlarmKind::Burnt));
-    assert_ne!(result.assessed.outcome, Outcome::Passed);
-}
-
-/// Each surgeon injures one structure, and the rules know it: no injury passes, and an opened bile
-/// duct or hepatic artery ends the task at once.
-#[test]
-fn every_injury_ends_the_task_or_rules_out_a_pass() {
-    use InjuryKind::{Burnt, Divided, Perforated};
-    for (surgeon, seconds, organ, kind, ends) in [
-        (Surgeon::DuctCutter, 12, "bile duct", Divided, true),
-        (Surgeon::DuctTearer, 14, "bile duct", Divided, true),
-        (Surgeon::DuctScorcher, 24, "bile duct", Perforated, true),
-        (Surgeon::ArteryCutter, 10, "hepatic artery", Divided, true),
-        (Surgeon::BowelBurner, 16, "duodenum", Burnt, false),
-    ] {
-        let result = operate(surgeon, Task::Identify, seconds);
-        let it = &result.assessed;
-        let is_it = |injury: &&assess::Injury| injury.organ == organ && injury.kind == kind;
-        let found = it.injuries.iter().find(is_it);
-        let found = found.unwrap_or_else(|| panic!("{surgeon:?}: {:?}", it.injuries));
-        assert_eq!(found.ends_task, ends, "{surgeon:?}");
-        match ends {
-            true => assert_eq!(it.outcome, Outcome::Failed, "{surgeon:?}"),
-            false => assert_ne!(it.outcome, Outcome::Passed, "{surgeon:?}"),
-        }
-    }
-}
-
-/// Bile is lost, and that costs points.
-#[test]
-fn a_gallbladder_that_is_burnt_through_counts_as_perforated() {
-    let result = operate(Surgeon::BagBurner, Task::Identify, 24);
-    let it = &result.assessed;
-    assert!(
-        it.metrics.get(Metric::Perforations) >= 1.0,
-        "{:?}",
-        result.said
-    );
-    assert!(
-        it.lost
-            .iter()
-            .any(|lost| lost.metric == Metric::Perforations.name()),
-        "{:?}",
-        it.lost
-    );
-    assert_ne!(it.outcome, Outcome::Passed);
 }
 
 /// Replays operations that a release build recorded: the scissors at duct and artery with clips,

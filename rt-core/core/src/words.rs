@@ -93,7 +93,8 @@ pub enum EventKind {
     Removed,
     /// The jaws have crushed held tissue; value: force of the jaws, N.
     Crush,
-    /// A wall is burnt through or torn open; value: energy that this took, J.
+    /// A wall is burnt through, or a tube under pressure is parted half; value: energy that burnt
+    /// it through, J; 0 for a tube that is parted half.
     Perforation,
     /// A tube is divided, or torn off an organ; value: share of the lumen that clips leave open
     /// between the division and the tube's next end or division, on the side where more is open. 0:
@@ -116,6 +117,9 @@ pub enum EventKind {
     /// The instrument is inside an organ at its device's first sample, or at the first after a gap;
     /// value: its depth, m.
     Buried,
+    /// The instrument presses on an organ that it touches, harder than at its last such event of
+    /// this contact; value: force on the organ, N.
+    Press,
 }
 
 /// An event of one tick. [`crate::sim::TickView`] has the tick's number and time.

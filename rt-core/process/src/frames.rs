@@ -169,6 +169,7 @@ fn kind(kind: EventKind) -> Told {
         EventKind::Fall => Told::Fall,
         EventKind::Shake => Told::Shake,
         EventKind::Buried => Told::Buried,
+        EventKind::Press => Told::Press,
     }
 }
 

@@ -91,9 +91,9 @@ pub enum Event {
         /// Force of the jaws, N.
         force_n: f32,
     },
-    /// A wall was burnt through or torn open.
+    /// A wall was burnt through, or a tube was parted half.
     Perforation {
-        /// Energy that it took, J.
+        /// Energy that burnt it through, J; 0 for a tube that is parted half.
         energy_j: f32,
     },
     /// A tube was divided, or came off the tissue that it grew to.
@@ -130,6 +130,12 @@ pub enum Event {
     Buried {
         /// Its depth, m.
         depth_m: f32,
+    },
+    /// The instrument presses on an organ that it touches, harder than at its last such event of
+    /// this contact.
+    Press {
+        /// Force of the instrument on the organ, N.
+        force_n: f32,
     },
 }
 
@@ -192,6 +198,7 @@ impl EventMsg {
             EventKind::Fall => Event::Fall { distance_m: value },
             EventKind::Shake => Event::Shake { speed_m_s: value },
             EventKind::Buried => Event::Buried { depth_m: value },
+            EventKind::Press => Event::Press { force_n: value },
         })
     }
 

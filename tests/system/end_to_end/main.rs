@@ -21,4 +21,5 @@ mod main_job;
 mod operation;
 mod replay;
 mod returned;
+mod study;
 mod swept;

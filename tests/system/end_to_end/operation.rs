@@ -144,6 +144,52 @@ fn surgeon_who_burns_the_bile_duct_is_alarmed_and_has_pictures_of_it() {
     assert!(page.contains("bile duct"), "what was burnt");
 }
 
+/// The injury is in the summary with everything that is known of it, and in the debrief.
+#[test]
+fn surgeon_who_cuts_the_bile_duct_fails_and_the_summary_says_why() {
+    let tried = (0..TRIES).find_map(|_| {
+        let out = tempfile::tempdir().expect("a folder");
+        let more = ["--seconds", "20"];
+        let summary = operate_into(out.path(), "identify", "duct-cutter", &more);
+        (summary["outcome"] == "failed").then_some((out, summary))
+    });
+    let (out, summary) = tried.unwrap_or_else(|| panic!("never cut in {TRIES} tries"));
+    let injury = &summary["injuries"][0];
+    for (key, expected) in [
+        ("organ", "bile duct"),
+        ("kind", "divided"),
+        ("cause", "cut"),
+        ("severity", "grave"),
+    ] {
+        assert_eq!(injury[key], expected, "{summary:#}");
+    }
+    assert_eq!(injury["ends_task"], true);
+    let (at_s, end_s) = (&injury["at_s"], &summary["metrics"]["time_s"]);
+    assert!(at_s.as_f64() > Some(1.0) && at_s.as_f64() <= end_s.as_f64());
+    assert!(summary["score"].as_f64() <= Some(60.0), "{summary:#}");
+    assert!(has_alarm(&summary, "cut"), "{summary:#}");
+    assert_eq!(summary["hand"], "scripted");
+    for criterion in ["triangle", "lower_bed", "two"] {
+        let visible = summary["cvs"][criterion]["visible"].as_f64();
+        assert!(
+            visible.is_some_and(|it| (0.0..=1.0).contains(&it)),
+            "{summary:#}"
+        );
+    }
+    let page = std::fs::read_to_string(out.path().join("debrief.html")).expect("a debrief");
+    for told in ["ends the task", "Critical view of safety", "Pass rules"] {
+        assert!(page.contains(told), "{told}");
+    }
+}
+
+/// The picture wanders off, in the real processes too, and that costs points.
+#[test]
+fn surgeon_whose_picture_wanders_off_loses_points_for_it() {
+    let summary = operate("clamp", "wandering", "14");
+    let out_s = summary["metrics"]["out_of_view_s"].as_f64();
+    assert!(out_s > Some(5.0), "{summary:#}");
+}
+
 /// The first minute of the whole procedure, which takes about six. Nothing in CI works it to the
 /// end: `the_careful_completes_the_long_tasks` does, in the simulation, when it is asked for.
 #[test]

@@ -90,6 +90,7 @@ pub struct Past {
 mod tests {
     use super::*;
     use crate::assessment::Moment;
+    use crate::injury::{Cause, Injury, InjuryKind, Severity};
     use crate::metrics::Metric;
     use crate::{Anatomy, Assessment, Difficulty, Task};
 
@@ -209,6 +210,30 @@ mod tests {
         assert!(page.contains("noise at rest is 0.30 mm. Movements of the tip within 1.6 mm"));
         assert!(with(&[(Metric::Noise, 1.0)]).contains("does not remove so much noise"));
         assert!(!with(&[]).contains("do not count that"));
+    }
+
+    #[test]
+    fn injuries_rules_and_published_values_stand_with_their_source() {
+        let mut injured = chapter("a");
+        injured.assessed.injuries.push(Injury {
+            at_s: 3.0,
+            kind: InjuryKind::Perforated,
+            cause: Cause::Torn,
+            severity: Severity::Grave,
+            organ: "bile duct".to_owned(),
+            ends_task: true,
+            source: "<a book>".to_owned(),
+        });
+        let page = html(&[injured]);
+        for expected in [
+            "<td>3.0 s<td class=\"l\">bile duct<td class=\"l\">perforated<td class=\"l\">traction<td \
+             class=\"l\">ends the task<td class=\"l\">&lt;a book&gt;",
+            "at least 70<td>✗ no<td class=\"l\">no source",
+            "Published values",
+            "18 996 runs at LAP Mentor",
+        ] {
+            assert!(page.contains(expected), "{expected}");
+        }
     }
 
     #[test]

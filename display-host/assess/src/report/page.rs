@@ -10,8 +10,10 @@ use crate::assessment::Moment;
 use crate::metrics::{Metric, Values};
 use crate::task::Outcome;
 
+mod judged;
+
 /// Styles of the debrief besides those of all pages.
-const MORE: &str = "h3{margin-top:1.6rem;font-size:1.05rem}td,th{vertical-align:top}td.l{text-align:left}\
+const MORE: &str = "h3{margin-top:1.6rem;font-size:1.05rem}td,th{vertical-align:top}.l{text-align:left}\
 .open{background:#fdf4dc;border-left:4px solid #b7791f;padding:.5rem 1rem}.score{font-size:2.2rem;\
 font-weight:600}";
 
@@ -138,6 +140,7 @@ fn one(page: &mut Page, chapter: &Chapter) {
              contact of the instrument.</figcaption></figure>"
         ));
     }
+    judged::published(page, chapter);
     past(page, chapter);
     sheet(page, chapter);
     metrics(page, chapter);
@@ -189,6 +192,7 @@ fn verdict(page: &mut Page, chapter: &Chapter) {
         page.add(format_args!("<br>{}", escape(&reason.to_string())));
     }
     page.add(format_args!("</p>"));
+    judged::injuries(page, &it.injuries);
     unrest(page, &it.moments);
     if !it.steps.is_empty() {
         page.add(format_args!("<table><tr><th>step<th>done</tr>"));
@@ -201,50 +205,9 @@ fn verdict(page: &mut Page, chapter: &Chapter) {
         }
         page.add(format_args!("</table>"));
     }
-    let pass = chapter.rules.pass(it.task);
-    if !pass.is_empty() {
-        page.add(format_args!(
-            "<h3>Pass rules</h3><table><tr><th>metric<th>value<th>required<th>met</tr>"
-        ));
-        let time = (
-            "time_s",
-            f64::NEG_INFINITY,
-            chapter.rules.time_max_s(it.task),
-        );
-        for (name, least, most) in pass.into_iter().chain([time]) {
-            let value = match Metric::from_name(name) {
-                Some(metric) => it.metrics.get(metric),
-                None => it.score,
-            };
-            let asked = match (least.is_finite(), most.is_finite()) {
-                (true, true) => format!("{least} to {most}"),
-                (true, false) => format!("at least {least}"),
-                (false, true) => format!("at most {most}"),
-                (false, false) => "–".to_owned(),
-            };
-            let met = if value < least || value > most {
-                "✗ no"
-            } else {
-                "✓ yes"
-            };
-            page.add(format_args!(
-                "<tr><td>{name}<td>{value:.1}<td>{asked}<td>{met}</tr>"
-            ));
-        }
-        page.add(format_args!("</table>"));
-    }
-    if !it.lost.is_empty() {
-        page.add(format_args!(
-            "<h3>Points lost</h3><table><tr><th>metric<th>value<th>points</tr>"
-        ));
-        for lost in &it.lost {
-            page.add(format_args!(
-                "<tr><td>{}<td>{:.1}<td>{:.1}</tr>",
-                lost.metric, lost.value, lost.points
-            ));
-        }
-        page.add(format_args!("</table>"));
-    }
+    judged::pass_rules(page, chapter);
+    judged::points(page, chapter);
+    judged::critical_view(page, chapter);
 }
 
 /// Writes which organs fell or shook, because that is no fault of the trainee.
@@ -339,10 +302,8 @@ fn past(page: &mut Page, chapter: &Chapter) {
     let scores = chapter.past.iter().map(|past| past.score);
     let scores: Vec<f64> = scores.chain([it.score]).collect();
     let pass = chapter.rules.pass(it.task);
-    let rule = pass
-        .iter()
-        .find(|(name, ..)| *name == "score")
-        .map(|(_, least, _)| *least);
+    let rule = pass.iter().find(|rule| rule.name == "score");
+    let rule = rule.map(|rule| rule.at_least);
     if let Some(curve) = drawing::curve(&scores, rule, "score") {
         page.add(format_args!("<figure>{curve}</figure>"));
     }

@@ -3,6 +3,7 @@ mod course;
 mod endoscope;
 mod errors;
 mod hand;
+mod injuries;
 
 use bytemuck::Zeroable as _;
 use proptest::prelude::*;
@@ -200,7 +201,7 @@ proptest! {
     /// The assessment of any file ends, has a score in range, and is reproducible.
     #[test]
     fn hostile_entries_are_assessed(
-        raw in prop::collection::vec((0u8..5, any::<u64>(), any::<[f32; 4]>(), 0u32..18, 0u32..7), 0..200),
+        raw in prop::collection::vec((0u8..5, any::<u64>(), any::<[f32; 4]>(), 0u32..24, 0u32..7), 0..200),
         task in 0usize..7,
     ) {
         let entries: Vec<Entry> = raw.iter().map(|&(kind, at_ns, [x, y, z, value], event, organ)| {

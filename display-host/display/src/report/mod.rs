@@ -162,8 +162,10 @@ pub struct TaskSummary {
     pub score: f64,
     /// All alarms.
     pub alarms: Vec<TaskAlarm>,
-    /// All injuries; each rules out a pass.
+    /// All injuries: structure, kind, cause, severity, time.
     pub injuries: Vec<assess::Injury>,
+    /// The critical view of safety, with the visible share of each criterion.
+    pub cvs: Option<assess::Cvs>,
     /// All metrics by name; `null` for one without a value.
     pub metrics: serde_json::Value,
     /// Version of the metrics' definitions.

@@ -68,7 +68,7 @@ recording-ended = Aufzeichnung beendet: der Datenträger war zu lange voll
 recording-alarm = der Datenträger nimmt die Aufzeichnung nicht an; die Leiste sagt mehr
 
 ## Alarme
-alarm-touched = berührt: { $organ }
+alarm-touched = fest gedrückt: { $organ }
 alarm-burnt = verbrannt: { $organ }
 alarm-cut = geschnitten: { $organ }
 alarm-torn = eingerissen: { $organ }
@@ -398,7 +398,8 @@ metric-burn-gallbladder-j = Energie in die Gallenblase
 metric-burn-duct-j = Energie in Gänge
 metric-burn-vessel-j = Energie in Arterien
 metric-burn-target-j = Energie in Fett und Bindegewebe
-metric-touches-wrong = Geschützte Strukturen berührt
+metric-touches = Geschützte Strukturen berührt
+metric-touches-wrong = Fester Druck auf geschützte Strukturen
 metric-burns-wrong = Geschützte Strukturen verbrannt
 metric-cuts-wrong = Geschützte Strukturen geschnitten
 metric-clips-used = Clips gesetzt

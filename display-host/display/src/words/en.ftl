@@ -68,7 +68,7 @@ recording-ended = Recording stopped: the disk was full for too long
 recording-alarm = the disk does not take the recording; the panel says more
 
 ## Alarms
-alarm-touched = touched: { $organ }
+alarm-touched = pressed hard: { $organ }
 alarm-burnt = burnt: { $organ }
 alarm-cut = cut: { $organ }
 alarm-torn = torn: { $organ }
@@ -398,7 +398,8 @@ metric-burn-gallbladder-j = Energy into the gallbladder
 metric-burn-duct-j = Energy into ducts
 metric-burn-vessel-j = Energy into arteries
 metric-burn-target-j = Energy into fat and connective tissue
-metric-touches-wrong = Protected structures touched
+metric-touches = Protected structures touched
+metric-touches-wrong = Hard presses on protected structures
 metric-burns-wrong = Protected structures burnt
 metric-cuts-wrong = Protected structures cut
 metric-clips-used = Clips used

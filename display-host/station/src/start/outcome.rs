@@ -175,7 +175,7 @@ fn rows(
 ) -> Vec<MetricRow> {
     let task = Task::from_name(task);
     let pass = task.map_or_else(Vec::new, |task| rules.pass(task));
-    let ruled = pass.iter().map(|(name, ..)| *name);
+    let ruled = pass.iter().map(|it| it.name);
     let usual = match task {
         Some(Task::Scope) => &OF_DRILL[..],
         _ => &OF_OPERATION[..],
@@ -188,7 +188,7 @@ fn rows(
     };
     let extra = SHOWN_IF_ANY.iter().filter(any).map(|it| it.name());
     let usual = usual.chain(extra);
-    let usual = usual.filter(|name| pass.iter().all(|(it, ..)| it != name));
+    let usual = usual.filter(|name| pass.iter().all(|it| it.name != *name));
     ruled
         .chain(usual)
         .map(|name| {
@@ -196,8 +196,8 @@ fn rows(
                 "score" => summary["score"].as_f64(),
                 name => summary["metrics"][name].as_f64(),
             };
-            let rule = pass.iter().find(|(it, ..)| *it == name);
-            let passes = rule.map(|(_, least, most)| [*least, *most]);
+            let rule = pass.iter().find(|it| it.name == name);
+            let passes = rule.map(|it| [it.at_least, it.at_most]);
             // A session that failed early is short, so the best values come from passed sessions.
             let passed = past.iter().filter(|it| it.outcome == "passed");
             let earlier = passed.filter_map(|it| match name {

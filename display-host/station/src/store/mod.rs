@@ -322,11 +322,11 @@ fn curve(
     };
     let values: Vec<f64> = sessions.iter().filter_map(value).collect();
     let rules = Rules::default();
-    let pass = rules
-        .pass(task)
-        .into_iter()
-        .find(|(name, ..)| *name == metric);
-    let rule = pass.map(|(_, least, most)| if least.is_finite() { least } else { most });
+    let pass = rules.pass(task).into_iter().find(|it| it.name == metric);
+    let rule = pass.map(|it| match it.at_least.is_finite() {
+        true => it.at_least,
+        false => it.at_most,
+    });
     let unit = Metric::from_name(metric).map_or("", Metric::unit);
     let title = format!("{metric} {unit}").trim_end().to_owned();
     let drawn = learning_curve(&values, rule, &title).ok_or_else(|| {

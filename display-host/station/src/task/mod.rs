@@ -319,6 +319,7 @@ pub(crate) fn summary(assessed: &Assessed, assignment: &Assignment) -> TaskSumma
         score: assessed.score,
         alarms: assessed.alarms.iter().map(alarm).collect(),
         injuries: assessed.injuries.clone(),
+        cvs: assessed.cvs,
         metrics: serde_json::to_value(assessed.metrics).unwrap_or_default(),
         metrics_version: assessed.version,
         session: assignment.id.clone(),

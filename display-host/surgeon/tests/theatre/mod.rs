@@ -40,6 +40,8 @@ struct Alone<'a, 'b> {
     unseen: VecDeque<Seen>,
     /// Delay of each view, s.
     late_s: f64,
+    /// Changes what is recorded of the hands at a time, s.
+    spoil: &'a dyn Fn(f64, &mut Movement),
 }
 
 impl Alone<'_, '_> {
@@ -65,7 +67,8 @@ impl Theatre for Alone<'_, '_> {
             let (tick, at_ns, what) = (event.tick, event.at_ns, EntryContent::Event(*event));
             self.assessment.take(&Entry { tick, at_ns, what });
         }
-        if let Some(moved) = Movement::of(&now.tools) {
+        if let Some(mut moved) = Movement::of(&now.tools) {
+            (self.spoil)(now.at_s, &mut moved);
             self.note(EntryContent::Moved(moved));
         }
         (self.watch)(&now, &self.assessment);
@@ -119,6 +122,20 @@ pub(crate) fn work(
     [seconds, late_s]: [f64; 2],
     watch: &mut dyn FnMut(&Seen, &Assessment),
 ) -> Performance {
+    let times_s = [seconds, late_s];
+    work_with(start, surgeon, task, scene, times_s, watch, &|_, _| {})
+}
+
+/// Works as [`work`] does. `spoil` changes what is recorded of the hands at a time, s.
+pub(crate) fn work_with(
+    start: Option<u8>,
+    surgeon: Surgeon,
+    task: Task,
+    scene: &SceneFile,
+    [seconds, late_s]: [f64; 2],
+    watch: &mut dyn FnMut(&Seen, &Assessment),
+    spoil: &dyn Fn(f64, &mut Movement),
+) -> Performance {
     let bytes = scene.bytes().to_vec();
     let own = SceneFile::from_bytes(&bytes).expect("a sound scene");
     let rules = Rules::default();
@@ -133,6 +150,7 @@ pub(crate) fn work(
             said: Vec::new(),
             unseen: VecDeque::new(),
             late_s,
+            spoil,
         };
         if let Some(task) = start {
             alone.command = Some(CommandMsg {

@@ -8,7 +8,7 @@ use rt_core::port::Buttons;
 use rt_core::scene::{RestSphere, Scene};
 use rt_core::sim::{Command, Sim, Task};
 use rt_core::tool::Instrument;
-use rt_core::words::{Event, EventKind, SphereBits};
+use rt_core::words::{EventKind, SphereBits};
 
 #[test]
 fn without_contact_there_is_no_force() {
@@ -49,20 +49,26 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
             .any(|bits| bits.contains(SphereBits::CONTACT))
     );
     let organ = Some(0);
-    assert!(matches!(
-        bench.events[..],
-        [Event {
-            kind: EventKind::Contact,
-            ..
-        }]
-    ));
+    let [contact, presses @ ..] = &bench.events[..] else {
+        panic!("no contact");
+    };
+    assert_eq!(contact.kind, EventKind::Contact);
+    assert!(presses.iter().all(|it| it.kind == EventKind::Press));
+    assert!(presses.is_sorted_by(|a, b| a.value < b.value));
+    // The way in is fast, so the tip meets more than the force with which it rests.
+    let (pressed_n, rests_n) = (presses.last().map_or(0.0, |it| it.value), bench.force_n.z);
+    assert!(
+        (rests_n..4.0 * rests_n).contains(&pressed_n),
+        "{pressed_n} {rests_n}"
+    );
+    let presses = presses.len();
     go(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
     stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
     assert!(norm(&bench.force_n) < f32::EPSILON);
-    assert_eq!(
-        kinds(&bench.events),
-        [EventKind::Contact, EventKind::Release]
-    );
+    let mut expected = vec![EventKind::Press; presses];
+    expected.insert(0, EventKind::Contact);
+    expected.push(EventKind::Release);
+    assert_eq!(kinds(&bench.events), expected);
     assert!(bench.events.iter().all(|event| event.organ == organ));
     let back = bench
         .centers_m

@@ -1,6 +1,7 @@
 //! The bare tip of the hook under current: its position, its contact area, its energy.
 
 use crate::math::{self, Vec3};
+use crate::scene::{Inside, Organ};
 use crate::time::TICK_S;
 use crate::tool::{Instrument, Role, ToolState};
 
@@ -131,6 +132,16 @@ impl Dose {
     /// Sum of both parts, J/m².
     pub(crate) fn whole_j_m2(&self) -> f32 {
         self.parting_j_m2 + self.drying_j_m2
+    }
+
+    /// Part of the energy that opens the wall of this organ, J/m². All heat near the tip does: half
+    /// of the power stays within 0.8 mm of its surface, so within the wall, and a wall that has
+    /// lost its water gives way. The wall of an artery shrinks and seals instead as it dries.
+    pub(super) fn opening_j_m2(&self, organ: Option<&Organ>) -> f32 {
+        match organ.map(|it| it.inside) {
+            Some(Inside::Blood) => self.parting_j_m2,
+            _ => self.whole_j_m2(),
+        }
     }
 
     /// Share of a touched link that the dose boils away, over the width of the electrode.

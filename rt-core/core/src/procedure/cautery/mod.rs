@@ -118,8 +118,8 @@ impl Cautery {
                 continue;
             }
             *burnt_j += dose.whole_j_m2() * area_m2;
-            let boils_j = dose.parting_j_m2 * area_m2;
-            if let Some(hole) = self.walls.burn(organ, &self.at_m, boils_j, scene, bodies) {
+            let opens_j = dose.opening_j_m2(scene.organs.get(usize::from(organ))) * area_m2;
+            if let Some(hole) = self.walls.burn(organ, &self.at_m, opens_j, scene, bodies) {
                 vessels.burst(hole.sphere, HOLE_M2);
                 journal.raise(Event {
                     kind: EventKind::Perforation,

@@ -1,5 +1,5 @@
-//! Leaks: both ends of a divided link, the end of a tube that is torn off an organ, and burnt
-//! holes.
+//! Leaks: both ends of a divided link, the end of a tube that is torn off an organ, tubes that are
+//! torn, cut or burnt half through, and burnt holes.
 
 use crate::capacity::MAX_ORGANS;
 use crate::math::Vec3;
@@ -14,6 +14,9 @@ use crate::tissue::tubes::Step;
 /// neck.
 const NECK_RADIUS_M: f32 = 0.003;
 
+/// Share of the arriving flow that leaves a tube which is half parted.
+const HALF_OPEN: f32 = 0.5;
+
 /// An opening to the outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Opening {
@@ -23,20 +26,28 @@ pub(super) enum Opening {
     Off { sphere: u32 },
     /// Hole in the wall at this sphere.
     Wall { sphere: u32, area_m2: f32 },
+    /// Link beside this sphere that is parted half, and not through.
+    Slit { link: u32, sphere: u32 },
 }
 
 impl Opening {
     pub(super) const fn sphere(&self) -> u32 {
         match self {
-            Self::Link { sphere, .. } | Self::Off { sphere } | Self::Wall { sphere, .. } => *sphere,
+            Self::Link { sphere, .. }
+            | Self::Off { sphere }
+            | Self::Wall { sphere, .. }
+            | Self::Slit { sphere, .. } => *sphere,
         }
     }
 
     /// Share of the arriving flow that comes out.
-    pub(super) fn share(&self, scene: &Scene<'_>, clips: &Clips) -> f32 {
+    pub(super) fn share(&self, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> f32 {
         match self {
             Self::Link { link, .. } => clips.open(*link),
             Self::Off { .. } => 1.0,
+            // A link that has parted since leaks at its two ends.
+            Self::Slit { link, .. } if bodies.parted.left_of_link(*link) <= 0.0 => 0.0,
+            Self::Slit { link, .. } => HALF_OPEN.min(clips.open(*link)),
             Self::Wall { sphere, area_m2 } => {
                 let holds = |it: &&crate::scene::Organ| {
                     sphere.wrapping_sub(it.sphere_start) < it.sphere_count
@@ -64,6 +75,8 @@ pub(super) struct Hole {
     pub(super) opening: Opening,
     /// Flow in the last event of this leak.
     pub(super) reported: f32,
+    /// Ticks until the opening leaks.
+    pub(super) waits: u32,
     /// Place of the first event of this leak, m. Readers of the events identify a leak by this
     /// place.
     pub(super) at_m: Option<Vec3>,
@@ -74,6 +87,7 @@ impl Hole {
         Self {
             opening,
             reported: 0.0,
+            waits: 0,
             at_m: None,
         }
     }
@@ -164,7 +178,7 @@ impl Vessels {
         is_all
     }
 
-    fn is_open(&self, opening: Opening) -> bool {
+    pub(super) fn is_open(&self, opening: Opening) -> bool {
         self.holes.iter().any(|hole| hole.opening == opening)
     }
 

@@ -8,6 +8,7 @@
 
 mod flow;
 mod hole;
+mod slit;
 
 use heapless::Vec;
 
@@ -126,6 +127,7 @@ impl Vessels {
                 bodies.parted.shrink(organ, 1.0 - shortens, SHORTENS_STEP);
             }
         }
+        self.find_slits(scene, bodies);
         match self.progress {
             Progress::Known => {}
             Progress::Changed => {
@@ -196,18 +198,33 @@ impl Vessels {
                 .pressure
                 .at(sphere)
                 .min(self.open(sphere, scene, bodies));
-            let flow = reaches * hole.opening.share(scene, clips);
+            let flow = match hole.waits {
+                0 => reaches * hole.opening.share(scene, clips, bodies),
+                _ => 0.0,
+            };
             if (flow - hole.reported).abs() <= REPORTED {
                 continue;
+            }
+            let organ = Some(u32::from(*bodies.organ.at(sphere)));
+            let place_m = bodies.nodes.at(sphere).center_m();
+            // A tube between clips is dry: when it is half parted, no wall is open.
+            let is_new_slit = matches!(hole.opening, Opening::Slit { .. }) && hole.at_m.is_none();
+            if is_new_slit && journal.has_room() {
+                hole.at_m = Some(place_m);
+                journal.raise(Event {
+                    kind: EventKind::Perforation,
+                    organ,
+                    at_m: place_m,
+                    value: 0.0,
+                });
             }
             is_reported &= journal.has_room();
             if journal.has_room() {
                 hole.reported = flow;
-                let at_m = *hole.at_m.get_or_insert(bodies.nodes.at(sphere).center_m());
                 journal.raise(Event {
                     kind: EventKind::Leak,
-                    organ: Some(u32::from(*bodies.organ.at(sphere))),
-                    at_m,
+                    organ,
+                    at_m: *hole.at_m.get_or_insert(place_m),
                     value: flow,
                 });
             }

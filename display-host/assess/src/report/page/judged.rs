@@ -1,0 +1,151 @@
+//! Tables of the debrief that say what was judged, by which rule, and where the rule comes from.
+
+use figures::html::escape;
+
+use super::{Page, shown};
+use crate::injury::{Injury, Severity};
+use crate::metrics::Metric;
+use crate::report::Chapter;
+use crate::view::Shown;
+
+pub(super) fn injuries(page: &mut Page, injuries: &[Injury]) {
+    if injuries.is_empty() {
+        return;
+    }
+    page.add(format_args!(
+        "<h3>Injuries</h3><table><tr><th>time<th class=\"l\">structure<th class=\"l\">injury<th \
+         class=\"l\">cause<th class=\"l\">consequence<th class=\"l\">source of the rule</tr>"
+    ));
+    for injury in injuries {
+        let consequence = match injury.severity {
+            Severity::Grave => "ends the task",
+            Severity::Serious => "rules out a pass",
+            Severity::Minor => "costs points",
+        };
+        page.add(format_args!(
+            "<tr><td>{:.1} s<td class=\"l\">{}<td class=\"l\">{}<td class=\"l\">{}<td \
+             class=\"l\">{consequence}<td class=\"l\">{}</tr>",
+            injury.at_s,
+            escape(&injury.organ),
+            injury.kind,
+            injury.cause,
+            escape(&injury.source)
+        ));
+    }
+    page.add(format_args!("</table>"));
+}
+
+pub(super) fn pass_rules(page: &mut Page, chapter: &Chapter) {
+    let it = &chapter.assessed;
+    let pass = chapter.rules.pass(it.task);
+    if !pass.is_empty() {
+        page.add(format_args!(
+            "<h3>Pass rules</h3><table><tr><th>metric<th>value<th>required<th>met<th class=\"l\">source</tr>"
+        ));
+        for rule in pass.into_iter().chain(chapter.rules.time_rule(it.task)) {
+            let (name, least, most) = (rule.name, rule.at_least, rule.at_most);
+            let value = match Metric::from_name(name) {
+                Some(metric) => it.metrics.get(metric),
+                None => it.score,
+            };
+            let asked = match (least.is_finite(), most.is_finite()) {
+                (true, true) => format!("{least} to {most}"),
+                (true, false) => format!("at least {least}"),
+                (false, true) => format!("at most {most}"),
+                (false, false) => "–".to_owned(),
+            };
+            let met = if value < least || value > most {
+                "✗ no"
+            } else {
+                "✓ yes"
+            };
+            page.add(format_args!(
+                "<tr><td>{name}<td>{value:.1}<td>{asked}<td>{met}<td class=\"l\">{}</tr>",
+                escape(rule.source)
+            ));
+        }
+        page.add(format_args!("</table>"));
+    }
+}
+
+pub(super) fn points(page: &mut Page, chapter: &Chapter) {
+    let it = &chapter.assessed;
+    if !it.lost.is_empty() {
+        page.add(format_args!(
+            "<h3>Points lost</h3><table><tr><th>metric<th>value<th>points<th class=\"l\">source of the \
+             weight</tr>"
+        ));
+        for lost in &it.lost {
+            page.add(format_args!(
+                "<tr><td>{}<td>{:.1}<td>{:.1}<td class=\"l\">{}</tr>",
+                lost.metric,
+                lost.value,
+                lost.points,
+                escape(chapter.rules.weight_source(it.task, lost.metric))
+            ));
+        }
+        page.add(format_args!("</table>"));
+    }
+}
+
+/// Writes published values beside the trainee's.
+pub(super) fn published(page: &mut Page, chapter: &Chapter) {
+    let it = &chapter.assessed;
+    let mut references = chapter.rules.references(it.task).peekable();
+    if references.peek().is_none() {
+        return;
+    }
+    page.add(format_args!(
+        "<h3>Published values</h3><p class=\"lead\">They come from other simulators or from operations. They say \
+         what is usual, and judge nothing.</p><table><tr><th>metric<th>here<th>published<th class=\"l\">of whom<th \
+         class=\"l\">source</tr>"
+    ));
+    for reference in references {
+        page.add(format_args!(
+            "<tr><td>{}<td>{}<td>{}<td class=\"l\">{}<td class=\"l\">{}</tr>",
+            reference.metric.name(),
+            shown(&it.metrics, reference.metric),
+            reference.value,
+            escape(&reference.who),
+            escape(&reference.source)
+        ));
+    }
+    page.add(format_args!("</table>"));
+}
+
+/// Writes the critical view of safety: what was achieved, and what the endoscope showed of it.
+pub(super) fn critical_view(page: &mut Page, chapter: &Chapter) {
+    let Some(cvs) = &chapter.assessed.cvs else {
+        return;
+    };
+    page.add(format_args!(
+        "<h3>Critical view of safety</h3><table><tr><th>criterion<th>achieved<th>most seen at once<th>best view from \
+         the front<th>best view from behind</tr>"
+    ));
+    let percent = |share: f64| match share.is_finite() {
+        true => format!("{:.0} %", 100.0 * share),
+        false => "–".to_owned(),
+    };
+    let of = |shown: Option<Shown>| {
+        shown.map_or([f64::NAN; 3], |it| [it.triangle, it.lower_bed, it.two])
+    };
+    let views = of(cvs.front).into_iter().zip(of(cvs.behind));
+    let rows = [
+        ("triangle free of tissue", cvs.triangle),
+        ("lower third of the bed free", cvs.lower_bed),
+        ("cystic duct and artery", cvs.two),
+    ];
+    for ((name, criterion), (front, behind)) in rows.into_iter().zip(views) {
+        page.add(format_args!(
+            "<tr><td>{name}<td>{}<td>{}<td>{}<td>{}</tr>",
+            percent(criterion.achieved),
+            percent(criterion.visible),
+            percent(front),
+            percent(behind)
+        ));
+    }
+    page.add(format_args!(
+        "</table><p class=\"lead\">Structures count as seen where they lie at rest. The view is not scored: the \
+         rules judge what is removed.</p>"
+    ));
+}

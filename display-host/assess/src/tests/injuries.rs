@@ -1,0 +1,377 @@
+//! Injuries and touches of protected structures: what they cost, and when they rule out a pass.
+
+use shared_mem::words::Instrument;
+
+use super::*;
+
+const BAG: u32 = 5;
+const HEPATIC: u32 = 6;
+const BOWEL: u32 = 7;
+
+/// The anatomy of the other tests, and organs that an operation may injure.
+fn whole() -> Anatomy {
+    let mut whole = anatomy();
+    for (name, kind) in [
+        ("gallbladder", OrganKind::Gallbladder),
+        ("hepatic artery", OrganKind::Vessel),
+        ("duodenum", OrganKind::Intestine),
+    ] {
+        let more = Anatomy::new(&[(name, kind)], &[]);
+        whole.organs.extend(more.organs);
+    }
+    whole
+}
+
+fn clamp() -> Assessment {
+    Assessment::new(Task::Clamp, Difficulty::Trainee, Rules::default(), whole())
+}
+
+/// The hand rests with this instrument and these switches.
+fn hold(assessment: &mut Assessment, at_s: f64, instrument: Instrument, switches: u8) {
+    let held = Movement {
+        instrument: instrument.number() as u8,
+        switches,
+        ..here([0.0, 0.0, -0.1])
+    };
+    assessment.take(&moved(at_s, held));
+    assessment.take(&moved(at_s + 0.05, held));
+}
+
+fn injured(organ: &str, injury: InjuryKind) -> Reason {
+    let organ = organ.to_owned();
+    Reason::Injured { organ, injury }
+}
+
+/// A task that is done once its vessels are clipped, with an error before.
+fn clamp_after(error: &Entry) -> Assessment {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    assessment.take(error);
+    if !assessment.is_over() {
+        clip_both(&mut assessment);
+    }
+    assessment
+}
+
+#[test]
+fn an_opened_bile_duct_ends_the_task_at_once() {
+    for (event_kind, value, kind) in [
+        (EventKind::Divided, 1.0, InjuryKind::Divided),
+        (EventKind::Perforation, 0.2, InjuryKind::Perforated),
+    ] {
+        let opened = event(0.1, event_kind.number(), BILE_DUCT, 0.0, value);
+        for task in [Task::Identify, Task::Clamp, Task::Full] {
+            let mut assessment = begin(task);
+            rest(&mut assessment, 0.0, 0.1);
+            assessment.take(&opened);
+            let status = assessment.status();
+            assert_eq!(status.outcome, Outcome::Failed, "{task:?}");
+            assert_eq!(status.reasons, [injured("bile duct", kind)]);
+            let assessed = assessment.end();
+            let found: Vec<_> = assessed
+                .injuries
+                .iter()
+                .map(|it| (it.kind, it.ends_task))
+                .collect();
+            assert_eq!(found, [(kind, true)]);
+            is(assessed.metrics.get(Metric::Injuries), 1.0);
+            assert!(assessed.score <= 60.0, "{}", assessed.score);
+        }
+        // Practice goes on.
+        let mut practice = begin(Task::Free);
+        practice.take(&opened);
+        assert!(!practice.is_over());
+        assert_eq!(practice.end().injuries.len(), 1);
+    }
+}
+
+#[test]
+fn a_bile_duct_burnt_more_than_its_wall_survives_rules_out_a_pass() {
+    let burn = |heat_j| event(0.1, EventKind::Burn.number(), BILE_DUCT, 0.0, heat_j);
+    let light = clamp_after(&burn(0.4));
+    assert_eq!(light.status().outcome, Outcome::Passed);
+    let deep = clamp_after(&burn(1.1)).end();
+    assert_eq!(deep.outcome, Outcome::Failed);
+    assert_eq!(deep.reasons[0], injured("bile duct", InjuryKind::Burnt));
+    assert!(!deep.injuries[0].ends_task);
+    // Heat adds up.
+    let mut often = begin(Task::Clamp);
+    rest(&mut often, 0.0, 0.1);
+    (0..3).for_each(|_| often.take(&burn(0.4)));
+    clip_both(&mut often);
+    assert_eq!(often.status().outcome, Outcome::Failed);
+}
+
+/// Bands of fat hold bile duct and liver. Their events name one of the two.
+#[test]
+fn a_torn_or_cut_band_is_no_injury() {
+    for kind in [EventKind::Tear, EventKind::Cut] {
+        let assessment = clamp_after(&event(0.1, kind.number(), BILE_DUCT, 0.0, 0.001));
+        assert!(assessment.end().injuries.is_empty(), "{kind:?}");
+    }
+}
+
+#[test]
+fn an_injured_liver_has_no_rule() {
+    let perforated = event(0.1, EventKind::Perforation.number(), LIVER, 0.0, 0.1);
+    assert!(clamp_after(&perforated).end().injuries.is_empty());
+}
+
+#[test]
+fn light_touches_are_counted_and_cost_nothing_and_presses_cost_without_an_early_end() {
+    let touched = |presses: u32| {
+        let mut assessment = clamp();
+        for touch in 0..60 {
+            let at_s = 2.0 * f64::from(touch);
+            rest(&mut assessment, at_s, at_s + 1.9);
+            let kind = EventKind::Contact.number();
+            assessment.take(&event(at_s + 1.9, kind, BILE_DUCT, 0.0, 0.03));
+            let press_n = if touch < presses { 0.25 } else { 0.15 };
+            let kind = EventKind::Press.number();
+            assessment.take(&event(at_s + 1.9, kind, BILE_DUCT, 0.0, press_n));
+            // Another organ may be pressed.
+            assessment.take(&event(at_s + 1.9, kind, LIVER, 0.0, 2.0));
+        }
+        clip_both(&mut assessment);
+        assessment.end()
+    };
+    let light = touched(0);
+    assert_eq!((light.outcome, light.alarms.len()), (Outcome::Passed, 0));
+    is(light.score, 100.0);
+    is(light.metrics.get(Metric::Touches), 60.0);
+    is(light.metrics.get(Metric::TouchesWrong), 0.0);
+    let hard = touched(7);
+    is(hard.score, 65.0);
+    assert_eq!((hard.outcome, hard.alarms.len()), (Outcome::Failed, 7));
+}
+
+#[test]
+fn any_touch_counts_by_an_older_file() {
+    let text = Rules::built_in().replace("touch_n = 0.2\n", "");
+    let rules = Rules::parse(&text).unwrap();
+    let mut assessment = Assessment::new(Task::Clamp, Difficulty::Trainee, rules, whole());
+    rest(&mut assessment, 0.0, 0.1);
+    for kind in [EventKind::Contact, EventKind::Press] {
+        assessment.take(&event(0.2, kind.number(), BILE_DUCT, 0.0, 0.3));
+    }
+    is(assessment.end().metrics.get(Metric::TouchesWrong), 1.0);
+}
+
+/// Each injury is told with its structure, kind, cause, severity and time.
+#[test]
+fn every_injury_has_its_cause_and_its_severity() {
+    use {EventKind as E, InjuryKind as K, Instrument as I, Severity as S};
+    let (off, cuts, dries) = (16, 17, 18);
+    for (instrument, switches, kind, organ, value, injury, cause, severity) in [
+        (
+            I::Scissors,
+            off,
+            E::Divided,
+            BILE_DUCT,
+            1.0,
+            K::Divided,
+            Cause::Cut,
+            S::Grave,
+        ),
+        (
+            I::Scissors,
+            off,
+            E::Perforation,
+            BILE_DUCT,
+            0.0,
+            K::Perforated,
+            Cause::Cut,
+            S::Grave,
+        ),
+        (
+            I::Grasper,
+            off,
+            E::Divided,
+            BILE_DUCT,
+            1.0,
+            K::Divided,
+            Cause::Torn,
+            S::Grave,
+        ),
+        (
+            I::Grasper,
+            off,
+            E::Perforation,
+            BILE_DUCT,
+            0.0,
+            K::Perforated,
+            Cause::Torn,
+            S::Grave,
+        ),
+        (
+            I::Hook,
+            cuts,
+            E::Divided,
+            BILE_DUCT,
+            1.0,
+            K::Divided,
+            Cause::Burnt,
+            S::Grave,
+        ),
+        (
+            I::Hook,
+            dries,
+            E::Perforation,
+            BILE_DUCT,
+            14.0,
+            K::Perforated,
+            Cause::Burnt,
+            S::Grave,
+        ),
+        (
+            I::Hook,
+            dries,
+            E::Burn,
+            BILE_DUCT,
+            1.2,
+            K::Burnt,
+            Cause::Burnt,
+            S::Serious,
+        ),
+        (
+            I::Scissors,
+            off,
+            E::Divided,
+            HEPATIC,
+            1.0,
+            K::Divided,
+            Cause::Cut,
+            S::Grave,
+        ),
+        (
+            I::Grasper,
+            off,
+            E::Perforation,
+            HEPATIC,
+            0.0,
+            K::Perforated,
+            Cause::Torn,
+            S::Grave,
+        ),
+        (
+            I::Hook,
+            cuts,
+            E::Burn,
+            HEPATIC,
+            1.2,
+            K::Burnt,
+            Cause::Burnt,
+            S::Serious,
+        ),
+        (
+            I::Hook,
+            cuts,
+            E::Perforation,
+            BOWEL,
+            42.0,
+            K::Perforated,
+            Cause::Burnt,
+            S::Serious,
+        ),
+        (
+            I::Hook,
+            cuts,
+            E::Burn,
+            BOWEL,
+            3.5,
+            K::Burnt,
+            Cause::Burnt,
+            S::Serious,
+        ),
+        (
+            I::Grasper,
+            off,
+            E::Perforation,
+            DUCT,
+            0.0,
+            K::Perforated,
+            Cause::Torn,
+            S::Serious,
+        ),
+        (
+            I::Grasper,
+            off,
+            E::Perforation,
+            ARTERY,
+            0.0,
+            K::Perforated,
+            Cause::Torn,
+            S::Serious,
+        ),
+        (
+            I::Hook,
+            cuts,
+            E::Perforation,
+            BAG,
+            28.0,
+            K::Perforated,
+            Cause::Burnt,
+            S::Minor,
+        ),
+    ] {
+        let mut assessment = clamp();
+        hold(&mut assessment, 3.0, instrument, switches);
+        assessment.take(&event(3.05, kind.number(), organ, 0.0, value));
+        if !assessment.is_over() {
+            clip_both(&mut assessment);
+        }
+        let assessed = assessment.end();
+        let what = format!(
+            "{instrument:?} {kind:?} of {organ}: {:?}",
+            assessed.injuries
+        );
+        assert_eq!(assessed.injuries.len(), 1, "{what}");
+        let found = &assessed.injuries[0];
+        assert_eq!(found.organ, whole().organs[organ as usize].name, "{what}");
+        assert_eq!(
+            (found.kind, found.cause, found.severity),
+            (injury, cause, severity),
+            "{what}"
+        );
+        assert!((found.at_s - 0.05).abs() < 1e-6, "{what}");
+        assert_eq!(found.ends_task, severity == S::Grave, "{what}");
+        let is_passed = assessed.outcome == Outcome::Passed;
+        assert_eq!(
+            is_passed,
+            severity == S::Minor,
+            "{what} {:?}",
+            assessed.reasons
+        );
+        assert!(
+            assessed.score <= if is_passed { 90.0 } else { 60.0 },
+            "{what}"
+        );
+    }
+}
+
+/// A hook under current may tear a tube, too: the tear is told just before the division.
+#[test]
+fn a_division_that_follows_a_tear_is_torn() {
+    let mut assessment = clamp();
+    hold(&mut assessment, 0.0, Instrument::Hook, 17);
+    for kind in [EventKind::Tear, EventKind::Divided] {
+        assessment.take(&event(0.1, kind.number(), BILE_DUCT, 0.0, 1.0));
+    }
+    assert_eq!(assessment.end().injuries[0].cause, Cause::Torn);
+}
+
+/// Cystic duct and artery are there to be divided.
+#[test]
+fn a_divided_cystic_duct_is_no_injury() {
+    let mut assessment = begin(Task::Cut);
+    rest(&mut assessment, 0.0, 0.5);
+    clip_both(&mut assessment);
+    cut(&mut assessment, 0.6, DUCT);
+    cut(&mut assessment, 0.6, ARTERY);
+    rest(&mut assessment, 0.7, 5.0);
+    let assessed = assessment.end();
+    assert_eq!(
+        (assessed.outcome, assessed.injuries.len()),
+        (Outcome::Passed, 0)
+    );
+}

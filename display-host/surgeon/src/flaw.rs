@@ -1,0 +1,60 @@
+//! Flaws of clumsy hands: tremor, an endoscope that wanders off, rests in the middle of a movement.
+
+use core::f64::consts::TAU;
+
+use crate::plan::Surgeon;
+use crate::work::Work;
+
+/// Frequency of a tremor, Hz: physiological tremor has 8 to 12 Hz.
+const TREMOR_HZ: f64 = 8.0;
+/// Amplitude of the tremor, m. Metrics leave out movements within 1.6 mm, so a smaller one would
+/// not show.
+const TREMOR_M: f64 = 0.002;
+/// Angle by which the endoscope wanders off in an operation, rad, and the time until it is back, s.
+/// The picture ends 0.61 rad off its middle.
+const WANDER: [f64; 2] = [0.9, 12.0];
+/// Sway of the endoscope while it shows an organ: angle, rad, and time, s. A hand that trembles
+/// moves the middle of the picture by 1.2 mm at 10 cm, one that wanders by 12 mm.
+const TREMBLE_SHOWING: [f64; 2] = [0.012, 0.7];
+const WANDER_SHOWING: [f64; 2] = [0.12, 3.0];
+/// Time from one rest to the next, s.
+const REST_EVERY_S: f64 = 8.0;
+/// Length of a rest, s. Idle time counts from 1 s.
+const REST_S: f64 = 3.0;
+
+impl Work<'_> {
+    /// True while a pausing hand rests.
+    pub(crate) fn rests(&self) -> bool {
+        self.surgeon == Surgeon::Pausing && self.seen.at_s % REST_EVERY_S > REST_EVERY_S - REST_S
+    }
+
+    /// Adds the present flaw of the hand to what is asked of it.
+    pub(crate) fn stumble(&mut self) {
+        match self.surgeon {
+            Surgeon::Trembling if self.shows => self.sway(TREMBLE_SHOWING),
+            Surgeon::Trembling => self.tremble(),
+            Surgeon::Wandering if self.shows => self.sway(WANDER_SHOWING),
+            Surgeon::Wandering => self.sway(WANDER),
+            _ => {}
+        }
+    }
+
+    fn tremble(&mut self) {
+        let turns = TREMOR_HZ * self.seen.at_s;
+        let off_m = [(turns * TAU).sin(), (turns * TAU).cos()].map(|it| TREMOR_M * it);
+        let sums = self.asked.moved_m.iter_mut();
+        for ((sum, off_m), last_m) in sums.zip(off_m).zip(&mut self.flaw) {
+            *sum += off_m - *last_m;
+            *last_m = off_m;
+        }
+    }
+
+    /// Turns the endoscope to and fro.
+    fn sway(&mut self, [most_rad, period_s]: [f64; 2]) {
+        let off_rad = most_rad * (self.seen.at_s / period_s * TAU).sin();
+        let [last_rad, _] = &mut self.flaw;
+        let [left, _] = &mut self.asked.scope_turned_rad;
+        *left += off_rad - *last_rad;
+        *last_rad = off_rad;
+    }
+}

@@ -1,0 +1,125 @@
+//! Slits: tubes that are torn, cut or burnt half through, and stay so.
+
+use crate::procedure::vessel::hole::{Hole, Opening};
+use crate::procedure::vessel::{Progress, Vessels};
+use crate::scene::{Inside, Scene};
+use crate::tissue::Bodies;
+
+/// Share of its stiffness that a tube's link has left when half of its fibres are parted: `(1 − p)
+/// / (1 + p)` with `p = 1/2` (`tissue::damage`).
+const HALF_LEFT: f32 = 1.0 / 3.0;
+/// Time for which a link is half parted before it leaks, ticks. A division that goes on is through
+/// by then: fibres tear in 50 ms, and the jaws of a button close in 150 ms.
+const HALF_TICKS: u32 = 100;
+
+impl Vessels {
+    /// Finds links of tubes that have become half parted. O(links of vessels and ducts).
+    pub(super) fn find_slits(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
+        for hole in self.holes.iter_mut().filter(|it| it.waits > 0) {
+            hole.waits -= 1;
+            if hole.waits == 0 {
+                self.progress = Progress::Changed;
+            }
+        }
+        for (organ, it) in (0u8..).zip(scene.organs) {
+            if !matches!(it.inside, Inside::Blood | Inside::Bile) {
+                continue;
+            }
+            for step in bodies.beads.steps_of(organ) {
+                let left = bodies.parted.left_of_link(step.link);
+                if left > HALF_LEFT || left <= 0.0 {
+                    continue;
+                }
+                let (link, sphere) = (step.link, u32::from(step.a));
+                let slit = Opening::Slit { link, sphere };
+                if !self.is_open(slit) {
+                    let waits = HALF_TICKS;
+                    let hole = Hole {
+                        waits,
+                        ..Hole::new(slit)
+                    };
+                    self.is_overrun |= self.holes.push(hole).is_err();
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::math::Vec3;
+    use crate::procedure::clip::Clips;
+    use crate::procedure::journal::Journal;
+    use crate::scene::Link;
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::words::EventKind;
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    /// An artery of eleven spheres, held at its left end. Link 5 has this share of its stiffness
+    /// left, and is divided after some ticks if `parts`. Returns the events' kinds and values.
+    fn reported(left: f32, ticks: u32, parts: bool) -> Vec<(EventKind, f32)> {
+        let spheres: Vec<_> = (0..11)
+            .map(|i| crate::scene::RestSphere {
+                held: i == 0,
+                ..sphere(Vec3::new(0.002 * i as f32, 0.0, 0.0), 0.001)
+            })
+            .collect();
+        let links: Vec<_> = (0..10)
+            .map(|a| Link {
+                a,
+                b: a + 1,
+                rest_length_m: 0.002,
+                compliance_m_n: 0.2,
+            })
+            .collect();
+        let organs = [crate::scene::Organ {
+            inside: Inside::Blood,
+            ..organ(0, 11, 0, 10)
+        }];
+        let scene = Scene::new(&organs, &spheres, &links, room()).expect("sound");
+        let mut state = Box::new(crate::state::State::new());
+        state.bodies.load(&scene);
+        state.bodies.begin(&scene, true);
+        state.bodies.parted.leave_of_link(5, left);
+        let (clips, mut journal) = (Clips::default(), Journal::default());
+        let mut events = Vec::new();
+        for tick in 0..ticks {
+            journal.begin();
+            if parts && tick == ticks / 2 {
+                state.bodies.parted.part_link(5);
+                state.vessels.note_change();
+            }
+            let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
+            vessels.flow(&scene, &clips, bodies, &mut journal);
+            events.extend(journal.events().iter().map(|it| (it.kind, it.value)));
+        }
+        events
+    }
+
+    #[test]
+    fn a_vessel_that_stays_half_parted_leaks_half() {
+        assert_eq!(
+            reported(0.4, 300, false),
+            [],
+            "a little more than half is left"
+        );
+        assert_eq!(reported(0.3, HALF_TICKS, false), [], "it may go on");
+        let both = [(EventKind::Perforation, 0.0), (EventKind::Leak, 0.5)];
+        assert_eq!(reported(0.3, 300, false), both);
+    }
+
+    #[test]
+    fn a_division_that_goes_on_is_no_slit_and_one_later_leaks_at_its_end() {
+        let kinds = |ticks| {
+            let events = reported(0.3, ticks, true);
+            events.iter().map(|it| it.0).collect::<Vec<_>>()
+        };
+        assert_eq!(kinds(150), [EventKind::Divided, EventKind::Leak]);
+        let all = reported(0.3, 600, true);
+        let leaks = all.iter().filter(|it| it.0 == EventKind::Leak);
+        assert_eq!(leaks.map(|it| it.1).collect::<Vec<_>>(), [0.5, 0.0, 1.0]);
+    }
+}
