@@ -26,9 +26,9 @@ const SETTLED: u32 = 1024;
 /// Deviations of the jitter that the ticks leave between arrival and start. A normal arrival is
 /// later once in 30 000 ticks.
 const DEVIATIONS: f64 = 4.0;
-/// Bounds of the wait that the ticks aim at, as shares of the period. Below the first a late wake-up
-/// of the line's thread would lose samples. Above the second, the gain against the mean wait of half
-/// a period is less than half: the loop rests.
+/// Bounds of the wait that the ticks aim at, as shares of the period. Below the first a late
+/// wake-up of the line's thread would lose samples. Above the second, the gain against the mean
+/// wait of half a period is less than half: the loop rests.
 const AIM: [f64; 2] = [0.04, 0.25];
 
 /// The loop.
@@ -54,8 +54,8 @@ impl Phase {
         }
     }
 
-    /// Takes the arrival of the sample that a tick used, if a new one came, and the tick's scheduled
-    /// start. Returns the step of the next tick's start, ns: negative is earlier.
+    /// Takes the arrival of the sample that a tick used, if a new one came, and the tick's
+    /// scheduled start. Returns the step of the next tick's start, ns: negative is earlier.
     pub fn step_ns(&mut self, scheduled_ns: u64, arrived_ns: Option<u64>) -> i64 {
         let Some(arrived_ns) = arrived_ns else {
             return 0;
@@ -78,7 +78,8 @@ impl Phase {
         step_ns.clamp(-STEP_MAX_NS, STEP_MAX_NS).round() as i64
     }
 
-    /// Wait that the ticks aim at, as a share of the period. `None` while the line jitters too much.
+    /// Wait that the ticks aim at, as a share of the period. `None` while the line jitters too
+    /// much.
     fn aim(&self) -> Option<f64> {
         let [x, y] = self.mean;
         let length = x.hypot(y).clamp(1e-9, 1.0);
@@ -113,8 +114,8 @@ mod tests {
     }
 
     /// Runs a minute of ticks beside a device. Its samples are sent every `device_ns`, `first_ns`
-    /// after the first tick, and jitter by `jitter_ns`. Returns the waits of the last ten seconds and
-    /// the steps of all ticks.
+    /// after the first tick, and jitter by `jitter_ns`. Returns the waits of the last ten seconds
+    /// and the steps of all ticks.
     fn minute(device_ns: f64, first_ns: f64, jitter_ns: f64) -> (Vec<u64>, Vec<i64>) {
         let mut phase = Phase::new(PERIOD_NS);
         let mut chance = Even(7);
