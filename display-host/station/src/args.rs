@@ -63,6 +63,10 @@ pub(crate) struct RealtimeArgs {
     /// processor time
     #[arg(long, value_name = "µs", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=500))]
     pub(crate) spin: u64,
+    /// Let the ticks follow the arrivals of the haptic device's samples, by at most 1 µs a tick, so
+    /// that samples wait less for the tick. It rests while the line jitters
+    #[arg(long)]
+    pub(crate) follow_device: bool,
     /// Realtime scheduler of Linux. fifo pins the tick to --core; deadline reserves time for each
     /// tick, on any core
     #[arg(long, value_enum, default_value_t = SchedulerName::Fifo)]
@@ -195,6 +199,7 @@ impl RealtimeArgs {
             (self.no_realtime, "--no-realtime"),
             (self.strict, "--strict"),
             (self.must_fit, "--must-fit"),
+            (self.follow_device, "--follow-device"),
         ];
         words.extend(flags.into_iter().filter(|f| f.0).map(|f| f.1.into()));
         words

@@ -57,6 +57,7 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
         .publisher_priority
         .min(args.controller.realtime.priority - 1);
     config.spin_ns = args.controller.realtime.spin * 1000;
+    config.follows_device = args.controller.realtime.follow_device;
     config.scheduler = match args.controller.realtime.scheduler {
         SchedulerName::Fifo => Scheduler::Fifo,
         SchedulerName::Deadline => Scheduler::Deadline,

@@ -78,6 +78,8 @@ pub struct RtConfig {
     /// wake-up latency and costs processor time. At most half a period, because Linux throttles a
     /// thread that never sleeps.
     pub spin_ns: u64,
+    /// Let the ticks follow the arrivals of the haptic device's samples ([`crate::phase`]).
+    pub follows_device: bool,
     /// Number of ticks per published frame. A frame has the spheres and the tools.
     pub publish_every: u32,
     /// Number of periods (run or missed) after which the run ends; `None`: until stopped.
@@ -113,6 +115,7 @@ impl RtConfig {
             publisher_priority: 40,
             period_ns: 1_000_000,
             spin_ns: 0,
+            follows_device: false,
             publish_every: 4,
             periods_max: None,
             // The force needs no person to enable it: it rises by the ramp from the start.

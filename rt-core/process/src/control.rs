@@ -14,13 +14,24 @@ const BREATHLESS_MAX: u32 = 10;
 
 /// Runs `tick` on the schedule until it returns `Break`. After a stall, the periods that passed are
 /// skipped and counted; there is no burst to catch up.
-pub async fn control(mut schedule: Schedule, mut tick: impl FnMut(Due) -> ControlFlow<()>) {
+pub async fn control(schedule: Schedule, tick: impl FnMut(Due) -> ControlFlow<()>) {
+    following(schedule, tick, || 0).await;
+}
+
+/// Runs `tick` as [`control`] does. After each tick, `step_ns` says by how much the next ones start
+/// later; a negative number is earlier.
+pub async fn following(
+    mut schedule: Schedule,
+    mut tick: impl FnMut(Due) -> ControlFlow<()>,
+    mut step_ns: impl FnMut() -> i64,
+) {
     let mut breathless = 0;
     loop {
         Timer::at(Instant::from_ticks(schedule.next_ns())).await;
         if tick(schedule.begin(now_ns())).is_break() {
             return;
         }
+        schedule.step(step_ns());
         let now = now_ns();
         breathless = if now < schedule.next_ns() {
             0

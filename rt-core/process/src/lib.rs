@@ -40,6 +40,7 @@ mod held_back;
 mod held_pedal;
 mod inputs;
 pub mod notice;
+pub mod phase;
 pub mod probe;
 mod publisher;
 pub mod realtime;

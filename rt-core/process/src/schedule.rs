@@ -51,6 +51,14 @@ impl Schedule {
         }
     }
 
+    /// Moves the following ticks. The step is at most a hundredth of a period either way.
+    pub fn step(&mut self, by_ns: i64) {
+        let most = i64::try_from(self.period_ns / 100).unwrap_or(i64::MAX);
+        let by_ns = by_ns.clamp(-most, most);
+        self.next_ns = self.next_ns.saturating_add_signed(by_ns);
+        self.rest_until_ns = self.rest_until_ns.saturating_add_signed(by_ns);
+    }
+
     /// Returns the tick that starts at `now_ns` and advances: the next one is due at the first grid
     /// point after `now_ns`. Whole periods in between are skipped.
     pub fn begin(&mut self, now_ns: u64) -> Due {
@@ -96,6 +104,20 @@ mod tests {
             (1_100, 2, 1_400)
         );
         assert_eq!(schedule.next_ns(), 1_400);
+    }
+
+    #[test]
+    fn a_step_moves_all_following_ticks_by_at_most_a_hundredth() {
+        let mut schedule = Schedule::new(1_000_000, 100_000);
+        schedule.step(300);
+        assert_eq!(schedule.next_ns(), 1_000_300);
+        let due = schedule.begin(1_000_300);
+        assert_eq!((due.deadline_ns, due.missed), (1_100_300, 0));
+        schedule.step(-90_000);
+        assert_eq!(schedule.next_ns(), 1_099_300);
+        schedule.rest(1_150_000);
+        schedule.step(-300);
+        assert_eq!(schedule.next_ns(), 1_199_000, "a rest moves along");
     }
 
     proptest! {

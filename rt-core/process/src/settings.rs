@@ -16,6 +16,7 @@ pub(crate) struct Settings {
     pub(crate) scheduler: Scheduler,
     pub(crate) period_ns: u64,
     pub(crate) spin_ns: u64,
+    pub(crate) follows_device: bool,
     pub(crate) publish_every: u32,
     /// Time that each stage needs, ns: measured at admission, or else its budget.
     pub(crate) needs_ns: [u64; STAGES],
@@ -35,6 +36,7 @@ impl Settings {
             scheduler: config.scheduler,
             period_ns: config.period_ns,
             spin_ns: config.spin_ns,
+            follows_device: config.follows_device,
             publish_every: config.publish_every,
             periods_max: config.periods_max,
             parameters: config.parameters,

@@ -19,6 +19,7 @@ use crate::frames;
 use crate::handover::Filler;
 use crate::held_back::HeldBack;
 use crate::inputs;
+use crate::phase::Phase;
 use crate::schedule::Due;
 use crate::settings::Settings;
 use crate::shared::Shared;
@@ -59,6 +60,8 @@ pub(crate) struct World {
     /// Status of haptic device, tracker and pedal, as the last tick had it.
     device_status: [Status; 3],
     held_back: HeldBack,
+    /// Loop that moves the ticks to just after the device's samples; `None`: they stay.
+    phase: Option<Phase>,
 }
 
 /// Simulation and world, advanced one control period at a time.
@@ -107,6 +110,9 @@ impl World {
             input: bytemuck::Zeroable::zeroed(),
             device_status: [Status::Absent; 3],
             held_back: HeldBack::default(),
+            phase: settings
+                .follows_device
+                .then(|| Phase::new(settings.period_ns)),
         }
     }
 
@@ -332,6 +338,16 @@ impl Tick {
         match shared.asked_to_end() {
             None => ControlFlow::Continue(()),
             Some(_) => ControlFlow::Break(()),
+        }
+    }
+
+    /// Step of the next tick's start, ns, after a tick.
+    pub(crate) fn step_ns(&mut self) -> i64 {
+        let world = &mut self.world;
+        let (scheduled_ns, arrived_ns) = (world.record.scheduled_ns, world.fresh_at_ns);
+        match &mut world.phase {
+            Some(phase) => phase.step_ns(scheduled_ns, arrived_ns),
+            None => 0,
         }
     }
 

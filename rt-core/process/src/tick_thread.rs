@@ -16,7 +16,7 @@ use shared_mem::message::{TIMING_BATCH, TimingBatch};
 use crate::account::{BatchDone, account};
 use crate::alloc_counter;
 use crate::config::{Realtime, Scheduler};
-use crate::control::control;
+use crate::control::following;
 use crate::devices::Devices;
 use crate::executor::Executor;
 use crate::inputs;
@@ -85,9 +85,12 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     let batch_done: Rc<BatchDone> = Rc::new(Signal::new());
     let first_ns = now_ns() + START_DELAY_NS;
     let schedule = Schedule::new(first_ns, settings.period_ns);
-    executor.spawn(control(
+    let steps = Rc::clone(&tick);
+    executor.spawn(following(
         schedule,
         ticking(Rc::clone(&tick), Rc::clone(&batch_done), start.scope_line),
+        // The tick has ended, so nobody else borrows it.
+        move || steps.try_borrow_mut().map_or(0, |mut tick| tick.step_ns()),
     ));
     executor.spawn(account(
         batch_done,
