@@ -7,7 +7,7 @@ mod paths;
 
 pub use drawing::learning_curve;
 pub use outline::Outlines;
-pub use page::html;
+pub use page::{Names, html};
 
 use crate::assessment::Assessed;
 use crate::rules::Rules;
@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn a_page_stands_alone_and_takes_no_markup_from_a_file() {
         let evil = "<script src=\"http://x\">";
-        let page = html(&[chapter(evil), chapter("b")]);
+        let page = html(&[chapter(evil), chapter("b")], &str::to_owned);
         assert!(!page.contains("<script") && page.contains("&lt;script"));
         assert!(!page.contains("href=") && !page.contains("src=\"http"));
         assert!(page.contains("data:image/png;base64,AQID"));
@@ -179,7 +179,7 @@ mod tests {
                 value,
             });
         }
-        let page = html(&[told]);
+        let page = html(&[told], &str::to_owned);
         for sentence in [
             "At 7 s the liver fell 250 mm off its place, and nobody had freed it: the scene is at fault",
             "At 7 s the liver shook at up to 58 mm/s without being moved: the scene is at fault",
@@ -196,7 +196,7 @@ mod tests {
             for (metric, value) in values {
                 chapter.assessed.metrics.set(*metric, *value);
             }
-            html(&[chapter])
+            html(&[chapter], &str::to_owned)
         };
         let page = with(&[
             (Metric::Paused, 60.0),
@@ -224,7 +224,7 @@ mod tests {
             ends_task: true,
             source: "<a book>".to_owned(),
         });
-        let page = html(&[injured]);
+        let page = html(&[injured], &str::to_owned);
         for expected in [
             "<td>3.0 s<td class=\"l\">bile duct<td class=\"l\">perforated<td class=\"l\">traction<td \
              class=\"l\">ends the task<td class=\"l\">&lt;a book&gt;",
@@ -244,7 +244,7 @@ mod tests {
                 past: Vec::new(),
                 ..chapter("a")
             });
-            html(&both)
+            html(&both, &str::to_owned)
         };
         let [persons, one] = [of([false; 2]), of([false, true])];
         for told in [

@@ -17,19 +17,38 @@ const MORE: &str = "h3{margin-top:1.6rem;font-size:1.05rem}td,th{vertical-align:
 .open{background:#fdf4dc;border-left:4px solid #b7791f;padding:.5rem 1rem}.score{font-size:2.2rem;\
 font-weight:600}";
 
-struct Page(String);
+/// Names of metrics in the reader's language, by their names in JSON.
+pub type Names<'a> = &'a dyn Fn(&str) -> String;
 
-impl Page {
+struct Page<'a> {
+    text: String,
+    names: Names<'a>,
+}
+
+impl Page<'_> {
     fn add(&mut self, text: core::fmt::Arguments<'_>) {
         // Writing to a string cannot fail.
-        let _ = self.0.write_fmt(text);
+        let _ = self.text.write_fmt(text);
+    }
+
+    /// Name of a metric, or of the score, with its unit.
+    fn named(&self, name: &str) -> String {
+        let title = escape(&(self.names)(name));
+        match Metric::from_name(name).map(Metric::unit) {
+            None | Some("1" | "n") => title,
+            Some("deg") => format!("{title}, °"),
+            Some(unit) => format!("{title}, {unit}"),
+        }
     }
 }
 
 /// The report of these sessions, in the order given.
 #[must_use]
-pub fn html(chapters: &[Chapter]) -> String {
-    let mut page = Page(String::new());
+pub fn html(chapters: &[Chapter], names: Names<'_>) -> String {
+    let mut page = Page {
+        text: String::new(),
+        names,
+    };
     page.add(format_args!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
          content=\"width=device-width\"><title>Calot: debrief</title><style>{STYLE}{MORE}</style>\
@@ -42,10 +61,10 @@ pub fn html(chapters: &[Chapter]) -> String {
         one(&mut page, chapter);
     }
     definitions(&mut page);
-    page.0 + "</html>\n"
+    page.text + "</html>\n"
 }
 
-fn together(page: &mut Page, chapters: &[Chapter]) {
+fn together(page: &mut Page<'_>, chapters: &[Chapter]) {
     page.add(format_args!(
         "<h2>Sessions</h2><table><tr><th>when<th>task<th>outcome<th>score<th>time, s<th>path, m<th>alarms</tr>"
     ));
@@ -79,7 +98,7 @@ fn outcome(chapter: &Chapter) -> String {
     }
 }
 
-fn one(page: &mut Page, chapter: &Chapter) {
+fn one(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     page.add(format_args!(
         "<h2>{}</h2><p class=\"lead\">{}, {}, scene {}. {}</p>",
@@ -148,7 +167,7 @@ fn one(page: &mut Page, chapter: &Chapter) {
 }
 
 /// Reports if the simulation kept up with real time.
-fn ticks(page: &mut Page, chapter: &Chapter) {
+fn ticks(page: &mut Page<'_>, chapter: &Chapter) {
     let Some(ticks) = &chapter.ticks else {
         return;
     };
@@ -176,7 +195,7 @@ fn ticks(page: &mut Page, chapter: &Chapter) {
     ));
 }
 
-fn verdict(page: &mut Page, chapter: &Chapter) {
+fn verdict(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     let class = match it.outcome {
         Outcome::Passed => "good",
@@ -211,7 +230,7 @@ fn verdict(page: &mut Page, chapter: &Chapter) {
 }
 
 /// Writes which organs fell or shook, because that is no fault of the trainee.
-fn unrest(page: &mut Page, moments: &[Moment]) {
+fn unrest(page: &mut Page<'_>, moments: &[Moment]) {
     for moment in moments {
         let what = match moment.what.as_str() {
             "fall" => format!(
@@ -239,7 +258,7 @@ fn unrest(page: &mut Page, moments: &[Moment]) {
 const NOISE_MAX_MM: f64 = 0.7;
 
 /// Writes the times that do not count as the trainee's, and the noise of the handle.
-fn not_counted(page: &mut Page, values: &Values) {
+fn not_counted(page: &mut Page<'_>, values: &Values) {
     let times = [
         (Metric::Paused, "The task was paused for"),
         (Metric::Gaps, "The recording has gaps of"),
@@ -275,7 +294,7 @@ fn not_counted(page: &mut Page, values: &Values) {
     }
 }
 
-fn pictures(page: &mut Page, chapter: &Chapter) {
+fn pictures(page: &mut Page<'_>, chapter: &Chapter) {
     if chapter.pictures.is_empty() {
         return;
     }
@@ -291,7 +310,7 @@ fn pictures(page: &mut Page, chapter: &Chapter) {
     page.add(format_args!("</div>"));
 }
 
-fn past(page: &mut Page, chapter: &Chapter) {
+fn past(page: &mut Page<'_>, chapter: &Chapter) {
     if chapter.past.is_empty() {
         return;
     }
@@ -332,9 +351,9 @@ fn past(page: &mut Page, chapter: &Chapter) {
             Metric::Economy => None,
             _ => before().copied().min_by(f64::total_cmp),
         };
+        let name = page.named(metric.name());
         page.add(format_args!(
-            "<tr><td>{}<td>{}<td>{}<td>{}</tr>",
-            metric.name(),
+            "<tr><td>{name}<td>{}<td>{}<td>{}</tr>",
             shown(&it.metrics, metric),
             text(before().next_back().copied()),
             text(best)
@@ -343,7 +362,7 @@ fn past(page: &mut Page, chapter: &Chapter) {
     page.add(format_args!("</table>"));
 }
 
-fn sheet(page: &mut Page, chapter: &Chapter) {
+fn sheet(page: &mut Page<'_>, chapter: &Chapter) {
     if chapter.sheet.is_empty() {
         return;
     }
@@ -373,16 +392,17 @@ fn shown(values: &Values, metric: Metric) -> String {
     }
 }
 
-fn metrics(page: &mut Page, chapter: &Chapter) {
+fn metrics(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!(
-        "<h3>All metrics</h3><details><summary>Show</summary><table><tr><th>metric<th>value<th>unit</tr>"
+        "<h3>All metrics</h3><details><summary>Show</summary><table><tr><th>metric<th>value<th class=\"l\">name in JSON \
+         and rules</tr>"
     ));
     for metric in Metric::ALL {
+        let name = page.named(metric.name());
         page.add(format_args!(
-            "<tr><td>{}<td>{}<td>{}</tr>",
-            metric.name(),
+            "<tr><td>{name}<td>{}<td class=\"l\"><code>{}</code></tr>",
             shown(&chapter.assessed.metrics, metric),
-            metric.unit()
+            metric.name()
         ));
     }
     page.add(format_args!(
@@ -392,15 +412,15 @@ fn metrics(page: &mut Page, chapter: &Chapter) {
     ));
 }
 
-fn definitions(page: &mut Page) {
+fn definitions(page: &mut Page<'_>) {
     page.add(format_args!(
         "<h2>What the metrics are</h2><details><summary>Show</summary><table><tr><th>metric<th class=\"l\">\
          definition<th class=\"l\">source</tr>"
     ));
     for metric in Metric::ALL {
+        let name = page.named(metric.name());
         page.add(format_args!(
-            "<tr><td>{}<td class=\"l\">{}<td class=\"l\">{}</tr>",
-            metric.name(),
+            "<tr><td>{name}<td class=\"l\">{}<td class=\"l\">{}</tr>",
             escape(metric.definition()),
             escape(metric.source())
         ));

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use assess::report::{Chapter, Outlines, Ticks, html};
 use assess::{Anatomy, Assessment, Difficulty, Metric, Rules, Task};
+use display_host::words::{Language, Words};
 use session::{Assignment, End, Operation};
 use store::Hand;
 
@@ -185,9 +186,11 @@ pub(crate) fn hand(is_scripted: bool) -> Hand {
 
 /// Writes the page and prints its path.
 pub(crate) fn write(chapters: &[Chapter], out: &Path) -> Result<(), Problem> {
+    let words = Words::new(Language::English);
+    let page = html(chapters, &|name| words.metric(name));
     let write = || {
         let mut file = session::create_private(out)?;
-        std::io::Write::write_all(&mut file, html(chapters).as_bytes())
+        std::io::Write::write_all(&mut file, page.as_bytes())
     };
     write().map_err(|error: std::io::Error| {
         format!(

@@ -8,7 +8,7 @@ use crate::metrics::Metric;
 use crate::report::Chapter;
 use crate::view::Shown;
 
-pub(super) fn injuries(page: &mut Page, injuries: &[Injury]) {
+pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
     if injuries.is_empty() {
         return;
     }
@@ -35,7 +35,7 @@ pub(super) fn injuries(page: &mut Page, injuries: &[Injury]) {
     page.add(format_args!("</table>"));
 }
 
-pub(super) fn pass_rules(page: &mut Page, chapter: &Chapter) {
+pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     let pass = chapter.rules.pass(it.task);
     if !pass.is_empty() {
@@ -59,6 +59,7 @@ pub(super) fn pass_rules(page: &mut Page, chapter: &Chapter) {
             } else {
                 "✓ yes"
             };
+            let name = page.named(name);
             page.add(format_args!(
                 "<tr><td>{name}<td>{value:.1}<td>{asked}<td>{met}<td class=\"l\">{}</tr>",
                 escape(rule.source)
@@ -68,7 +69,7 @@ pub(super) fn pass_rules(page: &mut Page, chapter: &Chapter) {
     }
 }
 
-pub(super) fn points(page: &mut Page, chapter: &Chapter) {
+pub(super) fn points(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     if !it.lost.is_empty() {
         page.add(format_args!(
@@ -76,9 +77,9 @@ pub(super) fn points(page: &mut Page, chapter: &Chapter) {
              weight</tr>"
         ));
         for lost in &it.lost {
+            let name = page.named(lost.metric);
             page.add(format_args!(
-                "<tr><td>{}<td>{:.1}<td>{:.1}<td class=\"l\">{}</tr>",
-                lost.metric,
+                "<tr><td>{name}<td>{:.1}<td>{:.1}<td class=\"l\">{}</tr>",
                 lost.value,
                 lost.points,
                 escape(chapter.rules.weight_source(it.task, lost.metric))
@@ -89,7 +90,7 @@ pub(super) fn points(page: &mut Page, chapter: &Chapter) {
 }
 
 /// Writes published values beside the trainee's.
-pub(super) fn published(page: &mut Page, chapter: &Chapter) {
+pub(super) fn published(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     let mut references = chapter.rules.references(it.task).peekable();
     if references.peek().is_none() {
@@ -101,9 +102,9 @@ pub(super) fn published(page: &mut Page, chapter: &Chapter) {
          class=\"l\">source</tr>"
     ));
     for reference in references {
+        let name = page.named(reference.metric.name());
         page.add(format_args!(
-            "<tr><td>{}<td>{}<td>{}<td class=\"l\">{}<td class=\"l\">{}</tr>",
-            reference.metric.name(),
+            "<tr><td>{name}<td>{}<td>{}<td class=\"l\">{}<td class=\"l\">{}</tr>",
             shown(&it.metrics, reference.metric),
             reference.value,
             escape(&reference.who),
@@ -114,7 +115,7 @@ pub(super) fn published(page: &mut Page, chapter: &Chapter) {
 }
 
 /// Writes the critical view of safety: what was achieved, and what the endoscope showed of it.
-pub(super) fn critical_view(page: &mut Page, chapter: &Chapter) {
+pub(super) fn critical_view(page: &mut Page<'_>, chapter: &Chapter) {
     let Some(cvs) = &chapter.assessed.cvs else {
         return;
     };
