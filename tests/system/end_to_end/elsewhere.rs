@@ -136,12 +136,15 @@ impl Process {
         found.unwrap_or_default()
     }
 
-    /// Asks the process to end and returns its last line.
+    /// Asks the process to end and returns its last line. Its exit status must say whether it ever
+    /// connected.
     fn end(mut self) -> Value {
         signal(self.child.id(), Signal::TERM);
         let status = self.child.wait().expect("it ends");
-        assert!(status.success(), "{status}");
-        self.says("its last words", |it| it["states"].is_number())
+        let last = self.says("its last words", |it| it["states"].is_number());
+        let connected = last["connections"].as_u64() > Some(0);
+        assert_eq!(status.success(), connected, "{status}: {last}");
+        last
     }
 }
 

@@ -47,7 +47,8 @@ pub struct Summary {
     /// Time from published state to submitted frame, for frames drawn from the newest state.
     pub publish_to_frame_ns: Quantiles,
     /// Time from device sample to the picture that is handed to the screen, for frames drawn from
-    /// the newest state.
+    /// the newest state. The key keeps its first name; it does not reach the light.
+    #[serde(rename = "motion_to_photon_ns")]
     pub motion_to_picture_ns: Quantiles,
     /// Force on the hand in the published tool states (every fourth tick).
     pub force_n: Range,
