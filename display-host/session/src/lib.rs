@@ -61,6 +61,7 @@ mod describe;
 mod error;
 mod file;
 mod health;
+mod index;
 mod info;
 pub mod inputs_file;
 mod opened;
@@ -88,7 +89,7 @@ pub use record::{Config, Listening, Recording, Sight, check_target};
 pub use records::End;
 pub use repair::{Repaired, repair};
 pub use storage::{Storage, create_private, is_being_recorded};
-pub use surfaces::{Surface, SurfaceFile};
+pub use surfaces::{SURFACES_BY, Surface, SurfaceFile};
 pub use timeline::Times;
 pub use times::TickTimes;
 

@@ -9,10 +9,14 @@ use mcap::records::{Metadata, Record, op};
 use mcap::write::{NoSeek, Writer};
 
 use crate::error::ReadError;
+use crate::index;
 use crate::info;
 use crate::opened;
 use crate::records::{self, End, Records};
 use crate::storage::create_private;
+
+/// Reason for a repair of a session whose data are whole.
+const NO_INDEX: &str = "its index is missing or damaged; its data are whole";
 
 /// Result of a repair.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,7 +38,8 @@ pub enum Repaired {
 /// `from` stays as it is. The copy says where it broke off, and every reader of Calot repeats that.
 ///
 /// # Errors
-/// When the session cannot be read or is being recorded, or when the copy cannot be written.
+/// When the session cannot be read or is being recorded, when no message of it is left, or when the
+/// copy cannot be written.
 pub fn repair(from: &Path, to: &Path) -> Result<Repaired, ReadError> {
     if crate::is_being_recorded(from) {
         let path = from.to_owned();
@@ -44,20 +49,38 @@ pub fn repair(from: &Path, to: &Path) -> Result<Repaired, ReadError> {
     let mut records = Records::new(source);
     // A first reading tells whether there is anything to repair.
     while records.next().is_some() {}
-    match records.end {
-        Some(End::Whole) | None => return Ok(Repaired::Whole),
-        Some(End::BrokenOff(ref why)) if records::was_repaired(why) => return Ok(Repaired::Whole),
-        Some(_) if records.at <= mcap::MAGIC.len() as u64 => {
-            return Err(opened::not_a_session(from, "it holds no record"));
-        }
-        Some(_) => {}
+    let is_closed = match &records.end {
+        Some(End::Whole) | None => true,
+        Some(End::BrokenOff(why)) => records::was_repaired(why),
+        Some(End::Damaged(_)) => false,
+    };
+    if !is_closed && records.at <= mcap::MAGIC.len() as u64 {
+        return Err(opened::not_a_session(from, "it holds no record"));
+    }
+    let has_index = || {
+        index::is_sound(from, records.at).map_err(|source| ReadError::Io {
+            path: from.to_owned(),
+            source,
+        })
+    };
+    if is_closed && has_index()? {
+        return Ok(Repaired::Whole);
     }
     let (_, source) = opened::source(from)?;
     let written = copy(Records::new(source), to, bytes);
-    written.map_err(|problem| ReadError::Write {
+    let repaired = written.map_err(|problem| ReadError::Write {
         path: to.to_owned(),
         problem,
-    })
+    })?;
+    if let Repaired::Closed {
+        messages: 0, why, ..
+    } = &repaired
+    {
+        let _ = std::fs::remove_file(to);
+        let nothing = format!("no message of it can be read: {why}");
+        return Err(opened::not_a_session(from, &nothing));
+    }
+    Ok(repaired)
 }
 
 fn copy(mut records: Records, to: &Path, bytes: u64) -> Result<Repaired, String> {
@@ -85,7 +108,12 @@ fn copy(mut records: Records, to: &Path, bytes: u64) -> Result<Repaired, String>
         }
     };
     let (End::BrokenOff(why) | End::Damaged(why)) = end else {
-        return Ok(Repaired::Whole);
+        writer.finish().map_err(words)?;
+        return Ok(Repaired::Closed {
+            messages,
+            why: NO_INDEX.to_owned(),
+            left_out_bytes: 0,
+        });
     };
     writer
         .write_metadata(&Metadata {

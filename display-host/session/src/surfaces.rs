@@ -18,6 +18,9 @@ use crate::error::ReadError;
 use crate::storage::create_private;
 use crate::viewer;
 
+/// Words before the program's name at the head of a file of surfaces: by them it is told from a
+/// recording.
+pub const SURFACES_BY: &str = "surfaces by";
 /// Topic of the surfaces.
 const ORGANS: &str = "/organs";
 
@@ -64,7 +67,7 @@ impl SurfaceFile {
         let file = create_private(path).map_err(|error| error.to_string())?;
         let options = mcap::WriteOptions::new()
             .profile("")
-            .library(build)
+            .library(format!("{SURFACES_BY} {build}"))
             .compression(None);
         let mut writer = Writer::with_options(BufWriter::new(file), options).map_err(words)?;
         let mut channel = |topic: &Topic| {

@@ -28,6 +28,7 @@ pub(crate) struct Overwrite {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Format {
     Session,
+    Surfaces,
     Scene,
     Page,
     Json,
@@ -79,6 +80,7 @@ impl Format {
     fn name(self) -> &'static str {
         match self {
             Self::Session => "session",
+            Self::Surfaces => "file of surfaces",
             Self::Scene => "compiled scene",
             Self::Page => "page",
             Self::Json => "JSON report",
@@ -94,7 +96,7 @@ impl Format {
     /// Alternatives for the first bytes of a file of this format that Calot wrote.
     fn starts(self) -> &'static [&'static [u8]] {
         match self {
-            Self::Session => &[b"\x89MCAP0\r\n"],
+            Self::Session | Self::Surfaces => &[b"\x89MCAP0\r\n"],
             Self::Scene => &[&shared_mem::scene::MAGIC],
             Self::Page => &[b"<!doctype html>"],
             Self::Json => &[b"{", b"["],
@@ -137,8 +139,14 @@ impl Format {
             file.take(HEAD_BYTES).read_to_end(&mut head)?;
         }
         let starts = self.starts().iter().any(|start| head.starts_with(start));
+        let mark = match self {
+            // A recording is never replaced by what is made of it.
+            Self::Surfaces => format!("{} calot", session::SURFACES_BY),
+            _ => "calot".to_owned(),
+        };
+        let mut words = head.windows(mark.len());
         let named = matches!(self, Self::Scene | Self::Table)
-            || head.windows(5).any(|it| it.eq_ignore_ascii_case(b"calot"));
+            || words.any(|it| it.eq_ignore_ascii_case(mark.as_bytes()));
         Ok(head.is_empty() || (starts && named))
     }
 }
@@ -311,6 +319,10 @@ mod tests {
         let path = folder.path().join("x");
         let own: [(Format, &[u8]); 9] = [
             (Format::Session, b"\x89MCAP0\r\n\x01....calot 0.1.0"),
+            (
+                Format::Surfaces,
+                b"\x89MCAP0\r\n\x01....surfaces by calot 0.1.0",
+            ),
             (Format::Scene, &shared_mem::scene::MAGIC),
             (Format::Page, b"<!doctype html><title>Calot: debrief"),
             (Format::Json, b"{\"program\": \"calot 0.1.0\"}"),
@@ -338,6 +350,7 @@ mod tests {
         }
         let foreign: [(Format, &[u8]); 5] = [
             (Format::Session, b"my notes"),
+            (Format::Surfaces, b"\x89MCAP0\r\n\x01....calot 0.1.0"),
             (Format::Session, b"\x89MCAP0\r\n\x01....libmcap"),
             (Format::Picture, b"\x89PNG\r\n\x1a\n...."),
             (Format::Json, b"{\"a\": 1}"),

@@ -62,7 +62,22 @@ fn what_a_session_leads_to_follows_its_schemas() {
         .args(["--repair", "--json"]);
     follows(&json(&mut repair), "urn:calot:repair:1");
 
+    a_recording_is_never_replaced_by_its_surfaces(&session);
     what_is_stored_follows_its_schemas(&store, folder);
+}
+
+fn a_recording_is_never_replaced_by_its_surfaces(session: &Path) {
+    let before = std::fs::read(session).expect("a session");
+    let mut export = calot();
+    export.arg("export").arg(session).arg("--overwrite");
+    let refused = finish(export.arg("--surfaces").arg(session));
+    assert_eq!(refused.status.code(), Some(1), "{}", said(&refused));
+    assert!(
+        said(&refused).contains("never replaced"),
+        "{}",
+        said(&refused)
+    );
+    assert!(std::fs::read(session).expect("a session") == before);
 }
 
 fn what_is_stored_follows_its_schemas(store: &Path, folder: &Path) {

@@ -90,7 +90,7 @@ metrics! {
         "Time in which instrument and endoscope were both slower than 5 mm/s for 1 s or longer."
         "LAP Mentor: idle time; limits own"
     ForceMax "force_max_n" "N"
-        "Largest force on the hand."
+        "Largest force on the hand, in records at 100 Hz."
         "NeuroVR tier 3: force"
     ForceMean "force_mean_n" "N"
         "Mean force on the hand while the instrument touched."

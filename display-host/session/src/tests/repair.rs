@@ -65,6 +65,51 @@ fn a_session_without_an_index_loses_nothing() {
 }
 
 #[test]
+fn a_missing_or_damaged_index_is_made_again() {
+    let disk = Disk::with_room(usize::MAX);
+    record(&disk, 3).finish().unwrap();
+    let whole = disk.bytes();
+    let is_open = |bytes: &[u8]| mcap::Summary::read(bytes).is_ok_and(|it| it.is_some());
+    assert!(is_open(&whole));
+    let mut flipped = whole.clone();
+    let at = flipped.len() - 60;
+    flipped[at] ^= 1;
+    for damaged in [
+        &whole[..whole.len() - 1],
+        &whole[..whole.len() - 8],
+        &whole[..whole.len() - 40],
+        &flipped[..],
+    ] {
+        assert!(!is_open(damaged));
+        let (_folder, from, to) = in_file(damaged);
+        let repaired = repair(&from, &to).unwrap();
+        let Repaired::Closed {
+            why,
+            left_out_bytes,
+            ..
+        } = repaired
+        else {
+            panic!("its index is damaged");
+        };
+        assert!(why.contains("index") && left_out_bytes == 0, "{why}");
+        let repaired = std::fs::read(&to).unwrap();
+        assert!(is_open(&repaired));
+        let (ticks, session) = read(repaired).unwrap();
+        assert_eq!((ticks, session.end()), (given(3), Some(&End::Whole)));
+    }
+    let (_folder, from, to) = in_file(&whole);
+    assert_eq!(repair(&from, &to).unwrap(), Repaired::Whole);
+}
+
+#[test]
+fn a_session_of_which_nothing_is_left_is_refused_and_leaves_no_file() {
+    let (_folder, from, to) = in_file(&unfinished()[..60]);
+    let error = repair(&from, &to).unwrap_err();
+    assert!(matches!(error, ReadError::NotASession { .. }), "{error}");
+    assert!(!to.exists());
+}
+
+#[test]
 fn what_cannot_be_repaired_is_refused_with_a_reason() {
     let (_folder, from, to) = in_file(b"something else");
     let error = repair(&from, &to).unwrap_err();

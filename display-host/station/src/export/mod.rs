@@ -116,7 +116,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Problem> {
         targets.push(Target { folder, extension });
     }
     if let Some(path) = &args.surfaces {
-        output::check("--surfaces", path, Format::Session, args.overwrite)?;
+        output::check("--surfaces", path, Format::Surfaces, args.overwrite)?;
     }
     let mut session = Session::open(&file)?;
     let scene = scene_of(&mut session, args.scene.as_deref())?;

@@ -18,6 +18,7 @@ struct RepairOutcome {
     /// The repaired copy; null if the session is whole.
     repaired: Option<PathBuf>,
     messages: u64,
+    /// Why it was repaired; null if it is whole.
     broke_off: Option<String>,
     left_out_bytes: u64,
 }
@@ -39,9 +40,12 @@ pub(super) fn run(session: &Path, overwrite: Overwrite, json: bool) -> Result<Ex
             why,
             left_out_bytes,
         } => {
+            let left_out = match left_out_bytes {
+                0 => String::new(),
+                bytes => format!("; its last {bytes} bytes are left out"),
+            };
             say::note(format_args!(
-                "wrote {}: {messages} messages; the session breaks off ({why}), and its last {left_out_bytes} \
-                 bytes are left out",
+                "wrote {}: {messages} messages; of the session: {why}{left_out}",
                 to.display()
             ));
             (outcome.messages, outcome.left_out_bytes) = (messages, left_out_bytes);
