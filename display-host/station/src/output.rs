@@ -317,7 +317,7 @@ mod tests {
     fn a_file_of_calot_is_replaced_only_on_request_and_any_other_never() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x");
-        let own: [(Format, &[u8]); 9] = [
+        let own: [(Format, &[u8]); 10] = [
             (Format::Session, b"\x89MCAP0\r\n\x01....calot 0.1.0"),
             (
                 Format::Surfaces,
@@ -348,7 +348,7 @@ mod tests {
             let error = said(check("--out", &path, other, REPLACE));
             assert!(error.contains("never replaced"), "{format:?}: {error}");
         }
-        let foreign: [(Format, &[u8]); 5] = [
+        let foreign: [(Format, &[u8]); 6] = [
             (Format::Session, b"my notes"),
             (Format::Surfaces, b"\x89MCAP0\r\n\x01....calot 0.1.0"),
             (Format::Session, b"\x89MCAP0\r\n\x01....libmcap"),
