@@ -355,13 +355,15 @@ impl Procedure {
         vessel.is_some_and(|vessel| vessel.clips() >= rules.done.clips)
     }
 
-    /// True if the vessel was divided long enough ago and does not leak.
+    /// True if the vessel was divided between clips long enough ago and does not leak.
     fn is_divided(&self, which: usize, at_s: f64, rules: &Rules) -> bool {
         let Some(vessel) = self.vessels.get(which) else {
             return false;
         };
         let settled = |since_s: f64| at_s - since_s >= rules.done.settle_s;
-        !vessel.leaks(rules.done.leak)
+        let is_clamped = self.unclamped.get(which) == Some(&false);
+        is_clamped
+            && !vessel.leaks(rules.done.leak)
             && vessel.divided.is_some_and(|(since_s, _)| settled(since_s))
     }
 

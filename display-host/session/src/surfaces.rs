@@ -18,9 +18,9 @@ use crate::error::ReadError;
 use crate::storage::create_private;
 use crate::viewer;
 
-/// Words before the program's name at the head of a file of surfaces: by them it is told from a
+/// Words before the program's version at the head of a file of surfaces. By them it is told from a
 /// recording.
-pub const SURFACES_BY: &str = "surfaces by";
+pub const SURFACES_BY: &str = "surfaces by calot:";
 /// Topic of the surfaces.
 const ORGANS: &str = "/organs";
 

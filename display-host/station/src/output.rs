@@ -139,14 +139,17 @@ impl Format {
             file.take(HEAD_BYTES).read_to_end(&mut head)?;
         }
         let starts = self.starts().iter().any(|start| head.starts_with(start));
-        let mark = match self {
-            // A recording is never replaced by what is made of it.
-            Self::Surfaces => format!("{} calot", session::SURFACES_BY),
-            _ => "calot".to_owned(),
+        let has = |mark: &str| {
+            let mut words = head.windows(mark.len());
+            words.any(|it| it.eq_ignore_ascii_case(mark.as_bytes()))
         };
-        let mut words = head.windows(mark.len());
-        let named = matches!(self, Self::Scene | Self::Table)
-            || words.any(|it| it.eq_ignore_ascii_case(mark.as_bytes()));
+        let named = match self {
+            Self::Scene | Self::Table => true,
+            // A recording is never replaced by what is made of it.
+            Self::Surfaces => has(session::SURFACES_BY),
+            Self::Session => has("calot") && !has(session::SURFACES_BY),
+            _ => has("calot"),
+        };
         Ok(head.is_empty() || (starts && named))
     }
 }
@@ -321,7 +324,7 @@ mod tests {
             (Format::Session, b"\x89MCAP0\r\n\x01....calot 0.1.0"),
             (
                 Format::Surfaces,
-                b"\x89MCAP0\r\n\x01....surfaces by calot 0.1.0",
+                b"\x89MCAP0\r\n\x01....surfaces by calot: calot 0.1.0",
             ),
             (Format::Scene, &shared_mem::scene::MAGIC),
             (Format::Page, b"<!doctype html><title>Calot: debrief"),
