@@ -7,7 +7,7 @@ use rusqlite::{OptionalExtension as _, params};
 use crate::error::StoreError;
 use crate::file::refused;
 use crate::form::Sheet;
-use crate::names::{checked, shown};
+use crate::names::{are_alike, checked, shown};
 use crate::open::Store;
 
 /// Key of the sheet of GOALS.
@@ -46,6 +46,14 @@ impl Rating {
     }
 }
 
+/// Brings a rater's name to its form; empty: not told.
+fn check_rater(rater: &str) -> Result<String, StoreError> {
+    match rater.trim() {
+        "" => Ok(String::new()),
+        rater => checked(rater, "a rater's name"),
+    }
+}
+
 impl Store {
     /// Stores an instructor's points for a session, by a rater without a name: one value for each
     /// item of [`GOALS`].
@@ -71,10 +79,7 @@ impl Store {
         (rater, is_blinded): (&str, bool),
         points: &[u8],
     ) -> Result<(), StoreError> {
-        let rater = match rater.trim() {
-            "" => String::new(),
-            rater => checked(rater, "a rater's name")?,
-        };
+        let rater = check_rater(rater)?;
         if points.len() != sheet.items.len() {
             return Err(StoreError::Value {
                 what: format!("the number of points for {}", sheet.title),
@@ -109,6 +114,21 @@ impl Store {
         };
         kept().map_err(|error| refused(&path, error))?;
         change.commit().map_err(|error| refused(&path, error))
+    }
+
+    /// Rater whose name is easily confused with this new one. `None`: there is none, or a rater has
+    /// this very name.
+    ///
+    /// # Errors
+    /// When the name is invalid, or the file cannot be read.
+    pub fn alike_rater(&self, rater: &str) -> Result<Option<String>, StoreError> {
+        let rater = check_rater(rater)?;
+        let query = "SELECT DISTINCT rater FROM rating WHERE rater <> '' ORDER BY rater";
+        let known: Vec<String> = self.rows(query, [], |row| row.get(0))?;
+        if known.contains(&rater) {
+            return Ok(None);
+        }
+        Ok(known.into_iter().find(|it| are_alike(it, &rater)))
     }
 
     fn session_exists(&self, session: &str) -> Result<(), StoreError> {

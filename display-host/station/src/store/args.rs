@@ -6,7 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use store::Consent;
 
 use super::study::StudyArgs;
-use crate::args::{NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
+use crate::args::{NewRater, NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -189,6 +189,8 @@ pub(crate) enum StoreCommand {
             hide_default_value = true
         )]
         rater: String,
+        #[command(flatten)]
+        new: NewRater,
         /// The rater did not know who operated
         #[arg(long)]
         blinded: bool,

@@ -79,6 +79,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             points,
             sheet,
             rater,
+            new,
             blinded,
             json,
         } => match session {
@@ -86,7 +87,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             Some(session) if *json => sheets::show(&file.read()?, session)?,
             Some(session) => {
                 let form = Sheet::named(sheet)?;
-                sheets::fill(file, session, &form, (rater, *blinded), points)?;
+                sheets::fill(file, session, &form, (rater, *blinded), points, *new)?;
             }
         },
         StoreCommand::Study(args) => study::run(&file.read()?, args)?,

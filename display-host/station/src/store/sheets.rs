@@ -4,7 +4,7 @@ use std::io::{BufRead as _, Write as _};
 
 use store::{Sheet, SheetItem, Store};
 
-use crate::args::StoreFile;
+use crate::args::{NewRater, StoreFile};
 use crate::document;
 use crate::problem::Problem;
 use crate::say;
@@ -55,9 +55,14 @@ pub(super) fn fill(
     form: &Sheet,
     rater: (&str, bool),
     points: &[u8],
+    new: NewRater,
 ) -> Result<(), Problem> {
-    // A session that is not there is refused before anybody is asked.
-    file.read()?.ratings(session)?;
+    // Before anybody is asked, a session that is not there is refused, and a rater's name that
+    // looks like another's.
+    let store = file.read()?;
+    store.ratings(session)?;
+    new.confirm(&store, rater.0)?;
+    drop(store);
     let points = match points.is_empty() {
         true => ask(form)?,
         false => points.to_vec(),

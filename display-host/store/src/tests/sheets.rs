@@ -74,3 +74,29 @@ fn sheets_in_files_are_checked() {
     let error = Sheet::named("/nowhere/a.toml").unwrap_err().to_string();
     assert!(error.contains("/nowhere/a.toml") && error.contains("osats"));
 }
+
+#[test]
+fn raters_whose_names_are_easily_confused_are_found() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let it = session(1, "cut", 1.0);
+    store.add_session("Ada", &it).unwrap();
+    let goals = Sheet::named("goals").unwrap();
+    for rater in ["", "Bo", "Am\u{e9}lie"] {
+        store.rate(&it.id, &goals, (rater, false), &[3; 5]).unwrap();
+    }
+    for (rater, like) in [
+        ("bo", Some("Bo")),
+        (" BO ", Some("Bo")),
+        ("B\u{43e}", Some("Bo")),
+        ("b\u{43e}", Some("Bo")),
+        ("Bo", None),
+        ("Ame\u{301}lie", None),
+        ("Ada", None),
+        ("", None),
+    ] {
+        let found = store.alike_rater(rater).unwrap();
+        assert_eq!(found.as_deref(), like, "{rater}");
+    }
+    assert!(store.alike_rater("\u{202e}").is_err());
+}
