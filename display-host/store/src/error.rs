@@ -117,4 +117,27 @@ pub enum StoreError {
     /// A scoring sheet has the wrong form, or there is none of this name.
     #[error("scoring sheet: {0}")]
     Sheet(String),
+    /// The rater filled this sheet for this session before.
+    #[error(
+        "{} already filled the sheet '{sheet}' for session '{session}', and it stays. Add --replace to replace it, or \
+         name another rater with --rater",
+        rater_in_words(rater)
+    )]
+    Rated {
+        /// Name of the rater; empty: not told.
+        rater: String,
+        /// Name of the sheet.
+        sheet: String,
+        /// Name of the session.
+        session: String,
+    },
+}
+
+/// A rater as the subject of a sentence; `rater` is empty if not told.
+#[must_use]
+pub fn rater_in_words(rater: &str) -> String {
+    match rater {
+        "" => "a rater without a name".to_owned(),
+        rater => format!("the rater '{rater}'"),
+    }
 }

@@ -34,7 +34,7 @@ mod table;
 mod text_file;
 mod trainees;
 
-pub use error::StoreError;
+pub use error::{StoreError, rater_in_words};
 pub use form::{Sheet, SheetItem};
 pub use merge::{EXAMPLE_SQL, Merged};
 pub use names::check_name;

@@ -292,6 +292,7 @@ store-forgotten = Die Sitzung gehört jemandem, der nach ihrem Beginn gelöscht 
 store-value = { $value } liegt außerhalb des zulässigen Bereichs.
 store-questions = Fragebogen: { $problem }
 store-sheet = Bewertungsbogen: { $problem }
+store-rated = „{ $rater }“ hat den Bogen „{ $sheet }“ für die Sitzung { $session } schon ausgefüllt, und er bleibt.
 store-alike = „{ $name }“ sieht aus wie „{ $known }“ im Speicher. Bitte jenen Namen wählen oder einen, der nicht verwechselt werden kann.
 store-name = { $name } ist als Name nicht möglich: bitte 1 bis 64 sichtbare Zeichen eingeben.
 station-file-none = { $path } ist keine Stationsdatei, sondern ein Ordner, eine Pipe oder ein Gerät. Bitte eine Textdatei (TOML) angeben, die die Geräte aufführt.

@@ -292,6 +292,7 @@ store-forgotten = The session belongs to somebody who was forgotten after it beg
 store-value = { $value } is out of range.
 store-questions = Questionnaire: { $problem }
 store-sheet = Scoring sheet: { $problem }
+store-rated = The rater '{ $rater }' already filled the sheet '{ $sheet }' for the session { $session }, and it stays.
 store-alike = '{ $name }' looks like '{ $known }', who is in the store. Choose that name, or one that cannot be confused with it.
 store-name = { $name } cannot be used as a name: enter 1 to 64 visible characters.
 station-file-none = { $path } is not a station file but a folder, a pipe or a device. Choose a text file (TOML) that lists the devices.

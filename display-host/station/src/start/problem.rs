@@ -40,6 +40,18 @@ pub(super) fn of_store(words: &Words, error: &StoreError) -> String {
         StoreError::Sheet(problem) => {
             words.say_with("store-sheet", &[("problem", problem.as_str().into())])
         }
+        StoreError::Rated {
+            rater,
+            sheet,
+            session,
+        } => {
+            let values = [
+                ("rater", rater.as_str().into()),
+                ("sheet", sheet.as_str().into()),
+                ("session", session.as_str().into()),
+            ];
+            words.say_with("store-rated", &values)
+        }
     }
 }
 
@@ -151,6 +163,11 @@ mod tests {
             },
             StoreError::Questionnaire("line 3".to_owned()),
             StoreError::Sheet("line 3".to_owned()),
+            StoreError::Rated {
+                rater: "Bo".to_owned(),
+                sheet: "goals".to_owned(),
+                session: "s".to_owned(),
+            },
             store::check_name("").expect_err("no name"),
         ];
         let files = [
@@ -190,7 +207,8 @@ mod tests {
             (0, "/here"),
             (0, "the system's words"),
             (3, "7"),
-            (16, "12"),
+            (13, "Bo"),
+            (17, "12"),
         ] {
             assert!(german[number].contains(named), "{}", german[number]);
         }

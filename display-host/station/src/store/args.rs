@@ -181,7 +181,8 @@ pub(crate) enum StoreCommand {
         /// Sanford and Strasberg 2014), or a file (TOML)
         #[arg(long, value_name = "NAME|FILE", default_value = "goals")]
         sheet: String,
-        /// Rater's name, as chosen. Each rater has one sheet of a kind for each session
+        /// Rater's name, as chosen. Each rater has one sheet of a kind for each session; a second one
+        /// is refused, unless --replace is given
         #[arg(
             long,
             value_name = "NAME",
@@ -194,6 +195,9 @@ pub(crate) enum StoreCommand {
         /// The rater did not know who operated
         #[arg(long)]
         blinded: bool,
+        /// Replace the sheet of this kind that the rater filled for this session before
+        #[arg(long)]
+        replace: bool,
         /// Print as JSON: the sheets of the session, or without a session the forms
         #[arg(long, conflicts_with = "points")]
         json: bool,

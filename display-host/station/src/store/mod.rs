@@ -81,13 +81,20 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             rater,
             new,
             blinded,
+            replace,
             json,
         } => match session {
             None => sheets::forms(*json)?,
             Some(session) if *json => sheets::show(&file.read()?, session)?,
             Some(session) => {
                 let form = Sheet::named(sheet)?;
-                sheets::fill(file, session, &form, (rater, *blinded), points, *new)?;
+                let filled = sheets::Filled {
+                    session,
+                    form: &form,
+                    rater: (rater, *blinded),
+                    points,
+                };
+                filled.store(file, *new, *replace)?;
             }
         },
         StoreCommand::Study(args) => study::run(&file.read()?, args)?,
