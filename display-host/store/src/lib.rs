@@ -36,7 +36,7 @@ mod trainees;
 
 pub use error::{StoreError, rater_in_words};
 pub use form::{Sheet, SheetItem};
-pub use merge::{EXAMPLE_SQL, Merged};
+pub use merge::{EXAMPLE_SQL, Merged, OtherOwner};
 pub use names::check_name;
 pub use open::{Store, new_id};
 pub use questionnaire::{Answer, Item, ItemSummary, Questionnaire};

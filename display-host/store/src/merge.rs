@@ -54,8 +54,22 @@ pub struct Merged {
     pub left_out_trainees: u64,
     /// Trainees who are here and were forgotten there.
     pub forgotten_there: Vec<String>,
+    /// Known sessions that belong to another trainee there. They stay as they are here, and their
+    /// scoring sheets from there are left out.
+    pub other_owners: Vec<OtherOwner>,
     /// New names that are easily confused with one that is here: each pair once.
     pub alike: Vec<[String; 2]>,
+}
+
+/// A session that belongs to another trainee there than here.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct OtherOwner {
+    /// Id of the session.
+    pub session: String,
+    /// Name of its trainee here, who keeps it.
+    pub here: String,
+    /// Name of its trainee there.
+    pub there: String,
 }
 
 /// A merge at work.
@@ -180,6 +194,15 @@ impl Merge<'_> {
             if let Some(found) = found.map_err(|error| self.refused(error))? {
                 self.merged.known += 1;
                 self.merged.differing += u64::from(found != session);
+                if let Some(Value::Text(here)) = found.last()
+                    && *here != name
+                {
+                    self.merged.other_owners.push(OtherOwner {
+                        session: id,
+                        here: here.clone(),
+                        there: name,
+                    });
+                }
                 continue;
             }
             let added = self.ours.execute(&add, params_from_iter(&session));
@@ -232,13 +255,19 @@ impl Merge<'_> {
         Ok(())
     }
 
-    /// Adds rows of `N` columns, and returns how many were new.
+    /// Adds rows of `N` columns, of which the first is the session, and returns how many were new.
+    /// Leaves out rows of sessions that belong to another trainee here.
     fn copy<const N: usize>(&self, query: &str, add: &str) -> Result<u64, StoreError> {
         let row = |row: &rusqlite::Row<'_>| -> rusqlite::Result<Vec<Value>> {
             (0..N).map(|it| row.get(it)).collect()
         };
         let mut new = 0;
+        let others = self.merged.other_owners.iter();
+        let others: BTreeSet<&str> = others.map(|it| it.session.as_str()).collect();
         for values in self.theirs.rows(query, [], row)? {
+            if matches!(values.first(), Some(Value::Text(id)) if others.contains(id.as_str())) {
+                continue;
+            }
             for text in texts(&values) {
                 check_text("of a sheet", text)?;
             }

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use assess::report::{Past, learning_curve};
 use assess::{Difficulty, Metric, Outcome, Rules, Task};
-use store::{Consent, Hand, SessionRecord, Sheet, Store, StoreError};
+use store::{Consent, Hand, OtherOwner, SessionRecord, Sheet, Store, StoreError};
 
 use self::args::{StoreArgs, StoreCommand, Table};
 use self::record::circumstances_beside;
@@ -140,6 +140,17 @@ fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
     for [known, new] in &merged.alike {
         say::note(format_args!(
             "the new trainee '{new}' looks like '{known}': if they are one person, choose one name"
+        ));
+    }
+    for it in &merged.other_owners {
+        let OtherOwner {
+            session,
+            here,
+            there,
+        } = it;
+        say::note(format_args!(
+            "session '{session}' belongs to '{here}' here and to '{there}' there: it stays with '{here}', and its \
+             sheets from there are left out. Find out whose it is, and correct the store that is wrong"
         ));
     }
     if merged.differing > 0 {
