@@ -43,6 +43,7 @@ pub use questionnaire::{Answer, Item, ItemSummary, Questionnaire};
 pub use schema::SCHEMA_VERSION;
 pub use sessions::{Circumstances, Hand, SessionRecord};
 pub use sheet::{GOALS, Rating};
+pub use table::csv_field;
 pub use trainees::{Consent, Trainee};
 
 #[cfg(test)]
