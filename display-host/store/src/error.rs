@@ -23,12 +23,23 @@ pub enum StoreError {
     },
     /// There is no store yet.
     #[error(
-        "there is no store {path}, and reading makes none. `calot run --task clamp --trainee NAME` keeps the first \
+        "there is no store {path}, and this command makes none. `calot run --task clamp --trainee NAME` keeps the first \
          session; name another file with --store"
     )]
     Missing {
         /// The file.
         path: PathBuf,
+    },
+    /// A store is to be merged into itself.
+    #[error(
+        "{other} and {into}, the store that --store names, are the same file: a store cannot be merged into itself. \
+         Name another file with --store, or leave {other} out"
+    )]
+    SameFile {
+        /// Store to merge into.
+        into: PathBuf,
+        /// Store to read.
+        other: PathBuf,
     },
     /// Another version of Calot made the store.
     #[error(

@@ -10,6 +10,7 @@
 //! the other store are added to those here.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 
 use rusqlite::types::Value;
@@ -87,13 +88,24 @@ struct Merge<'a> {
 }
 
 impl Store {
+    /// Refuses a merge of `other` into the store at `into` that cannot begin. Makes and changes
+    /// nothing; `into` may be missing.
+    ///
+    /// # Errors
+    /// When both are one file, or `other` is not a store that can be read.
+    pub fn can_merge(into: &Path, other: &Path) -> Result<(), StoreError> {
+        check_not_same(into, other)?;
+        Self::read(other).map(drop)
+    }
+
     /// Adds everything that `other` holds, or nothing if any entry is invalid. `other` is only
     /// read. Leaves out trainees who were forgotten.
     ///
     /// # Errors
-    /// When `other` is not a store, has a newer version, is damaged, or holds an invalid name or
+    /// When `other` is this store, is not a store, has a newer version, is damaged, or holds an invalid name or
     /// session; when this store cannot be written.
     pub fn merge(&mut self, other: &Path) -> Result<Merged, StoreError> {
+        check_not_same(self.path(), other)?;
         let theirs = Self::read(other)?;
         // Read one snapshot, because another program may go on writing to `other`.
         let still = theirs.connection.execute_batch("BEGIN");
@@ -290,6 +302,21 @@ impl Merge<'_> {
             self.merged.left_out_trainees += removed.map_err(|error| self.refused(error))? as u64;
         }
         Ok(())
+    }
+}
+
+/// Refuses two paths of one file. A link counts as its file.
+fn check_not_same(into: &Path, other: &Path) -> Result<(), StoreError> {
+    let file = |path: &Path| {
+        let found = std::fs::metadata(path).ok();
+        found.map(|it| (it.dev(), it.ino()))
+    };
+    match (file(into), file(other)) {
+        (Some(one), Some(two)) if one == two => Err(StoreError::SameFile {
+            into: into.to_owned(),
+            other: other.to_owned(),
+        }),
+        _ => Ok(()),
     }
 }
 

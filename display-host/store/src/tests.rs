@@ -510,6 +510,21 @@ fn sheets_of_a_session_with_another_owner_stay_out() {
 }
 
 #[test]
+fn a_store_is_not_merged_into_itself() {
+    let (folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let link = folder.path().join("link.sqlite");
+    std::os::unix::fs::symlink(&path, &link).unwrap();
+    for other in [&path, &link] {
+        let merged = store.merge(other).unwrap_err();
+        assert!(matches!(merged, StoreError::SameFile { .. }), "{merged}");
+        let refused = Store::can_merge(&path, other).unwrap_err().to_string();
+        assert!(refused.contains("the same file"), "{refused}");
+        assert!(refused.contains(other.to_str().unwrap()), "{refused}");
+    }
+}
+
+#[test]
 fn store_that_cannot_be_merged_changes_nothing() {
     let (folder, centre) = folder();
     let mut store = Store::open(&centre).unwrap();

@@ -279,6 +279,7 @@ start-no-process = Die Operation ließ sich nicht starten: { $problem }
 store-no-home = Kein Benutzerordner gefunden: bitte die Speicherdatei mit --store angeben.
 store-io = { $path }: { $problem }. Bitte eine andere Datei mit --store angeben.
 store-missing = Unter { $path } gibt es noch keine Speicherdatei.
+store-same = { $path } ist die Speicherdatei selbst und kann nicht mit sich vereint werden. Bitte eine andere Datei mit --store angeben.
 store-foreign = { $path } ist keine Speicherdatei von Calot und blieb unverändert. Bitte eine andere Datei mit --store angeben.
 store-version = { $path } ist eine Speicherdatei der Version { $problem } eines anderen Calot und blieb unverändert. Bitte jenes Calot verwenden oder eine andere Datei mit --store angeben.
 store-damaged = { $path } ist beschädigt ({ $problem }) und blieb unverändert. Bitte eine Kopie einspielen, oder die Datei verschieben und neu beginnen.

@@ -279,6 +279,7 @@ start-no-process = The operation did not start: { $problem }
 store-no-home = No home folder was found: choose the store's file with --store.
 store-io = { $path }: { $problem }. Choose another file with --store.
 store-missing = There is no store at { $path } yet.
+store-same = { $path } is the store itself and cannot be merged into itself. Choose another file with --store.
 store-foreign = { $path } is not a Calot store and was left unchanged. Choose another file with --store.
 store-version = { $path } is a store of version { $problem }, from a different Calot, and was left unchanged. Use that Calot, or choose another file with --store.
 store-damaged = { $path } is damaged ({ $problem }) and was left unchanged. Restore a copy, or move it away to start afresh.

@@ -19,6 +19,7 @@ pub(super) fn of_store(words: &Words, error: &StoreError) -> String {
     match error {
         StoreError::Io { path, source } => with("store-io", path, source),
         StoreError::Missing { path } => with("store-missing", path, &""),
+        StoreError::SameFile { other, .. } => with("store-same", other, &""),
         StoreError::NotAStore { path } => with("store-foreign", path, &""),
         StoreError::Version { path, found } => with("store-version", path, found),
         StoreError::Damaged { path, problem } => with("store-damaged", path, problem),
@@ -163,6 +164,10 @@ mod tests {
             },
             StoreError::Questionnaire("line 3".to_owned()),
             StoreError::Sheet("line 3".to_owned()),
+            StoreError::SameFile {
+                into: path(),
+                other: path(),
+            },
             StoreError::Rated {
                 rater: "Bo".to_owned(),
                 sheet: "goals".to_owned(),
@@ -207,8 +212,9 @@ mod tests {
             (0, "/here"),
             (0, "the system's words"),
             (3, "7"),
-            (13, "Bo"),
-            (17, "12"),
+            (13, "/here"),
+            (14, "Bo"),
+            (18, "12"),
         ] {
             assert!(german[number].contains(named), "{}", german[number]);
         }

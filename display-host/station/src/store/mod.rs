@@ -56,12 +56,21 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
         StoreCommand::Site { name: Some(name) } => file.open()?.set_site(name)?,
         StoreCommand::Site { name: None } => say::answer(file.read()?.site()?),
         StoreCommand::Merge { others, json } => {
+            let into = file.path()?;
+            // Before a missing store is made, one that cannot be read is refused.
+            for other in others {
+                Store::can_merge(&into, other)?;
+            }
             let mut store = file.open()?;
             for other in others {
                 merge(&mut store, other, *json)?;
             }
         }
-        StoreCommand::Forget { name } => forget(&mut file.open()?, name)?,
+        StoreCommand::Forget { name } => {
+            // Makes no store.
+            drop(file.read()?);
+            forget(&mut file.open()?, name)?;
+        }
         StoreCommand::Curve {
             name,
             task,
@@ -473,6 +482,59 @@ mod tests {
                 ..session(6, Difficulty::Exam, Outcome::Passed)
             },
         ]
+    }
+
+    #[test]
+    fn a_command_that_fails_makes_no_store() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Some(folder.path().join("new/store.sqlite"));
+        let commands = [
+            StoreCommand::Forget {
+                name: "Ada".to_owned(),
+            },
+            StoreCommand::Merge {
+                others: vec![folder.path().join("none.sqlite")],
+                json: false,
+            },
+        ];
+        for command in commands {
+            let file = StoreFile {
+                store: store.clone(),
+            };
+            assert!(run(&StoreArgs { file, command }).is_err());
+            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        }
+    }
+
+    #[test]
+    fn a_rater_fills_a_sheet_once_and_under_one_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("store.sqlite");
+        let mut store = Store::open(&path).unwrap();
+        let it = session(1, Difficulty::Exam, Outcome::Passed);
+        store.add_session("Ada", &it).unwrap();
+        drop(store);
+        let fill = |rater, is_new, replaces| {
+            let filled = sheets::Filled {
+                session: &it.id,
+                form: &Sheet::named("goals").unwrap(),
+                rater: (rater, true),
+                points: &[3; 5],
+            };
+            let file = StoreFile {
+                store: Some(path.clone()),
+            };
+            let new = crate::args::NewRater { new_rater: is_new };
+            filled.store(&file, new, replaces)
+        };
+        fill("Bo", false, false).unwrap();
+        assert!(fill("Bo", false, false).is_err());
+        fill("Bo", false, true).unwrap();
+        fill("bo", true, false).unwrap();
+        assert_eq!(
+            Store::read(&path).unwrap().ratings(&it.id).unwrap().len(),
+            2
+        );
     }
 
     #[test]
