@@ -102,8 +102,8 @@ impl Store {
     /// read. Leaves out trainees who were forgotten.
     ///
     /// # Errors
-    /// When `other` is this store, is not a store, has a newer version, is damaged, or holds an invalid name or
-    /// session; when this store cannot be written.
+    /// When `other` is this store, is not a store, has a newer version, is damaged, or holds an
+    /// invalid name or session; when this store cannot be written.
     pub fn merge(&mut self, other: &Path) -> Result<Merged, StoreError> {
         check_not_same(self.path(), other)?;
         let theirs = Self::read(other)?;

@@ -212,8 +212,9 @@ impl Table {
     }
 }
 
-/// Escapes a field of CSV: quoted if it holds a comma, a quotation mark or a line end. An apostrophe
-/// goes before a field that a spreadsheet would read as a formula, but not before a number.
+/// Escapes a field of CSV: quoted if it holds a comma, a quotation mark or a line end. An
+/// apostrophe goes before a field that a spreadsheet would read as a formula, but not before a
+/// number.
 #[must_use]
 pub fn csv_field(text: &str) -> String {
     let is_number = text.parse::<f64>().is_ok();
