@@ -322,23 +322,49 @@ impl NewTrainee {
     /// Asks in the terminal if a new name looks like that of another trainee. Refuses it if nobody
     /// can be asked.
     pub(crate) fn confirm(self, store: &Store, name: &str) -> Result<(), Problem> {
-        let Some(known) = store.alike(name)?.filter(|_| !self.new_trainee) else {
-            return Ok(());
-        };
-        let differs = format!("'{name}' looks like '{known}', who is in the store");
-        if std::io::stdin().is_terminal() {
-            say::note(format_args!("{differs}. Is it another person? [y/N]"));
-            let mut line = String::new();
-            std::io::stdin().read_line(&mut line)?;
-            if matches!(line.trim(), "y" | "Y" | "yes") {
-                return Ok(());
-            }
+        match store.alike(name)?.filter(|_| !self.new_trainee) {
+            None => Ok(()),
+            Some(known) => confirm_other(
+                &format!("'{name}' looks like '{known}', who is in the store"),
+                "--new-trainee",
+            ),
         }
-        Err(
-            format!("{differs}. Use that name, or add --new-trainee if it is another person")
-                .into(),
-        )
     }
+}
+
+/// The option that allows a new rater's name to resemble a known one.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub(crate) struct NewRater {
+    /// Add the rater even if the name looks like that of another rater
+    #[arg(long)]
+    pub(crate) new_rater: bool,
+}
+
+impl NewRater {
+    /// Asks in the terminal if a new rater's name looks like that of another. Refuses it if nobody
+    /// can be asked.
+    pub(crate) fn confirm(self, store: &Store, rater: &str) -> Result<(), Problem> {
+        match store.alike_rater(rater)?.filter(|_| !self.new_rater) {
+            None => Ok(()),
+            Some(known) => confirm_other(
+                &format!("the rater '{rater}' looks like the rater '{known}' of the store"),
+                "--new-rater",
+            ),
+        }
+    }
+}
+
+/// Asks in the terminal whether a name is that of another person, and refuses it if not.
+fn confirm_other(differs: &str, option: &str) -> Result<(), Problem> {
+    if std::io::stdin().is_terminal() {
+        say::note(format_args!("{differs}. Is it another person? [y/N]"));
+        let mut line = String::new();
+        std::io::stdin().read_line(&mut line)?;
+        if matches!(line.trim(), "y" | "Y" | "yes") {
+            return Ok(());
+        }
+    }
+    Err(format!("{differs}. Use that name, or add {option} if it is another person").into())
 }
 
 pub(crate) fn parse_trainee(text: &str) -> Result<String, String> {

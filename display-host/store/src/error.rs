@@ -23,12 +23,23 @@ pub enum StoreError {
     },
     /// There is no store yet.
     #[error(
-        "there is no store {path}, and reading makes none. `calot run --task clamp --trainee NAME` keeps the first \
+        "there is no store {path}, and this command makes none. `calot run --task clamp --trainee NAME` keeps the first \
          session; name another file with --store"
     )]
     Missing {
         /// The file.
         path: PathBuf,
+    },
+    /// A store is to be merged into itself.
+    #[error(
+        "{other} and {into}, the store that --store names, are the same file: a store cannot be merged into itself. \
+         Name another file with --store, or leave {other} out"
+    )]
+    SameFile {
+        /// Store to merge into.
+        into: PathBuf,
+        /// Store to read.
+        other: PathBuf,
     },
     /// Another version of Calot made the store.
     #[error(
@@ -117,4 +128,27 @@ pub enum StoreError {
     /// A scoring sheet has the wrong form, or there is none of this name.
     #[error("scoring sheet: {0}")]
     Sheet(String),
+    /// The rater filled this sheet for this session before.
+    #[error(
+        "{} already filled the sheet '{sheet}' for session '{session}', and it stays. Add --replace to replace it, or \
+         name another rater with --rater",
+        rater_in_words(rater)
+    )]
+    Rated {
+        /// Name of the rater; empty: not told.
+        rater: String,
+        /// Name of the sheet.
+        sheet: String,
+        /// Name of the session.
+        session: String,
+    },
+}
+
+/// A rater as the subject of a sentence; `rater` is empty if not told.
+#[must_use]
+pub fn rater_in_words(rater: &str) -> String {
+    match rater {
+        "" => "a rater without a name".to_owned(),
+        rater => format!("the rater '{rater}'"),
+    }
 }

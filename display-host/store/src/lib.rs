@@ -34,15 +34,16 @@ mod table;
 mod text_file;
 mod trainees;
 
-pub use error::StoreError;
+pub use error::{StoreError, rater_in_words};
 pub use form::{Sheet, SheetItem};
-pub use merge::{EXAMPLE_SQL, Merged};
+pub use merge::{EXAMPLE_SQL, Merged, OtherOwner};
 pub use names::check_name;
 pub use open::{Store, new_id};
 pub use questionnaire::{Answer, Item, ItemSummary, Questionnaire};
 pub use schema::SCHEMA_VERSION;
 pub use sessions::{Circumstances, Hand, SessionRecord};
 pub use sheet::{GOALS, Rating};
+pub use table::csv_field;
 pub use trainees::{Consent, Trainee};
 
 #[cfg(test)]

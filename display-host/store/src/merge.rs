@@ -10,6 +10,7 @@
 //! the other store are added to those here.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 
 use rusqlite::types::Value;
@@ -54,8 +55,22 @@ pub struct Merged {
     pub left_out_trainees: u64,
     /// Trainees who are here and were forgotten there.
     pub forgotten_there: Vec<String>,
+    /// Known sessions that belong to another trainee there. They stay as they are here, and their
+    /// scoring sheets from there are left out.
+    pub other_owners: Vec<OtherOwner>,
     /// New names that are easily confused with one that is here: each pair once.
     pub alike: Vec<[String; 2]>,
+}
+
+/// A session that belongs to another trainee there than here.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct OtherOwner {
+    /// Id of the session.
+    pub session: String,
+    /// Name of its trainee here, who keeps it.
+    pub here: String,
+    /// Name of its trainee there.
+    pub there: String,
 }
 
 /// A merge at work.
@@ -73,13 +88,24 @@ struct Merge<'a> {
 }
 
 impl Store {
+    /// Refuses a merge of `other` into the store at `into` that cannot begin. Makes and changes
+    /// nothing; `into` may be missing.
+    ///
+    /// # Errors
+    /// When both are one file, or `other` is not a store that can be read.
+    pub fn can_merge(into: &Path, other: &Path) -> Result<(), StoreError> {
+        check_not_same(into, other)?;
+        Self::read(other).map(drop)
+    }
+
     /// Adds everything that `other` holds, or nothing if any entry is invalid. `other` is only
     /// read. Leaves out trainees who were forgotten.
     ///
     /// # Errors
-    /// When `other` is not a store, has a newer version, is damaged, or holds an invalid name or
-    /// session; when this store cannot be written.
+    /// When `other` is this store, is not a store, has a newer version, is damaged, or holds an
+    /// invalid name or session; when this store cannot be written.
     pub fn merge(&mut self, other: &Path) -> Result<Merged, StoreError> {
+        check_not_same(self.path(), other)?;
         let theirs = Self::read(other)?;
         // Read one snapshot, because another program may go on writing to `other`.
         let still = theirs.connection.execute_batch("BEGIN");
@@ -180,6 +206,15 @@ impl Merge<'_> {
             if let Some(found) = found.map_err(|error| self.refused(error))? {
                 self.merged.known += 1;
                 self.merged.differing += u64::from(found != session);
+                if let Some(Value::Text(here)) = found.last()
+                    && *here != name
+                {
+                    self.merged.other_owners.push(OtherOwner {
+                        session: id,
+                        here: here.clone(),
+                        there: name,
+                    });
+                }
                 continue;
             }
             let added = self.ours.execute(&add, params_from_iter(&session));
@@ -232,13 +267,19 @@ impl Merge<'_> {
         Ok(())
     }
 
-    /// Adds rows of `N` columns, and returns how many were new.
+    /// Adds rows of `N` columns, of which the first is the session, and returns how many were new.
+    /// Leaves out rows of sessions that belong to another trainee here.
     fn copy<const N: usize>(&self, query: &str, add: &str) -> Result<u64, StoreError> {
         let row = |row: &rusqlite::Row<'_>| -> rusqlite::Result<Vec<Value>> {
             (0..N).map(|it| row.get(it)).collect()
         };
         let mut new = 0;
+        let others = self.merged.other_owners.iter();
+        let others: BTreeSet<&str> = others.map(|it| it.session.as_str()).collect();
         for values in self.theirs.rows(query, [], row)? {
+            if matches!(values.first(), Some(Value::Text(id)) if others.contains(id.as_str())) {
+                continue;
+            }
             for text in texts(&values) {
                 check_text("of a sheet", text)?;
             }
@@ -261,6 +302,21 @@ impl Merge<'_> {
             self.merged.left_out_trainees += removed.map_err(|error| self.refused(error))? as u64;
         }
         Ok(())
+    }
+}
+
+/// Refuses two paths of one file. A link counts as its file.
+fn check_not_same(into: &Path, other: &Path) -> Result<(), StoreError> {
+    let file = |path: &Path| {
+        let found = std::fs::metadata(path).ok();
+        found.map(|it| (it.dev(), it.ino()))
+    };
+    match (file(into), file(other)) {
+        (Some(one), Some(two)) if one == two => Err(StoreError::SameFile {
+            into: into.to_owned(),
+            other: other.to_owned(),
+        }),
+        _ => Ok(()),
     }
 }
 

@@ -7,7 +7,7 @@ use rusqlite::{OptionalExtension as _, params};
 use crate::error::StoreError;
 use crate::file::refused;
 use crate::form::Sheet;
-use crate::names::{checked, shown};
+use crate::names::{are_alike, checked, shown};
 use crate::open::Store;
 
 /// Key of the sheet of GOALS.
@@ -46,35 +46,98 @@ impl Rating {
     }
 }
 
+impl From<Rating> for StoreError {
+    /// The error of a second sheet.
+    fn from(first: Rating) -> Self {
+        Self::Rated {
+            rater: first.rater,
+            sheet: first.sheet,
+            session: first.session,
+        }
+    }
+}
+
+/// Brings a rater's name to its form; empty: not told.
+fn check_rater(rater: &str) -> Result<String, StoreError> {
+    match rater.trim() {
+        "" => Ok(String::new()),
+        rater => checked(rater, "a rater's name"),
+    }
+}
+
 impl Store {
     /// Stores an instructor's points for a session, by a rater without a name: one value for each
-    /// item of [`GOALS`].
+    /// item of [`GOALS`]. They replace earlier ones.
     ///
     /// # Errors
     /// When there is no such session, or a value is not 1 to 5.
     pub fn set_sheet(&mut self, session: &str, points: [u8; 5]) -> Result<(), StoreError> {
         let goals = Sheet::named(GOALS_SHEET)?;
-        self.rate(session, &goals, ("", false), &points)
+        let kept = self.rate_again(session, &goals, ("", false), &points);
+        kept.map(drop)
     }
 
-    /// Stores what a rater gave a session: points for each item of a sheet, in order. They replace
-    /// earlier points of the same rater on the same sheet. `rater` is the name, empty if not told,
-    /// and whether the rater did not know who operated.
+    /// Stores what a rater gave a session: points for each item of a sheet, in order. `rater` is
+    /// the name, empty if not told, and whether the rater did not know who operated.
     ///
     /// # Errors
-    /// When there is no such session, the number of points is not that of the items, a value is
-    /// outside the sheet's scale, or the rater's name is invalid.
+    /// [`StoreError::Rated`] if the rater filled this sheet for this session before. When there is
+    /// no such session, the number of points is not that of the items, a value is outside the
+    /// sheet's scale, or the rater's name is invalid.
     pub fn rate(
         &mut self,
+        session: &str,
+        sheet: &Sheet,
+        rater: (&str, bool),
+        points: &[u8],
+    ) -> Result<(), StoreError> {
+        if let Some(old) = self.rated(session, sheet, rater.0)? {
+            return Err(old.into());
+        }
+        self.put_sheet("INSERT", session, sheet, rater, points)
+    }
+
+    /// Like [`Store::rate`], but replaces an earlier sheet of this kind by the same rater, and
+    /// returns it.
+    ///
+    /// # Errors
+    /// As [`Store::rate`], without [`StoreError::Rated`].
+    pub fn rate_again(
+        &mut self,
+        session: &str,
+        sheet: &Sheet,
+        rater: (&str, bool),
+        points: &[u8],
+    ) -> Result<Option<Rating>, StoreError> {
+        let old = self.rated(session, sheet, rater.0)?;
+        self.put_sheet("INSERT OR REPLACE", session, sheet, rater, points)?;
+        Ok(old)
+    }
+
+    /// The sheet of this kind that a rater filled for a session.
+    ///
+    /// # Errors
+    /// When there is no such session, or the rater's name is invalid.
+    pub fn rated(
+        &self,
+        session: &str,
+        sheet: &Sheet,
+        rater: &str,
+    ) -> Result<Option<Rating>, StoreError> {
+        let rater = check_rater(rater)?;
+        let mut all = self.ratings(session)?.into_iter();
+        Ok(all.find(|it| it.sheet == sheet.name && it.rater == rater))
+    }
+
+    fn put_sheet(
+        &mut self,
+        insert: &str,
         session: &str,
         sheet: &Sheet,
         (rater, is_blinded): (&str, bool),
         points: &[u8],
     ) -> Result<(), StoreError> {
-        let rater = match rater.trim() {
-            "" => String::new(),
-            rater => checked(rater, "a rater's name")?,
-        };
+        let rater = check_rater(rater)?;
         if points.len() != sheet.items.len() {
             return Err(StoreError::Value {
                 what: format!("the number of points for {}", sheet.title),
@@ -91,12 +154,13 @@ impl Store {
                 });
             }
         }
-        self.session_exists(session)?;
         let path = self.path().to_owned();
         let change = self.change()?;
         let kept = || -> rusqlite::Result<()> {
             change.execute(
-                "INSERT OR REPLACE INTO rating (session, sheet, rater, blinded) VALUES (?1, ?2, ?3, ?4)",
+                &format!(
+                    "{insert} INTO rating (session, sheet, rater, blinded) VALUES (?1, ?2, ?3, ?4)"
+                ),
                 params![session, sheet.name, rater, is_blinded],
             )?;
             for (item, value) in sheet.items.iter().zip(points) {
@@ -109,6 +173,21 @@ impl Store {
         };
         kept().map_err(|error| refused(&path, error))?;
         change.commit().map_err(|error| refused(&path, error))
+    }
+
+    /// Rater whose name is easily confused with this new one. `None`: there is none, or a rater has
+    /// this very name.
+    ///
+    /// # Errors
+    /// When the name is invalid, or the file cannot be read.
+    pub fn alike_rater(&self, rater: &str) -> Result<Option<String>, StoreError> {
+        let rater = check_rater(rater)?;
+        let query = "SELECT DISTINCT rater FROM rating WHERE rater <> '' ORDER BY rater";
+        let known: Vec<String> = self.rows(query, [], |row| row.get(0))?;
+        if known.contains(&rater) {
+            return Ok(None);
+        }
+        Ok(known.into_iter().find(|it| are_alike(it, &rater)))
     }
 
     fn session_exists(&self, session: &str) -> Result<(), StoreError> {

@@ -206,15 +206,17 @@ impl Table {
     }
 
     fn row(&mut self, fields: impl IntoIterator<Item = String>) {
-        let fields: Vec<String> = fields.into_iter().map(|it| field(&it)).collect();
+        let fields: Vec<String> = fields.into_iter().map(|it| csv_field(&it)).collect();
         self.0 += &fields.join(",");
         self.0.push('\n');
     }
 }
 
-/// Escapes a field. An apostrophe goes before a field that a spreadsheet would read as a formula,
-/// but not before a number.
-fn field(text: &str) -> String {
+/// Escapes a field of CSV: quoted if it holds a comma, a quotation mark or a line end. An
+/// apostrophe goes before a field that a spreadsheet would read as a formula, but not before a
+/// number.
+#[must_use]
+pub fn csv_field(text: &str) -> String {
     let is_number = text.parse::<f64>().is_ok();
     let formula = !is_number && text.starts_with(['=', '+', '-', '@', '\t', '\r']);
     let text = if formula {

@@ -485,6 +485,46 @@ fn a_session_that_differs_stays_as_it_is_here() {
 }
 
 #[test]
+fn sheets_of_a_session_with_another_owner_stay_out() {
+    let (folder, centre) = folder();
+    let other = folder.path().join("other.sqlite");
+    let (shared, own) = (session(1, "cut", 10.0), session(2, "cut", 10.0));
+    let mut theirs = Store::open(&other).unwrap();
+    for it in [&shared, &own] {
+        theirs.add_session("Bo", it).unwrap();
+        theirs.set_sheet(&it.id, [1; 5]).unwrap();
+    }
+    let mut store = Store::open(&centre).unwrap();
+    store.add_session("Ada", &shared).unwrap();
+    let merged = store.merge(&other).unwrap();
+    assert_eq!((merged.known, merged.differing, merged.points), (1, 1, 5));
+    let owner = OtherOwner {
+        session: shared.id.clone(),
+        here: "Ada".to_owned(),
+        there: "Bo".to_owned(),
+    };
+    assert_eq!(merged.other_owners, [owner]);
+    assert!(store.ratings(&shared.id).unwrap().is_empty());
+    assert_eq!(store.ratings(&own.id).unwrap().len(), 1);
+    assert_eq!(store.sessions("Ada", None).unwrap(), [shared]);
+}
+
+#[test]
+fn a_store_is_not_merged_into_itself() {
+    let (folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let link = folder.path().join("link.sqlite");
+    std::os::unix::fs::symlink(&path, &link).unwrap();
+    for other in [&path, &link] {
+        let merged = store.merge(other).unwrap_err();
+        assert!(matches!(merged, StoreError::SameFile { .. }), "{merged}");
+        let refused = Store::can_merge(&path, other).unwrap_err().to_string();
+        assert!(refused.contains("the same file"), "{refused}");
+        assert!(refused.contains(other.to_str().unwrap()), "{refused}");
+    }
+}
+
+#[test]
 fn store_that_cannot_be_merged_changes_nothing() {
     let (folder, centre) = folder();
     let mut store = Store::open(&centre).unwrap();

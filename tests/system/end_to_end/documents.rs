@@ -97,6 +97,14 @@ fn what_is_stored_follows_its_schemas(store: &Path, folder: &Path) {
     let sheet = [&["sheet", id, "--rater", "Grace"], &points[..]].concat();
     let filled = finish(&mut ask(&sheet));
     assert!(filled.status.success(), "{}", said(&filled));
+    let again = said(&finish(&mut ask(&sheet)));
+    assert!(again.contains("--replace") && again.contains(id), "{again}");
+    let again = finish(&mut ask(&[&sheet[..], &["--replace"]].concat()));
+    assert!(
+        said(&again).contains("replaced the sheet"),
+        "{}",
+        said(&again)
+    );
     follows(
         &json(&mut ask(&["sheet", id, "--json"])),
         "urn:calot:sheet:1",

@@ -67,7 +67,7 @@ fn record(assessed: &Assessed) -> SessionRecord {
 fn scores(table: &str) -> [Vec<f64>; 3] {
     LEVELS.map(|(_, cohort)| {
         let rows = table.lines().map(|row| row.split(',').collect::<Vec<_>>());
-        let own = rows.filter(|row| row.get(3) == Some(&format!("\"{cohort}\"").as_str()));
+        let own = rows.filter(|row| row.get(3) == Some(&cohort));
         own.filter_map(|row| row.get(6)?.parse().ok()).collect()
     })
 }

@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write as _};
 use std::path::Path;
 
+use store::csv_field;
+
 use super::table::{Cell, Column, Sheet};
 
 /// A CSV file under construction.
@@ -40,7 +42,7 @@ impl Sheet for Csv {
                 Cell::Double(it) => write!(line, "{it}"),
                 Cell::Single(it) => write!(line, "{it}"),
                 Cell::Flag(it) => write!(line, "{}", u8::from(*it)),
-                Cell::Text(it) => write!(line, "{}", field(it)),
+                Cell::Text(it) => write!(line, "{}", csv_field(it)),
                 Cell::Absent => Ok(()),
             };
         }
@@ -50,20 +52,6 @@ impl Sheet for Csv {
 
     fn end(mut self: Box<Self>) -> io::Result<()> {
         self.to.flush()
-    }
-}
-
-/// A text as a field: quoted if it holds a comma, a quotation mark or a line end. An apostrophe
-/// goes before a text that a spreadsheet would read as a formula.
-fn field(text: &str) -> String {
-    let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
-    let text = match formula {
-        true => format!("'{text}"),
-        false => text.to_owned(),
-    };
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text,
     }
 }
 
@@ -104,6 +92,6 @@ mod tests {
             format!("{},{single},{double},1,\"a,\"\"b\"\"\",", u64::MAX)
         );
         assert_eq!(format!("{single}").parse(), Ok(single));
-        assert_eq!(field("=1+1"), "'=1+1");
+        assert_eq!(csv_field("=1+1"), "'=1+1");
     }
 }

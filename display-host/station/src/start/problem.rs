@@ -19,6 +19,7 @@ pub(super) fn of_store(words: &Words, error: &StoreError) -> String {
     match error {
         StoreError::Io { path, source } => with("store-io", path, source),
         StoreError::Missing { path } => with("store-missing", path, &""),
+        StoreError::SameFile { other, .. } => with("store-same", other, &""),
         StoreError::NotAStore { path } => with("store-foreign", path, &""),
         StoreError::Version { path, found } => with("store-version", path, found),
         StoreError::Damaged { path, problem } => with("store-damaged", path, problem),
@@ -39,6 +40,18 @@ pub(super) fn of_store(words: &Words, error: &StoreError) -> String {
         }
         StoreError::Sheet(problem) => {
             words.say_with("store-sheet", &[("problem", problem.as_str().into())])
+        }
+        StoreError::Rated {
+            rater,
+            sheet,
+            session,
+        } => {
+            let values = [
+                ("rater", rater.as_str().into()),
+                ("sheet", sheet.as_str().into()),
+                ("session", session.as_str().into()),
+            ];
+            words.say_with("store-rated", &values)
         }
     }
 }
@@ -151,6 +164,15 @@ mod tests {
             },
             StoreError::Questionnaire("line 3".to_owned()),
             StoreError::Sheet("line 3".to_owned()),
+            StoreError::SameFile {
+                into: path(),
+                other: path(),
+            },
+            StoreError::Rated {
+                rater: "Bo".to_owned(),
+                sheet: "goals".to_owned(),
+                session: "s".to_owned(),
+            },
             store::check_name("").expect_err("no name"),
         ];
         let files = [
@@ -190,7 +212,9 @@ mod tests {
             (0, "/here"),
             (0, "the system's words"),
             (3, "7"),
-            (16, "12"),
+            (13, "/here"),
+            (14, "Bo"),
+            (18, "12"),
         ] {
             assert!(german[number].contains(named), "{}", german[number]);
         }

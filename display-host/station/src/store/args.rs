@@ -6,7 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use store::Consent;
 
 use super::study::StudyArgs;
-use crate::args::{NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
+use crate::args::{NewRater, NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -105,7 +105,8 @@ pub(crate) enum StoreCommand {
         /// Print a table as CSV instead: sessions (one a row, with every metric and the means of
         /// GOALS as columns), answers (one answer to a questionnaire a row), or sheets (one item of
         /// a scoring sheet a row). A table has the same columns whatever is in the store; `trainee`
-        /// and `session` join them
+        /// and `session` join them. An apostrophe goes before a text that begins with =, +, - or
+        /// @, so that a spreadsheet does not take it for a formula
         #[arg(long, value_name = "TABLE", value_enum, num_args = 0..=1, require_equals = true,
             default_missing_value = "sessions")]
         csv: Option<Table>,
@@ -181,7 +182,8 @@ pub(crate) enum StoreCommand {
         /// Sanford and Strasberg 2014), or a file (TOML)
         #[arg(long, value_name = "NAME|FILE", default_value = "goals")]
         sheet: String,
-        /// Rater's name, as chosen. Each rater has one sheet of a kind for each session
+        /// Rater's name, as chosen. Each rater has one sheet of a kind for each session; a second
+        /// one is refused, unless --replace is given
         #[arg(
             long,
             value_name = "NAME",
@@ -189,9 +191,14 @@ pub(crate) enum StoreCommand {
             hide_default_value = true
         )]
         rater: String,
+        #[command(flatten)]
+        new: NewRater,
         /// The rater did not know who operated
         #[arg(long)]
         blinded: bool,
+        /// Replace the sheet of this kind that the rater filled for this session before
+        #[arg(long)]
+        replace: bool,
         /// Print as JSON: the sheets of the session, or without a session the forms
         #[arg(long, conflicts_with = "points")]
         json: bool,

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use assess::report::{Past, learning_curve};
 use assess::{Difficulty, Metric, Outcome, Rules, Task};
-use store::{Consent, Hand, SessionRecord, Sheet, Store, StoreError};
+use store::{Consent, Hand, OtherOwner, SessionRecord, Sheet, Store, StoreError};
 
 use self::args::{StoreArgs, StoreCommand, Table};
 use self::record::circumstances_beside;
@@ -56,12 +56,21 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
         StoreCommand::Site { name: Some(name) } => file.open()?.set_site(name)?,
         StoreCommand::Site { name: None } => say::answer(file.read()?.site()?),
         StoreCommand::Merge { others, json } => {
+            let into = file.path()?;
+            // Before a missing store is made, one that cannot be read is refused.
+            for other in others {
+                Store::can_merge(&into, other)?;
+            }
             let mut store = file.open()?;
             for other in others {
                 merge(&mut store, other, *json)?;
             }
         }
-        StoreCommand::Forget { name } => forget(&mut file.open()?, name)?,
+        StoreCommand::Forget { name } => {
+            // Makes no store.
+            drop(file.read()?);
+            forget(&mut file.open()?, name)?;
+        }
         StoreCommand::Curve {
             name,
             task,
@@ -79,14 +88,22 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             points,
             sheet,
             rater,
+            new,
             blinded,
+            replace,
             json,
         } => match session {
             None => sheets::forms(*json)?,
             Some(session) if *json => sheets::show(&file.read()?, session)?,
             Some(session) => {
                 let form = Sheet::named(sheet)?;
-                sheets::fill(file, session, &form, (rater, *blinded), points)?;
+                let filled = sheets::Filled {
+                    session,
+                    form: &form,
+                    rater: (rater, *blinded),
+                    points,
+                };
+                filled.store(file, *new, *replace)?;
             }
         },
         StoreCommand::Study(args) => study::run(&file.read()?, args)?,
@@ -132,6 +149,17 @@ fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
     for [known, new] in &merged.alike {
         say::note(format_args!(
             "the new trainee '{new}' looks like '{known}': if they are one person, choose one name"
+        ));
+    }
+    for it in &merged.other_owners {
+        let OtherOwner {
+            session,
+            here,
+            there,
+        } = it;
+        say::note(format_args!(
+            "session '{session}' belongs to '{here}' here and to '{there}' there: it stays with '{here}', and its \
+             sheets from there are left out. Find out whose it is, and correct the store that is wrong"
         ));
     }
     if merged.differing > 0 {
@@ -454,6 +482,59 @@ mod tests {
                 ..session(6, Difficulty::Exam, Outcome::Passed)
             },
         ]
+    }
+
+    #[test]
+    fn a_command_that_fails_makes_no_store() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Some(folder.path().join("new/store.sqlite"));
+        let commands = [
+            StoreCommand::Forget {
+                name: "Ada".to_owned(),
+            },
+            StoreCommand::Merge {
+                others: vec![folder.path().join("none.sqlite")],
+                json: false,
+            },
+        ];
+        for command in commands {
+            let file = StoreFile {
+                store: store.clone(),
+            };
+            assert!(run(&StoreArgs { file, command }).is_err());
+            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        }
+    }
+
+    #[test]
+    fn a_rater_fills_a_sheet_once_and_under_one_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("store.sqlite");
+        let mut store = Store::open(&path).unwrap();
+        let it = session(1, Difficulty::Exam, Outcome::Passed);
+        store.add_session("Ada", &it).unwrap();
+        drop(store);
+        let fill = |rater, is_new, replaces| {
+            let filled = sheets::Filled {
+                session: &it.id,
+                form: &Sheet::named("goals").unwrap(),
+                rater: (rater, true),
+                points: &[3; 5],
+            };
+            let file = StoreFile {
+                store: Some(path.clone()),
+            };
+            let new = crate::args::NewRater { new_rater: is_new };
+            filled.store(&file, new, replaces)
+        };
+        fill("Bo", false, false).unwrap();
+        assert!(fill("Bo", false, false).is_err());
+        fill("Bo", false, true).unwrap();
+        fill("bo", true, false).unwrap();
+        assert_eq!(
+            Store::read(&path).unwrap().ratings(&it.id).unwrap().len(),
+            2
+        );
     }
 
     #[test]

@@ -2,9 +2,9 @@
 
 use std::io::{BufRead as _, Write as _};
 
-use store::{Sheet, SheetItem, Store};
+use store::{Sheet, SheetItem, Store, StoreError, rater_in_words};
 
-use crate::args::StoreFile;
+use crate::args::{NewRater, StoreFile};
 use crate::document;
 use crate::problem::Problem;
 use crate::say;
@@ -47,25 +47,68 @@ pub(super) fn show(store: &Store, session: &str) -> Result<(), Problem> {
     document::SHEET.array(store.ratings(session)?)
 }
 
-/// Stores a sheet; asks for the points if none are given. `rater` is the name and whether the rater
-/// did not know who operated.
-pub(super) fn fill(
-    file: &StoreFile,
-    session: &str,
-    form: &Sheet,
-    rater: (&str, bool),
-    points: &[u8],
-) -> Result<(), Problem> {
-    // A session that is not there is refused before anybody is asked.
-    file.read()?.ratings(session)?;
-    let points = match points.is_empty() {
-        true => ask(form)?,
-        false => points.to_vec(),
-    };
-    file.open()?.rate(session, form, rater, &points)?;
-    let sum: u32 = points.iter().map(|it| u32::from(*it)).sum();
-    say::note(format_args!("{sum} of {}", form.total()));
-    Ok(())
+/// A sheet to store.
+pub(super) struct Filled<'a> {
+    pub(super) session: &'a str,
+    pub(super) form: &'a Sheet,
+    /// Name, and whether the rater did not know who operated.
+    pub(super) rater: (&'a str, bool),
+    /// None: the terminal asks for them.
+    pub(super) points: &'a [u8],
+}
+
+impl Filled<'_> {
+    /// Stores the sheet; asks for the points if none are given. `replaces`: an earlier sheet of the
+    /// same rater goes.
+    pub(super) fn store(
+        &self,
+        file: &StoreFile,
+        new: NewRater,
+        replaces: bool,
+    ) -> Result<(), Problem> {
+        let Self {
+            session,
+            form,
+            rater,
+            ..
+        } = *self;
+        // Before anybody is asked, a session that is not there is refused, a rater's name that
+        // looks like another's, and a second sheet.
+        let store = file.read()?;
+        store.ratings(session)?;
+        new.confirm(&store, rater.0)?;
+        if let Some(old) = store.rated(session, form, rater.0)?
+            && !replaces
+        {
+            return Err(StoreError::from(old).into());
+        }
+        drop(store);
+        let points = match self.points.is_empty() {
+            true => ask(form)?,
+            false => self.points.to_vec(),
+        };
+        let mut store = file.open()?;
+        let sum: u32 = points.iter().map(|it| u32::from(*it)).sum();
+        let total = form.total();
+        let old = match replaces {
+            true => store.rate_again(session, form, rater, &points)?,
+            false => {
+                store.rate(session, form, rater, &points)?;
+                None
+            }
+        };
+        say::note(format_args!("{sum} of {total}"));
+        if let Some(old) = old {
+            let blinded = if old.blinded { "blinded " } else { "" };
+            say::note(format_args!(
+                "replaced the {blinded}sheet '{}' of {} for session '{session}': {} of {total}",
+                old.sheet,
+                rater_in_words(&old.rater),
+                old.sum()
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// Asks in the terminal until each item has points of the scale.

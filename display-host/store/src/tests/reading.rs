@@ -7,7 +7,7 @@ fn reading_makes_no_file_and_needs_no_right_to_write() {
     let (folder, path) = folder();
     let missing = Store::read(&path).unwrap_err();
     assert!(matches!(missing, StoreError::Missing { .. }), "{missing}");
-    assert!(missing.to_string().contains("reading makes none"));
+    assert!(missing.to_string().contains("this command makes none"));
     assert!(std::fs::read_dir(folder.path()).unwrap().next().is_none());
 
     let mut store = Store::open(&path).unwrap();

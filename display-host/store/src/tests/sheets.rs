@@ -26,8 +26,20 @@ fn several_raters_score_a_session_each_once() {
     let [goals, cvs] = ["goals", "cvs"].map(|it| Sheet::named(it).unwrap());
     store.set_sheet(&it.id, [1, 2, 3, 4, 5]).unwrap();
     store.rate(&it.id, &goals, ("R", true), &[2; 5]).unwrap();
-    store.rate(&it.id, &goals, ("R", false), &[4; 5]).unwrap();
-    store.rate(&it.id, &cvs, ("R", true), &[0, 1, 2]).unwrap();
+    let again = store.rate(&it.id, &goals, (" R ", false), &[4; 5]);
+    let again = again.unwrap_err().to_string();
+    for part in ["rater 'R'", "'goals'", &it.id, "--replace"] {
+        assert!(again.contains(part), "{again}");
+    }
+    let old = store.ratings(&it.id).unwrap().remove(1);
+    assert!(old.blinded && old.sum() == 10, "{old:?}");
+    let replaced = store.rate_again(&it.id, &goals, ("R", false), &[4; 5]);
+    assert_eq!(replaced.unwrap(), Some(old));
+    let unnamed = store.rate(&it.id, &goals, ("", false), &[4; 5]);
+    let unnamed = unnamed.unwrap_err().to_string();
+    assert!(unnamed.contains("a rater without a name"), "{unnamed}");
+    let first = store.rate_again(&it.id, &cvs, ("R", true), &[0, 1, 2]);
+    assert_eq!(first.unwrap(), None);
     let ratings = store.ratings(&it.id).unwrap();
     let of = |it: &Rating| (it.sheet.clone(), it.rater.clone(), it.blinded, it.sum());
     let wanted = [
@@ -43,7 +55,8 @@ fn several_raters_score_a_session_each_once() {
         (&[1, 2][..], "the number of points"),
         (&[0, 3, 0], "allowed is 0 to 2"),
     ] {
-        let error = store.rate(&it.id, &cvs, ("R", true), points).unwrap_err();
+        let rated = store.rate_again(&it.id, &cvs, ("R", true), points);
+        let error = rated.unwrap_err();
         assert!(error.to_string().contains(why), "{error}");
     }
     assert!(
@@ -73,4 +86,30 @@ fn sheets_in_files_are_checked() {
     }
     let error = Sheet::named("/nowhere/a.toml").unwrap_err().to_string();
     assert!(error.contains("/nowhere/a.toml") && error.contains("osats"));
+}
+
+#[test]
+fn raters_whose_names_are_easily_confused_are_found() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let it = session(1, "cut", 1.0);
+    store.add_session("Ada", &it).unwrap();
+    let goals = Sheet::named("goals").unwrap();
+    for rater in ["", "Bo", "Am\u{e9}lie"] {
+        store.rate(&it.id, &goals, (rater, false), &[3; 5]).unwrap();
+    }
+    for (rater, like) in [
+        ("bo", Some("Bo")),
+        (" BO ", Some("Bo")),
+        ("B\u{43e}", Some("Bo")),
+        ("b\u{43e}", Some("Bo")),
+        ("Bo", None),
+        ("Ame\u{301}lie", None),
+        ("Ada", None),
+        ("", None),
+    ] {
+        let found = store.alike_rater(rater).unwrap();
+        assert_eq!(found.as_deref(), like, "{rater}");
+    }
+    assert!(store.alike_rater("\u{202e}").is_err());
 }

@@ -32,7 +32,8 @@ pub(crate) struct StudyArgs {
     /// Write the trainees' names instead of numbers
     #[arg(long)]
     pub(super) names: bool,
-    /// Folder for study.csv and study.html
+    /// Folder for study.csv and study.html. In the table, an apostrophe goes before a text that
+    /// begins with =, +, - or @, so that a spreadsheet does not take it for a formula
     #[arg(long, value_name = "DIR")]
     pub(super) out: PathBuf,
     #[command(flatten)]

@@ -12,7 +12,7 @@ mod page;
 mod sample;
 
 use assess::Metric;
-use store::Store;
+use store::{Store, csv_field};
 
 pub(crate) use self::args::StudyArgs;
 use self::sample::Sample;
@@ -51,7 +51,6 @@ fn csv(sample: &Sample) -> String {
     let mut text = format!("{COLUMNS},{metrics}\n");
     for task in &sample.tasks {
         for person in &task.people {
-            let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
             let values = Metric::ALL.map(|it| person.median(it.name()));
             let values = [person.median("score")].into_iter().chain(values);
             let values = values.map(|it| match it.is_finite() {
@@ -62,13 +61,74 @@ fn csv(sample: &Sample) -> String {
                 task.task.clone(),
                 task.difficulty.clone(),
                 task.version.to_string(),
-                quoted(&person.group),
-                quoted(&person.label),
+                person.group.clone(),
+                person.label.clone(),
                 person.sessions.len().to_string(),
             ];
-            text += &row.into_iter().chain(values).collect::<Vec<_>>().join(",");
+            let fields = row.into_iter().chain(values).map(|it| csv_field(&it));
+            text += &fields.collect::<Vec<_>>().join(",");
             text.push('\n');
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use store::{Hand, SessionRecord};
+
+    use super::args::By;
+    use super::sample::{LeftOut, Person, TaskSample};
+    use super::*;
+
+    #[test]
+    fn no_cell_of_the_table_is_a_formula() {
+        let session = SessionRecord {
+            id: "s".to_owned(),
+            score: -5.0,
+            began_unix_s: 1,
+            task: "cut".to_owned(),
+            difficulty: "exam".to_owned(),
+            outcome: "passed".to_owned(),
+            alarms: 0,
+            metrics_version: 1,
+            metrics: std::collections::BTreeMap::new(),
+            scene: String::new(),
+            program: String::new(),
+            file: None,
+            hand: Hand::Person,
+            circumstances: store::Circumstances::default(),
+        };
+        let person = |label: &str, group: &str| Person {
+            label: label.to_owned(),
+            group: group.to_owned(),
+            sessions: vec![session.clone()],
+        };
+        let people = vec![
+            person("@Ada", "=1+1"),
+            person("-Bo", "+a,b"),
+            person("Cy", "c"),
+        ];
+        let sample = Sample {
+            by: By::Cohort,
+            tasks: vec![TaskSample {
+                task: "cut".to_owned(),
+                difficulty: "exam".to_owned(),
+                version: 1,
+                people,
+            }],
+            left_out: LeftOut::default(),
+            has_scripted: false,
+        };
+        let table = csv(&sample);
+        let starts: Vec<String> = { table.lines().skip(1) }
+            .map(|row| row.trim_end_matches(',').to_owned())
+            .collect();
+        let wanted = [
+            "cut,exam,1,'=1+1,'@Ada,1,-5",
+            "cut,exam,1,\"'+a,b\",'-Bo,1,-5",
+            "cut,exam,1,c,Cy,1,-5",
+        ];
+        assert_eq!(starts, wanted);
+    }
 }
