@@ -125,10 +125,14 @@ fn charts(task: &TaskSample, names: &[String], rows: &[Row]) -> String {
             .collect();
         groups(&title(row), &all)
     });
-    format!(
-        "<div class=\"charts\">{}</div><p class=\"few\">A dot is a person, the bar the median, the box the quartiles.</p>",
-        drawn.collect::<String>()
-    )
+    let drawn: String = drawn.collect();
+    match drawn.is_empty() {
+        true => drawn,
+        false => format!(
+            "<div class=\"charts\">{drawn}</div><p class=\"few\">A dot is a person, the bar the median, the box \
+             the quartiles.</p>"
+        ),
+    }
 }
 
 fn title(row: &Row) -> String {
@@ -143,6 +147,9 @@ fn table(names: &[String], rows: &[Row]) -> String {
         .iter()
         .map(|it| format!("<th>{}", escape(it)))
         .collect();
+    if rows.is_empty() {
+        return "<h3>Groups</h3><p class=\"few\">Medians need more persons.</p>".to_owned();
+    }
     let mut body = String::new();
     for row in rows {
         let cells = row
