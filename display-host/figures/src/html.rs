@@ -2,8 +2,8 @@
 
 use crate::Machine;
 
-/// Style sheet of the reports. On a narrow screen wide tables scroll by themselves; on paper, folded
-/// parts are open.
+/// Style sheet of the reports. On a narrow screen wide tables scroll; on paper, folded parts are
+/// open.
 pub const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
 padding:0 1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2rem;\
 font-size:1.15rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem .8rem;text-align:\
