@@ -54,7 +54,16 @@ joined = tool.merge(ticks, on="tick")
 assert len(joined) > 0.9 * len(tool) > 0
 force = (joined[["force_x_n", "force_y_n", "force_z_n"]] ** 2).sum(axis=1) ** 0.5
 assert (abs(force - joined.force_n) < 1e-5).all()
-assert len(session.stages()) == len(ticks)
+# Both count time from the first tick.
+assert (abs(joined.time_s_x - joined.time_s_y) < 0.01).all(), (joined.time_s_x - joined.time_s_y).abs().max()
+stages = session.stages()
+assert len(stages) == len(ticks)
+assert (stages.motion_to_force_ns.isna() == ticks.motion_to_force_ns.isna()).all()
+try:
+    session.frame("/setup")
+    raise AssertionError("packed bytes became a table")
+except ValueError as error:
+    assert "calot export" in str(error)
 
 # A copy that was cut off and repaired opens like any other.
 assert sum(1 for _ in calot.Session(copy).messages("/tool")) > 0

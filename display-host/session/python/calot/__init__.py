@@ -37,6 +37,7 @@ class Session:
             counts = summary.statistics.channel_message_counts
             for number, channel in summary.channels.items():
                 self.topics[channel.topic] = counts.get(number, 0)
+        self._begin_ns = next((at for at, _ in self.messages("/setup")), None)
 
     def messages(self, topic):
         """Yields (time since 1970 in ns, message) for each message of a topic.
@@ -57,21 +58,28 @@ class Session:
         """A table of a topic's messages: one row a message, one column a field.
 
         A field in a message becomes a column such as `force_xyz_n.x`, and
-        `time_s` counts from the topic's first message.
+        `time_s` counts from the session's first tick, as in the tables of
+        `calot export`.
         """
         rows = []
         for time_ns, message in self.messages(topic):
+            if isinstance(message, bytes):
+                raise ValueError(f"{topic} is packed for Calot alone; `calot export` writes its tables")
             row = {"time_unix_ns": time_ns}
             _flatten(message, "", row)
             rows.append(row)
         table = pandas.DataFrame(rows)
         if not table.empty:
-            seconds = (table.time_unix_ns - table.time_unix_ns.iloc[0]) / 1e9
+            begin_ns = self._begin_ns or table.time_unix_ns.iloc[0]
+            seconds = (table.time_unix_ns - begin_ns) / 1e9
             table.insert(0, "time_s", seconds)
         return table
 
     def stages(self):
-        """A table of the ticks' times: one row a tick, times in ns."""
+        """A table of the ticks' times: one row a tick, times in ns.
+
+        `motion_to_force_ns` is missing in ticks without a new sample of the device.
+        """
         parts = []
         for _, message in self.messages("/stages"):
             columns = {}
@@ -81,7 +89,12 @@ class Session:
             part = pandas.DataFrame(columns)
             part.insert(0, "tick", range(message.first_tick, message.first_tick + len(part)))
             parts.append(part)
-        return pandas.concat(parts, ignore_index=True) if parts else pandas.DataFrame()
+        if not parts:
+            return pandas.DataFrame()
+        table = pandas.concat(parts, ignore_index=True)
+        felt = table["motion_to_force_ns"]
+        table["motion_to_force_ns"] = felt.where(felt > 0)
+        return table
 
 
 def _flatten(message, before, row):

@@ -15,9 +15,13 @@ pub(crate) fn events() -> Vec<Column> {
         Column::new("time_unix_ns", Kind::Whole, "time since 1970 UTC, ns"),
         Column::new("kind", Kind::Text, "kind of the event"),
         Column::new("organ", Kind::Text, "organ; empty: none"),
-        Column::new("x_m", Kind::Single, "place, to the patient's left, m"),
-        Column::new("y_m", Kind::Single, "place, to the head, m"),
-        Column::new("z_m", Kind::Single, "place, to the front, m"),
+        Column::new(
+            "x_m",
+            Kind::Single,
+            "place, to the patient's left, m; empty: none",
+        ),
+        Column::new("y_m", Kind::Single, "place, to the head, m; empty: none"),
+        Column::new("z_m", Kind::Single, "place, to the front, m; empty: none"),
         Column::new(
             "value",
             Kind::Single,
@@ -46,16 +50,19 @@ pub(crate) fn event(
         _ => "",
     };
     let organ = organs.get(event.organ as usize).map_or("", String::as_str);
-    let [x, y, z] = event.at_m;
+    // An event without a place has zeros; a real place is never exactly there.
+    let has_place = event.at_m.iter().any(|it| it.to_bits() != 0);
+    let place = |it: f32| Cell::finite(if has_place { it } else { f32::NAN });
+    let [x, y, z] = event.at_m.map(place);
     Some(vec![
         Cell::Whole(event.tick),
         Cell::Double(seconds(first_ns, entry.at_ns)),
         Cell::Whole(entry.at_ns.saturating_add_signed(wall_from_host_ns)),
         event.name().into(),
         organ.into(),
-        Cell::Single(x),
-        Cell::Single(y),
-        Cell::Single(z),
+        x,
+        y,
+        z,
         Cell::Single(event.value),
         fault.into(),
     ])

@@ -21,7 +21,7 @@ Examples:
   calot replay out/session.mcap --what-if triangle-variant --out what-if
   calot replay out/session.mcap --what-if-iterations 10 --out what-if   the paper's solver")]
 pub(crate) struct ReplayArgs {
-    /// Recorded session (.mcap)
+    /// Recorded session (.mcap), or the folder of its run
     #[arg(value_name = "SESSION")]
     pub(crate) session: PathBuf,
     /// Run the session on this compiled scene (.calot) instead of its own; both must be equal

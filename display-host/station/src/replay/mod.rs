@@ -22,6 +22,7 @@ use crate::build::build;
 use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
+use crate::report::recording;
 use crate::say;
 
 /// Interval between progress messages.
@@ -51,10 +52,11 @@ struct ReplayOutcome {
 
 /// Replays the session, and reports whether every tick came out equal.
 pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
+    let file = recording(&args.session);
     if args.repair {
-        return close::run(&args.session, args.overwrite, args.json);
+        return close::run(&file, args.overwrite, args.json);
     }
-    let mut session = Session::open(&args.session)?;
+    let mut session = Session::open(&file)?;
     let scene = scene_of(&mut session, args.scene.as_deref())?;
     let running = build();
     if running != session.info.build {
