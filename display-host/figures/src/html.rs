@@ -2,8 +2,8 @@
 
 use crate::Machine;
 
-/// Style sheet of the reports. On a narrow screen wide tables scroll; on paper, folded parts are
-/// open.
+/// Style sheet of the reports. On a narrow screen wide tables and charts scroll; on paper, folded
+/// parts are open.
 pub const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
 padding:0 1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2rem;\
 font-size:1.15rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem .8rem;text-align:\
@@ -12,8 +12,8 @@ margin-top:.2rem}.bad{background:#fbe9e7;border-left:4px solid #9e2a2b;padding:.
 background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}figure{margin:1rem 0}figcaption{\
 color:#555;font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:\
 repeat(auto-fill,minmax(min(17rem,100%),1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}\
-@media(max-width:45rem){table{display:block;overflow-x:auto}}@media print{details::details-content{\
-content-visibility:visible;block-size:auto}}";
+@media(max-width:45rem){table{display:block;overflow-x:auto}figure{overflow-x:auto}figure>svg{max-width:none}}\
+@media print{details::details-content{content-visibility:visible;block-size:auto}}";
 
 /// Table that describes the machine of a page's figures, followed by other rows.
 #[must_use]
