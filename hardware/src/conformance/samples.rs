@@ -221,7 +221,7 @@ fn judge_findings(report: &mut Report, found: FaultSet, bundle_ms: u32, host: Ho
                  the name of its tty)"
             )
         } else {
-            "samples come one by one".into()
+            "no bundles of 6 ms or longer; `calot devices watch` names shorter ones".into()
         },
         host,
     );
