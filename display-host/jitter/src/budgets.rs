@@ -1,10 +1,9 @@
 //! Lays each late tick to the stage, or to the late wake-up, that exceeded its due most.
 
 use serde::{Deserialize, Serialize};
-use shared_mem::message::STAGES;
+use shared_mem::message::{STAGE_NAMES, STAGES};
 
 use crate::blackbox::Tick;
-use crate::stages::STAGE_NAMES;
 
 /// Name of the part before the stages.
 pub const WAKE_UP: &str = "wake-up";

@@ -28,7 +28,6 @@ mod part;
 mod problem;
 pub mod report;
 mod slice;
-mod stages;
 pub mod table;
 pub mod tally;
 pub mod timeline;

@@ -4,6 +4,8 @@ use core::fmt::Write as _;
 
 use figures::Quantiles;
 
+use shared_mem::message::STAGE_NAMES;
+
 use crate::report::{Ratio, Report};
 use crate::{certainty, machines, misses, verdict, why};
 
@@ -53,7 +55,7 @@ pub fn rows(report: &Report) -> Vec<Row> {
             .iter()
             .position(|(row, _)| name == row || (row.ends_with('.') && name.starts_with(row)));
         let within = |stage: &str| {
-            let mut stages = crate::stages::STAGE_NAMES.iter();
+            let mut stages = STAGE_NAMES.iter();
             stages.position(|&s| s == stage).unwrap_or(0)
         };
         let (order, label) = match place {

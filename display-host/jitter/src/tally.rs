@@ -1,13 +1,12 @@
 //! Turns timing records into the figures of a report.
 
 use figures::Distribution;
-use shared_mem::message::{STAGES, TickRecord, TimingBatch};
+use shared_mem::message::{STAGE_NAMES, STAGES, TickRecord, TimingBatch};
 
 use crate::blackbox::{BlackBox, Tick};
 use crate::budgets::Budgets;
 use crate::misses::Missed;
 use crate::report::Report;
-use crate::stages::STAGE_NAMES;
 use crate::timeline::Worst;
 
 /// Stages after the force has been written.

@@ -3,10 +3,9 @@
 //! with everything that ran on their core if the run asked why.
 
 use serde_json::{Value, json};
-use shared_mem::message::TickRecord;
+use shared_mem::message::{STAGE_NAMES, TickRecord};
 
 use crate::blackbox::{Incident, Tick};
-use crate::stages::STAGE_NAMES;
 
 /// Row of the wake-up latencies: each slice goes from the due time of a tick to its begin.
 const DUE: u32 = 1;

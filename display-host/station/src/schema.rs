@@ -12,7 +12,7 @@ use crate::say;
 /// Options of `calot schema`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-Every JSON object that Calot writes has a key `schema`, such as \"urn:calot:summary:1\". The number is
+Every result in JSON has a key `schema`, such as \"urn:calot:summary:1\". The number is
 the version. New keys may come within a version; a key that a version has keeps its name and meaning.
 
 Examples:

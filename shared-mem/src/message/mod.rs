@@ -12,7 +12,7 @@ use iceoryx2::prelude::ZeroCopySend;
 pub use command::{CommandMsg, HandMsg, ReplyMsg};
 pub use events::{Event, EventMsg, UnknownEvent};
 pub use state::{ClipMsg, SphereState, StateFrame, SutureMsg};
-pub use timing::{TickRecord, TimingBatch};
+pub use timing::{STAGE_NAMES, TickRecord, TimingBatch};
 pub use tools::{CapsuleMsg, DentMsg, DeviceHealth, ToolFrame};
 
 pub use crate::limits::{

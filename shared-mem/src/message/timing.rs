@@ -5,6 +5,17 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::limits::{FAULTS, STAGES, TIMING_BATCH};
 
+/// Names of the stages of a tick, in the order in which they run.
+pub const STAGE_NAMES: [&str; STAGES] = [
+    "sample",
+    "tool",
+    "contact",
+    "solve",
+    "force",
+    "procedure",
+    "publish",
+];
+
 /// One tick's timing.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]

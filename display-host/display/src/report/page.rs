@@ -5,8 +5,8 @@ use std::path::Path;
 
 use figures::html::{STYLE, escape, machine_table};
 use figures::{Quantiles, times};
+use shared_mem::message::STAGE_NAMES;
 
-use super::recorder::STAGE_NAMES;
 use super::{Recorder, Summary};
 use crate::headless::{Ended, RunOutcome};
 

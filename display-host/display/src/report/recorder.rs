@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use figures::{Distribution, Machine};
 use shared_mem::limits::FAULTS;
-use shared_mem::message::{DeviceHealth, STAGES, TimingBatch, ToolFrame};
+use shared_mem::message::{DeviceHealth, STAGE_NAMES, STAGES, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::Fault;
 
@@ -13,17 +13,6 @@ use super::unrest::{Unrest, UnrestFinding};
 use super::{DeviceSummary, HeldBack, LineSummary, Range, Summary};
 use crate::feed::hex;
 use crate::headless::{Observed, RunOutcome};
-
-/// Stages of a tick, in order.
-pub(super) const STAGE_NAMES: [&str; STAGES] = [
-    "sample",
-    "tool",
-    "contact",
-    "solve",
-    "force",
-    "procedure",
-    "publish",
-];
 
 /// Points per second of the force's course.
 const FORCE_POINTS_PER_S: u64 = 20;

@@ -5,9 +5,10 @@ use core::fmt::Write as _;
 use figures::bands::{self, Band};
 use figures::html::escape;
 
+use shared_mem::message::STAGE_NAMES;
+
 use crate::blackbox::Incident;
 use crate::report::Report;
-use crate::stages::STAGE_NAMES;
 use crate::why::{self, What};
 
 /// Rows in the tables of causes and of the worst ticks.

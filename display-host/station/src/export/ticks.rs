@@ -4,21 +4,10 @@ use rt_core::math::{Pose, Vec3};
 use rt_process::replay::Replayed;
 use session::TickTimes;
 use shared_mem::inputs::InputRecord;
-use shared_mem::message::PoseMsg;
+use shared_mem::message::{PoseMsg, STAGE_NAMES, STAGES};
 
 use super::columns::seconds;
 use super::table::{Cell, Column, Kind};
-
-/// Names of the stages of a tick, in order.
-const STAGES: [&str; 7] = [
-    "sample",
-    "tool",
-    "contact",
-    "solve",
-    "force",
-    "procedure",
-    "publish",
-];
 
 /// Columns of the table.
 pub(crate) fn columns() -> Vec<Column> {
@@ -117,7 +106,7 @@ pub(crate) fn columns() -> Vec<Column> {
         Kind::Whole,
         "from the sample's arrival until the force was written, ns; empty: no new sample",
     );
-    for stage in STAGES {
+    for stage in STAGE_NAMES {
         add(
             &format!("{stage}_ns"),
             Kind::Whole,
@@ -256,7 +245,7 @@ fn pose_cells(pose: &Pose) -> impl Iterator<Item = Cell> + use<'_> {
 
 fn time_cells(times: Option<TickTimes>) -> impl Iterator<Item = Cell> {
     let whole = |number: u32| Cell::Whole(number.into());
-    let cells: [Cell; 4 + STAGES.len()] = match times {
+    let cells: [Cell; 4 + STAGES] = match times {
         Some(times) => {
             let [sample, tool, contact, solve, force, procedure, publish] =
                 times.stage_ns.map(whole);
