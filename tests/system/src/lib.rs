@@ -183,8 +183,9 @@ pub fn anatomy() -> Option<PathBuf> {
         .filter(|folder| folder.join("hra-female").is_dir())
 }
 
-/// True if this user may use realtime scheduling.
+/// True for root, and for a user whose limits permit realtime scheduling.
 #[must_use]
 pub fn may_be_realtime() -> bool {
-    rustix::process::getuid().is_root()
+    use rustix::process::{Resource, getrlimit, getuid};
+    getuid().is_root() || getrlimit(Resource::Rtprio).current != Some(0)
 }

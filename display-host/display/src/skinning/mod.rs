@@ -15,6 +15,7 @@
 pub mod dent;
 pub mod gpu;
 pub mod motion;
+pub mod organs;
 pub mod parts;
 
 use bytemuck::{Pod, Zeroable};
