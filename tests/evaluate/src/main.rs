@@ -1,4 +1,4 @@
-//! `evaluate`: the measurements of the solvers, as charts. Not shipped.
+//! `evaluate`: measures solvers, contact, haptics and the drawn skin, as charts. Not shipped.
 //!
 //! ```text
 //! reference   scene × ever finer meshes → difference between the meshes

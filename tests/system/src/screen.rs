@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 
 use crate::{Program, wait_until};
 
-/// A virtual screen that ends with its owner.
+/// A virtual screen. It is killed on drop.
 pub struct VirtualScreen {
     server: Child,
     /// Value for `DISPLAY`.
@@ -55,7 +55,7 @@ impl VirtualScreen {
         )
     }
 
-    /// Visible windows with their titles.
+    /// Ids and titles of Calot's visible windows.
     #[must_use]
     pub fn windows(&self) -> Vec<(String, String)> {
         let ids = self.tool(&["search", "--onlyvisible", "--name", "^Calot: "]);

@@ -7,8 +7,8 @@ use super::case::{PORT_M, Placed};
 type Point = Vector3<f64>;
 
 /// Force on a tool, and torque about its port, in the axes of [`Placed`]: out of the body, along
-/// the surface, across both. At the handle, a hand feels the torque about the port over the length
-/// outside as the force across the shaft.
+/// the surface, across both. Across the shaft, a hand feels this torque divided by the length
+/// outside the body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Wrench {
     /// Force, N.

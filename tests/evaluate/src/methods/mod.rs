@@ -43,7 +43,7 @@ pub(crate) struct State {
     pub(crate) put_back: u32,
     /// The ball that presses, at the end of the step.
     pub(crate) ball: Option<Ball>,
-    /// Force on the ball, as a running mean over some ticks, N.
+    /// Force on the ball, as a running mean over steps, N.
     pub(crate) ball_force_n: V3,
 }
 
@@ -56,7 +56,7 @@ pub(crate) struct Ball {
     pub(crate) radius_m: f32,
 }
 
-/// Weight of one tick in [`State::ball_force_n`].
+/// Weight of one step in [`State::ball_force_n`].
 const FORCE_SHARE: f32 = 0.02;
 
 impl Ball {
@@ -173,7 +173,7 @@ impl State {
         }
     }
 
-    /// Second half of such a step: the displacement becomes the velocity.
+    /// Second half of such a step: velocities follow from the displacements.
     fn advance(&mut self, env: &Env) {
         for i in 0..self.u_m.len() {
             self.v_m_s[i] = self.d_m[i] / env.dt_s;
@@ -192,7 +192,7 @@ pub(crate) fn edge_stiffness(body: &Body, edge: &crate::body::Edge) -> f32 {
 pub(crate) enum Way {
     /// Springs on every edge, explicit Euler.
     ExplicitSprings,
-    /// Springs on every edge, velocity before position.
+    /// Springs on every edge, semi-implicit Euler.
     Springs,
     /// The paper's inner spheres as Calot computes them: stiffness and iterations.
     Paper(f32, u32),

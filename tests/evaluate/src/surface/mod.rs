@@ -193,7 +193,7 @@ fn judged<'a>(scene: &'a SceneFile, name: &str) -> Result<Judge<'a>, String> {
     Ok(judge)
 }
 
-/// A seeded hand at every organ with every instrument, in turn, until its time is over.
+/// Lets a seeded hand work at every organ with every instrument, in turn, until its time is over.
 fn worked(
     scene: &SceneFile,
     scene_name: &str,
