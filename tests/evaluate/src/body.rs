@@ -92,7 +92,7 @@ pub(crate) struct Edge {
 pub(crate) struct Body {
     /// Sphere centres, m.
     pub(crate) rest_m: Vec<V3>,
-    /// Radius of each sphere within the organ's skin, m; 0 for nodes of cubes.
+    /// Radius of each sphere, m; 0 for nodes of cubes.
     pub(crate) radius_m: Vec<f32>,
     /// Mass of each sphere, kg.
     pub(crate) mass_kg: Vec<f32>,

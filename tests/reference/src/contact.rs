@@ -21,9 +21,9 @@ pub struct Tool<'a> {
     /// Parts of the tool. Each presses by itself; where two meet, as in the crotch of jaws, both
     /// press.
     pub bars: Vec<Bar>,
-    /// Direction from which the tool came. A point behind a bar in this direction counts as inside
-    /// the bar and is pushed out sideways. Without it, an iteration that pushed a point beyond a
-    /// thin bar's axis would leave the point there.
+    /// Direction from which the tool came. A point behind a bar, within the bar's width, counts as
+    /// inside the bar and is pushed out sideways. With `None`, an iteration could push a point
+    /// through a thin bar and leave it behind the bar.
     pub behind: Option<Vec3>,
     /// Displacement of the tool at a share of the load from 0 to 1, world frame, m.
     pub shift_m: Box<dyn Fn(f64) -> Vec3 + 'a>,

@@ -74,8 +74,8 @@ impl Material {
         })
     }
 
-    /// The same material with the energy that other programs call neo-Hookean. It splits off the
-    /// change of volume: `μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`.
+    /// This material with the energy that other programs call neo-Hookean. The energy splits off
+    /// the change of volume: `μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`.
     #[must_use]
     pub fn isochoric(self) -> Self {
         Self {

@@ -83,7 +83,7 @@ pub(crate) fn line_rms_mm(felt: &[Wrench], truth: &[Wrench], port_m: &Point) -> 
     let pairs = felt.iter().zip(truth);
     let known = pairs.filter(|(_, t)| t.out_n() >= TOUCHES_N && t.torque_nm.norm().is_finite());
     let off_m = known.map(|(f, t)| (f.line_m(port_m) - t.line_m(port_m)).norm());
-    rms_pct(off_m).map(|pct| pct * 10.0) // a hundred metres are 1e5 mm
+    rms_pct(off_m).map(|pct| pct * 10.0) // % of a metre to mm
 }
 
 #[cfg(test)]

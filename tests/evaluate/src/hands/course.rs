@@ -283,7 +283,8 @@ mod tests {
                 let index = Measure::ALL.iter().position(|it| *it == measure);
                 values[index.unwrap()]
             };
-            // Fifteen turns of 20 cm; each of the thirty reversals takes the leash up once.
+            // Fifteen turns of 20 cm. At each of the thirty reversals, the leash of the path (0.8
+            // mm) shortens the path.
             let path_m = of(Measure::Path);
             assert!((2.8..3.1).contains(&path_m), "{path_m} m {condition:?}");
             assert!((of(Measure::Time) - 60.0).abs() < 0.01);

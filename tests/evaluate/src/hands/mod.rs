@@ -52,7 +52,7 @@ fn unit(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Whose values one comparison takes.
+/// Units of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Of {
     /// The median of each person's trials.

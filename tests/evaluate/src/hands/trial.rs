@@ -137,6 +137,7 @@ fn names(folder: &Path) -> Result<Vec<String>, String> {
 /// Times, s, and places of both instruments, m.
 type Course = (Vec<f64>, [Vec<[f64; 3]>; 2]);
 
+/// Reads a trial's text. An error begins with its line.
 fn parse(text: &str, unit_m: f64) -> Result<Course, String> {
     let (mut times_s, mut hands): Course = Default::default();
     let mut columns = None;

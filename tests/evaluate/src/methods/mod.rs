@@ -31,7 +31,7 @@ pub(crate) struct State {
     pub(crate) v_m_s: Vec<V3>,
     /// This step's displacement so far, m.
     pub(crate) d_m: Vec<V3>,
-    /// Inverse mass, 1/kg; 0 for spheres that are moved from outside.
+    /// Inverse mass, 1/kg; 0 for held spheres.
     pub(crate) w_per_kg: Vec<f32>,
     /// Displacement of the held spheres from rest at the end of the step, m.
     pub(crate) target_m: Vec<V3>,
@@ -80,7 +80,7 @@ pub(crate) struct Env {
     pub(crate) damping_per_s: f32,
 }
 
-/// Loads that act on a body all the time.
+/// Gravity and damping, which act on a body all the time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Surroundings {
     /// Gravity, m/s².
@@ -106,7 +106,7 @@ pub(crate) trait Method {
 }
 
 impl State {
-    /// A body at rest. Held spheres are moved from outside.
+    /// A body at rest. Spheres marked in `held` follow `target_m`.
     pub(crate) fn at_rest(body: &Body, held: &[bool]) -> Self {
         let n = body.rest_m.len();
         let weight = |(m, held): (&f32, &bool)| if *held { 0.0 } else { 1.0 / m };
@@ -150,8 +150,8 @@ impl State {
         self.u_m[i] + self.d_m[i]
     }
 
-    /// Moves a sphere by `impulse` (kg m) times its inverse mass. A held sphere feels it as a
-    /// force.
+    /// Moves a sphere by `impulse` (kg m) times its inverse mass. For a held sphere the impulse
+    /// adds to the force on it.
     #[inline]
     fn push(&mut self, i: usize, impulse: V3, dt_s: f32) {
         self.d_m[i] += impulse * self.w_per_kg[i];
@@ -248,8 +248,8 @@ impl Way {
         }
     }
 
-    /// Parts that the method borrows. Only Calot's method collides with tools at a contact skin, if
-    /// there is one.
+    /// Parts that the method borrows, if it borrows any. Only Calot's method collides with tools at
+    /// a contact skin, if there is one.
     ///
     /// # Errors
     /// The message with which Calot refuses the scene.

@@ -96,7 +96,7 @@ pub(crate) struct Drawn<'a> {
     pieces: Pieces,
     now: Vec<SkinnedVertex>,
     organs: Vec<Organ>,
-    /// Places of cuts and tears on the tissue at rest, with their organ, m.
+    /// Cuts and tears: index of the organ, and rest position of the nearest vertex, m.
     cuts: Vec<(usize, Vec3)>,
 }
 
@@ -223,7 +223,7 @@ impl<'a> Drawn<'a> {
                 faults.off_tool_m = faults.off_tool_m.max(gap_m);
             }
         }
-        // A divided tube may hang where it likes.
+        // Ends of a divided tube are not judged.
         if cuts.is_empty() {
             let sphere = |i: u32| spheres.get(i as usize).map(|s| Vec3::from(s.center_m));
             for end in &organ.ends {

@@ -56,7 +56,7 @@ pub(super) fn torque(csv: &Csv) -> Table {
         };
         let (torques, lines) = (values("torque_error_pct"), values("line_off_mm"));
         if lines.is_empty() {
-            continue; // its references are older than the torque
+            continue; // its references have no torque
         }
         let or_none = |x: f64, digits: usize| {
             if x.is_finite() {
