@@ -102,7 +102,7 @@ pub(crate) struct Body {
     pub(crate) edges: Vec<Edge>,
     /// True for each sphere that preparation holds. Empty for cubes.
     pub(crate) supported: Vec<bool>,
-    /// Springs of spheres that no tetrahedron joins. They are among the edges, too.
+    /// Springs of spheres that no tetrahedron joins. The springs are also among `edges`.
     pub(crate) springs: Vec<Link>,
     /// Fewest substeps in a tick, as preparation found them.
     pub(crate) substeps: u32,

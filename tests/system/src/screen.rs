@@ -24,7 +24,7 @@ impl VirtualScreen {
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1300x900x24"])
             // Each xdotool is a client. Without this option the server resets when its last client
-            // leaves, and rejects a client that connects meanwhile.
+            // leaves, and rejects a client that connects during the reset.
             .arg("-noreset")
             .args(["-nolisten", "tcp", "-fbdir"])
             .arg(folder)

@@ -54,7 +54,7 @@ const TESTS: [Step; 6] = [
         is_checked: true,
         is_timed: false,
     },
-    // Benches run too, once each. A failure does not stop the others, so that all failures are
+    // Benches run once each. A failure does not stop the other tests, so that all failures are
     // known at once.
     Step {
         name: "tests",

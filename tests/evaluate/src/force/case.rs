@@ -229,7 +229,7 @@ pub(crate) struct Placed {
     pub(crate) outward: Point,
     /// Unit vector along the surface.
     pub(crate) along: Point,
-    /// The tool's parts at first contact, m. Of each part's ends, the one that touches comes first.
+    /// The tool's parts at first contact, m. In each part the end that touches comes first.
     pub(crate) bars: Vec<Bar>,
     /// Unit vector along the line on which the tool touches.
     pub(crate) line: Point,

@@ -263,8 +263,8 @@ does faster than 5 Hz is in none of these figures.</p>",
     }
 }
 
-/// The most frequent length of a step from row to row up to 0.03 units, mm: that of one count of a
-/// device's encoders.
+/// The most frequent length of a step from row to row up to 0.03 units, mm: presumably one count of
+/// a device's encoders.
 fn frequent_step_mm(measured: &Measured) -> f64 {
     let bin_mm = 0.0005 * measured.unit_mm;
     let mut counts = [0u32; 60];

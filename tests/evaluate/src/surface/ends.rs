@@ -41,7 +41,7 @@ pub(super) fn ends(scene: &SceneFile, organ: usize) -> Vec<End> {
         others
     };
     let at = |sphere: u32| Vec3::from(scene.spheres()[sphere as usize].center_m);
-    // Links also join each sphere with the one after next, so an end may have two neighbours.
+    // Links also join each sphere with the sphere after next, so an end may have two neighbours.
     let is_end = |sphere: &u32| {
         let others = neighbours(*sphere);
         let ways = others
