@@ -93,7 +93,8 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    /// Samples admitted, fastest velocity, and leaps of a handle at 1 kHz.
+    /// Number of samples admitted, fastest velocity and number of leaps of a handle at 1 kHz; true
+    /// if a leap was admitted in the end.
     fn judged(said_m_s: f32, x_m: impl Fn(u64) -> f32) -> (u32, f32, u64, bool) {
         let mut motion = Motion::default();
         let (mut admitted, mut fastest_m_s, mut leapt) = (0, 0.0f32, false);

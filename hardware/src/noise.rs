@@ -91,7 +91,7 @@ impl Noise {
         (self.last, self.before, self.deviations_m) = (None, None, [None; 2]);
     }
 
-    /// True if the positions are too noisy for force.
+    /// True if the last [`WINDOWS`] windows were noisy.
     pub(crate) const fn is_found(&self) -> bool {
         self.noisy_windows >= WINDOWS
     }

@@ -19,7 +19,7 @@ const END_SHARE: f64 = 0.25;
 /// Largest gap between samples, s.
 const GAP_S: f64 = 0.003;
 
-/// Means of friction force over speed, m/s and N.
+/// Points of the curve: mean speed, m/s, and mean friction, N, of each bin.
 pub(super) fn friction_curve(courses: &[AxisCourse], model: &Model) -> Vec<[f64; 2]> {
     let mut bins: std::collections::BTreeMap<i64, Vec<[f64; 2]>> = Default::default();
     for course in courses {

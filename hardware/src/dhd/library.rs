@@ -184,7 +184,7 @@ impl Handle {
         (said >= 0).then(|| Status {
             is_reset: is(RESET),
             // The modes reset, idle, force and brake exclude each other. A status without any mode
-            // says nothing.
+            // does not count as forceless.
             is_forceless: !is(FORCE) && (is(RESET) || is(IDLE) || is(BRAKE)),
             is_wrist_ready: is(WRIST_INIT),
         })

@@ -9,10 +9,10 @@
 //! A gripper opens by 25 mm and renders 8 N (leaflets of omega.7 and sigma.7); 1000 N/m is CHAI3D's
 //! figure for grippers.
 //!
-//! For all models the device's own damping is assumed, and the delay of a Touch on USB. CHAI3D's
-//! largest damping is for loops of 4 kHz, so a third of it is taken for this loop. No source states
-//! the force that the motors bear for ever. Half of the peak is taken, for a sigma.7 60 % of it,
-//! for a Falcon less than half.
+//! For all models the device's own damping is assumed, and the delay is that of a Touch on USB.
+//! CHAI3D's largest damping is for loops of 4 kHz, so a third of it is taken for this loop. No
+//! source states the force that the motors bear for ever. Half of the peak is taken, for a sigma.7
+//! 60 % of it, for a Falcon less than half.
 
 use rt_core::port::{DeviceCapabilities, Opening};
 

@@ -40,7 +40,7 @@ impl LedHand {
     /// A hand at rest at the start of the script. Later wishes are measured from `wish`.
     ///
     /// # Errors
-    /// When the devices do not reach the script's work place.
+    /// When the devices do not reach the script's workplace.
     pub fn new(script: HandScript, wish: &Wish) -> Result<Self, HardwareError> {
         let hand = Hand::new(script, 0)?;
         let operated = Operated::begin(hand.intent(0.0).tip_m, wish);

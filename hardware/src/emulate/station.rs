@@ -144,8 +144,8 @@ impl Station {
         self.tick as f64 * 1e-3
     }
 
-    /// A hand that is not parked works while a controller renders forces, and restarts with a new
-    /// controller.
+    /// The script goes on while a controller renders forces, unless the hand is parked. After a
+    /// second of silence the hand begins anew.
     fn follow_controller(&mut self) {
         if self.haptic.is_commanded() {
             self.silent_ms = 0;

@@ -190,7 +190,8 @@ fn rotation(q: Orientation) -> Option<UnitQuaternion<f32>> {
     Some(UnitQuaternion::new_normalize((turned / norm).cast()))
 }
 
-/// Name of the force in a command: services of 3.5 document `vector`, earlier ones `values`.
+/// Name of the force in a command: version 3.5 of the service documents `vector`, earlier ones
+/// `values`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForceKey {
     /// Version 3.5, which starts with a `session_id`.

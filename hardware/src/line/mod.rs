@@ -128,8 +128,8 @@ impl Line {
         }
     }
 
-    /// Reads the available bytes, at most as many as `buffer` holds. Of more than 2 KiB, only the
-    /// newest are kept. Bytes that arrived before the line was lost are still returned.
+    /// Reads the available bytes, at most as many as `buffer` holds. Of more than 2 KiB, it keeps
+    /// only the newest 512 bytes. Bytes that arrived before the line was lost are still returned.
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Read {
         match &self.ends {
             Ends::Tty { inlet, .. } => inlet.read(buffer),

@@ -13,8 +13,7 @@ use serialport::{SerialPort, TTYPort};
 use super::debounce::Debounced;
 use crate::HardwareError;
 
-/// Reads the two wires. This is a trait because ptys have no such wires, so that tests bring their
-/// own.
+/// Reads the two wires. This is a trait because ptys have no such wires: tests bring their own.
 pub trait ModemLines {
     /// State of CTS and DSR, true when closed; `None` when the line is lost.
     fn closed(&mut self) -> Option<[bool; 2]>;

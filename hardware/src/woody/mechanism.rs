@@ -125,8 +125,8 @@ impl Mechanism {
         currents_a.map(|current| (current * scale * 1e3) as i32)
     }
 
-    /// Force that these currents render at these angles, base frame, N. `None` if the links are
-    /// stretched.
+    /// Force that these currents render at these angles, base frame, N. `None` if the links are in
+    /// line.
     #[must_use]
     pub fn force_n(&self, angles_rad: [f64; 3], currents_ma: [i32; 3]) -> Option<Vec3> {
         let torque = Vector3::from_fn(|axis, _| {
