@@ -33,8 +33,8 @@ const FORCE: usize = 5;
 const BRAKE: usize = 6;
 /// Index of the status entry for a wrist that has found its zero.
 const WRIST_INIT: usize = 12;
-/// Mode in which the library computes velocity from the present position and the one a window ago.
-/// The library has no other mode.
+/// Mode in which the library computes velocity from the present position and the position a window
+/// ago. The library has no other mode.
 const WINDOWING: c_int = 0;
 
 symbols! { Dhd {

@@ -1,4 +1,4 @@
-//! The thread that talks to the device.
+//! The thread that serves the device.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -200,8 +200,8 @@ impl Servo {
         self.gripper.take(angle_deg)
     }
 
-    /// Sends a wish within the device's limits. Zero force is sent too: to every force the library
-    /// adds the one that carries the weight of the arms.
+    /// Sends a wish within the device's limits. Zero force is sent too, because the library adds
+    /// the force that carries the arms to every force sent.
     fn render(&mut self, wish: &Wish) {
         if self.shared.is_forceless.load(Ordering::Acquire) {
             self.share = 0.0;

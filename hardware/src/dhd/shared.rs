@@ -1,4 +1,4 @@
-//! State that the device's thread and the tick share, without either waiting for the other.
+//! State that the device's thread and the tick share. Neither waits for the other.
 
 use std::sync::atomic::{AtomicBool, AtomicU32};
 

@@ -45,7 +45,7 @@ pub enum Mistake {
     ClockFast,
     /// No watchdog.
     WatchdogMissing,
-    /// Watchdog that works in one of three cases, and only after 2.5 s in the others.
+    /// Watchdog that acts in time in one of three cases, and after 2.5 s in the other two.
     WatchdogFlaky,
     /// Watchdog of 95 ms, declared as 50 ms.
     WatchdogSlow,

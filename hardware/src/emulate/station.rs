@@ -264,7 +264,7 @@ impl Station {
             if self.bird.is_streaming() {
                 let mut record = self.bird.record();
                 if self.tracker_line.line.degenerate() {
-                    // A quaternion of length zero. Its words follow those of the position.
+                    // A quaternion of length zero. Its words follow the words of the position.
                     record.iter_mut().skip(6).for_each(|byte| *byte = 0);
                 }
                 self.tracker_line.line.send(&record, time_s);

@@ -60,7 +60,7 @@ const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
     rate_hz: 1000.0,
 };
 
-/// An open Inverse3 and the thread that talks to its service.
+/// An open Inverse3, and the thread that exchanges messages with its service.
 #[derive(Debug)]
 pub struct Inverse3Haptic {
     path: PathBuf,

@@ -61,7 +61,7 @@ impl Looked {
 
 impl SerialLines {
     /// Opens the line and feeds the switches from RTS and DTR. A line without CTS and DSR (a pty,
-    /// some adapters) is refused. Not for the tick.
+    /// some adapters) is refused. It may wait, so it is not for the tick.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         let mut port = crate::line::open_port(path, 9600)?;
         let no_wires = |error: serialport::Error| HardwareError::NotSerial {
@@ -125,7 +125,7 @@ pub struct ModemPedal<L> {
 }
 
 impl ModemPedal<SerialLines> {
-    /// Opens the line at `path`. Not for the tick.
+    /// Opens the line at `path`. It may wait, so it is not for the tick.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         Ok(Self::on(SerialLines::open(path)?))
     }

@@ -150,7 +150,7 @@ impl Device {
         }
     }
 
-    /// True unless the message is a force of the other version.
+    /// True unless the message is a `FORCE` of the version that is not spoken.
     fn is_of_version(&self, heard: &Heard) -> bool {
         match heard {
             Heard::Force(command, _) => command.opening_n.is_some() == self.says_opening,

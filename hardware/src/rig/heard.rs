@@ -90,8 +90,8 @@ impl Heard {
         self.misfit.get_or_insert(misfit);
     }
 
-    /// Sentences about the bytes that came, the likely mistake and its remedy. The last sentence has no
-    /// full stop.
+    /// Sentences about the bytes that came, the likely mistake and its remedy. The last sentence has
+    /// no full stop.
     pub(super) fn in_words(&self) -> String {
         if self.zeros == 0 {
             return format!(
@@ -109,7 +109,7 @@ impl Heard {
             (self.checksum, "with a wrong checksum"),
             (
                 self.stuffing,
-                "whose stuffing (COBS) contradicts their length",
+                "with stuffing (COBS) that contradicts the length",
             ),
             (self.too_long, "without a 00 within 66 bytes"),
             (self.too_short, "too short for a kind and a checksum"),

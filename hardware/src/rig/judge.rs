@@ -28,7 +28,7 @@ const NOISE_M: f32 = 0.003;
 /// Speed above which a change of position is a leap, m/s. Thrown handles reach 3 m/s.
 const FASTEST_M_S: f32 = 10.0;
 /// Distance above which a position counts as frozen, m. It is the reported velocity summed over the
-/// time in which the position does not change. Encoders resolve a tenth of it.
+/// time in which the position does not change. Encoders resolve a tenth of this distance.
 const PROMISED_M: f32 = 0.0005;
 /// Longest time between two samples that counts for [`PROMISED_M`], µs. A device that paused for
 /// longer, such as an emulated one on a busy computer, did not move in the pause, whatever its
@@ -62,7 +62,7 @@ const REFUSALS: u32 = 20;
 /// Time after the last force was sent in which the host expects a confirmation, ns.
 const SENT_LATELY_NS: u64 = 20_000_000;
 
-/// Time and position of a sample, as far as later samples are compared with it.
+/// The parts of a sample with which later samples are compared.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     us: u32,
@@ -223,7 +223,7 @@ impl Judge {
         self.refusals = self.refusals.saturating_add(1);
     }
 
-    /// Faults of the last poll that brought a sample, with those of the device's status, and the
+    /// Faults of the last poll that brought a sample, faults of the device's status, and the
     /// findings about noise and bundles. A leap lasts for its own poll only. While the device is
     /// silent, there are no faults.
     pub(super) fn findings(&self) -> Findings {
@@ -337,8 +337,8 @@ impl Judge {
             (now.at_m - then.at_m).norm() <= reach_m
         };
         let step_us = before.map_or(0, passed_us);
-        // During a leap, the reach around the last admitted place is that of one step. It does not
-        // grow with the time since then.
+        // During a leap, the reach around the last admitted place stays that of one step, however
+        // long the leap lasts.
         let since = |then: Seen| {
             if self.agreeing > 0 {
                 step_us

@@ -85,8 +85,8 @@ impl Firmware {
     }
 }
 
-/// Skips the end of a line. Any other byte that waits behind the command is lost, and the command
-/// with it.
+/// Skips the end of a line. Another byte that waits behind the command is lost, and so is the
+/// command.
 fn end_of_line(waiting: &mut &[u8]) -> Result<(), i32> {
     while let Some((byte, rest)) = waiting.split_first() {
         *waiting = rest;
