@@ -3,8 +3,8 @@
 
 use super::model::{AxisCourse, Model};
 
-/// Number of samples on each side of a position from which speed and acceleration there are
-/// computed. With 10 samples, encoder steps of 0.055 mm cause an error of 10 mN on 45 g.
+/// Number of samples on each side of a position used for speed and acceleration at the position.
+/// With 10 samples, encoder steps of 0.055 mm cause an error of 10 mN on 45 g.
 const SIDE: usize = 10;
 /// Width of a bin of speeds, m/s.
 const BIN_M_S: f64 = 0.02;

@@ -17,7 +17,7 @@ const STRETCH: f64 = 0.8;
 const STILL_M_S: f64 = 0.004;
 /// Time for which the opening must be still at its end, s.
 const STILL_S: f64 = 0.1;
-/// Longest time to an end, s: three times that for the way of the widest opening (0.3 m).
+/// Longest time to an end, s: three times what the widest opening (0.3 m) takes.
 const PATIENCE_S: f64 = 30.0;
 
 /// Records of the opening.

@@ -85,7 +85,7 @@ pub(super) const GRIPPER_MAX_N: f32 = 8.0;
 const GRIPPER_N_M: f32 = 1000.0;
 
 /// Capabilities of a model by its number in `dhdc.h`. A device without motors in its wrist renders
-/// no torque, and one without a motor in its gripper no force there.
+/// no torque, and a device without a motor in its gripper renders no force on the fingers.
 pub(super) fn capabilities(number: i32, parts: Parts) -> DeviceCapabilities {
     let known = match number {
         33..=37 => OMEGA,

@@ -103,7 +103,7 @@ mod tests {
                 "{}",
                 fingers.opening()
             );
-            // Without force it does not come back from beyond the stop.
+            // Without force the ring stays at its stop.
             for _ in 0..1000 {
                 fingers.step(false, 0.0);
             }

@@ -24,7 +24,7 @@ pub struct LedHand {
 /// Measurements of the devices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
-    /// The handle, device frame.
+    /// Pose of the handle, device frame.
     pub device_from_handle: Pose,
     /// Velocity of the handle, device frame, m/s.
     pub velocity_m_s: Vec3,
@@ -32,7 +32,7 @@ pub struct Measured {
     pub buttons: Buttons,
     /// Pressed pedal switches.
     pub switches: Switches,
-    /// The endoscope's sensor in the tracker's frame.
+    /// Pose of the endoscope's sensor in the tracker's frame.
     pub tracker_from_sensor: Pose,
 }
 

@@ -49,7 +49,7 @@ pub enum Mistake {
     WatchdogFlaky,
     /// Watchdog of 95 ms, declared as 50 ms.
     WatchdogSlow,
-    /// Status says that a force is in effect only if it is not zero.
+    /// Status says that a force is in effect only if the force is not zero.
     StatusNonzero,
     /// Status reports a fault.
     Fault,

@@ -113,7 +113,7 @@ pub struct Broken;
 
 impl AnswerReader {
     /// Takes one byte. Returns `Some(Ok)` with the angles of ports 1 and 2, degrees, when an answer
-    /// is complete. Returns `Some(Err)` for a broken answer and for a byte outside of any.
+    /// is complete. Returns `Some(Err)` for a broken answer and for a byte outside of an answer.
     pub fn push(&mut self, byte: u8) -> Option<Result<[f32; ARMS], Broken>> {
         if self.len == 0 && byte != ID {
             return Some(Err(Broken));

@@ -242,7 +242,7 @@ fn newest(
                 shared.passed_over.fetch_add(1, Ordering::Relaxed);
             }
             Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => return Ok(newest),
-            // The backlog has no end, so none is known to be the newest.
+            // The backlog has no end, so no message is known to be the newest.
             Err(error) if is_late(&error) => return Ok(None),
             Err(error) => return Err(error),
         }

@@ -135,7 +135,8 @@ impl Message {
         }
     }
 
-    /// Sample of this device; `None` without a position or with a value that is not finite.
+    /// Sample of this device; `None` without a position, with a value that is not finite, or with
+    /// an impossible rotation.
     #[must_use]
     pub fn sample(&self, id: &str) -> Option<Sample> {
         let state = &self.device(id)?.state;

@@ -59,7 +59,7 @@ const DEAF_SENDS: u32 = 100;
 /// Forces in a row that the line refused, after which the device counts as deaf. At one force per
 /// tick, this is the time in which the force fades after the samples become stale.
 const REFUSALS: u32 = 20;
-/// Time after the last force was sent in which the host expects a confirmation, ns.
+/// Time after the last sent force for which the host expects a confirmation, ns.
 const SENT_LATELY_NS: u64 = 20_000_000;
 
 /// The parts of a sample with which later samples are compared.
@@ -95,7 +95,8 @@ pub(super) struct Judge {
     /// Forces that the line refused since it last accepted one.
     refusals: u32,
     is_deaf: bool,
-    /// True if a fault other than a leap dropped a sample since [`Self::take`] last returned one.
+    /// True if a fault other than a leap dropped a sample since [`Self::take`] last returned a
+    /// velocity.
     broke_off: bool,
     /// True if the last sample was dropped for a fault.
     dropped: bool,

@@ -28,8 +28,8 @@ pub struct Firmware {
 
 impl Firmware {
     /// Takes the host's bytes that wait now, and answers every command. A good command is answered
-    /// with `counts`. Like the real firmware, it loses a command if another one already waits
-    /// behind it.
+    /// with `counts`. Like the real firmware, it loses a command behind which another one already
+    /// waits.
     pub fn receive(
         &mut self,
         mut waiting: &[u8],
@@ -78,7 +78,7 @@ impl Firmware {
         })
     }
 
-    /// True if commands arrive.
+    /// True from a command until the watchdog acts.
     #[must_use]
     pub const fn is_commanded(&self) -> bool {
         self.command.is_some()

@@ -134,7 +134,7 @@ pub struct Capabilities {
     pub serial: u32,
     /// Name, ASCII, padded with zeros.
     pub name: [u8; 16],
-    /// Opening of the handle. A message with this field is one of version 2.
+    /// Opening of the handle. A message with this field has version 2.
     pub opening: Option<Opening>,
 }
 

@@ -76,7 +76,7 @@ pub struct State {
     /// Unit quaternion x y z w; in steps of 1/32767.
     pub rotation_xyzw: [f32; 4],
     /// Opening of the handle, 0 shut to 1 wide open; in steps of 1/65535. A message with this field
-    /// is one of version 2.
+    /// has version 2.
     pub opening: Option<f32>,
 }
 
@@ -162,8 +162,7 @@ pub struct Force {
     pub force_n: [f32; 3],
     /// Torque, N m; in steps of 0.1 mN m. A device without torque ignores it.
     pub torque_nm: [f32; 3],
-    /// Force that opens the handle, N; in steps of 1 mN. A message with this field is one of
-    /// version 2.
+    /// Force that opens the handle, N; in steps of 1 mN. A message with this field has version 2.
     pub opening_n: Option<f32>,
 }
 
