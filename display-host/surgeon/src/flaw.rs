@@ -17,7 +17,7 @@ const WANDER: [f64; 2] = [0.9, 12.0];
 /// moves the middle of the picture by 1.2 mm at 10 cm, one that wanders by 12 mm.
 const TREMBLE_SHOWING: [f64; 2] = [0.012, 0.7];
 const WANDER_SHOWING: [f64; 2] = [0.12, 3.0];
-/// Time from one rest to the next, s.
+/// Period of the rests, s.
 const REST_EVERY_S: f64 = 8.0;
 /// Length of a rest, s. Idle time counts from 1 s.
 const REST_S: f64 = 3.0;

@@ -7,8 +7,8 @@ use shared_mem::message::{PoseMsg, ToolFrame};
 use super::layout::{Frame, SHADING_CAPSULES};
 
 /// Range of the camera's focus, m.
-/// Ratio of the focus distances before and after one step of the focus ring.
 const FOCUS_M: [f32; 2] = [0.015, 0.3];
+/// Factor by which one step of the focus ring changes the focus distance.
 const FOCUS_STEP: f32 = 1.25;
 
 /// Optics of a rigid endoscope.
@@ -27,7 +27,7 @@ pub struct Scope {
     pub focus_m: f32,
     /// True for an eye in the room instead of an endoscope's camera: everything is sharp.
     pub is_free_eye: bool,
-    /// Position of the light's exit beside the lens, in the camera's frame, m.
+    /// Position of the light's exit beside the lens, in the frame of the view, m.
     pub light_offset: Vec3,
     /// Strength of the light: irradiance at 1 m in arbitrary units; exposure is automatic.
     pub light_strength: f32,

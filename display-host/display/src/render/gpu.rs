@@ -139,7 +139,7 @@ impl Gpu {
     /// Waits for all submitted work.
     ///
     /// # Errors
-    /// [`DisplayError::Device`] if the device hangs.
+    /// [`DisplayError::Device`] if the device hangs or has had a fault.
     pub fn wait(&self, doing: &'static str) -> Result<(), DisplayError> {
         let all = wgpu::PollType::Wait {
             submission_index: None,

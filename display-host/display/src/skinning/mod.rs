@@ -30,7 +30,7 @@ use self::motion::{Motion, moved};
 const FARTHEST: f32 = 1.2;
 
 /// Distance from a dent within which a sphere's vertices may lie under the tool, m: the radius of
-/// the largest spheres, and the tool's.
+/// the largest spheres plus the tool's radius.
 const NEAR_M: f32 = 0.015;
 
 /// The tools' effect on skin, in the layout of the shaders.
@@ -98,7 +98,7 @@ pub struct RestVertex {
 }
 
 impl RestVertex {
-    /// Share of the vertex that belongs to spheres from the first number up to the second.
+    /// Share of the vertex that belongs to the spheres from the first number to before the second.
     fn share(&self, [first, end, ..]: [u32; 4]) -> f32 {
         let own = self.bound().filter(|it| (first..end).contains(&it.0));
         let sum: u32 = own.map(|it| it.1).sum();
@@ -110,10 +110,10 @@ impl RestVertex {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct SkinnedVertex {
-    /// Position in the world frame, m. The fourth number is the skin's displacement by a tool, m,
-    /// or for a fibre of connective tissue its negated radius.
+    /// Position in the world frame, m. The fourth number is the skin's displacement by a tool, m.
+    /// For a fibre or thread it is the negated radius, m.
     pub position: [f32; 4],
-    /// Unit normal; the fourth number is the additional inward curvature, 1/m.
+    /// Unit normal. The fourth number is the curvature added since rest, 1/m, above 0 in a hollow.
     pub normal: [f32; 4],
 }
 
