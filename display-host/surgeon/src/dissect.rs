@@ -33,7 +33,7 @@ const BESIDE_M: f64 = 0.012;
 const OTHER_M: f64 = 0.02;
 /// Cost of a cell at which the hook has no room, expressed as a detour, m.
 const CRAMPED_M: f64 = 0.1;
-/// Room of the hook at a cell from which on it costs nothing, m.
+/// A cell where the hook has this much room costs nothing more, m.
 const ROOMY_M: f64 = 0.0015;
 /// Cost of a cell with less room than `ROOMY_M`, expressed as a detour, m.
 const NARROW_M: f64 = 0.04;

@@ -47,7 +47,7 @@ const PUSHED_M: f64 = 0.008;
 const MISSED_M: f64 = 0.004;
 
 impl Work<'_> {
-    /// Clips or cuts at a share of the way along an organ. After a failure it tries beside that
+    /// Clips or cuts at a share of the way along an organ. After a failure, tries again beside that
     /// place, `ATTEMPTS` times in all.
     pub(crate) fn bite(&mut self, kind: OrganKind, share: f64) -> Result<(), String> {
         if self.sight.along(kind, share, &self.seen.state).is_none() {

@@ -266,7 +266,7 @@ pub(crate) fn off_line(point: Vec3, [a, b]: [Vec3; 2]) -> f64 {
     (point - a - way * share.clamp(0.0, 1.0)).norm()
 }
 
-/// Shortest vector from the second segment to the first, m.
+/// Shortest vector from the second segment to the first segment, m.
 pub(crate) fn between([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> Vec3 {
     let (own, other, apart) = (b - a, d - c, a - c);
     let (own2, other2) = (own.norm_squared(), other.norm_squared());

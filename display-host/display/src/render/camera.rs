@@ -16,7 +16,7 @@ const FOCUS_STEP: f32 = 1.25;
 pub struct Scope {
     /// Half angle of the circular picture, rad.
     pub half_angle: f32,
-    /// Angle between view and shaft, rad: 0, 30° or 45° in practice.
+    /// Angle between view and shaft, rad: 0°, 30° or 45° in practice.
     pub angle: f32,
     /// Turn of the light cable, and of the inclined view with it, about the shaft, rad. At 0 the
     /// view is inclined downwards. The picture stays upright, because the camera is held.
@@ -80,8 +80,8 @@ impl Scope {
         angle / self.half_angle * self.circle
     }
 
-    /// Position in the picture of a point in the camera's frame (m), relative to the middle, in
-    /// half heights, y up. `None`: outside the circle.
+    /// Position in the picture, relative to its middle, in half heights, y up, of a point in the
+    /// frame of the view (m). `None`: outside the circle.
     #[must_use]
     pub fn project(&self, at: Vec3) -> Option<Vec2> {
         let off = Vec2::new(at.x, at.y);
@@ -93,7 +93,7 @@ impl Scope {
 /// Exposure of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
-    /// Share of the way to the desired exposure that this frame goes. 1 reaches it at once.
+    /// Share of the difference to the desired exposure that a frame makes up. 1 reaches it at once.
     pub adapt: f32,
     /// Desired mean brightness.
     pub key: f32,

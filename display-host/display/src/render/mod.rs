@@ -14,9 +14,9 @@
 //!
 //! `world_from_camera` is the pose of the endoscope's shaft. The display itself decides how far an
 //! angled endoscope looks off the shaft and where its camera is focused (`camera::Scope`). The
-//! alpha of the light holds the distance of each pixel's surface in front of the camera, from which
-//! `lens.wgsl` computes its blur. The direction of view is recorded (`EntryContent::Sight`),
-//! because the assessment judges what the picture shows.
+//! alpha of the light texture holds the distance of each pixel's surface in front of the camera.
+//! From it `lens.wgsl` computes the blur. The direction of view is recorded
+//! (`EntryContent::Sight`), because the assessment judges what the picture shows.
 //!
 //! Strands of connective tissue (`strands`) and sutures (`sutures`) are thin tubes (`fibre`) that
 //! the shader widens to a pixel. Strands form a net along the sides of a gap, with films in the

@@ -48,8 +48,8 @@ const LEVEL_M: f32 = 0.0015;
 /// Largest difference between the drawn and the published depth, m. Skin that is off by more than
 /// twice this belongs to another wall.
 const DIFFERS_M: f32 = 0.003;
-/// The difference comes in over this depth, as `1 − exp(−depth / SETTLES_M)`, so that a light touch
-/// does not make the skin jump, m.
+/// Depth over which the difference comes in, as `1 − exp(−depth / SETTLES_M)`, m. A light touch
+/// must not make the skin jump.
 const SETTLES_M: f32 = 0.0005;
 
 /// Depth of a dent in the drawn skin, m. `near_m` are the undented vertices of the organ near the

@@ -25,8 +25,8 @@ use shared_mem::scene::{OrganRecord, SceneFile, WEIGHT_SUM};
 use self::dent::{Dent, dented};
 use self::motion::{Motion, moved};
 
-/// Ratio of the farthest to the mean distance of a vertex's neighbours; `skinning.wgsl` has the
-/// same number.
+/// Assumed ratio of the farthest to the root mean square distance of a vertex's neighbours.
+/// `skinning.wgsl` has the same number.
 const FARTHEST: f32 = 1.2;
 
 /// Distance from a dent within which a sphere's vertices may lie under the tool, m: the radius of
@@ -84,8 +84,8 @@ impl Touch {
 pub struct RestVertex {
     /// Position in the world frame, m.
     pub position: [f32; 3],
-    /// Look: bits 0 to 3 are its row of the material table, 4 to 7 a second row, 8 to 11 the slot
-    /// of its vessel tree. Bits 16 to 31 are the share of the second row, of 65535.
+    /// Look. Bits 0 to 3: row of the material table; 4 to 7: a second row; 8 to 11: slot of the
+    /// vessel tree; 16 to 31: share of the second row, of 65535.
     pub look: u32,
     /// Outward unit normal.
     pub normal: [f32; 3],
@@ -120,7 +120,7 @@ pub struct SkinnedVertex {
 /// Vertices moved by spheres, with the triangles around each.
 #[derive(Debug, Clone, Default)]
 pub struct SkinMesh {
-    /// Vertices at rest. Those from `skinned` on never move.
+    /// Vertices at rest. The vertices from `skinned` on never move.
     pub vertices: Vec<RestVertex>,
     /// Triangles, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,

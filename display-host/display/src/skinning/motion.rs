@@ -22,7 +22,7 @@ use shared_mem::scene::{SceneFile, WORLD};
 /// An affine motion `x' = x + G x + t`, as the rows of `[G t]`. All zeros mean rest.
 pub type Motion = [[f32; 4]; 3];
 
-/// Motion of a sphere that its vertices follow.
+/// The parts of a sphere's motion that vertices follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Follow {
     /// Translation with its centre (paper Eq. 9–12), for comparison.
@@ -63,7 +63,7 @@ pub struct Motions {
     around: Vec<u32>,
     /// Spheres in a row, and the spheres whose rotations each of them follows.
     rows: Vec<(u32, Vec<u32>)>,
-    /// Ties between spheres of two organs.
+    /// Attachments between spheres of two organs.
     ties: Vec<[u32; 2]>,
     /// `(B + prior)⁻¹` and the prior of each sphere.
     inverse: Vec<(Mat3, f32)>,

@@ -433,7 +433,7 @@ mod tests {
         let most = Weave::Dense.fibres().0 as usize;
         assert!((1..=most).contains(&one.len()), "{}", one.len());
         // The fibre is on the side of the removed cell and runs from the cell's inner edge to its
-        // outer.
+        // outer edge.
         let [inner, outer] = one[0].ends;
         assert_eq!(inner.corners[..2], [1, 4]);
         assert_eq!(outer.corners[..2], [7, 10]);
