@@ -389,7 +389,8 @@ static inline size_t calot_rig_state(calot_rig *rig, const calot_motion *motion,
     status = (uint8_t)(rig->has_force | rig->tripped << 1 | rig->limited << 2 | rig->fault << 3);
     at = calot_begin(rig, payload, 0x82);
     if (!calot_is_finite(motion->position_m, 3) || !calot_is_finite(motion->velocity_m_s, 3)
-        || !calot_is_finite(motion->rotation_xyzw, 4) || !calot_is_finite(&motion->opening, 1))
+        || !calot_is_finite(motion->rotation_xyzw, 4)
+        || (rig->says_opening && !calot_is_finite(&motion->opening, 1)))
         return 0;
     at = calot_write(at, status, 1);
     at = calot_write(at, motion->buttons, 1);

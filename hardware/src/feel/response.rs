@@ -79,8 +79,10 @@ pub(super) fn test(
         answer_m * 1e3
     );
     if answer_m.abs() < ANSWER_MIN_M {
-        let why =
-            format!("{words}: too little. Hold it more loosely, or let go of it, and test again");
+        let why = format!(
+            "{words}: too little. Hold it more loosely and test again. If it still does not move, \
+             its friction exceeds the force"
+        );
         report.leave_open("response", &why);
     } else {
         let good = answer_m > 0.0;

@@ -59,7 +59,6 @@ impl Motion {
         let parts = self.position_m.iter().chain(&self.velocity_m_s);
         parts
             .chain(&self.rotation_xyzw)
-            .chain([&self.opening])
             .all(|part| part.is_finite())
     }
 }
@@ -272,7 +271,8 @@ impl Device {
             opening: self.says_opening.then_some(motion.opening),
         };
         let sequence = self.next_sequence();
-        motion.is_finite().then(|| state.frame(sequence))
+        let is_finite = motion.is_finite() && state.opening.is_none_or(f32::is_finite);
+        is_finite.then(|| state.frame(sequence))
     }
 
     /// One report of a pedal's switches; `None` before a greeting and after a stop.

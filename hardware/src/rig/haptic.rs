@@ -12,7 +12,7 @@ use rt_core::time::TimeNs;
 
 use super::host::{Bad, Host};
 use super::judge::Judge;
-use super::wire::{Capabilities, DeviceKind, Force, State, Status};
+use super::wire::{Capabilities, DeviceKind, Force, State, Status, WireError};
 use crate::HardwareError;
 use crate::line::Line;
 
@@ -142,7 +142,8 @@ impl HapticDevice for RigHaptic {
         let read = self
             .host
             .receive(|message, at_ns| match State::parse(message) {
-                Err(_) => rejected[0].1 += 1,
+                Err(WireError::Range) => rejected[0].1 += 1,
+                Err(_) => rejected[3].1 += 1,
                 Ok(state) if state.opening.is_some() != opens => rejected[3].1 += 1,
                 Ok(state) if Vec3::from(state.position_m).norm() > reach_m => rejected[1].1 += 1,
                 Ok(state) => {

@@ -55,11 +55,12 @@ pub(super) enum Bad {
     Checksum,
     /// The frame's stuffing or length is wrong.
     Frame,
-    /// The message's kind is unknown, or its length does not fit the kind or the declared version.
+    /// The message's kind is unknown or not the driver's, or its length does not fit the kind or the
+    /// declared version.
     Message,
     /// The message repeats the last message's number.
     Repeated,
-    /// A field is outside its range, or the message is of a kind that the driver does not expect.
+    /// A field is outside its range.
     Range,
     /// The position is farther out than twice the workspace's radius.
     Reach,
@@ -72,7 +73,7 @@ impl Bad {
     pub(super) const NAMES: [&str; 7] = [
         "with a wrong checksum",
         "with wrong stuffing or length",
-        "of an unknown kind or a wrong length",
+        "of an unknown or unexpected kind, or of a wrong length",
         "with the same number as the frame before",
         "outside the allowed ranges",
         "farther out than twice the workspace's radius",

@@ -113,6 +113,7 @@ impl TouchHaptic {
         hd.enable_force();
         hd.start_scheduler();
         if let code @ 1.. = hd.error() {
+            hd.stop_scheduler();
             hd.disable_device(handle);
             return Err(vendor(path, "starting the scheduler", code));
         }

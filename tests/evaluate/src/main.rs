@@ -170,6 +170,7 @@ fn main() -> ExitCode {
 }
 
 fn perform(command: Command) -> Result<(), String> {
+    command.refuse_unused()?;
     match command {
         Command::Reference(asked) => run(&asked, &[Chart::Reference]),
         Command::Accuracy(asked) => run(&asked, &[Chart::Accuracy]),
@@ -183,6 +184,32 @@ fn perform(command: Command) -> Result<(), String> {
         Command::Hands(asked) => measure_hands(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
         Command::Tables { folder } => rewrite_tables(&folder),
+    }
+}
+
+impl Command {
+    /// Refuses an option that would have no effect.
+    fn refuse_unused(&self) -> Result<(), String> {
+        let (Self::Reference(asked)
+        | Self::Accuracy(asked)
+        | Self::Stability(asked)
+        | Self::Calculix(asked)
+        | Self::SolveForce(asked)
+        | Self::Collision(asked)
+        | Self::Haptics(asked)
+        | Self::Surface(asked)) = self
+        else {
+            return Ok(());
+        };
+        if asked.kept {
+            return Err("--kept has no effect here: it belongs to `force` and `all`".to_owned());
+        }
+        match self {
+            Self::Haptics(_) if asked.case.is_some() => {
+                Err("--case has no effect here: `haptics` measures all of its cases".to_owned())
+            }
+            _ => Ok(()),
+        }
     }
 }
 

@@ -138,15 +138,16 @@ const ROOMS: &[Layer] = &[
 ];
 
 #[test]
-fn layers_name_only_what_lies_above_them_in_the_table() {
+fn layers_name_only_earlier_rows() {
     let mut findings = Vec::new();
     for (table, base) in [(PACKAGES, &[][..]), (ROOMS, BASE)] {
         for (row, layer) in table.iter().enumerate() {
             for below in layer.below.iter().chain(layer.in_tests) {
                 if !table[..row].iter().any(|it| it.name == *below) {
                     findings.push(format!(
-                        "tests/tidy/tests/layers.rs: '{}' names '{below}', which is not above it; \
-                         move the definition that both need into a lower layer",
+                        "tests/tidy/tests/layers.rs: '{}' names '{below}', which has no earlier row; \
+                         put its row earlier, or move the definition that both need into an \
+                         earlier layer",
                         layer.name
                     ));
                 }

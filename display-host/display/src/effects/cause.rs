@@ -105,7 +105,7 @@ impl Effect {
         }
         let Some(tip) = tools
             .capsules()
-            .and_then(|c| c.iter().find(|c| !c.is(CapsuleRole::Shaft)))
+            .and_then(|c| c.iter().find(|c| c.is(CapsuleRole::Tip)))
         else {
             return Vec::new();
         };
