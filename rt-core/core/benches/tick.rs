@@ -1,7 +1,6 @@
 //! Cost of a tick on one core: the liver of the inner-sphere paper (581 spheres) under the
-//! instrument, with Calot's solver and with the paper's method at 10 iterations. Also the
-//! cost of the solvers alone, for the liver and for as many spheres as the paper's four organs
-//! have.
+//! instrument, with Calot's solver and with the paper's method at 10 iterations. Also the cost of
+//! the solvers alone, for the liver and for four organs with the paper's numbers of spheres.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;

@@ -18,8 +18,9 @@ pub(crate) struct Bristle {
 }
 
 /// Least share of the half-space's compliance that the bristle keeps. Under a contact wider than
-/// their spacing, the spheres already have all of this compliance. The bristle would then be rigid
-/// and chatter against the spheres. A larger share softens the friction of wide contacts.
+/// their spacing, the spheres already have all of this compliance: a bristle without this share
+/// would be rigid and chatter against the spheres. A larger share softens the friction of wide
+/// contacts.
 const LEAST_SHARE: f32 = 0.25;
 
 /// Stiffness along the skin, N/m, of tissue with modulus `E / (1 − ν²)` under a contact of this
@@ -65,9 +66,8 @@ impl Bristle {
         }
     }
 
-    /// Force on the tool, N, after the tool travelled by `travel_m` relative to the skin, as if
-    /// this force did not move the skin. The skin then yields to the force with
-    /// `sphere_compliance_m_n`. The force is at most `most_n`.
+    /// Force on the tool, N, at most `most_n`. The tool has travelled by `travel_m` relative to the
+    /// skin before this force acts. The skin yields to the force with `sphere_compliance_m_n`.
     pub(crate) fn pull_n(
         &self,
         travel_m: &Vec3,

@@ -1,4 +1,4 @@
-//! Influence of contacts on one skin on each other, beyond the influence that the spheres transmit.
+//! Mutual influence of the contacts on one skin, beyond the influence that the spheres transmit.
 //!
 //! The solver reads these values in every pass, so they lie close together in memory. A whole
 //! [`crate::contact::constraint::ContactConstraint`] takes a kilobyte and a half.
@@ -44,7 +44,7 @@ impl LoadedContact {
     }
 }
 
-/// The contacts of an organ, with the forces that they have now.
+/// The contacts of an organ, with their present forces.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Influences {
     contacts: Vec<LoadedContact, MAX_CONTACT_CONSTRAINTS>,

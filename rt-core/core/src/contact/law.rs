@@ -5,7 +5,7 @@
 //! themselves yield by a part of this dent, as if F were spread over a Gaussian patch `exp(−r²/A²)`
 //! of the skin. This module adds the rest, `δ − c F`, with the compliance c of such a patch. The
 //! rest is the difference of two half-spaces, which vanishes a few sphere spacings away. So the
-//! spheres alone account for everything beyond (the organ's shape, its attachments, other tools).
+//! spheres alone account for the organ's shape, its attachments and other tools.
 //!
 //! Sources: Sneddon 1965 (ball), Hertz (cylinder), Zhang, Cao, Li and Feng 2014 (neo-Hookean
 //! softening).
@@ -25,7 +25,7 @@ pub(crate) enum Shape {
 }
 
 /// Lower bound of the skin's curvature times the ball's radius: hollow skin lowers the relative
-/// curvature to half of the ball's at most. The law of a half-space does not hold for skin that
+/// curvature, but not below half of the ball's. The law of a half-space does not hold for skin that
 /// fits more closely around the ball.
 const HOLLOW: f32 = -0.5;
 /// Upper bound of the skin's curvature times the ball's radius: sharper skin counts as this sharp.
@@ -58,7 +58,7 @@ struct Dent {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Law {
     shape: Shape,
-    /// Mean curvature of the skin at rest, divided by the tool's curvature.
+    /// Mean curvature of the skin at rest over that of the ball; 0 for a cylinder.
     bulge: f32,
     /// `E / (1 − ν²)`, Pa.
     modulus_pa: f32,
@@ -66,15 +66,15 @@ pub(crate) struct Law {
     mesh_compliance_m_n: f32,
     /// A: width of the Gaussian patch, m.
     patch_width_m: f32,
-    /// Largest half-width of the law, m. Beyond it the dent would grow no faster than the spheres
-    /// alone yield, or the tool would be buried.
+    /// Largest half-width of the law, m. Beyond it, the dent would grow more slowly than the
+    /// spheres alone yield, or the tool would be buried.
     half_width_max_m: f32,
 }
 
 impl Law {
     /// Law on tissue of this modulus (Pa), whose spheres spread a force over a patch of this width
     /// (m). The curvature is the skin's mean at rest (1/m), positive where the skin bulges
-    /// outwards; the force of a cylinder hardly depends on the curvature.
+    /// outwards. A cylinder ignores the curvature, because its force hardly depends on it.
     pub(crate) fn new(
         shape: Shape,
         modulus_pa: f32,
@@ -244,7 +244,7 @@ impl Law {
     /// Self-influence distance of the contact under this force, m: at this distance from a point
     /// load, the half-space yields as much as the contact yields under an equal increase of its own
     /// load. The load of a cylinder is as long as the cylinder. A buried ball keeps Hertz's
-    /// distance, because its own dent grows faster there.
+    /// distance, because its own dent grows faster then.
     pub(crate) fn self_influence_distance_m(&self, force_n: f32) -> f32 {
         let force_n = force_n.max(0.0); // also of what is not a number
         match self.shape {
@@ -298,7 +298,7 @@ const GAUSSIAN: f32 = 0.398_942_3;
 /// Self-influence distance of a round contact, as a share of its half-width a (Hertz: `dδ/dF = 1 /
 /// (2 E* a)`).
 const WITHIN: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
-/// Least half-width of a cylinder's contact in its self-influence distance, as a share of its
+/// Least half-width from which a cylinder's self-influence distance is computed, as a share of its
 /// length.
 const THIN: f32 = 0.01;
 /// Largest number of steps of the search for the end of the law; each takes a fifth off the
@@ -445,7 +445,7 @@ mod tests {
         ]
     }
 
-    /// Inside the patch, and far off, spheres transmit as much as a half-space does.
+    /// Inside the patch, and far away, spheres transmit as much as a half-space does.
     #[test]
     fn spheres_carry_more_only_beyond_a_patch() {
         let more = |patches: f32| {

@@ -9,17 +9,17 @@ use crate::contact::separation::FilteredSeparation;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
 
-/// Stiffness of the contact, N/m, which feels hard to a hand. The output stage then limits it to
-/// the device's stiffness.
+/// Stiffness of the contact, N/m, which feels hard to a hand. The output limit lowers it to the
+/// device's stiffness.
 const STIFFNESS_N_M: f32 = 2000.0;
 /// Separation below which a part is tracked, so that its side is known, m: the most that both tools
 /// travel in a tick.
 const NEAR_M: f32 = 0.0065;
 
-/// Largest offset of a contact that opens, m: tools farther apart than this do not push.
+/// Largest offset of a contact that opens, m: tools that are farther apart do not push.
 const OPENING_MAX_M: f32 = 0.000_5;
-/// Travel of both tools in a tick that is not taken as motion, m: a device was unplugged or stalled
-/// before it.
+/// Travel of both tools in a tick above which it is no motion, m: a device was unplugged or
+/// stalled.
 const LEAP_M: f32 = 0.02;
 
 /// A part of the instrument near the endoscope, at the end of a tick.

@@ -32,7 +32,7 @@ pub(crate) struct FilteredSeparation {
 }
 
 impl FilteredSeparation {
-    /// Value to fill in before a contact is found.
+    /// Placeholder before a contact is found.
     pub(crate) const NONE: Self = Self {
         separation_m: 0.0,
         offset_m: 0.0,

@@ -1,11 +1,11 @@
 //! Tools against tissue, over all organs: those with a contact skin ([`crate::contact::skin`]), and
 //! ducts and vessels ([`crate::contact::tube`]).
 //!
-//! Stage `contact` ([`ToolContacts::find`]) lists the spheres near the tools: it finds organs whose
-//! box is near a tool, then their spheres, O(spheres of organs near · parts). Skins and tubes then
-//! give candidates. Stage `solve` ([`ToolContacts::push_out`]) closes the separations after the
-//! tissue has moved, and pushes the tissue with the force that the hand feels
-//! ([`crate::contact::constraint`]).
+//! Stage `contact` ([`ToolContacts::find`]) lists the spheres of skins near the tools: it finds
+//! organs whose box is near a tool, then their spheres, O(spheres of organs near · parts). Skins
+//! and tubes then give candidates. Stage `solve` closes the separations after each substep of the
+//! tissue ([`crate::contact::constraint`]); after the last one, [`ToolContacts::push_out`] does so
+//! and lists the forces.
 
 use core::cmp::Ordering;
 
@@ -36,8 +36,8 @@ const NEAR_SKIN_M: f32 = 0.010;
 /// A sphere near a tool, ordered by depth, then by index, so that every run keeps the same spheres.
 #[derive(Debug, Clone, Copy)]
 struct Near {
-    /// Depth of the sphere in the tool's capsules before the solve, m. It is cheap to compute, and
-    /// never too small.
+    /// Overlap of the sphere with the tool's capsules before the solve, m. It is never too small,
+    /// because a capsule contains the part.
     depth_m: f32,
     sphere: u32,
 }
@@ -84,7 +84,7 @@ impl ToolContacts {
         under_skin.chain(self.tubes.near_spheres(bodies))
     }
 
-    /// The sphere that overlaps these parts of a tool most, and by how much, m.
+    /// The sphere that overlaps these parts of a tool most, and the overlap, m.
     pub(crate) fn deepest_overlap(&self, parts: &[Capsule], bodies: &Bodies) -> Option<(u32, f32)> {
         let overlaps = parts.iter().flat_map(|part| {
             let segment = Segment::new(part, &Bounds::EMPTY);
@@ -103,7 +103,8 @@ impl ToolContacts {
         self.constraints.dents(bodies)
     }
 
-    /// Depth of the tools in tissue at the deepest place, m; before the solve.
+    /// Depth of the tools in tissue at the deepest place, before the solve, m; `None` without
+    /// contact.
     pub(crate) fn deepest_m(&self) -> Option<f32> {
         let depths = self
             .constraints

@@ -12,10 +12,10 @@ use crate::tool::{Kinematics, Tool, Wrench};
 pub(crate) struct Felt {
     /// Wrench at the handle, world frame.
     pub(crate) wrench: Wrench,
-    /// Stiffness at the handle in its stiffest direction, N/m: never too low, at most 15 % too
+    /// Stiffness at the handle in its stiffest direction, N/m; never too low, at most 15 % too
     /// high.
     pub(crate) stiffness_n_m: f32,
-    /// Stiffness against a movement within a tick, before the tissue yields, N/m; never too low.
+    /// Stiffness at the handle within a tick, before the held tissue yields, N/m; never too low.
     pub(crate) at_once_n_m: f32,
 }
 

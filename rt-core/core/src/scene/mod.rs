@@ -67,22 +67,22 @@ pub struct Organ {
     pub link_start: u32,
     /// Number of links.
     pub link_count: u32,
-    /// Number of links, counted from the first, that carry load in addition to the tetrahedra. The
-    /// paper's method uses all links.
+    /// Number of links, from the first, that carry load in addition to the tetrahedra. The paper's
+    /// method uses all links.
     pub elastic_links: u32,
     /// First batch of tetrahedra.
     pub batch_start: u32,
     /// Number of batches.
     pub batch_count: u32,
-    /// Substeps in a tick that its stiffness requires, 1 to [`SUBSTEPS_MAX`]: a power of two, so
-    /// that the substeps of attached organs end together.
+    /// Substeps in a tick, 1 to [`SUBSTEPS_MAX`]: a power of two, so that the substeps of attached
+    /// organs end together. Preparation chooses them by the organ's stiffness.
     pub substeps: u32,
     /// Share of gravity that acts on it: 0 if its rest shape is the one in the body, in balance
     /// with its weight; 1 if its rest shape is the unloaded one.
     pub gravity_share: f32,
     /// Displacement of its held spheres at full inspiration, world frame, m.
     pub breath_m: Vec3,
-    /// Contents.
+    /// Content.
     pub inside: Inside,
     /// Material.
     pub material: Material,
@@ -95,7 +95,7 @@ impl Organ {
     }
 }
 
-/// Content of an organ, which leaks from a hole.
+/// Content of an organ. Blood and bile leak from a hole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Inside {
     /// Solid tissue.
@@ -151,7 +151,7 @@ pub struct Attachment {
     pub rest_length_m: f32,
     /// Compliance, m/N.
     pub compliance_m_n: f32,
-    /// True for a suture: pulls and never pushes.
+    /// True for a thread, which pulls and never pushes.
     pub is_thread: bool,
     /// Energy that tears it, J; 0 if it cannot tear.
     pub tear_j: f32,

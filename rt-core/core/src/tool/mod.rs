@@ -33,8 +33,8 @@ pub struct ToolState {
     /// Device pose: the handle in the hand.
     pub world_from_handle: Pose,
     /// Proxy pose of the instrument: origin at the jaw joint, −z along the shaft towards the tip.
-    /// When the tissue pushes harder than the device can, this pose lags behind the handle, so that
-    /// the instrument does not press on tissue with more force than the hand feels.
+    /// It lags behind the handle while the tissue pushes harder than the device can, so that the
+    /// instrument does not press harder than the hand feels.
     pub world_from_instrument: Pose,
     /// The endoscope's camera: looks along −z, y up.
     pub world_from_camera: Pose,

@@ -7,7 +7,7 @@ use rt_core::port::DeviceCapabilities;
 /// A place just below the liver's top, so that tissue lies between the jaws.
 const BITTEN: Vec3 = Vec3::new(0.0, 0.0, 0.0425);
 
-/// A device whose own damping suffices for this stiffness.
+/// A Touch that renders at most this stiffness, N/m.
 fn bearing(stiffness_n_m: f32) -> DeviceCapabilities {
     DeviceCapabilities {
         stiffness_max_n_m: stiffness_n_m,
@@ -110,7 +110,7 @@ fn the_stiffness_of_a_pull_is_the_tissues_and_not_the_grips() {
     };
     let (free_n_m, capped) = pulled(TOUCH);
     assert!(capped == 0 && free_n_m > 20.0, "{free_n_m} N/m");
-    // The simulation's estimate lies between the true stiffness and three times that.
+    // The simulation's estimate lies between the true stiffness and three times the true stiffness.
     let (_, capped) = pulled(bearing(3.0 * free_n_m));
     assert_eq!(capped, 0, "taken for stiffer than {} N/m", 3.0 * free_n_m);
     let (_, capped) = pulled(bearing(0.95 * free_n_m));

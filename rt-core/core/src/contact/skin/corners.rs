@@ -30,8 +30,8 @@ const UNKNOWN: Corner = Corner {
 /// Direct-mapped cache: vertices with equal low bits evict each other. A miss costs a sum over the
 /// vertex's twelve spheres.
 ///
-/// Call [`Corners::begin`] in each tick before the first lookup. Before the first `begin`, empty
-/// rows count as hits: vertex 0 lies at the origin.
+/// Call [`Corners::begin`] in each tick before the first lookup. Before the first `begin`, the
+/// empty row 0 counts as a hit: vertex 0 would lie at the origin.
 #[derive(Debug, Clone)]
 pub(crate) struct Corners {
     rows: [Corner; SIZE],

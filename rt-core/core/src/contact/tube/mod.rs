@@ -36,12 +36,11 @@ const FOLLOW_M: f32 = 0.0065;
 /// the travel of the fastest sphere in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// Share of its lag that the direction of the push makes up in a tick, when the tube turns under a
+/// Share of its lag that the direction of a tube makes up in a tick, when the tube turns under a
 /// tool. A push that turned at once would be a follower load, under which a thin tube flutters
 /// (Beck's column, Bolotin 1963). A larger share follows faster, and comes nearer to flutter.
 const TURNS: f32 = 0.02;
-/// Compression at which a tube is flat, in its radii. The rest of its diameter is the thickness of
-/// its walls.
+/// Compression at which a tube is flat, in its radii. Its walls take the rest of its diameter.
 const FLAT_RADII: f32 = 1.6;
 /// Depth at which a part counts as having passed through a tube, in multiples of the sum of both
 /// radii. [`AHEAD`] adds to this depth.
@@ -67,9 +66,10 @@ struct PersistentContact {
     along: Vec3,
     separation: FilteredSeparation,
     cached: CachedForce,
-    /// Share of the bead's stiffness that acts: 1, but fades to 0 while the jaws hold the bead.
+    /// Share of the bead's stiffness that acts: 1; it fades to 0 while the jaws hold the bead.
     loose: f32,
-    /// `loose` × [`Side::weight`] × the share that damage has left of the tissue.
+    /// `loose` × [`Side::weight`] × the share of the tissue that damage and removed cells have
+    /// left.
     weight: f32,
 }
 
@@ -123,7 +123,7 @@ impl TubeContacts {
         beads.flat_map(|bead| [u32::from(bead.a), u32::from(bead.b)])
     }
 
-    /// Finds the beads near `parts`, before the solve.
+    /// Finds the beads near `parts` and adds their constraints, before the solve.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
@@ -243,8 +243,8 @@ impl TubeContacts {
             travel_m(before, part, side.unwrap_or(first).share)
         });
         // All of a tube lies on one side of a tool. Of the two neighbours of a bead, the one under
-        // the larger load leads. It gives the bead its side if the bead has the opposite side and
-        // less load, or if the bead had no side or no weight.
+        // the larger load leads. The bead takes the leader's side if it has the opposite side and
+        // less load, or if it had no side or no weight.
         let leader = leading(last_tick, (number, bead), part.role, bodies);
         let led = leader.map(|it| {
             it.side
@@ -345,7 +345,7 @@ fn lagging(last: &Vec3, now: &Vec3) -> Vec3 {
     math::unit(&(last + (now - last) * TURNS)).unwrap_or(*now)
 }
 
-/// Contact of the same part with a neighbour of this bead on its tube; of two neighbours, the one
+/// Last contact of this part with a neighbour of this bead on its tube; of two neighbours, the one
 /// under the larger load.
 fn leading<'a>(
     last_tick: LastTick<'a>,

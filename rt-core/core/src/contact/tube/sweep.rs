@@ -89,7 +89,7 @@ impl Motion {
 }
 
 impl Side {
-    /// Side of a tool that is seen for the first time.
+    /// Side of a tool at its first tick near the bead.
     pub(crate) fn first(axis: &Axis, bead_m: &Vec3, along: &Vec3) -> Self {
         let share = axis.nearest_share(bead_m);
         let away_m = across(&(axis.at(share) - bead_m), along);
@@ -130,7 +130,7 @@ impl Side {
         }
     }
 
-    /// True while a tool overlaps the tube at this bead, or within a margin along the tube.
+    /// True while a tool overlaps the tube, at this bead or within a margin along the tube.
     fn is_engaged(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> bool {
         let away_m = axis.at(self.share) - bead_m;
         // With the margin, the beads next to those that the tool touches keep the same side.
@@ -138,7 +138,7 @@ impl Side {
         self.normal.dot(&away_m) < reach_m && is_abreast
     }
 
-    /// The axis; if the tool overlaps the tube, lifted out to where it touches.
+    /// The axis, lifted out to where it touches if the tool overlaps the tube.
     fn lifted(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Axis {
         if !self.is_engaged(axis, bead_m, along, reach_m) {
             return *axis;
