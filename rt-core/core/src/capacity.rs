@@ -10,7 +10,7 @@
 //!   `MAX_CONTACT_CONSTRAINTS`, `MAX_SPHERE_PAIRS`, `MAX_CLOSE_PAIRS`, `MAX_EVENTS_PER_TICK`,
 //!   `MAX_GRASPED`. A tick drops the excess, and raises a fault, except for tool points.
 //! - Limits until the next reset: `MAX_HOLES`, `MAX_CLIPPED`, `MAX_SCORCHED`. Further leaks and
-//!   closed tubes are dropped. A further burnt place replaces the least burnt one.
+//!   clipped places are dropped. A further burnt place replaces the least burnt one.
 //! - `MAX_CAPSULES` is never reached: both tools together have four capsules at most.
 //! - `CLIPS` is a supply.
 //!

@@ -92,23 +92,7 @@
 //! The room [`port`] holds the interfaces to devices. In geometry a port is a trocar, as in
 //! `instrument_port_m`.
 //!
-//! Each room imports these rooms (`tests/tidy/tests/layers.rs` allows some more):
-//!
-//! | room | imports |
-//! |---|---|
-//! | [`capacity`], [`fault`], [`math`], [`time`] | none |
-//! | `hash`, [`words`] | math |
-//! | [`port`] | fault, math, time |
-//! | [`tool`] | capacity, math, port |
-//! | [`scene`] | capacity, math, time |
-//! | [`tissue`] | capacity, hash, math, scene, time, words |
-//! | `contact` | capacity, fault, math, scene, time, tissue, tool, words |
-//! | `organs` | capacity, fault, math, scene, tissue, words |
-//! | [`procedure`] | capacity, contact, fault, math, port, scene, time, tissue, tool, words |
-//! | [`haptics`] | contact, fault, math, port, time, tool, words |
-//! | [`state`] | organs, procedure, tissue |
-//! | [`study`] | capacity, contact, fault, math, scene, tissue, tool |
-//! | [`sim`] | all of these except [`study`] |
+//! `tests/tidy/tests/layers.rs` lists the rooms from which each room may import, and a test keeps to it.
 #![no_std]
 #![deny(unsafe_code)]
 

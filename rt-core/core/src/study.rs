@@ -108,7 +108,7 @@ impl<'a> Tissue<'a> {
     }
 
     /// Advances one tick. `correct` is called after the constraints of every organ's substep, with
-    /// the substep's length, s. It may move spheres, as a contact does.
+    /// the substep's length, s. `correct` may move spheres, as a contact does.
     pub fn step_with(&mut self, correct: impl FnMut(&mut Correction<'_>, f32)) -> u32 {
         let mut corrected = Corrected(correct);
         self.bodies.begin(&self.scene, true);

@@ -36,8 +36,8 @@ pub(crate) fn stiffness_n_m(
         .recip()
 }
 
-/// Ratio of the tissue's compliance along its skin to that normal to it (Cerruti's mean over
-/// Boussinesq's).
+/// Compliance of the tissue along its skin over its compliance normal to the skin (Cerruti's mean
+/// over Boussinesq's).
 pub(crate) fn along_over_across(poisson: f32) -> f32 {
     (2.0 - poisson) / (2.0 * (1.0 - poisson))
 }
@@ -137,7 +137,7 @@ mod tests {
         let alone = stiffness_n_m(modulus_pa, 0.45, 0.003, 0.0);
         assert!((alone - 26.7).abs() < 0.05, "{alone}");
         // Spheres with half of the compliance leave twice the stiffness to the bristle; spheres
-        // with more than all of it, four times.
+        // with all of it or more leave four times.
         let half = stiffness_n_m(modulus_pa, 0.45, 0.003, 0.5 / (2.0 * modulus_pa * 0.003));
         assert!((half / alone - 2.0).abs() < 1.0e-3);
         assert!((stiffness_n_m(modulus_pa, 0.45, 0.003, 1.0) / alone - 4.0).abs() < 1.0e-3);

@@ -128,8 +128,8 @@ mod tests {
     }
 
     proptest! {
-        /// Reciprocity (Betti). Without it, the lightest touch of a tip would lift off a shaft next
-        /// to it.
+        /// Reciprocity (Betti). Without it, the lightest touch of a tip would lift a shaft nearby
+        /// off the skin.
         #[test]
         fn influence_is_symmetric(
             apart_m in 0.0f32..0.01, tip_n in 1.0e-5f32..0.5, shaft_n in 1.0e-5f32..0.5,

@@ -32,8 +32,8 @@ const CYCLE: u32 = 16;
 /// pairs.
 const MARGIN_M: f32 = 0.003;
 
-/// Travel of a sphere between the construction of the grid and its use that a search allows for, m.
-/// Faster spheres (0.2 m/s) are found in the next grid.
+/// Travel of a sphere since the grid was built that a search allows for, m. Faster spheres (0.2
+/// m/s) are found in the next grid.
 const MOVED_M: f32 = 0.003;
 
 /// Travel since its last search below which a sphere counts as still, m. Two still spheres can have

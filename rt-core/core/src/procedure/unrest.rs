@@ -1,9 +1,9 @@
 //! Organs that fall or shake: signs that a scene does not hold together.
 //!
-//! An organ falls when its middle stays farther from its initial place than the organ is long. An
-//! organ shakes when no tool moves it, and its speed neither falls below a bound nor dies away.
-//! Both are reported once, and again after a reset. Shaking is also reported again if the organ
-//! came to rest in between.
+//! An organ falls when its middle stays farther from its initial place than its bounding box is
+//! long. An organ shakes when no tool moves it, and its speed neither falls below a bound nor dies
+//! away. Both are reported once, and again after a reset. Shaking is also reported again if the
+//! organ came to rest in between.
 //!
 //! Tissue that the trainee works on moves for a good reason. So an organ that a tool moves, or
 //! moved a moment ago, is not reported as falling, nor are the organs next to it. Such an organ is
@@ -34,7 +34,7 @@ const SHAKES_M_S: f32 = 0.003;
 const TOUCHED_FACTOR: f32 = 10.0;
 /// Length of a window in which the largest speed is measured, ticks: several swings of any organ.
 const WINDOW_TICKS: u16 = 2000;
-/// Windows without rest after which an organ shakes.
+/// Number of windows without rest after which an organ counts as shaking.
 const WINDOWS: u8 = 3;
 /// Share of its speed that an organ must keep from window to window. An organ that keeps less
 /// swings out: its speed falls to a tenth within 9 s.

@@ -17,8 +17,8 @@ pub struct SkinVertex {
     /// Spheres of its organ that carry the vertex; an unused place repeats another sphere with
     /// weight 0.
     pub spheres: [u16; SKIN_BINDINGS],
-    /// Weights w of the spheres, with `Σ w = 1`. With rest positions X of the spheres, `Σ w X` is
-    /// that of the vertex, so the vertex follows every affine motion exactly.
+    /// Weights w of the spheres, with `Σ w = 1`. With the rest positions X of the spheres, `Σ w X`
+    /// is the rest position of the vertex, so the vertex follows every affine motion exactly.
     pub weights: [f32; SKIN_BINDINGS],
     /// Index in `Skin::fans` of the first triangle around the vertex. All triangles around it are
     /// its fan.

@@ -50,7 +50,7 @@ impl Bar {
     }
 
     /// Projects the bar between two spheres. `last_m` is its length after its last projection, and
-    /// becomes that after this one.
+    /// receives its length after this one.
     #[inline(always)]
     pub(crate) fn project(
         &self,

@@ -57,10 +57,10 @@
 //! # Organs in unequal substeps
 //!
 //! A constraint between two organs acts on the finer organ in each of its substeps. A sphere of the
-//! coarser organ is then in the middle of a longer substep. The constraint uses the position that
-//! this sphere has reached by then, and its impulse acts over the whole of the longer substep. If
-//! an attachment acted once a tick, an organ of 16 substeps would feel it in the last substep only:
-//! for a sixteenth of the time, at sixteen times the speed.
+//! coarser organ is then in the middle of a longer substep. The constraint uses the position of
+//! this sphere at the end of the finer substep, and its impulse acts over the whole of the longer
+//! one. If an attachment acted once a tick, an organ of 16 substeps would feel it in the last
+//! substep only: for a sixteenth of the time, at sixteen times the speed.
 //!
 //! # Sleep
 //!

@@ -16,9 +16,8 @@ pub(crate) trait Coupling {
     fn post_solve(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies);
 }
 
-/// Advances every organ that `moves` through the tick. The caller ends the last substep
-/// (`Coupling::post_solve`'s work, then `Bodies::advance`). Returns the number of spheres that were
-/// put back.
+/// Advances every organ that `moves` through the tick. The caller ends the last substep: it applies
+/// the couplings, then calls `Bodies::advance`. Returns the number of spheres that were put back.
 pub(crate) fn run(
     scene: &Scene<'_>,
     solver: &mut impl Solver,

@@ -64,7 +64,7 @@ impl Sutures {
         leads_needle: false,
     };
 
-    /// Places all as in the scene, not yet drawn in.
+    /// Hangs all sutures as in the scene, not yet drawn in.
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         self.all.clear();
         for tie in scene.attachments {

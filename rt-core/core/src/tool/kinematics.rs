@@ -277,7 +277,7 @@ mod tests {
             prop_assert!((felt_j - f.dot(&way)).abs() < 1.0e-6 + 1.0e-4 * f.norm() * step.norm());
         }
 
-        /// Invariant under rotation, translation and reflection of the room.
+        /// The lever is invariant under rotation, translation and reflection of the room.
         #[test]
         fn the_lever_knows_no_direction(
             f in vector(3.0), arm in vector(0.05), way in vector(0.1), turn in vector(3.0),

@@ -95,8 +95,8 @@ pub(crate) struct Anatomy {
 
 impl Anatomy {
     /// Adds an ellipsoid of `count` spheres on a lattice with its `link_count` shortest links.
-    /// Links are ordered so that neighbours in the list share no sphere. The lowest tenth of the
-    /// spheres is held.
+    /// Links are ordered so that most neighbours in the list share no sphere. The lowest tenth of
+    /// the spheres is held.
     pub(crate) fn with_ellipsoid(
         mut self,
         center_m: Vec3,

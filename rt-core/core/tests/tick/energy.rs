@@ -7,8 +7,8 @@ use crate::rig::LEVER;
 use proptest::prelude::*;
 use rt_core::math::Quat;
 
-/// Number of random cases of each test. 300 cases have been run once: the hand put energy in in
-/// every case.
+/// Number of random cases of each test. 300 cases have been run once; in each, the hand gave
+/// energy.
 const CASES: u32 = 12;
 
 /// A segment of the hand's path: target of the tip, and speed.

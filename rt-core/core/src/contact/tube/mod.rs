@@ -1,5 +1,4 @@
-//! Tools against organs without a contact skin: ducts and vessels, modelled as beads (balls) along
-//! a line.
+//! Tools against organs without a contact skin: ducts and vessels, as beads (balls) along a line.
 //!
 //! Stage `contact` ([`TubeContacts::find`]) follows every part of a tool past every bead near it
 //! through the whole motion of a tick, so that a fast part does not jump through a tube. O(beads of

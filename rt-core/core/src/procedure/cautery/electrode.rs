@@ -172,8 +172,8 @@ fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
             0.0
         }
     };
-    // First the point of the first line that is nearest to the second line; then the point of the
-    // second segment nearest to that; then again the point of the first segment.
+    // First the point of the own line nearest to the other line; then the point of the other
+    // segment nearest to it; then the point of the own segment nearest to the latter.
     let s = share(
         along * on_other - on_own * other2,
         own2 * other2 - along * along,

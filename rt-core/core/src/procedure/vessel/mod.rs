@@ -59,7 +59,7 @@ pub(crate) struct Vessels {
     /// Energy that has desiccated each sphere's piece of vessel, J.
     dried_j: PerSphere<f32>,
     holes: Vec<Hole, MAX_HOLES>,
-    /// True if a leak has found no room in `holes` since the last question.
+    /// True if a leak has found no room in `holes` since `is_overrun` was last called.
     is_overrun: bool,
     /// True for organs that are divided somewhere.
     divided: [bool; MAX_ORGANS],

@@ -1,4 +1,4 @@
-//! Slits: tubes that are torn, cut or burnt half through, and go no further.
+//! Slits: tubes that are torn, cut or burnt half through, and stay half parted.
 
 use crate::procedure::vessel::hole::{Hole, Opening};
 use crate::procedure::vessel::{Progress, Vessels};

@@ -89,8 +89,8 @@ pub(crate) fn impulse(step_m: Lanes, weight_per_kg: f32) -> Lanes {
     }
 }
 
-/// Weight of the strain rate relative to the strain: retardation time over dt, at most the stable
-/// one.
+/// Weight of the strain rate relative to the strain: retardation time over dt, at most
+/// `Limits::rate_max`.
 fn rate(material: &Material, step_s: f32, limits: Limits) -> f32 {
     (material.retardation_s / step_s).min(limits.rate_max)
 }

@@ -148,7 +148,7 @@ mod tests {
         let scene = Scene::new(&organs, &spheres, &links, room()).unwrap();
         let mut bodies = Box::new(Bodies::new());
         let mut paper = Box::new(Paper::new(1));
-        // 4 mm too long: the share of it that one projection removes.
+        // Length that one projection takes off a link that is 4 mm too long, m.
         let mut taken_m = |parted: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);
