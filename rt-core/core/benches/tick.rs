@@ -50,7 +50,7 @@ fn bench_tick(
 }
 
 /// Measures the tissue of all organs, without instrument, contacts and devices. A sphere that is
-/// led back and forth keeps it awake.
+/// led back and forth keeps the tissue moving.
 fn bench_tissue(c: &mut Criterion, name: &str, anatomy: &Anatomy, iterations: Option<u32>) {
     let (mut bodies, mut paper) = (Box::new(Bodies::new()), paper(iterations));
     let mut tissue = Tissue::new(anatomy.scene(), &mut bodies, method(&mut paper));

@@ -159,7 +159,7 @@ fn main() {
     );
     println!("\nwhole tick, liver touched             µs/tick   spheres off mm  force off mN");
     // The other organs sink under their weight before they sleep. Sleep stops the rest of the
-    // sinking: this is its error.
+    // sinking, and this rest is the error of sleep.
     let sinks = |organ: &mut Organ| organ.gravity_share = 0.3;
     four.organs.iter_mut().skip(1).for_each(sinks);
     let sleepless = Touched::sleepless(&four);

@@ -177,7 +177,7 @@ pub enum Polled<T> {
     Fresh(T),
     /// No new sample has come; the caller judges staleness by the age of the last one.
     Nothing,
-    /// The connection is lost (unplugged, hung up). This remains the result until the driver
+    /// The connection is lost (unplugged, hung up). The result is `Lost` until the driver
     /// reconnects.
     Lost,
 }
@@ -193,8 +193,7 @@ pub struct LineCounters {
     pub lost_frames: u64,
     /// Writes that the line did not accept.
     pub dropped_writes: u64,
-    /// Bytes that this computer dropped because it did not read them in time; the device is not at
-    /// fault.
+    /// Bytes that this computer did not read in time and dropped; the device is not at fault.
     pub unread_bytes: u64,
 }
 
@@ -276,9 +275,9 @@ pub trait HapticDevice {
     }
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample>;
-    /// Velocity, m/s, as the device itself reported it with its newest sample; `None` if it
-    /// measures none. The simulation uses [`DeviceSample::velocity_m_s`] instead, which a driver
-    /// may have corrected.
+    /// Velocity that the device itself reported with its newest sample, m/s; `None` if it measures
+    /// none. The simulation uses [`DeviceSample::velocity_m_s`] instead, which a driver may have
+    /// corrected.
     fn reported_velocity_m_s(&self) -> Option<Vec3> {
         None
     }

@@ -86,7 +86,7 @@ pub enum EventKind {
     Clip,
     /// An electrode has burnt an organ; value: energy since the organ's last burn event, J.
     Burn,
-    /// A vessel, duct or bag leaks; value: flow as a share of that from an open lumen at full
+    /// A vessel, duct or bag leaks; value: flow as a share of the flow from an open lumen at full
     /// pressure; 0: the leak has stopped. All events of one leak carry the place where it began.
     Leak,
     /// A cell of layered tissue is removed; value: its index in the scene.

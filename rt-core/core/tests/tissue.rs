@@ -198,7 +198,7 @@ impl Ball {
         (places.collect(), fastest_m_s)
     }
 
-    /// Smallest ratio of a tetrahedron's present volume to that at rest.
+    /// Smallest ratio of a tetrahedron's present volume to its volume at rest.
     fn least_volume(&self, places_m: &[Vec3]) -> f32 {
         let volume = |at: &dyn Fn(u32) -> Vec3, [a, b, c, d]: [u32; 4]| {
             (at(b) - at(a))

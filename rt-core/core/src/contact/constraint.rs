@@ -30,11 +30,11 @@ const PASSES: u32 = 4;
 /// % too little. `evaluate force` shows the remaining difference to finite elements.
 const WARM_START_SHARE: f32 = 0.75;
 
-/// Damping of a tube under a tool, per second. It stands for the fluid and tissue around a thin
-/// tube. Without it, the tube would vibrate on its wall spring and bounce off the tool. It acts on
-/// the speed relative to the world, so it holds back a tube that the tool carries along, by mass ×
-/// this rate × speed: a few mN for a duct. A larger rate damps the tube more and holds it back
-/// more.
+/// Damping of a tube under a tool, per second, as by the fluid and tissue around a thin tube.
+/// Without damping, the tube would vibrate on its wall spring and bounce off the tool. The damping
+/// acts on the speed relative to the world, so it holds back a tube that the tool carries along, by
+/// mass × this rate × speed: a few mN for a duct. A larger rate damps the tube more and holds it
+/// back more.
 const DAMPING_PER_S: f32 = 1500.0;
 
 /// Separation below which tool and tissue may touch before the tick ends, m. A fault is raised if
@@ -61,7 +61,7 @@ pub(crate) enum ContactModel {
         wall_n_m: f32,
         /// Compression at which the tube is flat, m.
         flat_m: f32,
-        /// Compliance of the tissue behind the wall within a tick, m/N. An estimate that is never
+        /// Compliance of the tissue behind the wall within a tick, m/N: an estimate that is never
         /// too large.
         behind_m_n: f32,
     },
@@ -160,7 +160,7 @@ pub(crate) struct ContactConstraint {
     /// Normal force, N, summed over the substeps so far, each weighted by its share of the tick. At
     /// the end of the tick this is the mean force, which the tool feels.
     pub(crate) felt_n: f32,
-    /// Friction, N, summed in the same way.
+    /// Friction, N, summed as `felt_n`.
     pub(crate) felt_friction_n: Vec3,
     /// Stiffness along the normal, N/m.
     pub(crate) stiffness_n_m: f32,
@@ -276,8 +276,8 @@ impl ContactConstraint {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ContactConstraints {
     near: Vec<ContactConstraint, MAX_CONTACT_CONSTRAINTS>,
-    /// For each organ, one bit per constraint in `near` that belongs to it. An organ without
-    /// constraints thus costs no search.
+    /// For each organ, one bit per constraint in `near` that belongs to it. So an organ without
+    /// constraints costs no search.
     of_organs: [u64; MAX_ORGANS],
 }
 
@@ -351,7 +351,7 @@ impl ContactConstraints {
 
     /// Pushes organ `organ` with a share of the last forces ([`WARM_START_SHARE`]), in a substep of
     /// `step_s`, before the organ's constraints are solved. Tubes are damped instead. Friction has
-    /// no warm start: it would drag tissue that has slid since, and make it shake.
+    /// no warm start: it would drag tissue that has slid since, and make the tissue shake.
     pub(crate) fn warm_start(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let presses = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
         for (_, constraint) in self.of_organ(organ).filter(presses) {

@@ -53,7 +53,8 @@ impl Bristle {
     };
 
     /// This bristle on skin with this normal and with this new stiffness, N/m. A bristle that
-    /// stiffens keeps its force; one that softens keeps its bend. So neither change adds energy.
+    /// stiffens keeps its force; a bristle that softens keeps its bend. So neither change adds
+    /// energy.
     pub(crate) fn on(&self, normal: &Vec3, stiffness_n_m: f32) -> Self {
         let keep = if stiffness_n_m > self.stiffness_n_m {
             self.stiffness_n_m / stiffness_n_m

@@ -35,9 +35,9 @@ const POINT: f32 = 3.0;
 /// share once more, because a curved contact is a little stiffer just before its end than at it.
 const BEFORE_END: f32 = 0.01;
 
-/// Softening of a neo-Hookean half-space against a linear one, for a dent as deep as the radius. It
-/// turns Sneddon's force into Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014). The
-/// source holds up to δ = R; deeper dents extrapolate it.
+/// Softening of a neo-Hookean half-space against a linear one, for a dent as deep as the radius.
+/// This softening turns Sneddon's force into Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng
+/// 2014). The source holds up to δ = R; deeper dents extrapolate it.
 const SOFTENING: f32 = 0.06;
 /// Contact half-width at which a ball counts as buried, as a share of its radius. The law has a
 /// pole at 1.
@@ -58,7 +58,7 @@ struct Dent {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Law {
     shape: Shape,
-    /// Mean curvature of the skin at rest over that of the ball; 0 for a cylinder.
+    /// Mean curvature of the skin at rest over the curvature of the ball; 0 for a cylinder.
     bulge: f32,
     /// `E / (1 − ν²)`, Pa.
     modulus_pa: f32,
@@ -263,9 +263,9 @@ impl Law {
     /// on the same skin, beyond the displacement that the spheres transmit.
     /// `self_influence_distance_m` is the larger of the two contacts'
     /// ([`Law::self_influence_distance_m`]). Around a round contact the coefficient is within 4 %
-    /// of Hertz at twice the radius, and a fifth less at the rim. It never exceeds the compliance
-    /// of the other contact under its own load. Otherwise two adjacent contacts could keep each
-    /// other off the tissue, and would snap.
+    /// of Hertz at twice the radius, and a fifth less at the rim. The coefficient never exceeds the
+    /// compliance of the other contact under its own load. Otherwise two adjacent contacts could
+    /// keep each other off the tissue, and would snap.
     pub(crate) fn influence_m_n(&self, distance_m: f32, self_influence_distance_m: f32) -> f32 {
         let cubed = |m: f32| m * m * m;
         let reach_m = cube_root(cubed(distance_m) + cubed(self_influence_distance_m)).max(1.0e-5);
@@ -473,9 +473,9 @@ mod tests {
             prop_assert!(more_n - force_n <= 0.011 * separation_m / yields + 1.0e-4 * force_n);
         }
 
-        /// At one place, the influence equals the contact's own compliance. If it were more, the
-        /// first of two tool points at one place would keep the second off the skin, until it snaps
-        /// on.
+        /// At one place, the influence equals the contact's own compliance. If the influence were
+        /// larger, the first of two tool points at one place would keep the second off the skin,
+        /// until the second snaps on.
         #[test]
         fn influence_at_one_place_is_self_compliance(shape in shape(), shallow in 0.003f32..0.1) {
             let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;

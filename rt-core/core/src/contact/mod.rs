@@ -56,8 +56,8 @@
 //!
 //! Contacts close to each other share a load. The influence coefficient of one on another is the
 //! displacement that a force at one makes at the other in a half-space, beyond the displacement
-//! that the spheres already make. It is the same in both directions (Betti), and at most the
-//! compliance of either contact under its own load. If it were larger, one contact could keep
+//! that the spheres already make. The coefficient is equal in both directions (Betti), and at most
+//! the compliance of either contact under its own load. If it were larger, one contact could keep
 //! another off the tissue.
 //!
 //! # Warm start
@@ -65,8 +65,8 @@
 //! Three quarters of the last force act before the tissue's constraints are solved, the rest after
 //! them. One pass over the constraints is an implicit step in which each constraint accounts for
 //! itself fully, and on average for half of the others. A force that acts wholly after the pass
-//! meets tissue that is too soft; one that acts wholly before it, tissue that is too stiff.
-//! Friction has no warm start, because it would drag tissue that has slid since.
+//! meets tissue that is too soft; a force that acts wholly before the pass, tissue that is too
+//! stiff. Friction has no warm start, because it would drag tissue that has slid since.
 //!
 //! # Separation without jumps
 //!
@@ -80,20 +80,20 @@
 //!
 //! A bristle (a spring along the skin) holds the tool back. Its compliance is that of a half-space
 //! under a contact of half-width a (stiffness `8 G a / (2 − ν)`, Mindlin 1949) less the compliance
-//! of the spheres. It never pulls harder than `μ F` (return mapping), so there is no step between
-//! sticking and sliding. The friction moves the spheres too.
+//! of the spheres. The bristle never pulls harder than `μ F` (return mapping), so there is no step
+//! between sticking and sliding. The friction moves the spheres too.
 //!
 //! # Tubes
 //!
 //! Ducts and vessels collide as beads (balls) along the lines that join their spheres; layers one
 //! sphere thick have one bead at each sphere. The motion of a tool past each bead is swept over the
-//! whole tick, so the tool stays on its side of the tube however fast it is. Of a bead's
-//! neighbours, the one under the larger load decides on which side the tool lies. The wall of a
-//! bead is a spring that stiffens as the tube is pressed flat, `F = k d (1 + d / D)`. The felt
-//! stiffness includes the tissue behind the bead: twice that of a ball embedded in it (Lur'e 1964:
-//! `24 π G (1 − ν) r / (5 − 6 ν)`), and the mass of its spheres. The push follows a rotation of the
-//! tube with a time constant of 50 ms. A push that stayed perpendicular to the tube would be a
-//! follower load, under which a thin tube flutters (Beck's column, Bolotin 1963).
+//! whole tick, so even a fast tool stays on its side of the tube. Of a bead's neighbours, the
+//! neighbour under the larger load decides on which side the tool lies. The wall of a bead is a
+//! spring that stiffens as the tube is pressed flat, `F = k d (1 + d / D)`. The felt stiffness
+//! includes the tissue behind the bead: twice the stiffness of a ball embedded in the tissue (Lur'e
+//! 1964: `24 π G (1 − ν) r / (5 − 6 ν)`), and the mass of the bead's spheres. The push follows a
+//! rotation of the tube with a time constant of 50 ms. A push that stayed perpendicular to the tube
+//! would be a follower load, under which a thin tube flutters (Beck's column, Bolotin 1963).
 //!
 //! # Instrument and endoscope
 //!

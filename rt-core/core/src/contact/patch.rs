@@ -36,7 +36,7 @@ impl Patch {
         }
     }
 
-    /// Its spheres and their weights.
+    /// Spheres of the patch, and their weights.
     pub(crate) fn parts(&self) -> impl Iterator<Item = (u32, f32)> {
         self.parts
             .iter()

@@ -4,8 +4,8 @@
 //! Stage `contact` ([`ToolContacts::find`]) lists the spheres of skins near the tools: it finds
 //! organs whose box is near a tool, then their spheres, O(spheres of organs near · parts). Skins
 //! and tubes then give candidates. Stage `solve` closes the separations after each substep of the
-//! tissue ([`crate::contact::constraint`]); after the last one, [`ToolContacts::push_out`] does so
-//! and lists the forces.
+//! tissue ([`crate::contact::constraint`]); after the last substep, [`ToolContacts::push_out`]
+//! closes them and lists the forces.
 
 use core::cmp::Ordering;
 
@@ -36,8 +36,8 @@ const NEAR_SKIN_M: f32 = 0.010;
 /// A sphere near a tool, ordered by depth, then by index, so that every run keeps the same spheres.
 #[derive(Debug, Clone, Copy)]
 struct Near {
-    /// Overlap of the sphere with the tool's capsules before the solve, m. It is never too small,
-    /// because a capsule contains the part.
+    /// Overlap of the sphere with the tool's capsules before the solve, m; never too small, because
+    /// a capsule contains the part.
     depth_m: f32,
     sphere: u32,
 }
@@ -253,7 +253,7 @@ struct Segment {
     radius_m: f32,
     /// Middle of the box around the piece of the axis that is near the organ's box, m.
     middle_m: Lanes,
-    /// Half of the sides of that box, m. The box is larger than the piece by the radius and
+    /// Half of the sides of this box, m. The box is larger than the piece by the radius and
     /// [`NEAR_SKIN_M`].
     half_m: Lanes,
 }
@@ -275,7 +275,7 @@ impl Segment {
         }
     }
 
-    /// True if a sphere meets the box around the piece. It is false only for spheres whose
+    /// True if a sphere meets the box around the piece. False only for spheres whose
     /// [`Segment::depth_m`] is `None`.
     #[inline(always)]
     fn may_be_near(&self, center: Lanes, radius_m: f32) -> bool {
@@ -336,8 +336,8 @@ mod tests {
 
     #[test]
     fn contact_force_acts_on_tool_and_tissue_alike() {
-        // The round end of 2 mm radius is 2 mm deep in a 10 mm sphere. The sphere of 2 g yields 0.5
-        // mm/N of that in a tick; the wall of 500 N/m, flat at 16 mm, yields the rest.
+        // The round end of 2 mm radius is 2 mm deep in a 10 mm sphere. Of these 2 mm, the sphere of
+        // 2 g yields 0.5 mm/N in a tick; the wall of 500 N/m, flat at 16 mm, yields the rest.
         let (contacts, bodies) = meet(0.010, false);
         let [contact] = contacts.forces[..] else {
             panic!("{:?}", contacts.forces)

@@ -4,7 +4,7 @@
 //!
 //! The shaft is a lever about the port (trocar). It transmits the contacts' wrench about the port
 //! to the handle. With handle position `h`, port `p` and shaft length `L`, `d = unit(p − h)` and
-//! the tip is `h + L d`. The stiffness at the handle is that of its stiffest direction. It is
+//! the tip is `h + L d`. The stiffness at the handle is the stiffness in its stiffest direction,
 //! computed from the stiffness matrix M as `tr(M⁸)^⅛`, which is never too low and at most 15 % too
 //! high.
 //!

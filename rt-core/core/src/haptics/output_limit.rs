@@ -37,10 +37,10 @@ use crate::words::Status;
 
 /// Largest change of force in a tick, N. At this rate a Touch reaches its peak in 3.3 ms.
 const SLEW_N: f32 = 1.0;
-/// Largest rendered stiffness, as a share of that at which a loop with the device's damping and
-/// delay begins to oscillate (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). A
-/// larger share renders stiffer contact with less margin. With this share `evaluate haptics` finds
-/// every wall stable while a hand holds the device.
+/// Largest rendered stiffness, as a share of the stiffness `K` at which a loop with the device's
+/// damping and delay begins to oscillate (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with
+/// delay). A larger share renders stiffer contact with less margin. With this share `evaluate
+/// haptics` finds every wall stable while a hand holds the device.
 const STABLE_SHARE: f32 = 0.7;
 /// Largest step of force in a tick from a change of the stiffness scale, N. Half of the demand's
 /// change is added to it. A hand does not feel this step; it feels a larger one as a knock.
@@ -50,7 +50,8 @@ const SCALE_STEP_N: f32 = 0.001;
 const STIFF_TICKS: u32 = 50;
 /// Upper bound of the remembered stiffness, N/m. An infinite stiffness would never fade.
 const RIGID_N_M: f32 = 1.0e6;
-/// Factor per tick by which a remembered stiffness fades. A larger one fades more slowly.
+/// Factor per tick by which a remembered stiffness fades. With a larger factor it fades more
+/// slowly.
 const FADES: f32 = 0.98;
 /// Lower bound of the stiffness scale where it serves as a divisor. A device that renders 2 N/m of
 /// a wall of 20 kN/m has this scale.
@@ -63,9 +64,9 @@ const SLEW_SHARE: f32 = 0.3;
 /// Speed of the handle above which the force trips, m/s.
 const SPEED_TRIP_M_S: f32 = 1.2;
 /// Time constant of the motors' heating, s. The value is assumed, because makers do not publish it.
-/// With it, a Touch reaches its thermal limit after 4 s at the peak.
+/// A Touch then reaches its thermal limit after 4 s at the peak.
 const HEAT_TIME_S: f32 = 60.0;
-/// Heat at which the limit begins to fall from the peak, as a share of that of the continuous
+/// Heat at which the limit begins to fall from the peak, as a share of the heat of the continuous
 /// force. Raising it makes the fall shorter and steeper.
 const WARM: f32 = 0.8;
 /// Time in which force falls from full to zero after the sample became stale or the simulation
@@ -368,8 +369,8 @@ impl OutputLimit {
         .x
     }
 
-    /// Present limit of the force, N: the peak while the motors are cold. It falls to the
-    /// continuous force as their heat rises to that of the continuous force.
+    /// Present limit of the force, N: the peak while the motors are cold. The limit falls to the
+    /// continuous force as the motors warm to the heat of the continuous force.
     fn limit_n(&self) -> f32 {
         let full = self.continuous_n * self.continuous_n;
         let excess = self.heat_n2 - WARM * full;

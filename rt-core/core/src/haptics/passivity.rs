@@ -3,9 +3,9 @@
 //! A contact may return to the hand at most the energy that the hand put in. The observer sums the
 //! work that the hand does against the rendered force. For each period it uses the force that acted
 //! then, which was sent `delay` earlier. The energy that the device's own damping takes is added.
-//! If the sum is below zero, the loop generates energy: it is too stiff for its delay, or samples
-//! come late. The controller dissipates that energy by damping, at most as strong as the device
-//! renders.
+//! If the sum is below zero, the loop generates energy, because it is too stiff for its delay, or
+//! samples come late. The controller dissipates that energy by damping, at most as strong as the
+//! device renders.
 //!
 //! Energy that tissue has dissipated must not hide energy that the loop generates. So the sum never
 //! exceeds the work that the present force could do on the way back to the place where contact

@@ -10,8 +10,8 @@
 
 use crate::math::{self, Pose, Vec3};
 
-/// Share of the force above the limit that one tick removes by moving the proxy. It is below 1,
-/// because the tissue responds a tick later; a larger share follows faster and may oscillate.
+/// Share of the force above the limit that one tick removes by moving the proxy. The share is below
+/// 1, because the tissue responds a tick later; a larger share follows faster and may oscillate.
 const GAIN: f32 = 0.25;
 /// Lower bound of the stiffness by which the excess force is divided, N/m. On softer contact the
 /// excess takes more ticks to vanish.

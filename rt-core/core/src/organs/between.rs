@@ -357,7 +357,7 @@ mod tests {
             two.tick();
         }
         assert!((two.apart_m() - 0.012).abs() < 1.0e-7);
-        // If they come nearer, they return to that distance.
+        // Spheres that come nearer return to their distance at rest.
         let nearer = Vec3::x() * -0.002;
         two.bodies.nodes.at_mut(1).put(&nearer, &Vec3::zeros());
         for _ in 0..400 {

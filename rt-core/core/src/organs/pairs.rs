@@ -191,8 +191,8 @@ impl Pairs {
                     if let Some(pair) = near_pair(bodies, &self.reach_m, a.min(b), a.max(b)) {
                         faults.raise_if(self.next.push(pair).is_err(), Fault::PairOverflow);
                         if bodies.organ.at(a) != bodies.organ.at(b) {
-                            // The pair is used at once as well. A pair that is listed twice is
-                            // solved once.
+                            // The pair is also used at once. A pair that is listed twice is solved
+                            // once.
                             let _ = self.current.push(pair);
                         }
                     }
@@ -291,7 +291,8 @@ mod tests {
         };
         assert_eq!(after(1, 0.0), [(0, 1)], "kept");
         assert_eq!(after(1, 0.0001), [(0, 1)], "hardly moved");
-        // Motion to either side, of the sphere with the higher number and of that with the lower.
+        // Motion to either side, of the sphere with the higher number and of the sphere with the
+        // lower number.
         assert_eq!(after(1, 0.06), [(1, 2)]);
         assert_eq!(after(1, -0.06), [(0, 1)]);
         assert_eq!(after(0, -0.05), []);

@@ -1,5 +1,5 @@
-//! Clips: a clip closes the tubes between the jaws of the closing applier, as far as it reaches
-//! over them.
+//! Clips: a clip closes the tubes between the jaws of the closing applier, as far as the clip
+//! reaches over the tubes.
 //!
 //! A clip stays on its link of the tube, moves with the link, and makes it stiff and thin. A tube
 //! that is squeezed flat is half its circumference wide; the part of this width that the clip does
@@ -21,7 +21,7 @@ const LENGTH_M: f32 = 0.009;
 /// Half of the length of tube that a clip occupies, m. Blades do not cut closer to the clip than
 /// this.
 const HALF_WIDTH_M: f32 = 0.001_2;
-/// Compliance of a clipped link, relative to that of the same link without a clip.
+/// Compliance of a clipped link, relative to the link's own compliance.
 const STIFF: f32 = 0.02;
 /// Thickness of a tube that is fully closed, relative to the open tube.
 const SQUEEZED: f32 = 0.5;
@@ -167,7 +167,7 @@ impl Clips {
     }
 
     /// Holds clipped tubes together and turns each clip with its tube, after the constraints of a
-    /// substep of `organ`. If `organ` is `None`, it does so for the clips of all organs.
+    /// substep of `organ`. If `organ` is `None`: for the clips of all organs.
     pub(crate) fn carry(&mut self, organ: Option<u8>, scene: &Scene<'_>, bodies: &mut Bodies) {
         for clip in &mut self.on {
             let [a, b] = clip.spheres;

@@ -13,8 +13,8 @@
 //!
 //! Closing blades damage the links of tubes, bands and sutures between them. The damage begins when
 //! the gap is as narrow as the link is thick, and is complete when the gap is shut. The arm does
-//! not feel the cutting force, because the forces of the two blades are in balance. It feels that
-//! the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel the cut.
+//! not feel the cutting force, because the forces of the two blades are in balance. The arm feels
+//! that the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel the cut.
 //!
 //! # Current
 //!
@@ -37,14 +37,15 @@
 //!
 //! # Vessels
 //!
-//! The pressure of blood spreads from the held spheres of a vessel and from attached vessels, that
-//! of bile from a full gallbladder and from the liver. Pressure spreads along intact links; clips
-//! and desiccated walls reduce it to the share of the lumen that they leave open. The pressure is
-//! computed only after a change, and spreads by at least one link a tick, so that the cost of a
-//! tick is bounded. Then every divided end and every hole leaks at the pressure that reaches it.
-//! All events of one leak carry the place where it began. A divided artery shortens by a tenth,
-//! because vessels lie stretched in the body (10.1007/s00414-011-0549-9). A duct shortens by half
-//! as much, which is assumed. Desiccation closes arteries of up to 1.5 mm in radius.
+//! The pressure of blood spreads from the held spheres of a vessel and from attached vessels; the
+//! pressure of bile spreads from a full gallbladder and from the liver. Pressure spreads along
+//! intact links; clips and desiccated walls reduce the pressure to the share of the lumen that they
+//! leave open. The pressure is computed only after a change, and spreads by at least one link a
+//! tick, so that the cost of a tick is bounded. Then every divided end and every hole leaks at the
+//! pressure that reaches it. All events of one leak carry the place where it began. A divided
+//! artery shortens by a tenth, because vessels lie stretched in the body
+//! (10.1007/s00414-011-0549-9). A duct shortens by half as much, which is assumed. Desiccation
+//! closes arteries of up to 1.5 mm in radius.
 //!
 //! # Sutures
 //!

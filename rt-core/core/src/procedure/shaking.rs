@@ -11,8 +11,8 @@ use crate::capacity::MAX_ORGANS;
 use crate::math::{self, Vec3};
 
 /// Length of a part, ticks: time is divided into parts, and organs are judged at the end of each.
-/// The largest speed of the hand in this part and the two before counts, so that of at least the
-/// last 0.5 s.
+/// The hand counts with its largest speed in this part and the two before, so in at least the last
+/// 0.5 s.
 const PART_TICKS: u16 = 250;
 /// Number of parts in a row that must count as shaking before an organ is reported: 6 s, as long as
 /// for an organ that no tool moves.
@@ -21,7 +21,7 @@ const PARTS: u8 = 24;
 /// four. A hand goes back and forth at most 5 times a second, hanging tissue once or twice.
 const REVERSALS: u8 = 3;
 /// Multiple of the hand's speed up to which the hand explains the speed of an organ. The factor is
-/// our choice. It leaves room for tissue that a tip drags or lets slip. Nobody has measured how
+/// our choice: it leaves room for tissue that a tip drags or lets slip. Nobody has measured how
 /// fast such tissue gets.
 const HAND_FACTOR: f32 = 3.0;
 

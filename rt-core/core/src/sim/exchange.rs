@@ -96,9 +96,11 @@ impl Stage {
 /// Work that a late tick may omit, in order of omission. The force is never omitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Optional {
-    /// Contact of organs with each other and themselves: they may overlap for one more tick.
+    /// Contact of organs with each other and themselves: without it, organs may overlap for one
+    /// more tick.
     SelfCollision,
-    /// Organs that no tool is near and the jaws do not hold: they stand still for a tick.
+    /// Motion of organs that no tool is near and the jaws do not hold: without it, they stand still
+    /// for a tick.
     FarOrgans,
 }
 
@@ -106,8 +108,8 @@ pub enum Optional {
 pub trait Ports {
     /// Returns time, newest samples and command.
     fn sample(&mut self) -> Samples;
-    /// Returns the findings of the device's driver in the samples. They are an input like a sample:
-    /// a replay returns the recorded ones.
+    /// Returns the findings of the device's driver in the samples. The findings are an input like a
+    /// sample: a replay returns the recorded findings.
     fn findings(&mut self) -> Findings {
         Findings::default()
     }
@@ -117,7 +119,7 @@ pub trait Ports {
     fn publish(&mut self, view: &TickView<'_>);
     /// Returns true if there is time for optional work; called once a tick for each kind, in the
     /// order of [`Optional`]. The answer is an input like a sample: a replay returns the recorded
-    /// one.
+    /// answer.
     fn may(&mut self, _work: Optional) -> bool {
         true
     }

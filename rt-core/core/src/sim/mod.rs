@@ -132,8 +132,7 @@ pub struct Sim<'a> {
 }
 
 impl<'a> Sim<'a> {
-    /// A simulation of `scene` at rest, in the storage `state`. It solves tissue as a neo-Hookean
-    /// solid.
+    /// A simulation of `scene` at rest, in the storage `state`, with tissue as a neo-Hookean solid.
     #[must_use]
     pub fn new(
         scene: Scene<'a>,
@@ -274,8 +273,8 @@ impl<'a> Sim<'a> {
         });
     }
 
-    /// Computes pose and capsules of the instrument from the device's pose, and those of the
-    /// endoscope from the tracker's.
+    /// Computes pose and capsules of the instrument from the device's pose, and pose and capsule of
+    /// the endoscope from the tracker's.
     fn move_tool(&mut self) {
         let room = self.scene.room();
         if let Some(sample) = self.inputs.device.newest() {

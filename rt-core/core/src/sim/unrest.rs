@@ -77,8 +77,8 @@ impl Sim<'_> {
             .look_at_worked(hand_m_s, bounds, fastest, &mut tell);
     }
 
-    /// Speed of the tip over that of the handle, at least 1, because the shaft is a lever about the
-    /// port.
+    /// Speed of the tip over the speed of the handle (the shaft is a lever about the port), at
+    /// least 1.
     fn lever(&self) -> f32 {
         let port_m = self.scene.room.instrument_port_m;
         let [tip_m, handle_m] = [

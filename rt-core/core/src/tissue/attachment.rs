@@ -37,7 +37,8 @@ struct Turn {
 struct Rhythm {
     /// Number of times that it is solved in a tick.
     times: u32,
-    /// Number of times that its force acts on the finer organ in a tick: that organ's substeps.
+    /// Number of times that its force acts on the finer organ in a tick: the substeps of the finer
+    /// organ.
     acts: u32,
     /// Index of the end in the finer organ.
     finer: u8,
@@ -60,8 +61,8 @@ const MAX_GROUPS: usize = 5 * 5 * 2;
 pub(crate) struct Ties {
     groups: Vec<Group, MAX_GROUPS>,
     turns: Vec<Turn, MAX_ATTACHMENTS>,
-    /// Impulse of each turn on its finer end in a substep of that end, m kg. Every tick computes it
-    /// anew.
+    /// Impulse of each turn on its finer end in a substep of the finer organ, m kg. Every tick
+    /// computes it anew.
     held: [Lanes; MAX_ATTACHMENTS],
 }
 

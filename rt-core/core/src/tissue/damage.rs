@@ -186,7 +186,7 @@ pub(crate) fn tear_all(scene: &Scene<'_>, bodies: &mut Bodies, torn: impl FnMut(
 const ROUNDED: f32 = 0.999;
 
 /// Damages every link and attachment of organs that move. `part` receives each with its damage and
-/// returns the new damage. It is not called where `is_spared` is true; `is_spared` receives the
+/// returns the new damage. `part` is not called where `is_spared` is true; `is_spared` receives the
 /// ends, m, the rest length, m, and the square of the stretch at which tearing begins, m². `apart`
 /// receives each that was severed.
 pub(crate) fn damage_all(

@@ -82,12 +82,12 @@
 //! # The paper's method
 //!
 //! `Method::Paper` is the baseline: stretching (Eq. 3–5) and Laplacian coordinates (Eq. 6–8), in a
-//! fixed number of iterations. Its faults are kept because they are the method's. Stiffness depends
-//! on the number of iterations. The vector `L` does not turn with the tissue, so a rotated organ is
-//! pulled back. Only one sphere moves at a time, so momentum is not conserved.
+//! fixed number of iterations. The faults of the method are kept. Stiffness depends on the number
+//! of iterations. The vector `L` does not turn with the tissue, so a rotated organ is pulled back.
+//! Only one sphere moves at a time, so momentum is not conserved.
 //!
 //! Its memory, [`paper::Paper`], is no part of [`Bodies`]: the caller gives it with the method.
-//! Checkpoints leave it out, because nothing in it outlasts the projection of one organ.
+//! Checkpoints leave out this memory, because nothing in it outlasts the projection of one organ.
 
 mod adjacency;
 pub(crate) mod attachment;
@@ -133,7 +133,7 @@ pub trait Solver {
     /// counts bound the cost.
     fn project(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies);
 
-    /// Projects the links of all organs that begin a substep. Their counts bound the cost.
+    /// Projects the links of all organs that begin a substep. The number of links bounds the cost.
     fn project_links(
         &mut self,
         _scene: &Scene<'_>,
@@ -262,17 +262,17 @@ impl Node {
         self.rest_m + self.moved_m + self.step_m
     }
 
-    /// Predicted centre relative to that of `other`, m. The spare lane has no meaning. Rest
-    /// positions, displacements and steps are subtracted separately: their differences keep bits
-    /// that the difference of two centres has lost.
+    /// Predicted centre relative to the predicted centre of `other`, m. The spare lane has no
+    /// meaning. Rest positions, displacements and steps are subtracted separately: their
+    /// differences keep bits that the difference of two centres has lost.
     #[inline(always)]
     pub(crate) fn from(&self, other: &Self) -> Lanes {
         (self.rest_m - other.rest_m)
             + ((self.moved_m - other.moved_m) + (self.step_m - other.step_m))
     }
 
-    /// Centre relative to that of `other` at the start of this substep, m. The spare lane has no
-    /// meaning.
+    /// Centre relative to the centre of `other` at the start of this substep, m. The spare lane has
+    /// no meaning.
     #[inline(always)]
     pub(crate) fn away_at_start(&self, other: &Self) -> Lanes {
         (self.rest_m - other.rest_m) + (self.moved_m - other.moved_m)

@@ -48,7 +48,7 @@ pub(crate) struct Pace {
     /// Share of the organ's substep that has passed when the window ends; above 1 if the window is
     /// longer.
     elapsed: f32,
-    /// Length of the substep over that of the window.
+    /// Length of the substep over the length of the window.
     longer: f32,
 }
 
@@ -121,7 +121,7 @@ impl Multirate {
         self.weight_per_kg * self.pace.elapsed * self.pace.longer
     }
 
-    /// Applies an impulse over the window's length, m kg. It acts over the whole substep.
+    /// Applies an impulse over the window's length, m kg, which acts over the whole substep.
     #[inline(always)]
     pub(crate) fn push(&self, node: &mut Node, push_m_kg: Lanes) {
         node.step_m = node.step_m + push_m_kg.scaled(self.weight_per_kg * self.pace.longer);

@@ -32,7 +32,7 @@ pub enum Placed {
 pub struct Suture {
     /// Stage of placing.
     pub placed: Placed,
-    /// Sphere that it holds; a sphere of its organ while it is not placed.
+    /// Sphere that the suture holds; a sphere of its organ while the suture is not placed.
     pub sphere: u32,
     /// Place at which it passes the wall, world frame, m.
     pub at_m: Vec3,
@@ -42,7 +42,7 @@ pub struct Suture {
     apart_m: f32,
     /// Progress of drawing in, 0 to 1.
     drawn: f32,
-    /// True if the trainee has placed it or has yet to place it.
+    /// True if the trainee has placed the suture or has yet to place it.
     is_own: bool,
     is_cut: bool,
 }
@@ -106,8 +106,8 @@ impl Sutures {
         }
     }
 
-    /// The attachment in its present state; `None` if it holds nothing now. `suture` is its number
-    /// if it is a suture.
+    /// The attachment in its present state; `None` if it holds nothing now. `suture` is the
+    /// suture's number if the attachment is one.
     #[inline]
     pub(crate) fn now(&self, tie: &Attachment, suture: Option<u8>) -> Option<Attachment> {
         if let Some(number) = suture {
@@ -153,8 +153,8 @@ impl Sutures {
         self.all.iter().any(|it| it.placed != Placed::Hung)
     }
 
-    /// Spheres that wake their organ: those of the trainee's sutures that are being drawn in, and
-    /// those of sutures just cut.
+    /// Spheres that wake their organ: the spheres of the trainee's sutures that are being drawn in,
+    /// and of sutures just cut.
     pub(crate) fn stirring(&mut self, scene: &Scene<'_>, parted: &Damage) -> Vec<u32, MAX_SUTURES> {
         let ties = scene.attachments.iter().enumerate();
         let own = ties.filter(|(_, tie)| is_suture(tie));
@@ -182,8 +182,8 @@ impl Sutures {
 }
 
 impl Suture {
-    /// Hangs the suture at `at_m`. Drawn in, it will be `drawn_in_m` shorter than the distance
-    /// `apart_m` of its ends.
+    /// Hangs the suture at `at_m`. When drawn in, the suture is `drawn_in_m` shorter than the
+    /// distance `apart_m` of its ends.
     pub(crate) fn hang(&mut self, at_m: Vec3, apart_m: f32, drawn_in_m: f32) {
         self.placed = Placed::Hung;
         self.at_m = at_m;

@@ -7,14 +7,14 @@
 //! corrected, and not what the later ones will. (Links start from zero impulses, because a tube of
 //! links is so light that it would bounce off an instrument.)
 //!
-//! The impulses of the later tetrahedra are those of the last substep, so they act like explicit
-//! forces. That is stable while the stiffness of a sphere times `dt²` over its mass is not too
-//! large. Stiffer organs keep a smaller share of their impulses ([`Limits`]). They are then softer
-//! than their material, but stable at any stiffness.
+//! The impulses of the later tetrahedra come from the last substep, so they act like explicit
+//! forces. Such forces are stable while the stiffness of a sphere times `dt²` over its mass is not
+//! too large. Stiffer organs keep a smaller share of their impulses ([`Limits`]). Such organs are
+//! softer than their material, but stable at any stiffness.
 //!
-//! Links, attachments, contacts and grip act after the tetrahedra. The tetrahedra begin with what
-//! these did in the last substep. Otherwise the tetrahedra would see pressed tissue as it has
-//! sprung back for a substep, and the tissue would resist too little.
+//! Links, attachments, contacts and grip act after the tetrahedra. The tetrahedra begin with the
+//! impulses of all these in the last substep. Otherwise the tetrahedra would see pressed tissue as
+//! it has sprung back for a substep, and the tissue would resist too little.
 //!
 //! Viscosity also needs memory. A constraint resists the change of its strain from one of its
 //! projections to the next, so viscosity vanishes at rest.
@@ -31,7 +31,7 @@ use crate::tissue::per_sphere::PerSphere;
 const KEPT: f32 = 0.999;
 /// Share that any organ may keep: stable up to 50 MPa (`stiff_tissue_comes_to_rest`).
 const KEPT_MIN: f32 = 0.5;
-/// Stiffness of a sphere, times `dt²` over its mass, up to which an organ keeps `KEPT`. A cube
+/// Stiffness of a sphere, times `dt²` over its mass, up to which an organ keeps `KEPT`. Tissue
 /// stays stable at 86 while it is shaken, and at 34 while it is squeezed to 40 % of its height
 /// (`squeezed_tissue_stays_whole`).
 const STIFF: f32 = 34.0;

@@ -46,8 +46,8 @@ impl Kinematics {
     }
 
     /// Handle pose that brings the tip to `tip_m`, rolled so that its y is as close to `up` as the
-    /// shaft allows. It inverts [`Self::tip`] for tips within the shaft's reach. For a tip in the
-    /// port, which fits any direction, the shaft lies along −z.
+    /// shaft allows. The inverse of [`Self::tip`] for tips within the shaft's reach. For a tip in
+    /// the port, which fits any direction, the shaft lies along −z.
     #[must_use]
     pub fn handle_from_tip(&self, tip_m: &Vec3, up: &Vec3) -> Pose {
         let axis = math::unit(&(tip_m - self.port_m)).unwrap_or(Vec3::new(0.0, 0.0, -1.0));
@@ -232,7 +232,7 @@ mod tests {
     }
 
     proptest! {
-        /// `handle_from_tip` undoes `tip`, wherever the shaft reaches.
+        /// `handle_from_tip` undoes `tip` at every place that the shaft reaches.
         #[test]
         fn handle_from_tip_is_the_inverse(
             x in -0.1f32..0.1, y in -0.1f32..0.1, z in -0.15f32..0.05,

@@ -358,7 +358,7 @@ fn in_batches(mut left: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
     ordered
 }
 
-/// Links ordered by colour; those of one colour share no sphere.
+/// Links ordered by colour; links of one colour share no sphere.
 fn in_colours(links: &[(f32, u32, u32)], spheres: usize) -> Vec<(f32, u32, u32)> {
     let mut used = vec![0u64; spheres];
     let mut coloured: Vec<(u32, (f32, u32, u32))> = Vec::new();

@@ -1,4 +1,4 @@
-//! The loop of hand, instrument and tissue generates no energy, and behaves alike in any
+//! The loop of hand, instrument and tissue generates no energy, and behaves equally in any
 //! orientation.
 
 use super::tear::{BITTEN, pad};

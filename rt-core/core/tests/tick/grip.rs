@@ -70,7 +70,7 @@ fn a_grasp_begins_and_carries_on_without_a_knock() {
     // The jaws bite after 98 ticks; before that, they move against the tissue.
     let step = largest_step(&closing[90..]);
     // Jaws that go on closing push the tissue at 50 mm/s. These spheres have no skin, so their
-    // contact stiffens as that of tubes does.
+    // contact stiffens as the contact of tubes does.
     assert!(step < 0.012, "closing: {step} N in a tick");
     // 10 mm in 2 s.
     let lifting = felt(

@@ -17,8 +17,8 @@ pub(super) fn artery() -> Anatomy {
     let mut artery = tube(0.0);
     artery.organs[0].inside = Inside::Blood;
     artery.organs[0].material.young_pa = young_pa;
-    // The chain has no bending stiffness. It is damped as in fluid; otherwise its stumps would
-    // swing.
+    // The chain has no bending stiffness. The chain is damped as in fluid; otherwise its stumps
+    // would swing.
     artery.organs[0].material.damping_per_s = 60.0;
     for sphere in &mut artery.spheres {
         sphere.radius_m = 0.001_2;

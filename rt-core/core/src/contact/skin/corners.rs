@@ -139,9 +139,8 @@ mod tests {
     }
 
     proptest! {
-        /// The table gives the same position and normal as a fresh computation, whatever was asked
-        /// for before and whichever vertex shares the row. 3000 vertices with random fans share
-        /// 1024 rows.
+        /// The table gives the position and normal of a fresh computation, after any earlier
+        /// lookups. 3000 vertices with random fans share 1024 rows.
         #[test]
         fn table_holds_what_a_fresh_computation_gives(
             seed in 1u32..u32::MAX, asked in prop::collection::vec((0u16..3000, any::<bool>()), 1..200),

@@ -51,7 +51,7 @@ const AHEAD: f32 = 2.0;
 const OPENING_MAX_M: f32 = 0.000_3;
 
 /// Share of the remaining way by which a tick fades the push on a bead that the jaws hold, or
-/// restores it after they release the bead: three quarters of the way within 0.2 s.
+/// restores the push on a released bead: three quarters of the way within 0.2 s.
 const LOOSEN: f32 = 0.007;
 
 /// Contact of a part of a tool with a bead near it, at the end of a tick.
@@ -61,7 +61,7 @@ struct PersistentContact {
     part: Role,
     side: Side,
     bead_m: Vec3,
-    /// Direction of the tube at the bead. It lags behind the true direction ([`TURNS`]).
+    /// Direction of the tube at the bead, which lags behind the true direction ([`TURNS`]).
     along: Vec3,
     separation: FilteredSeparation,
     cached: CachedForce,
@@ -241,9 +241,9 @@ impl TubeContacts {
         let travel_m = before.map_or_else(Vec3::zeros, |before| {
             travel_m(before, part, side.unwrap_or(first).share)
         });
-        // All of a tube lies on one side of a tool. Of the two neighbours of a bead, the one under
-        // the larger load leads. The bead takes the leader's side if it has the opposite side and
-        // less load, or if it had no side or no weight.
+        // All of a tube lies on one side of a tool. Of the two neighbours of a bead, the neighbour
+        // under the larger load leads. The bead takes the leader's side if it has the opposite side
+        // and less load, or if it had no side or no weight.
         let leader = leading(last_tick, (number, bead), part.role, bodies);
         let led = leader.map(|it| {
             it.side
@@ -412,8 +412,8 @@ fn candidate(
 }
 
 /// Compliance of the tissue behind a bead within a tick, m/N. Each sphere of the bead counts with
-/// its mass. It also counts as held twice as stiffly as a ball embedded in its tissue, because it
-/// may lie on other tissue.
+/// its mass. The sphere also counts as held twice as stiffly as a ball embedded in its tissue,
+/// because it may lie on other tissue.
 fn behind_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
     let yields = |(sphere, weight): (u32, f32)| {
         let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();

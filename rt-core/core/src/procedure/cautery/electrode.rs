@@ -39,7 +39,7 @@ pub(crate) struct Electrode {
     current: Current,
 }
 
-/// Energy of a tick's current per contact area, J/m². It falls as the contact area grows.
+/// Energy of a tick's current per contact area, J/m², which falls as the contact area grows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Dose {
     /// Part of the energy that divides the touched tissue, J/m².
@@ -173,7 +173,8 @@ fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
         }
     };
     // First the point of the own line nearest to the other line; then the point of the other
-    // segment nearest to it; then the point of the own segment nearest to the latter.
+    // segment nearest to this point; then the point of the own segment nearest to that of the
+    // other.
     let s = share(
         along * on_other - on_own * other2,
         own2 * other2 - along * along,

@@ -48,7 +48,7 @@ pub(crate) struct Cautery {
 }
 
 impl Cautery {
-    /// Applies a tick of current at `electrode`. Its contacts are `contacts`, with tissue, and
+    /// Applies a tick of current at `electrode`, which touches tissue at `contacts` and touches
     /// `cells`.
     pub(crate) fn burn(
         &mut self,

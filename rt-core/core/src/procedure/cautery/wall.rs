@@ -1,7 +1,7 @@
 //! Walls that current burns through, place by place.
 //!
-//! A place moves with the sphere that was nearest to it at its first burn. It keeps the energy that
-//! it has absorbed.
+//! A place moves with the sphere that was nearest to it at its first burn, and keeps the energy
+//! that it has absorbed.
 
 use heapless::Vec;
 

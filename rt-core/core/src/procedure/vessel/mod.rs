@@ -21,8 +21,8 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind};
 use hole::{Hole, Opening, unclosed};
 
-/// Shortening of a divided artery, as a share of its length: about its stretch in the body. The
-/// aorta of old people is stretched by 5 %, that of young people by far more
+/// Shortening of a divided artery, as a share of its length: about the artery's stretch in the
+/// body. The aorta of old people is stretched by 5 %, the aorta of young people by far more
 /// (10.1007/s00414-011-0549-9).
 const ARTERY_SHORTENS: f32 = 0.1;
 /// Shortening of a divided duct, as a share of its length. Assumed: half the artery's.

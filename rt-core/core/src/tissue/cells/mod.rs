@@ -1,10 +1,10 @@
 //! Layered tissue (fat, connective tissue) that is removed cell by cell.
 //!
-//! A cell is removed when it has taken the energy that boils it away (`burn`), or when the strand
-//! that it represents has torn (`strand`). The contact skin sinks by the thickness that is missing
-//! under it (`Cells::sunk_m`). A sphere that has lost all cells meets nothing. The stiffness of a
-//! sphere's links and attachments falls with the share of its cells that is left. All of this
-//! depends on the set of removed cells, not on their order.
+//! A cell is removed when it has taken the energy that boils it away (`burn`), or when the
+//! attachments of its sphere have torn (`strand`). The contact skin sinks by the thickness that is
+//! missing under it (`Cells::sunk_m`). A sphere that has lost all cells meets nothing. The
+//! stiffness of a sphere's links and attachments falls with the share of its cells that is left.
+//! All of this depends on the set of removed cells, not on their order.
 
 mod strand;
 #[cfg(test)]

@@ -39,8 +39,8 @@ impl Bodies {
     }
 
     /// Moves each sphere without cells with its neighbours. Such a sphere is attached to nothing
-    /// and would fall, while neighbouring cells and the picture still follow it in part. Where
-    /// there are tetrahedra, they hold it. O(links of organs without tetrahedra).
+    /// and would fall, while neighbouring cells and the picture still follow it in part. In organs
+    /// with tetrahedra, the tetrahedra hold the sphere. O(links of organs without tetrahedra).
     pub(crate) fn carry_removed(&mut self, scene: &Scene<'_>) {
         if self.cells.removed == 0 {
             return;

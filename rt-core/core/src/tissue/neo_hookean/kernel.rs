@@ -2,9 +2,9 @@
 //!
 //! Cost: a tetrahedron takes about 430 additions and multiplications and three divisions, eight to
 //! an instruction. It reads 72 bytes of its own in order, and reads and writes 40 bytes of its
-//! memory (`BatchMemory`). Per corner it gathers 32 bytes and scatters 16, from nodes that stay in
-//! the second-level cache. The rate at which a core issues instructions bounds the kernel, not
-//! memory. To count them:
+//! memory (`BatchMemory`). Per corner it gathers 32 bytes from nodes in the second-level cache, and
+//! scatters 16. The rate at which a core issues instructions bounds the kernel, not memory. To
+//! count them:
 //!
 //! ```text
 //! cargo build --release -p rt-core --example cost
@@ -121,7 +121,7 @@ type Symmetric<W> = [W; 6];
 /// pressure `p` at `F`, but at least 1, which is its size without load. `r` is the retardation time
 /// over dt, and `J'` is `J⁺` of the last substep.
 ///
-/// No closure here: one that is not inlined would be compiled without the wide registers.
+/// No closure here: a closure that is not inlined would be compiled without the wide registers.
 #[inline(always)]
 fn project_batch<W: Wide>(
     nodes: &mut PerSphere<Node>,
@@ -383,8 +383,8 @@ fn row<W: Wide>(edges: &[Vec3<W>; 3], gradients: &[Vec3<W>; 3], i: usize) -> Vec
     add(second, scale(gradients[2], edges[2][i]))
 }
 
-/// `det F` and the cofactor matrix, by rows. A crushed tetrahedron gets those of a matrix that is a
-/// little more open in every direction, and so opens.
+/// `det F` and the cofactor matrix, by rows. A crushed tetrahedron gets the values of a matrix that
+/// is a little more open in every direction, and so opens.
 #[inline(always)]
 fn volume_and_cofactor<W: Wide>(f: &[Vec3<W>; 3]) -> (W, [Vec3<W>; 3]) {
     let closed = cofactor(f);

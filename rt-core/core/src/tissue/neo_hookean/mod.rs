@@ -1,7 +1,7 @@
 //! Tissue as a neo-Hookean solid over the tetrahedra between sphere centres.
 //!
-//! Its constraints follow from Young's modulus, Poisson's ratio and density. At rest its stress is
-//! that of the energy, with any number of substeps.
+//! The constraints follow from Young's modulus, Poisson's ratio and density. At rest the stress is
+//! the stress of the energy, with any number of substeps.
 
 mod kernel;
 mod wide;
@@ -15,15 +15,15 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::tissue::warm_start::{Limits, SphereMemory};
 use crate::tissue::{Bodies, Node, Solver};
 
-/// Largest Poisson's ratio that is used. Linear tetrahedra lock beyond it: at 0.49 they sag a fifth
-/// too little. A liver of 0.49 hangs 0.64 mm rms off finite elements if it is computed with 0.45,
-/// and 2.3 mm if it is computed with 0.49.
+/// Largest Poisson's ratio that is used. Linear tetrahedra lock at a larger ratio: at 0.49 they sag
+/// a fifth too little. A liver of 0.49 hangs 0.64 mm rms off finite elements if it is computed with
+/// 0.45, and 2.3 mm if it is computed with 0.49.
 pub const POISSON_MAX: f32 = 0.45;
 
-/// Share of Young's modulus that the tetrahedra use. They resist more than the solid that they
-/// represent: they are linear, span sphere centres, and carry the tissue up to the skin. Fitted to
-/// the sag of one liver (581 spheres) against finite elements (`evaluate`). Every organ, material
-/// and resolution uses this number.
+/// Share of Young's modulus that the tetrahedra use. Tetrahedra resist more than the solid that
+/// they represent, because they are linear, span sphere centres, and carry the tissue up to the
+/// skin. Fitted to the sag of one liver (581 spheres) against finite elements (`evaluate`). Every
+/// organ, material and resolution uses this number.
 pub const STIFFNESS_SHARE: f32 = 0.965;
 
 /// XPBD stable neo-Hookean tetrahedra and elastic links. O(tetrahedra + links).

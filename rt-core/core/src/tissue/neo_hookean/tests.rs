@@ -229,7 +229,7 @@ fn a_rigid_motion_is_left_alone() {
 }
 
 /// One tetrahedron under a constant force comes to the stress of the energy, not of its
-/// linearisation, however far it is deformed.
+/// linearisation, even when it is deformed far.
 #[test]
 fn a_tetrahedron_in_balance_has_the_stress_of_its_energy() {
     let one = [Tetra {

@@ -17,7 +17,7 @@ pub(super) trait Wide: Copy {
     fn mul(self, other: Self) -> Self;
     fn div(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
-    /// True if any lane is below that of `other`.
+    /// True if any lane is below the lane of `other`.
     fn any_below(self, other: Self) -> bool;
     /// Turns eight rows of four into four columns of eight.
     fn columns(rows: [&Lanes; LANES]) -> [Self; 4];
