@@ -93,7 +93,7 @@ pub struct Head {
     pub tools: u32,
     /// Number of events that follow.
     pub events: u32,
-    /// Number of batches that follow, each after its length.
+    /// Number of batches that follow. The head of a batch has the number of its records.
     pub batches: u32,
     /// Bytes of the task message; 0: none is newer.
     pub task_bytes: u32,
@@ -214,7 +214,8 @@ impl Answer {
     }
 }
 
-/// Appends the used part of a state and returns its length in bytes.
+/// Appends the used part of a state, except `parted`, and returns its length in bytes. `None` if
+/// the state is malformed.
 pub(crate) fn put_state(to: &mut Vec<u8>, frame: &StateFrame) -> Option<u32> {
     let (spheres, clips, cells) = (frame.spheres()?, frame.clips()?, frame.cells()?);
     frame.sutures()?;
@@ -265,7 +266,8 @@ fn tools(bytes: &mut &[u8]) -> Result<Box<ToolFrame>, LinkError> {
     })
 }
 
-/// Appends the used part of a task message and returns its length in bytes.
+/// Appends the used part of a task message and returns its length in bytes. `None` if its text is
+/// malformed.
 pub(crate) fn put_task(to: &mut Vec<u8>, task: &TaskMsg) -> Option<u32> {
     let text = task.text()?;
     to.extend_from_slice(bytemuck::bytes_of(task).get(..TASK_HEAD)?);

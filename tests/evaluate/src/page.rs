@@ -85,7 +85,7 @@ pub(crate) fn accuracy_chart(rows: &[accuracy::Row]) -> Result<String, String> {
     panels::panels(&panels(rows, &scenes(rows)), 3)
 }
 
-/// The chart for the README: sag, pull and quarter turn of the liver.
+/// The chart for the README: sag, pull and quarter turn of the liver; `None` without these cases.
 ///
 /// # Errors
 /// The drawing library's message.
