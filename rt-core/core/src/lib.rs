@@ -92,7 +92,8 @@
 //! The room [`port`] holds the interfaces to devices. In geometry a port is a trocar, as in
 //! `instrument_port_m`.
 //!
-//! `tests/tidy/tests/layers.rs` lists the rooms from which each room may import, and a test keeps to it.
+//! A test keeps each room to the rooms from which it may import; `tests/tidy/tests/layers.rs` lists
+//! them.
 #![no_std]
 #![deny(unsafe_code)]
 
