@@ -7,10 +7,10 @@ use crate::Vec3;
 use crate::mesh::Mesh;
 use crate::pack::Ball;
 
-/// Width of the Gaussian as a multiple of the sphere's radius (`c` of Eq. 9).
+/// Width of the Gaussian, as a multiple of the sphere's radius (`c` of Eq. 9).
 const WIDTH: f64 = 1.0;
-/// Least weight with which a sphere moves a vertex (`T` of Eq. 10; the paper prints the relation
-/// the wrong way round).
+/// Least weight with which a sphere moves a vertex (`T` of Eq. 10, where the paper prints the
+/// relation the wrong way round).
 const THRESHOLD: f64 = 0.02;
 
 /// Paper Eq. 9: weight of a sphere of radius `radius_m` whose centre is `distance_m` away.
@@ -19,8 +19,9 @@ pub fn gaussian(distance_m: f64, radius_m: f64) -> f64 {
     libm::exp(-(distance_m / (WIDTH * radius_m)).powi(2))
 }
 
-/// Binds every vertex to at most [`BINDINGS`] spheres, numbered from `first_sphere`. A vertex that
-/// no sphere reaches is bound to the sphere whose centre is the fewest radii away.
+/// Binds every vertex to at most [`BINDINGS`] spheres. The first of `balls` has the number
+/// `first_sphere`. A vertex that no sphere reaches is bound to the sphere whose centre is the
+/// fewest radii away.
 #[must_use]
 pub fn bind(mesh: &Mesh, balls: &[Ball], first_sphere: u32) -> Vec<VertexRecord> {
     let normals = mesh.vertex_normals();

@@ -181,7 +181,8 @@ pub struct TetraRecord {
     /// The four corners, indices into the scene's spheres; `det(b − a, c − a, d − a)` is positive.
     pub spheres: [u16; 4],
     /// Volume of tissue that counts to this tetrahedron, m³: its own and a part of the organ's
-    /// volume outside all tetrahedra.
+    /// volume outside all tetrahedra. Between free and held spheres it is larger, by the factor by
+    /// which the tissue there is stiffer.
     pub volume_m3: f32,
 }
 
