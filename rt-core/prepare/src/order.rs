@@ -3,8 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-/// As far as possible, constraints fewer than this many places apart share no sphere. So a loop over
-/// constraints does not wait for its own results, and eight at once fit into vector registers.
+/// As far as possible, constraints fewer than this many places apart share no sphere. So a loop
+/// over constraints does not wait for its own results, and eight at once fit into vector registers.
 const APART: usize = 8;
 
 /// Place of a waiting constraint in the queue. Each of its spheres has a number of waiting

@@ -5,8 +5,8 @@
 //! of a stretch is the sum of the distances from there to both skins: between two parallel faces
 //! the sum is the same everywhere.
 //!
-//! The cavity of a hollow organ is not part of the organ. So an organ in the cavity does not overlap
-//! the hollow organ.
+//! The cavity of a hollow organ is not part of the organ, so an organ in the cavity does not
+//! overlap the hollow organ.
 
 use crate::Vec3;
 use crate::field::{Grid, Nearest, shared_stretches};

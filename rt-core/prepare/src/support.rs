@@ -4,8 +4,8 @@ use shared_mem::scene::{SceneData, WORLD};
 
 use crate::recipe::OrganPlan;
 
-/// For each organ, true if it is held: by held spheres of its own, by an attachment to the world, or
-/// by attachments to organs that are held.
+/// For each organ, true if it is held: by held spheres of its own, by an attachment to the world,
+/// or by attachments to organs that are held.
 pub(crate) fn held(scene: &SceneData) -> Vec<bool> {
     let organ_of = |sphere: u32| {
         let mut all = scene.organs.iter();

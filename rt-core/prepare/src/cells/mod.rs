@@ -345,7 +345,7 @@ fn append_columns(
                 .iter()
                 .enumerate()
                 .map(|(i, f)| {
-                    // A face turned away from the skin's normal counts as farther: see `OVER_CELLS`.
+                    // A face turned away from the skin's normal counts as farther (`OVER_CELLS`).
                     let turned = 1.0 - f.outward.dot(&outward);
                     ((f.center - at).norm() + cell_m * turned, i)
                 })
