@@ -1,4 +1,4 @@
-//! Names for the numbers that messages carry between the two processes.
+//! Names for the numbers that messages carry between processes.
 //!
 //! A message stores raw integers, because a broken peer may write any bit pattern. A reader
 //! converts them to these types. A number without a name is refused.

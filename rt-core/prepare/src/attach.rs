@@ -155,7 +155,7 @@ fn check_caught(
         );
         return Err(catches(plan, number, &what));
     }
-    // Layered tissue between two organs is attached to them with all of its spheres.
+    // All spheres of layered tissue between two organs may be attached to both.
     if caught == spheres && plan.layers.is_none() {
         let what = format!(
             "all of its {caught} spheres, so it can move with it only; give a smaller attached.within_m"

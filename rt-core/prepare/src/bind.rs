@@ -68,7 +68,7 @@ fn binding(p: &Vec3, balls: &[Ball]) -> ([u32; BINDINGS], [u16; BINDINGS]) {
 }
 
 /// Shares of the weights in whole numbers that sum to [`WEIGHT_SUM`]. Each share is rounded down,
-/// then those with the largest remainders get one more.
+/// then the shares with the largest remainders get one more.
 fn quantise(weights: [f64; BINDINGS]) -> [u16; BINDINGS] {
     let total: f64 = weights.iter().sum();
     let exact = weights.map(|w| w / total * f64::from(WEIGHT_SUM));

@@ -68,8 +68,8 @@ pub(crate) fn planes(plan: &OrganPlan, skin: &Mesh, gravity: &Vec3) -> Vec<Plane
 
 /// Moves the spheres nearest to a plane onto it, so that tetrahedra between free and held spheres
 /// end exactly at the plane, whatever the number of spheres. Without the move, a free lobe of 250
-/// spheres was a quarter too soft. With spheres up to half a spacing before the plane held instead,
-/// it was a fifth too stiff.
+/// spheres was a quarter too soft. If the spheres up to half a spacing before the plane were held
+/// instead, the lobe was a fifth too stiff.
 pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]) {
     let spacing_m = interior.spacing_m;
     let mut on_planes: Vec<Vec3> = Vec::new();

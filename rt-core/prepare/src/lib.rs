@@ -7,7 +7,7 @@
 //!   → spheres   packed inside the skin                         pack::
 //!   → links     between spheres, ordered for the solver        links
 //!   → binding   spheres that move each skin vertex             bind
-//!   → cells     fat and connective tissue in layers             cells
+//!   → cells     fat and connective tissue in layers            cells
 //!   → room      ports, frames, the scripted hand's target      room
 //!   → SceneData and a quality report
 //! ```

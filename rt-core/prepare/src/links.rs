@@ -4,8 +4,8 @@ use crate::order;
 use crate::pack::{Ball, Line};
 use crate::tetra::Tetra;
 
-/// Largest number of overlapping neighbours to which a sphere is linked (the paper's number). It
-/// has more links if neighbours choose it.
+/// Largest number of overlapping neighbours that a sphere chooses to be linked to (the paper's
+/// number). It has more links if others choose it.
 const CHOSEN_MAX: usize = 6;
 /// Fewest links of a sphere.
 const DEGREE_MIN: usize = 3;

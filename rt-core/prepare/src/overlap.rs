@@ -1,9 +1,9 @@
 //! Organs that overlap at rest.
 //!
 //! Lines parallel to x run through the box that two organs share. The places where a line meets the
-//! two skins are computed exactly. Stretches of a line lie in both organs. The depth at the middle
-//! of a stretch is the sum of the distances from there to both skins: between two parallel faces
-//! the sum is the same everywhere.
+//! two skins are computed exactly, and so the stretches of the line that lie in both organs. The
+//! depth at the middle of a stretch is the sum of the distances from there to both skins: between
+//! two parallel faces the sum is the same everywhere.
 //!
 //! The cavity of a hollow organ is not part of the organ, so an organ in the cavity does not
 //! overlap the hollow organ.

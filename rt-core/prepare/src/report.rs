@@ -56,7 +56,7 @@ pub struct Report {
 /// Two organs that overlap at rest.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Overlap {
-    /// Their names.
+    /// Names of the two organs.
     pub organs: [String; 2],
     /// Place where the overlap is deepest, world frame, m.
     pub at_m: [f64; 3],

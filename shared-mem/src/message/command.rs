@@ -44,7 +44,7 @@ pub struct CommandMsg {
 impl CommandMsg {
     /// Argument 1: pause. 0: go on.
     pub const PAUSE: u32 = 1;
-    /// Put every organ back to rest.
+    /// Put every organ back to the start of the run.
     pub const RESET: u32 = 2;
     /// Argument 1: let force through again, as after a trip. 0: cut the force.
     pub const ENABLE_FORCE: u32 = 3;

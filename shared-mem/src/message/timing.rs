@@ -59,7 +59,8 @@ impl TickRecord {
 }
 
 /// Service `timing`: one batch of records, with counters of the realtime thread. The thread is
-/// armed just before the first tick: from then on its allocations, faults and waits are counted.
+/// armed just before the first tick: from then on its allocations, page faults, switches and waits
+/// are counted.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.TimingBatch.v6")]

@@ -97,8 +97,8 @@ pub struct MaterialRecord {
     pub poisson: f32,
     /// Share of a link's stretch that one iteration corrects, 0..=1 (paper Eq. 4–5).
     pub stretch_stiffness: f32,
-    /// Share of the way to its Laplacian target (paper Eq. 8) by which one iteration moves a
-    /// sphere, 0..=1.
+    /// Share of the way to a sphere's Laplacian target (paper Eq. 8) by which one iteration moves
+    /// the sphere, 0..=1.
     pub laplacian_stiffness: f32,
     /// Rate at which the velocity decays, 1/s.
     pub damping_per_s: f32,

@@ -120,9 +120,9 @@ impl Station {
                 station: self.name.clone(),
                 by: who(presence::inode(&self.base())),
             }),
+            Ok(Some(held)) => Ok(Claim { _held: Some(held) }),
             // Without abstract sockets, only the lock file in the user's folder shows that the
             // station runs.
-            Ok(Some(held)) => Ok(Claim { _held: Some(held) }),
             Err(_) => Ok(Claim { _held: None }),
         }
     }

@@ -69,8 +69,8 @@ fn table() -> Option<String> {
     Some(String::from_utf8_lossy(&table).into_owned())
 }
 
-/// Rows of the table that have an abstract name, each split into the columns before the name, of
-/// which the last is the inode, and the name.
+/// Rows of the table that have an abstract name. Each is split into the name and the columns before
+/// the name, of which the last is the inode.
 fn rows(table: &str) -> impl Iterator<Item = (&str, &str)> {
     table.lines().filter_map(|line| line.split_once(" @"))
 }

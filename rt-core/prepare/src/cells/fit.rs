@@ -11,7 +11,7 @@ const REACH_CELLS: f64 = 0.75;
 const LEFT: f64 = 0.2;
 /// Shares of the way to the surface that are tried, the largest first.
 const TRIES: [f64; 4] = [1.0, 0.7, 0.4, 0.2];
-/// Number of rounds over these corners.
+/// Number of rounds over the corners of faces without a neighbour.
 const ROUNDS: usize = 2;
 
 /// Moves each corner of a face without a neighbour towards the surface, by the largest of [`TRIES`]

@@ -37,7 +37,7 @@ pub(crate) struct Overlap {
     /// Volume that is enclosed more than once, added for each further time, and volume inside a
     /// part turned inside out, m³.
     pub(crate) doubled_m3: f64,
-    /// Middle of the longest stretch of a grid line within such volume, m.
+    /// Middle of the longest stretch of a grid line in this doubled volume, m.
     pub(crate) at: Vec3,
 }
 

@@ -15,7 +15,7 @@ use crate::recipe::Closing;
 const EXTENT_MIN_M: f64 = 0.002;
 /// Largest extent of an organ, m.
 const EXTENT_MAX_M: f64 = 2.0;
-/// Share of the mesh's extent up to which vertices that are this near to each other become one.
+/// Vertices that are at most this share of the mesh's extent apart become one.
 const WELD_SHARE: f64 = 1e-6;
 /// Least volume over area^1.5. A ball has 0.094, a sheet of paper 1e-5.
 const VOLUME_SHARE_MIN: f64 = 2e-5;

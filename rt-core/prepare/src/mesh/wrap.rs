@@ -34,8 +34,8 @@ fn solid_angle(corners: [Vec3; 3], p: &Vec3) -> f64 {
     2.0 * libm::atan2(numerator, denominator)
 }
 
-/// A closed surface around the space that the triangles mostly enclose. `None` if they enclose
-/// nothing.
+/// A closed surface around the space with a winding number above one half. `None` if there is no
+/// such space.
 pub(super) fn wrap(mesh: &Mesh) -> Option<Mesh> {
     let frame = OwnFrame::of(mesh);
     wrap_own(&frame.own_mesh(mesh)).map(|own| frame.world_mesh(&own))

@@ -55,7 +55,8 @@ pub fn pack_evenly(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
 }
 
 /// Moves a centre of the outer layer along the surface's normal to the layer's depth or, if the
-/// organ is too thin there, by a smaller step. Other centres stay. Own frame.
+/// organ is too thin there, by a smaller step. Other centres stay. Centres are places in the
+/// organ's own frame.
 fn set_to_layer(interior: &Interior<'_>, center: Vec3, h: f64) -> Vec3 {
     let depth = -interior.field.at(&center);
     if depth > LAYER_LIMIT * h {

@@ -13,8 +13,8 @@ pub struct Material {
     pub poisson: f64,
     /// Share of a link's stretch that one iteration corrects (paper Eq. 4–5).
     pub stretch_stiffness: f64,
-    /// Share of the way to its Laplacian target by which one iteration moves a sphere (paper Eq.
-    /// 8).
+    /// Share of the way to a sphere's Laplacian target (paper Eq. 8) by which one iteration moves
+    /// the sphere.
     pub laplacian_stiffness: f64,
     /// Rate at which the velocity decays, 1/s.
     pub damping_per_s: f64,

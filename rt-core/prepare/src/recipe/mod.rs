@@ -426,8 +426,9 @@ impl Recipe {
         Self::parse(BUILT_IN, "built-in recipe", Path::new("."))
     }
 
-    /// Calot's triangle: the built-in scene's organs with ducts, arteries, stomach and intestine.
-    /// With `variant`, cystic duct and artery take their variant courses.
+    /// Calot's triangle: liver, gallbladder, ducts, arteries, fat, connective tissue, stomach,
+    /// duodenum and intestine. With `variant`, cystic duct and cystic artery take their variant
+    /// courses.
     ///
     /// # Errors
     /// Never in a build whose tests pass.

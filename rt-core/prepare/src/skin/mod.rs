@@ -84,8 +84,8 @@ impl ContactSkin {
     }
 
     /// The skin with triangles of this edge. `None` if a shorter edge is needed: there are too few
-    /// vertices, or a vertex has too many or too few triangles. Without any vertex if there are too
-    /// many vertices for their indices.
+    /// vertices, or a vertex has too many or too few triangles. The skin is empty if there are more
+    /// vertices than indices.
     fn with_edge(
         interior: &Interior<'_>,
         mesh: &Mesh,

@@ -2,8 +2,8 @@
 
 use crate::error::MeshProblem;
 
-/// Extensions that change the surface. The second text says so and names an exporter's option that
-/// avoids the extension.
+/// Extensions that change the surface. The second text of each says how, and names an exporter's
+/// option that avoids the extension.
 const REFUSED: [(&str, &str); 5] = [
     (
         "KHR_draco_mesh_compression",
