@@ -83,7 +83,7 @@ pub struct TimingBatch {
     pub late_ticks: u64,
     /// Number of ticks so far with each kind of fault ([`crate::words::Fault`]).
     pub faults: [u64; FAULTS],
-    /// Number of ticks so far in which contact asked for a force.
+    /// Number of ticks so far in which contact asked for a force. 0 without a haptic device.
     pub contact_ticks: u64,
     /// Number of contact ticks in which a fault held the force back, or the force still rose after
     /// the fault; one count for each fault.

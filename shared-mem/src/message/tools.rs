@@ -23,7 +23,7 @@ pub struct DeviceHealth {
     pub lost_frames: u64,
     /// Commands that the device's line did not accept.
     pub dropped_writes: u64,
-    /// Bytes that this computer did not read in time.
+    /// Bytes that were lost, because this computer did not read them in time.
     pub unread_bytes: u64,
 }
 
@@ -52,8 +52,9 @@ pub struct CapsuleMsg {
     pub role: u32,
 }
 
-/// The rest of a dent, which the spheres are too coarse to show: the skin that the spheres carry
-/// still reaches into the tool by `depth_m`. A piece of the tool is a stretch of a capsule.
+/// A dent of a tool in an organ, as far as the spheres are too coarse to show it: the skin that the
+/// spheres carry still reaches into a piece of the tool by `depth_m`. A piece is a stretch of a
+/// capsule, or the capsule's round end.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct DentMsg {

@@ -121,8 +121,8 @@ impl Station {
                 by: who(presence::inode(&self.base())),
             }),
             Ok(Some(held)) => Ok(Claim { _held: Some(held) }),
-            // Without abstract sockets, only the lock file in the user's folder shows that the
-            // station runs.
+            // Abstract sockets do not work here. Only the lock file in the user's folder shows that
+            // the station runs.
             Err(_) => Ok(Claim { _held: None }),
         }
     }
