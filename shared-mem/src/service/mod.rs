@@ -2,8 +2,8 @@
 //!
 //! A [`Station`] is the name under which the processes of one simulator meet. Stations that run at
 //! the same time, such as those of tests, do not see each other. One process, the controller, holds
-//! the [`Controller`] end. Up to [`MAX_HOSTS`] other processes, the hosts, each hold a [`Host`]
-//! end. They may start in any order, die, and start again.
+//! the [`Controller`] end. Up to [`MAX_HOSTS`] other processes, the hosts, each hold a [`Host`] end
+//! or, as a recorder, a [`Tap`]. They may start in any order, die, and start again.
 
 mod ends;
 mod error;
@@ -31,7 +31,7 @@ pub use error::ServiceError;
 pub use folder::{owner, user_folder};
 pub use join::Claim;
 
-/// Largest number of hosts (displays, reports) that can watch one station at once.
+/// Largest number of hosts (displays, reports, recorders) that can watch one station at once.
 pub const MAX_HOSTS: usize = 8;
 /// Largest number of samples of one service that the controller may hold on loan: one more than it
 /// lends to the tick (`SLOTS` in `handover.rs` of `rt-process`).
