@@ -12,6 +12,7 @@
 //! list     lists the devices that are plugged in
 //! igtlink  OpenIGTLink server: poses for 3D Slicer and PLUS, outside of the realtime process
 //! station  the file that names a station's devices, and opens them
+//! light    light sensors: a photodiode at a serial port's pin, a sound card or a board of a rig
 //! line     a serial line that neither blocks nor allocates
 //! gate     holds back implausible jumps of samples that come without a checksum
 //! vendor   opens a vendor's library: limits, guards, and errors with their remedy
@@ -59,6 +60,8 @@ pub mod hapi;
 pub mod igtlink;
 #[cfg(feature = "std")]
 pub mod inverse3;
+#[cfg(feature = "std")]
+pub mod light;
 #[cfg(feature = "std")]
 mod line;
 #[cfg(feature = "std")]
