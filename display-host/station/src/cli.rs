@@ -13,6 +13,7 @@ use crate::jitter::args::JitterArgs;
 use crate::link::LinkArgs;
 use crate::load::LoadArgs;
 use crate::observe::ObserveArgs;
+use crate::photon::args::PhotonArgs;
 use crate::prepare::args::PrepareArgs;
 use crate::replay::args::ReplayArgs;
 use crate::report::args::ReportArgs;
@@ -63,6 +64,8 @@ pub(crate) enum Command {
     Gallery(GalleryArgs),
     /// Measures wake-up latency, period, stages and motion to force, next to cyclictest
     Jitter(Box<JitterArgs>),
+    /// Measures with a light sensor on the screen when a tick, and a motion, are seen
+    Photon(Box<PhotonArgs>),
     /// Checks this machine for realtime: current state, required state, command that fixes it
     Check(CheckArgs),
     /// Finds, shows, tests and calibrates devices
