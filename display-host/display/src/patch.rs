@@ -8,9 +8,6 @@ use shared_mem::message::ToolFrame;
 
 use crate::latency::now_ns;
 
-/// Ticks between two changes of the square. A prime, so that changes fall into all phases of the
-/// screen's frames.
-const EVERY_TICKS: u64 = 499;
 /// Side of the cells of space between which the handle changes the square, m.
 const CELL_M: f32 = 0.02;
 /// Side of the square in heights of the window, and at least in points.
@@ -23,20 +20,6 @@ pub enum By {
     Tick,
     /// The handle's place.
     Motion,
-}
-
-impl By {
-    /// True if the square is bright in a tick with the handle at this place of the world.
-    #[must_use]
-    pub fn is_bright(self, tick: u64, handle_m: [f32; 3]) -> bool {
-        match self {
-            Self::Tick => (tick / EVERY_TICKS) % 2 == 1,
-            Self::Motion => {
-                let cells = handle_m.map(|x| (x / CELL_M).floor() as i64);
-                cells.iter().sum::<i64>().rem_euclid(2) == 1
-            }
-        }
-    }
 }
 
 /// Place of the square at the left edge of the screen.
@@ -94,6 +77,8 @@ pub struct Surface {
 pub struct Patch {
     /// True if the window shall cover the screen.
     pub full_screen: bool,
+    /// Ticks between two changes by the tick.
+    every_ticks: u64,
     /// Numbers of `By` and `Place`.
     setting: [AtomicU8; 2],
     told: Mutex<Told>,
@@ -115,11 +100,12 @@ pub(crate) struct Lit {
 }
 
 impl Patch {
-    /// A square in the upper corner that changes with the tick.
+    /// A square in the upper corner that changes with every so many ticks.
     #[must_use]
-    pub fn new(full_screen: bool) -> Self {
+    pub fn new(full_screen: bool, every_ticks: u64) -> Self {
         Self {
             full_screen,
+            every_ticks: every_ticks.max(1),
             setting: Default::default(),
             told: Mutex::default(),
         }
@@ -130,6 +116,18 @@ impl Patch {
         let [to_by, to_place] = &self.setting;
         to_by.store(by as u8, Ordering::Relaxed);
         to_place.store(place as u8, Ordering::Relaxed);
+    }
+
+    /// True if the square is bright in a tick with the handle at this place of the world.
+    #[must_use]
+    pub fn is_bright(&self, by: By, tick: u64, handle_m: [f32; 3]) -> bool {
+        match by {
+            By::Tick => (tick / self.every_ticks) % 2 == 1,
+            By::Motion => {
+                let cells = handle_m.map(|x| (x / CELL_M).floor() as i64);
+                cells.iter().sum::<i64>().rem_euclid(2) == 1
+            }
+        }
     }
 
     /// The changes since the last call.
@@ -152,7 +150,7 @@ impl Patch {
         let place = usize::from(place.load(Ordering::Relaxed));
         Lit {
             place: Place::ALL.get(place).copied().unwrap_or(Place::Top),
-            bright: by.is_bright(tools.tick, tools.world_from_handle.position_m),
+            bright: self.is_bright(by, tools.tick, tools.world_from_handle.position_m),
         }
     }
 
@@ -205,18 +203,20 @@ mod tests {
 
     #[test]
     fn the_square_changes_with_every_so_many_ticks() {
-        let bright = |tick| By::Tick.is_bright(tick, [0.0; 3]);
+        let patch = Patch::new(true, 499);
+        let bright = |tick| patch.is_bright(By::Tick, tick, [0.0; 3]);
         let changes: Vec<u64> = (1..2000).filter(|&n| bright(n) != bright(n - 1)).collect();
         assert_eq!(changes, [499, 998, 1497, 1996]);
     }
 
     #[test]
     fn the_square_changes_where_the_handle_passes_from_cell_to_cell() {
+        let patch = Patch::new(true, 499);
         for axis in 0..3 {
             let at = |mm: f32| {
                 let mut place = [0.001; 3];
                 place[axis] = mm * 1e-3;
-                By::Motion.is_bright(0, place)
+                patch.is_bright(By::Motion, 0, place)
             };
             let steps = (-45..45).filter(|&mm| at(mm as f32 + 0.5) != at(mm as f32 - 0.5));
             assert_eq!(steps.collect::<Vec<_>>(), [-40, -20, 0, 20, 40], "{axis}");
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn only_pictures_that_change_the_square_are_told_with_their_screen() {
-        let patch = Patch::new(true);
+        let patch = Patch::new(true, 499);
         let surface = || Surface {
             size: [640, 480],
             full_screen: true,

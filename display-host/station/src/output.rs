@@ -51,8 +51,9 @@ impl Format {
             "summary.json" | "jitter.json" | "jitter.trace.json" | "photon.json" => {
                 Some(Self::Json)
             }
-            "report.html" | "debrief.html" | "what_if.html" | "jitter.html"
-            | "photon.html" => Some(Self::Page),
+            "report.html" | "debrief.html" | "what_if.html" | "jitter.html" | "photon.html" => {
+                Some(Self::Page)
+            }
             "what_if.csv" | "jitter.csv" => Some(Self::Table),
             "deepest_press.png" | "before_press.png" | "grasp.png" => Some(Self::Picture),
             _ => numbered

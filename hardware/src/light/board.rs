@@ -91,7 +91,10 @@ mod tests {
         let mut look = || light.look(1000);
         assert_eq!(look(), level(false, 10));
         assert_eq!(look(), Seen::Nothing);
-        assert_eq!([look(), look(), look()], [20, 30, 40].map(|at| level(true, at)));
+        assert_eq!(
+            [look(), look(), look()],
+            [20, 30, 40].map(|at| level(true, at))
+        );
         assert_eq!(look(), Seen::Lost);
     }
 }

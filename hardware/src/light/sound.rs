@@ -170,7 +170,13 @@ mod tests {
 
     #[test]
     fn plain_levels_are_found_and_noise_is_not() {
-        let level = |t: f64| if (t / 0.4) as i32 % 2 == 1 { 12_000.0 } else { 0.0 };
+        let level = |t: f64| {
+            if (t / 0.4) as i32 % 2 == 1 {
+                12_000.0
+            } else {
+                0.0
+            }
+        };
         let found = edges(1.5, level);
         assert_at(&found, &[(400, true), (800, false), (1200, true)]);
         // Later edges are as exact as the samples: blocks that were late have no say.

@@ -97,8 +97,11 @@ impl Canvas {
     /// Screen and driver of the window.
     pub(super) fn surface(&self) -> Surface {
         let monitor = self.window.current_monitor();
-        let millihertz = monitor.and_then(|it| it.refresh_rate_millihertz());
-        let modes = self.surface.get_capabilities(&self.gpu.adapter).present_modes;
+        let millihertz = (monitor.as_ref()).and_then(|it| it.refresh_rate_millihertz());
+        let modes = self
+            .surface
+            .get_capabilities(&self.gpu.adapter)
+            .present_modes;
         // `AutoVsync` is the relaxed queue where the driver has it, which shows a late picture at
         // once.
         let mode = match modes.contains(&wgpu::PresentMode::FifoRelaxed) {
@@ -107,7 +110,9 @@ impl Canvas {
         };
         Surface {
             size: self.size(),
-            full_screen: self.window.fullscreen().is_some(),
+            // Without a window manager, a window that asked for the whole screen may not get it.
+            full_screen: self.window.fullscreen().is_some()
+                && monitor.is_some_and(|it| <[u32; 2]>::from(it.size()) == self.size()),
             refresh_hz: millihertz.map(|it| f64::from(it) / 1e3),
             present_mode: format!("{mode:?}"),
             adapter: self.gpu.describe(),

@@ -11,5 +11,5 @@ mod pair;
 mod report;
 
 pub use page::html;
-pub use pair::{Change, LONGEST_NS, Pairs, is_inverted, pair, paired};
+pub use pair::{Change, Pairs, pair};
 pub use report::{FILE, Figures, Light, Report, Screen, Spread, text};

@@ -55,7 +55,8 @@ fn chart(report: &Report, pairs: &[Pairs]) -> String {
     let mut rows = Vec::new();
     for (row, pairs) in report.places.iter().zip(pairs) {
         let seen = pairs.seen_at_ns.iter().zip(&pairs.to_light_ns);
-        let point = |(&at_ns, &ns): (&u64, &u64)| ((at_ns - first_ns) as f64 / 1e9, ns as f64 / 1e6);
+        let point =
+            |(&at_ns, &ns): (&u64, &u64)| ((at_ns - first_ns) as f64 / 1e9, ns as f64 / 1e6);
         let points: Vec<(f64, f64)> = seen.map(point).collect();
         if !points.is_empty() {
             rows.push((format!("{} {}", row.place, row.from), points));
@@ -120,7 +121,10 @@ mod tests {
             places.iter().all(Option::is_some) && places.is_sorted(),
             "{places:?}"
         );
-        assert!(page.contains("<td>top, from tick<td>3<td>1<td>34.0"), "{page}");
+        assert!(
+            page.contains("<td>top, from tick<td>3<td>1<td>34.0"),
+            "{page}"
+        );
         assert!(page.contains("<td>top, from motion<td>0<td>0<td>–"));
         assert!(page.contains("presentation times are not available"));
     }

@@ -1,9 +1,5 @@
 //! Finds for each change of the square the picture and the light that followed.
 
-/// Longest time from a change to its light, ns. Changes closer together than this cannot be told
-/// apart, so they are left out.
-pub const LONGEST_NS: u64 = 400_000_000;
-
 /// A change of the square, asked for, handed over, or seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Change {
@@ -28,6 +24,8 @@ pub struct Pairs {
     pub unseen: u64,
     /// Changes that came too close to another.
     pub crowded: u64,
+    /// True if the sensor says dark where the square is bright.
+    pub inverted: bool,
 }
 
 impl Pairs {
@@ -38,27 +36,32 @@ impl Pairs {
     }
 }
 
-/// True if the sensor says dark where the square is bright.
+/// Pairs changes with what followed within `longest_ns`. All three are in the order of time. Changes
+/// closer together than that cannot be told apart, so they are left out.
 #[must_use]
-pub fn is_inverted(asked: &[Change], light: &[Change]) -> bool {
-    let seen = |inverted| pair(asked, &[], light, inverted).to_light_ns.len();
-    seen(true) > seen(false)
+pub fn pair(asked: &[Change], handed: &[Change], light: &[Change], longest_ns: u64) -> Pairs {
+    let plain = pair_by(asked, handed, light, longest_ns, false);
+    let inverted = pair_by(asked, handed, light, longest_ns, true);
+    match inverted.to_light_ns.len() > plain.to_light_ns.len() {
+        true => inverted,
+        false => plain,
+    }
 }
 
-/// Number of changes whose light was seen.
-#[must_use]
-pub fn paired(asked: &[Change], light: &[Change]) -> usize {
-    let inverted = is_inverted(asked, light);
-    pair(asked, &[], light, inverted).to_light_ns.len()
-}
-
-/// Pairs changes with what followed. All three are in the order of time.
-#[must_use]
-pub fn pair(asked: &[Change], handed: &[Change], light: &[Change], inverted: bool) -> Pairs {
-    let mut pairs = Pairs::default();
+fn pair_by(
+    asked: &[Change],
+    handed: &[Change],
+    light: &[Change],
+    longest_ns: u64,
+    inverted: bool,
+) -> Pairs {
+    let mut pairs = Pairs {
+        inverted,
+        ..Pairs::default()
+    };
     let follows = |of: &[Change], change: &Change, inverted: bool| {
         let bright = change.bright != inverted;
-        let until_ns = change.at_ns + LONGEST_NS;
+        let until_ns = change.at_ns + longest_ns;
         let first = of.partition_point(|it| it.at_ns < change.at_ns);
         let mut later = of.get(first..).unwrap_or_default().iter();
         let found = later.find(|it| it.bright == bright)?;
@@ -66,7 +69,7 @@ pub fn pair(asked: &[Change], handed: &[Change], light: &[Change], inverted: boo
     };
     for (i, change) in asked.iter().enumerate() {
         let is_close = |other: Option<&Change>| {
-            other.is_some_and(|other| other.at_ns.abs_diff(change.at_ns) < LONGEST_NS)
+            other.is_some_and(|other| other.at_ns.abs_diff(change.at_ns) < longest_ns)
         };
         let before = i.checked_sub(1).and_then(|i| asked.get(i));
         if is_close(before) || is_close(asked.get(i + 1)) {
@@ -97,6 +100,7 @@ mod tests {
     use super::*;
 
     const MS: u64 = 1_000_000;
+    const LONGEST_NS: u64 = 400 * MS;
 
     /// Changes at these times, ms, alternating from bright.
     fn changes(at_ms: &[u64]) -> Vec<Change> {
@@ -112,7 +116,7 @@ mod tests {
         let asked = changes(&[1000, 1500, 2000, 2500]);
         let handed = changes(&[1010, 1512, 2008, 2511]);
         let light = changes(&[1031, 1530, 2007, 2530]);
-        let pairs = pair(&asked, &handed, &light, false);
+        let pairs = pair(&asked, &handed, &light, LONGEST_NS);
         assert_eq!(pairs.to_picture_ns, [10, 12, 8, 11].map(|ms| ms * MS));
         assert_eq!(pairs.to_light_ns, [31, 30, 7, 30].map(|ms| ms * MS));
         assert_eq!(pairs.picture_to_light_ns[2], -(MS as i64));
@@ -129,10 +133,10 @@ mod tests {
                 ..it
             })
             .collect();
-        assert!(is_inverted(&asked, &light));
-        assert!(!is_inverted(&asked, &changes(&[1031, 1530, 2033])));
-        assert_eq!(paired(&asked, &light), 3);
-        assert_eq!(pair(&asked, &[], &light, true).to_light_ns.len(), 3);
+        let inverted = pair(&asked, &[], &light, LONGEST_NS);
+        assert!(inverted.inverted && inverted.to_light_ns.len() == 3);
+        let plain = pair(&asked, &[], &changes(&[1031, 1530, 2033]), LONGEST_NS);
+        assert!(!plain.inverted && plain.to_light_ns.len() == 3);
     }
 
     #[test]
@@ -140,7 +144,7 @@ mod tests {
         let asked = changes(&[1000, 1100, 2000, 3000]);
         // The light of the last comes too late to be its own.
         let light = changes(&[1030, 1130, 2020, 3400]);
-        let pairs = pair(&asked, &[], &light, false);
+        let pairs = pair(&asked, &[], &light, LONGEST_NS);
         assert_eq!(pairs.to_light_ns, [20 * MS]);
         assert_eq!(pairs.seen_at_ns, [2000 * MS]);
         assert_eq!((pairs.unseen, pairs.crowded, pairs.count()), (1, 2, 2));

@@ -27,6 +27,8 @@ pub struct Report {
     pub sensor: Light,
     /// Screen and driver.
     pub screen: Screen,
+    /// Longest time from a change to its light that is looked for, ms.
+    pub longest_ms: f64,
     /// Figures by place, from above.
     pub places: Vec<Figures>,
     /// Remarks for the reader.
@@ -93,7 +95,7 @@ pub struct Figures {
     pub changes: u64,
     /// Those whose light was not seen.
     pub unseen: u64,
-    /// Changes left out, because another came within 0.4 s.
+    /// Changes left out, because another came within the longest time.
     pub crowded: u64,
     /// To the handing over of the picture.
     pub to_picture_ms: Option<Spread>,
@@ -142,6 +144,12 @@ impl Figures {
             to_light_ms: times(&pairs.to_light_ns, delay_ns),
             picture_to_light_ms: Spread::of(since),
         }
+    }
+
+    /// True if so many changes were not seen that others may have been late, too.
+    #[must_use]
+    pub fn is_cut(&self) -> bool {
+        20 * self.unseen > self.changes
     }
 
     /// True if there are too few changes for a median.
@@ -246,6 +254,7 @@ pub(super) mod tests {
             picture_to_light_ns: vec![21_000_000, 23_000_000],
             unseen: 1,
             crowded: 4,
+            inverted: false,
         }
     }
 
@@ -271,6 +280,7 @@ pub(super) mod tests {
                 adapter: "none".to_owned(),
                 presentation_ms: None,
             },
+            longest_ms: 400.0,
             places: vec![
                 Figures::of("top", "tick", &pairs, 1.0),
                 Figures::of("top", "motion", &Pairs::default(), 1.0),
@@ -289,7 +299,7 @@ pub(super) mod tests {
         assert_eq!(spread(tick.to_picture_ms), Some([10.0, 12.0, 12.0]));
         assert_eq!(spread(tick.picture_to_light_ms), Some([20.0, 22.0, 22.0]));
         assert_eq!((tick.changes, tick.unseen, tick.crowded), (3, 1, 4));
-        assert!(tick.is_few());
+        assert!(tick.is_few() && tick.is_cut());
         assert_eq!(report.places[1].to_light_ms, None);
     }
 

@@ -9,7 +9,7 @@ use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-A square at the left edge of the screen changes every 0.499 s with the tick, and then with each
+A square at the left edge of the screen changes twice a second with the tick, and then with each
 2 cm that the handle moves. A light sensor on the square tells when that was seen. Calot names the
 place, goes on by itself once the sensor sees the square, and measures three places in turn.
 
@@ -38,6 +38,10 @@ pub(crate) struct PhotonArgs {
     /// Time to measure each place, s: half by the tick, half by motion
     #[arg(long, value_name = "N", default_value = "60", value_parser = parse_seconds)]
     pub(crate) seconds: f64,
+    /// Longest time from a change to its light, ms. Changes follow each other 99 ms later than that
+    #[arg(long, value_name = "ms", default_value_t = 400,
+        value_parser = clap::value_parser!(u64).range(100..=2000))]
+    pub(crate) longest: u64,
     /// Time to wait at each place until the sensor sees the square, s
     #[arg(long, value_name = "N", default_value = "120", value_parser = parse_seconds)]
     pub(crate) patience: f64,

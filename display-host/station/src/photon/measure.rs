@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use display_host::patch::{By, Patch, Place};
-use jitter::photon::{Change, LONGEST_NS, Pairs, is_inverted, pair, paired};
+use jitter::photon::{Change, Pairs, pair};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use shared_mem::inputs::{InputBatch, InputRecord};
 use shared_mem::message::PoseMsg;
@@ -23,16 +23,14 @@ const SEEN_FIRST: usize = 3;
 const SETTLE: Duration = Duration::from_millis(1000);
 /// Longest silence of the controller.
 const SILENCE: Duration = Duration::from_secs(20);
-/// Looks backwards while the sensor is awaited.
-const RECENT_NS: u64 = 6_000_000_000;
+/// Latest changes among which those are.
+const LATEST: usize = 6;
 
 /// A row of the report.
 pub(super) struct Row {
     pub(super) place: Place,
     pub(super) by: By,
     pub(super) pairs: Pairs,
-    /// True if the sensor said dark for bright.
-    pub(super) inverted: bool,
 }
 
 /// A measurement under way.
@@ -43,6 +41,8 @@ pub(super) struct Measure<'a> {
     pub(super) places: &'a [Place],
     /// Time for each place.
     pub(super) time: Duration,
+    /// Longest time from a change to its light, ns.
+    pub(super) longest_ns: u64,
     /// Time to wait for the sensor at each place.
     pub(super) patience: Duration,
     pub(super) stop: &'a AtomicBool,
@@ -80,12 +80,10 @@ impl Measure<'_> {
                 ));
                 self.settle(&tap, by)?;
                 let course = self.watch(&tap, by, self.time / 2, |_| false)?;
-                let inverted = is_inverted(&course.asked, &course.light);
                 rows.push(Row {
                     place,
                     by,
-                    pairs: pair(&course.asked, &course.handed, &course.light, inverted),
-                    inverted,
+                    pairs: course.pairs(self.longest_ns),
                 });
                 if self.stop.load(Ordering::Relaxed) {
                     return Ok((rows, false));
@@ -104,12 +102,15 @@ impl Measure<'_> {
         ));
         self.settle(tap, By::Tick)?;
         let patience = self.patience;
-        let course = self.watch(tap, By::Tick, patience, |course| {
-            let newest_ns = course.asked.last().map_or(0, |it| it.at_ns);
-            let recent = course.asked.partition_point(|it| it.at_ns + RECENT_NS < newest_ns);
-            paired(course.asked.get(recent..).unwrap_or_default(), &course.light) >= SEEN_FIRST
-        })?;
-        if paired(&course.asked, &course.light) >= SEEN_FIRST {
+        let longest_ns = self.longest_ns;
+        let is_seen = |course: &Course| {
+            let latest = course.asked.len().saturating_sub(LATEST);
+            let asked = course.asked.get(latest..).unwrap_or_default();
+            let pairs = pair(asked, &[], &course.light, longest_ns);
+            pairs.to_light_ns.len() >= SEEN_FIRST
+        };
+        let course = self.watch(tap, By::Tick, patience, is_seen)?;
+        if is_seen(&course) {
             return Ok(true);
         }
         if self.stop.load(Ordering::Relaxed) {
@@ -140,11 +141,11 @@ impl Measure<'_> {
         tap: &Tap,
         by: By,
         time: Duration,
-        mut is_enough: impl FnMut(&Course) -> bool,
+        is_enough: impl Fn(&Course) -> bool,
     ) -> Result<Course, Problem> {
         let mut course = Course::default();
         let begun = Instant::now();
-        let last_light = Duration::from_nanos(LONGEST_NS);
+        let last_light = Duration::from_nanos(self.longest_ns);
         let mut heard = begun;
         let mut looked = 0;
         loop {
@@ -154,7 +155,7 @@ impl Measure<'_> {
                 for record in batch.records().unwrap_or_default() {
                     self.eye.take_tick(record, &mut course.light);
                     if !is_over {
-                        course.take(by, batch, record);
+                        course.take(self.patch, by, batch, record);
                     }
                 }
             });
@@ -181,13 +182,17 @@ impl Measure<'_> {
 }
 
 impl Course {
+    fn pairs(&self, longest_ns: u64) -> Pairs {
+        pair(&self.asked, &self.handed, &self.light, longest_ns)
+    }
+
     /// Takes the inputs of a tick: notes if they change the square.
-    fn take(&mut self, by: By, batch: &InputBatch, record: &InputRecord) {
+    fn take(&mut self, patch: &Patch, by: By, batch: &InputBatch, record: &InputRecord) {
         if by == By::Motion && record.bits & InputRecord::DEVICE_FRESH == 0 {
             return;
         }
         let handle_m = placed(&batch.setup.world_from_device, &record.device_from_handle);
-        let bright = by.is_bright(record.tick, handle_m);
+        let bright = patch.is_bright(by, record.tick, handle_m);
         if self.last.replace(bright).is_some_and(|was| was != bright) {
             let at_ns = match by {
                 By::Tick => record.now_ns,
@@ -227,7 +232,7 @@ mod tests {
     fn a_motion_counts_from_the_arrival_of_its_sample() {
         let mut batch: Box<InputBatch> = bytemuck::allocation::zeroed_box();
         batch.setup.world_from_device = TURNED;
-        let mut course = Course::default();
+        let (patch, mut course) = (Patch::new(false, 499), Course::default());
         let mut record = InputRecord::zeroed();
         for (x_m, fresh) in [(0.012, true), (0.03, false), (0.03, true), (0.031, true)] {
             record.tick += 1;
@@ -238,7 +243,7 @@ mod tests {
                 ..PoseMsg::IDENTITY
             };
             record.bits = if fresh { InputRecord::DEVICE_FRESH } else { 0 };
-            course.take(By::Motion, &batch, &record);
+            course.take(&patch, By::Motion, &batch, &record);
         }
         let at_ns: Vec<u64> = course.asked.iter().map(|it| it.at_ns).collect();
         assert_eq!(at_ns, [2_700_000]);
@@ -247,12 +252,12 @@ mod tests {
     #[test]
     fn a_tick_counts_from_its_reading_of_the_devices() {
         let batch: Box<InputBatch> = bytemuck::allocation::zeroed_box();
-        let mut course = Course::default();
+        let (patch, mut course) = (Patch::new(false, 499), Course::default());
         let mut record = InputRecord::zeroed();
         for tick in 490..1010 {
             record.tick = tick;
             record.now_ns = tick * 1_000_000 + 70;
-            course.take(By::Tick, &batch, &record);
+            course.take(&patch, By::Tick, &batch, &record);
         }
         let told: Vec<(u64, bool)> = course
             .asked

@@ -42,6 +42,9 @@ use crate::stop;
 
 /// Size of a window that covers the screen, until it does.
 const SIZE: [u32; 2] = [1280, 720];
+/// Time by which changes are further apart than the longest time to light, ms: an odd number, so that
+/// changes fall into all phases of the screen's frames.
+const APART_MS: u64 = 99;
 /// Half span of an edge from which the sensor's own share of a time matters, ms.
 const COARSE_MS: f64 = 1.0;
 
@@ -66,9 +69,8 @@ pub(crate) fn run(args: &PhotonArgs) -> Result<ExitCode, Problem> {
         controller: args.controller.clone(),
         ..RunArgs::default()
     };
-    let mut running =
-        processes::start(&station, Player::Script, &scene, folder.path(), &stop)?;
-    let patch = Arc::new(Patch::new(args.size.is_none()));
+    let mut running = processes::start(&station, Player::Script, &scene, folder.path(), &stop)?;
+    let patch = Arc::new(Patch::new(args.size.is_none(), args.longest + APART_MS));
     let measured = show_and_measure(args, &running.scene, &patch, &mut eye, &stop);
     let dead = running.children.drain(..).rev().filter_map(Process::end);
     let dead: Vec<String> = dead.collect();
@@ -89,7 +91,10 @@ pub(crate) fn run(args: &PhotonArgs) -> Result<ExitCode, Problem> {
         true => document::PHOTON.answer(&report)?,
         false => say::answer(photon::text(&report).trim_end()),
     }
-    say::note(format_args!("wrote {0}/{FILE} and {0}/photon.html", out.display()));
+    say::note(format_args!(
+        "wrote {0}/{FILE} and {0}/photon.html",
+        out.display()
+    ));
     Ok(match report.complete {
         true => ExitCode::SUCCESS,
         false => ExitCode::FAILURE,
@@ -135,6 +140,7 @@ fn show_and_measure(
                 eye,
                 places: &places,
                 time: Duration::from_secs_f64(args.seconds),
+                longest_ns: args.longest * 1_000_000,
                 patience: Duration::from_secs_f64(args.patience),
                 stop: over,
             };
@@ -159,13 +165,7 @@ fn show_and_measure(
     })
 }
 
-fn report(
-    args: &PhotonArgs,
-    scene: String,
-    rows: &[Row],
-    eye: &Eye,
-    surface: Surface,
-) -> Report {
+fn report(args: &PhotonArgs, scene: String, rows: &[Row], eye: &Eye, surface: Surface) -> Report {
     let delay_ms = args.sensor.sensor_delay;
     let places: Vec<Figures> = rows
         .iter()
@@ -183,12 +183,13 @@ fn report(
         command: crate::jitter::command(),
         scene,
         complete: false,
+        longest_ms: args.longest as f64,
         notes: notes(&places, eye.kind, within_ms, delay_ms, &surface),
         places,
         sensor: Light {
             kind: eye.kind,
             name: eye.name.clone(),
-            inverted: rows.first().is_some_and(|row| row.inverted),
+            inverted: rows.first().is_some_and(|row| row.pairs.inverted),
             within_ms,
             delay_ms,
         },
@@ -237,6 +238,13 @@ fn notes(
              timer to 1 ms; let a board report more often"
         ));
     }
+    for it in places.iter().filter(|it| it.is_cut()) {
+        notes.push(format!(
+            "{}, from {}: {} of {} changes were not seen in time, so others may have been too late as \
+             well: allow more with --longest, or move the sensor",
+            it.place, it.from, it.unseen, it.changes
+        ));
+    }
     for it in places.iter().filter(|it| it.is_few()) {
         let less = match it.from {
             "motion" if it.changes + it.crowded == 0 => ": the handle did not move",
@@ -255,10 +263,7 @@ fn save(report: &Report, rows: &[Row], out: &Path) -> Result<(), Problem> {
     std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
     let pairs: Vec<Pairs> = rows.iter().map(|row| row.pairs.clone()).collect();
     let json = serde_json::to_string_pretty(&document::PHOTON.of(report))?;
-    for (name, text) in [
-        (FILE, json),
-        ("photon.html", photon::html(report, &pairs)),
-    ] {
+    for (name, text) in [(FILE, json), ("photon.html", photon::html(report, &pairs))] {
         let path = out.join(name);
         std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
     }
@@ -292,7 +297,15 @@ mod tests {
             crowded: 40,
             ..Pairs::default()
         };
-        let places = [row("motion", &still), row("motion", &hasty)];
+        let late = Pairs {
+            unseen: 3,
+            ..Pairs::default()
+        };
+        let places = [
+            row("motion", &still),
+            row("motion", &hasty),
+            row("tick", &late),
+        ];
         let notes = notes(&places, "sound", Some(8.0), 0.0, &surface).join("\n");
         for told in [
             "presentation times of the driver are not available",
@@ -301,6 +314,7 @@ mod tests {
             "±8.0 ms only",
             "only 0 changes: the handle did not move",
             "move the handle more slowly",
+            "3 of 3 changes were not seen in time",
         ] {
             assert!(notes.contains(told), "{told} in {notes}");
         }

@@ -37,7 +37,11 @@ impl Eye {
         } else if let Some(path) = &args.audio {
             let (source, name) = sound(path)?;
             let sensor = Sensor::listen(source, args.rate)?;
-            ("sound", format!("{name} at {} Hz", args.rate), From::Sensor(sensor))
+            (
+                "sound",
+                format!("{name} at {} Hz", args.rate),
+                From::Sensor(sensor),
+            )
         } else if let Some(path) = &args.board {
             let sensor = Sensor::watch(BoardLight::open(path)?)?;
             ("board", path.display().to_string(), From::Sensor(sensor))
