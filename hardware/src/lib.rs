@@ -1,6 +1,7 @@
 //! Calot's devices: drivers, wire formats, emulators and fault injection.
 //!
 //! ```text
+//! arrivals tells from the times of samples what a serial adapter or the USB does to them
 //! rig      our own serial protocol, for self-built haptic devices and pedals (PROTOCOL.md)
 //! bird     Ascension Flock-of-Birds protocol: the endoscope's tracker
 //! pedal    foot pedals that are USB keyboards, or switches on a serial line's CTS and DSR
@@ -38,6 +39,8 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 #![deny(unsafe_code)]
 
+#[cfg(feature = "std")]
+pub mod arrivals;
 #[cfg(feature = "std")]
 pub mod bird;
 #[cfg(feature = "std")]

@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn a_controller_is_asked_for_what_the_station_was_asked_for() {
         let words = "calot run --core 1 --priority 70 --spin 100 --scheduler deadline --must-fit \
-                     --follow-device --coarser a.calot --coarser b.calot --scope-line dtr --scope-tty /dev/ttyS0";
+                     --follow-device --coarser a.calot --coarser b.calot --scope-line dtr --scope-tty /dev/ttyS0 --scope-mark force";
         // One of the two at a time: --strict and --no-realtime exclude each other.
         for last in ["--strict", "--no-realtime"] {
             let asked = Cli::parse_from(words.split_whitespace().chain([last]));

@@ -5,11 +5,12 @@ use std::path::Path;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{
-    Buttons, DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, Identity,
-    LineCounters, Opening, Polled,
+    Buttons, DeviceCapabilities, DeviceSample, Echo, Findings, ForceCommand, HapticDevice,
+    Identity, LineCounters, Opening, Polled,
 };
 use rt_core::time::TimeNs;
 
+use super::echo::Echoes;
 use super::host::{Bad, Host};
 use super::judge::Judge;
 use super::wire::{Capabilities, DeviceKind, Force, State, Status};
@@ -23,6 +24,7 @@ pub struct RigHaptic {
     declared: Capabilities,
     status: RigStatus,
     judge: Judge,
+    echoes: Echoes,
     /// Velocity of the newest sample, as the device reported it.
     reported_m_s: Option<Vec3>,
 }
@@ -56,6 +58,7 @@ impl RigHaptic {
             declared,
             status: RigStatus::default(),
             judge: Judge::default(),
+            echoes: Echoes::default(),
             reported_m_s: None,
         }
     }
@@ -134,6 +137,8 @@ impl HapticDevice for RigHaptic {
         let mut newest = None;
         let judge = &mut self.judge;
         judge.begin(now_ns);
+        let echoes = &mut self.echoes;
+        echoes.begin();
         let mut status = self.status;
         let mut reported_m_s = self.reported_m_s;
         let opens = self.declared.opening.is_some();
@@ -146,6 +151,7 @@ impl HapticDevice for RigHaptic {
                 Ok(state) if Vec3::from(state.position_m).norm() > reach_m => rejected[1].1 += 1,
                 Ok(state) => {
                     reported_m_s = Some(state.velocity_m_s.into());
+                    echoes.take(&state);
                     status = RigStatus {
                         status: state.status,
                         applied_force: state.applied_force,
@@ -153,6 +159,7 @@ impl HapticDevice for RigHaptic {
                     };
                     if let Some(velocity_m_s) = judge.take(&state, measures_velocity, at_ns) {
                         newest = Some(sample(&state, message.sequence(), velocity_m_s, at_ns));
+                        echoes.use_sample(&state, at_ns);
                     } else if judge.dropped() {
                         rejected[2].1 += 1;
                     }
@@ -181,6 +188,10 @@ impl HapticDevice for RigHaptic {
         self.judge.findings()
     }
 
+    fn echo(&self) -> Option<Echo> {
+        self.echoes.found()
+    }
+
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
         // The core has already limited force and torque. These limits are the last guard of the
         // device's peak.
@@ -197,6 +208,7 @@ impl HapticDevice for RigHaptic {
         };
         let dropped = self.host.counters().dropped_writes;
         self.host.send(&force.frame(sequence));
+        self.echoes.sent(sequence);
         if self.host.counters().dropped_writes == dropped {
             self.judge.sent(now_ns);
         } else {

@@ -382,3 +382,56 @@ fn check_tells_what_is_and_mends_and_its_exit_code_is_its_verdict() {
     let script = String::from_utf8_lossy(&install.stdout).into_owned();
     assert!(script.contains("LimitRTPRIO") && script.contains("latency_timer"));
 }
+
+#[test]
+fn a_comparison_looks_for_rtla_in_the_path() {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let rtla = folder.path().join("rtla");
+    std::fs::write(&rtla, "#!/bin/sh\nprintf 'Index Usr-000\\n3 5\\n'\n").expect("a script");
+    std::fs::set_permissions(&rtla, std::fs::Permissions::from_mode(0o755)).expect("a program");
+    let own = std::env::var("PATH").expect("a path");
+    let compared = |path: &str, out: &str| {
+        let _turn = turn();
+        let output = finish(
+            calot()
+                .args([
+                    "jitter",
+                    "--seconds",
+                    "1",
+                    "--compare",
+                    "sleep",
+                    "--rounds",
+                    "1",
+                ])
+                .args(["--json", "--station", &station_name("rtla")])
+                .arg("--out")
+                .arg(folder.path().join(out))
+                .env("PATH", path),
+        );
+        assert!(output.status.success(), "{}", said(&output));
+        let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let took_part = json["rounds"]
+            .as_array()
+            .expect("rounds")
+            .iter()
+            .any(|round| round["program"] == "timerlat");
+        (took_part, json["notes"].to_string())
+    };
+    let (took_part, notes) = compared(&own, "without");
+    assert!(
+        took_part || notes.contains("rtla timerlat did not take part"),
+        "{notes}"
+    );
+    let (took_part, notes) = compared(&format!("{}:{own}", folder.path().display()), "with");
+    // The program is there. Whether it takes part is the kernel's to say, which may lack the
+    // tracer.
+    let tracers = std::fs::read_to_string("/sys/kernel/tracing/available_tracers");
+    let has_tracer = tracers.is_ok_and(|it| it.split_whitespace().any(|name| name == "timerlat"));
+    assert_eq!(took_part, has_tracer, "{notes}");
+    assert!(!notes.contains("sudo apt install rtla"), "{notes}");
+    let of_kernel = ["has only these tracers", "tracers cannot be read"];
+    let blames = of_kernel.iter().any(|words| notes.contains(words));
+    assert_eq!(blames, !has_tracer, "{notes}");
+}
