@@ -99,7 +99,8 @@ enum Command {
     Hands(hands::HandsArgs),
     /// Measures everything. Real organs are read from the folder that CALOT_ANATOMY names.
     All(Asked),
-    /// Rewrites the tables of README.md in a folder from the CSV files beside it.
+    /// Rewrites the tables of README.md in a folder from the CSV files beside it, and those of the
+    /// guide for latency testers.
     Tables {
         /// Folder of README.md and the CSV files.
         #[arg(long, default_value = "tests/results")]
@@ -200,7 +201,13 @@ fn run(asked: &Asked, charts: &[Chart]) -> Result<(), String> {
 fn rewrite_tables(folder: &Path) -> Result<(), String> {
     let path = folder.join("README.md");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    write(folder, "README.md", &tables::rewrite(&text, folder)?)
+    write(folder, "README.md", &tables::rewrite(&text, folder)?)?;
+    let guide = folder.join(tables::GUIDE);
+    match std::fs::read_to_string(&guide) {
+        Ok(text) => write(folder, tables::GUIDE, &tables::rewrite(&text, folder)?),
+        // A copy of the folder elsewhere has no guide beside it.
+        Err(_) => Ok(()),
+    }
 }
 
 impl Asked {
@@ -268,6 +275,8 @@ fn measure_haptics(asked: &Asked) -> Result<Vec<Section>, String> {
     write(out, "haptics.csv", &haptics::csv(&rows))?;
     let svg = haptics::chart(&rows)?;
     write(out, "haptics.svg", &svg)?;
+    let waits = haptics::waits(asked.quick)?;
+    write(out, "haptics_wait.csv", &haptics::waits_csv(&waits))?;
     Ok(vec![haptics::section(&rows, &svg)])
 }
 

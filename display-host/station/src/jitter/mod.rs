@@ -13,6 +13,7 @@ pub(crate) mod args;
 mod bench;
 mod drawing;
 mod guests;
+mod line;
 mod save;
 mod session;
 mod standing;
