@@ -221,7 +221,8 @@ fn causes(report: &Report) -> String {
             why::LATE_NS / 1000,
             match why.is_coarse {
                 true => format!("; COARSE, from counters, because {}", why.missing),
-                false => String::new(),
+                false if why.missing.is_empty() => String::new(),
+                false => format!("; threads alone, because {}", why.missing),
             }
         );
     }
