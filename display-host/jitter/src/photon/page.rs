@@ -16,7 +16,7 @@ pub fn html(report: &Report, pairs: &[Pairs]) -> String {
          content=\"width=device-width\"><title>Calot photon</title><style>{STYLE}</style>\
          <h1>Calot photon: {}</h1><p class=\"{}\">{}</p>",
         escape(&report.scene),
-        if report.complete { "good" } else { "bad" },
+        if report.is_whole() { "good" } else { "bad" },
         escape(&report.sentence()),
     );
     page += &chart(report, pairs);

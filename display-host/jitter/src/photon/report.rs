@@ -160,12 +160,18 @@ impl Figures {
 }
 
 impl Report {
+    /// True if every place was measured for its full time, and no maximum is cut off.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.complete && !self.places.iter().any(Figures::is_cut)
+    }
+
     /// The result in one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
         let of = |from: &str| {
             let mut all: Vec<(f64, f64)> = (self.places.iter())
-                .filter(|it| it.from == from)
+                .filter(|it| it.from == from && (from == "tick" || !it.is_few()))
                 .filter_map(|it| it.to_light_ms.map(|it| (it.median, it.max)))
                 .collect();
             all.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -179,7 +185,7 @@ impl Report {
             ),
             (None, Some((median, worst))) => format!(
                 "A tick was seen {median:.1} ms after it had begun, at the median, and {worst:.1} ms \
-                 at most. No motion was seen."
+                 at most. Too few motions were seen."
             ),
             (None, None) => "No light was seen.".to_owned(),
         }
@@ -308,7 +314,7 @@ pub(super) mod tests {
         let text = text(&sample());
         for told in [
             "A tick was seen 34.0 ms after it had begun",
-            "No motion was seen",
+            "Too few motions were seen",
             "60.00 Hz, 16.67 ms a frame",
             "presentation times are not available",
             "note: the handle did not move",

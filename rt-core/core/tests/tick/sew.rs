@@ -1,5 +1,5 @@
-//! The trainee hangs an organ, from the place that the tip touched, in the direction in which the
-//! tip was carried.
+//! The trainee hangs an organ on a suture, from the place that the tip touched, in the direction in
+//! which the tip was carried.
 
 use super::grip::count;
 use super::*;
@@ -101,7 +101,8 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
     let through = bench.sutures[0].0.sphere;
     let off_m = norm(&(bench.centers_m[through as usize] - TOUCHES));
     assert!(off_m < 0.02, "{off_m}");
-    // Without motion there is no direction; along the liver there is no wall.
+    // A tip that has not moved shows no direction; a tip that moves along the liver shows none that
+    // leads to the wall.
     step(&mut sim, &mut bench, &TOUCHES);
     let aside = Vec3::new(0.1, 0.0, 0.055);
     go(&mut sim, &mut bench, &ADJACENT, &aside, 200, NONE);
@@ -119,7 +120,7 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
         (at_m - before_m).normalize().dot(&carried) > 0.999,
         "{at_m}"
     );
-    // The liver sleeps; the suture is drawn in nevertheless.
+    // The suture is drawn in although the liver slept.
     stay(&mut sim, &mut bench, &AWAY, 4000, NONE);
     let now_m = bench.centers_m[through as usize];
     let drawn_m = norm(&(at_m - before_m)) - norm(&(at_m - now_m));
@@ -158,7 +159,7 @@ fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
     );
     go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
     step(&mut sim, &mut bench, &TOUCHES);
-    // Oblique, across the blades that come from above.
+    // The thread is oblique, so it crosses the blades, which come from above.
     let aslant = Vec3::new(0.055, 0.0, 0.07);
     go(&mut sim, &mut bench, &TOUCHES, &aslant, 500, NONE);
     step(&mut sim, &mut bench, &aslant);

@@ -67,7 +67,8 @@ impl Row {
         [force_rms_pct(&self.felt, truth), most]
     }
 
-    /// Root mean square error of the torque over the depths, %, where it is known and large enough.
+    /// Root mean square error of the torque over the depths at which it is known and large enough,
+    /// %.
     pub(crate) fn torque_error_pct(&self) -> Option<f64> {
         torque_rms_pct(&self.felt, &self.reference.fine)
     }

@@ -19,17 +19,18 @@ type Point = Vector3<f64>;
 /// The greatest depth, m.
 const DEEPEST_M: f64 = DEPTHS_MM[DEPTHS_MM.len() - 1] * 1e-3;
 
-/// Edge of the cubes in the contact as a share of its radius, on the finer mesh. Elements are
-/// shorter than their cube: about a third of that radius. The coarser mesh has elements
+/// Edge of the cubes in the contact as a share of the contact's radius, on the finer mesh. Elements
+/// are shorter than their cube: about a third of the radius. The coarser mesh has elements
 /// [`COARSER`] times as large everywhere.
 const SHARE: f64 = 0.37;
-/// Likewise under a tool that touches along a line. Forces hardly change along the tool, and
-/// elements of a third would be too many to solve.
+/// [`SHARE`] under a tool that touches along a line. The force hardly changes along the tool, and
+/// elements of a third of the radius would be too many to solve.
 const LINE_SHARE: f64 = 0.6;
 const COARSER: f64 = 1.5;
-/// Elements far from the tool, as a share of the organ's thickness.
+/// Size of elements far from the tool, as a share of the organ's smallest extent.
 const LARGEST: f64 = 0.2;
-/// A curve ends where the solver needs load steps below this share of the whole load.
+/// A curve ends where the solver needs load steps smaller than this share of the load at the next
+/// depth.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 /// Version of the mesher that makes the meshes now. Versions 1 to 3 made elements as large as the
 /// contact, which are too stiff at small depths.
@@ -148,7 +149,8 @@ impl Setup {
         self.solve_on(&self.mesh(larger)?, Law::Calot, &DEPTHS_MM)
     }
 
-    /// Likewise on a mesh, with a law of the material, at these depths.
+    /// Solves on a mesh, with a law of the material. Returns the number of nodes, and the wrench at
+    /// each of these depths that was reached.
     ///
     /// # Errors
     /// The reason in words.
@@ -204,9 +206,9 @@ impl Setup {
 /// Energy of the tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Law {
-    /// Calot's.
+    /// Calot's energy.
     Calot,
-    /// The one that splits off the change of volume.
+    /// Energy that splits off the change of volume.
     Isochoric,
 }
 
