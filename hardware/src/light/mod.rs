@@ -10,11 +10,13 @@
 //! A sensor has a thread of its own, which stamps the edges. Nothing here is realtime.
 
 mod board;
+mod edge;
 mod pins;
 mod sensor;
 mod sound;
 
 pub use board::{BoardLight, PedalLight};
+pub use edge::Edge;
 pub use pins::{Pin, PinLight, PinReader};
-pub use sensor::{Edge, LightInput, Seen, Sensor};
+pub use sensor::{LightInput, Seen, Sensor};
 pub use sound::Sound;

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use rt_core::time::TimeNs;
 
+use super::edge::Edge;
 use super::sound::Sound;
 use crate::line::now_ns;
 
@@ -16,17 +17,6 @@ use crate::line::now_ns;
 const LOOK_EVERY: Duration = Duration::from_micros(100);
 /// Bytes of sound that are read at once. Few, so that their arrival tells their time.
 const CHUNK: usize = 512;
-
-/// A change of the light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Edge {
-    /// Time of the change (`CLOCK_MONOTONIC`), ns: the middle of the span in which it came.
-    pub at_ns: TimeNs,
-    /// True if light came, false if it went. An inverting sensor tells the opposite.
-    pub bright: bool,
-    /// Half of the span in which the change came, ns.
-    pub within_ns: u64,
-}
 
 /// Result of a look at a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,12 +1,12 @@
 //! Finds light in sound: a photodiode at a sound card's input.
 //!
-//! Most cards pass no direct current, so light is a pulse that decays, and its end a pulse the other
-//! way. Both are steps: the mean of half a millisecond differs from that of the half before. A step
-//! counts if it is a third as high as the highest of the last seconds.
+//! Most cards pass no direct current, so light is a pulse that decays, and its end a pulse the
+//! other way. Both are steps: the mean of half a millisecond differs from that of the half before.
+//! A step counts if it is a third as high as the highest of the last seconds.
 
 use rt_core::time::TimeNs;
 
-use super::sensor::Edge;
+use super::edge::Edge;
 
 /// Length of each of the two means, s.
 const MEAN_S: f64 = 0.5e-3;

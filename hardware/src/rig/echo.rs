@@ -1,6 +1,6 @@
-//! Time from hand to force as the device itself saw it. Each STATE names the FORCE in effect. So the
-//! first STATE with a new force ends a time that began with the STATE from which the host computed
-//! that force, both by the device's clock.
+//! Time from hand to force as the device itself saw it. Each STATE names the FORCE in effect. So
+//! the first STATE with a new force ends a time that began with the STATE from which the host
+//! computed that force, both by the device's clock.
 
 use rt_core::port::Echo;
 use rt_core::time::TimeNs;

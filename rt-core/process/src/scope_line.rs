@@ -1,5 +1,5 @@
-//! A modem line of a serial port that is high while a tick runs, or until its force has left. An oscilloscope measures it
-//! independently of this machine's clocks.
+//! A modem line of a serial port that is high while a tick runs, or until its force has left. An
+//! oscilloscope measures it independently of this machine's clocks.
 #![expect(
     unsafe_code,
     reason = "the modem lines' ioctls, which rustix does not have"

@@ -132,7 +132,8 @@ fn become_realtime(mut standing: Standing, settings: Settings, core: usize) -> S
     standing
 }
 
-/// Returns the body of the control task: one tick. It wakes the accounting task after each batch of ticks and after the last tick.
+/// Returns the body of the control task: one tick. It wakes the accounting task after each batch of
+/// ticks and after the last tick.
 fn ticking(
     tick: Rc<RefCell<Tick>>,
     batch_done: Rc<BatchDone>,

@@ -36,8 +36,8 @@ impl Pairs {
     }
 }
 
-/// Pairs changes with what followed within `longest_ns`. All three are in the order of time. Changes
-/// closer together than that cannot be told apart, so they are left out.
+/// Pairs changes with what followed within `longest_ns`. All three are in the order of time.
+/// Changes closer together than that cannot be told apart, so they are left out.
 #[must_use]
 pub fn pair(asked: &[Change], handed: &[Change], light: &[Change], longest_ns: u64) -> Pairs {
     let plain = pair_by(asked, handed, light, longest_ns, false);

@@ -1,5 +1,5 @@
-//! What a serial adapter or the USB does to the samples of a named device, judged from the inputs of
-//! every tick.
+//! Effect of a serial adapter or the USB on the samples of a named device, judged from the inputs
+//! of every tick.
 
 use std::os::unix::fs::FileTypeExt as _;
 use std::path::{Path, PathBuf};

@@ -70,12 +70,13 @@ pub(crate) struct PhotonArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Light sensor")]
 pub(crate) struct SensorArgs {
-    /// Input pin of a serial port that the sensor switches: cts, dsr, dcd or ri. RTS and DTR feed it
+    /// Input pin of a serial port that the sensor switches: cts, dsr, dcd or ri; RTS and DTR feed
+    /// it
     #[arg(long, value_name = "TTY:PIN", value_parser = parse_pin,
         required_unless_present_any = ["audio", "board", "button"],
         conflicts_with_all = ["audio", "board", "button"])]
     pub(crate) pin: Option<PinPath>,
-    /// Sound from standard input (-) or a pipe: 16 bit, little-endian, one channel, without a header
+    /// Sound from standard input (-) or a pipe: 16 bit, little-endian, one channel, no header
     #[arg(long, value_name = "-|PIPE", conflicts_with_all = ["board", "button"])]
     pub(crate) audio: Option<PathBuf>,
     /// Samples of that sound per second

@@ -48,7 +48,7 @@ pub(super) struct Measure<'a> {
     pub(super) stop: &'a AtomicBool,
 }
 
-/// What was asked for, handed over and seen since a setting began.
+/// Changes that were asked for, handed over and seen since a setting began.
 #[derive(Default)]
 struct Course {
     asked: Vec<Change>,

@@ -42,8 +42,8 @@ use crate::stop;
 
 /// Size of a window that covers the screen, until it does.
 const SIZE: [u32; 2] = [1280, 720];
-/// Time by which changes are further apart than the longest time to light, ms: an odd number, so that
-/// changes fall into all phases of the screen's frames.
+/// Time by which changes are further apart than the longest time to light, ms: an odd number, so
+/// that changes fall into all phases of the screen's frames.
 const APART_MS: u64 = 99;
 /// Half span of an edge from which the sensor's own share of a time matters, ms.
 const COARSE_MS: f64 = 1.0;
