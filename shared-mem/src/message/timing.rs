@@ -36,8 +36,8 @@ pub struct TickRecord {
     pub missed: u32,
     /// Duration of each stage.
     pub stage_ns: [u32; STAGES],
-    /// Time from hand to force of an earlier tick whose echo this tick heard, by the device's clock:
-    /// from the sample of that tick to the first sample with its force in effect. 0: no echo.
+    /// Time from hand to force of an earlier tick, by the device's clock, if this tick heard its
+    /// echo: from the sample of that tick to the first sample with its force in effect. 0: no echo.
     pub hand_to_force_ns: u32,
     /// `motion_to_force_ns` of that earlier tick.
     pub echoed_ns: u32,
