@@ -206,13 +206,17 @@ impl Command {
             return Err("--kept has no effect here: it belongs to `force` and `all`".to_owned());
         }
         match self {
-            Self::Haptics(_) if asked.case.is_some() => {
-                Err("--case has no effect here: `haptics` measures all of its cases".to_owned())
-            }
+            Self::Haptics(_) if !["", WAIT].contains(&asked.only()) => Err(format!(
+                "--case has no effect here but `--case {WAIT}`, which measures waits for the tick \
+                 alone: `haptics` measures all of its cases"
+            )),
             _ => Ok(()),
         }
     }
 }
+
+/// Case of `haptics` that measures samples which wait for the tick.
+const WAIT: &str = "wait";
 
 fn run(asked: &Asked, charts: &[Chart]) -> Result<(), String> {
     let out = &asked.out;
@@ -299,12 +303,15 @@ fn measure_collision(asked: &Asked) -> Result<Vec<Section>, String> {
 
 fn measure_haptics(asked: &Asked) -> Result<Vec<Section>, String> {
     let out = &asked.out;
+    let waits = haptics::waits(asked.quick)?;
+    write(out, "haptics_wait.csv", &haptics::waits_csv(&waits))?;
+    if asked.only() == WAIT {
+        return Ok(Vec::new());
+    }
     let rows = haptics::run(asked.quick)?;
     write(out, "haptics.csv", &haptics::csv(&rows))?;
     let svg = haptics::chart(&rows)?;
     write(out, "haptics.svg", &svg)?;
-    let waits = haptics::waits(asked.quick)?;
-    write(out, "haptics_wait.csv", &haptics::waits_csv(&waits))?;
     Ok(vec![haptics::section(&rows, &svg)])
 }
 
