@@ -1,6 +1,7 @@
 //! Calot's devices: drivers, wire formats, emulators and fault injection.
 //!
 //! ```text
+//! arrivals tells from the times of samples what a serial adapter or the USB does to them
 //! rig      our own serial protocol, for self-built haptic devices and pedals (PROTOCOL.md)
 //! bird     Ascension Flock-of-Birds protocol: the endoscope's tracker
 //! pedal    foot pedals that are USB keyboards, or switches on a serial line's CTS and DSR
@@ -12,6 +13,7 @@
 //! list     lists the devices that are plugged in
 //! igtlink  OpenIGTLink server: poses for 3D Slicer and PLUS, outside of the realtime process
 //! station  the file that names a station's devices, and opens them
+//! light    light sensors: a photodiode at a serial port's pin, a sound card or a board of a rig
 //! line     a serial line that neither blocks nor allocates
 //! gate     holds back implausible jumps of samples that come without a checksum
 //! vendor   opens a vendor's library: limits, guards, and errors with their remedy
@@ -38,6 +40,8 @@
 #![deny(unsafe_code)]
 
 #[cfg(feature = "std")]
+pub mod arrivals;
+#[cfg(feature = "std")]
 pub mod bird;
 #[cfg(feature = "std")]
 pub mod characterise;
@@ -59,6 +63,8 @@ pub mod hapi;
 pub mod igtlink;
 #[cfg(feature = "std")]
 pub mod inverse3;
+#[cfg(feature = "std")]
+pub mod light;
 #[cfg(feature = "std")]
 mod line;
 #[cfg(feature = "std")]

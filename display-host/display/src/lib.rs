@@ -21,6 +21,7 @@ pub mod gallery;
 pub mod headless;
 pub mod latency;
 mod painter;
+pub mod patch;
 pub mod picture;
 pub mod priority;
 pub mod render;

@@ -259,6 +259,7 @@ fn in_the_window_s_process() {
         instructor: false,
         replay: None,
         recording: None,
+        patch: None,
     };
     // Run until some pictures are drawn. A busy machine takes seconds for each.
     let (stop, mut states) = (AtomicBool::new(false), 0);
@@ -342,6 +343,7 @@ fn in_a_process_without_a_screen() {
         instructor: false,
         replay: None,
         recording: None,
+        patch: None,
     };
     let error = run(&config, &AtomicBool::new(false), &mut |_| {}).unwrap_err();
     assert!(matches!(error, DisplayError::NoWindow { .. }), "{error}");

@@ -70,7 +70,15 @@ pub fn turn(
     seconds: f64,
     stop: &AtomicBool,
 ) -> Result<Option<Turn>, Problem> {
-    let mut command = command(baseline, terms, seconds)?;
+    run(command(baseline, terms, seconds)?, baseline, stop)
+}
+
+/// Runs a command to its end and reads its histogram. Returns `None` if the user stopped it.
+fn run(
+    mut command: Command,
+    baseline: Baseline,
+    stop: &AtomicBool,
+) -> Result<Option<Turn>, Problem> {
     let mut child = command
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
@@ -285,5 +293,41 @@ mod tests {
         };
         assert_eq!((turn.missed, turn.realtime), (Some(missed), Some(false)));
         assert_eq!(parse("nonsense\n#\n1 x").wake_latency.count(), 0);
+    }
+
+    /// A program in a folder of its own that is called `rtla` and does this.
+    fn rtla(folder: &Path, does: &str) -> PathBuf {
+        use std::os::unix::fs::PermissionsExt as _;
+        let path = folder.join("rtla");
+        std::fs::write(&path, format!("#!/bin/sh\n{does}\n")).unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        path
+    }
+
+    #[test]
+    fn a_turn_of_rtla_is_what_it_prints_and_its_complaint_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let asked = folder.path().join("asked");
+        let prints = format!(
+            "echo \"$@\" > {}; printf 'Index IRQ-001 Thr-001 Usr-001\\n3 1 2 5\\n9 0 0 1\\n'",
+            asked.display()
+        );
+        let stop = AtomicBool::new(false);
+        let turn = |does: &str| {
+            let asked = timerlat::command(1, 80, 2);
+            let mut fake = Command::new(rtla(folder.path(), does));
+            fake.args(asked.get_args());
+            run(fake, Baseline::Timerlat, &stop)
+        };
+        let q = turn(&prints).unwrap().unwrap().wake_latency.quantiles();
+        assert_eq!((q.count, q.p50 / 1000, q.max / 1000), (6, 3, 9));
+        let asked = std::fs::read_to_string(&asked).unwrap();
+        assert!(asked.starts_with("timerlat hist --user-threads"), "{asked}");
+        let failed = turn("echo 'Could not enable timerlat' >&2; exit 1").unwrap_err();
+        let words = failed.to_string();
+        assert!(
+            words.contains("Could not enable timerlat") && words.contains("CONFIG_TIMERLAT_TRACER"),
+            "{words}"
+        );
     }
 }

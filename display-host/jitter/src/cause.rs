@@ -20,7 +20,7 @@ pub struct Cause {
 /// Source of the causes, as `jitter.json` and the page state it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Source {
-    /// `events` or `counters`.
+    /// `events`, `switches` (threads alone) or `counters`.
     pub name: String,
     /// True if causes are guessed from counters that rose meanwhile.
     pub is_coarse: bool,

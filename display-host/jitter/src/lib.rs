@@ -12,6 +12,8 @@
 //!                                └─► table (text, CSV), page (HTML), trace (Perfetto), two_runs,
 //!                                    exchange (.hgrm, cyclictest's text)
 //! ```
+//!
+//! [`photon`] is a measurement of its own: when a light sensor on the screen saw a tick.
 
 pub mod baselines;
 pub mod blackbox;
@@ -25,6 +27,7 @@ pub mod machines;
 pub mod misses;
 mod page;
 mod part;
+pub mod photon;
 mod problem;
 pub mod report;
 mod slice;

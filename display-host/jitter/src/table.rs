@@ -10,7 +10,7 @@ use crate::report::{Ratio, Report};
 use crate::{certainty, machines, misses, verdict, why};
 
 /// Names and labels of the rows, in the order of a tick. Other rows follow sorted by name.
-const ROWS: [(&str, &str); 8] = [
+const ROWS: [(&str, &str); 10] = [
     ("wake_latency_ns", "wake-up latency: begun − due"),
     ("period_ns", "period: begun − the one before"),
     ("tick_ns", "whole tick"),
@@ -18,6 +18,14 @@ const ROWS: [(&str, &str); 8] = [
     (
         "motion_to_force_ns",
         "motion to force: sample arrived → force written",
+    ),
+    (
+        "hand_to_force_ns",
+        "hand to force: sample taken → first sample with the force, by the device's clock",
+    ),
+    (
+        "hand_to_force_more_ns",
+        "  more than motion to force: line, device, and the wait for that sample",
     ),
     (
         "force_to_publish_ns",
@@ -213,7 +221,8 @@ fn causes(report: &Report) -> String {
             why::LATE_NS / 1000,
             match why.is_coarse {
                 true => format!("; COARSE, from counters, because {}", why.missing),
-                false => String::new(),
+                false if why.missing.is_empty() => String::new(),
+                false => format!("; threads alone, because {}", why.missing),
             }
         );
     }

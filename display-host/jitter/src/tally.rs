@@ -23,6 +23,10 @@ pub struct Tally {
     tick: Distribution,
     stages: [Distribution; STAGES],
     motion_to_force: Distribution,
+    /// From hand to force by the device's clock.
+    hand_to_force: Distribution,
+    /// That minus motion to force, of the same forces.
+    line_and_device: Distribution,
     force_to_publish: Distribution,
     /// Age of a state when a display first reads it.
     pub publish_to_display: Distribution,
@@ -163,6 +167,13 @@ impl Tally {
             self.motion_to_force
                 .record(record.motion_to_force_ns.into());
         }
+        if record.hand_to_force_ns > 0 {
+            self.hand_to_force.record(record.hand_to_force_ns.into());
+            if record.echoed_ns > 0 {
+                let more_ns = record.hand_to_force_ns.saturating_sub(record.echoed_ns);
+                self.line_and_device.record(more_ns.into());
+            }
+        }
         let left_out = TickRecord::NOT_PUBLISHED | TickRecord::DROPPED_PUBLISH;
         if tick.tick.is_multiple_of(PUBLISH_EVERY) && tick.bits & left_out == 0 {
             let after = tick.stage_ns.get(AFTER_FORCE).unwrap_or_default();
@@ -208,6 +219,8 @@ impl Tally {
             put(&format!("stage_ns.{name}"), stage);
         }
         put("motion_to_force_ns", &self.motion_to_force);
+        put("hand_to_force_ns", &self.hand_to_force);
+        put("hand_to_force_more_ns", &self.line_and_device);
         put("force_to_publish_ns", &self.force_to_publish);
         put("publish_to_display_ns", &self.publish_to_display);
         let mut all = self.over;
@@ -248,6 +261,8 @@ mod tests {
             record.tick_ns = 50_000;
             record.stage_ns = [1, 2, 3, 4, 5, 600, 7000];
             record.motion_to_force_ns = if i == 2 { 0 } else { 9000 };
+            record.hand_to_force_ns = if i < 2 { 25_000 } else { 0 };
+            record.echoed_ns = if i == 0 { 9000 } else { 0 };
         }
         batch
     }
@@ -271,6 +286,10 @@ mod tests {
             "no period spans a gap or two runs"
         );
         assert_eq!(count("motion_to_force_ns"), 9, "0: no fresh sample");
+        assert_eq!(count("hand_to_force_ns"), 6, "0: no echo");
+        assert_eq!(count("hand_to_force_more_ns"), 3, "of known ticks");
+        let more = report.times["hand_to_force_more_ns"].quantiles();
+        assert!(more.p50.abs_diff(16_000) < 100, "{more:?}");
         assert_eq!(count("force_to_publish_ns"), 3);
         let period = report.times["period_ns"].quantiles();
         assert!(period.p50.abs_diff(1_001_000) < 1000, "{period:?}");

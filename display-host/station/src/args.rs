@@ -82,13 +82,17 @@ pub(crate) struct RealtimeArgs {
     /// finest first
     #[arg(long, value_name = "FILE")]
     pub(crate) coarser: Vec<PathBuf>,
-    /// Hold this modem line of --scope-tty high during each tick, for an oscilloscope
+    /// Hold this modem line of --scope-tty high during each tick, for an oscilloscope; see
+    /// --scope-mark
     #[arg(long, value_enum, requires = "scope_tty")]
     pub(crate) scope_line: Option<ScopeLineName>,
     /// Serial port of that line, e.g. /dev/ttyS0. Use a real UART: over USB each change waits for a
     /// transfer
     #[arg(long, value_name = "TTY", requires = "scope_line")]
     pub(crate) scope_tty: Option<PathBuf>,
+    /// When that line falls: at the end of the tick, or when the force has left
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = ScopeMarkName::Tick, requires = "scope_line")]
+    pub(crate) scope_mark: ScopeMarkName,
     /// Run without realtime scheduling, for machines that refuse it. Every report says so
     #[arg(long)]
     pub(crate) no_realtime: bool,
@@ -163,6 +167,16 @@ pub(crate) enum ScopeLineName {
     Dtr,
 }
 
+/// Mark of the modem line, as typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(crate) enum ScopeMarkName {
+    /// High from the beginning of the tick to its end
+    #[default]
+    Tick,
+    /// High from the beginning of the tick until its force has left
+    Force,
+}
+
 /// Options of the controller, for every command that starts one.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ControllerArgs {
@@ -194,6 +208,7 @@ impl RealtimeArgs {
         if let (Some(line), Some(tty)) = (self.scope_line, &self.scope_tty) {
             option("--scope-line", &typed(line.to_possible_value()));
             option("--scope-tty", tty);
+            option("--scope-mark", &typed(self.scope_mark.to_possible_value()));
         }
         let flags = [
             (self.no_realtime, "--no-realtime"),

@@ -13,6 +13,7 @@ use crate::jitter::args::JitterArgs;
 use crate::link::LinkArgs;
 use crate::load::LoadArgs;
 use crate::observe::ObserveArgs;
+use crate::photon::args::PhotonArgs;
 use crate::prepare::args::PrepareArgs;
 use crate::replay::args::ReplayArgs;
 use crate::report::args::ReportArgs;
@@ -63,6 +64,8 @@ pub(crate) enum Command {
     Gallery(GalleryArgs),
     /// Measures wake-up latency, period, stages and motion to force, next to cyclictest
     Jitter(Box<JitterArgs>),
+    /// Measures with a light sensor on the screen when a tick, and a motion, are seen
+    Photon(Box<PhotonArgs>),
     /// Checks this machine for realtime: current state, required state, command that fixes it
     Check(CheckArgs),
     /// Finds, shows, tests and calibrates devices
@@ -135,7 +138,7 @@ mod tests {
     #[test]
     fn a_controller_is_asked_for_what_the_station_was_asked_for() {
         let words = "calot run --core 1 --priority 70 --spin 100 --scheduler deadline --must-fit \
-                     --follow-device --coarser a.calot --coarser b.calot --scope-line dtr --scope-tty /dev/ttyS0";
+                     --follow-device --coarser a.calot --coarser b.calot --scope-line dtr --scope-tty /dev/ttyS0 --scope-mark force";
         // One of the two at a time: --strict and --no-realtime exclude each other.
         for last in ["--strict", "--no-realtime"] {
             let asked = Cli::parse_from(words.split_whitespace().chain([last]));

@@ -57,6 +57,7 @@ documents! {
     CHECK = "check", 1;
     JITTER = "jitter", 1;
     JITTER_DIFF = "jitter-diff", 1;
+    PHOTON = "photon", 1;
     DEVICES = "devices", 1;
     WATCH = "watch", 1;
     CONFORMANCE = "conformance", 1;

@@ -22,6 +22,7 @@ mod link;
 mod load;
 mod observe;
 mod output;
+mod photon;
 mod prepare;
 mod problem;
 mod replay;
@@ -72,6 +73,7 @@ fn main() -> ExitCode {
         cli::Command::Igtlink(args) => igtlink::run(&args),
         cli::Command::Link(args) => link::run(&args),
         cli::Command::Jitter(args) => jitter::run(&args),
+        cli::Command::Photon(args) => photon::run(&args),
         cli::Command::Schema(args) => schema::run(&args),
         cli::Command::Load(args) => load::run(&args),
         cli::Command::BareLoop(args) => bare_loop::run(&args),

@@ -80,6 +80,7 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
         instructor: true,
         replay: None,
         recording: None,
+        patch: None,
     };
     window::run(&config, &stop, &mut |observed| {
         if let Observed::Warning(text) = observed {

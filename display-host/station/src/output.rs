@@ -48,8 +48,12 @@ impl Format {
             .and_then(|it| it.strip_suffix(".png"));
         match name {
             "session.mcap" => Some(Self::Session),
-            "summary.json" | "jitter.json" | "jitter.trace.json" => Some(Self::Json),
-            "report.html" | "debrief.html" | "what_if.html" | "jitter.html" => Some(Self::Page),
+            "summary.json" | "jitter.json" | "jitter.trace.json" | "photon.json" => {
+                Some(Self::Json)
+            }
+            "report.html" | "debrief.html" | "what_if.html" | "jitter.html" | "photon.html" => {
+                Some(Self::Page)
+            }
             "what_if.csv" | "jitter.csv" => Some(Self::Table),
             "deepest_press.png" | "before_press.png" | "grasp.png" => Some(Self::Picture),
             _ => numbered

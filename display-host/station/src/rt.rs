@@ -4,10 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use rt_process::scope_line::{ModemLine, ScopeLine};
+use rt_process::scope_line::{Mark, ModemLine, ScopeLine};
 use rt_process::{AdmissionPolicy, Realtime, RtConfig, RtError, Scheduler};
 
-use crate::args::{ControllerArgs, SchedulerName, ScopeLineName, parse_seconds, parse_station};
+use crate::args::{
+    ControllerArgs, SchedulerName, ScopeLineName, ScopeMarkName, parse_seconds, parse_station,
+};
 use crate::children::{READY, REFUSED};
 use crate::document;
 use crate::problem::Problem;
@@ -76,6 +78,10 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
             line: match line {
                 ScopeLineName::Rts => ModemLine::Rts,
                 ScopeLineName::Dtr => ModemLine::Dtr,
+            },
+            mark: match args.controller.realtime.scope_mark {
+                ScopeMarkName::Tick => Mark::Tick,
+                ScopeMarkName::Force => Mark::Force,
             },
         });
     }

@@ -1,5 +1,6 @@
 //! Checks of the samples of any haptic device.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rt_core::fault::{Fault, FaultSet};
@@ -8,6 +9,7 @@ use rt_core::port::{ForceCommand, Freedom, HapticDevice, Opening, Polled};
 
 use super::Report;
 use super::watch::{Arrivals, Host, watch};
+use crate::arrivals::{self, Pattern};
 use crate::noise::NOISY_M;
 
 /// Allowed relative deviation from the declared rate.
@@ -33,6 +35,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     let period_ns = (1e9 / capabilities.rate_hz) as u64;
     let before = device.counters();
     let mut arrivals = Arrivals::default();
+    let (mut by_line, mut counted) = (arrivals::Arrivals::default(), before.frames);
     let mut farthest_m = 0.0f32;
     let mut fastest_m_s = 0.0f32;
     let mut finite = true;
@@ -59,6 +62,9 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         noise_um = findings.noise_um.or(noise_um);
         if let Polled::Fresh(sample) = polled {
             arrivals.add(now_ns);
+            let frames = device.counters().frames;
+            by_line.take(frames.saturating_sub(counted), sample.at_ns);
+            counted = frames;
             let pose = sample.device_from_handle;
             let velocity_m_s = sample.velocity_m_s.unwrap_or_default();
             farthest_m = farthest_m.max(pose.translation.vector.norm());
@@ -113,6 +119,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         host,
     );
     judge_findings(report, found, bundle_ms, host);
+    judge_arrivals(report, by_line.found(), host);
     if arrivals.count() == 0 {
         for name in ["finite", "noise", "opening", "workspace", "speed"] {
             report.leave_open(name, "there was no valid sample");
@@ -209,6 +216,19 @@ impl Openings {
     }
 }
 
+/// Judges what adapter and USB do to the samples. Frames of full-speed USB are no fault, but told.
+fn judge_arrivals(report: &mut Report, pattern: Option<Pattern>, host: Host) {
+    let is_good = !matches!(pattern, Some(Pattern::Ftdi | Pattern::Batches { .. }));
+    let words = pattern.map_or_else(
+        || {
+            "samples come one by one: no adapter's timer, no batches, no frames of full-speed USB"
+                .into()
+        },
+        |pattern| pattern.in_words(Path::new("ttyUSB0")) + " (with the name of its tty)",
+    );
+    report.judge_time("arrivals", is_good, words, host);
+}
+
 /// Judges the faults that the driver found in the samples.
 fn judge_findings(report: &mut Report, found: FaultSet, bundle_ms: u32, host: Host) {
     report.judge_time(
@@ -221,7 +241,7 @@ fn judge_findings(report: &mut Report, found: FaultSet, bundle_ms: u32, host: Ho
                  the name of its tty)"
             )
         } else {
-            "no bundles of 6 ms or longer; `calot devices watch` names shorter ones".into()
+            "no bundles of 6 ms or longer".into()
         },
         host,
     );

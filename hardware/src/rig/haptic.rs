@@ -5,11 +5,12 @@ use std::path::Path;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{
-    Buttons, DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, Identity,
-    LineCounters, Opening, Polled,
+    Buttons, DeviceCapabilities, DeviceSample, Echo, Findings, ForceCommand, HapticDevice,
+    Identity, LineCounters, Opening, Polled,
 };
 use rt_core::time::TimeNs;
 
+use super::echo::Echoes;
 use super::host::{Bad, Host};
 use super::judge::Judge;
 use super::wire::{Capabilities, DeviceKind, Force, State, Status, WireError};
@@ -23,6 +24,7 @@ pub struct RigHaptic {
     declared: Capabilities,
     status: RigStatus,
     judge: Judge,
+    echoes: Echoes,
     /// Velocity that the device reported with its newest sample; `None` if it measures none.
     reported_m_s: Option<Vec3>,
 }
@@ -56,6 +58,7 @@ impl RigHaptic {
             declared,
             status: RigStatus::default(),
             judge: Judge::default(),
+            echoes: Echoes::default(),
             reported_m_s: None,
         }
     }
@@ -135,6 +138,8 @@ impl HapticDevice for RigHaptic {
         let mut newest = None;
         let judge = &mut self.judge;
         judge.begin(now_ns);
+        let echoes = &mut self.echoes;
+        echoes.begin();
         let mut status = self.status;
         let mut reported_m_s = self.reported_m_s;
         let opens = self.declared.opening.is_some();
@@ -148,6 +153,7 @@ impl HapticDevice for RigHaptic {
                 Ok(state) if Vec3::from(state.position_m).norm() > reach_m => rejected[1].1 += 1,
                 Ok(state) => {
                     reported_m_s = Some(state.velocity_m_s.into());
+                    echoes.take(&state);
                     status = RigStatus {
                         status: state.status,
                         applied_force: state.applied_force,
@@ -155,6 +161,7 @@ impl HapticDevice for RigHaptic {
                     };
                     if let Some(velocity_m_s) = judge.take(&state, measures_velocity, at_ns) {
                         newest = Some(sample(&state, message.sequence(), velocity_m_s, at_ns));
+                        echoes.use_sample(&state, at_ns);
                     } else if judge.dropped() {
                         rejected[2].1 += 1;
                     }
@@ -183,6 +190,10 @@ impl HapticDevice for RigHaptic {
         self.judge.findings()
     }
 
+    fn echo(&self) -> Option<Echo> {
+        self.echoes.found()
+    }
+
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
         // The core has already limited force and torque. These limits are the last guard of the
         // device's peak.
@@ -199,6 +210,7 @@ impl HapticDevice for RigHaptic {
         };
         let dropped = self.host.counters().dropped_writes;
         self.host.send(&force.frame(sequence));
+        self.echoes.sent(sequence);
         if self.host.counters().dropped_writes == dropped {
             self.judge.sent(now_ns);
         } else {

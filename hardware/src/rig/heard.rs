@@ -90,8 +90,8 @@ impl Heard {
         self.misfit.get_or_insert(misfit);
     }
 
-    /// Sentences about the bytes that came, the likely mistake and its remedy, without the last full
-    /// stop.
+    /// Sentences about the bytes that came, the likely mistake and its remedy, without the last
+    /// full stop.
     pub(super) fn in_words(&self) -> String {
         if self.zeros == 0 {
             return format!(

@@ -55,8 +55,8 @@ pub(super) enum Bad {
     Checksum,
     /// The frame's stuffing or length is wrong.
     Frame,
-    /// The message's kind is unknown or not the driver's, or its length does not fit the kind or the
-    /// declared version.
+    /// The message's kind is unknown or not the driver's, or its length does not fit the kind or
+    /// the declared version.
     Message,
     /// The message repeats the last message's number.
     Repeated,

@@ -7,6 +7,8 @@
 #[cfg(feature = "std")]
 mod bundles;
 pub mod device;
+#[cfg(feature = "std")]
+mod echo;
 pub mod frame;
 #[cfg(feature = "std")]
 mod haptic;

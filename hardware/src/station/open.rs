@@ -2,8 +2,8 @@
 
 use rt_core::math::Vec3;
 use rt_core::port::{
-    DeviceCapabilities, DeviceSample, Findings, ForceCommand, Freedom, HapticDevice, Identity,
-    LineCounters, Opening, Pedal, Polled,
+    DeviceCapabilities, DeviceSample, Echo, Findings, ForceCommand, Freedom, HapticDevice,
+    Identity, LineCounters, Opening, Pedal, Polled,
 };
 use rt_core::time::TimeNs;
 
@@ -157,6 +157,10 @@ impl HapticDevice for Limited {
 
     fn findings(&self) -> Findings {
         self.device.findings()
+    }
+
+    fn echo(&self) -> Option<Echo> {
+        self.device.echo()
     }
 
     fn counters(&self) -> LineCounters {

@@ -254,6 +254,15 @@ pub struct Findings {
     pub noise_um: Option<u32>,
 }
 
+/// A device's report about a force: the time from hand to force by its own clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Echo {
+    /// Arrival of the sample from which the force came, ns.
+    pub sample_at_ns: TimeNs,
+    /// Time from that sample to the first one with the force in effect, by the device's clock, µs.
+    pub took_us: u32,
+}
+
 /// A haptic device. No call blocks or allocates.
 pub trait HapticDevice {
     /// Capabilities of the device.
@@ -284,6 +293,10 @@ pub trait HapticDevice {
     /// Faults that the last poll found; by default none.
     fn findings(&self) -> Findings {
         Findings::default()
+    }
+    /// Echo of a force that the last poll heard; by default none, as of a device without a clock.
+    fn echo(&self) -> Option<Echo> {
+        None
     }
     /// Sends a force. If the line cannot take it now, the command is dropped and counted.
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs);

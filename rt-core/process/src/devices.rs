@@ -13,8 +13,8 @@ use hardware::station::StationFile;
 use heapless::spsc::{Consumer, Producer};
 use rt_core::fault::Fault;
 use rt_core::port::{
-    DeviceCapabilities, DeviceSample, Findings, ForceCommand, HapticDevice, Identity, LineCounters,
-    Pedal, PedalSample, Polled, Tracker, TrackerSample,
+    DeviceCapabilities, DeviceSample, Echo, Findings, ForceCommand, HapticDevice, Identity,
+    LineCounters, Pedal, PedalSample, Polled, Tracker, TrackerSample,
 };
 use rt_core::time::TimeNs;
 use shared_mem::message::DeviceHealth;
@@ -253,6 +253,14 @@ impl Devices {
         let is_held = self.held_pedal.is_held();
         findings.faults.raise_if(is_held, Fault::HeldPedal);
         findings
+    }
+
+    /// Echo of a force that the haptic device's last poll heard.
+    pub(crate) fn echo(&self) -> Option<Echo> {
+        match self.slots.first().and_then(|slot| slot.device.as_ref()) {
+            Some(Device::Haptic(haptic)) => haptic.echo(),
+            _ => None,
+        }
     }
 
     /// The newest sample of the tracker.

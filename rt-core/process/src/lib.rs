@@ -30,6 +30,7 @@ pub mod budget;
 mod config;
 pub mod control;
 mod devices;
+mod echoed;
 mod error;
 pub mod executor;
 mod fit;

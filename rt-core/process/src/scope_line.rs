@@ -1,5 +1,5 @@
-//! A modem line of a serial port that is high while a tick runs. An oscilloscope measures it
-//! independently of this machine's clocks.
+//! A modem line of a serial port that is high while a tick runs, or until its force has left. An
+//! oscilloscope measures it independently of this machine's clocks.
 #![expect(
     unsafe_code,
     reason = "the modem lines' ioctls, which rustix does not have"
@@ -21,6 +21,17 @@ pub enum ModemLine {
     Dtr,
 }
 
+/// Time at which the line falls again after the beginning of a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Mark {
+    /// The end of the tick.
+    #[default]
+    Tick,
+    /// The departure of the force: its last byte is with the kernel. A tick without a device that
+    /// takes a force ends the mark.
+    Force,
+}
+
 /// A modem line of a port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScopeLine {
@@ -29,10 +40,37 @@ pub struct ScopeLine {
     pub tty: PathBuf,
     /// The line.
     pub line: ModemLine,
+    /// When it falls.
+    pub mark: Mark,
 }
 
 /// Function that sets a line high or low.
 pub(crate) type Switch = Box<dyn Fn(bool) + Send>;
+
+/// The line as the tick drives it.
+pub(crate) struct Marks {
+    pub(crate) set: Switch,
+    pub(crate) mark: Mark,
+}
+
+impl Marks {
+    /// Marks the beginning of a tick.
+    pub(crate) fn begin(&self) {
+        (self.set)(true);
+    }
+
+    /// Marks the force's departure, if asked for.
+    pub(crate) fn force_left(&self) {
+        if self.mark == Mark::Force {
+            (self.set)(false);
+        }
+    }
+
+    /// Marks the end of a tick. A line that is low stays low.
+    pub(crate) fn end(&self) {
+        (self.set)(false);
+    }
+}
 
 /// Function that sets or clears modem bits. It gets the port, `TIOCMBIS` or `TIOCMBIC`, and the
 /// bits. It returns false if the kernel refuses.
@@ -50,8 +88,12 @@ impl ScopeLine {
     ///
     /// # Errors
     /// [`RtError::ScopeLine`] when the port does not open or has no such line.
-    pub(crate) fn open(&self) -> Result<Switch, RtError> {
-        self.open_with(set_bits)
+    pub(crate) fn open(&self) -> Result<Marks, RtError> {
+        let set = self.open_with(set_bits)?;
+        Ok(Marks {
+            set,
+            mark: self.mark,
+        })
     }
 
     fn open_with(&self, set_bits: SetBits) -> Result<Switch, RtError> {
@@ -128,7 +170,9 @@ mod tests {
         ] {
             ASKED.take();
             let tty = "/dev/null".into();
-            let switch = ScopeLine { tty, line }.open_with(willing).unwrap();
+            let mark = Mark::Tick;
+            let scope = ScopeLine { tty, line, mark };
+            let switch = scope.open_with(willing).unwrap();
             for _tick in 0..2 {
                 switch(true);
                 switch(false);
@@ -147,6 +191,7 @@ mod tests {
                 let scope = ScopeLine {
                     tty: tty.into(),
                     line,
+                    mark: Mark::Force,
                 };
                 let error = scope.open().err().unwrap().to_string();
                 assert!(error.contains(tty) && error.contains("UART"), "{error}");

@@ -15,12 +15,14 @@ use shared_mem::message::{EventMsg, STAGES, StateFrame, TickRecord, ToolFrame};
 
 use crate::budget::{self, PublishGate};
 use crate::devices::Devices;
+use crate::echoed::Echoed;
 use crate::frames;
 use crate::handover::Filler;
 use crate::held_back::HeldBack;
 use crate::inputs;
 use crate::phase::Phase;
 use crate::schedule::Due;
+use crate::scope_line::Marks;
 use crate::settings::Settings;
 use crate::shared::Shared;
 use crate::summary::Ended;
@@ -53,6 +55,7 @@ pub(crate) struct World {
     next_event: u64,
     /// Arrival time of the haptic device's sample, ns. `None` if this tick received none.
     fresh_at_ns: Option<u64>,
+    echoed: Echoed,
     last_stamp_ns: u64,
     record: TickRecord,
     /// Inputs of this tick.
@@ -62,6 +65,8 @@ pub(crate) struct World {
     held_back: HeldBack,
     /// Loop that moves the ticks to just after the device's samples; `None`: they stay.
     phase: Option<Phase>,
+    /// The oscilloscope's line.
+    scope_line: Option<Marks>,
 }
 
 /// Simulation and world, advanced one control period at a time.
@@ -82,6 +87,8 @@ const NO_RECORD: TickRecord = TickRecord {
     motion_to_force_ns: 0,
     missed: 0,
     stage_ns: [0; STAGES],
+    hand_to_force_ns: 0,
+    echoed_ns: 0,
     bits: 0,
 };
 
@@ -105,6 +112,7 @@ impl World {
             deadline_ns: 0,
             next_event: 0,
             fresh_at_ns: None,
+            echoed: Echoed::default(),
             last_stamp_ns: 0,
             record: NO_RECORD,
             input: bytemuck::Zeroable::zeroed(),
@@ -113,7 +121,14 @@ impl World {
             phase: settings
                 .follows_device
                 .then(|| Phase::new(settings.period_ns)),
+            scope_line: None,
         }
+    }
+
+    /// Marks ticks on the oscilloscope's line, if there is one.
+    pub(crate) fn marking(mut self, scope_line: Option<Marks>) -> Self {
+        self.scope_line = scope_line;
+        self
     }
 
     fn raise(&mut self, event: &rt_core::words::Event, tick: u64, at_ns: u64) {
@@ -137,6 +152,10 @@ impl Ports for World {
             Polled::Fresh(sample) => Some(sample.at_ns),
             _ => None,
         };
+        if let Some(echo) = self.devices.echo() {
+            self.record.hand_to_force_ns = saturate(u64::from(echo.took_us) * 1000).max(1);
+            self.record.echoed_ns = self.echoed.of(echo.sample_at_ns);
+        }
         let command = if self.shared.cut_force.swap(false, Relaxed) {
             Some(Command::EnableForce(false))
         } else {
@@ -175,9 +194,13 @@ impl Ports for World {
     fn send_force(&mut self, command: ForceCommand) {
         if self.devices.has_haptic() {
             self.devices.send(command, now_ns());
+            if let Some(scope) = &self.scope_line {
+                scope.force_left();
+            }
             if let Some(arrived_ns) = self.fresh_at_ns {
-                self.record.motion_to_force_ns =
-                    saturate(now_ns().saturating_sub(arrived_ns)).max(1);
+                let took_ns = saturate(now_ns().saturating_sub(arrived_ns)).max(1);
+                self.record.motion_to_force_ns = took_ns;
+                self.echoed.note(arrived_ns, took_ns);
             }
         }
     }
@@ -293,8 +316,11 @@ impl Tick {
 
     /// Runs one control period and writes its record.
     pub(crate) fn run(&mut self, due: Due) -> ControlFlow<()> {
-        let start = now_ns();
         let world = &mut self.world;
+        if let Some(scope) = &world.scope_line {
+            scope.begin();
+        }
+        let start = now_ns();
         let shared = &*self.shared;
         world.last_stamp_ns = start;
         world.deadline_ns = due.deadline_ns;
@@ -331,6 +357,9 @@ impl Tick {
         }
         shared.heartbeat_ns.store(end, Release);
         shared.ticks.fetch_add(1, Relaxed);
+        if let Some(scope) = &self.world.scope_line {
+            scope.end();
+        }
         self.periods += 1 + u64::from(due.missed);
         if self.periods_max.is_some_and(|max| self.periods >= max) {
             shared.ask_to_end(Ended::Finished);

@@ -22,7 +22,7 @@ use crate::executor::Executor;
 use crate::inputs;
 use crate::realtime::{self, Standing};
 use crate::schedule::{Due, Schedule};
-use crate::scope_line::Switch;
+use crate::scope_line::Marks;
 use crate::settings::Settings;
 use crate::shared::Shared;
 use crate::storage::Storage;
@@ -42,7 +42,7 @@ pub(crate) struct Start {
     pub(crate) core: usize,
     /// Realtime privileges of the process so far; the thread adds its own.
     pub(crate) standing: Standing,
-    pub(crate) scope_line: Option<Switch>,
+    pub(crate) scope_line: Option<Marks>,
     pub(crate) settings: Settings,
 }
 
@@ -78,7 +78,8 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
         Arc::clone(&shared),
         start.scene_id,
         &settings,
-    );
+    )
+    .marking(start.scope_line);
     let tick = Rc::new(RefCell::new(Tick::new(sim, world, settings.periods_max)));
 
     let executor = Executor::new();
@@ -88,7 +89,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     let steps = Rc::clone(&tick);
     executor.spawn(following(
         schedule,
-        ticking(Rc::clone(&tick), Rc::clone(&batch_done), start.scope_line),
+        ticking(Rc::clone(&tick), Rc::clone(&batch_done)),
         // The tick has ended, so nobody else borrows it.
         move || steps.try_borrow_mut().map_or(0, |mut tick| tick.step_ns()),
     ));
@@ -131,19 +132,15 @@ fn become_realtime(mut standing: Standing, settings: Settings, core: usize) -> S
     standing
 }
 
-/// Returns the body of the control task: one tick, with the oscilloscope's line high while it runs.
-/// It wakes the accounting task after each batch of ticks and after the last tick.
+/// Returns the body of the control task: one tick. It wakes the accounting task after each batch of
+/// ticks and after the last tick.
 fn ticking(
     tick: Rc<RefCell<Tick>>,
     batch_done: Rc<BatchDone>,
-    scope_line: Option<Switch>,
 ) -> impl FnMut(Due) -> ControlFlow<()> {
     let mut in_batch = 0;
     move |due| {
-        let scope = |high| scope_line.iter().for_each(|set| set(high));
-        scope(true);
         let flow = tick.borrow_mut().run(due);
-        scope(false);
         in_batch += 1;
         if in_batch == TIMING_BATCH || flow.is_break() {
             in_batch = 0;
@@ -161,6 +158,7 @@ mod tests {
     use crate::devices::Device;
     use crate::replay::{self, Difference};
     use crate::run::queues;
+    use crate::scope_line::Mark;
     use crate::summary::Ended;
     use crate::time_driver::{advance_simulated, simulate_from};
     use rt_core::math::{Pose, Vec3};
@@ -245,9 +243,19 @@ mod tests {
         prepare: impl FnOnce() + Send + 'static,
         step: impl FnMut(u64) + Send + 'static,
     ) -> ThreadOutcome {
+        run_marked(periods, standing, Mark::Tick, prepare, step)
+    }
+
+    fn run_marked(
+        periods: u64,
+        standing: Standing,
+        mark: Mark,
+        prepare: impl FnOnce() + Send + 'static,
+        step: impl FnMut(u64) + Send + 'static,
+    ) -> ThreadOutcome {
         let room_for = |each: usize| each * usize::try_from(periods).unwrap_or(0).min(25_000);
         let forces = Arc::new(Mutex::new(Vec::with_capacity(room_for(1))));
-        let scoped: Scoped = Arc::new(Mutex::new(Vec::with_capacity(room_for(2))));
+        let scoped: Scoped = Arc::new(Mutex::new(Vec::with_capacity(room_for(3))));
         let scope = Arc::clone(&scoped);
         let fake = Fake {
             polls: 0,
@@ -273,9 +281,12 @@ mod tests {
             shared: Arc::clone(&shared),
             core: 0,
             standing,
-            scope_line: Some(Box::new(move |high| {
-                scope.lock().unwrap().push((now_ns(), high));
-            })),
+            scope_line: Some(Marks {
+                set: Box::new(move |high| {
+                    scope.lock().unwrap().push((now_ns(), high));
+                }),
+                mark,
+            }),
             settings: Settings::new(&config, None),
         };
         let (tell, _told) = mpsc::sync_channel(1);
@@ -353,6 +364,21 @@ mod tests {
             );
             let took_ns = if tick == 3 { 400_000 } else { 70_000 };
             assert_eq!(falls_ns - rises_ns, took_ns);
+        }
+    }
+
+    #[test]
+    fn the_oscilloscope_sees_when_the_force_has_left() {
+        let (none, step) = (Standing::default(), |_| advance_simulated(70_000));
+        let prepare = || simulate_from(1_000_000_000);
+        let outcome = run_marked(100, none, Mark::Force, prepare, step);
+        let scoped = outcome.scoped.lock().unwrap();
+        assert_eq!(scoped.len(), 3 * 100);
+        for edges in scoped.chunks(3) {
+            let levels: Vec<bool> = edges.iter().map(|edge| edge.1).collect();
+            assert_eq!(levels, [true, false, false], "low once the force has left");
+            // In this room only the poll takes time, which is before the force.
+            assert_eq!(edges[1].0 - edges[0].0, 70_000);
         }
     }
 

@@ -66,6 +66,15 @@ fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     let in_next_tick = in_next_tick.count();
     assert!(in_next_tick * 2 > fresh, "{in_next_tick} of {fresh}");
 
+    // The device echoes the forces. By its clock, which is this computer's, hand to force takes
+    // longer than motion to force: the way of the line and of the device is in it.
+    let echoed: Vec<_> = records.iter().filter(|r| r.echoed_ns > 0).collect();
+    assert!(echoed.len() * 4 > fresh, "{} of {fresh}", echoed.len());
+    for record in echoed {
+        let [device_ns, host_ns] = [record.hand_to_force_ns, record.echoed_ns];
+        assert!(device_ns + 1000 > host_ns, "{device_ns} {host_ns}");
+    }
+
     // Unplugged: the devices are lost, the force is zero, and the tick goes on.
     devices.unplug();
     for _ in 0..12_000 {

@@ -36,6 +36,11 @@ pub struct TickRecord {
     pub missed: u32,
     /// Duration of each stage.
     pub stage_ns: [u32; STAGES],
+    /// Time from hand to force of an earlier tick, by the device's clock, if this tick heard its
+    /// echo: from the sample of that tick to the first sample with its force in effect. 0: no echo.
+    pub hand_to_force_ns: u32,
+    /// `motion_to_force_ns` of that earlier tick.
+    pub echoed_ns: u32,
     /// Bits of the `TickRecord` constants.
     pub bits: u32,
 }
@@ -63,7 +68,7 @@ impl TickRecord {
 /// are counted.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.TimingBatch.v6")]
+#[type_name("calot.TimingBatch.v7")]
 pub struct TimingBatch {
     /// Number of the batch. A gap in the numbers means that batches were lost.
     pub sequence: u64,
@@ -118,6 +123,6 @@ impl TimingBatch {
 
 // Both processes rely on these sizes. A change of one needs a new version.
 const _: () = {
-    assert!(size_of::<TimingBatch>() == 848 + 64 * TIMING_BATCH);
-    assert!(size_of::<TickRecord>() == 64);
+    assert!(size_of::<TimingBatch>() == 848 + 72 * TIMING_BATCH);
+    assert!(size_of::<TickRecord>() == 72);
 };

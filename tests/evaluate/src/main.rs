@@ -111,7 +111,8 @@ enum Command {
     /// Measures everything but `calculix` and `hands`. Real organs are read from the folder that
     /// CALOT_ANATOMY names.
     All(Asked),
-    /// Rewrites the tables of README.md in a folder from the CSV files beside it.
+    /// Rewrites the tables of README.md in a folder from the CSV files beside it, and those of the
+    /// guide for latency testers.
     Tables {
         /// Folder of README.md and the CSV files.
         #[arg(long, default_value = "tests/results")]
@@ -223,13 +224,17 @@ impl Command {
             return Err("--kept has no effect here: it belongs to `force` and `all`".to_owned());
         }
         match self {
-            Self::Haptics(_) if asked.case.is_some() => {
-                Err("--case has no effect here: `haptics` measures all of its cases".to_owned())
-            }
+            Self::Haptics(_) if !["", WAIT].contains(&asked.only()) => Err(format!(
+                "--case has no effect here but `--case {WAIT}`, which measures waits for the tick \
+                 alone: `haptics` measures all of its cases"
+            )),
             _ => Ok(()),
         }
     }
 }
+
+/// Case of `haptics` that measures samples which wait for the tick.
+const WAIT: &str = "wait";
 
 fn run(asked: &Asked, charts: &[Chart]) -> Result<(), String> {
     let out = &asked.out;
@@ -246,7 +251,13 @@ fn run(asked: &Asked, charts: &[Chart]) -> Result<(), String> {
 fn rewrite_tables(folder: &Path) -> Result<(), String> {
     let path = folder.join("README.md");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    write(folder, "README.md", &tables::rewrite(&text, folder)?)
+    write(folder, "README.md", &tables::rewrite(&text, folder)?)?;
+    let guide = folder.join(tables::GUIDE);
+    match std::fs::read_to_string(&guide) {
+        Ok(text) => write(folder, tables::GUIDE, &tables::rewrite(&text, folder)?),
+        // A copy of the folder elsewhere has no guide beside it.
+        Err(_) => Ok(()),
+    }
 }
 
 impl Asked {
@@ -310,6 +321,11 @@ fn measure_collision(asked: &Asked) -> Result<Vec<Section>, String> {
 
 fn measure_haptics(asked: &Asked) -> Result<Vec<Section>, String> {
     let out = &asked.out;
+    let waits = haptics::waits(asked.quick)?;
+    write(out, "haptics_wait.csv", &haptics::waits_csv(&waits))?;
+    if asked.only() == WAIT {
+        return Ok(Vec::new());
+    }
     let rows = haptics::run(asked.quick)?;
     write(out, "haptics.csv", &haptics::csv(&rows))?;
     let svg = haptics::chart(&rows)?;

@@ -5,6 +5,7 @@
 
 mod drawing;
 mod force;
+mod guide;
 mod surface;
 
 use std::fmt::Write as _;
@@ -87,6 +88,8 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
         "drawing" => drawing::by_tier(&read("drawing-h200.csv")?),
         "views" => drawing::by_view(&read("drawing-h200.csv")?),
         "haptics" => haptics(&read("haptics.csv")?),
+        "haptics wait" => guide::waits(&read("haptics_wait.csv")?),
+        "guide" => guide::options(&read("guide.csv")?),
         "skinning" => skinning(&read("skinning.csv")?),
         "surface" => surface::by_hand(&read("surface.csv")?),
         "packing" => packing(&read("packing.csv")?),
@@ -106,6 +109,8 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
     })
 }
 
+/// The guide for latency testers, seen from the folder of the results.
+pub(crate) const GUIDE: &str = "../../rt-core/process/README.md";
 const CALOT: &str = "Calot";
 const PAPER: &str = "inner spheres (paper's), k fitted";
 const OTHERS: [&str; 4] = [
@@ -499,6 +504,17 @@ mod tests {
         assert!(
             rewrite(&text, &folder).unwrap() == text,
             "tests/results/README.md is out of date: cargo run -p evaluate -- tables"
+        );
+    }
+
+    #[test]
+    fn the_guide_for_latency_testers_has_the_tables_of_the_same_files() {
+        let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../results"));
+        let text = std::fs::read_to_string(folder.join(GUIDE)).unwrap();
+        assert!(text.contains("<!-- table: guide -->"));
+        assert!(
+            rewrite(&text, &folder).unwrap() == text,
+            "rt-core/process/README.md is out of date: cargo run -p evaluate -- tables"
         );
     }
 

@@ -99,9 +99,11 @@ fn why_names_causes_and_a_scripted_surgeon_works() {
     // What the kernel permits differs between machines. Each answer must be whole.
     let why = &json["why"];
     let is_coarse = why["is_coarse"].as_bool().expect("a source");
-    assert_eq!(why["name"], if is_coarse { "counters" } else { "events" });
+    let name = why["name"].as_str().expect("a name");
+    assert_eq!(name == "counters", is_coarse, "{why}");
+    assert!(["events", "switches", "counters"].contains(&name), "{why}");
     let missing = why["missing"].as_str().expect("what is missing");
-    assert_eq!(missing.is_empty(), !is_coarse, "{missing}");
+    assert_eq!(missing.is_empty(), name == "events", "{missing}");
     assert_eq!(
         why["events"].as_u64().is_some_and(|n| n > 1000),
         !is_coarse,
@@ -148,6 +150,8 @@ fn figures_are_named_as_in_summary_json_and_runs_add_up_and_compare() {
         "period_ns",
         "tick_ns",
         "motion_to_force_ns",
+        "hand_to_force_ns",
+        "hand_to_force_more_ns",
         "force_to_publish_ns",
         "publish_to_display_ns",
     ] {
@@ -381,4 +385,57 @@ fn check_tells_what_is_and_mends_and_its_exit_code_is_its_verdict() {
     assert!(install.status.success());
     let script = String::from_utf8_lossy(&install.stdout).into_owned();
     assert!(script.contains("LimitRTPRIO") && script.contains("latency_timer"));
+}
+
+#[test]
+fn a_comparison_looks_for_rtla_in_the_path() {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let rtla = folder.path().join("rtla");
+    std::fs::write(&rtla, "#!/bin/sh\nprintf 'Index Usr-000\\n3 5\\n'\n").expect("a script");
+    std::fs::set_permissions(&rtla, std::fs::Permissions::from_mode(0o755)).expect("a program");
+    let own = std::env::var("PATH").expect("a path");
+    let compared = |path: &str, out: &str| {
+        let _turn = turn();
+        let output = finish(
+            calot()
+                .args([
+                    "jitter",
+                    "--seconds",
+                    "1",
+                    "--compare",
+                    "sleep",
+                    "--rounds",
+                    "1",
+                ])
+                .args(["--json", "--station", &station_name("rtla")])
+                .arg("--out")
+                .arg(folder.path().join(out))
+                .env("PATH", path),
+        );
+        assert!(output.status.success(), "{}", said(&output));
+        let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let took_part = json["rounds"]
+            .as_array()
+            .expect("rounds")
+            .iter()
+            .any(|round| round["program"] == "timerlat");
+        (took_part, json["notes"].to_string())
+    };
+    let (took_part, notes) = compared(&own, "without");
+    assert!(
+        took_part || notes.contains("rtla timerlat did not take part"),
+        "{notes}"
+    );
+    let (took_part, notes) = compared(&format!("{}:{own}", folder.path().display()), "with");
+    // The program is there. Whether it takes part is the kernel's to say, which may lack the
+    // tracer.
+    let tracers = std::fs::read_to_string("/sys/kernel/tracing/available_tracers");
+    let has_tracer = tracers.is_ok_and(|it| it.split_whitespace().any(|name| name == "timerlat"));
+    assert_eq!(took_part, has_tracer, "{notes}");
+    assert!(!notes.contains("sudo apt install rtla"), "{notes}");
+    let of_kernel = ["has only these tracers", "tracers cannot be read"];
+    let blames = of_kernel.iter().any(|words| notes.contains(words));
+    assert_eq!(blames, !has_tracer, "{notes}");
 }

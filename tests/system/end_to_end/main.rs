@@ -19,6 +19,7 @@ mod launcher;
 mod lost;
 mod main_job;
 mod operation;
+mod photon;
 mod replay;
 mod returned;
 mod study;

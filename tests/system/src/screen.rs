@@ -1,6 +1,7 @@
 //! A virtual screen (Xvfb): its windows by title, its keyboard and mouse (xdotool), and its pixels.
 
 use std::io::{BufRead as _, BufReader};
+use std::os::unix::fs::FileExt as _;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
@@ -137,6 +138,26 @@ impl VirtualScreen {
     #[must_use]
     pub fn pixels(&self) -> Vec<u8> {
         std::fs::read(&self.pixels).expect("Xvfb keeps its pixels there")
+    }
+
+    /// True if a pixel is white.
+    ///
+    /// # Panics
+    ///
+    /// If Xvfb has written none.
+    #[must_use]
+    pub fn is_white(&self, x: u64, y: u64) -> bool {
+        // XWD: a header of big-endian words, a table of colours, then rows of four bytes a pixel.
+        let file = std::fs::File::open(&self.pixels).expect("Xvfb keeps its pixels there");
+        let read = |at: u64| {
+            let mut bytes = [0; 4];
+            file.read_exact_at(&mut bytes, at).expect("it is that long");
+            bytes
+        };
+        let word = |i: u64| u64::from(u32::from_be_bytes(read(4 * i)));
+        let (header, row, colours) = (word(0), word(12), word(19));
+        let pixel = read(header + 12 * colours + row * y + 4 * x);
+        pixel.iter().take(3).all(|&part| part > 200)
     }
 }
 

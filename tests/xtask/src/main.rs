@@ -4,6 +4,7 @@
 
 mod checked;
 mod gpu;
+mod guide;
 mod packages;
 mod steps;
 mod timings;
@@ -18,6 +19,10 @@ cargo xtask COMMAND
                pictures, summary.json and report.html go to target/demo. ARGS go to `calot run`.
   test         set this machine up and run every test: format, lints, documentation, licences,
                unit, property and system tests, golden replays in debug and release
+  jitter guide [SECONDS [PROGRAM]]
+               measure every figure of time in the guide for latency testers, 15 turns of 12 s or
+               SECONDS, write tests/results/guide.csv and the tables made from it. PROGRAM is a
+               calot that is built already
   jitter [idle|loaded|misses|soak|watched [SECONDS]]
                build, and measure the times in tests/results into target/jitter: all five runs, or
                one of them, for SECONDS instead of the time below. Leave the machine alone!
@@ -56,6 +61,9 @@ fn main() -> ExitCode {
     };
     let outcome = match (command, rest) {
         ("demo", args) => packages::set_up(false).and_then(|()| steps::demo(args)),
+        ("jitter", [name, args @ ..]) if name == "guide" => {
+            packages::set_up(false).and_then(|()| guide::measure(args))
+        }
         ("jitter", args) => packages::set_up(false).and_then(|()| steps::jitter(args)),
         ("gpu", args) => gpu::measure(args),
         ("test", []) => packages::set_up(true).and_then(|()| steps::test()),

@@ -10,6 +10,7 @@ use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::Window;
 
 use crate::DisplayError;
+use crate::patch::Surface;
 use crate::render::gpu::Gpu;
 
 /// A window to paint on.
@@ -91,6 +92,31 @@ impl Canvas {
     /// Size of the window, pixels.
     pub(super) fn size(&self) -> [u32; 2] {
         [self.surface_config.width, self.surface_config.height]
+    }
+
+    /// Screen and driver of the window.
+    pub(super) fn surface(&self) -> Surface {
+        let monitor = self.window.current_monitor();
+        let millihertz = (monitor.as_ref()).and_then(|it| it.refresh_rate_millihertz());
+        let modes = self
+            .surface
+            .get_capabilities(&self.gpu.adapter)
+            .present_modes;
+        // `AutoVsync` is the relaxed queue where the driver has it, which shows a late picture at
+        // once.
+        let mode = match modes.contains(&wgpu::PresentMode::FifoRelaxed) {
+            true => wgpu::PresentMode::FifoRelaxed,
+            false => wgpu::PresentMode::Fifo,
+        };
+        Surface {
+            size: self.size(),
+            // Without a window manager, a window that asked for the whole screen may not get it.
+            full_screen: self.window.fullscreen().is_some()
+                && monitor.is_some_and(|it| <[u32; 2]>::from(it.size()) == self.size()),
+            refresh_hz: millihertz.map(|it| f64::from(it) / 1e3),
+            present_mode: format!("{mode:?}"),
+            adapter: self.gpu.describe(),
+        }
     }
 
     /// Makes the window visible.

@@ -30,6 +30,7 @@ pub use self::server::answers;
 use self::session::Session;
 use crate::DisplayError;
 use crate::headless::{Ended, Observed, RunOutcome};
+use crate::patch::Patch;
 use crate::render::camera::Scope;
 use crate::render::lens::Lens;
 use crate::sound::Sound;
@@ -73,6 +74,8 @@ pub struct WindowConfig {
     pub replay: Option<Arc<Mutex<ReplayView>>>,
     /// State of the recording, updated by the recorder.
     pub recording: Option<Arc<Mutex<RecordingView>>>,
+    /// The square of `calot photon`.
+    pub patch: Option<Arc<Patch>>,
 }
 
 /// Opens the window and runs it until it is closed, `stop` is set, or the time is up. Call it once
@@ -108,6 +111,7 @@ pub fn run(
             config.language,
         )
         .showing(config.replay.clone(), config.recording.clone())
+        .with_patch(config.patch.clone())
         .watched_by_instructor(config.instructor.then_some(&config.station))?,
         scene,
         stop,
@@ -126,6 +130,7 @@ pub fn run(
                 true => Lens::cold(),
                 false => Lens::warm(),
             },
+            is_full: config.patch.as_ref().is_some_and(|patch| patch.full_screen),
             ..Kept::default()
         }),
         ended: Ended::Stopped,

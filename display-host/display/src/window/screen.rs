@@ -178,11 +178,18 @@ impl Screen {
 
         session.update_overlay(scene, self.renderer.scope());
         let (mut asked, mut covered) = (Vec::new(), None);
-        let laid = self
-            .canvas
-            .lay_out(|area| (asked, covered) = ui(area, &session.ui));
+        let patch = session.patch();
+        let laid = self.canvas.lay_out(|area| {
+            (asked, covered) = ui(area, &session.ui);
+            if let Some((_, lit)) = &patch {
+                lit.paint(area.ctx());
+            }
+        });
         let submitted_ns = now_ns();
         self.canvas.present(surface, laid)?;
+        if let Some((patch, lit)) = patch {
+            patch.handed(lit, || self.canvas.surface());
+        }
         if let Some(frame) = drawn {
             session.note_frame(FrameRecord {
                 submitted_ns,

@@ -18,6 +18,7 @@ use crate::effects::{Causes, Effect};
 use crate::feed::{Feed, Offer};
 use crate::headless::{Ended, Observed, RunOutcome, zeroed_state};
 use crate::latency::FrameRecord;
+use crate::patch::{Lit, Patch};
 use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::{Current, Heard};
@@ -66,6 +67,7 @@ pub(super) struct Session {
     bulletins: Option<(TaskReceiver, Box<TaskMsg>)>,
     replay: Option<Arc<Mutex<ReplayView>>>,
     recording: Option<Arc<Mutex<RecordingView>>>,
+    patch: Option<Arc<Patch>>,
     /// The free view, if active.
     free: Option<FreeCamera>,
     /// Time of the last task alarm.
@@ -120,6 +122,7 @@ impl Session {
             bulletins: None,
             replay: None,
             recording: None,
+            patch: None,
             free: None,
             alarmed: None,
             heard: Heard::default(),
@@ -160,6 +163,18 @@ impl Session {
     ) -> Self {
         (self.replay, self.recording) = (replay, recording);
         self
+    }
+
+    pub(super) fn with_patch(mut self, patch: Option<Arc<Patch>>) -> Self {
+        self.patch = patch;
+        self
+    }
+
+    /// The square of `calot photon` in a picture of this moment, if it is asked for.
+    pub(super) fn patch(&self) -> Option<(Arc<Patch>, Lit)> {
+        let patch = self.patch.as_ref()?;
+        let (_, tools) = self.moment()?;
+        Some((Arc::clone(patch), patch.lit(tools)))
     }
 
     pub(super) fn set_adapter(&mut self, adapter: String) {

@@ -45,6 +45,14 @@ pub(super) fn causes(report: &Report) -> String {
             "Read from {} events of the kernel; {} more were lost.",
             source.events, source.lost_events
         );
+        if !source.missing.is_empty() {
+            let _ = write!(
+                page,
+                " These are switches of threads alone. Interrupts and softirqs count as the thread that \
+                 they broke into, because: {}.",
+                escape(&source.missing)
+            );
+        }
     }
     page += "</p>";
     if report.causes.is_empty() {

@@ -22,10 +22,11 @@ minmax(28rem,1fr));gap:0 1.5rem}td{white-space:nowrap}td:first-child{white-space
 .scroll th:last-child,.scroll td:last-child{text-align:left}\
 .names th:nth-child(2),.names td:nth-child(2),.last th:last-child,.last td:last-child{text-align:left}";
 /// Rows of the first table; a name that begins with a dot stands for all that end so.
-const FIRST: [&str; 4] = [
+const FIRST: [&str; 5] = [
     "wake_latency_ns",
     "tick_ns",
     "motion_to_force_ns",
+    "hand_to_force_ns",
     ".wake_latency_ns",
 ];
 

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! kernel's events ─► tracer ─► parse ─► course   what ran when, for the last seconds
-//! kernel's counters ─► coarse                    what rose when, if the events may not be read
+//! perf_event_open  ─► switches ─────────► course   threads alone, if tracefs may not be read
+//! kernel's counters ─► coarse                    what rose when, if neither may be read
 //!                          course ─► losses ─► causes   summed over the late ticks
 //!                                        └──► slices    of each incident
 //! ```
@@ -15,6 +16,7 @@
 pub mod coarse;
 pub mod course;
 pub mod parse;
+pub mod switches;
 pub mod tracer;
 mod watch;
 

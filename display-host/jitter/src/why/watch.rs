@@ -7,6 +7,8 @@ use std::sync::atomic::AtomicU32;
 use shared_mem::message::TimingBatch;
 
 use super::coarse::Counters;
+use super::course::Course;
+use super::switches::Switches;
 use super::tracer::Tracer;
 use super::{Causes, LATE_NS, Source, losses};
 use crate::blackbox::{BlackBox, Tick};
@@ -22,6 +24,7 @@ const SLICES_MAX: usize = 660;
 #[derive(Debug)]
 enum From {
     Events(Tracer),
+    Switches(Switches),
     Counters(Counters),
     Nothing,
 }
@@ -37,14 +40,30 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Begins to watch a core: by the kernel's events if this user may read them, else by counters.
-    /// `process` is that of the tick's thread, 0 until it is known.
+    /// Begins to watch a core: by the kernel's events if this user may read them, else by its
+    /// context switches, else by counters. `process` is that of the tick's thread, 0 until it is
+    /// known.
     pub fn begin(core: usize, virtual_machine: bool, process: Arc<AtomicU32>) -> Self {
-        let (from, missing) = match Tracer::begin(core) {
+        Self::with(Tracer::begin(core), core, virtual_machine, process)
+    }
+
+    fn with(
+        tracer: Result<Tracer, String>,
+        core: usize,
+        virtual_machine: bool,
+        process: Arc<AtomicU32>,
+    ) -> Self {
+        let (from, missing) = match tracer {
             Ok(tracer) => (From::Events(tracer), String::new()),
-            Err(missing) => match Counters::begin(core, process) {
-                Ok(counters) => (From::Counters(counters), missing),
-                Err(error) => (From::Nothing, format!("{missing}; {error}")),
+            Err(missing) => match Switches::begin(core) {
+                Ok(switches) => (From::Switches(switches), missing),
+                Err(refused) => {
+                    let missing = format!("{missing}; {refused}");
+                    match Counters::begin(core, process) {
+                        Ok(counters) => (From::Counters(counters), missing),
+                        Err(error) => (From::Nothing, format!("{missing}; {error}")),
+                    }
+                }
             },
         };
         Self {
@@ -78,16 +97,22 @@ impl Watch {
         } = self;
         match from {
             From::Events(tracer) => {
-                let course = tracer.course();
-                for tick in known(waiting, course.known_to_ns) {
-                    let slices = course.between(tick.scheduled_ns, tick.end_ns());
-                    causes.take(&losses(&tick, &slices, *virtual_machine));
-                }
-                black_box.explain(course.known_to_ns, |from_ns, to_ns| {
-                    let mut slices = course.between(from_ns, to_ns);
-                    slices.truncate(SLICES_MAX);
-                    slices
-                });
+                explain(
+                    &tracer.course(),
+                    waiting,
+                    causes,
+                    black_box,
+                    *virtual_machine,
+                );
+            }
+            From::Switches(switches) => {
+                explain(
+                    &switches.course(),
+                    waiting,
+                    causes,
+                    black_box,
+                    *virtual_machine,
+                );
             }
             From::Counters(counters) => counters.with(|rises| {
                 for tick in known(waiting, rises.known_to_ns()) {
@@ -113,12 +138,16 @@ impl Watch {
                 let course = tracer.course();
                 ("events", course.events, course.lost_events)
             }
+            From::Switches(switches) => {
+                let course = switches.course();
+                ("switches", course.events, course.lost_events)
+            }
             From::Counters(_) => ("counters", 0, 0),
             From::Nothing => ("nothing", 0, 0),
         };
         let source = Source {
             name: name.to_owned(),
-            is_coarse: name != "events",
+            is_coarse: !matches!(name, "events" | "switches"),
             missing: self.missing,
             events,
             lost_events,
@@ -126,6 +155,26 @@ impl Watch {
         };
         report.explained(source, self.causes.table());
     }
+}
+
+/// Finds the causes of the ticks up to which a course has come, and gives new incidents their
+/// slices.
+fn explain(
+    course: &Course,
+    waiting: &mut VecDeque<Tick>,
+    causes: &mut Causes,
+    black_box: &mut BlackBox,
+    virtual_machine: bool,
+) {
+    for tick in known(waiting, course.known_to_ns) {
+        let slices = course.between(tick.scheduled_ns, tick.end_ns());
+        causes.take(&losses(&tick, &slices, virtual_machine));
+    }
+    black_box.explain(course.known_to_ns, |from_ns, to_ns| {
+        let mut slices = course.between(from_ns, to_ns);
+        slices.truncate(SLICES_MAX);
+        slices
+    });
 }
 
 /// Takes the ticks that ended before `known_to_ns` out of the queue.
@@ -208,5 +257,25 @@ mod tests {
         let (mut black_box, mut report) = (BlackBox::default(), sample());
         watch.end(&mut black_box, &mut report);
         assert!(report.causes.is_empty() && report.why.is_some_and(|why| why.is_coarse));
+    }
+
+    #[test]
+    fn without_tracefs_switches_are_read_or_the_missing_permission_is_told() {
+        let no_tracefs = Err("tracefs is not mounted".to_owned());
+        let mut watch = Watch::with(no_tracefs, 0, true, Arc::default());
+        let (mut black_box, mut report) = (BlackBox::default(), sample());
+        watch.settle(&mut black_box);
+        watch.end(&mut black_box, &mut report);
+        let source = report.why.expect("a source");
+        assert!(
+            source.missing.starts_with("tracefs is not mounted"),
+            "{source:?}"
+        );
+        let says_more = source.missing.contains("perf_event_open on core 0");
+        match source.name.as_str() {
+            "switches" => assert!(!source.is_coarse && !says_more, "{source:?}"),
+            "counters" => assert!(source.is_coarse && says_more, "{source:?}"),
+            name => panic!("{name}"),
+        }
     }
 }

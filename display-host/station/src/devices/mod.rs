@@ -2,7 +2,6 @@
 //! positions.
 
 pub(crate) mod args;
-mod arrivals;
 mod calibrate;
 mod characterise;
 mod conformance;

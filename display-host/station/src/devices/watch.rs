@@ -7,6 +7,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
+use hardware::arrivals::{Arrivals, Pattern};
 use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
 use hardware::rig::RigPedal;
@@ -17,7 +18,6 @@ use rt_process::time_driver::now_ns;
 use serde_json::{Value, json};
 
 use super::args::{LineDriver, WatchArgs};
-use super::arrivals::{Arrivals, Pattern};
 use super::open::open_haptic;
 use super::samples::Samples;
 use crate::document;

@@ -44,7 +44,8 @@ pub(crate) struct JitterArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) rounds: Option<u32>,
     /// Find out what ran instead of late ticks: interrupt, softirq, thread, or the host. Needs root
-    /// and tracefs; without them it guesses from counters, and says so
+    /// and tracefs; without them it sees threads alone (perf_event_open), or guesses from counters,
+    /// and says so
     #[arg(long)]
     pub(crate) why: bool,
     /// Let a scripted surgeon work meanwhile, through the task of --task, so that real work is

@@ -13,6 +13,7 @@ pub(crate) mod args;
 mod bench;
 mod drawing;
 mod guests;
+mod line;
 mod save;
 mod session;
 mod standing;
@@ -285,7 +286,7 @@ fn round_count(args: &JitterArgs) -> u32 {
 }
 
 /// Command line without this machine's folders, which mean nothing to a reader elsewhere.
-fn command() -> String {
+pub(crate) fn command() -> String {
     let words: Vec<String> = std::env::args().skip(1).map(shortened).collect();
     format!("calot {}", words.join(" "))
 }

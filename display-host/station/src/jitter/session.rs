@@ -18,6 +18,7 @@ use shared_mem::service::{Host, Station};
 
 use super::bench::Bench;
 use super::drawing::draw;
+use super::line::Line;
 use super::save::save;
 use super::standing::{note_memory, note_standing, progress};
 use super::work::Work;
@@ -210,7 +211,9 @@ impl Bench<'_> {
             // Leave the tick's core. If that is refused, the figures show it.
             let _ = pin_to(&self.others);
         }
-        let host = Host::open(&Station::new(&self.station.station)?)?;
+        let station = Station::new(&self.station.station)?;
+        let host = Host::open(&station)?;
+        let mut line = Line::of(&self.station.controller.devices, &station)?;
         let mut why = self.why.then(|| {
             let is_virtual = report.about.machine.virtual_machine;
             Watch::begin(self.core, is_virtual, flags.process.clone())
@@ -248,6 +251,9 @@ impl Bench<'_> {
             if let Some(why) = &mut why {
                 why.settle(&mut tally.black_box);
             }
+            if let Some(line) = &mut line {
+                line.look();
+            }
             host.drain_events(|_| ());
             for frame in frames.try_iter().filter(|frame| frame.live) {
                 report
@@ -277,6 +283,11 @@ impl Bench<'_> {
                 saved = Instant::now();
             }
             if over {
+                if let Some(told) = line.as_ref().map(Line::told)
+                    && !report.about.notes.contains(&told)
+                {
+                    report.about.notes.push(told);
+                }
                 if let Some(why) = why {
                     why.end(&mut tally.black_box, report);
                 }

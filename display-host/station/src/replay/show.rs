@@ -145,6 +145,7 @@ fn window_config(station: &Station, path: &Path, view: &Arc<Mutex<ReplayView>>) 
         instructor: false,
         replay: Some(view.clone()),
         recording: None,
+        patch: None,
     }
 }
 

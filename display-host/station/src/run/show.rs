@@ -144,6 +144,7 @@ impl<'a> Started<'a> {
             instructor: false,
             replay: None,
             recording: self.recording.as_ref().map(Recording::health),
+            patch: None,
         }
     }
 }

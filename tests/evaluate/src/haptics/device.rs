@@ -29,6 +29,8 @@ pub(super) struct Device {
     pub(super) lost: f64,
     /// Largest delay of a sample, ticks.
     pub(super) late: u32,
+    /// Time from a sample to the tick that takes it, s; a tick at most.
+    pub(super) wait_s: f64,
 }
 
 impl Device {
@@ -43,6 +45,7 @@ impl Device {
         every: 1,
         lost: 0.0,
         late: 0,
+        wait_s: 0.0,
     };
     /// The emulated Touch.
     pub(super) const TOUCH: Self = Self {
@@ -99,6 +102,8 @@ pub(super) struct Loop {
     tick: u32,
     /// Samples on their way: tick of arrival, and position.
     samples: Vec<(u32, f64)>,
+    /// Places in the steps of the last tick, the newest last.
+    past_m: VecDeque<f64>,
     random: u64,
     /// Work of the motors on the handle, J.
     pub(super) motor_j: f64,
@@ -115,6 +120,7 @@ impl Loop {
             acting_n: 0.0,
             tick: 0,
             samples: Vec::new(),
+            past_m: VecDeque::from(vec![x_m; SUBSTEPS as usize]),
             random: 0x9e37_79b9_7f4a_7c15,
             motor_j: 0.0,
         }
@@ -125,7 +131,9 @@ impl Loop {
         if self.tick.is_multiple_of(self.device.every) && self.draw() >= self.device.lost {
             let late = (self.draw() * f64::from(self.device.late + 1)) as u32;
             let step = self.device.encoder_m;
-            let x_m = (self.x_m / step).round() * step;
+            let waited = ((self.device.wait_s / STEP_S).round() as usize).min(SUBSTEPS as usize);
+            let before = self.past_m.iter().rev().nth(waited.wrapping_sub(1));
+            let x_m = (before.unwrap_or(&self.x_m) / step).round() * step;
             self.samples.push((self.tick + late, x_m));
         }
         // Take the newest of the samples that have arrived. Older ones that arrive later are thrown
@@ -144,6 +152,8 @@ impl Loop {
         self.coming.push_back((delay, force_n.clamp(-peak, peak)));
         let mass_kg = self.device.mass_kg + self.hand.mass_kg;
         for _ in 0..SUBSTEPS {
+            self.past_m.pop_front();
+            self.past_m.push_back(self.x_m);
             while let Some(&(0, force_n)) = self.coming.front() {
                 self.acting_n = force_n;
                 self.coming.pop_front();
@@ -224,5 +234,28 @@ mod tests {
             handle.tick(1.0, 0.0, 0.0);
         }
         assert!((350..700).contains(&fresh), "{fresh}");
+    }
+
+    #[test]
+    fn a_sample_that_waited_shows_where_the_handle_was() {
+        let at = |wait_s: f64| {
+            let device = Device {
+                wait_s,
+                encoder_m: 1e-9,
+                ..Device::BARE
+            };
+            let mut handle = Loop::new(device, Hand::NONE, 0.0);
+            (0..10).for_each(|_| handle.tick(1.0, 0.0, 0.0));
+            let sample = handle.sample().unwrap();
+            // At 1 N on 45 g the handle is at a t² / 2.
+            let expected = 0.5 / 0.045 * (0.01 - wait_s) * (0.01 - wait_s);
+            assert!(
+                (sample / expected - 1.0).abs() < 0.02,
+                "{wait_s} {sample} {expected}"
+            );
+            sample
+        };
+        let places = [0.0, 0.25e-3, 0.5e-3, 1e-3].map(at);
+        assert!(places.iter().rev().is_sorted(), "{places:?}");
     }
 }

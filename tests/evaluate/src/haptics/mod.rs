@@ -9,7 +9,7 @@ mod trial;
 
 use rt_core::state::State;
 
-pub(crate) use report::{chart, csv, section};
+pub(crate) use report::{chart, csv, section, waits_csv};
 
 use crate::methods::Parts;
 use device::{Device, Hand};
@@ -180,6 +180,45 @@ pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
     bench.response(delayed(Device::TOUCH, 2.0))?;
     Ok(bench.rows)
 }
+
+/// Tests walls with samples that wait for the tick: what is gained if ticks follow the device.
+///
+/// # Errors
+/// The message of the scene's check.
+pub(crate) fn waits(quick: bool) -> Result<Vec<Row>, String> {
+    let mut bench = Bench {
+        state: Box::new(State::new()),
+        rows: Vec::new(),
+        // Finer than that of the other walls, because the gain is a few percent.
+        ratio: if quick { 1.25 } else { 1.05 },
+    };
+    let viscous = Device {
+        damping_n_s_m: 0.5,
+        ..Device::BARE
+    };
+    for device in [viscous, Device::TOUCH] {
+        for delay_ms in [0.0, 1.0] {
+            eprintln!("haptics: waits, delay {delay_ms} ms");
+            for wait_ms in WAITS_MS {
+                let device = Device {
+                    delay_s: delay_ms * 1e-3,
+                    wait_s: wait_ms * 1e-3,
+                    ..device
+                };
+                for kind in [LawKind::Ours, LawKind::Hooke] {
+                    for hand in [Hand::RELAXED, Hand::FIRM] {
+                        bench.wall(kind, hand, device)?;
+                    }
+                }
+            }
+        }
+    }
+    Ok(bench.rows)
+}
+
+/// Waits that are tried, ms: just after the arrival, as `--follow-device` aims at; the median and
+/// the longest of ticks that do not follow.
+const WAITS_MS: [f64; 3] = [0.05, 0.5, 1.0];
 
 struct Bench {
     state: Box<State>,

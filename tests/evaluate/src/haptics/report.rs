@@ -45,6 +45,28 @@ stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_
     text
 }
 
+/// Rows of walls with samples that wait for the tick.
+pub(crate) fn waits_csv(rows: &[Row]) -> String {
+    let mut text =
+        "law,hand,device,delay_ms,wait_ms,stable_up_to_n_m,rendered_n_m,swing_mm,given_mj\n"
+            .to_owned();
+    for r in rows {
+        text += &format!(
+            "\"{}\",{},{},{},{},{:.1},{:.1},{:.4},{:.4}\n",
+            r.kind.name(),
+            r.hand.name,
+            device(r),
+            r.device.delay_s * 1e3,
+            r.device.wait_s * 1e3,
+            r.stiffness_n_m,
+            r.rendered_n_m,
+            r.outcome.swing_m * 1e3,
+            r.outcome.given_j * 1e3,
+        );
+    }
+    text
+}
+
 /// Name of a column of the map: the delay, and what is unusual about the samples.
 fn column(r: &Row) -> String {
     let d = &r.device;

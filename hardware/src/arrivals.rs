@@ -26,7 +26,7 @@ const DIFFER: usize = 5;
 
 /// Pattern of arrivals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Pattern {
+pub enum Pattern {
     /// An FTDI adapter's timer at its default.
     Ftdi,
     /// Batches of this many samples, in tenths, every so many µs.
@@ -42,7 +42,8 @@ pub(super) enum Pattern {
 
 impl Pattern {
     /// Key in JSON.
-    pub(super) const fn name(self) -> &'static str {
+    #[must_use]
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Ftdi => "ftdi-timer",
             Self::Batches { .. } => "batches",
@@ -51,7 +52,8 @@ impl Pattern {
     }
 
     /// The pattern, and the setting that ends it on the line `tty`.
-    pub(super) fn in_words(self, tty: &Path) -> String {
+    #[must_use]
+    pub fn in_words(self, tty: &Path) -> String {
         let tty = tty.canonicalize().unwrap_or_else(|_| tty.to_owned());
         let tty = tty
             .file_name()
@@ -86,7 +88,7 @@ struct Batch {
 
 /// Arrivals of a line's samples.
 #[derive(Debug, Default)]
-pub(super) struct Arrivals {
+pub struct Arrivals {
     batches: Vec<Batch>,
     samples: u64,
     found: Option<Pattern>,
@@ -94,7 +96,7 @@ pub(super) struct Arrivals {
 
 impl Arrivals {
     /// Takes `samples` that arrived at `at_ns`.
-    pub(super) fn take(&mut self, samples: u64, at_ns: u64) {
+    pub fn take(&mut self, samples: u64, at_ns: u64) {
         if samples == 0 {
             return;
         }
@@ -121,7 +123,8 @@ impl Arrivals {
     }
 
     /// Pattern of the last window.
-    pub(super) const fn found(&self) -> Option<Pattern> {
+    #[must_use]
+    pub const fn found(&self) -> Option<Pattern> {
         self.found
     }
 }

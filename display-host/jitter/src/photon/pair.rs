@@ -1,0 +1,153 @@
+//! Finds for each change of the square the picture and the light that followed.
+
+/// A change of the square, asked for, handed over, or seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Change {
+    /// Time, ns.
+    pub at_ns: u64,
+    /// True if the square is bright from now on.
+    pub bright: bool,
+}
+
+/// Changes that were asked for, with what followed.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Pairs {
+    /// Times from a change to the picture's handing over, ns.
+    pub to_picture_ns: Vec<u64>,
+    /// Times from a change to its light, ns.
+    pub to_light_ns: Vec<u64>,
+    /// Times of these changes, ns.
+    pub seen_at_ns: Vec<u64>,
+    /// Times from handing over to light, ns; negative if a sensor is quicker than a driver's call.
+    pub picture_to_light_ns: Vec<i64>,
+    /// Changes whose light was not seen.
+    pub unseen: u64,
+    /// Changes that came too close to another.
+    pub crowded: u64,
+    /// True if the sensor says dark where the square is bright.
+    pub inverted: bool,
+}
+
+impl Pairs {
+    /// Changes that count.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.to_light_ns.len() as u64 + self.unseen
+    }
+}
+
+/// Pairs changes with what followed within `longest_ns`. All three are in the order of time.
+/// Changes closer together than that cannot be told apart, so they are left out.
+#[must_use]
+pub fn pair(asked: &[Change], handed: &[Change], light: &[Change], longest_ns: u64) -> Pairs {
+    let plain = pair_by(asked, handed, light, longest_ns, false);
+    let inverted = pair_by(asked, handed, light, longest_ns, true);
+    match inverted.to_light_ns.len() > plain.to_light_ns.len() {
+        true => inverted,
+        false => plain,
+    }
+}
+
+fn pair_by(
+    asked: &[Change],
+    handed: &[Change],
+    light: &[Change],
+    longest_ns: u64,
+    inverted: bool,
+) -> Pairs {
+    let mut pairs = Pairs {
+        inverted,
+        ..Pairs::default()
+    };
+    let follows = |of: &[Change], change: &Change, inverted: bool| {
+        let bright = change.bright != inverted;
+        let until_ns = change.at_ns + longest_ns;
+        let first = of.partition_point(|it| it.at_ns < change.at_ns);
+        let mut later = of.get(first..).unwrap_or_default().iter();
+        let found = later.find(|it| it.bright == bright)?;
+        (found.at_ns < until_ns).then_some(found.at_ns)
+    };
+    for (i, change) in asked.iter().enumerate() {
+        let is_close = |other: Option<&Change>| {
+            other.is_some_and(|other| other.at_ns.abs_diff(change.at_ns) < longest_ns)
+        };
+        let before = i.checked_sub(1).and_then(|i| asked.get(i));
+        if is_close(before) || is_close(asked.get(i + 1)) {
+            pairs.crowded += 1;
+            continue;
+        }
+        let picture_ns = follows(handed, change, false);
+        if let Some(at_ns) = picture_ns {
+            pairs.to_picture_ns.push(at_ns - change.at_ns);
+        }
+        match follows(light, change, inverted) {
+            Some(at_ns) => {
+                pairs.to_light_ns.push(at_ns - change.at_ns);
+                pairs.seen_at_ns.push(change.at_ns);
+                if let Some(picture_ns) = picture_ns {
+                    let since = i128::from(at_ns) - i128::from(picture_ns);
+                    pairs.picture_to_light_ns.push(since as i64);
+                }
+            }
+            None => pairs.unseen += 1,
+        }
+    }
+    pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+    const LONGEST_NS: u64 = 400 * MS;
+
+    /// Changes at these times, ms, alternating from bright.
+    fn changes(at_ms: &[u64]) -> Vec<Change> {
+        let change = |(i, ms): (usize, &u64)| Change {
+            at_ns: ms * MS,
+            bright: i % 2 == 0,
+        };
+        at_ms.iter().enumerate().map(change).collect()
+    }
+
+    #[test]
+    fn each_change_has_its_picture_and_its_light() {
+        let asked = changes(&[1000, 1500, 2000, 2500]);
+        let handed = changes(&[1010, 1512, 2008, 2511]);
+        let light = changes(&[1031, 1530, 2007, 2530]);
+        let pairs = pair(&asked, &handed, &light, LONGEST_NS);
+        assert_eq!(pairs.to_picture_ns, [10, 12, 8, 11].map(|ms| ms * MS));
+        assert_eq!(pairs.to_light_ns, [31, 30, 7, 30].map(|ms| ms * MS));
+        assert_eq!(pairs.picture_to_light_ns[2], -(MS as i64));
+        assert_eq!((pairs.unseen, pairs.crowded, pairs.count()), (0, 0, 4));
+    }
+
+    #[test]
+    fn a_sensor_that_says_dark_for_bright_is_noticed() {
+        let asked = changes(&[1000, 1500, 2000]);
+        let light: Vec<Change> = changes(&[1031, 1530, 2033])
+            .into_iter()
+            .map(|it| Change {
+                bright: !it.bright,
+                ..it
+            })
+            .collect();
+        let inverted = pair(&asked, &[], &light, LONGEST_NS);
+        assert!(inverted.inverted && inverted.to_light_ns.len() == 3);
+        let plain = pair(&asked, &[], &changes(&[1031, 1530, 2033]), LONGEST_NS);
+        assert!(!plain.inverted && plain.to_light_ns.len() == 3);
+    }
+
+    #[test]
+    fn what_is_close_to_another_or_never_seen_is_counted_apart() {
+        let asked = changes(&[1000, 1100, 2000, 3000]);
+        // The light of the last comes too late to be its own.
+        let light = changes(&[1030, 1130, 2020, 3400]);
+        let pairs = pair(&asked, &[], &light, LONGEST_NS);
+        assert_eq!(pairs.to_light_ns, [20 * MS]);
+        assert_eq!(pairs.seen_at_ns, [2000 * MS]);
+        assert_eq!((pairs.unseen, pairs.crowded, pairs.count()), (1, 2, 2));
+        assert!(pairs.to_picture_ns.is_empty() && pairs.picture_to_light_ns.is_empty());
+    }
+}

@@ -1,0 +1,246 @@
+//! `calot photon` with emulated light sensors that look at the pixels of a virtual screen: one at a
+//! sound card, one on a board that speaks the rig protocol.
+
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use bytemuck::Zeroable as _;
+use display_host::latency::now_ns;
+use serde_json::Value;
+use shared_mem::message::HandMsg;
+use shared_mem::service::{HandSender, Station};
+use shared_mem::words::Switches;
+use system_tests::screen::VirtualScreen;
+use system_tests::{calot, compiled, documents, said, station_name, turn, wait_until};
+
+use crate::launcher::screen;
+
+/// Samples of the emulated sound card per second.
+const RATE_HZ: u64 = 48_000;
+/// Delay that the emulated diodes add, ms. The measurement must find it.
+const DIODE_MS: u64 = 40;
+
+/// Command that measures briefly, in a window of this screen.
+fn photon(screen: &VirtualScreen, out: &Path) -> Command {
+    let mut command = calot();
+    command
+        .args(["photon", "--seconds", "10", "--longest", "1500", "--json"])
+        .args(["--station", &station_name("photon"), "--size", "640x480"])
+        .arg("--out")
+        .arg(out)
+        .env("DISPLAY", &screen.display)
+        .env_remove("WAYLAND_DISPLAY");
+    command
+}
+
+/// A photodiode on the screen: tells what the screen showed a while ago.
+struct Diode<'a> {
+    screen: &'a VirtualScreen,
+    seen: Vec<(Instant, bool)>,
+    bright: bool,
+}
+
+impl<'a> Diode<'a> {
+    fn on(screen: &'a VirtualScreen) -> Self {
+        Self {
+            screen,
+            seen: Vec::new(),
+            bright: false,
+        }
+    }
+
+    /// State of the diode now. It lies on the three places at once: only one of them ever changes.
+    fn is_bright(&mut self) -> bool {
+        let now = Instant::now();
+        let bright = [30, 240, 450]
+            .into_iter()
+            .any(|y| self.screen.is_white(30, y));
+        self.seen.push((now, bright));
+        let then = now.checked_sub(Duration::from_millis(DIODE_MS));
+        let due = self.seen.partition_point(|it| Some(it.0) <= then);
+        if let Some((_, bright)) = self.seen.drain(..due).next_back() {
+            self.bright = bright;
+        }
+        self.bright
+    }
+}
+
+/// Asserts that every row has its light, the diode's delay after its picture.
+fn assert_seen(json: &Value, kind: &str, rows: &[(&str, &str)]) {
+    documents::check(json);
+    assert_eq!(json["complete"], true, "{json:#}");
+    assert_eq!(json["sensor"]["kind"], kind);
+    assert!(json["screen"]["presentation_ms"].is_null());
+    assert!(
+        json["screen"]["present_mode"]
+            .as_str()
+            .is_some_and(|it| it.starts_with("Fifo"))
+    );
+    let places = json["places"].as_array().expect("places");
+    let names: Vec<_> = places
+        .iter()
+        .map(|it| (it["place"].as_str().unwrap(), it["from"].as_str().unwrap()))
+        .collect();
+    assert_eq!(names, rows);
+    for row in places.iter().filter(|row| row["from"] == "tick") {
+        assert!(row["changes"].as_u64().is_some_and(|n| n >= 2), "{row}");
+        let of = |key: &str, what: &str| row[key][what].as_f64().expect("a time");
+        let since_ms = of("picture_to_light_ms", "median");
+        // The screen shows the picture shortly before the driver's call returns. A busy machine may
+        // look late.
+        let diode_ms = DIODE_MS as f64;
+        assert!(
+            (diode_ms - 20.0..diode_ms + 60.0).contains(&since_ms),
+            "{row}"
+        );
+        assert!(
+            of("to_light_ms", "median") > of("to_picture_ms", "median"),
+            "{row}"
+        );
+        assert!(
+            of("to_light_ms", "max") >= of("to_light_ms", "median"),
+            "{row}"
+        );
+    }
+}
+
+/// The child's answer. The test fails with its words if it failed.
+fn answer(child: Child) -> Value {
+    let output = child.wait_with_output().expect("it ran");
+    assert!(output.status.success(), "{}", said(&output));
+    serde_json::from_slice(&output.stdout).expect("--json prints JSON")
+}
+
+#[test]
+fn a_diode_at_a_sound_card_sees_the_tick_and_the_motion() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(screen) = screen(folder.path()) else {
+        return;
+    };
+    let out = folder.path().join("out");
+    let mut child = photon(&screen, &out)
+        .args(["--audio", "-", "--place", "top,bottom"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut card = child.stdin.take().expect("a pipe");
+    let (mut diode, begun, mut sent) = (Diode::on(&screen), Instant::now(), 0);
+    while child.try_wait().expect("a child").is_none() {
+        let due = begun.elapsed().as_micros() as u64 * RATE_HZ / 1_000_000;
+        let level: i16 = if diode.is_bright() { 9000 } else { -9000 };
+        let block: Vec<u8> = (sent..due).flat_map(|_| level.to_le_bytes()).collect();
+        sent = due;
+        // The program closes its end when it has measured.
+        let _ = card.write_all(&block);
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let json = answer(child);
+    let rows = [
+        ("top", "tick"),
+        ("top", "motion"),
+        ("bottom", "tick"),
+        ("bottom", "motion"),
+    ];
+    assert_seen(&json, "sound", &rows);
+    let page = std::fs::read_to_string(out.join("photon.html")).expect("a page");
+    assert!(page.contains("top, from tick") && page.contains("<svg"));
+}
+
+#[test]
+fn a_diode_on_a_board_of_the_rig_protocol_sees_the_tick() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(screen) = screen(folder.path()) else {
+        return;
+    };
+    // A pedal of its own, whose switch follows the diode.
+    let name = station_name("board");
+    let board = folder.path().join("board");
+    let mut pedal = calot()
+        .args([
+            "emulate",
+            "--hand",
+            "parked",
+            "--gamepad",
+            "off",
+            "--station",
+            &name,
+        ])
+        .arg("--dir")
+        .arg(&board)
+        .args(["--scene", &compiled("built-in", None)])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    wait_until("the board", || board.join("pedal").exists());
+    let over = AtomicBool::new(false);
+    let json = std::thread::scope(|scope| {
+        let (screen, over, name) = (&screen, &over, &name);
+        scope.spawn(move || {
+            let station = Station::new(name).expect("a name");
+            let sender = HandSender::open(&station).expect("nobody else leads");
+            let (mut diode, began_ns) = (Diode::on(screen), now_ns());
+            while !over.load(Ordering::Relaxed) {
+                let switches = match diode.is_bright() {
+                    true => Switches::COAGULATE.bits(),
+                    false => 0,
+                };
+                sender.send(HandMsg {
+                    at_ns: now_ns(),
+                    began_ns,
+                    switches,
+                    ..HandMsg::zeroed()
+                });
+                std::thread::sleep(Duration::from_millis(2));
+            }
+        });
+        let child = photon(screen, &folder.path().join("out"))
+            .arg("--board")
+            .arg(board.join("pedal"))
+            .args(["--place", "middle"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let output = child.wait_with_output().expect("it ran");
+        over.store(true, Ordering::Relaxed);
+        assert!(output.status.success(), "{}", said(&output));
+        serde_json::from_slice::<Value>(&output.stdout).expect("--json prints JSON")
+    });
+    let _ = pedal.kill();
+    let _ = pedal.wait();
+    assert_seen(&json, "board", &[("middle", "tick"), ("middle", "motion")]);
+}
+
+#[test]
+fn a_blind_sensor_is_told_what_the_square_did() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(screen) = screen(folder.path()) else {
+        return;
+    };
+    let mut child = photon(&screen, &folder.path().join("out"))
+        .args(["--audio", "-", "--patience", "6"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    // A card that is silent.
+    let card = child.stdin.take();
+    let output = child.wait_with_output().expect("it ran");
+    drop(card);
+    assert!(!output.status.success());
+    let words = said(&output);
+    assert!(
+        words.contains("the sensor did not see the square (top): it told 0 changes of light"),
+        "{words}"
+    );
+}

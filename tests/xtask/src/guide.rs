@@ -1,0 +1,178 @@
+//! `cargo xtask jitter guide`: measures every figure of time in the guide for latency testers, and
+//! writes it there.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+use crate::steps::step;
+
+/// Turns of each option.
+const TURNS: usize = 5;
+/// Options that take turns with each other and with none: name, and words of `calot jitter`.
+const KINDS: [(&str, &[&str]); 3] = [
+    ("without", &[]),
+    ("why", &["--why"]),
+    ("follow", &["--follow-device"]),
+];
+/// Figures of the table: name, row and column of `jitter.csv`, and unit in ns.
+const FIGURES: [(&str, &str, &str); 6] = [
+    ("wake-up p50, µs", "wake_latency_ns", "p50"),
+    ("wake-up p99, µs", "wake_latency_ns", "p99"),
+    ("whole tick p50, µs", "tick_ns", "p50"),
+    ("whole tick p99, µs", "tick_ns", "p99"),
+    ("motion to force p50, µs", "motion_to_force_ns", "p50"),
+    ("motion to force p99, µs", "motion_to_force_ns", "p99"),
+];
+/// Name of the last row.
+const MISSED: &str = "missed in a million periods";
+/// File of the table.
+const FILE: &str = "tests/results/guide.csv";
+const FOLDER: &str = "target/jitter/guide";
+
+/// A run's `jitter.csv`: values by row and column.
+type Run = BTreeMap<(String, String), f64>;
+
+/// Measures, and rewrites the tables. `args` are the seconds of a turn, and a program that is built
+/// already.
+pub(crate) fn measure(args: &[String]) -> Result<(), String> {
+    let seconds = args.first().map_or("12", String::as_str);
+    let program = match args.get(1) {
+        Some(program) => program.clone(),
+        None => {
+            step("build", &["build", "--locked", "--release", "-p", "calot"])?;
+            let target = std::env::var("CARGO_TARGET_DIR").unwrap_or_else(|_| "target".to_owned());
+            format!("{target}/release/calot")
+        }
+    };
+    let mut runs: [Vec<Run>; KINDS.len()] = Default::default();
+    for turn in 0..TURNS {
+        // Each turn begins with another one, so that none always follows a rest.
+        for i in 0..KINDS.len() {
+            let of = (turn + i) % KINDS.len();
+            if let (Some((name, words)), Some(runs)) = (KINDS.get(of), runs.get_mut(of)) {
+                let out = format!("{FOLDER}/{name}-{turn}");
+                runs.push(run(&program, seconds, words, &out)?);
+            }
+        }
+    }
+    let table = table(&runs).ok_or("a run lacks a figure of the table")?;
+    std::fs::write(FILE, table).map_err(|error| format!("{FILE}: {error}"))?;
+    println!("wrote {FILE}");
+    step(
+        "tables",
+        &["run", "--locked", "-q", "-p", "evaluate", "--", "tables"],
+    )
+}
+
+fn run(program: &str, seconds: &str, words: &[&str], out: &str) -> Result<Run, String> {
+    println!("\n== {out}");
+    let status = Command::new(program)
+        .args(["jitter", "--scene", "triangle", "--seconds", seconds])
+        .args(["--station", "jitter-guide", "--overwrite", "--out", out])
+        .args(words)
+        .status()
+        .map_err(|error| format!("{program}: {error}"))?;
+    if !status.success() {
+        return Err(format!("{out}: {program} failed ({status})"));
+    }
+    let path = Path::new(out).join("jitter.csv");
+    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(read(&text))
+}
+
+/// Reads a `jitter.csv`.
+fn read(text: &str) -> Run {
+    let mut lines = text.lines().map(|line| line.split(','));
+    let header: Vec<&str> = lines.next().into_iter().flatten().collect();
+    let mut run = Run::new();
+    for mut cells in lines {
+        let name = cells.next().unwrap_or_default();
+        for (column, cell) in header.iter().skip(1).zip(cells) {
+            if let Ok(value) = cell.parse() {
+                run.insert((name.to_owned(), (*column).to_owned()), value);
+            }
+        }
+    }
+    run
+}
+
+fn missed(run: &Run) -> Option<f64> {
+    let count = |name: &str| run.get(&(name.to_owned(), "count".to_owned()));
+    let (missed, ticks) = (count("deadline_misses")?, count("ticks")?);
+    Some(missed / (ticks + missed) * 1e6)
+}
+
+/// The table: medians of the turns, and medians of the ratios within a turn.
+fn table(runs: &[Vec<Run>; KINDS.len()]) -> Option<String> {
+    let mut text = "figure,without,why,why_ratio,follow,follow_ratio\n".to_owned();
+    let mut row = |name: &str, of: &dyn Fn(&Run) -> Option<f64>| {
+        let values = |runs: &Vec<Run>| runs.iter().map(of).collect::<Option<Vec<f64>>>();
+        let [without, why, follow] = runs.each_ref().map(values);
+        let (without, why, follow) = (without?, why?, follow?);
+        let ratio = |other: &[f64]| {
+            let ratios = other.iter().zip(&without).map(|(b, a)| b / a);
+            median(ratios.collect())
+        };
+        let (why_ratio, follow_ratio) = (ratio(&why)?, ratio(&follow)?);
+        let [without, why, follow] = [without, why, follow].map(median);
+        text += &format!(
+            "\"{name}\",{:.1},{:.1},{why_ratio:.3},{:.1},{follow_ratio:.3}\n",
+            without?, why?, follow?
+        );
+        Some(())
+    };
+    for (name, line, column) in FIGURES {
+        let key = (line.to_owned(), column.to_owned());
+        row(name, &|run| run.get(&key).map(|ns| ns / 1e3))?;
+    }
+    row(MISSED, &missed)?;
+    Some(text)
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A run whose times are `times` a hundred microseconds.
+    fn of(times: f64) -> Run {
+        let ns = times * 1e5;
+        let mut text = "name,count,p50,p90,p99\n".to_owned();
+        for name in ["wake_latency_ns", "tick_ns", "motion_to_force_ns"] {
+            text += &format!("{name},1000,{ns},{ns},{}\n", 2.0 * ns);
+        }
+        text += "ticks,999000,,,\n";
+        text += &format!("deadline_misses,{},,,\n", 1000.0 * times);
+        read(&text)
+    }
+
+    #[test]
+    fn the_table_has_medians_and_the_medians_of_ratios_within_a_turn() {
+        // One turn of five was slow for all three: the ratios do not see it.
+        let turns = [1.0, 1.0, 7.0, 1.0, 1.0];
+        let runs = [1.0, 2.0, 0.5].map(|k| turns.iter().map(|turn| of(k * turn)).collect());
+        let table = table(&runs).unwrap();
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!(lines.len(), 1 + 7);
+        assert_eq!(lines[1], "\"wake-up p50, µs\",100.0,200.0,2.000,50.0,0.500");
+        assert_eq!(
+            lines[6],
+            "\"motion to force p99, µs\",200.0,400.0,2.000,100.0,0.500"
+        );
+        assert!(
+            lines[7].starts_with("\"missed in a million periods\",1000.0,"),
+            "{table}"
+        );
+    }
+
+    #[test]
+    fn a_run_without_a_figure_makes_no_table() {
+        let runs = [of(1.0), Run::new(), of(1.0)].map(|run| vec![run]);
+        assert_eq!(table(&runs), None);
+    }
+}
