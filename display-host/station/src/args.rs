@@ -14,7 +14,8 @@ use crate::problem::Problem;
 use crate::say;
 
 /// Tasks that need duct, artery and layered tissue.
-pub(crate) const IN_TRIANGLE: [&str; 5] = ["identify", "clamp", "cut", "disconnect", "full"];
+pub(crate) const IN_TRIANGLE: [&str; 6] =
+    ["basics", "identify", "clamp", "cut", "disconnect", "full"];
 
 /// Scene to run.
 #[derive(Debug, Clone, Default, Args)]

@@ -2,8 +2,8 @@
 
 use display_host::ui::TaskNote;
 use display_host::ui::launcher::{
-    Asking, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, MetricRow, Points,
-    Running, Screen, Start, StartForm, Wish, launcher,
+    Asking, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, LessonView, MetricRow,
+    Points, Running, Screen, Start, StartForm, Wish, launcher,
 };
 use display_host::words::{Language, Words};
 use egui::Key;
@@ -98,13 +98,16 @@ fn debrief() -> Debrief {
         outcome: "failed".into(),
         reasons: vec![assess::Reason::TooLong { seconds: 600.0 }],
         score: 61.0,
-        alarms: vec![(
-            75.5,
-            TaskNote {
+        lessons: vec![LessonView {
+            note: TaskNote {
                 kind: "burnt".into(),
                 organ: Some("liver".into()),
             },
-        )],
+            moments: vec![[75.5, 80.0], [90.0, 94.5]],
+            close: None,
+        }],
+        lost: vec![("blood_ml".into(), 4.5)],
+        can_replay: true,
         metrics: vec![
             MetricRow {
                 name: "time_s".into(),
@@ -387,7 +390,8 @@ fn a_debrief_tells_outcome_errors_and_what_counts() {
         "Failed",
         "Score: 61 of 100",
         "it took longer than 600 s",
-        "1:15  burnt: liver",
+        "burnt: liver  2×",
+        "Blood loss: −4.5 points",
         "yesterday  Passed, Score: 88 of 100",
         "700 s",
         "≤ 600 s",
@@ -398,6 +402,28 @@ fn a_debrief_tells_outcome_errors_and_what_counts() {
     ] {
         assert!(desk.query_all_by_label(told).count() > 0, "{told}");
     }
+}
+
+#[test]
+fn an_error_is_replayed_where_it_was_recorded() {
+    let mut desk = harness(Screen::Debrief(debrief()));
+    desk.run();
+    for told in [
+        "See the whole bare tip of the hook",
+        "Next time: Clip or coagulate",
+    ] {
+        assert!(desk.query_all_by_label_contains(told).count() > 0, "{told}");
+    }
+    desk.get_by_label("Replay 1:30").click();
+    desk.run();
+    assert_eq!(desk.state().wishes, [Wish::Replay(94.5)]);
+    let mut desk = harness(Screen::Debrief(Debrief {
+        can_replay: false,
+        ..debrief()
+    }));
+    desk.run();
+    assert_eq!(desk.query_all_by_label_contains("Replay").count(), 0);
+    desk.get_by_label("1:30");
 }
 
 #[test]
@@ -576,6 +602,8 @@ fn every_screen_speaks_every_language_and_fits_a_small_one() {
                 "difficulty-",
                 "outcome-",
                 "alarm-",
+                "advice-",
+                "page-",
             ] {
                 let shown = desk.query_all_by_label_contains(id).count();
                 assert_eq!(shown, 0, "{language:?}: {id}");

@@ -204,6 +204,7 @@ fn hint() -> Hint {
     Hint {
         step: Step::Free,
         advice: Advice::Take(Instrument::Hook),
+        percent: Some(40),
     }
 }
 

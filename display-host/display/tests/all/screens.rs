@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use assess::{Advice, Hint, Instrument, Metric, Reason, Step};
 use display_host::ui::feel::{View, feel};
 use display_host::ui::launcher::{
-    Asking, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, MetricRow, Points,
-    Running, Screen, Start, StartForm, launcher,
+    Asking, ClosePicture, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, LessonView,
+    MetricRow, Points, Running, Screen, Start, StartForm, launcher,
 };
 use display_host::ui::{
     Bulletin, Link, Notes, Overlay, Settings, TaskEnd, TaskNote, TaskView, TickHealth, UiState, ui,
@@ -110,6 +110,7 @@ fn debrief() -> Screen {
         passes: most.map(|most| [f64::NEG_INFINITY, most]),
         best: Some(value / 2.0),
     };
+    let close = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/close.png"));
     Screen::Debrief(Debrief {
         trainee: "Ada".into(),
         task: "full".into(),
@@ -117,13 +118,19 @@ fn debrief() -> Screen {
         outcome: "failed".into(),
         reasons: vec![unclamped()],
         score: 31.0,
-        alarms: [
+        lessons: [
             ("touched", "duodenum"),
             ("burnt", "liver"),
             ("too_early", "cystic duct"),
         ]
-        .map(|(kind, organ)| (75.5, note(kind, organ)))
+        .map(|(kind, organ)| LessonView {
+            note: note(kind, organ),
+            moments: vec![[75.5, 80.0], [90.0, 94.5]],
+            close: ClosePicture::read(&close),
+        })
         .into(),
+        lost: vec![("cautery_air_s".into(), 6.0)],
+        can_replay: true,
         metrics: vec![
             row("clips_misplaced", "n", 2.0, Some(0.0)),
             row("burn_gallbladder_j", "J", 41.0, Some(20.0)),
@@ -174,6 +181,7 @@ fn task() -> TaskView {
         hint: Some(Hint {
             step: Step::LowerBed,
             advice: Advice::Take(Instrument::Hook),
+            percent: Some(40),
         }),
         end: None,
         start: None,

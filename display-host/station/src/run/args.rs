@@ -61,8 +61,8 @@ pub(crate) struct RunArgs {
     /// changes it
     #[arg(long, value_enum, default_value_t = ScopeName::Straight, conflicts_with = "headless")]
     pub(crate) scope: ScopeName,
-    /// Language of the interface [default: that of LANG]
-    #[arg(long, value_enum, conflicts_with = "headless")]
+    /// Language of the interface and of the debrief [default: that of LANG]
+    #[arg(long, value_enum)]
     pub(crate) language: Option<LanguageName>,
     /// Play no sound
     #[arg(long)]

@@ -54,6 +54,7 @@ pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
         operation.stop();
         operation.wait();
     }
+    desk.end_replay();
     shown?;
     Ok(ExitCode::SUCCESS)
 }
@@ -71,8 +72,12 @@ struct Desk {
     operation: Option<Operation>,
     /// The newest debrief and its session's id, for a return to it.
     debrief: Option<(Debrief, String)>,
+    /// Folder of the session of the debrief.
+    folder: Option<PathBuf>,
     looked: Instant,
     opening: Option<Child>,
+    /// The replay of a moment, if any.
+    replay: Option<Child>,
     over: bool,
 }
 
@@ -106,8 +111,10 @@ impl Desk {
             form,
             operation: None,
             debrief: None,
+            folder: None,
             looked: Instant::now(),
             opening: None,
+            replay: None,
             over: false,
         };
         desk.show_start();
@@ -178,6 +185,7 @@ impl Desk {
             }
             Wish::Another => self.show_start(),
             Wish::OpenReport => self.open_report(),
+            Wish::Replay(at_s) => self.replay(at_s),
             Wish::Ask(asking) => self.ask(asking),
             Wish::Answer(_) | Wish::Previous => self.answer(&wish),
             Wish::Keep => self.keep(),
@@ -207,6 +215,7 @@ impl Desk {
     /// Starts an operation, of the expert if `watched`. If that fails, shows the reason on the
     /// start screen.
     fn begin(&mut self, watched: bool) {
+        self.end_replay();
         let form = match watched {
             true => Ok(choices::of_expert(&self.form)),
             false => self.checked(),
@@ -346,6 +355,7 @@ impl Desk {
         match found {
             Some(found) => {
                 self.debrief = Some(found);
+                self.folder = Some(operation.out.clone());
                 self.show_debrief();
             }
             None => {
@@ -377,6 +387,42 @@ impl Desk {
         }
         if let Screen::Debrief(_) = self.view.screen {
             self.show_debrief();
+        }
+    }
+
+    /// Replays a moment of the debriefed session in its own window, in place of an earlier replay.
+    fn replay(&mut self, at_s: f64) {
+        let Some(folder) = self.folder.clone() else {
+            return;
+        };
+        self.end_replay();
+        let begun = std::env::current_exe().and_then(|calot| {
+            Command::new(calot)
+                .args(["replay", "--at", &format!("{at_s:.1}"), "--language"])
+                .arg(self.form.language.code())
+                .args(["--station", &format!("replay-{}", std::process::id()), "--"])
+                .arg(folder)
+                .stdin(Stdio::null())
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+        });
+        let notice = match begun {
+            Ok(child) => {
+                self.replay = Some(child);
+                self.view.words.say("debrief-replays")
+            }
+            Err(error) => problem::of_start(&self.view.words, &error),
+        };
+        self.note(notice);
+    }
+
+    /// Ends the replay, if one runs.
+    fn end_replay(&mut self) {
+        if let Some(mut child) = self.replay.take() {
+            // It may have ended by itself.
+            let _ = child.kill();
+            let _ = child.wait();
         }
     }
 

@@ -11,12 +11,13 @@ use std::process::ExitCode;
 
 use assess::report::{Past, learning_curve};
 use assess::{Difficulty, Metric, Outcome, Rules, Task};
+use display_host::words::Words;
 use store::{Consent, Hand, OtherOwner, SessionRecord, Sheet, Store, StoreError};
 
 use self::args::{StoreArgs, StoreCommand, Table};
 use self::record::circumstances_beside;
 pub(crate) use self::record::{Made, circumstances_of, record};
-use crate::args::{NewTrainee, StoreFile};
+use crate::args::{LanguageName, NewTrainee, StoreFile};
 use crate::clock::now_unix_s;
 use crate::document;
 use crate::output::{self, Format};
@@ -355,9 +356,8 @@ fn curve(
         true => it.at_least,
         false => it.at_most,
     });
-    let unit = Metric::from_name(metric).map_or("", Metric::unit);
-    let title = format!("{metric} {unit}").trim_end().to_owned();
-    let drawn = learning_curve(&values, rule, &title).ok_or_else(|| {
+    let words = Words::new(LanguageName::or_users(None));
+    let drawn = learning_curve(&values, rule, metric, &words).ok_or_else(|| {
         format!(
             "{} session of task '{}' with {metric}: a curve needs at least two",
             values.len(),

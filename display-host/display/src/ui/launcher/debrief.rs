@@ -4,10 +4,9 @@
 use assess::Reason;
 use egui::{Grid, Key, Label, RichText, Ui};
 
-use super::{Asking, Wish, minutes, pressed, screen};
-use crate::ui::TaskNote;
+use super::lessons::{self, LessonView};
+use super::{Asking, Wish, pressed, screen};
 use crate::ui::screens::{BODY, part, title};
-use crate::ui::task::alarm;
 use crate::ui::widgets::{Mark, line, sign};
 use crate::words::Words;
 
@@ -34,8 +33,12 @@ pub struct Debrief {
     pub reasons: Vec<Reason>,
     /// Score, 0 to 100.
     pub score: f64,
-    /// Alarms: time since the task began, s, and the error.
-    pub alarms: Vec<(f64, TaskNote)>,
+    /// Errors, the gravest first.
+    pub lessons: Vec<LessonView>,
+    /// Metrics that cost points without an error in `lessons`, and these points.
+    pub lost: Vec<(String, f64)>,
+    /// True if the recording is there to be replayed.
+    pub can_replay: bool,
     /// Rows of the results.
     pub metrics: Vec<MetricRow>,
     /// Earlier comparable sessions, the oldest first.
@@ -114,10 +117,10 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     let offered = |wish: &Wish| buttons.iter().any(|(_, it)| it == wish);
     let keyed = keys.into_iter().find(|(key, _)| pressed(ui, *key));
     wishes.extend(keyed.map(|(_, wish)| wish).filter(offered));
-    screen(ui, "debrief", Some(0), &buttons, wishes, |ui, _| {
+    screen(ui, "debrief", Some(0), &buttons, wishes, |ui, wishes| {
         head(ui, words, debrief);
         if ui.available_width() < SIDE_BY_SIDE {
-            wrong(ui, words, debrief);
+            lessons::show(ui, words, debrief, wishes);
             table(ui, words, debrief);
             past(ui, words, debrief);
             return;
@@ -125,7 +128,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
         ui.columns(2, |columns| {
             if let [left, right] = columns {
                 left.vertical(|ui| {
-                    wrong(ui, words, debrief);
+                    lessons::show(ui, words, debrief, wishes);
                     past(ui, words, debrief);
                 });
                 right.vertical(|ui| table(ui, words, debrief));
@@ -171,17 +174,6 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
     }
     for warning in &debrief.warnings {
         line(ui, Mark::Care, warning);
-    }
-}
-
-fn wrong(ui: &mut Ui, words: &Words, debrief: &Debrief) {
-    part(ui, &words.say("debrief-errors"));
-    if debrief.alarms.is_empty() {
-        line(ui, Mark::Good, &words.say("debrief-no-errors"));
-    }
-    for (at_s, note) in &debrief.alarms {
-        let text = format!("{}  {}", minutes(*at_s), alarm(words, note));
-        line(ui, Mark::Bad, &text);
     }
 }
 

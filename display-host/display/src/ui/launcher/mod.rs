@@ -3,12 +3,14 @@
 
 mod debrief;
 mod failed;
+mod lessons;
 mod points;
 mod running;
 mod start;
 
 pub use debrief::{Debrief, Earlier, MetricRow};
 pub use failed::Failed;
+pub use lessons::{ClosePicture, LessonView};
 pub use points::{Asking, Points};
 pub use running::Running;
 pub use start::{DeviceLine, DeviceState, Start, StartForm};
@@ -62,6 +64,8 @@ pub enum Wish {
     AgainEmulated,
     /// Return to the start screen.
     Another,
+    /// Replay this moment of the recording, s.
+    Replay(f64),
     /// Open the full report.
     OpenReport,
     /// Open the questionnaire or the sheet.
