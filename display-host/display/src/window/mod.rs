@@ -33,7 +33,7 @@ use crate::headless::{Ended, Observed, RunOutcome};
 use crate::render::camera::Scope;
 use crate::render::lens::Lens;
 use crate::sound::Sound;
-use crate::ui::{RecordingView, ReplayView, TaskView};
+use crate::ui::{Look, RecordingView, ReplayView, TaskView};
 use crate::words::Language;
 
 /// Pause between the frames of an invisible window.
@@ -64,6 +64,8 @@ pub struct WindowConfig {
     pub tick_cpu: Option<usize>,
     /// The interface's language.
     pub language: Language,
+    /// Look of the interface, and lead of mouse and keyboard.
+    pub look: Look,
     /// State of the task, updated by its assessor.
     pub task: Option<Arc<Mutex<TaskView>>>,
     /// True for an instructor's window: it shows the assessor's bulletins, and sends no commands to
@@ -105,7 +107,7 @@ pub fn run(
             &config.station,
             (!config.muted).then(|| Sound::start(config.tick_cpu)),
             config.task.clone(),
-            config.language,
+            (config.language, config.look),
         )
         .showing(config.replay.clone(), config.recording.clone())
         .watched_by_instructor(config.instructor.then_some(&config.station))?,

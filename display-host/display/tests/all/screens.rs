@@ -8,10 +8,12 @@ use assess::{Advice, Hint, Instrument, Metric, Reason, Step};
 use display_host::ui::feel::{View, feel};
 use display_host::ui::launcher::{
     Asking, ClosePicture, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, LessonView,
-    MetricRow, Points, Running, Screen, Start, StartForm, launcher,
+    LevelView, MetricRow, Points, ProgressView, Running, Screen, Start, StartForm, TaskProgress,
+    launcher,
 };
 use display_host::ui::{
-    Bulletin, Link, Notes, Overlay, Settings, TaskEnd, TaskNote, TaskView, TickHealth, UiState, ui,
+    Bulletin, Link, Look, Notes, Overlay, Settings, TaskEnd, TaskNote, TaskView, TickHealth,
+    UiState, ui,
 };
 use display_host::words::{Language, Words};
 use egui::accesskit::Role;
@@ -26,7 +28,7 @@ use crate::feel::views;
 const SIZES: [[u16; 3]; 4] = [
     [800, 600, 100],
     [1280, 720, 100],
-    [1280, 720, 150],
+    [1280, 720, 200],
     [1920, 1080, 100],
 ];
 
@@ -64,6 +66,7 @@ fn start(problem: bool) -> Screen {
             station_file: "/home/ada/station.toml".into(),
             ..StartForm::default()
         },
+        progress: Some(progress()),
         trainees: texts(&["Ada", "Bo", "Cy", "Dagmar", "Emil"]),
         tasks: texts(&[
             "identify",
@@ -102,6 +105,35 @@ fn start(problem: bool) -> Screen {
     })
 }
 
+fn progress() -> ProgressView {
+    let task = |task: &str, passes: usize| TaskProgress {
+        task: task.into(),
+        difficulty: "beginner".into(),
+        passes: [passes, 2],
+        is_proficient: passes == 2,
+    };
+    ProgressView {
+        done: [1, 12],
+        levels: vec![LevelView {
+            title: "First steps".into(),
+            tasks: vec![task("basics", 2), task("scope", 1)],
+        }],
+        next: Some(("disconnect".into(), "beginner".into())),
+    }
+}
+
+/// The first start of all.
+fn first() -> Screen {
+    let Screen::Start(usual) = start(false) else {
+        unreachable!("it is the start");
+    };
+    Screen::Start(Start {
+        is_first: true,
+        trainees: Vec::new(),
+        ..usual
+    })
+}
+
 fn debrief() -> Screen {
     let row = |name: &str, unit: &str, value: f64, most: Option<f64>| MetricRow {
         name: name.into(),
@@ -129,6 +161,7 @@ fn debrief() -> Screen {
             close: ClosePicture::read(&close),
         })
         .into(),
+        progress: Some(progress()),
         lost: vec![("cautery_air_s".into(), 6.0)],
         can_replay: true,
         metrics: vec![
@@ -146,7 +179,7 @@ fn debrief() -> Screen {
             score: 0.0,
         }],
         report: Some("/home/ada/out/debrief.html".into()),
-        warnings: texts(&["not realtime: lacks SCHED_FIFO"]),
+        machine: texts(&["not realtime: lacks SCHED_FIFO"]),
         ..Debrief::default()
     })
 }
@@ -240,6 +273,7 @@ fn screens() -> Vec<(&'static str, Shown)> {
     let goals = ["depth", "hands", "efficiency", "tissue", "autonomy"];
     vec![
         ("start", page(start(false))),
+        ("start-first", page(first())),
         ("start-problem", page(start(true))),
         ("running", page(running)),
         ("failed", page(failed)),
@@ -295,6 +329,29 @@ fn screens() -> Vec<(&'static str, Shown)> {
             }),
         ),
         ("settings", with(|state| state.settings_open = true)),
+        (
+            "contrast-left",
+            with(|state| {
+                state.settings.look.high_contrast = true;
+                state.settings.look.left_handed = true;
+                state.tip_away = Some([0.6, -0.8]);
+            }),
+        ),
+        (
+            "guide",
+            with(|state| {
+                if let Some(task) = &mut state.task_view {
+                    task.task = "basics".into();
+                    task.alarm = None;
+                    task.steps = vec![(Step::Meet, true), (Step::Coagulate, false)];
+                    task.hint = Some(Hint {
+                        step: Step::Coagulate,
+                        advice: Advice::Use(Instrument::Hook),
+                        percent: Some(40),
+                    });
+                }
+            }),
+        ),
         ("waiting", with(|state| state.link = Link::Waiting)),
         (
             "instructor",
@@ -322,12 +379,15 @@ fn harness(language: Language, shown: Shown, size: [u16; 3]) -> Harness<'static,
     let words = Words::new(language);
     let show = move |area: &mut egui::Ui, (shown, words, picture): &mut Desk| match shown {
         Shown::Launcher(screen) => {
-            area.ctx().set_zoom_factor(f32::from(text_percent) * 0.01);
             if let Screen::Start(start) = &mut **screen {
                 start.form.language = words.language();
             }
             let state = Launcher {
                 words: words.clone(),
+                look: Look {
+                    text_percent,
+                    ..Look::default()
+                },
                 screen: (**screen).clone(),
             };
             launcher(area, &state);
@@ -343,9 +403,13 @@ fn harness(language: Language, shown: Shown, size: [u16; 3]) -> Harness<'static,
                 area.ctx()
                     .load_texture("picture", red, TextureOptions::default())
             });
+            let look = Look {
+                text_percent,
+                ..state.settings.look
+            };
             state.set(Settings {
                 language: words.language(),
-                text_percent,
+                look,
                 ..Settings::default()
             });
             state.picture = Some((texture.id(), 4.0 / 3.0));

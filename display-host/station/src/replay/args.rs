@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::{LanguageName, parse_seconds, parse_station};
+use crate::args::{LanguageName, LookArgs, parse_seconds, parse_station};
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -63,6 +63,8 @@ pub(crate) struct ReplayArgs {
     /// Language of the window [default: that of LANG]
     #[arg(long, value_enum)]
     pub(crate) language: Option<LanguageName>,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
     /// Name by which other displays join the show (`calot run --attach --station NAME`)
     #[arg(long, value_name = "NAME", default_value = "replay", value_parser = parse_station)]
     pub(crate) station: String,

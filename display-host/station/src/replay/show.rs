@@ -150,6 +150,7 @@ fn window_config(
         lose_device_after: None,
         tick_cpu: None,
         language: LanguageName::or_users(args.language),
+        look: args.look.look(),
         task: None,
         instructor: false,
         replay: Some(view.clone()),

@@ -105,7 +105,10 @@ pub(super) fn read(
         warnings: problem
             .into_iter()
             .chain(unrest(&summary, words))
-            .chain(other_warnings(&summary))
+            .take(WARNINGS_MAX)
+            .collect(),
+        machine: other_warnings(&summary)
+            .into_iter()
             .take(WARNINGS_MAX)
             .collect(),
         task,
@@ -298,7 +301,7 @@ mod tests {
         assert_eq!(debrief.lost, [("blood_ml".to_owned(), 4.5)]);
         assert!(!debrief.can_replay, "there is no recording");
         assert_eq!(debrief.report, None, "there is no page in the folder");
-        assert!(!debrief.warnings[0].contains('\u{1b}'));
+        assert!(!debrief.machine[0].contains('\u{1b}'));
         let ruled = debrief.metrics.iter().take_while(|it| it.passes.is_some());
         assert!(ruled.count() >= 2, "{:?}", debrief.metrics);
         let named: std::collections::BTreeSet<_> =
@@ -313,9 +316,16 @@ mod tests {
     #[test]
     fn a_store_that_cannot_be_had_is_a_warning_to_those_who_are_in_it() {
         let folder = folder(r#"{"task": "clamp", "session": "s", "warnings": ["late"]}"#);
-        let warnings = |trainee| read_it(folder.path(), trainee).unwrap().0.warnings;
-        assert_eq!(warnings("Ada"), ["it is in use", "late"]);
-        assert_eq!(warnings(""), ["late"]);
+        let warnings = |trainee| {
+            let debrief = read_it(folder.path(), trainee).unwrap().0;
+            (debrief.warnings, debrief.machine)
+        };
+        let late = vec!["late".to_owned()];
+        assert_eq!(
+            warnings("Ada"),
+            (vec!["it is in use".to_owned()], late.clone())
+        );
+        assert_eq!(warnings(""), (Vec::new(), late));
     }
 
     #[test]

@@ -19,6 +19,7 @@ use self::record::circumstances_beside;
 pub(crate) use self::record::{Made, circumstances_of, record};
 use crate::args::{LanguageName, NewTrainee, StoreFile};
 use crate::clock::now_unix_s;
+use crate::curriculum::{self, Curriculum};
 use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
@@ -32,6 +33,15 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
     let file = &args.file;
     match &args.command {
         StoreCommand::List { name, json } => list(file, name.as_deref(), *json)?,
+        StoreCommand::Progress {
+            name,
+            curriculum,
+            json,
+        } => {
+            let curriculum = Curriculum::read(curriculum.as_deref())?;
+            progress(&file.read()?, name, &curriculum, *json)?;
+        }
+        StoreCommand::Curriculum => say::answer(curriculum::BUILT_IN.trim_end()),
         StoreCommand::Add {
             name,
             sessions,
@@ -169,6 +179,18 @@ fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
             merged.differing
         ));
     }
+    Ok(())
+}
+
+/// Prints a trainee's progress.
+fn progress(store: &Store, name: &str, curriculum: &Curriculum, json: bool) -> Result<(), Problem> {
+    let sessions = store.sessions(name, None)?;
+    let language = LanguageName::or_users(None);
+    let progress = curriculum.progress(name, &sessions, language);
+    if json {
+        return document::PROGRESS.answer(&progress);
+    }
+    progress.lines().into_iter().for_each(say::answer);
     Ok(())
 }
 

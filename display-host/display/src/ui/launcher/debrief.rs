@@ -5,6 +5,7 @@ use assess::Reason;
 use egui::{Grid, Key, Label, RichText, Ui};
 
 use super::lessons::{self, LessonView};
+use super::progress::{self, ProgressView};
 use super::{Asking, Wish, pressed, screen};
 use crate::ui::screens::{BODY, part, title};
 use crate::ui::widgets::{Mark, line, sign};
@@ -43,14 +44,18 @@ pub struct Debrief {
     pub metrics: Vec<MetricRow>,
     /// Earlier comparable sessions, the oldest first.
     pub earlier: Vec<Earlier>,
+    /// Progress of the trainee in the curriculum; `None` for a guest.
+    pub progress: Option<ProgressView>,
     /// Path of the full report, if written.
     pub report: Option<String>,
     /// True if the questionnaire was answered since the launcher started.
     pub answered: bool,
     /// Sum of the instructor's points, if given.
     pub sheet: Option<u32>,
-    /// Warnings of the run.
+    /// Warnings to the trainee.
     pub warnings: Vec<String>,
+    /// Warnings of the machine, for engineers, in English.
+    pub machine: Vec<String>,
     /// Result of the last request.
     pub notice: Option<String>,
 }
@@ -99,6 +104,8 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
         (again, Wish::Again),
         (words.say("debrief-another"), Wish::Another),
     ];
+    let next = debrief.progress.as_ref();
+    buttons.extend(next.and_then(|it| progress::button(words, it)));
     if debrief.report.is_some() {
         buttons.push((words.say("debrief-report"), Wish::OpenReport));
     }
@@ -110,6 +117,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     }
     let keys = [
         (Key::Escape, Wish::Another),
+        (Key::N, Wish::Next),
         (Key::R, Wish::OpenReport),
         (Key::Q, Wish::Ask(Asking::Questions)),
         (Key::I, Wish::Ask(Asking::Sheet)),
@@ -175,9 +183,21 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
     for warning in &debrief.warnings {
         line(ui, Mark::Care, warning);
     }
+    if !debrief.machine.is_empty() {
+        egui::CollapsingHeader::new(words.say("debrief-machine"))
+            .id_salt("machine")
+            .show(ui, |ui| {
+                for warning in &debrief.machine {
+                    line(ui, Mark::Care, warning);
+                }
+            });
+    }
 }
 
 fn past(ui: &mut Ui, words: &Words, debrief: &Debrief) {
+    if let Some(view) = &debrief.progress {
+        progress::after(ui, words, view);
+    }
     part(ui, &words.say("debrief-past"));
     if debrief.earlier.is_empty() {
         ui.label(words.say("debrief-no-past"));

@@ -1,11 +1,13 @@
 //! Screens over the picture: running task, pause, settings. Each is a pure function from the state
 //! to widgets and requests.
 
+mod guide;
 mod hud;
 mod pause;
 mod settings;
 
-pub use settings::Settings;
+pub(super) use settings::look;
+pub use settings::{Look, Settings};
 
 use egui::{FontId, Frame, Key, RichText, TextStyle, Ui};
 
