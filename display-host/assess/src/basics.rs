@@ -2,14 +2,14 @@
 //! clip, coagulate a strand. Each begins when the one before is done.
 
 use session::Movement;
-use shared_mem::message::{Event, EventMsg};
+use shared_mem::message::{Event, EventMsg, PoseMsg};
 use shared_mem::scene::OrganKind;
 
 use crate::anatomy::Anatomy;
 use crate::scope_drill::{FAR_M, MIDDLE, NEAR_M};
 use crate::step::Step;
 use crate::tally::{VIEW_HALF_RAD, is_target};
-use crate::vector::{off_sight, wide};
+use crate::vector::{axis, distance, dot, off_sight, wide};
 
 /// Organ that the camera shows and the grasper holds.
 const HELD: OrganKind = OrganKind::Gallbladder;
@@ -19,6 +19,8 @@ const CLIPPED: [OrganKind; 2] = [OrganKind::CysticDuct, OrganKind::CysticArtery]
 const TOGETHER_M: f64 = 0.12;
 /// Heat that coagulates a strand, J: 0.1 J bring 1 mm³ to 63 °C, so this is a strand of 5 mm³.
 const STRAND_J: f64 = 0.5;
+/// Way and turn of the camera that count as led, m and rad: at the start the organ is in view.
+const LED: [f64; 2] = [0.01, 0.09];
 /// Number of steps.
 const STEPS: usize = 5;
 
@@ -26,6 +28,10 @@ const STEPS: usize = 5;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Basics {
     done: usize,
+    /// Pose of the camera at the start.
+    began: Option<PoseMsg>,
+    /// True once the camera was led.
+    is_led: bool,
     /// Time for which the present step's target has been in the middle of the picture, s.
     held_s: f64,
     /// Heat in fat and connective tissue since the last step began, J.
@@ -41,7 +47,12 @@ impl Basics {
             angle <= MIDDLE * VIEW_HALF_RAD && (NEAR_M..=far_m).contains(&distance_m)
         };
         let is_held = match self.done {
-            0 => organ(anatomy, HELD).is_some_and(|it| is_middle(it.middle_m, FAR_M)),
+            0 => {
+                let began = self.began.get_or_insert(*camera);
+                self.is_led |= is_led(began, camera);
+                let held = organ(anatomy, HELD);
+                self.is_led && held.is_some_and(|it| is_middle(it.middle_m, FAR_M))
+            }
             1 => is_middle(wide(moved.tip_m), TOGETHER_M),
             _ => return,
         };
@@ -103,6 +114,13 @@ impl Basics {
         let steps = steps.into_iter().enumerate();
         steps.map(|(number, step)| (step, number < done)).collect()
     }
+}
+
+/// True if the camera went or turned from one pose to the other.
+fn is_led(from: &PoseMsg, to: &PoseMsg) -> bool {
+    let way_m = distance(wide(from.position_m), wide(to.position_m));
+    let turn_rad = dot(axis(from, 2), axis(to, 2)).clamp(-1.0, 1.0).acos();
+    way_m >= LED[0] || turn_rad >= LED[1]
 }
 
 fn organ(anatomy: &Anatomy, kind: OrganKind) -> Option<&crate::anatomy::Organ> {

@@ -203,6 +203,15 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// The step that was not done, if that is the reason.
+    #[must_use]
+    pub fn open_step(&self) -> Option<&Step> {
+        match self {
+            Self::NotDone { step } => Some(step),
+            _ => None,
+        }
+    }
+
     /// The task is not passed because of this injury.
     pub(crate) fn injured(injury: &Injury) -> Self {
         Self::Injured {

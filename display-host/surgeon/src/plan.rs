@@ -164,9 +164,10 @@ fn grasping(kind: OrganKind, share: f64, act: Act) -> [Act; 3] {
 }
 
 /// The first steps: camera, tip, grasp, clip, current.
-fn basics() -> [Act; 10] {
+fn basics() -> [Act; 11] {
     [
         Act::Take(Instrument::Grasper),
+        Act::Show(OrganKind::Stomach),
         Act::Show(OrganKind::Gallbladder),
         Act::Reach(OrganKind::Gallbladder, 0.5),
         Act::Close,

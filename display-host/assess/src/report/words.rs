@@ -16,6 +16,8 @@ pub trait Words {
     fn organ(&self, name: &str) -> String;
     /// Text of a step.
     fn step(&self, step: &Step) -> String;
+    /// Where a step begins, and in which plane it goes on.
+    fn place(&self, step: &Step) -> String;
     /// Text of a reason.
     fn reason(&self, reason: &Reason) -> String;
     /// A number with this many decimals.
@@ -62,6 +64,10 @@ pub(super) mod tests {
 
         fn step(&self, step: &Step) -> String {
             step.to_string()
+        }
+
+        fn place(&self, step: &Step) -> String {
+            format!("place of: {step}")
         }
 
         fn reason(&self, reason: &Reason) -> String {

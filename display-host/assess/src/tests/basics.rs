@@ -43,10 +43,16 @@ fn each_step_has_its_goal_and_begins_after_the_one_before() {
     let mut it = first_steps();
     let far = [0.1, 0.0, -0.05];
     assert_eq!(it.status().hint.unwrap().advice, Advice::Hold);
+    // The organ is in the middle from the start, so the camera must be led first.
+    hold(&mut it, 0.0, 3.0, far);
+    assert_eq!((done(&it), percent(&it)), (0, Some(0)));
+    let mut nearer = here(far);
+    nearer.world_from_camera.position_m[2] = -0.02;
+    it.take(&moved(3.0, nearer));
     // A grasp comes too early for the third step.
-    hold(&mut it, 0.0, 1.0, far);
+    hold(&mut it, 3.0, 1.0, far);
     it.take(&event(
-        1.0,
+        4.0,
         EventKind::Grasp.number(),
         GALLBLADDER,
         0.0,
@@ -54,33 +60,33 @@ fn each_step_has_its_goal_and_begins_after_the_one_before() {
     ));
     assert_eq!(done(&it), 0);
     assert_eq!(percent(&it), Some(66), "1 s of 1.5 s");
-    hold(&mut it, 1.1, 1.0, far);
+    hold(&mut it, 4.1, 1.0, far);
     assert_eq!(done(&it), 1, "the organ was in the middle");
     assert_eq!(it.status().hint.unwrap().step, Step::Meet);
-    hold(&mut it, 2.2, 3.0, far);
+    hold(&mut it, 5.2, 3.0, far);
     assert_eq!(done(&it), 1, "the tip is out of view");
-    hold(&mut it, 5.3, 1.7, [0.0, 0.0, -0.05]);
+    hold(&mut it, 8.3, 1.7, [0.0, 0.0, -0.05]);
     assert_eq!(done(&it), 2);
 
-    it.take(&event(7.0, EventKind::Grasp.number(), LIVER, 0.0, 3.0));
+    it.take(&event(10.0, EventKind::Grasp.number(), LIVER, 0.0, 3.0));
     assert_eq!(done(&it), 2, "another organ");
     it.take(&event(
-        7.1,
+        10.1,
         EventKind::Grasp.number(),
         GALLBLADDER,
         0.0,
         3.0,
     ));
     assert_eq!(done(&it), 3);
-    clip(&mut it, 7.2, NOTHING, 0.0, 0.0);
+    clip(&mut it, 10.2, NOTHING, 0.0, 0.0);
     assert_eq!(done(&it), 3, "a lost clip");
-    clip(&mut it, 7.3, ARTERY, 0.0, 1.0);
+    clip(&mut it, 10.3, ARTERY, 0.0, 1.0);
     assert_eq!(done(&it), 4, "either tube");
 
-    it.take(&event(7.4, EventKind::Burn.number(), FAT, 0.0, 0.2));
+    it.take(&event(10.4, EventKind::Burn.number(), FAT, 0.0, 0.2));
     assert_eq!((done(&it), percent(&it)), (4, Some(40)));
     assert!(!it.is_over());
-    it.take(&event(7.5, EventKind::Burn.number(), FAT, 0.0, 0.3));
+    it.take(&event(10.5, EventKind::Burn.number(), FAT, 0.0, 0.3));
     let status = it.status();
     assert_eq!(status.outcome, Outcome::Passed, "{:?}", status.reasons);
 }

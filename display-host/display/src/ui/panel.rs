@@ -153,7 +153,7 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
 fn too_slow(ui: &mut Ui, state: &UiState) {
     let rate = state.frames_per_second;
     if rate > 0.0 && rate < RATE_MIN && state.replay.is_none() {
-        let rate = format!("{rate:.0}").into();
+        let rate = state.words.number(rate.into(), 1).into();
         let text = state.words.say_with("slow-computer", &[("rate", rate)]);
         line(ui, Mark::Care, &text);
     }

@@ -501,6 +501,7 @@ hint-grasp = { $step }. Die Branchen öffnen, über den Rand führen und schlie�
 hint-coagulate = { $step }. Den Haken unter den Strang legen, anheben und kurze Stromstöße geben.
 guide-step = Schritt { $number } von { $of }
 guide-next = Danach: { $step }
+guide-take = Ohne haptisches Gerät M drücken: dann führen Maus und Tastatur Instrument und Kamera.
 guide-last = Danach ist es geschafft.
 guide-goal-show = Ziel: in der Bildmitte halten, bis der Balken voll ist.
 guide-goal-meet = Ziel: die Spitze in der Mitte halten, bis der Balken voll ist.

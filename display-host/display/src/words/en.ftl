@@ -501,6 +501,7 @@ hint-grasp = { $step }: open the jaws, move them over its edge, and close them.
 hint-coagulate = { $step }: lay the hook under the strand, lift it, and give short bursts of current.
 guide-step = Step { $number } of { $of }
 guide-next = Then: { $step }
+guide-take = Without a haptic device, press M: mouse and keyboard then lead instrument and camera.
 guide-last = Then you are done.
 guide-goal-show = Goal: it stays in the middle of the picture until the bar is full.
 guide-goal-meet = Goal: the tip stays in the middle until the bar is full.

@@ -34,6 +34,10 @@ impl Spoken for Words {
         Self::step(self, step)
     }
 
+    fn place(&self, step: &Step) -> String {
+        Self::place(self, step)
+    }
+
     fn reason(&self, reason: &Reason) -> String {
         Self::reason(self, reason)
     }

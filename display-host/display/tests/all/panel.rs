@@ -69,7 +69,7 @@ fn a_trainee_sees_of_the_machine_only_what_fails() {
     panel.get_by_label("Alarm: draw it out");
     panel.get_by_label("Foot pedal: connection lost; plug it in again");
     panel.get_by_label(
-        "This computer draws only 3 pictures a second: too few to train with. A graphics card helps.",
+        "This computer draws only 3.0 pictures a second: too few to train with. A graphics card helps.",
     );
     for machine in [
         "is late",

@@ -35,6 +35,8 @@ use crate::stop;
 
 /// Inner size of the window, pixels.
 const SIZE: [u32; 2] = [1180, 720];
+/// Begin of the messages that a trainee waits with; the others are an engineer's.
+const PREPARING: &str = "preparing";
 /// Interval of the search for devices.
 const LOOK_EVERY: Duration = Duration::from_secs(3);
 /// Time that the window may freeze while another program writes to the store.
@@ -409,7 +411,10 @@ impl Desk {
             watched: operation.watched,
             task: operation.form.task.clone(),
             seconds: operation.seconds().floor(),
-            said: operation.said().pop(),
+            said: operation
+                .said()
+                .pop()
+                .filter(|it| it.starts_with(PREPARING)),
             ending: operation.is_ending(),
             overdue: operation.is_overdue(),
         });

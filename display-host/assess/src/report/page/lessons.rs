@@ -8,6 +8,7 @@ use super::Page;
 use crate::report::close::{close_picture, png};
 use crate::report::lesson::Lesson;
 use crate::report::{CLOSE_MAX, Chapter};
+use crate::step::Reason;
 
 /// Largest number of times of one lesson.
 const TIMES_MAX: usize = 6;
@@ -16,12 +17,23 @@ pub(super) fn write(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     let lessons = Lesson::of(&it.alarms);
     page.heading("page-lessons");
-    if lessons.is_empty() {
+    let open = it.reasons.iter().find_map(Reason::open_step);
+    if lessons.is_empty() && open.is_none() {
         let text = page.say("page-no-alarm");
         page.add(format_args!("<p>{text}</p>"));
     }
     for (number, lesson) in lessons.iter().enumerate() {
         one(page, chapter, lesson, number < CLOSE_MAX);
+    }
+    if let Some(step) = open {
+        let [what, next, place] = [
+            page.say_with("reason-not-done", &[("step", &page.words.step(step))]),
+            page.say("page-next-time"),
+            escape(&page.words.place(step)),
+        ];
+        page.add(format_args!(
+            "<section class=\"lesson\"><div><h4>{what}</h4><p><b>{next}</b> {place}</p></div></section>"
+        ));
     }
     lost(page, chapter);
 }

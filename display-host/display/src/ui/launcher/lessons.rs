@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use assess::Reason;
 use egui::{ColorImage, Id, RichText, TextureHandle, TextureOptions, Ui};
 
 use super::debrief::Debrief;
@@ -67,12 +68,19 @@ impl ClosePicture {
 
 pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut Vec<Wish>) {
     part(ui, &words.say("debrief-errors"));
-    if debrief.lessons.is_empty() {
+    let open = debrief.reasons.iter().find_map(Reason::open_step);
+    if debrief.lessons.is_empty() && open.is_none() {
         line(ui, Mark::Good, &words.say("debrief-no-errors"));
     }
     for lesson in &debrief.lessons {
         one(ui, words, debrief, lesson, wishes);
         ui.add_space(6.0);
+    }
+    if let Some(step) = open {
+        let what = [("step", words.step(step).into())];
+        line(ui, Mark::Care, &words.say_with("reason-not-done", &what));
+        let next = words.say("page-next-time");
+        ui.label(format!("{next} {}", words.place(step)));
     }
     for (metric, points) in &debrief.lost {
         let points = words.number(*points, 1).into();

@@ -3,13 +3,14 @@
 use assess::Hint;
 use egui::{ProgressBar, RichText, Ui, vec2};
 
+use super::super::UiState;
 use super::super::sketch::{self, Sketch};
 use super::super::task::TaskView;
 use super::super::widgets::GOOD;
 use crate::words::Words;
 
 /// Name of the guided task.
-pub(super) const TASK: &str = "basics";
+const TASK: &str = "basics";
 /// Size of the moving picture, points.
 const PICTURE: [f32; 2] = [150.0, 112.0];
 /// Length of the bar, points.
@@ -19,9 +20,15 @@ const SENTENCE: f32 = 19.0;
 /// Size of the other lines, points.
 const OTHER: f32 = 15.0;
 
+/// True for a guided task with a present step.
+pub(super) fn is_of(task: &TaskView) -> bool {
+    task.task == TASK && task.hint.is_some()
+}
+
 /// Shows the present step of a guided task, only its sentence if the place is tight. Returns false
 /// if there is none.
-pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView, is_tight: bool) -> bool {
+pub(super) fn show(ui: &mut Ui, state: &UiState, task: &TaskView, is_tight: bool) -> bool {
+    let words = &state.words;
     let Some(hint) = task.hint.as_ref().filter(|_| task.task == TASK) else {
         return false;
     };
@@ -32,7 +39,12 @@ pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView, is_tight: bool) 
     ui.horizontal_top(|ui| {
         let size = vec2(PICTURE[0], PICTURE[1]);
         sketch::show(ui, Sketch::of_step(&hint.step), size, &words.hint(hint));
-        ui.vertical(|ui| told(ui, words, task, hint));
+        ui.vertical(|ui| {
+            told(ui, words, task, hint);
+            if !state.in_hand {
+                small(ui, &words.say("guide-take"));
+            }
+        });
     });
     true
 }

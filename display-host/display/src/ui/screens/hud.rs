@@ -38,12 +38,14 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
         if let Some(task) = task {
             stands(ui, place, state, task);
         }
-        if let Some(note) = task.and_then(|task| task.alarm.as_ref()) {
+        // In a tight place the panel has the alarm.
+        let alarmed = task.filter(|_| !is_tight(place));
+        if let Some(note) = alarmed.and_then(|task| task.alarm.as_ref()) {
             alarm(ui, place, &state.words, note);
         }
     }
     if let Some(end) = end {
-        over(ui, place, state, end, asked);
+        over(ui, roomy(ui, place), state, end, asked);
     }
 }
 
@@ -54,7 +56,8 @@ fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
         legible(ui);
         ui.set_max_width(SIDE);
         big(ui, &task::time(words, task));
-        if is_tight(place) {
+        let is_guided = guide::is_of(task) && place.width() < NARROW;
+        if is_tight(place) || is_guided {
             return;
         }
         ui.label(task::title(words, task));
@@ -130,7 +133,7 @@ fn foot(ui: &Ui, place: Rect, state: &UiState) {
     }
     card(ui, "hud foot", place, Align2::CENTER_BOTTOM, |ui| {
         ui.set_max_width(place.width() - 48.0);
-        let is_guided = task.is_some_and(|task| guide::show(ui, words, task, is_tight(place)));
+        let is_guided = task.is_some_and(|task| guide::show(ui, state, task, is_tight(place)));
         if let Some(hint) = hint.filter(|_| !is_guided) {
             let text = words.hint(hint).into();
             let text = words.say_with("hud-hint", &[("text", text)]);
@@ -152,6 +155,14 @@ fn foot(ui: &Ui, place: Rect, state: &UiState) {
             ui.label(RichText::new(words.say(help)).size(HELP));
         }
     });
+}
+
+/// Place of a card in the middle: in a tight picture, also the black around it.
+pub(super) fn roomy(ui: &Ui, place: Rect) -> Rect {
+    match is_tight(place) {
+        true => ui.max_rect(),
+        false => place,
+    }
 }
 
 fn is_tight(place: Rect) -> bool {

@@ -41,7 +41,7 @@ pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<
     // The pause screen must not cover a paused replay.
     let covers = !state.instructor && state.replay.is_none();
     if state.link == Link::Live && state.is_paused() && covers {
-        pause::show(ui, place, state, asked);
+        pause::show(ui, hud::roomy(ui, place), state, asked);
     }
 }
 

@@ -114,10 +114,13 @@ pub(in crate::ui) fn look(ui: &mut Ui, words: &Words, look: &mut Look) {
     ui.horizontal_wrapped(|ui| {
         for percent in SENSITIVITIES {
             // Other choices have per cents, too; a screen reader needs to tell them apart.
-            let text = words.say_with(
-                "settings-times",
-                &[("times", words.number(0.01 * f64::from(percent), 2).into())],
-            );
+            let digits = match percent {
+                _ if percent.is_multiple_of(100) => 0,
+                _ if percent.is_multiple_of(10) => 1,
+                _ => 2,
+            };
+            let times = words.number(0.01 * f64::from(percent), digits).into();
+            let text = words.say_with("settings-times", &[("times", times)]);
             ui.radio_value(&mut look.sensitivity_percent, percent, text);
         }
     });
