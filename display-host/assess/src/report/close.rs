@@ -31,7 +31,8 @@ const RING_EDGE: f64 = 1.6;
 const BACKGROUND: [f64; 3] = [58.0, 26.0, 24.0];
 const METAL: [f64; 3] = [196.0, 200.0, 206.0];
 
-/// Draws the place of an error at an organ, which shows through what hides it. `None` if the scene has no surfaces.
+/// Draws the place of an error at an organ, which shows through what hides it. `None` if the scene
+/// has no surfaces.
 #[must_use]
 pub fn close_picture(
     organs: &Outlines,
@@ -293,7 +294,6 @@ mod tests {
             world_from_camera: PoseMsg {
                 position_m: [0.1, 0.0, 0.0],
                 orientation: [0.0, half, 0.0, half],
-                ..PoseMsg::IDENTITY
             },
             tip_m: [0.0, 0.004, 0.0],
             shaft: [0.0, 1.0, 0.0],

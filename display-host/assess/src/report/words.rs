@@ -16,7 +16,7 @@ pub trait Words {
     fn organ(&self, name: &str) -> String;
     /// Text of a step.
     fn step(&self, step: &Step) -> String;
-    /// Where a step begins, and in which plane it goes on.
+    /// The place where a step begins, and the plane in which it goes on.
     fn place(&self, step: &Step) -> String;
     /// Text of a reason.
     fn reason(&self, reason: &Reason) -> String;

@@ -68,7 +68,7 @@ struct Leading {
     lead: Lead,
 }
 
-/// How mouse and keyboard lead.
+/// Lead of mouse and keyboard.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lead {
     /// True if the left and right buttons of the mouse change places.

@@ -561,7 +561,7 @@ fn unrest(event: &EventMsg) -> Option<&'static str> {
     }
 }
 
-/// How mouse and keyboard lead.
+/// Lead of mouse and keyboard by a look.
 fn lead(look: Look) -> Lead {
     Lead {
         left_handed: look.left_handed,

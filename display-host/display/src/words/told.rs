@@ -33,7 +33,7 @@ impl Words {
         }
     }
 
-    /// Where a step begins, and in which plane it goes on.
+    /// The place where a step begins, and the plane in which it goes on.
     #[must_use]
     pub fn place(&self, step: &Step) -> String {
         self.say(match step {
@@ -51,7 +51,7 @@ impl Words {
         })
     }
 
-    /// How much of a step is left. `None`: that cannot be measured.
+    /// Share of a step that is left. `None`: that cannot be measured.
     #[must_use]
     pub fn left(&self, hint: &Hint) -> Option<String> {
         let left = 100 - hint.percent?.min(100);

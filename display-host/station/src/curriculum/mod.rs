@@ -104,7 +104,7 @@ impl Curriculum {
         }
         let usual = file.passes_in_a_row;
         let level = |level: written::Level| {
-            let tasks = level.tasks.into_iter().map(|aim| checked(aim, usual));
+            let tasks = level.tasks.iter().map(|aim| checked(aim, usual));
             let tasks: Vec<Aim> = tasks.collect::<Result<_, String>>()?;
             let title = level.title;
             Ok(Level { title, tasks })
@@ -134,7 +134,7 @@ impl Level {
     }
 }
 
-fn checked(aim: written::Aim, usual: usize) -> Result<Aim, String> {
+fn checked(aim: &written::Aim, usual: usize) -> Result<Aim, String> {
     let passes = aim.passes_in_a_row.unwrap_or(usual);
     let name = aim.task.name();
     if !(1..=20).contains(&passes) {

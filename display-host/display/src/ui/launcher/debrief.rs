@@ -4,7 +4,7 @@
 use assess::Reason;
 use egui::{Grid, Key, Label, RichText, Ui};
 
-use super::lessons::{self, LessonView};
+use super::lessons::{self, LessonView, Lessons};
 use super::progress::{self, ProgressView};
 use super::{Asking, Wish, pressed, screen};
 use crate::ui::screens::{BODY, part, title};
@@ -125,10 +125,16 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     let offered = |wish: &Wish| buttons.iter().any(|(_, it)| it == wish);
     let keyed = keys.into_iter().find(|(key, _)| pressed(ui, *key));
     wishes.extend(keyed.map(|(_, wish)| wish).filter(offered));
+    let lessons = Lessons {
+        errors: &debrief.lessons,
+        lost: &debrief.lost,
+        reasons: &debrief.reasons,
+        can_replay: debrief.can_replay,
+    };
     screen(ui, "debrief", Some(0), &buttons, wishes, |ui, wishes| {
         head(ui, words, debrief);
         if ui.available_width() < SIDE_BY_SIDE {
-            lessons::show(ui, words, debrief, wishes);
+            lessons::show(ui, words, lessons, wishes);
             table(ui, words, debrief);
             past(ui, words, debrief);
             return;
@@ -136,7 +142,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
         ui.columns(2, |columns| {
             if let [left, right] = columns {
                 left.vertical(|ui| {
-                    lessons::show(ui, words, debrief, wishes);
+                    lessons::show(ui, words, lessons, wishes);
                     past(ui, words, debrief);
                 });
                 right.vertical(|ui| table(ui, words, debrief));

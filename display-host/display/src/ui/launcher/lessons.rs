@@ -7,7 +7,6 @@ use std::sync::Arc;
 use assess::Reason;
 use egui::{ColorImage, Id, RichText, TextureHandle, TextureOptions, Ui};
 
-use super::debrief::Debrief;
 use super::{Wish, minutes};
 use crate::ui::TaskNote;
 use crate::ui::screens::part;
@@ -66,14 +65,24 @@ impl ClosePicture {
     }
 }
 
-pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut Vec<Wish>) {
+/// Content of the lessons.
+#[derive(Clone, Copy)]
+pub(super) struct Lessons<'a> {
+    pub(super) errors: &'a [LessonView],
+    pub(super) lost: &'a [(String, f64)],
+    pub(super) reasons: &'a [Reason],
+    /// True if the recording is there to be replayed.
+    pub(super) can_replay: bool,
+}
+
+pub(super) fn show(ui: &mut Ui, words: &Words, it: Lessons<'_>, wishes: &mut Vec<Wish>) {
     part(ui, &words.say("debrief-errors"));
-    let open = debrief.reasons.iter().find_map(Reason::open_step);
-    if debrief.lessons.is_empty() && open.is_none() {
+    let open = it.reasons.iter().find_map(Reason::open_step);
+    if it.errors.is_empty() && open.is_none() {
         line(ui, Mark::Good, &words.say("debrief-no-errors"));
     }
-    for lesson in &debrief.lessons {
-        one(ui, words, debrief, lesson, wishes);
+    for lesson in it.errors {
+        one(ui, words, it.can_replay, lesson, wishes);
         ui.add_space(6.0);
     }
     if let Some(step) = open {
@@ -82,7 +91,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
         let next = words.say("page-next-time");
         ui.label(format!("{next} {}", words.place(step)));
     }
-    for (metric, points) in &debrief.lost {
+    for (metric, points) in it.lost {
         let points = words.number(*points, 1).into();
         let cost = words.say_with("page-cost", &[("points", points)]);
         let text = format!("{}: {cost}", words.metric(metric));
@@ -95,7 +104,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     }
 }
 
-fn one(ui: &mut Ui, words: &Words, debrief: &Debrief, lesson: &LessonView, wishes: &mut Vec<Wish>) {
+fn one(ui: &mut Ui, words: &Words, can_replay: bool, lesson: &LessonView, wishes: &mut Vec<Wish>) {
     let what = alarm(words, &lesson.note);
     let count = lesson.moments.len();
     let title = match count {
@@ -112,7 +121,7 @@ fn one(ui: &mut Ui, words: &Words, debrief: &Debrief, lesson: &LessonView, wishe
         line(ui, Mark::Bad, &title);
         let advice = format!("advice-{}", lesson.note.kind.replace('_', "-"));
         next_time(ui, words, &advice);
-        moments(ui, words, debrief, lesson, wishes);
+        moments(ui, words, can_replay, lesson, wishes);
     };
     let width = ui.available_width();
     match &lesson.close {
@@ -142,14 +151,14 @@ fn next_time(ui: &mut Ui, words: &Words, advice: &str) {
 fn moments(
     ui: &mut Ui,
     words: &Words,
-    debrief: &Debrief,
+    can_replay: bool,
     lesson: &LessonView,
     wishes: &mut Vec<Wish>,
 ) {
     ui.horizontal_wrapped(|ui| {
         for [at_s, session_s] in lesson.moments.iter().take(MOMENTS_MAX) {
             let at = minutes(*at_s);
-            if !debrief.can_replay {
+            if !can_replay {
                 ui.label(at);
                 continue;
             }

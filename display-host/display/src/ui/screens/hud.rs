@@ -19,7 +19,8 @@ const HELP: f32 = 14.0;
 const SIDE: f32 = 236.0;
 /// Space between the left column and the alarm, including margins and frames, points.
 const CLEAR: f32 = 62.0;
-/// Width of the picture, points. On a narrower one, as with large text, cards hold only what changes.
+/// Width of the picture, points. On a narrower one, as with large text, cards hold only what
+/// changes.
 const TIGHT: f32 = 480.0;
 /// Width of the picture, points. On a narrower one, a result or pause in the middle hides the other
 /// cards, which it would cover.
