@@ -43,7 +43,8 @@ pub fn close_picture(
         return None;
     }
     let (concerned, at_m) = place;
-    let empty = Canvas::at(wide(at_m), hands);
+    let shift = to_rest(organs, concerned, wide(at_m));
+    let empty = Canvas::at(sum(wide(at_m), shift), hands);
     let (mut canvas, mut alone) = (empty.clone(), empty);
     for (name, kind, triangles) in organs.surfaces() {
         for triangle in triangles {
@@ -55,9 +56,23 @@ pub fn close_picture(
     }
     canvas.show_through(&alone);
     if let Some(hands) = hands {
-        canvas.shaft(wide(hands.tip_m), hands.shaft);
+        canvas.shaft(sum(wide(hands.tip_m), shift), hands.shaft);
     }
     Some(ringed(&canvas.picture()))
+}
+
+/// Way from a place at a moved organ to the organ at rest, m: instrument and ring go along, so that
+/// they are seen at what they touched. Zero without the organ, or far from it.
+fn to_rest(organs: &Outlines, concerned: Option<&str>, place: Vec3) -> Vec3 {
+    let own = organs
+        .surfaces()
+        .filter(|(name, ..)| Some(*name) == concerned);
+    let corners = own.flat_map(|(.., triangles)| triangles.iter().flatten());
+    let ways = corners.map(|corner| sub(wide(*corner), place));
+    let nearest = ways.min_by(|a, b| norm(*a).total_cmp(&norm(*b)));
+    nearest
+        .filter(|way| norm(*way) <= MOVED_M)
+        .unwrap_or_default()
 }
 
 /// The picture as PNG.
@@ -79,6 +94,8 @@ const fn colour(kind: Option<OrganKind>) -> [f64; 3] {
     }
 }
 
+/// Farthest way by which an organ may have been moved, m.
+const MOVED_M: f64 = 0.05;
 /// Share of the organ concerned where others hide it.
 const THROUGH: f64 = 0.5;
 
@@ -258,8 +275,7 @@ mod tests {
     }
 
     fn drawn(organs: &Outlines, hands: Option<&Hands>) -> RgbImage {
-        let place = (Some("liver"), [0.0; 3]);
-        let picture = close_picture(organs, place, hands).unwrap();
+        let picture = close_picture(organs, (None, [0.0; 3]), hands).unwrap();
         let png = png(&picture).unwrap();
         image::load_from_memory(&png).unwrap().to_rgb8()
     }
@@ -274,6 +290,24 @@ mod tests {
         // 50 mm are 320 pixels, so the square of 40 mm is 256 wide.
         let is_organ = |column: u32| picture.get_pixel(column, 60)[0] > 100;
         assert!(is_organ(36) && !is_organ(28) && is_organ(284) && !is_organ(292));
+    }
+
+    #[test]
+    fn the_ring_is_at_the_organ_that_was_moved() {
+        let at = [0.01, 0.01, 0.03f32].map(f64::from);
+        let liver = square(OrganKind::Liver, 0.0);
+        let way = to_rest(&liver, Some("liver"), at);
+        let rest = sum(at, way);
+        let corner = [0.02, 0.02, 0.0];
+        assert!(
+            norm(sub(rest, corner)) < 1e-6,
+            "its nearest corner: {rest:?}"
+        );
+        let unmoved = [
+            to_rest(&liver, Some("bile duct"), at),
+            to_rest(&liver, Some("liver"), [0.5, 0.0, 0.0]),
+        ];
+        assert!(unmoved.iter().all(|way| norm(*way) < 1e-12));
     }
 
     #[test]
@@ -308,14 +342,17 @@ mod tests {
     #[test]
     fn the_organ_concerned_shows_through_what_hides_it() {
         let square = |z_m: f32| {
-            let corners = [[-0.02, -0.02, z_m], [0.02, -0.02, z_m], [0.0, 0.02, z_m]];
-            vec![corners]
+            let corner = |x: f32, y: f32| [x, y, z_m];
+            let middle = corner(0.0, 0.0);
+            let rim = [corner(-0.02, -0.02), corner(0.02, -0.02), corner(0.0, 0.02)];
+            let [a, b, c] = rim;
+            vec![[middle, a, b], [middle, b, c], [middle, c, a]]
         };
         let duct = Outlines::test(OrganKind::BileDuct, square(0.0));
         let both = duct.with("wall", OrganKind::Liver, square(0.01));
         let at = |concerned| {
             let picture = close_picture(&both, (Some(concerned), [0.0; 3]), None).unwrap();
-            picture.get_pixel(160, 120).0
+            picture.get_pixel(160, 126).0
         };
         let [hidden, through] = [at("wall"), at("liver")];
         assert!(through[1] > hidden[1] + 30, "{hidden:?} {through:?}");
