@@ -1,6 +1,7 @@
 //! Rules and published values for reports, each with its source.
 
-use super::{Condition, Rules};
+use super::Rules;
+use super::limits::Condition;
 use crate::metrics::Metric;
 use crate::task::Task;
 

@@ -1,8 +1,10 @@
 //! Rules that are read, refused and applied.
 
 use proptest::prelude::*;
+use shared_mem::scene::OrganKind;
 
 use super::*;
+use crate::metrics::{Metric, Values};
 
 fn refused(from: &str, to: &str) -> String {
     assert!(BUILT_IN.contains(from), "{from}");
