@@ -17,7 +17,8 @@ use crate::task::Task;
 use check::Check;
 pub use error::RulesError;
 pub(crate) use limits::Done;
-use limits::TaskRules;
+use limits::{Condition, TaskRules};
+pub use limits::{Least, ShowRule, Steadiness, ViewRule};
 pub use published::{PassRule, Reference};
 pub(crate) use weights::Lost;
 use weights::Penalty;
@@ -41,9 +42,14 @@ pub struct Rules {
     /// Force from which on a touch counts, N; 0: any touch.
     touch_n: f64,
     pub(crate) done: Done,
+    /// How the critical view is to be shown; `None`: it need not be shown.
+    pub(crate) view: Option<ViewRule>,
+    pub(crate) show: ShowRule,
     flow_ml_min: Vec<(OrganKind, f64)>,
     injuries: Vec<InjuryRule>,
     penalties: Vec<Penalty>,
+    /// Pass rules of an exam, besides those of its task.
+    exam: Vec<Condition>,
     tasks: BTreeMap<&'static str, TaskRules>,
     references: Vec<Reference>,
 }
@@ -68,9 +74,21 @@ impl Default for Rules {
                 leak: 0.0,
                 look_s: 1.0,
             },
+            view: None,
+            show: ShowRule {
+                visible: 1.0,
+                large: 1.0,
+                small: 0.0,
+                off: 1.0,
+                steadiness: Steadiness {
+                    sway_mm_s: f64::INFINITY,
+                    tilt_deg: f64::INFINITY,
+                },
+            },
             flow_ml_min: Vec::new(),
             injuries: Vec::new(),
             penalties: Vec::new(),
+            exam: Vec::new(),
             tasks: BTreeMap::new(),
             references: Vec::new(),
         })
@@ -163,6 +181,13 @@ impl Rules {
                 leak: share("leak", &done.leak)?,
                 look_s: check.number("look_s", &done.look_s, 0.1..=60.0)?,
             },
+            view: (file.view.as_ref())
+                .map(|view| check.view(view))
+                .transpose()?,
+            show: match &file.show {
+                Some(show) => check.show(show)?,
+                None => Self::default().show,
+            },
             flow_ml_min: flows.collect::<Result<_, _>>()?,
             injuries: match &file.injury {
                 Some(injuries) => injuries
@@ -176,11 +201,29 @@ impl Rules {
                 .iter()
                 .map(|penalty| check.penalty(penalty))
                 .collect::<Result<_, _>>()?,
+            exam: match &file.exam {
+                Some(exam) => (exam.pass.iter())
+                    .map(|condition| check.condition(condition))
+                    .collect::<Result<_, _>>()?,
+                None => Vec::new(),
+            },
             tasks,
             references: (file.reference.iter())
                 .map(|reference| check.reference(reference))
                 .collect::<Result<_, _>>()?,
         })
+    }
+
+    /// How the critical view of safety is to be shown; `None`: it need not be shown.
+    #[must_use]
+    pub fn view(&self) -> Option<&ViewRule> {
+        self.view.as_ref()
+    }
+
+    /// How an organ of the endoscope drill is to be shown.
+    #[must_use]
+    pub fn show(&self) -> &ShowRule {
+        &self.show
     }
 
     /// Text from which the rules were parsed.

@@ -77,6 +77,7 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
         tick_cpu: None,
         language: LanguageName::or_users(args.language),
         task: None,
+        pictures: None,
         instructor: true,
         replay: None,
         recording: None,

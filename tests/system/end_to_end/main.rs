@@ -21,5 +21,6 @@ mod main_job;
 mod operation;
 mod replay;
 mod returned;
+mod silenced;
 mod study;
 mod swept;

@@ -159,6 +159,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
              contact of the instrument.</figcaption></figure>"
         ));
     }
+    judged::handling(page, chapter);
     judged::published(page, chapter);
     past(page, chapter);
     sheet(page, chapter);
@@ -320,7 +321,7 @@ fn past(page: &mut Page<'_>, chapter: &Chapter) {
     ));
     let scores = chapter.past.iter().map(|past| past.score);
     let scores: Vec<f64> = scores.chain([it.score]).collect();
-    let pass = chapter.rules.pass(it.task);
+    let pass = chapter.rules.pass(it.task, it.difficulty);
     let rule = pass.iter().find(|rule| rule.name == "score");
     let rule = rule.map(|rule| rule.at_least);
     if let Some(curve) = drawing::curve(&scores, rule, "score") {

@@ -6,7 +6,7 @@ use shared_mem::scene::OrganKind;
 use toml::Spanned;
 
 use super::error::RulesError;
-use super::limits::{Condition, TaskRules};
+use super::limits::{Condition, Least, ShowRule, Steadiness, TaskRules, ViewRule};
 use super::published::{NO_SOURCE, Reference};
 use super::weights::Penalty;
 use super::written;
@@ -124,6 +124,49 @@ impl Check<'_> {
         })
     }
 
+    fn share(&self, what: &str, value: &Spanned<f64>) -> Result<f64, RulesError> {
+        self.number(what, value, 0.0..=1.0)
+    }
+
+    fn steadiness(
+        &self,
+        sway_mm_s: &Spanned<f64>,
+        tilt_deg: &Spanned<f64>,
+    ) -> Result<Steadiness, RulesError> {
+        Ok(Steadiness {
+            sway_mm_s: self.number("sway_mm_s", sway_mm_s, 0.1..=1e4)?,
+            tilt_deg: self.number("tilt_deg", tilt_deg, 0.1..=90.0)?,
+        })
+    }
+
+    pub(super) fn view(&self, view: &written::View) -> Result<ViewRule, RulesError> {
+        let least = |it: &written::Least| {
+            Ok::<Least, RulesError>(Least {
+                triangle: self.share("triangle", &it.triangle)?,
+                lower_bed: self.share("lower_bed", &it.lower_bed)?,
+                two: self.share("two", &it.two)?,
+            })
+        };
+        Ok(ViewRule {
+            hold_s: self.number("hold_s", &view.hold_s, 0.1..=60.0)?,
+            side_deg: self.number("side_deg", &view.side_deg, 0.0..=80.0)?,
+            front: least(&view.front)?,
+            behind: least(&view.behind)?,
+            steadiness: self.steadiness(&view.sway_mm_s, &view.tilt_deg)?,
+            source: view.source.clone(),
+        })
+    }
+
+    pub(super) fn show(&self, show: &written::Show) -> Result<ShowRule, RulesError> {
+        Ok(ShowRule {
+            visible: self.share("visible", &show.visible)?,
+            large: self.share("large", &show.large)?,
+            small: self.share("small", &show.small)?,
+            off: self.share("off", &show.off)?,
+            steadiness: self.steadiness(&show.sway_mm_s, &show.tilt_deg)?,
+        })
+    }
+
     pub(super) fn task_name(&self, name: &Spanned<String>) -> Result<Task, RulesError> {
         let known = Task::from_name(name.get_ref()).filter(|task| *task != Task::Free);
         known.ok_or_else(|| {
@@ -146,46 +189,51 @@ impl Check<'_> {
         })
     }
 
+    pub(super) fn condition(
+        &self,
+        condition: &written::Condition,
+    ) -> Result<Condition, RulesError> {
+        let bound = |value: &Option<Spanned<f64>>| {
+            let value = value.as_ref();
+            value.map(|value| self.number("a bound", value, -1e9..=1e9))
+        };
+        let name = &condition.metric;
+        let metric = match name.get_ref().as_str() {
+            "score" => None,
+            _ => Some(self.metric(name)?),
+        };
+        let least = bound(&condition.at_least).transpose()?;
+        let most = bound(&condition.at_most).transpose()?;
+        let asks = |value: String, allowed: String| {
+            self.refuse(
+                name,
+                format!("what is asked of {}", name.get_ref()),
+                &value,
+                allowed,
+            )
+        };
+        match (least, most) {
+            (None, None) => {
+                let allowed = "at_least, at_most, or both: this would pass anybody";
+                Err(asks("nothing".into(), allowed.into()))
+            }
+            (Some(least), Some(most)) if least > most => Err(asks(
+                format!("at least {least} and at most {most}"),
+                "at_least no more than at_most: this could not be passed".into(),
+            )),
+            _ => Ok(Condition {
+                metric,
+                at_least: least.unwrap_or(f64::NEG_INFINITY),
+                at_most: most.unwrap_or(f64::INFINITY),
+                source: condition.source.clone(),
+            }),
+        }
+    }
+
     pub(super) fn task(&self, task: &written::Task) -> Result<TaskRules, RulesError> {
         let time = task.time_max_s.as_ref();
         let time = time.map(|time| self.number("time_max_s", time, 1.0..=86_400.0));
-        let pass = task.pass.iter().map(|condition| {
-            let bound = |value: &Option<Spanned<f64>>| {
-                let value = value.as_ref();
-                value.map(|value| self.number("a bound", value, -1e9..=1e9))
-            };
-            let name = &condition.metric;
-            let metric = match name.get_ref().as_str() {
-                "score" => None,
-                _ => Some(self.metric(name)?),
-            };
-            let least = bound(&condition.at_least).transpose()?;
-            let most = bound(&condition.at_most).transpose()?;
-            let asks = |value: String, allowed: String| {
-                self.refuse(
-                    name,
-                    format!("what is asked of {}", name.get_ref()),
-                    &value,
-                    allowed,
-                )
-            };
-            match (least, most) {
-                (None, None) => {
-                    let allowed = "at_least, at_most, or both: this would pass anybody";
-                    Err(asks("nothing".into(), allowed.into()))
-                }
-                (Some(least), Some(most)) if least > most => Err(asks(
-                    format!("at least {least} and at most {most}"),
-                    "at_least no more than at_most: this could not be passed".into(),
-                )),
-                _ => Ok(Condition {
-                    metric,
-                    at_least: least.unwrap_or(f64::NEG_INFINITY),
-                    at_most: most.unwrap_or(f64::INFINITY),
-                    source: condition.source.clone(),
-                }),
-            }
-        });
+        let pass = task.pass.iter().map(|condition| self.condition(condition));
         let penalties = task.penalty.as_ref().map(|all| {
             let all = all.iter().map(|penalty| self.penalty(penalty));
             all.collect::<Result<_, _>>()

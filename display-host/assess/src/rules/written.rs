@@ -11,12 +11,18 @@ pub(super) struct File {
     pub(super) version: Spanned<u32>,
     pub(super) alarm: Alarm,
     pub(super) done: Done,
+    /// Optional in older files, which ask for no view.
+    pub(super) view: Option<View>,
+    /// Optional in older files, for which the built-in one holds.
+    pub(super) show: Option<Show>,
     #[serde(default)]
     pub(super) flow_ml_min: BTreeMap<Spanned<String>, Spanned<f64>>,
     /// Optional in older files, for which the built-in ones hold.
     pub(super) injury: Option<Vec<Injury>>,
     #[serde(default)]
     pub(super) penalty: Vec<Penalty>,
+    /// Optional in older files, which ask no more of an exam.
+    pub(super) exam: Option<Exam>,
     #[serde(default)]
     pub(super) task: BTreeMap<Spanned<String>, Task>,
     #[serde(default)]
@@ -49,6 +55,37 @@ pub(super) struct Done {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+pub(super) struct View {
+    pub(super) hold_s: Spanned<f64>,
+    pub(super) side_deg: Spanned<f64>,
+    pub(super) front: Least,
+    pub(super) behind: Least,
+    pub(super) sway_mm_s: Spanned<f64>,
+    pub(super) tilt_deg: Spanned<f64>,
+    pub(super) source: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Least {
+    pub(super) triangle: Spanned<f64>,
+    pub(super) lower_bed: Spanned<f64>,
+    pub(super) two: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Show {
+    pub(super) visible: Spanned<f64>,
+    pub(super) large: Spanned<f64>,
+    pub(super) small: Spanned<f64>,
+    pub(super) off: Spanned<f64>,
+    pub(super) sway_mm_s: Spanned<f64>,
+    pub(super) tilt_deg: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Injury {
     pub(super) organ: Spanned<String>,
     pub(super) open: Spanned<String>,
@@ -73,6 +110,12 @@ pub(super) struct Task {
     pub(super) time_source: Option<String>,
     pub(super) pass: Vec<Condition>,
     pub(super) penalty: Option<Vec<Penalty>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Exam {
+    pub(super) pass: Vec<Condition>,
 }
 
 #[derive(Deserialize)]

@@ -124,6 +124,7 @@ fn headless_config(
         patience: PATIENCE,
         tick_cpu: None,
         task_over: None,
+        task: None,
         need_pictures: false,
     }
 }
@@ -142,6 +143,7 @@ fn window_config(station: &Station, path: &Path, view: &Arc<Mutex<ReplayView>>) 
         tick_cpu: None,
         language: LanguageName::or_users(None),
         task: None,
+        pictures: None,
         instructor: false,
         replay: Some(view.clone()),
         recording: None,

@@ -19,9 +19,6 @@ use crate::say;
 const PICTURES_MAX: usize = 16;
 /// Size of a picture, pixels.
 const SIZE: [u32; 2] = [640, 480];
-/// Angle by which the camera turns to each side for the two views of the critical view of safety,
-/// rad.
-const DOUBLET_RAD: f32 = 0.5;
 /// Ticks per step of smoke, blood and sparks.
 const EFFECTS_EVERY: u64 = 20;
 /// Interval between progress messages.
@@ -32,8 +29,8 @@ const PROGRESS: Duration = Duration::from_secs(1);
 pub(crate) struct Wanted {
     tick: u64,
     caption: String,
-    /// Rotation of the camera, rad; see [`Album::draw`].
-    turned_rad: f32,
+    /// True for a critical view that was held.
+    is_view: bool,
 }
 
 /// Notes the moments to draw while a session is assessed.
@@ -41,43 +38,44 @@ pub(crate) struct Wanted {
 pub(super) struct Watch {
     wanted: Vec<Wanted>,
     alarms: usize,
-    had_view: bool,
+    views_held: [bool; 2],
 }
 
 impl Watch {
     /// Looks at the assessment after an entry of this tick.
     pub(super) fn look(&mut self, tick: u64, assessment: &Assessment) {
-        let (alarms, has_view) = (assessment.alarms(), assessment.has_critical_view());
-        if alarms.len() < self.alarms || (self.had_view && !has_view) {
+        let (alarms, held) = (assessment.alarms(), assessment.views_held());
+        let mut views = self.views_held.into_iter().zip(held);
+        if alarms.len() < self.alarms || views.any(|(before, now)| before && !now) {
             // The task restarted, so the earlier moments do not count.
             *self = Self::default();
         }
         let at = clock(assessment.time_s());
         for alarm in alarms.iter().skip(self.alarms) {
-            self.want(tick, format!("{at}: {}", alarm.text()), 0.0);
+            self.want(tick, format!("{at}: {}", alarm.text()), false);
         }
         self.alarms = alarms.len();
-        if has_view && !self.had_view {
-            for (side, turned_rad) in [("left", -DOUBLET_RAD), ("right", DOUBLET_RAD)] {
-                let caption = format!("{at}: the critical view of safety, from the {side}");
-                self.want(tick, caption, turned_rad);
+        let sides = ["the front", "behind"].into_iter().zip(held);
+        for ((side, held), before) in sides.zip(self.views_held) {
+            if held && !before {
+                let caption = format!("{at}: the critical view of safety, from {side}");
+                self.want(tick, caption, true);
             }
         }
-        self.had_view |= has_view;
+        self.views_held = held;
     }
 
-    fn want(&mut self, tick: u64, caption: String, turned_rad: f32) {
+    fn want(&mut self, tick: u64, caption: String, is_view: bool) {
         self.wanted.push(Wanted {
             tick,
             caption,
-            turned_rad,
+            is_view,
         });
     }
 
     /// The moments in order of time. Of many alarms, an even selection.
     pub(super) fn end(self) -> Vec<Wanted> {
-        let is_view = |it: &Wanted| it.turned_rad.abs() > 0.0;
-        let (views, alarms): (Vec<_>, Vec<_>) = self.wanted.into_iter().partition(is_view);
+        let (views, alarms): (Vec<_>, Vec<_>) = self.wanted.into_iter().partition(|it| it.is_view);
         let room = PICTURES_MAX.saturating_sub(views.len()).max(1);
         let every = alarms.len().div_ceil(room).max(1);
         let mut wanted: Vec<_> = alarms.into_iter().step_by(every).chain(views).collect();
@@ -124,7 +122,7 @@ pub(super) fn draw(session: &Path, wanted: &[Wanted]) -> Result<Vec<(String, Vec
             events.clear();
         }
         while let Some(it) = left.next_if(|it| it.tick <= record.tick) {
-            match album.draw(&state, &tools, it.turned_rad) {
+            match album.draw(&state, &tools) {
                 Ok(png) => pictures.push((it.caption.clone(), png)),
                 Err(error) => problem = Some(error),
             }
@@ -156,14 +154,12 @@ mod tests {
     fn of_many_moments_few_are_drawn_and_the_first_is_among_them() {
         let mut watch = Watch::default();
         for tick in 0..100 {
-            watch.want(tick, String::new(), 0.0);
+            watch.want(tick, String::new(), false);
         }
-        watch.want(33, String::new(), -0.5);
-        watch.want(33, String::new(), 0.5);
+        watch.want(33, String::new(), true);
+        watch.want(33, String::new(), true);
         let wanted = watch.end();
-        let both = wanted
-            .iter()
-            .filter(|it| it.tick == 33 && it.turned_rad.abs() > 0.0);
+        let both = wanted.iter().filter(|it| it.tick == 33 && it.is_view);
         assert_eq!(both.count(), 2, "the view is seen from two sides");
         assert!(wanted.len() <= PICTURES_MAX && wanted.len() > PICTURES_MAX / 2);
         assert_eq!(wanted[0].tick, 0);

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use assess::{Metric, Reason, Rules, Task};
+use assess::{Difficulty, Metric, Reason, Rules, Task};
 use display_host::ui::TaskNote;
 use display_host::ui::launcher::{Debrief, Earlier, MetricRow};
 use display_host::words::Words;
@@ -174,7 +174,11 @@ fn rows(
     past: &[assess::report::Past],
 ) -> Vec<MetricRow> {
     let task = Task::from_name(task);
-    let pass = task.map_or_else(Vec::new, |task| rules.pass(task));
+    let difficulty = summary["difficulty"]
+        .as_str()
+        .and_then(Difficulty::from_name);
+    let difficulty = difficulty.unwrap_or_default();
+    let pass = task.map_or_else(Vec::new, |task| rules.pass(task, difficulty));
     let ruled = pass.iter().map(|it| it.name);
     let usual = match task {
         Some(Task::Scope) => &OF_DRILL[..],

@@ -6,7 +6,7 @@ use super::{Page, shown};
 use crate::injury::{Injury, Severity};
 use crate::metrics::Metric;
 use crate::report::Chapter;
-use crate::view::Shown;
+use crate::view::Shares;
 
 pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
     if injuries.is_empty() {
@@ -37,7 +37,7 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
 
 pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
-    let pass = chapter.rules.pass(it.task);
+    let pass = chapter.rules.pass(it.task, it.difficulty);
     if !pass.is_empty() {
         page.add(format_args!(
             "<h3>Pass rules</h3><table><tr><th>metric<th>value<th>required<th>met<th class=\"l\">source</tr>"
@@ -120,33 +120,94 @@ pub(super) fn critical_view(page: &mut Page<'_>, chapter: &Chapter) {
         return;
     };
     page.add(format_args!(
-        "<h3>Critical view of safety</h3><table><tr><th>criterion<th>achieved<th>most seen at once<th>best view from \
-         the front<th>best view from behind</tr>"
+        "<h3>Critical view of safety</h3><table><tr><th class=\"l\">criterion<th>achieved<th>most seen at once<th>seen \
+         from the front<th>true then<th>seen from behind<th>true then</tr>"
     ));
     let percent = |share: f64| match share.is_finite() {
         true => format!("{:.0} %", 100.0 * share),
         false => "–".to_owned(),
     };
-    let of = |shown: Option<Shown>| {
-        shown.map_or([f64::NAN; 3], |it| [it.triangle, it.lower_bed, it.two])
-    };
-    let views = of(cvs.front).into_iter().zip(of(cvs.behind));
+    let none = [f64::NAN; 3];
+    let of = |shares: Shares| [shares.triangle, shares.lower_bed, shares.two];
+    let sides = [cvs.front, cvs.behind]
+        .map(|shown| shown.map_or([none; 2], |it| [of(it.seen), of(it.truth)]));
     let rows = [
         ("triangle free of tissue", cvs.triangle),
         ("lower third of the bed free", cvs.lower_bed),
-        ("cystic duct and artery", cvs.two),
+        ("two structures: cystic duct and artery", cvs.two),
     ];
-    for ((name, criterion), (front, behind)) in rows.into_iter().zip(views) {
+    for (index, (name, criterion)) in rows.into_iter().enumerate() {
         page.add(format_args!(
-            "<tr><td>{name}<td>{}<td>{}<td>{}<td>{}</tr>",
+            "<tr><td class=\"l\">{name}<td>{}<td>{}",
             percent(criterion.achieved),
-            percent(criterion.visible),
-            percent(front),
-            percent(behind)
+            percent(criterion.visible.unwrap_or(f64::NAN)),
+        ));
+        for [seen, truth] in sides {
+            page.add(format_args!(
+                "<td>{}<td>{}",
+                percent(seen[index]),
+                percent(truth[index])
+            ));
+        }
+        page.add(format_args!("</tr>"));
+    }
+    page.add(format_args!("</table>"));
+    for (name, shown) in [("the front", cvs.front), ("behind", cvs.behind)] {
+        match shown {
+            Some(it) if it.held => page.add(format_args!(
+                "<p>Shown from {name} and held, until {:.1} s, {:.0}° off the plane of duct and artery.</p>",
+                it.at_s,
+                it.side_deg.abs()
+            )),
+            Some(it) => page.add(format_args!(
+                "<p>Not held from {name}. The best picture came at {:.1} s.</p>",
+                it.at_s
+            )),
+            None => page.add(format_args!("<p>Not shown from {name}.</p>")),
+        }
+    }
+    if let Some(rule) = chapter.rules.view() {
+        page.add(format_args!(
+            "<p class=\"lead\">A view counts if it is held for {} s and shows, from the front, {} of the triangle, {} \
+             of the bed and {} of duct and artery each; from behind, {}, {} and {}. Source of these limits: {}. \
+             Achieved and true are the model's: tissue removed, vessels whole. Seen is what an identity image \
+             of the endoscope's picture shows. Pictures are below.</p>",
+            rule.hold_s,
+            percent(rule.front.triangle),
+            percent(rule.front.lower_bed),
+            percent(rule.front.two),
+            percent(rule.behind.triangle),
+            percent(rule.behind.lower_bed),
+            percent(rule.behind.two),
+            escape(rule.source.as_deref().unwrap_or("no source"))
+        ));
+    }
+}
+
+/// Writes how the hand moved: shown, and not scored.
+pub(super) fn handling(page: &mut Page<'_>, chapter: &Chapter) {
+    let it = &chapter.assessed;
+    page.add(format_args!(
+        "<h3>How the hand moved</h3><table><tr><th>metric<th>value</tr>"
+    ));
+    for metric in [
+        Metric::Path,
+        Metric::Movements,
+        Metric::Smoothness,
+        Metric::Economy,
+        Metric::Idle,
+        Metric::BothMoving,
+    ] {
+        let name = page.named(metric.name());
+        page.add(format_args!(
+            "<tr><td>{name}<td>{}</tr>",
+            shown(&it.metrics, metric)
         ));
     }
     page.add(format_args!(
-        "</table><p class=\"lead\">Structures count as seen where they lie at rest. The view is not scored: the \
-         rules judge what is removed.</p>"
+        "</table><p class=\"lead\">These cost no points. A hand that trembles is less smooth, and one that pauses is \
+         idle for longer; but at another trainer smoothness, economy and idle time told surgeons from novices in \
+         no task (<code>calot report --rules-file</code> says how that was measured), and no publication known to \
+         us gives a limit. Compare them with earlier sessions of the same hand.</p>"
     ));
 }
