@@ -71,7 +71,7 @@ typedef struct {
     float velocity_m_s[3];  /* zero when it is not measured */
     float rotation_xyzw[4]; /* unit quaternion; 0 0 0 1 when it is not measured */
     uint8_t buttons;
-    float opening; /* 0 shut to 1 wide open; ignored for a device that declares no travel */
+    float opening; /* 0 shut to 1 wide open, finite; sent only if the device declares a travel */
 } calot_motion;
 
 /* A command for the motors: the force and the torque on the hand, and the force that opens the
@@ -154,7 +154,7 @@ static inline uint8_t *calot_put(uint8_t *at, unsigned bytes, float value, float
     return calot_write(at, (uint32_t)number, bytes);
 }
 
-/* The exponent's bits tell: a comparison would not survive -ffast-math. */
+/* Looks at the exponent's bits, because -ffast-math removes comparisons with NaN. */
 static inline bool calot_is_finite(const float *values, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
@@ -165,7 +165,7 @@ static inline bool calot_is_finite(const float *values, size_t n)
     return true;
 }
 
-/* Shortens a vector to at most `max`. It keeps its direction. */
+/* Shortens a vector to at most `max`. The direction stays. */
 static inline void calot_shorten(float vector[3], float max)
 {
     float limit = max * max, ratio, scale = 0.0f;
@@ -254,7 +254,7 @@ static inline void calot_obey_force(calot_rig *rig, const uint8_t *payload, uint
     uint16_t sequence = calot_read_u16(payload + 1);
     uint16_t step = (uint16_t)(sequence - rig->newest);
     if (!rig->streaming) return;
-    /* A repeated or older number shows a stuck or reordering line, not a living host. */
+    /* A repeated or older number shows a stuck or reordering line, not a running host. */
     if (rig->has_newest && (step == 0 || step >= 0x8000u)) return;
     rig->has_newest = true;
     rig->newest = sequence;
@@ -274,7 +274,7 @@ static inline void calot_obey_force(calot_rig *rig, const uint8_t *payload, uint
 static inline bool calot_obey(calot_rig *rig, const uint8_t *payload, size_t n, uint32_t now_us)
 {
     if (n == 9 && payload[0] == 0x01 && memcmp(payload + 3, "CALOT", 5) == 0) {
-        /* A new host starts without a force from the last one. */
+        /* A new host starts without the force of an earlier host. */
         rig->has_force = rig->has_newest = rig->tripped = false;
         rig->answer_due = rig->streaming = true;
         rig->says_opening = payload[8] >= 2 && rig->can.opening_travel_m > 0.0f;
@@ -289,7 +289,7 @@ static inline bool calot_obey(calot_rig *rig, const uint8_t *payload, size_t n, 
 }
 
 /* Takes `n` bytes from the host. `now_us` is the board's clock in microseconds. It may wrap, and
- * never runs backwards from call to call: a force from the future counts as too old. */
+ * must never run backwards from call to call: a force from the future counts as too old. */
 static inline void calot_rig_receive(calot_rig *rig, const uint8_t *bytes, size_t n,
                                      uint32_t now_us)
 {
@@ -346,7 +346,8 @@ static inline size_t calot_rig_answer(calot_rig *rig, uint8_t *out)
     return calot_frame(payload, (size_t)(at - payload), out);
 }
 
-/* Drops the force for good when it is too old, because the clock wraps. */
+/* Drops a force that is too old. It is dropped for good, because after a wrap of the clock it would
+ * look new again. */
 static inline void calot_watch(calot_rig *rig, uint32_t now_us)
 {
     uint32_t age_us = (uint32_t)(now_us - rig->command_us);
@@ -356,8 +357,9 @@ static inline void calot_watch(calot_rig *rig, uint32_t now_us)
     rig->watchdog_trips++;
 }
 
-/* Force for the motors now: the newest one, shortened to the device's peak. It is zero when the
- * host is silent for longer than the watchdog, before a greeting, after STOP and in a fault. */
+/* Force for the motors now: the force in effect, shortened to the device's peak. Zero if none is in
+ * effect: before a greeting, after STOP, at a fault, and after a watchdog's time without a new
+ * FORCE. */
 static inline calot_force calot_rig_force(calot_rig *rig, uint32_t now_us)
 {
     calot_force force;
@@ -387,7 +389,8 @@ static inline size_t calot_rig_state(calot_rig *rig, const calot_motion *motion,
     status = (uint8_t)(rig->has_force | rig->tripped << 1 | rig->limited << 2 | rig->fault << 3);
     at = calot_begin(rig, payload, 0x82);
     if (!calot_is_finite(motion->position_m, 3) || !calot_is_finite(motion->velocity_m_s, 3)
-        || !calot_is_finite(motion->rotation_xyzw, 4) || !calot_is_finite(&motion->opening, 1))
+        || !calot_is_finite(motion->rotation_xyzw, 4)
+        || (rig->says_opening && !calot_is_finite(&motion->opening, 1)))
         return 0;
     at = calot_write(at, status, 1);
     at = calot_write(at, motion->buttons, 1);
@@ -419,7 +422,7 @@ static inline void calot_rig_set_limited(calot_rig *rig, bool limited)
     rig->limited = limited;
 }
 
-/* Reports a fault that a person must mend, and drops the force for as long as it stays. */
+/* Reports a fault that a person must mend, and drops the force for as long as the fault stays. */
 static inline void calot_rig_set_fault(calot_rig *rig, bool fault)
 {
     rig->fault = fault;

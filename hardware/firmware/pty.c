@@ -187,8 +187,8 @@ static calot_capabilities describe(void)
     return can;
 }
 
-/* A circle of 10 mm at 10 mm/s, `passed_s` after the last sample. The sine comes from a vector that
- * turns, without libm. */
+/* A circle with a radius of 10 mm at 10 mm/s, `passed_s` after the last sample. A vector that turns
+ * gives sine and cosine without libm. */
 static calot_motion move(double passed_s)
 {
     static double x_m = 0.01, y_m = 0.0;
@@ -248,7 +248,7 @@ static size_t spoil(calot_rig *rig, uint8_t *frame, size_t n)
     return options.faults[NO_ZERO] ? n - 1 : n;
 }
 
-/* Sends a frame whole or not at all. A host that does not read loses it. */
+/* Sends a frame whole or not at all. A host that does not read loses the frame. */
 static void transmit(calot_rig *rig, int line, uint8_t *frame, size_t n)
 {
     if (n == 0) return;
@@ -278,7 +278,7 @@ static void hear(calot_rig *rig, int line, uint64_t now, uint32_t now_us)
     }
 }
 
-/* Makes the force of a faulty watchdog young for as long as the mistake holds it. */
+/* Keeps the force of a faulty watchdog young for as long as the mistake lets the force last. */
 static void watch_wrongly(calot_rig *rig, uint32_t now_us)
 {
     static uint32_t command_us;
@@ -287,7 +287,7 @@ static void watch_wrongly(calot_rig *rig, uint32_t now_us)
         number = rig->command_sequence;
         command_us = rig->command_us;
     }
-    /* The rig's own watchdog follows behind. */
+    /* Afterwards the rig's own watchdog adds its time. */
     long held_us = options.faults[SLOW_WATCHDOG] * 1000 - rig->can.watchdog_ms * 1000;
     if (options.faults[NO_WATCHDOG] || (long)(now_us - command_us) < held_us)
         rig->command_us = now_us;

@@ -14,8 +14,7 @@ use rt_core::words::Status;
 const MODELS: [HapticModel; 3] = [HapticModel::TouchRig, HapticModel::Woody, HapticModel::Hapi];
 /// Age at which a sample of a device at 1 kHz is stale; the realtime process uses the same.
 const STALE_MS: u32 = 5;
-/// Time without a sample after which no force may remain: 20 ms for the fade, then the time of the
-/// device's watchdog.
+/// Time without samples, or without a host, after which no force may remain, ms.
 const SILENT_MS: u32 = 100;
 /// Largest distance of a handle from the device's origin, m, for any table-top device.
 const REACH_M: f32 = 0.5;

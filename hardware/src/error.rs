@@ -80,14 +80,14 @@ pub enum HardwareError {
         /// Path as given.
         path: PathBuf,
     },
-    /// Any other failure of the line while opening it.
+    /// A step failed, for a reason that no other error names.
     #[error("{path}: {doing} failed: {what}")]
     Line {
         /// Device path as given.
         path: PathBuf,
         /// Step that failed.
         doing: &'static str,
-        /// Error of the operating system.
+        /// Cause of the failure.
         what: String,
     },
     /// The device did not answer the handshake.

@@ -43,7 +43,7 @@ pub fn devices() -> Vec<Found> {
     found
 }
 
-/// Devices on the USB that are not serial lines.
+/// Known devices on the USB that are not serial lines.
 fn usb_devices() -> Vec<Found> {
     let units = nusb::list_devices().wait().into_iter().flatten();
     units

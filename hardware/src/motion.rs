@@ -42,8 +42,8 @@ impl Motion {
         self.findings = Findings::default();
     }
 
-    /// Judges a sample. Returns its velocity, m/s, if the sample is plausible: the velocity that
-    /// the device reports, or that of its positions if it is larger.
+    /// Judges a sample. Returns its velocity, m/s, if the sample is plausible: the larger of the
+    /// velocity that the device reports and the velocity of its positions.
     pub(crate) fn take(&mut self, at_m: Vec3, said_m_s: Vec3, at_ns: TimeNs) -> Option<Vec3> {
         let before = self.gate.last();
         let is_gap = self.gate.is_gap(at_ns);
@@ -77,8 +77,8 @@ impl Motion {
     }
 }
 
-/// The larger of a reported velocity and that of the positions: the report may be zero, or use
-/// another unit.
+/// The larger of a reported velocity and the velocity of the positions: the report may be zero, or
+/// use another unit.
 pub(crate) fn faster(said_m_s: Vec3, moved_m_s: Vec3) -> Vec3 {
     if moved_m_s.norm() <= said_m_s.norm() {
         said_m_s
@@ -93,7 +93,8 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    /// Samples admitted, fastest velocity, and leaps of a handle at 1 kHz.
+    /// Number of samples admitted, fastest velocity and number of leaps of a handle at 1 kHz; true
+    /// if a leap was admitted in the end.
     fn judged(said_m_s: f32, x_m: impl Fn(u64) -> f32) -> (u32, f32, u64, bool) {
         let mut motion = Motion::default();
         let (mut admitted, mut fastest_m_s, mut leapt) = (0, 0.0f32, false);

@@ -40,7 +40,7 @@ struct Sample {
 pub(crate) struct Noise {
     last: Option<Sample>,
     before: Option<Sample>,
-    /// The last deviation and the one before.
+    /// The last two deviations, the newest first.
     deviations_m: [Option<Vec3>; 2],
     /// Sum over the deviations of the window, m². Each term is the product of a deviation with the
     /// last but one, minus its product with the last.
@@ -91,7 +91,7 @@ impl Noise {
         (self.last, self.before, self.deviations_m) = (None, None, [None; 2]);
     }
 
-    /// True if the positions are too noisy for force.
+    /// True if the last [`WINDOWS`] windows were noisy.
     pub(crate) const fn is_found(&self) -> bool {
         self.noisy_windows >= WINDOWS
     }

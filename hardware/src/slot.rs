@@ -3,8 +3,8 @@
 
 use std::sync::atomic::{AtomicU32, Ordering, fence};
 
-/// Attempts of a reader before it gives up. The time between two writes is a thousand times that of
-/// a copy, so the second attempt usually succeeds.
+/// Attempts of a reader before it gives up. Two writes lie a thousand times as far apart as a copy
+/// takes, so the second attempt usually succeeds.
 const TRIES: u32 = 8;
 
 /// `N` words, written together and read together.

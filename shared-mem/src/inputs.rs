@@ -1,5 +1,5 @@
-//! Service `inputs`: everything that a tick read from the devices and the host, and hashes of its
-//! results. A replay feeds the same inputs and compares the hashes.
+//! Service `inputs`: everything that a tick read from the devices and the host, and hashes of the
+//! tick's results. A replay gives the simulation the same inputs and compares the hashes.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -9,8 +9,8 @@ use crate::message::PoseMsg;
 /// Largest number of records in one [`InputBatch`].
 pub const INPUT_BATCH: usize = 64;
 
-/// Inputs of one tick, and hashes of its results. An absent input (no fresh sample, no command) is
-/// zero.
+/// Inputs of one tick, and hashes of its results. The fields of an absent input (no fresh sample,
+/// no command) are zero.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct InputRecord {
@@ -18,11 +18,11 @@ pub struct InputRecord {
     pub tick: u64,
     /// Time at which the tick read the devices (`CLOCK_MONOTONIC`).
     pub now_ns: u64,
-    /// When the haptic device's sample was read.
+    /// Time at which the haptic device's sample was read.
     pub device_at_ns: u64,
-    /// When the tracker's sample was read.
+    /// Time at which the tracker's sample was read.
     pub tracker_at_ns: u64,
-    /// When the pedal's sample was read.
+    /// Time at which the pedal's sample was read.
     pub pedal_at_ns: u64,
     /// Pose of the handle in the haptic device's base frame.
     pub device_from_handle: PoseMsg,
@@ -31,11 +31,11 @@ pub struct InputRecord {
     pub velocity_m_s: [f32; 3],
     /// Pose of the sensor in the tracker's frame.
     pub tracker_from_sensor: PoseMsg,
-    /// Hash of the tools (`rt_core::sim::Digest`).
+    /// Hash of the tools after the tick (`rt_core::sim::Digest`).
     pub tools_hash: u32,
-    /// Hash of the spheres.
+    /// Hash of all spheres after the tick.
     pub spheres_hash: u32,
-    /// Set of the bits that [`InputRecord`] defines.
+    /// Bits of the `InputRecord` constants.
     pub bits: u32,
     /// Sequence number that the haptic device gave its sample.
     pub sequence: u16,
@@ -44,7 +44,7 @@ pub struct InputRecord {
     /// Command of a host: its kind ([`crate::message::CommandMsg`]) in the low four bits and its
     /// argument in the high four; 0: no command.
     pub command: u8,
-    /// Opening of the handle, 0 shut to 1 wide open. Valid if `bits` has
+    /// Opening of the handle, from 0 (shut) to 1 (wide open). Valid if `bits` has
     /// [`InputRecord::HAS_OPENING`].
     pub opening: f32,
     /// Hash of each organ's spheres, folded to eight bits.
@@ -72,12 +72,13 @@ impl InputRecord {
     pub const COAGULATE: u32 = 1 << 8;
     /// Pedal: camera lock.
     pub const CAMERA_LOCK: u32 = 1 << 9;
-    /// The tick left out self-collision, because its time was too short.
+    /// The tick left out self-collision, because too little time was left.
     pub const NO_SELF_COLLISION: u32 = 1 << 10;
-    /// The tick left out far organs, those that the instrument neither touches nor holds, because
-    /// its time was too short.
+    /// The tick left out far organs, because too little time was left. A far organ is near no tool
+    /// and not in the jaws.
     pub const NO_FAR_ORGANS: u32 = 1 << 11;
-    /// The haptic device's sample does not continue the earlier ones: the handle may be anywhere.
+    /// The haptic device's sample does not continue the earlier samples: the handle may be
+    /// anywhere.
     pub const LEAPT: u32 = 1 << 12;
     /// The haptic device reported a fault of its own.
     pub const DEVICE_FAILED: u32 = 1 << 13;
@@ -85,7 +86,7 @@ impl InputRecord {
     pub const HAS_OPENING: u32 = 1 << 14;
 }
 
-/// Setup of a run. The setup, the scene and the inputs together determine every result.
+/// Setup of a run. Setup, scene and inputs together determine every result.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct RunSetup {
@@ -101,16 +102,17 @@ pub struct RunSetup {
     pub instrument_port_m: [f32; 3],
     /// Port of the endoscope, world frame, m.
     pub endoscope_port_m: [f32; 3],
-    /// Capabilities of the haptic device, in the order of `rt_core::port::DeviceCapabilities`,
-    /// without those of the opening.
+    /// Capabilities of the haptic device, in the order of `rt_core::port::DeviceCapabilities`
+    /// without its `opening`.
     pub device: [f32; 9],
     /// Capabilities of the handle's opening: travel, m; peak force, N; largest stiffness, N/m.
     pub opening: [f32; 3],
-    /// Time over which the force rises from zero to full, s.
+    /// Time over which the force rises from zero to its full value, s.
     pub force_ramp_s: f32,
     /// 1: the force is enabled from the start.
     pub force_enabled: u32,
-    /// Iterations of the paper's method; 0: the run solves neo-Hookean tetrahedra instead.
+    /// Iterations of the inner-sphere paper's method; 0: the run solves neo-Hookean tetrahedra
+    /// instead.
     pub paper_iterations: u32,
     /// Zero.
     pub reserved: u32,
@@ -128,8 +130,8 @@ pub struct InputBatch {
     pub lost: u64,
     /// Number of `records` in use.
     pub count: u32,
-    /// Number of ticks that the controller ran. Only the last batch of a controller that ends in
-    /// order has it; in all others it is zero.
+    /// Number of ticks that the controller ran. Zero, except in the last batch of a controller that
+    /// ends in order.
     pub ran: u32,
     /// The records, oldest first.
     pub records: [InputRecord; INPUT_BATCH],
@@ -143,7 +145,7 @@ impl InputBatch {
     }
 }
 
-// Both processes rely on these sizes. Whoever changes one must also change the version.
+// Both processes rely on these sizes. A change of one needs a new version.
 const _: () = {
     assert!(size_of::<InputRecord>() == 144);
     assert!(size_of::<RunSetup>() == 168);

@@ -1,5 +1,5 @@
-//! The types and services by which Calot's two processes communicate, and the layout of the
-//! compiled scene, which both processes map into memory.
+//! Messages and services by which Calot's processes communicate, and the layout of the compiled
+//! scene, which the processes map into memory.
 //!
 //! Payloads are `#[repr(C)]`, hold no pointers, and are safe with any bit pattern: a broken peer
 //! can cause wrong values, never undefined behaviour. A reader converts raw numbers with [`words`]

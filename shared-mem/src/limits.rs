@@ -1,7 +1,7 @@
 //! Lengths of the arrays in the messages.
 //!
-//! The package `rt-core` defines the same limits once more, because neither package may depend on
-//! the other. `border.rs` of `rt-process` compares both and does not compile if they differ.
+//! The package `rt-core` defines most of them once more, because neither package may depend on the
+//! other. `border.rs` of `rt-process` does not compile if a limit differs between the two.
 
 use crate::words::Fault;
 
@@ -22,7 +22,7 @@ pub const MAX_CAPSULES: usize = 16;
 pub const MAX_DENTS: usize = 64;
 /// Largest number of records in a [`crate::message::TimingBatch`].
 pub const TIMING_BATCH: usize = 64;
-/// Number of stages of a tick. In order: sample, tool, contact, solve, force, procedure, publish.
+/// Number of stages of a tick: see [`crate::message::STAGE_NAMES`].
 pub const STAGES: usize = 7;
 /// Number of kinds of faults that a [`crate::message::TimingBatch`] counts.
 pub const FAULTS: usize = Fault::ALL.len();

@@ -1,5 +1,5 @@
-//! Service `task`: state of a task, from the host that assesses it to the hosts that watch. The
-//! text is JSON. The realtime process never sees it.
+//! Service `task`: the state of a task as JSON. The host that assesses the task sends it to the
+//! hosts that watch. The realtime process never sees it.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -12,7 +12,7 @@ pub const TASK_TEXT: usize = 8176;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.TaskMsg.v1")]
 pub struct TaskMsg {
-    /// When it was sent (`CLOCK_MONOTONIC`).
+    /// Time of sending (`CLOCK_MONOTONIC`).
     pub at_ns: u64,
     /// Version of the text's format: [`TaskMsg::VERSION`].
     pub version: u32,
@@ -48,5 +48,5 @@ impl TaskMsg {
     }
 }
 
-// Both processes rely on these sizes. Whoever changes one must also change the version.
+// Sender and receivers rely on this size. A change of it needs a new version.
 const _: () = assert!(size_of::<TaskMsg>() == 16 + TASK_TEXT);

@@ -1,4 +1,4 @@
-//! Names for the numbers that messages carry between the two processes.
+//! Names for the numbers that messages carry between processes.
 //!
 //! A message stores raw integers, because a broken peer may write any bit pattern. A reader
 //! converts them to these types. A number without a name is refused.
@@ -67,7 +67,7 @@ words! {
     Instrument, "instrument" {
         /// Two jaws that hold tissue.
         Grasper = 0, "grasper";
-        /// Electrode with a bent end.
+        /// An electrode with a bent end.
         Hook = 1, "cautery hook";
         /// Two blades.
         Scissors = 2, "scissors";
@@ -103,25 +103,25 @@ words! {
 }
 
 words! {
-    /// Kind of an event. [`crate::message::Event`] names what each kind carries.
+    /// Kind of an event. [`crate::message::Event`] has the payload of each kind.
     EventKind, "kind of event" {
         /// The instrument began to touch an organ.
         Contact = 1, "contact";
-        /// The instrument left an organ.
+        /// The instrument left the organ.
         Release = 2, "release";
         /// The jaws closed on tissue.
         Grasp = 3, "grasp";
-        /// The jaws let go.
+        /// The jaws let go, or the tissue slipped out of them.
         LetGo = 4, "let_go";
         /// A fault was raised.
         Fault = 5, "fault";
         /// The electrosurgical current changed.
         Electro = 6, "electro";
-        /// Tissue slipped between the jaws.
+        /// Held tissue slipped by 2 mm through the jaws.
         Slip = 7, "slip";
-        /// A band between organs, or a link of a tube, tore.
+        /// An attachment or a link of a tube tore.
         Tear = 8, "tear";
-        /// Scissors or current cut a band, a suture or a link of a tube.
+        /// Scissors or current cut an attachment, a suture or a link of a tube.
         Cut = 9, "cut";
         /// A clip closed on the organ. If the event names no organ, the clip closed on nothing. A
         /// clip on two organs raises two events.
@@ -135,24 +135,25 @@ words! {
         Removed = 13, "removed";
         /// The jaws crushed the tissue between them.
         Crush = 14, "crush";
-        /// A wall was burnt through, or a tube was parted half.
+        /// A wall was burnt through, or a tube was severed halfway.
         Perforation = 15, "perforation";
-        /// A tube was divided, or came off the tissue that it grew to.
+        /// A tube was divided, or torn off an organ.
         Divided = 16, "divided";
-        /// All organs were put back to their state at the start of the run or of a task. Earlier
+        /// All organs were put back to the start of the run, or to the start of a task. Earlier
         /// events no longer count.
         Reset = 17, "reset";
         /// A suture goes through an organ.
         Stitch = 18, "stitch";
         /// A suture hangs an organ on the abdominal wall.
         Hung = 19, "hung";
-        /// An organ that nobody detached left its place and does not return.
+        /// An organ that nobody cut free left its place and does not return.
         Fall = 20, "fall";
-        /// An organ that no tool moves does not come to rest.
+        /// An organ does not come to rest, and no tool explains its speed.
         Shake = 21, "shake";
-        /// The instrument was inside an organ when its device began, or returned.
+        /// The instrument was inside an organ at its device's first sample, or at the first after a
+        /// gap.
         Buried = 22, "buried";
-        /// The instrument presses on an organ that it touches, and the force has risen.
+        /// The instrument presses on an organ harder than before in this contact.
         Press = 23, "press";
     }
 }
@@ -161,13 +162,14 @@ words! {
     /// A fault of the controller. `rt_core::fault::Fault` describes the controller's reaction to
     /// each.
     Fault, "fault" {
-        /// A device's sample was not finite, was no rigid pose, or lay outside the room.
+        /// A device's sample was not finite, was no rigid pose, or lay more than 10 m from the
+        /// device's origin.
         BadSample = 0, "bad_sample";
         /// The force was not finite.
         BadForce = 1, "bad_force";
-        /// A sphere was not finite.
+        /// A sphere was not finite, or more than 10 m from its rest position.
         BadSphere = 2, "bad_sphere";
-        /// The newest sample of the haptic device is too old.
+        /// The newest sample of the haptic device is too old, or no tick ran for more than 20 ms.
         StaleDevice = 3, "stale_device";
         /// The connection to the haptic device is gone.
         LostDevice = 4, "lost_device";
@@ -181,32 +183,33 @@ words! {
         StiffnessCapped = 8, "stiffness_capped";
         /// The motors are warm, and the force is limited.
         ThermalLimited = 9, "thermal_limited";
-        /// A tick had more contacts than its list can hold.
+        /// A tick found more contacts than it can keep.
         ContactOverflow = 10, "contact_overflow";
-        /// A tick had more pairs of overlapping spheres than its list can hold.
+        /// A tick found more pairs of near spheres than it can keep.
         PairOverflow = 11, "pair_overflow";
-        /// The jaws held more spheres than their list can hold.
+        /// More spheres were between the jaws than the jaws can hold.
         GraspOverflow = 12, "grasp_overflow";
-        /// A tick had more events or leaks than their lists can hold.
+        /// A tick had more events or leaks than it can keep.
         EventOverflow = 13, "event_overflow";
         /// A tick ended after its deadline.
         Overrun = 14, "overrun";
         /// Time did not go forward between two ticks.
         BadClock = 15, "bad_clock";
-        /// Contact gave the hand more energy than it took from it, and the controller damped the
+        /// Contact returned more energy to the hand than it took, and the controller damped the
         /// force.
         Damped = 16, "damped";
-        /// The foot pressed both pedals of the electrosurgical unit.
+        /// Both pedals of the electrosurgical unit are pressed.
         BothElectrodes = 17, "both_electrodes";
-        /// The force is off, and nobody has enabled it.
+        /// The force is off: a person has not enabled it, or has cut it.
         NotEnabled = 18, "not_enabled";
-        /// The force rises after it was enabled, or falls while the pose is stale.
+        /// The force rises after it was enabled, or falls while the pose is stale or the simulation
+        /// is paused.
         Ramped = 19, "ramped";
         /// The haptic device is open but sends no valid sample.
         SilentDevice = 20, "silent_device";
         /// The haptic device repeats a position while its velocity or clock says otherwise.
         FrozenDevice = 21, "frozen_device";
-        /// The haptic device's clock runs backwards, stands still or has another unit.
+        /// The haptic device's clock runs backwards, stands still or counts in another unit.
         DeviceClock = 22, "device_clock";
         /// The handle leapt farther than a hand moves.
         DeviceLeap = 23, "device_leap";
@@ -338,7 +341,7 @@ impl Switches {
 }
 
 bits! {
-    /// Buttons of the handle. A device has up to eight; only this one has a name in messages.
+    /// Buttons of the handle. A device has up to eight. Only one has a name in messages.
     Buttons, "set of buttons" {
         /// Closes the jaws.
         GRASP = 1;
@@ -350,7 +353,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Checks that each variant is found by its number, and that no other number has a variant.
+    /// Checks that each variant is found by its number, and that no other number finds one.
     macro_rules! is_checked {
         ($($word:ident),+) => {$(
             for word in $word::ALL {

@@ -20,8 +20,8 @@ fn name(test: &str) -> String {
     format!("r{}-{test}", std::process::id())
 }
 
-/// The main function of a test's process, and no test by itself. It prints its result and waits
-/// until its standard input is closed.
+/// The main function of a test's process, and no test by itself. It prints its result. A process
+/// that holds ends then waits until its standard input is closed.
 #[test]
 fn role() {
     let Ok(role) = std::env::var(ROLE) else {
@@ -68,12 +68,12 @@ impl Actor {
         Self::start_in(&[], role, station, tmp)
     }
 
-    /// Starts the process through another program: `wrapper` is the command line that precedes it.
+    /// Starts the process through another program. `wrapper` is that program's command line.
     fn start_in(wrapper: &[&str], role: &str, station: &str, tmp: &Path) -> Self {
         let mut child = Self::spawn(wrapper, role, station, tmp);
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
         let said = lines.find_map(|line| line.unwrap().strip_prefix("SAID ").map(str::to_owned));
-        // The test harness goes on to write to this pipe.
+        // The pipe is emptied, because the test harness goes on to write to it.
         std::thread::spawn(move || lines.for_each(drop));
         let said = said.unwrap_or_else(|| format!("died: {:?}", child.wait()));
         Self { child, said }
@@ -95,7 +95,7 @@ impl Actor {
             .unwrap()
     }
 
-    /// Inode of the process's only socket.
+    /// Inode of the only socket that the process has open.
     fn socket(&self) -> u64 {
         let files = std::fs::read_dir(format!("/proc/{}/fd", self.child.id())).unwrap();
         let links = files.flatten().filter_map(|it| it.path().read_link().ok());
@@ -164,8 +164,8 @@ fn nothing_of_a_station_is_left_after_a_clean_end() {
     assert_eq!(members(&station), [""; 0]);
 }
 
-/// A program in another network namespace, as in a container that shares /dev/shm, sees no abstract
-/// socket.
+/// A program in another network namespace, as in a container that shares /dev/shm, does not see the
+/// station's abstract sockets.
 #[test]
 fn nobody_sweeps_a_station_of_another_network_away() {
     const NETWORK: [&str; 2] = ["unshare", "--net"];
@@ -412,7 +412,7 @@ fn shared_memory_that_is_too_small_is_named_before_it_is_used() {
     }
 }
 
-/// `prlimit` sets the same limit as `ulimit -f`. The check comes before any file is written, so
+/// `prlimit` sets the limit of `ulimit -f`. The limit is checked before any file is written, so
 /// that the signal SIGXFSZ is never raised.
 #[test]
 fn a_limit_of_file_sizes_is_named() {
@@ -426,7 +426,7 @@ fn a_limit_of_file_sizes_is_named() {
     all.end();
 }
 
-/// The reservation is at least what the files take, and not much more.
+/// The memory that a station asks for is at least as large as its files, and not much larger.
 #[test]
 fn what_a_station_reserves_is_what_it_takes() {
     let station = Station::new(&name("measure")).unwrap();

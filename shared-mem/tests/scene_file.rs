@@ -1,4 +1,4 @@
-//! The compiled scene: written and read back, refused when faulty, and read from random bytes.
+//! The compiled scene: written and read back, refused when faulty, and read from damaged bytes.
 
 use bytemuck::Zeroable;
 use proptest::prelude::*;
@@ -22,7 +22,7 @@ fn contact_vertex(i: u16) -> ContactVertexRecord {
     }
 }
 
-/// One of two cells of which the second lies on the first.
+/// One of two cells: the second lies on the outer face of the first.
 fn cell(i: u16) -> CellRecord {
     let mut neighbours = [NO_CELL; 6];
     neighbours[usize::from(5 - i)] = 1 - i;
@@ -284,7 +284,7 @@ fn missing_foreign_old_and_damaged_files_are_told_apart() {
     assert!(SceneFile::from_bytes(&good[..good.len() - 1]).is_err());
 }
 
-/// A scene of three levels, each with another mass, which tells them apart.
+/// The mass of a sphere tells the three levels apart.
 #[test]
 fn levels_of_detail_in_one_file_are_opened_by_number() {
     let folder = tempfile::tempdir().unwrap();
@@ -343,8 +343,7 @@ proptest! {
         fuzz::scene_file(&bytes);
     }
 
-    /// Opens files of several levels, damaged and cut. A level that opens is sound, and nothing
-    /// panics.
+    /// Opens damaged and cut files of several levels. Every level is refused or sound.
     #[test]
     fn hostile_levels_never_panic(edits in prop::collection::vec((0usize..4000, any::<u8>()), 0..6),
                                   cut in prop::option::of(0usize..4000)) {
@@ -392,7 +391,7 @@ fn a_scene_replaces_only_a_scene() {
     assert_eq!(SceneFile::open(&at("empty")).unwrap().id(), id);
 }
 
-/// Reads the files that the fuzzer kept, each because it reached new code.
+/// Reads the files that the fuzzer kept because they reached new code.
 #[test]
 fn the_corpus_is_read_or_refused() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/scene_file");

@@ -1,4 +1,4 @@
-//! Both ends of a station over real shared memory.
+//! Ends of a station that communicate over real shared memory.
 
 use core::time::Duration;
 
@@ -270,8 +270,8 @@ fn shared_memory_of_a_station_is_its_users_alone() {
     assert!(seen >= 6, "{seen} of the services' files");
 }
 
-/// Any user can put a link into /dev/shm under a name that can be guessed. The station must not
-/// change the file that the link leads to.
+/// The names of a station's files can be guessed, so any user can put a link into /dev/shm under
+/// such a name. The station must not change the file that the link leads to.
 #[test]
 fn a_planted_link_closes_nothing_else() {
     use std::os::unix::fs::PermissionsExt;
@@ -282,7 +282,7 @@ fn a_planted_link_closes_nothing_else() {
     let link = format!("/dev/shm/{}planted", station.file_prefix());
     std::os::unix::fs::symlink(victim.path(), &link).unwrap();
     let opened = Controller::open(&station).map(|_| ());
-    // The first end that joins removes the link itself, not the file that it leads to.
+    // The first end that joins removes the link itself, not the link's target.
     assert!(!std::path::Path::new(&link).is_symlink());
     opened.unwrap();
     let mode = victim.as_file().metadata().unwrap().permissions().mode();

@@ -28,7 +28,8 @@ impl Album {
     /// Opens an album for pictures of this scene, of `size` pixels.
     ///
     /// # Errors
-    /// [`DisplayError::Device`] without a graphics driver, [`DisplayError::Size`].
+    /// [`DisplayError::NoAdapter`], [`DisplayError::Device`], [`DisplayError::Size`],
+    /// [`DisplayError::TooLarge`].
     pub fn open(scene: &SceneFile, size: [u32; 2]) -> Result<Self, DisplayError> {
         let gpu = Gpu::open()?;
         let quality = Quality {

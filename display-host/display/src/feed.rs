@@ -154,8 +154,9 @@ impl Feed {
     }
 }
 
-/// Number of messages lost before `sequence`. A smaller number than before comes from a restarted
-/// controller. The first number shows no loss, because a display may join late.
+/// Number of messages lost before `sequence`. A number below the expected one comes from a
+/// restarted controller and counts as no loss. So does the first number, because a display may join
+/// late.
 fn gap(next: &mut Option<u64>, sequence: u64) -> u64 {
     let expected = next.replace(sequence.wrapping_add(1));
     expected.map_or(0, |expected| sequence.saturating_sub(expected))

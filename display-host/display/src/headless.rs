@@ -26,7 +26,7 @@ const PRESS_MIN_M: f32 = 0.001;
 /// A press that is shallower than the deepest one by less than this counts as equally deep, m. The
 /// last of equally deep moments is drawn, because by then the tissue has settled.
 const PRESS_SAME_M: f32 = 0.0005;
-/// Largest number of pictures. A state waits in memory (66 kB) until its picture is drawn.
+/// Largest number of pictures. A state waits in memory (75 kB) until its picture is drawn.
 const FRAMES_MAX: u32 = 4096;
 
 /// Configuration of a run without a window.
@@ -138,7 +138,7 @@ impl RunOutcome {
 /// up to `patience`. Starts no other process.
 ///
 /// # Errors
-/// See [`DisplayError`]. After the first state only two errors end a run: a file that cannot be
+/// See [`DisplayError`]. After [`Observed::Begun`] only two errors end a run: a file that cannot be
 /// written, and a failing graphics device when pictures are needed.
 pub fn run(
     config: &HeadlessConfig,
@@ -417,9 +417,8 @@ struct Plan {
     scene: Arc<SceneFile>,
     deepest: Option<Still>,
     /// Depth of the deepest press so far, m.
-    /// Last state without contact before the deepest press was first recorded, or the tissue at
-    /// rest.
     deepest_m: f32,
+    /// Last state without contact before a press was first recorded, or the tissue at rest.
     untouched: Box<StateFrame>,
     grasp: Option<Still>,
     grasp_due: bool,

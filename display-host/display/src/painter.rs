@@ -124,7 +124,7 @@ impl Painter {
         }
     }
 
-    /// Drops the waiting stills.
+    /// Drops the waiting stills and takes no more.
     pub(crate) fn drop_waiting(&mut self) {
         self.drop_waiting.store(true, Ordering::Relaxed);
         self.orders = None;
@@ -152,7 +152,8 @@ impl Painter {
         }
     }
 
-    /// Ends the thread. Returns the adapter, true if it is software, and the pictures.
+    /// Waits for the thread to draw what was ordered and to end. Returns the adapter, true if it is
+    /// software, and the pictures.
     pub(crate) fn end(mut self) -> (Option<String>, bool, Vec<FrameRecord>) {
         self.orders = None;
         if let Some(thread) = self.thread.take() {
@@ -238,7 +239,7 @@ fn paint_all(
     Ok(())
 }
 
-/// Tools before the first frame of the controller: no instrument in view, the camera at its start.
+/// Tools of the first frame, which nobody sees: camera and instrument at the camera's start.
 fn resting(scene: &SceneFile) -> ToolFrame {
     let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
     tools.world_from_camera = scene.room().world_from_camera;

@@ -19,8 +19,8 @@ const BATCHES_KEPT: usize = 64;
 /// Past events that a new watcher receives: as many as a new display gets from shared memory.
 const EVENTS_FIRST: u64 = 64;
 
-/// Age at which the last message about a task belongs to a finished task, ns. During a task, the
-/// process that assesses it sends a message every 50 ms.
+/// Age from which on the last message about a task counts as that of a finished task, ns. During a
+/// task, the process that assesses it sends a message every 50 ms.
 const TASK_KEPT_NS: u64 = 5_000_000_000;
 
 /// The newest data of a station, and its last events and timing batches. Its size is bounded.
@@ -154,7 +154,7 @@ impl Desk {
         let mut body = Vec::with_capacity(64 << 10);
         let state = self.state.as_deref();
         if let Some(state) = state.filter(|it| !known || it.at_ns != ask.state_at_ns) {
-            // A state that the controller garbled is left out.
+            // A malformed state is left out.
             head.state_bytes = wire::put_state(&mut body, state).unwrap_or(0);
         }
         let tools = self.tools.as_deref();

@@ -70,7 +70,7 @@ impl Inbox {
             batches,
         } = answer;
         if head.server != self.next.server {
-            // Another server counts its answers, events and batches from 0 again.
+            // Another server counts its answers, events and batches anew.
             *self = Self {
                 next: Ask {
                     server: head.server,

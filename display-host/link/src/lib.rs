@@ -12,12 +12,12 @@
 //!
 //! The watcher asks for data that are newer than its own ([`wire`]). It keeps up to four questions
 //! under way while answers are quick, and one while they are late (`pace`). A slow line therefore
-//! carries fewer pictures, and none of them waits for long. A stopped watcher asks for nothing.
-//! The watcher asks for events by number until they arrive; `serve` keeps the last 4096. `serve`
-//! has a thread for each watcher and stores nothing about it, so that a slow watcher delays only
-//! itself. A message holds only the used part of a frame. The watcher converts time stamps to its
-//! own clock, and the quickest answer sets the offset (`clock`). The compiled scene comes in parts.
-//! The watcher accepts the whole if its identity is the one in the state.
+//! carries fewer pictures, and none of them waits for long. A stopped watcher asks for nothing. The
+//! watcher asks for events by number until they arrive; `serve` keeps the last 4096. `serve` has a
+//! thread for each watcher, so that a slow watcher delays only itself, and does not store what a
+//! watcher has received. A message holds only the used part of a frame. The watcher converts time
+//! stamps to its own clock, and the quickest answer sets the offset (`clock`). The compiled scene
+//! comes in parts. The watcher accepts the whole if its identity is the one in the state.
 //!
 //! # Trust
 //!

@@ -77,7 +77,8 @@ impl Line {
         self.flush(start)
     }
 
-    /// Sends some of `bytes`, after everything that is already queued.
+    /// Sends some of `bytes`, or with TLS sends some of the queue and queues some of `bytes`.
+    /// Returns the number of bytes taken.
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Broken> {
         let Some(tls) = &mut self.tls else {
             return self.socket.write(bytes);

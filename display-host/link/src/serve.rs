@@ -27,7 +27,7 @@ const SILENT_WATCHER: Duration = Duration::from_secs(15);
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 /// Delay before a missing scene is searched again: the search is slow and all watchers wait for it.
 const LOOK_AGAIN: Duration = Duration::from_secs(1);
-/// A controller that publishes no state for this long may have died; the process then checks.
+/// A controller that publishes no state for this long may have died; `serve` then checks.
 const SILENT: Duration = Duration::from_millis(500);
 
 /// Counts of a served station.
@@ -49,7 +49,7 @@ struct Question {
 }
 
 /// Answers watchers of `station` at `address` until `stop` is set or `seconds` have passed.
-/// Searches the running scene in `places`, which are compiled scenes or folders of them. Calls
+/// Searches for the running scene in `places`, which are compiled scenes or folders of them. Calls
 /// `ready` as soon as watchers can connect.
 ///
 /// # Errors

@@ -27,7 +27,8 @@ const GONE: Duration = Duration::from_secs(8);
 const AGAIN: Duration = Duration::from_secs(1);
 /// Delay before a missing scene is asked for again.
 const SCENE_AGAIN: Duration = Duration::from_secs(2);
-/// Longest interval between two questions. It replaces the interval of a lower or invalid rate.
+/// Longest interval between two questions. It replaces the interval of a rate that is lower or
+/// invalid.
 const SLOWEST: Duration = Duration::from_secs(1);
 /// Interval at which commands are read while there is no line.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
@@ -161,7 +162,7 @@ impl Show {
         let mut due = Instant::now();
         while !is_over() {
             if due <= Instant::now() && pace.may_ask() {
-                // Questions that were due meanwhile are not made up for.
+                // Questions that fell due meanwhile are left out.
                 due = (due + period).max(Instant::now());
                 pace.asked(monotonic_ns());
                 if let Err(error) = line.send(wire::LOOK, bytemuck::bytes_of(&self.inbox.ask())) {
@@ -256,7 +257,7 @@ impl Show {
         Ok(Ok(None))
     }
 
-    /// Publishes new data to displays. Ignores a failed send: it means that the service is gone.
+    /// Publishes new data to displays. Ignores a failed send: nothing here could mend it.
     fn show(&mut self, fresh: Fresh) {
         if let Some(state) = fresh.state {
             self.watched.states += 1;
@@ -297,7 +298,7 @@ impl Show {
     }
 }
 
-/// Result of a part.
+/// Result of taking a part.
 enum Part {
     /// More is to come.
     Next,

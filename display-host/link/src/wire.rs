@@ -27,7 +27,7 @@ pub const LOOK: u8 = 1;
 pub const SCENE: u8 = 2;
 /// First bytes of every message. They change when any record changes, including those of shared
 /// memory.
-pub const MAGIC: [u8; 8] = *b"CALOTLK1";
+pub const MAGIC: [u8; 8] = *b"CALOTLK2";
 /// Largest number of events in an answer.
 pub const EVENTS_MAX: usize = 256;
 /// Largest number of timing batches in an answer.
@@ -93,7 +93,7 @@ pub struct Head {
     pub tools: u32,
     /// Number of events that follow.
     pub events: u32,
-    /// Number of batches that follow, each after its length.
+    /// Number of batches that follow. The head of a batch has the number of its records.
     pub batches: u32,
     /// Bytes of the task message; 0: none is newer.
     pub task_bytes: u32,
@@ -214,7 +214,8 @@ impl Answer {
     }
 }
 
-/// Appends the used part of a state and returns its length in bytes.
+/// Appends the used part of a state and returns its length in bytes. `None` if the state is
+/// malformed.
 pub(crate) fn put_state(to: &mut Vec<u8>, frame: &StateFrame) -> Option<u32> {
     let (spheres, clips, cells) = (frame.spheres()?, frame.clips()?, frame.cells()?);
     frame.sutures()?;
@@ -222,8 +223,15 @@ pub(crate) fn put_state(to: &mut Vec<u8>, frame: &StateFrame) -> Option<u32> {
     to.extend_from_slice(bytemuck::bytes_of(frame).get(..STATE_HEAD)?);
     to.extend_from_slice(bytemuck::cast_slice(spheres));
     to.extend_from_slice(bytemuck::cast_slice(clips));
+    to.extend_from_slice(frame.parted.get(..parted_bytes(frame)?)?);
     to.extend_from_slice(cells);
     u32::try_from(to.len() - before).ok()
+}
+
+/// Number of bytes with the links in use. `None` if the frame claims too many links.
+fn parted_bytes(frame: &StateFrame) -> Option<usize> {
+    frame.parted()?;
+    Some((frame.link_count as usize).div_ceil(8))
 }
 
 fn state(mut bytes: &[u8]) -> Result<Box<StateFrame>, LinkError> {
@@ -246,6 +254,10 @@ fn state(mut bytes: &[u8]) -> Result<Box<StateFrame>, LinkError> {
     for to in frame.clips.iter_mut().take(clips) {
         *to = take::<ClipMsg>(&mut bytes, "half a state")?;
     }
+    let parted = parted_bytes(&frame).ok_or(WHAT)?;
+    if let Some(to) = frame.parted.get_mut(..parted) {
+        to.copy_from_slice(cut(&mut bytes, parted, "half a state")?);
+    }
     for to in frame.cells.iter_mut().take(cells) {
         *to = take(&mut bytes, "half a state")?;
     }
@@ -259,13 +271,14 @@ fn state(mut bytes: &[u8]) -> Result<Box<StateFrame>, LinkError> {
 
 fn tools(bytes: &mut &[u8]) -> Result<Box<ToolFrame>, LinkError> {
     let frame: Box<ToolFrame> = Box::new(take(bytes, "half a tool frame")?);
-    let is_sane = frame.capsules().is_some();
+    let is_sane = frame.capsules().is_some() && frame.dents().is_some();
     is_sane.then_some(frame).ok_or(LinkError::Malformed {
         what: "tools whose counts or numbers are out of range",
     })
 }
 
-/// Appends the used part of a task message and returns its length in bytes.
+/// Appends the used part of a task message and returns its length in bytes. `None` if its text is
+/// malformed.
 pub(crate) fn put_task(to: &mut Vec<u8>, task: &TaskMsg) -> Option<u32> {
     let text = task.text()?;
     to.extend_from_slice(bytemuck::bytes_of(task).get(..TASK_HEAD)?);

@@ -33,7 +33,7 @@ const BESIDE_M: f64 = 0.012;
 const OTHER_M: f64 = 0.02;
 /// Cost of a cell at which the hook has no room, expressed as a detour, m.
 const CRAMPED_M: f64 = 0.1;
-/// Room of the hook at a cell from which on it costs nothing, m.
+/// A cell where the hook has this much room costs nothing more, m.
 const ROOMY_M: f64 = 0.0015;
 /// Cost of a cell with less room than `ROOMY_M`, expressed as a detour, m.
 const NARROW_M: f64 = 0.04;
@@ -97,7 +97,7 @@ impl Work<'_> {
             }
             let Some(choice) = self.choose(regions) else {
                 if gone > before + WORTH {
-                    // The cells in front of a cell may be gone now, so that it is within reach.
+                    // Cells that were in the way may be gone now.
                     before = gone;
                     self.field.begin();
                     continue;
@@ -185,8 +185,8 @@ impl Work<'_> {
         chosen.min_by(|a, b| a.cost_m.total_cmp(&b.cost_m))
     }
 
-    /// Obstruction between a cell and the port, expressed as a detour, m, and the cell to remove
-    /// first.
+    /// Obstruction between a cell and the port, expressed as a detour, m, and the obstructing cell
+    /// to remove first: the one nearest to the port.
     fn in_way(&self, now: &Now, index: usize, at: Vec3) -> (f64, Option<(usize, Vec3)>) {
         let out = (self.sight.port() - at).normalize();
         let line = [at, at + out * LOOK_M];
@@ -209,7 +209,8 @@ impl Work<'_> {
         (cost_m, first.map(|(_, first)| first))
     }
 
-    /// Best direction of the bent end for a cell, and its cost, expressed as a detour, m.
+    /// Best direction of the bent end for a cell, and the direction's cost, expressed as a detour,
+    /// m.
     fn hold(&self, now: &Now, at: Vec3, radius_m: f64) -> Option<(f64, Vec3)> {
         let [heel, end] = self.electrode()?;
         let port = self.sight.port();

@@ -6,7 +6,7 @@ use shared_mem::scene::{NO_CELL, SceneFile};
 use crate::sight::Sight;
 use crate::vector::{Vec3, wide};
 
-/// Cells that are within this distance of a given-up cell at rest count as tried too, m.
+/// Cells within this distance of a given-up cell, at rest, count as given up, too, m.
 const BESIDE_M: f64 = 0.002;
 
 /// Layered tissue at rest.

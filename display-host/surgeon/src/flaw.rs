@@ -10,14 +10,14 @@ const TREMOR_HZ: f64 = 8.0;
 /// Amplitude of the tremor, m. Metrics leave out movements within 1.6 mm, so a smaller one would
 /// not show.
 const TREMOR_M: f64 = 0.002;
-/// Angle by which the endoscope wanders off in an operation, rad, and the time until it is back, s.
-/// The picture ends 0.61 rad off its middle.
+/// Sway of a wandering endoscope in an operation: largest angle, rad, and period, s. The picture
+/// ends 0.61 rad off its middle.
 const WANDER: [f64; 2] = [0.9, 12.0];
-/// Sway of the endoscope while it shows an organ: angle, rad, and time, s. A hand that trembles
-/// moves the middle of the picture by 1.2 mm at 10 cm, one that wanders by 12 mm.
+/// Sway of the endoscope while it shows an organ: largest angle, rad, and period, s. A hand that
+/// trembles moves the middle of the picture by 1.2 mm at 10 cm, one that wanders by 12 mm.
 const TREMBLE_SHOWING: [f64; 2] = [0.012, 0.7];
 const WANDER_SHOWING: [f64; 2] = [0.12, 3.0];
-/// Time from one rest to the next, s.
+/// Period of the rests, s.
 const REST_EVERY_S: f64 = 8.0;
 /// Length of a rest, s. Idle time counts from 1 s.
 const REST_S: f64 = 3.0;

@@ -193,8 +193,8 @@ impl Work<'_> {
     }
 }
 
-/// True if the sphere that first came near has been displaced far, with a tube near ever since.
-/// `near` is the sphere now near, if any, and its position.
+/// True if the sphere that first came near has moved by more than `COMES_ALONG_M`, and a tube has
+/// been near ever since. `near` is the sphere now near, if any, and its position.
 fn hangs(
     hanging: &mut Option<Hanging>,
     near: Option<Hanging>,

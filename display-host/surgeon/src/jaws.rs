@@ -12,7 +12,7 @@ use crate::work::{BACK_M, BITE, JAW_M, Work};
 
 /// Radius of a jaw, m (`rt_core::tool`).
 const JAW_RADIUS_M: f64 = 0.0015;
-/// Attempts at a vessel that was missed.
+/// Largest number of attempts at a vessel.
 const ATTEMPTS: u32 = 4;
 /// A clip that closes less than this share of a vessel leaves it open.
 const CLOSED: f32 = 0.99;
@@ -37,7 +37,7 @@ const ROOM_M: f64 = 0.008;
 /// place, m.
 const ASIDE_M: f64 = 0.01;
 /// A tube farther than this from the axis midway between the jaws stays outside the jaws, m. It is
-/// half of the jaws' opening and the error of aim.
+/// half of the jaws' opening plus the error of aim.
 const ALONE_M: f64 = 0.006;
 /// A place that moves by this distance during the approach counts as pushed, m. Each further
 /// attempt allows half as much more.
@@ -47,8 +47,8 @@ const PUSHED_M: f64 = 0.008;
 const MISSED_M: f64 = 0.004;
 
 impl Work<'_> {
-    /// Clips or cuts at a share of the way along an organ. Repeats next to that place until a clip
-    /// or a cut succeeds.
+    /// Clips or cuts at a share of the way along an organ. After a failure, tries again beside that
+    /// place, `ATTEMPTS` times in all.
     pub(crate) fn bite(&mut self, kind: OrganKind, share: f64) -> Result<(), String> {
         if self.sight.along(kind, share, &self.seen.state).is_none() {
             return Err("the scene has no such vessel".to_owned());
@@ -126,8 +126,8 @@ impl Work<'_> {
         self.reach(&unless_pushed, 0.0, false)
     }
 
-    /// Place for this attempt. It differs from the intended place, because tissue gives way, and
-    /// other tubes may lie in front of a place or next to it.
+    /// Place for this attempt, as a share of the way. It may differ from the intended place,
+    /// because tissue gives way, and other tubes may lie in front of a place or next to it.
     fn attempted(&self, kind: OrganKind, share: f64, attempt: u32, bitten: &[f64]) -> f64 {
         if !self.looks_first() {
             let side = if attempt.is_multiple_of(2) {
@@ -165,7 +165,7 @@ impl Work<'_> {
         away_m.fold(f64::MAX, f64::min)
     }
 
-    /// Distance between other tubes and the jaws around this place, m.
+    /// Distance between the nearest other tube and the axis midway between jaws at this place, m.
     fn alone_m(&self, kind: OrganKind, share: f64) -> f64 {
         let state = &self.seen.state;
         let Some(Place { at, .. }) = self.sight.along(kind, share, state) else {
@@ -179,8 +179,8 @@ impl Work<'_> {
         room_m.fold(f64::MAX, f64::min)
     }
 
-    /// Room between the straight path from the port to a place and structures that must not be
-    /// touched, m.
+    /// Room between the last `WAY_M` of the straight path from the port to a place and structures
+    /// that must not be touched, m.
     fn room_on_the_way(&self, kind: OrganKind, share: f64) -> f64 {
         let state = &self.seen.state;
         let Some(Place { at, .. }) = self.sight.along(kind, share, state) else {
@@ -212,7 +212,7 @@ impl Work<'_> {
         self.surgeon.is_careful() && self.has_jaws()
     }
 
-    /// True if a careful surgeon sees the vessel between the jaws.
+    /// True if the place is near the jaws' biting point, or if the surgeon does not look first.
     fn is_worth_closing(&self, kind: OrganKind, share: f64) -> bool {
         let place = self.sight.along(kind, share, &self.seen.state);
         let is_near = |place: Place| (place.at - self.bite_at()).norm() < MISSED_M;
@@ -269,8 +269,8 @@ fn roomiest(share: f64, is_cut: bool, bitten: &[f64], room_m: impl Fn(f64) -> f6
     best.map_or(share, |best| best.1)
 }
 
-/// Axis midway between jaws that take a vessel at this place, approaching along `along`, from hinge
-/// to end.
+/// Axis midway between jaws, from hinge to end, when they have come along `along` and take a vessel
+/// at this place.
 fn jaws_at(place: Vec3, along: Vec3) -> [Vec3; 2] {
     [-BITE, 1.0 - BITE].map(|share| place + along * (share * JAW_M))
 }

@@ -65,6 +65,6 @@ pub trait Theatre {
     /// The reason why it could not be sent.
     fn command(&mut self, command: CommandMsg) -> Result<(), String>;
 
-    /// Receives the surgeon's reason for leaving a step undone.
+    /// Receives the surgeon's words, such as the reason for leaving a step undone.
     fn tell(&mut self, what: &str);
 }

@@ -8,7 +8,7 @@ use crate::work::{LOOK_MAX_S, Work, rotation};
 /// Angle from the middle of the picture within which an organ is shown, rad: less than half of
 /// what the endoscope drill allows.
 const MIDDLE_RAD: f64 = 0.12;
-/// Share of the remaining angle that is turned in a second.
+/// Rate of turn per remaining angle, 1/s.
 const TURN_SHARE: f64 = 1.5;
 /// Fastest turn, rad/s.
 const TURN_RAD_S: f64 = 0.3;

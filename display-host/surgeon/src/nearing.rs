@@ -5,7 +5,7 @@
 const LATE_S: f64 = 0.05;
 /// Largest assumed speed of approach, m/s.
 const SPEED_MAX_M_S: f64 = 0.15;
-/// Larger rooms count as this, m.
+/// A larger room counts as this, m.
 const FAR_M: f64 = 0.1;
 /// Weight of a new sample in the smoothed speed.
 const BELIEVED: f64 = 0.7;
@@ -18,7 +18,8 @@ pub(crate) struct Nearing {
 }
 
 impl Nearing {
-    /// Predicted room when the hand can react, m, `seconds` after the previous call.
+    /// Predicted room at the time when the hand can react, m. `seconds` is the time since the
+    /// previous call.
     pub(crate) fn soon(&mut self, room_m: f64, seconds: f64) -> f64 {
         let room_m = room_m.min(FAR_M);
         if let Some(last_m) = self.last_m.filter(|_| seconds > 0.0) {

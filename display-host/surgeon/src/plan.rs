@@ -54,8 +54,8 @@ pub(crate) enum Act {
     Take(Instrument),
     /// Move to this share of the way along a tube, or to the near side of another organ.
     Reach(OrganKind, f64),
-    /// Close the jaws at this share of the way along an organ and withdraw. Repeat until a clip or
-    /// a cut succeeds.
+    /// Close the jaws at this share of the way along an organ and withdraw. Repeat a few times,
+    /// until a clip or a cut succeeds.
     Work(OrganKind, f64),
     /// Close and open the jaws.
     Close,
@@ -105,7 +105,7 @@ impl Surgeon {
                 }
                 if does(Task::Cut) {
                     // Task `cut` begins with clips: two on the body's side of 0.65, one on the
-                    // other.
+                    // other side.
                     plan.push(Act::Take(Instrument::Scissors));
                     plan.extend(vessels.map(|kind| Act::Work(kind, CUT)));
                 }

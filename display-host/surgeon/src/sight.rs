@@ -12,7 +12,7 @@ pub(crate) struct Place {
     pub(crate) along: Option<Vec3>,
 }
 
-/// A segment between two spheres, and its radius, m.
+/// A segment of a structure, and its radius, m.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bar {
     pub(crate) ends: [Vec3; 2],
@@ -144,7 +144,7 @@ impl Sight {
     }
 
     /// Place along a tube whose spheres are in order. The share is 0 at the end away from the
-    /// gallbladder and rises towards the gallbladder.
+    /// gallbladder and rises towards the gallbladder; at 1 it reaches the last sphere but one.
     pub(crate) fn along(&self, kind: OrganKind, share: f64, state: &StateFrame) -> Option<Place> {
         let own = self.spheres_of(self.organ(kind)?);
         let bag = self
@@ -275,7 +275,7 @@ pub(crate) fn off_line(point: Vec3, [a, b]: [Vec3; 2]) -> f64 {
     (point - a - way * share.clamp(0.0, 1.0)).norm()
 }
 
-/// Shortest vector from the second segment to the first, m.
+/// Shortest vector from the second segment to the first segment, m.
 pub(crate) fn between([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> Vec3 {
     let (own, other, apart) = (b - a, d - c, a - c);
     let (own2, other2) = (own.norm_squared(), other.norm_squared());

@@ -14,7 +14,8 @@ use crate::sight::{Place, Sight};
 use crate::vector::Vec3;
 use crate::{Seen, Theatre};
 
-/// Length of the jaws of scissors and clip applier, m (`rt_core::tool::Instrument`).
+/// Length of the jaws, m, about that of scissors (16 mm) and clip applier (14 mm) in
+/// `rt_core::tool::Instrument`.
 pub(crate) const JAW_M: f64 = 0.015;
 /// Place of the vessel in the jaws, as a share of their length from the hinge.
 pub(crate) const BITE: f64 = 0.7;
@@ -123,7 +124,7 @@ pub(crate) struct Work<'a> {
     pub(crate) is_over: bool,
     /// True while the surgeon shows an organ with the endoscope.
     pub(crate) shows: bool,
-    /// Organ that the surgeon burns, and the heat after which the pedal is released, J.
+    /// Organ that the surgeon burns, and the heat that it takes until the pedal is released, J.
     heats: Option<(usize, f64)>,
     /// Offset that a flaw has added: of the hand, m, or of the endoscope, rad.
     pub(crate) flaw: [f64; 2],
@@ -160,7 +161,7 @@ impl Work<'_> {
                 self.asked.switches = pedal;
                 let until_s = self.seen.at_s + seconds;
                 while !self.is_over && self.seen.at_s < until_s && self.asked.switches != 0 {
-                    // It does not matter how near the hook gets at once.
+                    // A failure to arrive does not matter: the loop moves on.
                     let _ = self.approach(kind, 0.4, 0);
                 }
                 self.asked.switches = 0;
@@ -183,7 +184,8 @@ impl Work<'_> {
         }
     }
 
-    /// Looks and moves until `done`, for at most this time, s. Returns true if it was done in time.
+    /// Looks and moves until `done`, for at most this time, s, without the rests of a pausing hand.
+    /// Returns true if it was done in time.
     pub(crate) fn look_for(
         &mut self,
         seconds: f64,
@@ -271,8 +273,8 @@ impl Work<'_> {
         self.reach(&|_| Some(place), 0.0, false)
     }
 
-    /// Moves the biting point of the jaws to a place or `before_m` in front of it, and lines the
-    /// jaws up if asked.
+    /// Moves to `before_m` in front of a place: with the biting point of the jaws on a vessel,
+    /// otherwise with the tip. Lines the jaws up with the vessel if asked.
     pub(crate) fn reach(
         &mut self,
         place: &dyn Fn(&Self) -> Option<Place>,
@@ -288,7 +290,7 @@ impl Work<'_> {
             let Some(Place { at, along: runs }) = place(work) else {
                 return true;
             };
-            // A place with a direction is taken between the jaws. To any other place the tip goes.
+            // A place with a direction is taken between the jaws. The tip goes to any other place.
             let from = match runs.is_some() && work.has_jaws() {
                 true => work.bite_at(),
                 false => work.tip(),
@@ -314,7 +316,7 @@ impl Work<'_> {
         }
     }
 
-    /// Moves the hand towards a place still `way` off, for this time.
+    /// Moves the hand for this time towards a place that is off by `way`.
     pub(crate) fn go(&mut self, way: Vec3, seconds: f64) {
         let step = way * (4.0 * seconds);
         let step = step.cap_magnitude(self.surgeon.speed_m_s() * seconds);
@@ -366,7 +368,7 @@ impl Work<'_> {
         rotation(&self.seen.tools.world_from_instrument) * -Vec3::z()
     }
 
-    /// End of the closed jaws, or the middle of the hook's uninsulated end, m.
+    /// End of the closed jaws, or the middle of the hook's bent end, m.
     pub(crate) fn tip(&self) -> Vec3 {
         if self.seen.tools.has(Instrument::Hook)
             && let Some([heel, end]) = self.electrode()
@@ -388,7 +390,7 @@ impl Work<'_> {
         self.tip() - self.along() * ((1.0 - BITE) * JAW_M)
     }
 
-    /// Uninsulated part of the hook, from heel to end, m.
+    /// The hook's bent end, from heel to end, m.
     pub(crate) fn electrode(&self) -> Option<[Vec3; 2]> {
         let tools = &self.seen.tools;
         let parts = tools.capsules.iter().take(tools.capsule_count as usize);

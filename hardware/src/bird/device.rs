@@ -212,7 +212,8 @@ impl Bird {
         self.birds.get_mut(place)
     }
 
-    /// Record of the present pose; in a group the record of every bird, each with its address.
+    /// Record of the first bird's present pose. In a group, the records of all birds taken into it,
+    /// each with its bird's address.
     #[must_use]
     pub fn record(&self) -> Vec<u8> {
         self.record_of(1)
@@ -232,7 +233,7 @@ impl Bird {
     }
 }
 
-/// Number of argument bytes that change this parameter, including its number.
+/// Number of argument bytes of `CHANGE` for this parameter, the parameter's number included.
 const fn change_arguments(parameter: u8) -> usize {
     match parameter {
         parameter::GROUP_MODE | parameter::AUTO_CONFIGURE => 2,

@@ -18,7 +18,7 @@ const HZ_PER_M_S: f32 = 700.0;
 const HZ_PER_RAD_S: f32 = 70.0;
 /// Corner frequency of the low pass that smooths the measured speeds, Hz.
 const SPEED_HZ: f32 = 3.0;
-/// Time between two records from which on the filter restarts, ns.
+/// Time between two records at which the filter starts anew, ns.
 const GAP_NS: u64 = 200_000_000;
 
 /// The filter and its state.

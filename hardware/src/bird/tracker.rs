@@ -227,7 +227,7 @@ impl BirdTracker {
         }
     }
 
-    /// Sends a command to one bird, with its address if there may be others.
+    /// Sends a command to one bird, with the bird's address in a group and on the USB.
     fn tell_bird(&mut self, address: u8, bytes: &[u8]) -> Result<(), HardwareError> {
         if !self.is_group() && !self.line.is_addressed() {
             return self.tell(bytes);
@@ -256,7 +256,8 @@ impl BirdTracker {
         }
     }
 
-    /// Asks for a parameter until the line holds an answer of exactly `N` bytes.
+    /// Asks for a parameter, at most [`TRIES`] times, until an answer of exactly `N` bytes has
+    /// come.
     fn ask<const N: usize>(&mut self, parameter: u8) -> Result<[u8; N], HardwareError> {
         let began = Instant::now();
         let (mut heard, mut quiet) = (0, QUIET);

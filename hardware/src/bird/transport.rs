@@ -19,7 +19,7 @@ pub(super) trait Transport: fmt::Debug + Send {
     fn write(&mut self, bytes: &[u8]) -> Written;
     /// Starts the flow of records; `point` is the command for one record.
     fn begin(&mut self, point: &[u8]) -> Written;
-    /// True if even a single bird needs its address before each command and a configured group.
+    /// True if even a single bird needs a configured group, and its address before each command.
     fn is_addressed(&self) -> bool;
 }
 

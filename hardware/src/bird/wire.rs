@@ -248,7 +248,7 @@ impl RecordReader {
     }
 
     /// Takes one byte. Returns `Some(Ok)` with the bird's address (0 without a group) when a record
-    /// is complete, and `Some(Err)` when a record was broken.
+    /// is complete, and `Some(Err)` when a record broke off or a byte came outside a record.
     pub fn push(&mut self, byte: u8) -> Option<Result<(&[u8; RECORD_BYTES], u8), PhaseError>> {
         if byte & PHASE != 0 {
             let broken = self.len != 0;
@@ -277,7 +277,7 @@ impl RecordReader {
     }
 }
 
-/// A record had the wrong length.
+/// A record broke off, or bytes came outside a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PhaseError;
 

@@ -84,7 +84,7 @@ impl Axis {
 }
 
 /// Stiffest contact that Calot renders on a device of this damping, delay and rate, N/m: a share of
-/// `K = b / (T/2 + delay)`. The output limit of `rt-core` itself computes it.
+/// `K = b / (T/2 + delay)`. `rt-core`'s own output limit computes the value.
 #[must_use]
 pub fn rendered_n_m(damping_n_s_m: f64, delay_s: f64, rate_hz: f32) -> f64 {
     let device = DeviceCapabilities {

@@ -8,8 +8,9 @@ use std::collections::VecDeque;
 pub const SWING_M: f64 = 0.275e-3;
 /// Number of consecutive swings that make a buzz, if they all happen within `WITHIN_S`.
 const SWINGS: usize = 6;
-/// Longest time for these swings, s. Six swings in this time are 12 Hz. A tremor has 8 to 12 Hz,
-/// but swings by less than `SWING_M`. A person who moves the handle on purpose stays below 5 Hz.
+/// Longest time from the end of the first of these swings, s: the other five in this time are 10
+/// Hz. A tremor has 8 to 12 Hz, but swings by less than `SWING_M`. A person who moves the handle on
+/// purpose stays below 5 Hz.
 const WITHIN_S: f64 = 0.25;
 
 /// Ratio of the last two swings to the first two below which the movement dies away. Such a

@@ -3,8 +3,8 @@
 
 use super::model::{AxisCourse, Model};
 
-/// Number of samples on each side of a position from which speed and acceleration there are
-/// computed. With 10 samples, encoder steps of 0.055 mm cause an error of 10 mN on 45 g.
+/// Number of samples on each side of a position used for speed and acceleration at the position.
+/// With 10 samples, encoder steps of 0.055 mm cause an error of 10 mN on 45 g.
 const SIDE: usize = 10;
 /// Width of a bin of speeds, m/s.
 const BIN_M_S: f64 = 0.02;
@@ -19,7 +19,7 @@ const END_SHARE: f64 = 0.25;
 /// Largest gap between samples, s.
 const GAP_S: f64 = 0.003;
 
-/// Means of friction force over speed, m/s and N.
+/// Points of the curve: mean speed, m/s, and mean friction, N, of each bin.
 pub(super) fn friction_curve(courses: &[AxisCourse], model: &Model) -> Vec<[f64; 2]> {
     let mut bins: std::collections::BTreeMap<i64, Vec<[f64; 2]>> = Default::default();
     for course in courses {

@@ -33,7 +33,8 @@ pub(super) struct Broken {
 const BEGIN_S: f64 = 0.05;
 
 /// Lets a force along `axis` grow in the direction `sign`, beginning at `begin_n` beyond the force
-/// that carries the handle. `None` if the largest force did not move the handle.
+/// that carries the handle. `None` if the largest force did not move the handle, or if the moment
+/// of break-away cannot be computed.
 pub(super) fn break_away(
     bench: &mut Bench<'_>,
     hold: &Hold,

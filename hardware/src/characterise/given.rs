@@ -1,7 +1,7 @@
-//! Share of the force asked for that the motors give, over the size of the force.
+//! Share that the motors give of the force asked for, by the size of the force.
 //!
-//! Movements alone do not tell a force: a handle of half the mass under half the force moves in the
-//! same way. They do tell whether a large force is as large as small ones promise. So the
+//! Movements alone do not reveal a force: a handle of half the mass under half the force moves in
+//! the same way. They do reveal whether a large force is as large as small ones promise. So the
 //! shares are relative to the model that fits all of the movements.
 
 use nalgebra::{Matrix3, Vector3};
@@ -65,7 +65,7 @@ pub(super) fn given_shares<'a>(
         .collect()
 }
 
-/// Largest force in a window beside the one that carries the handle, N.
+/// Largest force in a window, N, without the force that carries the handle.
 fn strongest_n(course: &AxisCourse, window: &Window, model: &Model) -> f64 {
     let samples = window.of(course).iter();
     let forces = samples.map(|it| (course.force_n(it.0 - model.delay_s) - model.carries_n).abs());

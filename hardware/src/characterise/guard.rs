@@ -50,7 +50,7 @@ impl Now {
 pub(super) struct Guard {
     /// Largest distance from the middle of the workspace, m.
     pub(super) region_m: f64,
-    /// Half of the way of the fingers, m, while the opening is measured.
+    /// Half of the travel of the fingers, m, while the opening is measured.
     pub(super) opening_m: Option<f64>,
     /// Place of the present experiment, m, and largest distance from it, m.
     pub(super) leash: Option<(Vector, f64)>,

@@ -54,8 +54,9 @@ impl Hold {
         }
     }
 
-    /// Notes the force that carries the handle along an axis, N. Dry friction would balance a force
-    /// that differs from it, and less friction would be left along the other axes.
+    /// Notes the force that carries the handle along an axis, N, as break-away found it. With
+    /// another force, dry friction would balance the difference, and less friction would be left
+    /// along the other axes.
     pub(super) fn know(&mut self, axis: usize, carries_n: f64) {
         self.carries_n[axis] = carries_n;
         self.known[axis] = true;

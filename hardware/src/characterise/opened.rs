@@ -4,11 +4,11 @@ use rt_core::port::DeviceCapabilities;
 
 use super::along::{Axis, rendered_n_m};
 
-/// Distance of an end from 0 or 1 above which the declared travel is said to be unused: that of the
-/// test by hand (`feel`), which asks for a person's fingers, is 0.2.
+/// Distance of an end from 0 or 1 above which the declared travel is said to be unused. The test by
+/// hand (`feel`) allows 0.2, because a person's fingers move the handle there.
 const END: f64 = 0.05;
-/// Relative difference of the share of a large force from that of small ones above which the motor
-/// is said to give less: the accuracy of the measurement.
+/// Relative difference between the motor's shares of a large and of a small force above which the
+/// motor is said to give less: the accuracy of the measurement.
 const GIVES: f64 = 0.1;
 
 /// Results along the opening.
@@ -24,8 +24,8 @@ pub struct Opened {
 }
 
 impl Opened {
-    /// Share that the motor gives of its largest force, relative to that of its smallest; and that
-    /// largest force, N.
+    /// Share of the largest force that the motor gave, relative to its share of the smallest force;
+    /// and that largest force, N.
     #[must_use]
     pub fn largest(&self) -> Option<(f64, f64)> {
         let (small, large) = (self.given.first()?, self.given.last()?);

@@ -10,14 +10,14 @@ use super::opened::Opened;
 
 /// Speed at which the spring's end goes to an end of the opening, m/s.
 const TO_END_M_S: f64 = 0.03;
-/// Force at which the spring's end stops, as a share of the largest force. With more than this, a
-/// handle that binds is not told from one at its end.
+/// Force at which the spring's end stops, as a share of the largest force. A handle that binds
+/// against this force looks as if it were at its end.
 const STRETCH: f64 = 0.8;
 /// Speed below which the opening is at its end, m/s.
 const STILL_M_S: f64 = 0.004;
 /// Time for which the opening must be still at its end, s.
 const STILL_S: f64 = 0.1;
-/// Longest time to an end, s: three times that for the way of the widest opening (0.3 m).
+/// Longest time to an end, s: three times what the widest opening (0.3 m) takes.
 const PATIENCE_S: f64 = 30.0;
 
 /// Records of the opening.
@@ -87,7 +87,8 @@ fn measured(
                 .to_owned(),
         ));
     }
-    // The force's direction comes first: with the wrong sign it would go to the other end.
+    // The direction of the force comes first: with the wrong sign the handle would go to the other
+    // end.
     if both_ways(bench, hold, goal_m, OPENING, 0.0)?.is_none() {
         return Ok(Err(format!(
             "{:.2} N do not open and shut the handle: the motor is off, or friction is higher",

@@ -35,7 +35,7 @@ impl Place {
         }
     }
 
-    /// Distance before the wall, m. Negative is inside it.
+    /// Distance of the handle from the wall, m; negative inside the wall.
     pub(super) fn before_m(self, now: &Now) -> f64 {
         now.at_m[self.axis()]
     }

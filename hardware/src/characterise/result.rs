@@ -162,7 +162,7 @@ impl Characterised {
     }
 }
 
-/// Comparison of the stiffness that a device declares, N/m, with its walls, in words.
+/// Comparison of the stiffness that a device declares, N/m, with the walls, in words.
 fn wall_verdict(wall: &Wall, declared: f64) -> String {
     match (wall.still_n_m, wall.buzzes_n_m) {
         (Some(still), None) if wall.was_left => {

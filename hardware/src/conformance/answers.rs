@@ -74,8 +74,8 @@ pub(super) fn answers(report: &mut Report, device: &mut RigHaptic, time: Duratio
     }
 }
 
-/// Judges the declared delay. The delay must be at least half of the echo, from which one and a
-/// half sample periods are subtracted first.
+/// Judges the declared delay. It must be at least half of the echo, from which one and a half
+/// sample periods are subtracted first.
 fn judge_delay(report: &mut Report, device: &RigHaptic, echo_s: f32) {
     let said_s = device.declared().delay_s;
     let sample_s = 1.0 / f32::from(device.declared().rate_hz.max(1));

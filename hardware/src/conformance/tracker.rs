@@ -75,13 +75,14 @@ fn tested(
         arrivals.count() > 1,
         format!("between fresh poses {}", arrivals.intervals()),
     );
-    let share = counters.bad_frames as f32 / (counters.frames + counters.bad_frames).max(1) as f32;
+    let records = counters.frames + counters.bad_frames;
+    let share = counters.bad_frames as f32 / records.max(1) as f32;
     report.judge_time(
         "records",
         share < 0.02,
         format!(
-            "{} bad of {} records, allowed is 2 %",
-            counters.bad_frames, counters.frames
+            "{} bad of {records} records, allowed is 2 %",
+            counters.bad_frames
         ),
         host,
     );

@@ -194,7 +194,7 @@ pub(super) fn unplugged<T>(
     report.judge("unplug", lost && stays, words);
 }
 
-/// Opens a device and reports the time that took.
+/// Opens a device, and reports the time until it answered.
 pub(super) fn open<D>(
     report: &mut Report,
     name: &'static str,

@@ -22,7 +22,7 @@ pub(super) fn theirs(vector: &Vec3) -> [f64; 3] {
 }
 
 /// Rotation of the handle from a matrix of the library, row by row. `None` when it is no rotation.
-/// The handle's own axes are exchanged in the same way, so that a handle at rest has no rotation.
+/// The handle's own axes are exchanged in the same way, so the library's identity is ours.
 pub(super) fn rotation(rows: &[f64; 9]) -> Option<Quat> {
     let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *rows;
     let matrix = Matrix3::new(yy, yz, yx, zy, zz, zx, xy, xz, xx);

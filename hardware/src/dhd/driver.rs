@@ -58,7 +58,8 @@ impl Drop for Release {
 
 impl DhdHaptic {
     /// Opens the device with this serial number (`None`: the first that is free) through `library`
-    /// (usually [`super::LIBRARY`]). Not for the tick: takes up to 10 s if the library hangs.
+    /// (usually [`super::LIBRARY`]). It takes up to 10 s if the library hangs, so it is not for the
+    /// tick.
     pub fn open(library: &Path, serial: Option<u16>) -> Result<Self, HardwareError> {
         let path = PathBuf::from(match serial {
             Some(serial) => format!("Force Dimension {serial}"),

@@ -7,8 +7,8 @@ use super::model::GRIPPER_MAX_N;
 const OPEN_DEG: f64 = 30.0;
 /// Opening below which a closing gripper presses the button.
 const PRESSES: f32 = 0.25;
-/// Opening from which on an opening gripper releases the button. A hand that trembles between the
-/// two limits changes nothing.
+/// Opening at which an opening gripper releases the button. A hand that trembles between the two
+/// limits changes nothing.
 const RELEASES: f32 = 0.35;
 
 /// A gripper, for the left or the right hand.

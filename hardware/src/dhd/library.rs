@@ -33,8 +33,8 @@ const FORCE: usize = 5;
 const BRAKE: usize = 6;
 /// Index of the status entry for a wrist that has found its zero.
 const WRIST_INIT: usize = 12;
-/// Mode in which the library computes velocity from the present position and the one a window ago.
-/// The library has no other mode.
+/// Mode in which the library computes velocity from the present position and the position a window
+/// ago. The library has no other mode.
 const WINDOWING: c_int = 0;
 
 symbols! { Dhd {
@@ -184,7 +184,7 @@ impl Handle {
         (said >= 0).then(|| Status {
             is_reset: is(RESET),
             // The modes reset, idle, force and brake exclude each other. A status without any mode
-            // says nothing.
+            // does not count as forceless.
             is_forceless: !is(FORCE) && (is(RESET) || is(IDLE) || is(BRAKE)),
             is_wrist_ready: is(WRIST_INIT),
         })

@@ -1,9 +1,9 @@
 //! Force Dimension's omega, delta, sigma and lambda, and Novint's Falcon, through Force Dimension's
 //! `libdhd`. The driver was tested with a fake library only, not yet with a real device.
 //!
-//! The library's calls block while they talk to the device. So a thread of this driver makes these
-//! calls a thousand times a second. Samples and forces pass through sequence locks, so that neither
-//! side waits.
+//! The library's calls block while they exchange data with the device. So a thread of this driver
+//! makes these calls a thousand times a second. Samples and forces pass through sequence locks, so
+//! that neither side waits.
 //!
 //! The library adds gravity compensation to every force that the driver sends, also to zero force.
 //! The devices brake by themselves when they move too fast or receive nothing.

@@ -1,18 +1,18 @@
 //! Capabilities of each model.
 //!
-//! The library reports no capabilities. Forces, torques and stiffness are those of CHAI3D
-//! (`CDeltaDevices.cpp`, 3.2). The peak force of a sigma.7 is that of its makers (Tobergte et al.,
-//! "The sigma.7 haptic interface for MiroSurge", IROS 2011), who also state twice the torque.
-//! Neither source has a lambda, so it gets CHAI3D's figures for a sigma.7. The reach is half the
-//! diagonal of the workspace in the maker's leaflets, plus a margin.
+//! The library reports no capabilities. Forces, torques and stiffness come from CHAI3D
+//! (`CDeltaDevices.cpp`, 3.2). The peak force of a sigma.7 comes from its makers (Tobergte et al.,
+//! "The sigma.7 haptic interface for MiroSurge", IROS 2011), who also state a torque twice as
+//! large. Neither source has a lambda, so it gets CHAI3D's figures for a sigma.7. The reach is half
+//! the diagonal of the workspace in the maker's leaflets, plus a margin.
 //!
 //! A gripper opens by 25 mm and renders 8 N (leaflets of omega.7 and sigma.7); 1000 N/m is CHAI3D's
 //! figure for grippers.
 //!
-//! For all models the device's own damping is assumed, and the delay of a Touch on USB. CHAI3D's
-//! largest damping is for loops of 4 kHz, so a third of it is taken for this loop. No source states
-//! the force that the motors bear for ever. Half of the peak is taken, for a sigma.7 60 % of it,
-//! for a Falcon less than half.
+//! For all models the device's own damping is assumed, and the delay is that of a Touch on USB.
+//! CHAI3D's largest damping is for loops of 4 kHz, so a third of it is taken for this loop. No
+//! source states the force that the motors bear for ever. Half of the peak is taken, for a sigma.7
+//! 60 % of it, for a Falcon less than half.
 
 use rt_core::port::{DeviceCapabilities, Opening};
 
@@ -85,7 +85,7 @@ pub(super) const GRIPPER_MAX_N: f32 = 8.0;
 const GRIPPER_N_M: f32 = 1000.0;
 
 /// Capabilities of a model by its number in `dhdc.h`. A device without motors in its wrist renders
-/// no torque, and one without a motor in its gripper no force there.
+/// no torque, and a device without a motor in its gripper renders no force on the fingers.
 pub(super) fn capabilities(number: i32, parts: Parts) -> DeviceCapabilities {
     let known = match number {
         33..=37 => OMEGA,

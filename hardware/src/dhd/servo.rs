@@ -1,4 +1,4 @@
-//! The thread that talks to the device.
+//! The thread that serves the device.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -31,7 +31,7 @@ const REACH: f32 = 3.0;
 /// Number of turns over which the force grows back after the device had removed it.
 const RETURN_TURNS: f64 = 500.0;
 
-/// `wanted`, shortened to the length `most`. Zero if `wanted` is not finite.
+/// `wanted`, shortened to at most `most`. Zero if `wanted` is not finite.
 fn clamp(wanted: Vec3, most: f32) -> Vec3 {
     let norm = wanted.norm();
     if !norm.is_finite() {
@@ -80,8 +80,8 @@ impl Servo {
             gripper: Gripper::new(parts.is_left_handed),
             count: 0,
             jumps: 0,
-            // Not 0, so that the status is first read later: the controller needs some time to
-            // enable the force.
+            // Not 0, so that the status is first read after 99 turns: the controller needs some
+            // time to enable the force.
             turns: 1,
             is_reset: false,
             share: 1.0,
@@ -200,8 +200,8 @@ impl Servo {
         self.gripper.take(angle_deg)
     }
 
-    /// Sends a wish within the device's limits. Zero force is sent too, because the library adds to
-    /// it the force that carries the weight of the arms.
+    /// Sends a wish within the device's limits. Zero force is sent too, because the library adds
+    /// the force that carries the arms to every force sent.
     fn render(&mut self, wish: &Wish) {
         if self.shared.is_forceless.load(Ordering::Acquire) {
             self.share = 0.0;

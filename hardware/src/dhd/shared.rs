@@ -1,4 +1,4 @@
-//! State that the device's thread and the tick share, without either waiting for the other.
+//! State that the device's thread and the tick share. Neither waits for the other.
 
 use std::sync::atomic::{AtomicBool, AtomicU32};
 
@@ -41,7 +41,7 @@ pub(super) struct Sample {
     pub(super) buttons: Buttons,
     pub(super) count: u32,
     pub(super) at_ns: TimeNs,
-    /// Number of implausible jumps that were finally admitted so far.
+    /// Number of jumps so far that were admitted in the end.
     pub(super) jumps: u32,
 }
 

@@ -147,8 +147,8 @@ impl Electronics {
         }
     }
 
-    /// Takes the controller's bytes and returns the force that the motors render now, N.
-    /// `degenerate`: the Haply, whose protocol sends floats, answers with NaN.
+    /// Takes the controller's bytes and returns the force that the motors render now, N. With
+    /// `degenerate`, the Haply, whose protocol sends floats, answers with NaN.
     pub(super) fn receive(
         &mut self,
         bytes: &[u8],

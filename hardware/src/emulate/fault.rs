@@ -16,11 +16,11 @@ pub struct Faults {
     pub split: f32,
     /// Share of writes that arrive together with the next write.
     pub merged: f32,
-    /// Period in which bytes arrive in batches, ms (an FTDI adapter's default is 16); 0: at once.
+    /// Interval between two batches of bytes, ms (an FTDI adapter's default is 16); 0: no batches.
     pub batch_ms: u32,
     /// Share of samples with a rotation of length zero, which careless code turns into NaN.
     pub degenerate: f32,
-    /// Time from which on the last write is repeated for ever, s.
+    /// Time from which on every write repeats the last one before it, s.
     pub stuck_from_s: Option<f32>,
     /// Time at which the line hangs up, s.
     pub hang_up_at_s: Option<f32>,

@@ -31,7 +31,7 @@ pub(super) struct Fingers {
 }
 
 impl Fingers {
-    /// Fingers that hold a handle with this grip. It is wide open.
+    /// Fingers that hold a handle with this grip. The handle begins wide open.
     pub(super) fn new(handle: Opening, ring: Body, grip: Grip) -> Self {
         let half_m = 0.5 * handle.travel_m;
         let ring = Body {
@@ -103,7 +103,7 @@ mod tests {
                 "{}",
                 fingers.opening()
             );
-            // Without force it does not come back from beyond the stop.
+            // Without force the ring stays at its stop.
             for _ in 0..1000 {
                 fingers.step(false, 0.0);
             }

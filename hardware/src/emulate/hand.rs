@@ -32,7 +32,7 @@ pub struct HandScript {
     pub target_normal: Vec3,
 }
 
-/// A key frame of the hand, s and mm.
+/// A key frame of the hand.
 struct Moment {
     at_s: f32,
     /// Height of the tip above the skin along the normal; negative is pressed in.

@@ -15,7 +15,7 @@ pub enum Holding {
     /// Nobody: the handle is free.
     Nobody,
     /// Two fingers that tap onto the middle of the workspace from above and press, again and again.
-    /// They squeeze a handle that opens in the same way.
+    /// In the same way they squeeze a handle that opens.
     Press,
 }
 

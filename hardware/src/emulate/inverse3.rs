@@ -39,7 +39,7 @@ pub enum Misbehaviour {
     None,
     /// Sends text that is not JSON.
     Garbage,
-    /// Sends numbers beyond the range of f64.
+    /// Sends numbers beyond the range of f32.
     Boundless,
     /// Repeats its last message.
     Stuck,

@@ -24,7 +24,7 @@ pub struct LedHand {
 /// Measurements of the devices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
-    /// The handle, device frame.
+    /// Pose of the handle, device frame.
     pub device_from_handle: Pose,
     /// Velocity of the handle, device frame, m/s.
     pub velocity_m_s: Vec3,
@@ -32,7 +32,7 @@ pub struct Measured {
     pub buttons: Buttons,
     /// Pressed pedal switches.
     pub switches: Switches,
-    /// The endoscope's sensor in the tracker's frame.
+    /// Pose of the endoscope's sensor in the tracker's frame.
     pub tracker_from_sensor: Pose,
 }
 
@@ -40,7 +40,7 @@ impl LedHand {
     /// A hand at rest at the start of the script. Later wishes are measured from `wish`.
     ///
     /// # Errors
-    /// When the devices do not reach the script's work place.
+    /// When the devices do not reach the script's workplace.
     pub fn new(script: HandScript, wish: &Wish) -> Result<Self, HardwareError> {
         let hand = Hand::new(script, 0)?;
         let operated = Operated::begin(hand.intent(0.0).tip_m, wish);

@@ -11,13 +11,13 @@ use crate::rig::wire::{Capabilities, Force, Message, State, Status};
 /// A mistake in the firmware of the emulated rig.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mistake {
-    /// Positions a thousand times too small.
+    /// Positions and velocities a thousand times too small.
     PositionsInMillimetres,
-    /// Positions ten times too small.
+    /// Positions and velocities ten times too small.
     PositionsTenfold,
-    /// Positions with y and z exchanged.
+    /// Positions and velocities with y and z exchanged.
     AxesExchanged,
-    /// Positions with left and right exchanged.
+    /// Positions and velocities with left and right exchanged.
     Mirrored,
     /// Velocity declared as measured and left zero.
     VelocityZero,
@@ -45,11 +45,11 @@ pub enum Mistake {
     ClockFast,
     /// No watchdog.
     WatchdogMissing,
-    /// Watchdog that works in one of three cases, and only after 2.5 s in the others.
+    /// Watchdog that acts in time in one of three cases, and after 2.5 s in the other two.
     WatchdogFlaky,
     /// Watchdog of 95 ms, declared as 50 ms.
     WatchdogSlow,
-    /// Status says that a force is in effect only if it is not zero.
+    /// Status says that a force is in effect only if the force is not zero.
     StatusNonzero,
     /// Status reports a fault.
     Fault,
@@ -59,9 +59,9 @@ pub enum Mistake {
     Frozen,
     /// Positions that leap by 50 mm for three samples, five times a second.
     Leaps,
-    /// Positions with noise of 0.5 mm.
+    /// Positions with noise of 0.5 mm rms.
     Noisy,
-    /// Damping far beyond any device.
+    /// Declared damping far beyond any device.
     DampingAbsurd,
     /// Declared delay of 0, although commands are confirmed 6 ms late.
     DelayUndeclared,

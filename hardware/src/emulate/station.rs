@@ -144,8 +144,8 @@ impl Station {
         self.tick as f64 * 1e-3
     }
 
-    /// A hand that is not parked works while a controller renders forces, and restarts with a new
-    /// controller.
+    /// The script goes on while a controller renders forces, unless the hand is parked. After a
+    /// second of silence the hand begins anew.
     fn follow_controller(&mut self) {
         if self.haptic.is_commanded() {
             self.silent_ms = 0;
@@ -264,7 +264,7 @@ impl Station {
             if self.bird.is_streaming() {
                 let mut record = self.bird.record();
                 if self.tracker_line.line.degenerate() {
-                    // A quaternion of length zero. Its words follow those of the position.
+                    // A quaternion of length zero. Its words follow the words of the position.
                     record.iter_mut().skip(6).for_each(|byte| *byte = 0);
                 }
                 self.tracker_line.line.send(&record, time_s);

@@ -18,7 +18,7 @@ const SHUT_MAX: f32 = 0.2;
 const OPEN_MIN: f32 = 0.8;
 /// Number of the last samples of a step whose mean is the opening at its end.
 const END_SAMPLES: usize = 50;
-/// Allowed size of a measured force as a share of the one asked for.
+/// Allowed size of a measured force as a share of the size asked for.
 const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;
 
 /// Judges a handle that opens, if the device has one. `seed` decides the order of the pushes.

@@ -174,7 +174,8 @@ pub enum Squeezed {
 }
 
 impl Squeezed {
-    /// Sign of a felt force: 1 opens, −1 shuts. A measured force has its own sign, so it gives 1.
+    /// Sign of a push along the opening: 1 opens, −1 shuts. A measured force has its own sign, so
+    /// it gives 1.
     const fn sign(self) -> f32 {
         match self {
             Self::Shut => -1.0,
@@ -227,25 +228,25 @@ pub trait Guide {
     ///
     /// [`has_answer`]: Self::has_answer
     fn ask(&mut self, _question: Question) {}
-    /// True once the question that was shown last is answered. Called every millisecond; meanwhile
-    /// the device gets zero force. A guide whose [`Self::pushed`] and similar methods wait for the
-    /// answer always returns true.
+    /// True once the question that was shown last is answered. The method is called every
+    /// millisecond; meanwhile the device gets zero force. A guide whose [`Self::pushed`] and
+    /// similar methods wait for the answer always returns true.
     fn has_answer(&mut self) -> bool {
         true
     }
-    /// Takes the device's state. Called every millisecond; it must not wait.
+    /// Takes the device's state. The method is called every millisecond; it must not wait.
     fn live(&mut self, _live: &Live) {}
     /// Shows the next step.
     fn tell(&mut self, step: &Step);
-    /// True once the step that was shown last is done. Called every millisecond.
+    /// True once the step that was shown last is done. The method is called every millisecond.
     fn is_done(&mut self) -> bool;
-    /// Returns the direction in which the handle pushed. May wait.
+    /// Returns the direction in which the handle pushed. The call may wait.
     fn pushed(&mut self) -> Answer;
-    /// Returns how the handle pushed the fingers. May wait.
+    /// Returns how the handle pushed the fingers. The call may wait.
     fn squeezed(&mut self) -> Squeezed;
-    /// True if there is a scale to press on. May wait.
+    /// True if there is a scale to press on. The call may wait.
     fn has_scale(&mut self) -> bool;
-    /// Returns the reading of the scale, N. May wait. `None` if it could not be read.
+    /// Returns the reading of the scale, N. The call may wait. `None` if it could not be read.
     fn pressed_n(&mut self) -> Option<f32>;
     /// Waits for the next millisecond and returns the time.
     fn wait(&mut self) -> TimeNs;

@@ -26,7 +26,7 @@ const WAY_MIN_M: f32 = 0.5e-3;
 /// Number of samples whose mean is the place at the beginning or the end of a move.
 const PLACE_SAMPLES: usize = 50;
 
-/// Judges the moves in all directions, and the velocity during the moves.
+/// Judges the moves in three directions, and the velocity during the moves.
 pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, way_m: f32) -> Result<(), Broken> {
     let mut motion = Motion::default();
     let mut says_velocity = false;

@@ -23,7 +23,7 @@ const STAY_MS: u32 = 1000;
 pub(super) const PUSH_MS: u32 = 2 * RISE_MS + STAY_MS;
 /// Force on a scale, N. A kitchen scale shows 51 g.
 const PRESS_N: f32 = 0.5;
-/// Allowed size of a measured force as a share of the one asked for.
+/// Allowed size of a measured force as a share of the size asked for.
 const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;
 
 /// Judges three pushes in an order that `seed` decides.

@@ -1,4 +1,4 @@
-//! Applies force steps, a sine and a chirp, and records the position.
+//! Applies force steps, a sine and a chirp, and records the position. Only the steps are judged.
 
 use rt_core::math::Vec3;
 
@@ -19,8 +19,7 @@ const SINE_MS: u32 = 2500;
 const CHIRP_HZ: (f32, f32) = (1.0, 30.0);
 /// Length of the chirp, ms.
 const CHIRP_MS: u32 = 4000;
-/// Least distance between the positions at the ends of two steps that is judged, m: above noise and
-/// backlash.
+/// Smallest answer (see [`answer`]) that is judged, m. A smaller one may be noise or backlash.
 const ANSWER_MIN_M: f32 = 0.2e-3;
 
 /// A moment of the response, along x.
@@ -55,8 +54,8 @@ fn share(ms: u32) -> f32 {
     (turn * (from_hz * s + 0.5 * rate * s * s)).sin()
 }
 
-/// Pushes to and fro along x and judges whether the handle follows. A push that breaks off leaves
-/// its course in `points` as well.
+/// Pushes to and fro along x and judges whether the handle follows the steps. If the pushes end
+/// early, `points` holds what was recorded until then.
 pub(super) fn test(
     bench: &mut Bench<'_>,
     report: &mut Report,
@@ -80,8 +79,10 @@ pub(super) fn test(
         answer_m * 1e3
     );
     if answer_m.abs() < ANSWER_MIN_M {
-        let why =
-            format!("{words}: too little. Hold it more loosely, or let go of it, and test again");
+        let why = format!(
+            "{words}: too little. Hold it more loosely and test again. If it still does not move, \
+             its friction exceeds the force"
+        );
         report.leave_open("response", &why);
     } else {
         let good = answer_m > 0.0;
@@ -95,8 +96,8 @@ pub(super) fn test(
     Ok(())
 }
 
-/// Mean position at the ends of the steps to the right, minus that at the ends of the steps to the
-/// left, m.
+/// Mean position in the second halves of the steps to the right, minus that in the second halves of
+/// the steps to the left, m.
 fn answer(points: &[Point]) -> f32 {
     let end_of = |is_right: bool| {
         let ends: Vec<f32> = points

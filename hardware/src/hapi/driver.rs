@@ -72,7 +72,7 @@ pub struct HapiHaptic {
 enum Answer {
     /// The board is set up: angles of arms 1 and 2, degrees.
     Angles([f32; ARMS]),
-    /// The board is not set up and sends its id only.
+    /// The board is not set up and answers with our id only.
     Name,
     /// No answer, or an invalid one.
     Nothing,
@@ -82,8 +82,8 @@ impl HapiHaptic {
     /// Opens the line, removes any torque, and sets the board up.
     ///
     /// A board that Calot has set up since power-up knows its angles. For any other board the
-    /// handle must be **at home** now, because its encoders count from there. Not for the tick:
-    /// waits up to 4 s.
+    /// handle must be **at home** now, because its encoders count from there. It waits up to 4 s,
+    /// so it is not for the tick.
     pub fn open(path: &Path, generation: Pantograph) -> Result<Self, HardwareError> {
         Self::on(Line::open(path, BAUD)?, generation, generation.home_deg)
     }
@@ -141,7 +141,7 @@ impl HapiHaptic {
         self.is_silent || self.line.is_lost()
     }
 
-    /// Last position of the handle, base frame, m.
+    /// Last position of the handle, base frame, m; the home position before the first sample.
     #[must_use]
     pub fn position_m(&self) -> Vec3 {
         let angles_deg = self.gate.last().unwrap_or(self.generation.home_deg);
@@ -200,7 +200,7 @@ impl HapiHaptic {
         self.line.write(&torques([0.0; ARMS]));
     }
 
-    /// Waits a short time for an answer.
+    /// Waits up to [`ANSWER`] for an answer.
     fn answer(&mut self, heard: &mut u64) -> Result<Answer, HardwareError> {
         let asked = Instant::now();
         let (mut count_now, mut last) = (0, 0);
@@ -347,7 +347,7 @@ impl HapticDevice for HapiHaptic {
             self.reader.clear();
         }
         // The board counts as lost even if bytes come, because a board that is no longer set up
-        // answers with its id only.
+        // answers with our id only.
         let is_overdue = |asked_ns| now_ns.saturating_sub(asked_ns) > LOST_NS;
         if !self.is_silent && self.asked_ns.is_some_and(is_overdue) {
             self.is_silent = true;

@@ -156,8 +156,8 @@ impl Pantograph {
     }
 
     /// Angles of arms 1 and 2, degrees, for a handle position in the base frame. The height of the
-    /// position is ignored. If an arm does not reach it, the angle is that for the nearest distance
-    /// that the arm reaches.
+    /// position is ignored. If an arm does not reach the position, its angle is taken at the
+    /// nearest distance that it reaches.
     #[must_use]
     pub fn angles_deg(&self, position_m: Vec3) -> [f32; ARMS] {
         let [x, y] = self.origin_m;

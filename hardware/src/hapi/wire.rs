@@ -9,10 +9,10 @@
 //! ```
 //!
 //! Floats are little-endian. A board that this `id` has not set up takes no torques and answers
-//! with its id only. It reads the rest of the command as new commands, and zeros as `00 00`.
+//! with the `id` only. It reads the rest of the command as new commands: two zeros are a reset.
 
 /// Calot's id on the board. As the upper byte of a float, where a lost byte may put it, it makes a
-/// negligible force (1e-22). It also distinguishes our set-up from other programs' (Haply's
+/// negligible torque (1e-22 N m). It also distinguishes our set-up from other programs' (Haply's
 /// examples use 5).
 pub const ID: u8 = 0x1C;
 /// Motors and encoders in use.
@@ -113,7 +113,7 @@ pub struct Broken;
 
 impl AnswerReader {
     /// Takes one byte. Returns `Some(Ok)` with the angles of ports 1 and 2, degrees, when an answer
-    /// is complete, and `Some(Err)` when an answer was broken.
+    /// is complete. Returns `Some(Err)` for a broken answer and for a byte outside of an answer.
     pub fn push(&mut self, byte: u8) -> Option<Result<[f32; ARMS], Broken>> {
         if self.len == 0 && byte != ID {
             return Some(Err(Broken));

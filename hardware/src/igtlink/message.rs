@@ -118,6 +118,33 @@ impl Message {
         Self::new("STRING", name, unix_ns, content)
     }
 
+    /// `POLYDATA`: a surface of triangles. Points are in m; the protocol has no unit, and receivers
+    /// take mm. Indices count from 0.
+    #[must_use]
+    pub fn polydata(
+        name: &str,
+        points_m: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        unix_ns: u64,
+    ) -> Self {
+        /// A triangle on the wire: the number of corners, then the corners.
+        const TRIANGLE_BYTES: usize = 16;
+        let bytes = TRIANGLE_BYTES * triangles.len();
+        let count = |of: usize| u32::try_from(of).unwrap_or(u32::MAX);
+        // Points, vertices, lines, polygons, strips and attributes: numbers, and sizes in bytes.
+        let [points, polygons, size] = [points_m.len(), triangles.len(), bytes].map(count);
+        let head = [points, 0, 0, 0, 0, polygons, size, 0, 0, 0];
+        let mut content = Vec::with_capacity(4 * head.len() + 12 * points_m.len() + bytes);
+        content.extend(head.iter().flat_map(|it| it.to_be_bytes()));
+        let numbers = points_m.as_flattened().iter();
+        content.extend(numbers.flat_map(|x| (x * 1e3).to_be_bytes()));
+        for corners in triangles {
+            content.extend(3u32.to_be_bytes());
+            content.extend(corners.iter().flat_map(|it| it.to_be_bytes()));
+        }
+        Self::new("POLYDATA", name, unix_ns, content)
+    }
+
     /// `STATUS`: a code, a short name for programs, and words for people.
     #[must_use]
     pub fn status(name: &str, code: Code, short: &str, words: &str, unix_ns: u64) -> Self {

@@ -13,7 +13,7 @@ use super::client::Client;
 use super::message::{Code, Message};
 
 /// Types that are about this moment. They are forgotten when the source falls silent.
-const MOMENTARY: [&str; 3] = ["TRANSFORM", "TDATA", "SENSOR"];
+const MOMENTARY: [&str; 4] = ["TRANSFORM", "TDATA", "SENSOR", "POLYDATA"];
 
 /// A listening server.
 #[derive(Debug)]

@@ -46,7 +46,7 @@ const MESSAGE_BYTES: usize = 1 << 20;
 /// Farthest plausible position from the middle, in workspace radii.
 const REACH: f32 = 3.0;
 
-/// The maker states 10 N; the continuous force is not published.
+/// The maker states a peak of 10 N, of which half is taken; the continuous force is not published.
 const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
     opening: Opening::NONE,
     force_max_n: 5.0,
@@ -60,7 +60,7 @@ const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
     rate_hz: 1000.0,
 };
 
-/// An open Inverse3 and the thread that talks to its service.
+/// An open Inverse3, and the thread that exchanges messages with its service.
 #[derive(Debug)]
 pub struct Inverse3Haptic {
     path: PathBuf,
@@ -79,7 +79,7 @@ struct Shared {
     running: AtomicBool,
     is_lost: AtomicBool,
     bad_messages: AtomicU64,
-    /// Samples that were skipped for a newer one.
+    /// Samples that were skipped because a newer one had arrived.
     passed_over: AtomicU64,
     /// Position (3), quaternion x y z w (4), velocity (3) as bits of f32; buttons; count; time as
     /// two words.
@@ -91,7 +91,7 @@ struct Shared {
 impl Inverse3Haptic {
     /// Opens the device with this number (`None`: the first) through the service at `address`, a
     /// host of this computer with or without a port, usually `localhost`. Force is not sent over a
-    /// network. Not for the tick: waits up to 2 s.
+    /// network. It waits up to 2 s, so it is not for the tick.
     pub fn open(address: &Path, device: Option<&str>) -> Result<Self, HardwareError> {
         let service = |what: String| HardwareError::Service {
             path: address.to_path_buf(),
@@ -198,7 +198,7 @@ fn connect(name: &str) -> Result<WebSocket<Timed>, String> {
         .map_err(|error| format!("no WebSocket service listens there: {error}"))
 }
 
-/// Next text; `None` when something other than text came. Ends at the socket's time limit.
+/// Next text; `None` when binary data came. Ends at the socket's time limit.
 fn receive(socket: &mut WebSocket<Timed>) -> Result<Option<String>, Error> {
     loop {
         match socket.read()? {
@@ -215,9 +215,10 @@ fn is_late(error: &Error) -> bool {
         if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut))
 }
 
-/// Newest of all texts that have arrived. Waits for the first one. Reading only one text per
-/// command would fall ever further behind a service that sends more than one answer per command.
-/// `None` when the newest message is not text, or the backlog has no end.
+/// Newest of all texts that have arrived. Waits for the first one, and sends `let_go` when that
+/// takes longer than [`LET_GO`]. Reading only one text per command would fall ever further behind a
+/// service that sends more than one answer per command. `None` when the newest message is not text,
+/// or the backlog has no end.
 fn newest(
     socket: &mut WebSocket<Timed>,
     let_go: impl Fn() -> Frame,
@@ -241,7 +242,7 @@ fn newest(
                 shared.passed_over.fetch_add(1, Ordering::Relaxed);
             }
             Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => return Ok(newest),
-            // The backlog has no end, so none is known to be the newest.
+            // The backlog has no end, so no message is known to be the newest.
             Err(error) if is_late(&error) => return Ok(None),
             Err(error) => return Err(error),
         }
@@ -326,7 +327,7 @@ impl HapticDevice for Inverse3Haptic {
         CAPABILITIES
     }
 
-    /// A grip measures its rotation, but a grip is not always connected.
+    /// The rotation is that of a grip, which is not always connected.
     fn freedom(&self) -> Freedom {
         Freedom {
             measured: 6,

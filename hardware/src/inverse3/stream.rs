@@ -37,7 +37,7 @@ impl Timed {
         self.stream.try_clone()
     }
 
-    /// From now on a read waits for `wait` and a write until `end`. Each then returns `WouldBlock`.
+    /// From now on a read waits for `wait` and a write for `end`. Each then returns `WouldBlock`.
     /// The second read after `end` returns `TimedOut`.
     pub(super) fn limit(&mut self, wait: Duration, end: Duration) {
         let now = Instant::now();

@@ -135,7 +135,8 @@ impl Message {
         }
     }
 
-    /// Sample of this device; `None` without a position or with a value that is not finite.
+    /// Sample of this device; `None` without a position, with a value that is not finite, or with
+    /// an impossible rotation.
     #[must_use]
     pub fn sample(&self, id: &str) -> Option<Sample> {
         let state = &self.device(id)?.state;
@@ -190,7 +191,8 @@ fn rotation(q: Orientation) -> Option<UnitQuaternion<f32>> {
     Some(UnitQuaternion::new_normalize((turned / norm).cast()))
 }
 
-/// Name of the force in a command: services of 3.5 document `vector`, earlier ones `values`.
+/// Name of the force in a command: version 3.5 of the service documents `vector`, earlier ones
+/// `values`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForceKey {
     /// Version 3.5, which starts with a `session_id`.

@@ -20,7 +20,7 @@ use rustix::time::{ClockId, clock_gettime};
 
 use super::Read;
 
-/// Capacity for unread bytes: one second of a rig that reports at 1 kHz.
+/// Capacity for unread bytes: more than one second of a rig that reports at 1 kHz.
 const ROOM: usize = 1 << 16;
 /// Largest number of bytes of one read.
 const CHUNK: usize = 4096;

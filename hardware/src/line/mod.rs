@@ -81,7 +81,7 @@ pub(crate) enum Written {
 
 impl Line {
     /// Opens `path` exclusively, in raw mode with 8N1. Sets RTS low if the line has that wire,
-    /// because a high RTS resets an Ascension tracker. Not for the tick.
+    /// because a high RTS resets an Ascension tracker. It may wait, so it is not for the tick.
     pub(crate) fn open(path: &Path, baud: u32) -> Result<Self, HardwareError> {
         let mut port = open_port(path, baud)?;
         // Ptys and some USB adapters have no RTS (ENOTTY), so there the error is ignored.
@@ -128,8 +128,8 @@ impl Line {
         }
     }
 
-    /// Reads the available bytes, at most as many as `buffer` holds. Of more than 2 KiB, only the
-    /// newest are kept. Bytes that arrived before the line was lost are still returned.
+    /// Reads the available bytes, at most as many as `buffer` holds. Of more than 2 KiB, it keeps
+    /// only the newest 512 bytes. Bytes that arrived before the line was lost are still returned.
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Read {
         match &self.ends {
             Ends::Tty { inlet, .. } => inlet.read(buffer),

@@ -13,8 +13,7 @@ use serialport::{SerialPort, TTYPort};
 use super::debounce::Debounced;
 use crate::HardwareError;
 
-/// Reads the two wires. This is a trait because ptys have no such wires, so that tests bring their
-/// own.
+/// Reads the two wires. This is a trait because ptys have no such wires: tests bring their own.
 pub trait ModemLines {
     /// State of CTS and DSR, true when closed; `None` when the line is lost.
     fn closed(&mut self) -> Option<[bool; 2]>;
@@ -62,7 +61,7 @@ impl Looked {
 
 impl SerialLines {
     /// Opens the line and feeds the switches from RTS and DTR. A line without CTS and DSR (a pty,
-    /// some adapters) is refused. Not for the tick.
+    /// some adapters) is refused. It may wait, so it is not for the tick.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         let mut port = crate::line::open_port(path, 9600)?;
         let no_wires = |error: serialport::Error| HardwareError::NotSerial {
@@ -126,7 +125,7 @@ pub struct ModemPedal<L> {
 }
 
 impl ModemPedal<SerialLines> {
-    /// Opens the line at `path`. Not for the tick.
+    /// Opens the line at `path`. It may wait, so it is not for the tick.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         Ok(Self::on(SerialLines::open(path)?))
     }

@@ -2,15 +2,15 @@
 
 use rt_core::time::TimeNs;
 
-/// Shortest time between the first and the last sample of a bundle by the device's clock, µs. It is
-/// longer than the age that a sample may have.
+/// Shortest time between the first and the last sample of a bundle by the device's clock, µs:
+/// longer than the 5 ms after which a sample at 1 kHz is stale.
 const BUNDLE_US: u32 = 6_000;
 /// Longest pause of the host between two polls for which samples are judged, ns. A longer pause
 /// would itself make samples come in bundles.
 const ON_TIME_NS: u64 = 4_000_000;
 /// Length of a window of samples that are judged together, by the device's clock, µs.
 const WINDOW_US: u32 = 300_000;
-/// Share of a window's samples, in percent, that must have come in bundles.
+/// Share of a window's time, in percent, that bundles must fill.
 const SHARE: u32 = 80;
 /// Largest spread of the bundles' lengths in a window, µs. A timer is regular; a busy computer is
 /// not.
@@ -34,14 +34,14 @@ struct Group {
     last_ns: TimeNs,
 }
 
-/// The present group of samples, and the sums over those before it.
+/// The present group of samples, and the sums over the earlier groups of the window.
 #[derive(Debug, Default)]
 pub(super) struct Bundles {
     group: Option<Group>,
     /// Arrival of the newest sample.
     arrived_ns: TimeNs,
-    /// True after the host was late. Samples that waited for the host are then ignored until a
-    /// pause comes.
+    /// True after the host was late. Samples are then ignored up to the next pause between
+    /// arrivals.
     spoilt: bool,
     judged_us: u32,
     bundled_us: u32,
@@ -146,7 +146,7 @@ impl Bundles {
 mod tests {
     use super::*;
 
-    /// Two seconds of samples at 1 kHz that come when `comes` says so.
+    /// Two seconds of samples at 1 kHz. They arrive in the milliseconds for which `comes` is true.
     fn heard(comes: impl Fn(u32) -> bool, paused_ns: u64) -> Bundles {
         let mut bundles = Bundles::default();
         let mut waiting = Vec::new();

@@ -26,18 +26,19 @@ use super::wire::{Capabilities, DeviceKind, Force, Hello, Kind, Message, State, 
 /// Longest time for which a device may render a force without a new `FORCE`, ms.
 pub const WATCHDOG_LIMIT_MS: u8 = 100;
 
-/// Measurements of the device.
+/// One sample's measurements, in the device's base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// Handle in the base frame, m.
+    /// Position of the handle, m.
     pub position_m: [f32; 3],
-    /// Velocity, m/s.
+    /// Velocity of the handle, m/s.
     pub velocity_m_s: [f32; 3],
-    /// Unit quaternion x y z w.
+    /// Rotation of the handle: unit quaternion x y z w.
     pub rotation_xyzw: [f32; 4],
     /// Buttons pressed, one bit each.
     pub buttons: u8,
-    /// Opening of the handle, 0 shut to 1 wide open; ignored for a device that declares none.
+    /// Opening of the handle, 0 shut to 1 wide open. It is sent only if the device declares an
+    /// opening and the host speaks version 2.
     pub opening: f32,
 }
 
@@ -58,12 +59,11 @@ impl Motion {
         let parts = self.position_m.iter().chain(&self.velocity_m_s);
         parts
             .chain(&self.rotation_xyzw)
-            .chain([&self.opening])
             .all(|part| part.is_finite())
     }
 }
 
-/// Counters of the device. They only grow, and wrap.
+/// Counters of the device. They grow, and wrap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DeviceCounters {
     /// Messages understood.
@@ -78,7 +78,8 @@ pub struct DeviceCounters {
 #[derive(Debug, Clone)]
 pub struct Device {
     capabilities: Capabilities,
-    /// True if the host speaks version 2 and the device has an opening, so that messages carry it.
+    /// True if the host speaks version 2 and the device has an opening. Messages then carry the
+    /// opening.
     says_opening: bool,
     reader: FrameReader,
     answer_due: bool,
@@ -94,7 +95,7 @@ pub struct Device {
     counters: DeviceCounters,
 }
 
-/// Rendered force and the time of its arrival.
+/// Force in effect, its sequence number and the time of its arrival.
 #[derive(Debug, Clone, Copy)]
 struct Rendered {
     command: Force,
@@ -148,7 +149,7 @@ impl Device {
         }
     }
 
-    /// True unless the message is a force of the other version.
+    /// True unless the message is a `FORCE` of the version that is not spoken.
     fn is_of_version(&self, heard: &Heard) -> bool {
         match heard {
             Heard::Force(command, _) => command.opening_n.is_some() == self.says_opening,
@@ -160,7 +161,7 @@ impl Device {
         match heard {
             Heard::Hello(version) => {
                 self.says_opening = version >= 2 && self.capabilities.opening.is_some();
-                // A new host starts without a force from the last one.
+                // A new host starts without the force of an earlier host.
                 self.force = None;
                 self.last_force_sequence = None;
                 self.tripped = false;
@@ -207,8 +208,9 @@ impl Device {
         })
     }
 
-    /// Force for the motors now: the newest one, clamped to the device's peak, or zero when the
-    /// host has been silent for longer than the watchdog.
+    /// Force for the motors now: the force in effect, clamped to the device's peak. Zero if none is
+    /// in effect: before a greeting, after a stop, at a fault, and after a watchdog's time without
+    /// a new `FORCE`.
     pub fn force(&mut self, now_us: u32) -> Force {
         self.watch(now_us);
         let Some(rendered) = self.force else {
@@ -238,8 +240,8 @@ impl Device {
         }
     }
 
-    /// One sample for the host; `None` before a greeting, after a stop, and for a motion with a NaN
-    /// or an infinity. The host counts such a sample as lost.
+    /// One sample for the host; `None` before a greeting and after a stop. Also `None` for a motion
+    /// with a NaN or an infinity: the host counts the skipped sequence number as a lost sample.
     pub fn state(&mut self, motion: &Motion, now_us: u32) -> Option<Frame> {
         if !self.streaming {
             return None;
@@ -269,7 +271,8 @@ impl Device {
             opening: self.says_opening.then_some(motion.opening),
         };
         let sequence = self.next_sequence();
-        motion.is_finite().then(|| state.frame(sequence))
+        let is_finite = motion.is_finite() && state.opening.is_none_or(f32::is_finite);
+        is_finite.then(|| state.frame(sequence))
     }
 
     /// One report of a pedal's switches; `None` before a greeting and after a stop.
@@ -295,13 +298,13 @@ impl Device {
         }
     }
 
-    /// True if a force command is in effect, even a zero one.
+    /// True if a `FORCE` is in effect, even one that asks for zero.
     #[must_use]
     pub const fn is_commanded(&self) -> bool {
         self.force.is_some()
     }
 
-    /// True if a host listens.
+    /// True from a greeting to a stop.
     #[must_use]
     pub const fn is_streaming(&self) -> bool {
         self.streaming
@@ -342,7 +345,7 @@ impl Heard {
     }
 }
 
-/// `vector`, shortened to at most `max`.
+/// `vector`, shortened to at most `max`, which may be zero.
 fn shorten(vector: [f32; 3], max: f32) -> [f32; 3] {
     let squared: f32 = vector.iter().map(|x| x * x).sum();
     let limit = max * max;

@@ -1,7 +1,7 @@
 //! Frames: a payload and its CRC-32C (little-endian), COBS-stuffed, ended by one zero byte.
 //!
-//! A frame contains no zero, so a receiver that lost bytes resumes at the next zero. Device and
-//! host use this file, which allocates nothing.
+//! The closing zero is the only zero of a frame, so a receiver that lost bytes resumes at the next
+//! zero. Device and host use this file, which allocates nothing.
 
 use crc::{CRC_32_ISCSI, Crc};
 
@@ -58,7 +58,7 @@ impl Frame {
 /// Reasons for which bytes between two zeros are not a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameError {
-    /// No closing zero within [`MAX_FRAME`] bytes.
+    /// More than [`MAX_FRAME`] bytes without a zero.
     TooLong,
     /// Too few bytes for a kind and a checksum.
     TooShort,
@@ -68,7 +68,8 @@ pub enum FrameError {
     Checksum,
 }
 
-/// Finds frames in a stream of bytes that may start, break and be wrong anywhere.
+/// Finds frames in a stream of bytes. The stream may start anywhere, lose bytes and hold wrong
+/// ones.
 #[derive(Debug, Clone)]
 pub struct FrameReader {
     bytes: [u8; MAX_FRAME],
@@ -155,7 +156,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// All payloads that a reader finds in `bytes`.
+    /// Payloads that a reader finds in `bytes`, and the number of frames that it rejects.
     fn read(bytes: &[u8]) -> (Vec<Vec<u8>>, usize) {
         let mut reader = FrameReader::new();
         let mut good = Vec::new();

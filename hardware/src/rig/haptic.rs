@@ -12,7 +12,7 @@ use rt_core::time::TimeNs;
 
 use super::host::{Bad, Host};
 use super::judge::Judge;
-use super::wire::{Capabilities, DeviceKind, Force, State, Status};
+use super::wire::{Capabilities, DeviceKind, Force, State, Status, WireError};
 use crate::HardwareError;
 use crate::line::Line;
 
@@ -23,7 +23,7 @@ pub struct RigHaptic {
     declared: Capabilities,
     status: RigStatus,
     judge: Judge,
-    /// Velocity of the newest sample, as the device reported it.
+    /// Velocity that the device reported with its newest sample; `None` if it measures none.
     reported_m_s: Option<Vec3>,
 }
 
@@ -39,8 +39,8 @@ pub struct RigStatus {
 }
 
 impl RigHaptic {
-    /// Opens the line, greets the device and checks its capabilities. Not for the tick: waits up to
-    /// 5 s for the answer.
+    /// Opens the line, greets the device and checks its capabilities. It waits up to 5 s for the
+    /// answer, so it is not for the tick.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         Ok(Self::of(Host::open(path, DeviceKind::Haptic)?))
     }
@@ -66,7 +66,8 @@ impl RigHaptic {
         &self.declared
     }
 
-    /// Status of the last sample, even of a dropped one.
+    /// Status of the last sample within the allowed ranges, even if the sample was then judged
+    /// wrong.
     #[must_use]
     pub const fn status(&self) -> RigStatus {
         self.status
@@ -141,7 +142,8 @@ impl HapticDevice for RigHaptic {
         let read = self
             .host
             .receive(|message, at_ns| match State::parse(message) {
-                Err(_) => rejected[0].1 += 1,
+                Err(WireError::Range) => rejected[0].1 += 1,
+                Err(_) => rejected[3].1 += 1,
                 Ok(state) if state.opening.is_some() != opens => rejected[3].1 += 1,
                 Ok(state) if Vec3::from(state.position_m).norm() > reach_m => rejected[1].1 += 1,
                 Ok(state) => {
@@ -221,7 +223,8 @@ fn within(wanted: Vec3, limit: f32) -> Vec3 {
     }
 }
 
-/// Farthest plausible position from the middle, in workspace radii: beyond the mechanical stops.
+/// Farthest plausible position from the middle, in workspace radii. It lies beyond the mechanical
+/// stops.
 const REACH: f32 = 2.0;
 
 fn sample(state: &State, sequence: u16, velocity_m_s: Vec3, at_ns: TimeNs) -> DeviceSample {

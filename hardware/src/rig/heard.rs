@@ -8,14 +8,14 @@ use super::wire::{Capabilities, Kind, Message, WireError};
 pub(super) struct Heard {
     bytes: u64,
     zeros: u64,
-    /// Bytes since the last zero, at most one more than a frame has.
+    /// Bytes since the last zero, at most one more than [`MAX_FRAME`].
     frame: Vec<u8>,
     good: Vec<(Kind, u64)>,
     too_long: u64,
     too_short: u64,
     stuffing: u64,
     checksum: u64,
-    /// The first frame with a wrong checksum, in words.
+    /// A sentence about the first frame with a wrong checksum, after a space.
     example: Option<String>,
     /// The first payload that is no valid message, in words.
     misfit: Option<String>,
@@ -56,8 +56,8 @@ impl Heard {
     fn message(&mut self, payload: &[u8]) {
         let misfit = match Message::new(payload) {
             Ok(message) if is_refused(&message) => format!(
-                "a CAPABILITIES of {} bytes with kind {} and version {}, allowed is kind 1 (haptic device) or \
-                 2 (pedal), and version 1 with 45 bytes or 2 with 51",
+                "a CAPABILITIES of {} bytes with kind {} and version {}, where the kind must be 1 (haptic device) \
+                 or 2 (pedal), and the length 45 bytes in version 1 or 51 bytes in version 2",
                 payload.len(),
                 payload.get(4).unwrap_or(&0),
                 payload.get(3).unwrap_or(&0)
@@ -76,10 +76,10 @@ impl Heard {
                     let (plain, opening) = kind.payload_bytes();
                     let wanted = match opening {
                         0 => plain.to_string(),
-                        more => format!("{plain}, or {} with an opening", plain + more),
+                        more => format!("{plain} ({} with an opening)", plain + more),
                     };
                     format!(
-                        "a {} of {} bytes, which must have {wanted}",
+                        "a {} of {} bytes instead of {wanted}",
                         kind.name(),
                         payload.len()
                     )
@@ -90,12 +90,13 @@ impl Heard {
         self.misfit.get_or_insert(misfit);
     }
 
-    /// The bytes and the likely mistake, as part of a sentence.
+    /// Sentences about the bytes that came, the likely mistake and its remedy, without the last full
+    /// stop.
     pub(super) fn in_words(&self) -> String {
         if self.zeros == 0 {
             return format!(
-                "{} bytes came, none of which is 00, the end of a frame. Is the rate 1 000 000 baud? \
-                 Does it speak another protocol (`--driver woody`, `bird` or `hapi-gen3`)?",
+                "{} bytes came, none of which is 00, the end of a frame. Is the line's rate 1 000 000 \
+                 baud? Or does the device speak another protocol (`--driver woody`, `bird` or `hapi-gen3`)?",
                 self.bytes
             );
         }
@@ -108,37 +109,46 @@ impl Heard {
             (self.checksum, "with a wrong checksum"),
             (
                 self.stuffing,
-                "whose stuffing (COBS) contradicts their length",
+                "with stuffing (COBS) that contradicts the length",
             ),
             (self.too_long, "without a 00 within 66 bytes"),
             (self.too_short, "too short for a kind and a checksum"),
         ];
         for (count, what) in counted.into_iter().filter(|(count, _)| *count > 0) {
-            parts.push(format!("{count} frames {what}"));
+            let frames = if count == 1 { "frame" } else { "frames" };
+            parts.push(format!("{count} {frames} {what}"));
         }
-        parts.extend(self.example.clone());
+        if parts.is_empty() {
+            parts.push("no whole frame".to_owned());
+        }
+        let example = self.example.as_deref().unwrap_or_default();
         let answered = self
             .good
             .iter()
             .any(|(kind, _)| *kind == Kind::Capabilities);
-        let remedy = if self.misfit.is_some() || answered {
-            "Correct the message: hardware/PROTOCOL.md has its bytes"
+        let remedy = if self.misfit.is_some() {
+            "Correct the wrong message: hardware/PROTOCOL.md has its bytes"
+        } else if answered {
+            // The host drops a good answer only as a repetition.
+            "CAPABILITIES had the sequence number of the message before it, so it was dropped: count up by one \
+             per message"
         } else if !self.good.is_empty() {
             "The firmware must answer HELLO with CAPABILITIES"
         } else {
             "Compare the frames with the test vectors of hardware/PROTOCOL.md, and the rate of the line \
              with 1 000 000 baud"
         };
-        format!("{} came. {remedy}", parts.join(", "))
+        format!("Came: {}.{example} {remedy}", parts.join("; "))
     }
 }
 
-/// True for CAPABILITIES that name no kind of device, or another version than their length is of.
+/// True for CAPABILITIES with an unknown kind of device, or with a length that does not fit their
+/// version.
 fn is_refused(message: &Message<'_>) -> bool {
     message.kind() == Kind::Capabilities && Capabilities::parse(message).is_err()
 }
 
-/// Describes a frame with a wrong checksum, and states the right checksum.
+/// A sentence, after a space, about a frame with a wrong checksum: both checksums.
 fn wrong_checksum(stuffed: &mut [u8]) -> Option<String> {
     let plain = cobs::decode_in_place(stuffed).ok()?;
     let (payload, is) = stuffed.get(..plain)?.split_last_chunk::<4>()?;
@@ -149,7 +159,7 @@ fn wrong_checksum(stuffed: &mut [u8]) -> Option<String> {
     };
     let begins = payload.get(..3).unwrap_or(payload);
     Some(format!(
-        "the payload {} … ends in {}, and must end in {}",
+        " After the payload {} … came the checksum {}; it must be {}.",
         hex(begins),
         hex(is),
         hex(&right)
@@ -181,7 +191,7 @@ mod tests {
         let payload = &plain[..length - 4];
         let short = Frame::new(&payload[..44]).unwrap();
         assert!(
-            said(short.as_bytes()).contains("a CAPABILITIES of 44 bytes, which must have 45"),
+            said(short.as_bytes()).contains("a CAPABILITIES of 44 bytes instead of 45"),
             "{}",
             said(short.as_bytes())
         );
@@ -194,7 +204,7 @@ mod tests {
         third[4] = 3;
         let words = said(Frame::new(&third).unwrap().as_bytes());
         assert!(
-            words.contains("45 bytes with kind 3 and version 1, allowed is kind 1"),
+            words.contains("45 bytes with kind 3 and version 1, where the kind must be 1"),
             "{words}"
         );
         let mut spoilt = payload.to_vec();
@@ -205,13 +215,16 @@ mod tests {
         framed.truncate(length);
         framed.push(0);
         let words = said(&framed);
-        assert!(words.contains("1 frames with a wrong checksum"), "{words}");
-        assert!(words.contains("the payload 81 01 00 … ends in"), "{words}");
+        assert!(
+            words.contains("1 frame with a wrong checksum. After"),
+            "{words}"
+        );
+        assert!(words.contains("the payload 81 01 00 … came the"), "{words}");
         let words = said(&[0x55; 500]);
         assert!(words.contains("none of which is 00"), "{words}");
         let words = said(Switches::default().frame(1).as_bytes());
         assert!(
-            words.contains("1 good SWITCHES came. The firmware must"),
+            words.contains("Came: 1 good SWITCHES. The firmware must"),
             "{words}"
         );
     }

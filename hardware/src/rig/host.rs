@@ -26,7 +26,7 @@ const HANDSHAKE: Duration = Duration::from_secs(5);
 const SAY_AFTER: Duration = Duration::from_secs(1);
 /// Interval between two greetings.
 const GREETING_INTERVAL: Duration = Duration::from_millis(100);
-/// Interval between two reads of the line while waiting.
+/// Interval between two reads of the line during the greeting.
 const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 /// Largest number of bytes that one poll reads, about 20 frames. So a flooded line cannot delay the
 /// tick.
@@ -51,19 +51,20 @@ pub(super) struct Host {
 /// Reasons for which a frame or a message counts as bad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Bad {
-    /// Its checksum is wrong.
+    /// The frame's checksum is wrong.
     Checksum,
-    /// Its stuffing or its length is wrong.
+    /// The frame's stuffing or length is wrong.
     Frame,
-    /// Its kind is unknown, or its length does not fit the kind.
+    /// The message's kind is unknown or not the driver's, or its length does not fit the kind or the
+    /// declared version.
     Message,
-    /// It repeats the last message's number.
+    /// The message repeats the last message's number.
     Repeated,
     /// A field is outside its range.
     Range,
-    /// Its position is farther out than twice the workspace's radius.
+    /// The position is farther out than twice the workspace's radius.
     Reach,
-    /// It contradicts earlier samples.
+    /// The sample contradicts earlier samples.
     Judged,
 }
 
@@ -72,7 +73,7 @@ impl Bad {
     pub(super) const NAMES: [&str; 7] = [
         "with a wrong checksum",
         "with wrong stuffing or length",
-        "of an unknown kind or a wrong length",
+        "of an unknown or unexpected kind, or of a wrong length",
         "with the same number as the frame before",
         "outside the allowed ranges",
         "farther out than twice the workspace's radius",
@@ -81,7 +82,8 @@ impl Bad {
 }
 
 impl Host {
-    /// Opens the line and greets the device. Not for the tick: waits up to 5 s for the answer.
+    /// Opens the line and greets the device. It waits up to 5 s for the answer, so it is not for
+    /// the tick.
     pub(super) fn open(
         path: &Path,
         kind: DeviceKind,
@@ -161,8 +163,9 @@ impl Host {
         })
     }
 
-    /// Reads the available bytes and passes every good, new message to `take`, with the arrival
-    /// time of the bytes. Returns the number of bytes; `None` when the line is lost.
+    /// Reads the available bytes, up to [`BYTES_PER_POLL`], and passes every good, new message to
+    /// `take`, with the arrival time of the bytes. Returns the number of bytes; `None` when the
+    /// line is lost.
     pub(super) fn receive(&mut self, mut take: impl FnMut(&Message<'_>, TimeNs)) -> Option<usize> {
         let mut bytes = [0; BYTES_PER_POLL];
         let (count, at_ns) = match self.line.read(&mut bytes) {
@@ -170,7 +173,7 @@ impl Host {
             Read::Empty => return Some(0),
             Read::Lost => return None,
         };
-        // What this computer itself dropped is neither a bad frame nor a lost one.
+        // Bytes that this computer itself dropped count neither as bad nor as lost frames.
         let discarded = self.line.discarded();
         if discarded != self.counters.unread_bytes {
             self.counters.unread_bytes = discarded;
@@ -355,8 +358,8 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
         force_max_n: 0.0,
         stiffness_max_n_m: 0.0,
     });
-    // A handle that renders no force along its opening may declare a stiffness of 0 there, which
-    // the range allows only if its lower end lies below 0.
+    // Without a force along the opening, the stiffness there may be 0. A range excludes its lower
+    // end, so that end must lie below 0.
     let least_n_m = if opening.force_max_n > 0.0 { 0.0 } else { -1.0 };
     let limits = [
         Limit {
@@ -437,8 +440,9 @@ const FORCE_MAX_N: (f32, f32) = (0.0, 32.767_5);
 const TRAVEL_M: (f32, f32) = (0.000_999, 0.3);
 /// Range of a stiffness, N/m. The stiffest desktop devices render some kN/m.
 const STIFFNESS_N_M: (f32, f32) = (0.0, 50_000.0);
-/// Range of the device's own damping, N s/m. No hand-held device absorbs more. The limit of
-/// stiffness that keeps contacts stable grows with this figure; a larger one would make it useless.
+/// Range of the device's own damping, N s/m. No hand-held device absorbs more. The largest
+/// stiffness that keeps contacts stable grows with this damping; a larger damping would make that
+/// limit useless.
 const DAMPING_N_S_M: (f32, f32) = (0.0, 10.0);
 
 #[cfg(test)]

@@ -19,8 +19,8 @@ use crate::trail::Trail;
 /// steps of the clock must follow a backward one before the clock is trusted again. Damage on the
 /// line does not move so many samples to one place.
 const AGREEING: u32 = 8;
-/// Samples in a row that repeat the clock reading before them, after which the clock counts as
-/// stopped. Two samples may fall into one microsecond; twenty never do.
+/// Number of repetitions of a clock reading in a row after which the clock counts as stopped. Two
+/// samples may fall into one microsecond; twenty never do.
 const STUCK: u32 = 20;
 /// Noise of a position, m. A sample may be this much farther away than a handle gets at
 /// [`FASTEST_M_S`].
@@ -28,11 +28,12 @@ const NOISE_M: f32 = 0.003;
 /// Speed above which a change of position is a leap, m/s. Thrown handles reach 3 m/s.
 const FASTEST_M_S: f32 = 10.0;
 /// Distance above which a position counts as frozen, m. It is the reported velocity summed over the
-/// time in which the position does not change. Encoders resolve a tenth of it.
+/// time in which the position does not change. Encoders resolve a tenth of this distance.
 const PROMISED_M: f32 = 0.0005;
 /// Longest time between two samples that counts for [`PROMISED_M`], µs. A device that paused for
 /// longer, such as an emulated one on a busy computer, did not move in the pause, whatever its
-/// clock says. At 1 kHz a frozen position is still found as soon, because its samples go on.
+/// clock says. A frozen position at 1 kHz is still found as soon, because its samples are 1 ms
+/// apart.
 const PROMISED_US: u32 = 2000;
 /// Slowest reported velocity that counts for [`PROMISED_M`], m/s. A slower one is the noise of a
 /// resting hand.
@@ -42,14 +43,14 @@ const HOST_PAUSE_NS: u64 = 20_000_000;
 /// Polls in a row of at most [`CALM_BYTES`] after which the backlog counts as drained. The reading
 /// thread, which may have stood still as well, has run by then.
 const CALM_POLLS: u32 = 3;
-/// Largest number of bytes of a poll without a backlog: ten frames.
+/// Most bytes of a poll without a backlog: about ten frames.
 const CALM_BYTES: usize = 512;
 /// Length of a window in which the device's clock is compared with this computer's, ns.
 const UNIT_WINDOW_NS: u64 = 400_000_000;
 /// Bad windows in a row after which the clock's unit counts as wrong. One bad window is no proof:
 /// it may begin with a sample that waited while this computer stood still.
 const UNIT_WINDOWS: u32 = 2;
-/// Time without a sample after which the device is silent, ns. It also ends such a window.
+/// Time without a sample after which the device is silent, ns. Such a gap also ends a unit window.
 const UNIT_GAP_NS: u64 = 100_000_000;
 /// Device time without a newly confirmed force after which the device may count as deaf, µs.
 const DEAF_US: u32 = 250_000;
@@ -58,10 +59,10 @@ const DEAF_SENDS: u32 = 100;
 /// Forces in a row that the line refused, after which the device counts as deaf. At one force per
 /// tick, this is the time in which the force fades after the samples become stale.
 const REFUSALS: u32 = 20;
-/// Time after the last force was sent in which the host expects a confirmation, ns.
+/// Time after the last sent force for which the host expects a confirmation, ns.
 const SENT_LATELY_NS: u64 = 20_000_000;
 
-/// Time and position of a sample, as far as later samples are compared with it.
+/// The parts of a sample with which later samples are compared.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     us: u32,
@@ -94,7 +95,8 @@ pub(super) struct Judge {
     /// Forces that the line refused since it last accepted one.
     refusals: u32,
     is_deaf: bool,
-    /// True if a fault other than a leap dropped a sample since [`Self::take`] last returned one.
+    /// True if a fault other than a leap dropped a sample since [`Self::take`] last returned a
+    /// velocity.
     broke_off: bool,
     /// True if the last sample was dropped for a fault.
     dropped: bool,
@@ -124,7 +126,7 @@ impl Judge {
         self.polled_ns = now_ns;
         self.quiet = true;
         self.findings.leapt = false;
-        // Another fault stands for silence, so earlier faults end here.
+        // Silence is a fault of its own, so earlier faults end here.
         self.is_silent = now_ns.saturating_sub(self.arrived_ns) > UNIT_GAP_NS;
         if self.is_silent {
             self.findings.faults = FaultSet::NONE;
@@ -132,7 +134,8 @@ impl Judge {
         self.findings.bundle_ms = self.bundles.length_ms().unwrap_or(0);
     }
 
-    /// Judges a sample. Returns its velocity, m/s, if it is good.
+    /// Judges a sample. Returns its velocity, m/s; `None` if the sample has a fault or may have
+    /// waited while the host paused.
     pub(super) fn take(
         &mut self,
         state: &State,
@@ -167,7 +170,7 @@ impl Judge {
             self.broke_off |= !faults.without(leap).is_empty();
             return None;
         }
-        // The sample may have waited while the host paused, so it is too old to use.
+        // The sample may have waited while the host paused, so it is too old.
         if self.unsettled > 0 {
             self.admitted = Some(now);
             self.trail.clear();
@@ -221,7 +224,7 @@ impl Judge {
         self.refusals = self.refusals.saturating_add(1);
     }
 
-    /// Faults of the last poll that brought a sample, with those of the device's status, and the
+    /// Faults of the last poll that brought a sample, faults of the device's status, and the
     /// findings about noise and bundles. A leap lasts for its own poll only. While the device is
     /// silent, there are no faults.
     pub(super) fn findings(&self) -> Findings {
@@ -335,8 +338,8 @@ impl Judge {
             (now.at_m - then.at_m).norm() <= reach_m
         };
         let step_us = before.map_or(0, passed_us);
-        // During a leap, the reach around the last admitted place is that of one step. It does not
-        // grow with the time since then.
+        // During a leap, the reach around the last admitted place stays that of one step, however
+        // long the leap lasts.
         let since = |then: Seen| {
             if self.agreeing > 0 {
                 step_us

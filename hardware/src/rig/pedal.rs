@@ -6,7 +6,7 @@ use rt_core::port::{LineCounters, Pedal, PedalSample, Polled};
 use rt_core::time::TimeNs;
 
 use super::host::{Bad, Host};
-use super::wire::{DeviceKind, Switches};
+use super::wire::{DeviceKind, Switches, WireError};
 use crate::HardwareError;
 
 /// Missed reports after which a pedal counts as released.
@@ -50,8 +50,8 @@ impl Electrodes {
 }
 
 impl RigPedal {
-    /// Opens the line, greets the pedal and checks its capabilities. Not for the tick: waits up to
-    /// 5 s for the answer.
+    /// Opens the line, greets the pedal and checks its capabilities. It waits up to 5 s for the
+    /// answer, so it is not for the tick.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         let (host, identity) = Host::open(path, DeviceKind::Pedal)?;
         let silence_ns = MISSED_REPORTS * 1_000_000_000 / u64::from(identity.rate_hz);
@@ -80,15 +80,18 @@ impl RigPedal {
 impl Pedal for RigPedal {
     fn poll(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
         let mut newest = None;
-        let mut rejected = 0;
+        let mut rejected = [Bad::Range, Bad::Message].map(|why| (why, 0));
         let read = self
             .host
             .receive(|message, at_ns| match Switches::parse(message) {
                 Ok(switches) => newest = Some((switches, at_ns)),
-                Err(_) => rejected += 1,
+                Err(WireError::Range) => rejected[0].1 += 1,
+                Err(_) => rejected[1].1 += 1,
             });
-        for _ in 0..rejected {
-            self.host.reject(Bad::Range);
+        for (why, count) in rejected {
+            for _ in 0..count {
+                self.host.reject(why);
+            }
         }
         if let Some((switches, at_ns)) = newest {
             let Switches {

@@ -9,8 +9,8 @@ use rt_core::time::TimeNs;
 
 /// The simulation's handle moves `by` times as far as the device's. By virtual work, its forces
 /// reach the hand `by` times as strong. Seen from the simulation, the device's force is therefore
-/// smaller by that factor, and its stiffness and damping by its square, so a passive system stays
-/// passive.
+/// smaller by that factor, and its stiffness and damping by the factor's square, so a passive
+/// system stays passive.
 pub(super) struct Scaled {
     pub(super) device: Box<dyn HapticDevice + Send>,
     pub(super) by: f32,

@@ -31,8 +31,8 @@ const HANDLE_MAX: u32 = 1024;
 const INIT_TRIES: u32 = 10;
 const INIT_INTERVAL: Duration = Duration::from_millis(100);
 const ALREADY_INITIATED: u16 = 0x0301;
-/// Error codes that report a limit: warm motors, or force, impulse or speed above a limit. The
-/// library itself reacts to them.
+/// Error codes that do not end the service: warm motors; force, impulse or speed above a limit; a
+/// force error. The library itself reacts to them.
 const LIMITS: std::ops::RangeInclusive<u16> = 0x0200..=0x0204;
 /// Number of turns (calls by the library) after such an error for which the force counts as
 /// limited. The library reports the error only once, and the tick may look later.
@@ -78,8 +78,8 @@ struct Shared {
 
 impl TouchHaptic {
     /// Opens the device with this name (as in the vendor's set-up; `None`: the default one) through
-    /// `library` (usually `libHD.so`). Not for the tick: takes about a second, and at most 10 s if
-    /// the library hangs.
+    /// `library` (usually `libHD.so`). It takes about a second, and at most 10 s if the library
+    /// hangs, so it is not for the tick.
     pub fn open(library: &Path, device: Option<&str>) -> Result<Self, HardwareError> {
         let path = PathBuf::from(device.unwrap_or("default Touch"));
         let (own_library, name) = (library.to_path_buf(), device.map(str::to_owned));
@@ -113,6 +113,7 @@ impl TouchHaptic {
         hd.enable_force();
         hd.start_scheduler();
         if let code @ 1.. = hd.error() {
+            hd.stop_scheduler();
             hd.disable_device(handle);
             return Err(vendor(path, "starting the scheduler", code));
         }
@@ -196,8 +197,7 @@ fn vendor(path: &Path, doing: &'static str, code: u16) -> HardwareError {
 fn capabilities(hd: &Hd) -> DeviceCapabilities {
     let one = |parameter| hd.doubles::<1>(parameter)[0] as f32;
     let [x0, y0, z0, x1, y1, z1] = hd.doubles::<6>(name::USABLE_WORKSPACE);
-    // The radius is the device's reach, beyond which no sample can lie, not the largest usable
-    // sphere.
+    // The radius is the largest coordinate of the usable box, not the radius of a sphere inside it.
     let farthest_mm = [x0, y0, z0, x1, y1, z1]
         .iter()
         .fold(0.0f64, |most, mm| most.max(mm.abs()));
@@ -281,7 +281,7 @@ fn calibrate(hd: &Hd, device: u32, path: &Path) -> Result<(), HardwareError> {
 }
 
 impl Servo for Shared {
-    /// One millisecond on the vendor's thread.
+    /// One turn on the vendor's thread: a sample and a force.
     fn call(&self) -> bool {
         let hd = self.hd;
         let running = self.running.load(Ordering::Acquire);

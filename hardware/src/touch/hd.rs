@@ -101,7 +101,7 @@ unsafe extern "C" fn once<F: FnMut()>(data: *mut c_void) -> c_uint {
 }
 
 impl Hd {
-    /// Loads the library, which is never unloaded. A second call returns the same library.
+    /// Loads the library, which is never unloaded. A second call finds the library loaded.
     pub(super) fn load(path: &Path) -> Result<&'static Self, HardwareError> {
         let failed = |error: libloading::Error| refused(path, &error.to_string(), &PRODUCT);
         // SAFETY: the vendor's initialisers run; the person who names a library trusts it.
@@ -182,7 +182,7 @@ impl Hd {
             .into_owned()
     }
 
-    /// Takes the oldest error off the library's stack; 0 if there is none.
+    /// Takes the newest error off the library's stack; 0 if there is none.
     pub(super) fn error(&self) -> u16 {
         // SAFETY: no arguments.
         unsafe { (self.get_error)() }.code

@@ -28,8 +28,8 @@ pub struct Firmware {
 
 impl Firmware {
     /// Takes the host's bytes that wait now, and answers every command. A good command is answered
-    /// with `counts`. Like the real firmware, it loses a command if another one already waits
-    /// behind it.
+    /// with `counts`. Like the real firmware, it loses a command behind which another one already
+    /// waits.
     pub fn receive(
         &mut self,
         mut waiting: &[u8],
@@ -78,15 +78,15 @@ impl Firmware {
         })
     }
 
-    /// True if commands arrive.
+    /// True from a command until the watchdog acts.
     #[must_use]
     pub const fn is_commanded(&self) -> bool {
         self.command.is_some()
     }
 }
 
-/// Skips the end of a line. Any other byte that waits behind the command is lost, and the command
-/// with it.
+/// Skips the end of a line. Another byte that waits behind the command is lost, and so is the
+/// command.
 fn end_of_line(waiting: &mut &[u8]) -> Result<(), i32> {
     while let Some((byte, rest)) = waiting.split_first() {
         *waiting = rest;

@@ -45,13 +45,14 @@ pub struct WoodyHaptic {
     sequence: u16,
     angles_rad: [f64; 3],
     gate: Gate<3>,
-    /// True if a write broke off; the next one then needs a newline in front.
+    /// True at the start, and after a write that broke off. The next write then needs a newline in
+    /// front.
     torn: bool,
 }
 
 impl WoodyHaptic {
     /// Opens the line with the published mechanism. The device must have been zeroed in its home
-    /// position. Not for the tick: waits up to 2 s for an answer.
+    /// position. It waits up to 2 s for an answer, so it is not for the tick.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         Self::open_as(path, Mechanism::WOODY)
     }

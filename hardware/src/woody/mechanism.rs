@@ -56,8 +56,8 @@ pub struct Mechanism {
 
 impl Mechanism {
     /// The device as published. The continuous force is not published; a fifth of the peak is
-    /// assumed. Damping and delay are not published either. They are those of the emulated device.
-    /// Its friction counts as damping for a tremor of 0.2 m/s, and the delay is 1 ms each way.
+    /// assumed. Damping and delay are not published either. The emulated device's are taken: its
+    /// friction counts as damping for a tremor of 0.2 m/s, and its delay is 1 ms each way.
     pub const WOODY: Self = Self {
         capstan_m: [0.010; 3],
         drum_m: [0.160, 0.120, 0.120],
@@ -125,8 +125,8 @@ impl Mechanism {
         currents_a.map(|current| (current * scale * 1e3) as i32)
     }
 
-    /// Force that these currents render at these angles, base frame, N. `None` if the links are
-    /// stretched.
+    /// Force that these currents render at these angles, base frame, N. `None` if the links are in
+    /// line.
     #[must_use]
     pub fn force_n(&self, angles_rad: [f64; 3], currents_ma: [i32; 3]) -> Option<Vec3> {
         let torque = Vector3::from_fn(|axis, _| {

@@ -188,7 +188,7 @@ pub struct ListReader {
     len: Option<usize>,
 }
 
-/// A list was broken off or too long.
+/// A list broke off or was too long, or a `]` came without its `[`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Broken;
 

@@ -29,7 +29,7 @@ fn push(force_n: Vec3) -> ForceCommand {
     }
 }
 
-/// Sends `command` again and again until `is_seen`.
+/// Polls until `is_seen`, and sends `command` meanwhile, if there is one.
 fn until(
     device: &mut DhdHaptic,
     command: Option<ForceCommand>,

@@ -35,7 +35,8 @@ pub(crate) enum Of {
     Stops = 28,
     Closes = 29,
     ForceError = 30,
-    /// Largest change from one force to the next since this entry was last set.
+    /// Largest change of a force from one command to the next since this entry was last set, N or N
+    /// m.
     Step = 32,
 }
 

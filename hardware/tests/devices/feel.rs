@@ -16,7 +16,7 @@ const HAND_M_S: f32 = 0.1;
 /// Least force that a hand notices, N.
 const NOTICED_N: f32 = 0.05;
 
-/// A person who does as she is told and answers what she feels.
+/// A person who does each step and answers what she feels.
 struct Person<'a> {
     played: &'a Played,
     at_m: Vec3,

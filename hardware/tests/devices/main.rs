@@ -1,5 +1,6 @@
-//! Devices on real ptys: drivers against the emulated station, the conformance suite, hostile
-//! lines, polls without allocation, and firmware in C.
+//! Tests of whole devices: drivers against emulated ones (behind ptys, a loopback socket, USB
+//! packets and fake vendor libraries), the conformance suite, `feel`, any bytes, polls without
+//! allocation, and firmware in C.
 
 mod any_bytes;
 mod conformance;

@@ -1,7 +1,6 @@
 //! Cost of a tick on one core: the liver of the inner-sphere paper (581 spheres) under the
-//! instrument, with Calot's solver and with the paper's method at 10 iterations. Also the
-//! cost of the solvers alone, for the liver and for as many spheres as the paper's four organs
-//! have.
+//! instrument, with Calot's solver and with the paper's method at 10 iterations. Also the cost of
+//! the solvers alone, for the liver and for four organs with the paper's numbers of spheres.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;
@@ -51,7 +50,7 @@ fn bench_tick(
 }
 
 /// Measures the tissue of all organs, without instrument, contacts and devices. A sphere that is
-/// led back and forth keeps it awake.
+/// led back and forth keeps the tissue moving.
 fn bench_tissue(c: &mut Criterion, name: &str, anatomy: &Anatomy, iterations: Option<u32>) {
     let (mut bodies, mut paper) = (Box::new(Bodies::new()), paper(iterations));
     let mut tissue = Tissue::new(anatomy.scene(), &mut bodies, method(&mut paper));

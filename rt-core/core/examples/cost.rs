@@ -1,12 +1,12 @@
-//! Cost of tissue: time against the number of spheres, and the saving by sleep.
+//! Cost of tissue: time over the number of spheres, and the time that sleep saves.
 //!
 //! ```text
 //! cargo run --release -p rt-core --example cost              figures
 //! cargo run --release -p rt-core --example cost -- liver N   N ticks of the liver's tissue
 //! ```
 //!
-//! The second form, under `valgrind --tool=callgrind` with two numbers, counts the instructions of
-//! a tick. Times are the smallest of many, to exclude other load of the machine.
+//! Run the second form under `valgrind --tool=callgrind` with two numbers of ticks to count the
+//! instructions of a tick. Times are the smallest of many, to exclude other load of the machine.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;
@@ -39,9 +39,9 @@ fn swing(tissue: &mut Tissue<'_>, tick: f32) {
     tissue.step();
 }
 
-/// Measures `times` livers of `spheres` spheres. A scene holds 4096 spheres at most. So a larger
-/// number is split into several bodies, solved in turn, which need as much memory as one body
-/// would.
+/// Measures `times` livers of `spheres` spheres. A scene holds 4096 spheres at most, so a larger
+/// number is split into several bodies, solved in turn. Together they need as much memory as one
+/// body would.
 fn count(spheres: usize, times: usize) {
     let anatomy =
         Anatomy::default().with_ellipsoid(Vec3::zeros(), Vec3::new(0.1, 0.06, 0.048), spheres, 0);
@@ -158,8 +158,8 @@ fn main() {
         all_moving_us(&four)
     );
     println!("\nwhole tick, liver touched             µs/tick   spheres off mm  force off mN");
-    // The other organs sink under their weight before they sleep. The sinking that sleep then stops
-    // is the error of sleep.
+    // The other organs sink under their weight before they sleep. Sleep stops the rest of the
+    // sinking, and this rest is the error of sleep.
     let sinks = |organ: &mut Organ| organ.gravity_share = 0.3;
     four.organs.iter_mut().skip(1).for_each(sinks);
     let sleepless = Touched::sleepless(&four);

@@ -1,6 +1,6 @@
 //! Cost of each stage of the tick on this machine, with the liver under the instrument and the
-//! gallbladder next to it: `cargo run --release -p rt-core --example stages`. The smallest figure
-//! is the cost of the code; the median includes other load of the machine.
+//! gallbladder next to it: `cargo run --release -p rt-core --example stages`. The smallest time is
+//! the cost of the code; the median includes other load of the machine.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;

@@ -5,13 +5,12 @@
 //!   loads.
 //! - Limits of a scene's tubes: `MAX_BEADS`, `MAX_TUBE_LINKS`. A scene may exceed them. A tube
 //!   without room for its beads collides at its spheres only, carries no flow and takes no clip.
-//!   Further links are drawn whole.
+//!   Links beyond `MAX_TUBE_LINKS` are drawn whole.
 //! - Limits of a tick: `MAX_CONTACTS`, `INSTRUMENT_POINTS`, `MAX_TOOL_POINTS`, `MAX_TUBE_CONTACTS`,
 //!   `MAX_CONTACT_CONSTRAINTS`, `MAX_SPHERE_PAIRS`, `MAX_CLOSE_PAIRS`, `MAX_EVENTS_PER_TICK`,
-//!   `MAX_GRASPED`. A tick drops the excess. Each overflow has a fault, except that of the tool
-//!   points.
+//!   `MAX_GRASPED`. A tick drops the excess, and raises a fault, except for tool points.
 //! - Limits until the next reset: `MAX_HOLES`, `MAX_CLIPPED`, `MAX_SCORCHED`. Further leaks and
-//!   closed tubes are dropped. A further burnt place replaces the least burnt one.
+//!   clipped places are dropped. A further burnt place replaces the least burnt one.
 //! - `MAX_CAPSULES` is never reached: both tools together have four capsules at most.
 //! - `CLIPS` is a supply.
 //!
@@ -59,7 +58,7 @@ pub const MAX_EVENTS_PER_TICK: usize = 32;
 pub const CLIPS: u32 = 12;
 /// Places on tubes that clips close, all clips together; a clip over two tubes takes two.
 pub const MAX_CLIPPED: usize = 24;
-/// Links of tubes whose state is published, the first in the scene. Further links are drawn whole.
+/// Links of tubes whose state is published: the first in the scene. Later links are drawn whole.
 pub const MAX_TUBE_LINKS: usize = 2048;
 /// Places where vessels, ducts and bags leak.
 pub const MAX_HOLES: usize = 64;

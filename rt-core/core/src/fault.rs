@@ -4,13 +4,13 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Fault {
-    /// A device sample was not finite, not a rigid pose, or more than 10 m from the device's
-    /// origin. Answer: the sample is ignored.
+    /// A sample of haptic device or tracker was not finite, not a rigid pose, more than 10 m from
+    /// its origin along an axis, or had an opening outside 0..=1. Answer: the sample is ignored.
     BadSample = 0,
     /// The force was not finite. Answer: zero force.
     BadForce = 1,
-    /// A sphere was not finite or more than 10 m from its rest position. Answer: the sphere is put
-    /// back to its last valid place, at rest.
+    /// A sphere was not finite or more than 10 m from its rest position along an axis. Answer: the
+    /// sphere is put back to its last valid place, without velocity.
     BadSphere = 2,
     /// The newest device sample is older than its limit, or no tick ran for more than 20 ms.
     /// Answer: force falls to zero.
@@ -33,7 +33,8 @@ pub enum Fault {
     PairOverflow = 11,
     /// More spheres were between the jaws than can be held. Answer: the first found are held.
     GraspOverflow = 12,
-    /// More events or leaks occurred than can be kept. Answer: the later ones are dropped.
+    /// More events or leaks occurred than can be kept. Answer: the later ones are dropped. (The
+    /// events of a leak or a division wait for the next tick instead.)
     EventOverflow = 13,
     /// A tick ended after its deadline (reported by the process).
     Overrun = 14,

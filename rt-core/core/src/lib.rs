@@ -1,6 +1,6 @@
 //! Calot's simulation and control law: `no_std`, no `alloc`, no clock, no files, no randomness.
 //!
-//! Time, input and storage are arguments. The scene is immutable, the [`state`] changes. One tick
+//! Time, input and storage are arguments. The scene is immutable; the [`state`] changes. One tick
 //! ([`sim::Sim::tick`]) runs these stages:
 //!
 //! ```text
@@ -26,7 +26,7 @@
 //! | word | meaning |
 //! |---|---|
 //! | device pose | pose of the handle as the hand holds it |
-//! | proxy pose | pose of the instrument; it lags where contact exceeds the device's force |
+//! | proxy pose | pose of the instrument; it lags while contact exceeds the device's force |
 //! | port (trocar) | the point of the abdominal wall about which a shaft pivots |
 //! | tool | a rigid instrument in the simulation, made of capsules |
 //! | part | one capsule of a tool: shaft, jaw, hook tip, endoscope |
@@ -34,7 +34,7 @@
 //! | organ | a range of spheres with one material |
 //! | sphere | a mass point with a radius inside an organ |
 //! | link, rest length | a distance constraint between two spheres of one organ |
-//! | attachment | a distance constraint between two organs, or an organ and the world |
+//! | attachment | a distance constraint between two organs, or between an organ and the world |
 //! | suture | a thread from an organ to the abdominal wall; it pulls and never pushes |
 //! | tetrahedron, batch | a solid element between four spheres; eight that share no sphere |
 //! | held sphere | a sphere that the constraints do not move: it is fixed, or led along a path |
@@ -61,7 +61,7 @@
 //! | event | an occurrence that a tick reports: contact, tear, cut, leak |
 //! | fault | an error that a tick detected, with a fixed answer and a counter |
 //! | stale | a sample older than its limit |
-//! | overrun, late tick | a tick that ended after its deadline |
+//! | overrun, late tick | a tick that ends after its deadline |
 //! | missed period | a control period that was skipped |
 //! | checkpoint, digest | a copy of all that changes; a hash of what a tick computed |
 //!
@@ -92,23 +92,8 @@
 //! The room [`port`] holds the interfaces to devices. In geometry a port is a trocar, as in
 //! `instrument_port_m`.
 //!
-//! A room imports from these rooms only:
-//!
-//! | room | may import |
-//! |---|---|
-//! | [`capacity`], [`fault`], [`math`], [`time`] | none |
-//! | `hash`, [`words`] | math |
-//! | [`port`] | fault, math, time |
-//! | [`tool`] | capacity, math, port |
-//! | [`scene`] | capacity, math, time |
-//! | [`tissue`] | capacity, hash, math, scene, time, words |
-//! | `contact` | capacity, fault, math, scene, time, tissue, tool, words |
-//! | `organs` | capacity, fault, math, scene, tissue, words |
-//! | [`procedure`] | capacity, contact, fault, math, port, scene, time, tissue, tool, words |
-//! | [`haptics`] | contact, fault, math, port, time, tool, words |
-//! | [`state`] | organs, procedure, tissue |
-//! | [`study`] | capacity, contact, fault, math, scene, tissue, tool |
-//! | [`sim`] | all of these |
+//! A test keeps each room to the rooms from which it may import; `tests/tidy/tests/layers.rs` lists
+//! them.
 #![no_std]
 #![deny(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! The algebra that the whole core uses: nalgebra in `f32`.
+//! Vectors, rotations and poses of the whole core: nalgebra in `f32`.
 
 /// A point, direction, force or velocity in three dimensions.
 pub type Vec3 = nalgebra::Vector3<f32>;
@@ -11,7 +11,7 @@ pub type Pose = nalgebra::Isometry3<f32>;
 /// build. (`f32::sqrt` is not in `core`.)
 #[must_use]
 #[inline(always)]
-#[allow(unsafe_code)] // the only unsafe of the core: one instruction that every x86-64 has
+#[allow(unsafe_code)] // one instruction that every x86-64 has
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(target_arch = "x86_64")]
     {
@@ -55,7 +55,7 @@ pub fn is_rigid(pose: &Pose) -> bool {
     is_finite(&pose.translation.vector) && (norm_squared - 1.0).abs() < 1.0e-3
 }
 
-/// A unit vector perpendicular to `v`, which need not be a unit vector. It depends on `v` only.
+/// A unit vector perpendicular to `v`. It depends on `v` only; `v` may have any length.
 #[must_use]
 pub fn across(v: &Vec3) -> Vec3 {
     let a = if v.x.abs() <= v.y.abs() && v.x.abs() <= v.z.abs() {

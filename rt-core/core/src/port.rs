@@ -128,8 +128,8 @@ pub struct DeviceCapabilities {
     /// Damping of the device itself, N s/m, including the damping that its dry friction gives to a
     /// tremor. This damping absorbs the energy that sampling and delay generate.
     pub damping_n_s_m: f32,
-    /// Delay from a movement to its sample plus delay from a command to its force, s. The time for
-    /// which each force is held between two commands is not included.
+    /// Delay from a movement to its sample plus delay from a command to its force, s, without the
+    /// time for which a force is held between two commands.
     pub delay_s: f32,
     /// Radius of the workspace around the base frame's origin, m.
     pub workspace_radius_m: f32,
@@ -177,7 +177,7 @@ pub enum Polled<T> {
     Fresh(T),
     /// No new sample has come; the caller judges staleness by the age of the last one.
     Nothing,
-    /// The connection is lost (unplugged, hung up). This remains the result until the driver
+    /// The connection is lost (unplugged, hung up). The result is `Lost` until the driver
     /// reconnects.
     Lost,
 }
@@ -193,8 +193,7 @@ pub struct LineCounters {
     pub lost_frames: u64,
     /// Writes that the line did not accept.
     pub dropped_writes: u64,
-    /// Bytes that this computer dropped because it did not read them in time; the device is not at
-    /// fault.
+    /// Bytes that this computer did not read in time and dropped; the device is not at fault.
     pub unread_bytes: u64,
 }
 
@@ -221,7 +220,7 @@ pub struct Identity {
     pub serial: u32,
 }
 
-/// Longest name of a device, bytes.
+/// Bytes of the longest name of a device.
 const NAME_BYTES: usize = 32;
 
 impl Identity {
@@ -246,8 +245,8 @@ impl Identity {
 pub struct Findings {
     /// Faults found by the last poll.
     pub faults: FaultSet,
-    /// The last poll's sample does not continue the samples before it, so the handle may have moved
-    /// anywhere in between.
+    /// True if the last poll's sample does not continue the samples before it, so that the handle
+    /// may have moved anywhere in between.
     pub leapt: bool,
     /// Time that a bundle of samples spans, ms; 0 if the samples come one by one.
     pub bundle_ms: u32,
@@ -276,9 +275,9 @@ pub trait HapticDevice {
     }
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample>;
-    /// Velocity, m/s, as the device itself reported it with its newest sample; `None` if it
-    /// measures none. The simulation uses [`DeviceSample::velocity_m_s`] instead, which a driver
-    /// may have corrected.
+    /// Velocity that the device itself reported with its newest sample, m/s; `None` if it measures
+    /// none. The simulation uses [`DeviceSample::velocity_m_s`] instead, which a driver may have
+    /// corrected.
     fn reported_velocity_m_s(&self) -> Option<Vec3> {
         None
     }
@@ -292,7 +291,7 @@ pub trait HapticDevice {
     fn counters(&self) -> LineCounters;
 }
 
-/// The endoscope's tracker. Does not block or allocate.
+/// The endoscope's tracker. No call blocks or allocates.
 pub trait Tracker {
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<TrackerSample>;
@@ -300,7 +299,7 @@ pub trait Tracker {
     fn counters(&self) -> LineCounters;
 }
 
-/// The foot pedal. Does not block or allocate.
+/// The foot pedal. No call blocks or allocates.
 pub trait Pedal {
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<PedalSample>;

@@ -5,8 +5,8 @@ use crate::organs::pairs::Pairs;
 use crate::procedure::vessel::Vessels;
 use crate::tissue::Bodies;
 
-/// State of all spheres. It takes more than a megabyte: build it in a `static` ([`State::new`] is
-/// `const`) or on the heap.
+/// State of all spheres, about 4 MB: build it in a `static` ([`State::new`] is `const`) or on the
+/// heap.
 #[derive(Debug, Clone)]
 pub struct State {
     pub(crate) bodies: Bodies,

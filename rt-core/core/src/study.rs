@@ -28,18 +28,17 @@ const ALL: [bool; MAX_ORGANS] = [true; MAX_ORGANS];
 pub struct Pressed {
     /// Force of the tissue on the tool, world frame, N.
     pub force_n: Vec3,
-    /// Torque of the tissue on the tool about the world's origin, N m. [`Pressed::torque_nm`] has
-    /// it about another point.
+    /// Torque of the tissue on the tool about the world's origin, N m.
     moment_nm: Vec3,
     /// Number of contact places.
     pub contacts: usize,
-    /// Spheres that were not finite or left the room, and were reset.
+    /// Number of spheres that were not finite or had diverged, and were put back.
     pub quarantined: u32,
 }
 
 impl Pressed {
-    /// Torque of the tissue on the tool about a point, world frame, N m. About the port, it is what
-    /// the tick's lever carries to the hand.
+    /// Torque of the tissue on the tool about a point, world frame, N m. The lever of the tick
+    /// carries the torque about the port to the hand.
     #[must_use]
     pub fn torque_nm(&self, about_m: &Vec3) -> Vec3 {
         self.moment_nm - about_m.cross(&self.force_n)
@@ -103,13 +102,13 @@ impl<'a> Tissue<'a> {
         self.tick = 0;
     }
 
-    /// Advances one tick. Returns the number of spheres that were reset.
+    /// Advances one tick. Returns the number of spheres that were put back.
     pub fn step(&mut self) -> u32 {
         self.step_with(|_, _| ())
     }
 
     /// Advances one tick. `correct` is called after the constraints of every organ's substep, with
-    /// the substep's length, s. It may move spheres, as a contact does.
+    /// the substep's length, s. `correct` may move spheres, as a contact does.
     pub fn step_with(&mut self, correct: impl FnMut(&mut Correction<'_>, f32)) -> u32 {
         let mut corrected = Corrected(correct);
         self.bodies.begin(&self.scene, true);
@@ -134,7 +133,7 @@ impl<'a> Tissue<'a> {
         for (organ, bounds) in scene.organs.iter().zip(&mut bounds) {
             *bounds = bodies.bounds(organ);
         }
-        let mut faults = FaultSet::NONE; // what is left out is felt in its force
+        let mut faults = FaultSet::NONE; // not reported; an overflow lowers the force
         contacts.find(parts, scene, &bounds, bodies, &mut faults);
         let mut quarantined = substeps::run(scene, &mut self.method, &ALL, contacts, bodies);
         contacts.push_out(scene, bodies);
@@ -156,7 +155,7 @@ impl<'a> Tissue<'a> {
         }
     }
 
-    /// Ends the last substeps.
+    /// Ends the last substeps and the tick. Returns the number of spheres that were put back.
     fn end(&mut self) -> u32 {
         let (scene, bodies) = (self.scene, &mut *self.bodies);
         let mut quarantined = 0;
@@ -203,7 +202,7 @@ impl<'a> Tissue<'a> {
     }
 }
 
-/// A correction in every substep.
+/// Calls a correction in every substep.
 struct Corrected<F>(F);
 
 impl<F: FnMut(&mut Correction<'_>, f32)> Coupling for Corrected<F> {

@@ -86,7 +86,7 @@ pub enum EventKind {
     Clip,
     /// An electrode has burnt an organ; value: energy since the organ's last burn event, J.
     Burn,
-    /// A vessel, duct or bag leaks; value: flow as a share of that from an open lumen at full
+    /// A vessel, duct or bag leaks; value: flow as a share of the flow from an open lumen at full
     /// pressure; 0: the leak has stopped. All events of one leak carry the place where it began.
     Leak,
     /// A cell of layered tissue is removed; value: its index in the scene.
@@ -97,8 +97,8 @@ pub enum EventKind {
     /// it through, J; 0 for a tube that is parted half.
     Perforation,
     /// A tube is divided, or torn off an organ; value: share of the lumen that clips leave open
-    /// between the division and the tube's next end or division, on the side where more is open. 0:
-    /// clips close both sides.
+    /// between the division and the tube's next end, on the side where more is open. 0: clips or
+    /// other divisions close both sides.
     Divided,
     /// A suture passes through an organ at this place; value: the suture's number in the scene,
     /// from 0.
@@ -108,8 +108,8 @@ pub enum EventKind {
     Hung,
     /// The simulation is back at its start, or at the start of a task; earlier events are void.
     Reset,
-    /// An organ that nobody has cut free left its place and did not return; value: distance of the
-    /// organ's middle from that place, m.
+    /// An organ that nobody has freed stays away from its place; value: distance of the organ's
+    /// middle from that place, m.
     Fall,
     /// An organ does not come to rest, and no tool explains its speed; value: speed of its fastest
     /// sphere, m/s.
@@ -117,8 +117,8 @@ pub enum EventKind {
     /// The instrument is inside an organ at its device's first sample, or at the first after a gap;
     /// value: its depth, m.
     Buried,
-    /// The instrument presses on an organ that it touches, harder than at its last such event of
-    /// this contact; value: force on the organ, N.
+    /// The instrument presses on an organ that it touches, harder by 0.1 N than at the last such
+    /// event of this contact; value: force on the organ, smoothed, N.
     Press,
 }
 

@@ -16,7 +16,7 @@ const OPEN: Parameters = Parameters {
 /// Spheres of the liver; the gallbladder's follow.
 const LIVER: usize = 581;
 
-/// A bench without time for optional work.
+/// A bench with time only for the optional work for which `has_time` is true.
 struct Late {
     bench: Bench,
     has_time: fn(Optional) -> bool,
@@ -42,8 +42,9 @@ impl Ports for Late {
     }
 }
 
-/// Presses on the liver, far from the gallbladder, for 400 ticks with time for optional work, then
-/// for 100 ticks with time as `has_time` says.
+/// Presses on the liver, far from the gallbladder, for 400 ticks with time for all work, then for
+/// 100 ticks with time as `has_time` says. Returns the ports, and the centres of the spheres after
+/// the 400 ticks.
 fn press(has_time: fn(Optional) -> bool) -> (Late, Vec<Vec3>) {
     let anatomy = Anatomy::liver_and_gallbladder();
     let (mut state, mut paper) = (Box::new(State::new()), paper(Some(PAPER)));

@@ -9,9 +9,9 @@ use rt_core::port::{Buttons, Polled};
 use rt_core::sim::{Command, Digest, Parameters, Sim};
 use rt_core::state::State;
 
-/// Hash of the run below without contact skins. This hash and the next two change only with an
-/// intended change of the physics. After such a change, run the test, check the output of `poke`,
-/// and enter the new hashes here.
+/// Hash of the run below without contact skins. The three hashes change only with an intended
+/// change of the physics. After such a change, run the test, check the output of `poke`, and enter
+/// the new hashes here.
 const GOLDEN: u64 = 0x9e72d966413bb15d;
 /// Hash of the run with contact skins.
 const GOLDEN_SKINS: u64 = 0x745b1ea9791a6774;
@@ -119,7 +119,7 @@ fn digests_of_two_runs_part_where_the_runs_do_and_name_the_organ_then() {
     assert_eq!(organ, Some(0), "the liver is pressed");
 }
 
-/// Inputs of a tick of pressing and grasping, after those of the ticks before.
+/// Fills the inputs of the next tick, in which the tip presses or grasps.
 fn work(bench: &mut Bench, tick: u64) {
     let depth = (tick as f32 / 200.0).min(1.0);
     let tip = Vec3::new(

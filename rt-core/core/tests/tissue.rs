@@ -1,4 +1,4 @@
-//! Robustness of tissue, and the independence of its stiffness from the solver.
+//! Robustness of tissue, and independence of its stiffness from substeps and damping.
 
 mod rig;
 
@@ -198,7 +198,7 @@ impl Ball {
         (places.collect(), fastest_m_s)
     }
 
-    /// Smallest ratio of a tetrahedron's present volume to that at rest.
+    /// Smallest ratio of a tetrahedron's present volume to its volume at rest.
     fn least_volume(&self, places_m: &[Vec3]) -> f32 {
         let volume = |at: &dyn Fn(u32) -> Vec3, [a, b, c, d]: [u32; 4]| {
             (at(b) - at(a))
@@ -213,8 +213,9 @@ impl Ball {
     }
 }
 
-/// Compression to 40 % of the height leaves no tetrahedron inverted and comes to rest, of liver and
-/// of what is eight times as stiff. Liver looks the same with one substep and with eight.
+/// Liver, and tissue that is eight times as stiff, comes to rest when squeezed to 40 % of its
+/// height, and no tetrahedron is inverted. Liver takes equal shapes with one substep and with
+/// eight.
 #[test]
 fn squeezed_tissue_stays_whole() {
     let squeezed = |young_pa| {
@@ -233,7 +234,7 @@ fn squeezed_tissue_stays_whole() {
     assert!(apart_m < 1.0e-4, "{apart_m} m apart");
 }
 
-/// From jelly to tendon, in one substep: tissue that is shaken comes to rest where it was.
+/// Shaken tissue comes to rest in one substep a tick, from jelly to tendon.
 #[test]
 fn stiff_tissue_comes_to_rest() {
     for young_pa in [1.0e3, 1.0e4, 1.0e5, 1.0e6, 5.0e7] {
@@ -252,7 +253,7 @@ fn stiff_tissue_comes_to_rest() {
     }
 }
 
-/// The rate of strain is zero at rest, so viscosity neither reduces nor increases a sag.
+/// The rate of strain is zero at rest, so viscosity does not change a sag.
 #[test]
 fn viscosity_does_not_change_a_sag() {
     let sag_m = |retardation_s| {
@@ -270,7 +271,7 @@ fn viscosity_does_not_change_a_sag() {
     }
 }
 
-/// A sphere that is no number for one tick is put back, and the organ goes on as before.
+/// A sphere whose velocity is no number for one tick is put back, and the organ goes on as before.
 #[test]
 fn a_sphere_that_is_no_number_spoils_no_later_tick() {
     Bar::new().with_gravity().play(|tissue, spheres| {
@@ -293,8 +294,7 @@ fn deflection_goes_with_the_inverse_of_youngs_modulus_by_the_substep_rule() {
         bar.organ().substeps = substeps;
         sag_m(&bar)
     };
-    // There is no viscous damping here, because its time constant would suit only one of the two
-    // stiffnesses.
+    // There is no viscous damping, because one time constant would not suit both stiffnesses.
     let soft = sag(20_000.0, 2) * 20_000.0;
     let stiff = sag(320_000.0, 8) * 320_000.0;
     assert!((stiff / soft - 1.0).abs() < 0.06, "{stiff} {soft}");
@@ -371,7 +371,7 @@ fn pulled_to_five_times_its_length_it_comes_back() {
     });
 }
 
-/// Displaces every free sphere and waits for recovery.
+/// Displaces every free sphere to `elsewhere`, and asserts that it comes back.
 fn recovers(name: &str, elsewhere: impl Fn(&Vec3, &mut u32) -> Vec3) {
     let bar = Bar::new();
     let left_m = bar.play(|tissue, spheres| {

@@ -1,5 +1,6 @@
-//! Prepares the four organs of the paper's Table 1 at its own sphere counts, on one thread: `cargo
-//! bench -p scene-prepare --bench table1`. The paper needed 2207, 1179, 754 and 2050 s.
+//! Prepares the four organs of the paper's Table 1 with the table's counts of spheres, on one
+//! thread: `cargo bench -p scene-prepare --bench table1`. The paper needed 2207, 1179, 754 and
+//! 2050 s.
 //!
 //! The organs are built-in shapes of the same kind and size as the paper's, not the paper's meshes.
 
@@ -20,8 +21,8 @@ const ORGANS: [(&str, Form, usize, f64); 4] = [
     ("stomach", Form::Stomach, 452, 2050.0),
 ];
 
-/// True under `cargo bench`. Under `cargo test` one count and one organ are enough to show that the
-/// program runs.
+/// True under `cargo bench`. Under `cargo test`, one count and one organ show that the program
+/// runs.
 fn is_measured() -> bool {
     std::env::args().any(|word| word == "--bench")
 }
@@ -32,7 +33,7 @@ fn main() -> Result<(), Failure> {
     pool.install(table)
 }
 
-/// Prints, for both packings of the liver at several counts, how well the spheres fit: coverage,
+/// Prints the fit of the spheres for both packings of the liver with several counts: coverage,
 /// gaps, protrusion and isotropy.
 fn front() -> Result<(), Failure> {
     let mended = mend(&Shape::from(Form::Liver).mesh(), Closing::Refuse)?;
@@ -46,8 +47,8 @@ fn front() -> Result<(), Failure> {
         &counts[..1]
     } {
         for even in [true, false] {
-            // The paper's packing tests each pair of spheres against all spheres. Above 2500
-            // spheres that takes minutes.
+            // The paper's packing tests each pair of spheres against all spheres, which takes
+            // minutes above 2500 spheres.
             if !even && count > 2500 {
                 continue;
             }

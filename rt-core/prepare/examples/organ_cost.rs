@@ -1,7 +1,7 @@
-//! Cost per tick of the tissue of prepared scenes on this machine, compared with the prediction of
-//! preparation (`scene_prepare::cost`): `cargo run --release -p scene-prepare --example
-//! organ_cost`. Every organ is awake. Each tick is run many times and its fastest time counts,
-//! which leaves out the machine's other work.
+//! Measures the time of a tick's tissue in prepared scenes on this machine, and prints it with the
+//! prediction of preparation (`scene_prepare::cost`): `cargo run --release -p scene-prepare
+//! --example organ_cost`. Every organ is awake. Each tick is run many times and its fastest time
+//! counts, so that the machine's other work does not.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -20,7 +20,7 @@ type Failure = Box<dyn std::error::Error>;
 const TICKS: usize = 30;
 const RUNS: usize = 40;
 
-/// The median over the ticks of each tick's fastest time, µs.
+/// Median over the ticks of a run of each tick's fastest time, µs.
 fn measure(prepared: &Prepared) -> f64 {
     let loaded = LoadedScene::new(&prepared.scene);
     let mut bodies = Box::new(Bodies::new());

@@ -1,12 +1,12 @@
-//! Cost of each stage of the tick in a whole scene with the tools at work: `cargo run --release -p
-//! scene-prepare --example scene_stages`. With `-- --by-spheres`, the cost of contact by the number
-//! of spheres.
+//! Measures the time of each stage of the tick in a whole scene with both tools at work: `cargo run
+//! --release -p scene-prepare --example scene_stages`. With `-- --by-spheres`, measures the time of
+//! the stage contact by the number of spheres.
 //!
 //! The instrument's tip is pressed 6 mm into the scene's target and slides over it. The shaft lies
 //! on the organs below the shaft. The endoscope is pressed 6 mm into the largest organ. The example
-//! also prints the largest step of the force in a tick, and the cost of all contact in three parts:
-//! the search, the pressing (the solve's extra time compared with both tools away and every organ
-//! awake) and the force.
+//! also prints the largest step of the force in a tick, and the time that contact takes in three
+//! parts: the search (stage contact), the pressing (stage solve, less its time with both tools away
+//! and every organ awake), and the force (stage force).
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -26,13 +26,14 @@ use shared_mem::scene::SceneData;
 use support::LoadedScene;
 
 const TICKS: u32 = 6000;
-/// Ticks in which the tip goes in. Their times do not count.
+/// Ticks in which the tools go in. Their times do not count.
 const APPROACH: u32 = 1500;
 
 /// Depth of both tools in the tissue, m.
 const PRESSED_M: f32 = 0.006;
 
-/// The tools that press on tissue. A tool that does not press stays away from all organs.
+/// True for each tool that presses on tissue. A tool that does not press stays away from all
+/// organs.
 #[derive(Clone, Copy)]
 struct At {
     instrument: bool,
@@ -68,7 +69,7 @@ struct Timed {
     force_n: Vec3,
     step_n: f32,
     contacts: u32,
-    /// Number of spheres that a tool touches, and number of spheres that are awake.
+    /// Number of spheres that tools touch, and number of spheres that are awake.
     touched: [usize; 2],
 }
 
@@ -109,7 +110,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// Times of a stage after the approach, sorted, µs.
+    /// Times of a stage in the ticks after the approach, sorted, µs.
     fn of(&self, stage: Stage) -> Vec<f64> {
         let mut times_us = self.timed.stage_us[stage as usize][APPROACH as usize..].to_vec();
         times_us.sort_by(f64::total_cmp);
@@ -225,9 +226,9 @@ fn work(scene: &SceneData, at: At) -> Seen {
     }
 }
 
-/// Prints the cost of contact by the number of spheres. The numbers of spheres of all organs of the
-/// built-in scene grow in proportion. A scene holds at most 4096 spheres. For a larger number the
-/// program runs one scene several times, each time with its own tools, and adds the times.
+/// Prints the time of the stage contact by the number of spheres. The organs of the built-in scene
+/// keep their shares of the spheres. A scene holds at most 4096 spheres. For a larger number, one
+/// scene runs several times with tools of its own, and the times are added.
 fn by_spheres(recipe: &Recipe) {
     println!("spheres   contact: least µs   p50 µs   p99 µs   p50 ns/sphere");
     for (spheres, scenes) in [

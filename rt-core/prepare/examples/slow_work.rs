@@ -1,7 +1,7 @@
-//! Smoothness of the force while a hand works slowly, in whole scenes: `cargo run --release -p
-//! scene-prepare --example slow_work -- FILE.csv` (minutes). At four places of every organ of
-//! Calot's triangle and of its variant, an instrument goes 4 mm into the tissue at 10 mm/s, rests
-//! there, slides 5 mm to one side and 10 mm back, and leaves.
+//! Measures how smooth the force is while a hand works slowly in whole scenes: `cargo run --release
+//! -p scene-prepare --example slow_work -- FILE.csv` (minutes). At four places of every organ of
+//! Calot's triangle and of its variant, an instrument goes 4 mm into the tissue at up to 10 mm/s,
+//! rests there, slides 5 mm to one side and 10 mm back, and leaves.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -38,7 +38,7 @@ const EIGHTHS: [u32; 4] = [1, 3, 5, 7];
 /// Largest change of the force in a tick that counts as smooth, N.
 const STEP_N: f32 = 0.005;
 
-/// A hand that feels more than this in its first ticks began inside tissue, N.
+/// If a hand feels more than this in its first ticks, the instrument began inside tissue, N.
 const BEGAN_INSIDE_N: f32 = 0.003;
 
 const STACK_BYTES: usize = 64 << 20;

@@ -1,5 +1,5 @@
-//! Ties (attachments) between spheres: those between organs that the recipe's `attached` entries
-//! ask for, and the recipe's sutures and bands.
+//! Attachments between spheres, here called ties: those of the recipe's `attached` entries, and the
+//! recipe's sutures and bands.
 
 use std::f64::consts::PI;
 
@@ -14,13 +14,14 @@ use crate::recipe::{OrganPlan, Packing, Place, Tie};
 
 /// Number of ties from one sphere to another organ.
 const TIES: usize = 2;
-/// Number of ties from one sphere of a tube to another organ. Three ties hold the tube's end like a
-/// clamp.
+/// Number of ties from one sphere of a tube to another organ. Three ties hold the end of the tube
+/// like a clamp.
 const TIES_OF_TUBE: usize = 3;
 
-/// Ties of tubes are never left out, because three of them hold an end like a clamp. Elsewhere a
-/// scene of many spheres has fewer ties than it wants: first one for each sphere, then one for
-/// every second sphere, and so on. Each tie stands for the area of those left out.
+/// Numbers of ties that are tried in turn, until the scene has room for them: two for each sphere,
+/// one for each sphere, one for every second sphere, and so on. The area of ties that are left out
+/// is added to the others. Ties of tubes are never left out, because a tube needs all three at its
+/// end.
 const THRIFT: [Thrift; 5] = [
     Thrift {
         ties: TIES,
@@ -41,18 +42,18 @@ struct Thrift {
     every: usize,
 }
 
-/// Attaches organs to each other. A sphere within `within_m` of an organ to which its own organ is
-/// attached is tied to the nearest spheres of that organ. Fewer spheres are tied where the realtime
-/// process has no room for so many ties beside the recipe's `others`. Returns the number of tied
-/// spheres of each organ.
+/// Attaches organs to each other. An `attached` entry ties the organ's spheres within `within_m` of
+/// the other organ's skin to the nearest spheres of the other organ. There are fewer ties if the
+/// realtime process has no room for all of them beside the recipe's `others` ([`THRIFT`]). Returns
+/// the number of tied spheres of each organ.
 ///
 /// A tie is a bar of the softer tissue. Each of the `n` ties of a sphere has an equal share of the
-/// sphere's cross-section, so its compliance is `n L / (E π r²)`. The energy that tears a tie is
-/// the lower toughness of the two tissues times the same area.
+/// sphere's cross-section, so the tie's compliance is `n L / (E π r²)`. The energy that tears the
+/// tie is the lower toughness of the two tissues times this area.
 ///
 /// # Errors
-/// When an `attached` entry catches none of the organ's spheres, or all of them. The error names
-/// the organ and the entry.
+/// When an `attached` entry catches none of the organ's spheres, or all of them in an organ without
+/// layers. The error names the organ and the entry.
 pub(crate) fn attach(
     organs: &[OrganPlan],
     skins: &[Mesh],
@@ -135,8 +136,8 @@ fn attach_organ(
     Ok(is_tied.iter().filter(|tied| **tied).count())
 }
 
-/// Refuses an `attached` entry that catches no sphere, or all of them. `off` has the distance and
-/// the place of the nearest sphere that it does not catch.
+/// Refuses an `attached` entry that catches no sphere, or all spheres. `off` has the distance and
+/// the place of the nearest sphere that the entry does not catch.
 fn check_caught(
     plan: &OrganPlan,
     number: usize,
@@ -154,7 +155,7 @@ fn check_caught(
         );
         return Err(catches(plan, number, &what));
     }
-    // Layered tissue between two organs is attached to them with all of its spheres.
+    // All spheres of layered tissue between two organs may be attached to both.
     if caught == spheres && plan.layers.is_none() {
         let what = format!(
             "all of its {caught} spheres, so it can move with it only; give a smaller attached.within_m"
@@ -177,12 +178,12 @@ fn catches(plan: &OrganPlan, number: usize, what: &str) -> PrepareError {
     }
 }
 
-/// Largest distance of the end of a suture or band from the nearest sphere of its organ, m. A
-/// larger one is an error: mostly, millimetres were given as metres.
+/// Largest distance of the end of a suture or band from the surface of the nearest sphere of its
+/// organ, m. A larger distance is an error: mostly, millimetres were given as metres.
 const OFF_ORGAN_M: f64 = 0.02;
 
-/// Checks that the place of a suture or band lies on its organ; `found` has the organ's nearest
-/// sphere.
+/// Checks that the place of a suture's or band's end lies on its organ. `found` has the organ and
+/// its nearest sphere.
 fn is_on_organ(
     place: &Place,
     found: Option<(usize, u32)>,
@@ -209,7 +210,7 @@ fn is_on_organ(
 }
 
 /// Tension of a thread per unit of strain, N: a 3-0 monofilament suture is 0.2 mm thick and has a
-/// modulus of 1.3 GPa. Compared with tissue such a thread hardly stretches.
+/// modulus of 1.3 GPa. Such a thread hardly stretches compared with tissue.
 const THREAD_N: f64 = 40.0;
 /// A tie shorter than this gets the stiffness of a tie of this length, m.
 const SHORT_M: f64 = 1e-3;

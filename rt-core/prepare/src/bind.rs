@@ -7,10 +7,10 @@ use crate::Vec3;
 use crate::mesh::Mesh;
 use crate::pack::Ball;
 
-/// Width of the Gaussian as a multiple of the sphere's radius (`c` of Eq. 9).
+/// Width of the Gaussian, as a multiple of the sphere's radius (`c` of Eq. 9).
 const WIDTH: f64 = 1.0;
-/// Least weight with which a sphere moves a vertex (`T` of Eq. 10; the paper prints the relation
-/// the wrong way round).
+/// Least weight with which a sphere moves a vertex (`T` of Eq. 10, where the paper prints the
+/// relation the wrong way round).
 const THRESHOLD: f64 = 0.02;
 
 /// Paper Eq. 9: weight of a sphere of radius `radius_m` whose centre is `distance_m` away.
@@ -19,8 +19,9 @@ pub fn gaussian(distance_m: f64, radius_m: f64) -> f64 {
     libm::exp(-(distance_m / (WIDTH * radius_m)).powi(2))
 }
 
-/// Binds every vertex to at most [`BINDINGS`] spheres, numbered from `first_sphere`. A vertex that
-/// no sphere reaches is bound to the sphere whose centre is the fewest radii away.
+/// Binds every vertex to at most [`BINDINGS`] spheres. The first of `balls` has the number
+/// `first_sphere`. A vertex that no sphere reaches is bound to the sphere whose centre is the
+/// fewest radii away.
 #[must_use]
 pub fn bind(mesh: &Mesh, balls: &[Ball], first_sphere: u32) -> Vec<VertexRecord> {
     let normals = mesh.vertex_normals();
@@ -67,7 +68,7 @@ fn binding(p: &Vec3, balls: &[Ball]) -> ([u32; BINDINGS], [u16; BINDINGS]) {
 }
 
 /// Shares of the weights in whole numbers that sum to [`WEIGHT_SUM`]. Each share is rounded down,
-/// then those with the largest remainders get one more.
+/// then the shares with the largest remainders get one more.
 fn quantise(weights: [f64; BINDINGS]) -> [u16; BINDINGS] {
     let total: f64 = weights.iter().sum();
     let exact = weights.map(|w| w / total * f64::from(WEIGHT_SUM));

@@ -1,5 +1,4 @@
-//! Choice of the number of spheres: the fewest that keep the error budget, or the most that a time
-//! budget allows.
+//! Choice of the number of spheres: few that keep an error budget, or many that keep a time budget.
 
 use shared_mem::scene::SceneError;
 
@@ -11,23 +10,26 @@ use crate::prepared::Prepared;
 use crate::recipe::{OrganPlan, Packing, Recipe, SPHERES_MAX, SPHERES_MIN};
 use crate::skeleton::{interior, skeleton};
 
-/// An organ's spheres.
+/// Number of an organ's spheres.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Count {
     pub(crate) spheres: usize,
     /// Reason for this number, in words.
     pub(crate) because: String,
     /// True if a time budget must not change the number: an error budget chose it, or the organ is
-    /// a tube, which has few spheres in any case.
+    /// a tube, which always has few spheres.
     pub(crate) is_fixed: bool,
 }
 
 /// Largest number of packings that the search for an error budget's count tries.
 const TRIES: usize = 6;
 
-/// Finds the smallest of the tried counts whose gap keeps the error budget, and gives the reason in
-/// words. The next count is estimated: the gap is about proportional to the spacing of the spheres,
-/// and the spacing to the inverse cube root of the count.
+/// Finds the smallest of the tried counts whose gap keeps the error budget. Estimates the next
+/// count to try: the gap is about proportional to the spacing of the spheres, and the spacing to
+/// the inverse cube root of the count. Without an error budget, returns the recipe's count.
+///
+/// # Errors
+/// When no tried count keeps the budget.
 pub(crate) fn by_error(
     plan: &OrganPlan,
     surface: &Mended,
@@ -93,16 +95,17 @@ pub(crate) fn by_error(
     })
 }
 
-/// Largest number of shares of the recipe's counts that the search for a time budget tries.
+/// Largest number of scenes that the search for a time budget tries. Each has another share of the
+/// recipe's counts.
 const TIME_TRIES: usize = 8;
-/// The search ends when the predicted tick keeps its budget and takes at least this share of it.
+/// The search ends when the predicted tick keeps the budget and takes at least this share of it.
 const USED: f64 = 0.95;
 
-/// Finds the most spheres whose predicted tick keeps the budget. The organs share them in the
-/// proportions of the recipe's counts.
+/// Finds a number of spheres whose predicted tick keeps the budget and nearly uses it up
+/// ([`USED`]). The organs share the spheres in the proportions of the recipe's counts.
 ///
 /// # Errors
-/// When even the fewest spheres tried take longer, and all errors of `assemble`.
+/// When no scene tried keeps the budget, and all errors of `assemble`.
 pub(crate) fn by_time(
     recipe: &Recipe,
     budget_us: f64,
@@ -113,7 +116,7 @@ pub(crate) fn by_time(
     let fixed = counts.iter().map(|count| count.spheres).sum::<usize>() - free;
     let largest = SPHERES_MAX.saturating_sub(fixed) as f64 / free.max(1) as f64;
     let mut kept: Option<(f64, Prepared)> = None;
-    // The last share whose tick missed the budget, and that result in words.
+    // The last share that missed the budget or a capacity, and this result in words.
     let mut missed: Option<(f64, String)> = None;
     let mut fewest_us = f64::INFINITY;
     let mut share = f64::min(1.0, largest);
@@ -147,7 +150,7 @@ pub(crate) fn by_time(
         if (USED..=1.0).contains(&ratio) {
             break;
         }
-        // A little below the estimate, so that the tick keeps the budget.
+        // The factor 0.98 makes it likely that the next tick keeps the budget.
         let guess = (0.98 * share / ratio).min(largest);
         share = match (&kept, &missed) {
             (Some((low, _)), Some((high, _))) if guess <= *low || guess >= *high => {

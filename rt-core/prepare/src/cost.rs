@@ -1,19 +1,19 @@
-//! Cost of a scene per tick of the realtime process, predicted from its counts.
+//! Time of a scene's tick in the realtime process, predicted from the scene's counts.
 //!
-//! The prices (µs per unit of work) were measured before tissue kept its impulses and before ties
-//! had a price of their own: `cargo run --release -p scene-prepare --example organ_cost` steps
-//! prepared scenes with every organ awake and prints prediction and measurement. It is to be run
-//! again; until then the predictions have no stated accuracy. (Organs have similar numbers of
-//! tetrahedra per sphere. So the measurements determine the sum of the prices of a step well, but
-//! not each price.)
+//! The prices of the tissue's step (µs per unit of work) come from
+//! `cargo run --release -p scene-prepare --example organ_cost`. It steps prepared scenes with every
+//! organ awake and prints prediction and measurement. The prices are older than the warm start of
+//! tissue and than the price of ties, and must be measured again: until then, the accuracy of
+//! predictions is unknown. Organs have similar numbers of tetrahedra per sphere, so the
+//! measurements determine the sum of the prices well and each price badly.
 //!
 //! The price of the other stages comes from `cargo run --release -p rt-core --example stages`: the
 //! contact search takes 22 µs for 581 spheres, and 53 µs for 1056 spheres of two organs.
 //!
-//! Caches are warm in both programs, and the time of device drivers is not included. Admission, a
-//! check when the realtime process loads a scene, measures with cold caches and decides whether the
-//! scene fits: for a scene predicted at 197 µs it measured a worst tick of 262 µs. This module only
-//! helps to choose a reasonable count beforehand.
+//! Both programs measure with warm caches and without device drivers. This module only helps to
+//! choose a reasonable number of spheres. Admission decides whether a scene fits: the realtime
+//! process measures the scene with cold caches when it loads it. For a scene predicted at 197 µs,
+//! admission measured a worst tick of 262 µs.
 
 use rt_core::tissue::solutions_per_tick;
 use shared_mem::scene::{SceneData, WORLD};
@@ -21,14 +21,14 @@ use shared_mem::scene::{SceneData, WORLD};
 /// Machine on which the prices were measured.
 pub(crate) const MACHINE: &str = "a virtual Xeon with AVX-512";
 
-/// Price of a sphere's step. The step predicts and integrates the sphere's motion and decides about
+/// Price of a sphere in a substep, which predicts and integrates its motion and decides about
 /// sleep.
 const SPHERE_STEP_US: f64 = 0.0115;
-/// Price of a tetrahedron's step, when AVX takes eight at once.
+/// Price of a tetrahedron in a substep, with AVX, which solves eight at once.
 const TETRA_STEP_US: f64 = 0.0130;
-/// Price of a link's step. Tubes and layered tissue have links.
+/// Price of a link that carries load in a substep.
 const LINK_STEP_US: f64 = 0.0095;
-/// Price of a solution of a tie between organs.
+/// Price of one solution of an attachment.
 const TIE_STEP_US: f64 = 0.0095;
 /// Price of a sphere in the other stages of a tick, such as contact search and publishing.
 const SPHERE_TICK_US: f64 = 0.055;
@@ -46,12 +46,12 @@ pub struct Work {
     pub tetra_steps: f64,
     /// Links that carry load times their organ's substeps.
     pub link_steps: f64,
-    /// Ties between organs times their solutions in a tick.
+    /// Attachments times their solutions in a tick.
     pub tie_steps: f64,
 }
 
 impl Work {
-    /// Time of the tissue's own step, µs.
+    /// Time of the stage that solves the tissue, µs.
     #[must_use]
     pub fn solve_us(&self) -> f64 {
         SPHERE_STEP_US * self.sphere_steps

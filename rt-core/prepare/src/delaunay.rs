@@ -8,7 +8,7 @@ use crate::Vec3;
 
 const NONE: u32 = u32::MAX;
 
-/// A tetrahedron; neighbour `i` lies across the face opposite corner `i`.
+/// A tetrahedron. Neighbour `i` lies across the face opposite to corner `i`.
 #[derive(Debug, Clone, Copy)]
 struct Tet {
     corners: [u32; 4],
@@ -24,7 +24,7 @@ struct Mesher {
 
 /// Returns the tetrahedra whose circumscribed spheres hold no other point. Corners are ordered so
 /// that `det(b − a, c − a, d − a)` is positive. Each point is first moved by up to a ten-millionth
-/// of the points' extent in a fixed direction of its own, so that no five lie on one sphere.
+/// of the points' extent in a fixed direction of its own, so that no five points lie on one sphere.
 #[must_use]
 pub fn tetrahedra(points: &[Vec3]) -> Vec<[u32; 4]> {
     if points.len() < 4 {
@@ -70,7 +70,7 @@ pub fn tetrahedra(points: &[Vec3]) -> Vec<[u32; 4]> {
         .collect()
 }
 
-/// A fixed, irregular direction for each point (SplitMix64).
+/// A fixed, irregular vector for each number (SplitMix64). Its coordinates are −0.5 to 0.5.
 pub(crate) fn jitter(i: u64) -> Vec3 {
     let mut state = i.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mut next = || {
@@ -84,7 +84,8 @@ pub(crate) fn jitter(i: u64) -> Vec3 {
 }
 
 impl Mesher {
-    /// Adds one tetrahedron far around all points. Its corners are numbered after the points.
+    /// Adds one tetrahedron that contains all points with room to spare. Its corners are numbered
+    /// after the points.
     fn surround(&mut self) {
         let first = self.points.len() as u32;
         let far = 1e4;
@@ -124,7 +125,7 @@ impl Mesher {
         )
     }
 
-    /// Walks to the tetrahedron that contains the point.
+    /// Walks from tetrahedron `start` to the one that contains point `p`.
     fn locate(&self, p: u32, start: u32) -> u32 {
         let mut at = start;
         let mut came_from = NONE;
@@ -159,8 +160,8 @@ impl Mesher {
         let first = self.locate(p, near);
         let mut cavity = vec![first];
         self.tets[first as usize].alive = false;
-        // Faces of the cavity: the neighbour outside, the corners of the new tetrahedron, and the
-        // face's number in that tetrahedron.
+        // For each face of the cavity: the tetrahedron outside of it, the corners of the new
+        // tetrahedron inside, and the face's number in the new one.
         let mut border: Vec<(u32, [u32; 4], usize)> = Vec::new();
         let mut next = 0;
         while next < cavity.len() {
@@ -182,7 +183,7 @@ impl Mesher {
             }
         }
         self.free.extend(&cavity);
-        // Neighbouring tetrahedra of the fan share an edge of the border.
+        // Two neighbouring tetrahedra of the fan share an edge of the cavity's faces.
         let mut open: HashMap<[u32; 2], (u32, usize)> = HashMap::with_capacity(2 * border.len());
         let mut last = first;
         for (outer, corners, face) in border {
@@ -226,7 +227,7 @@ impl Mesher {
         last
     }
 
-    /// Tells the outer neighbour that the new tetrahedron lies across their common face.
+    /// Makes the new tetrahedron `index` a neighbour of the outer one across their common face.
     fn join_across(&mut self, outer: u32, corners: [u32; 4], face: usize, index: u32) {
         let tet = &mut self.tets[outer as usize];
         let is_common = |c: &u32| corners.iter().enumerate().any(|(k, d)| k != face && d == c);

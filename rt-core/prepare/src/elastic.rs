@@ -1,5 +1,4 @@
-//! The links that carry load where tetrahedra do not, and the number of substeps that an organ
-//! needs.
+//! Links that carry load where tetrahedra do not, and the number of an organ's substeps.
 
 use std::f64::consts::PI;
 
@@ -11,22 +10,22 @@ use crate::tetra::Tetra;
 
 /// One control period, s.
 const TICK_S: f64 = 0.001;
-/// Greatest stiffness number `E dt² / (ρ h²)` of a substep that the number of substeps is chosen
-/// for. Up to it, one pass over links gives the material's stiffness within 3 %. An organ that
-/// needs more than [`SUBSTEPS_MAX`] substeps exceeds it.
+/// Stiffness number `E dt² / (ρ h²)` of a substep that the chosen number of substeps keeps. Up to
+/// it, one pass over links gives the material's stiffness within 3 %. An organ that would need more
+/// than [`SUBSTEPS_MAX`] substeps exceeds it.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
-/// Greatest stiffness number of an organ with tetrahedra that preparation does not warn of.
-/// Tetrahedra have their material's stiffness at any number, but the larger the number, the less
-/// compression they bear: a cube at 0.3 can be squeezed to 30 % of its height, a cube at 0.6 to
-/// 40 %. Beyond that they may invert.
+/// Preparation warns of an organ with tetrahedra whose stiffness number is larger. Tetrahedra have
+/// their material's stiffness at any number. The larger the number, the less compression they bear
+/// before they may invert: a cube at 0.3 can be squeezed to 30 % of its height, a cube at 0.6 to
+/// 40 %.
 pub(crate) const TETRA_STIFFNESS_NUMBER_MAX: f64 = 0.6;
-/// Substeps in a tick, at most.
+/// Largest number of substeps in a tick.
 pub(crate) const SUBSTEPS_MAX: u32 = 16;
 
 /// An organ's links in the order in which the solver walks them, and its substeps.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Elastic {
-    /// The links, those that carry load first. The second value is a link's compliance, m/N.
+    /// The links, first those that carry load. The second value is a link's compliance, m/N.
     pub(crate) links: Vec<([u32; 2], f64)>,
     /// Number of links that carry load.
     pub(crate) count: usize,
@@ -36,19 +35,19 @@ pub(crate) struct Elastic {
     pub(crate) stiffness_number: f64,
 }
 
-/// Makes the links elastic. Where tetrahedra join the spheres, the tetrahedra alone carry load.
-/// Links carry load elsewhere: between pieces that tetrahedra do not join, at spheres in no
-/// tetrahedron, and in tubes.
+/// Gives each link a compliance, and finds the links that carry load. Where tetrahedra join the
+/// spheres, the tetrahedra alone carry load. Elsewhere links carry load: between pieces that
+/// tetrahedra do not join, at spheres in no tetrahedron, and in tubes.
 ///
 /// A link is a bar as thick as its thinner sphere: compliance `L / (E A)`, `A = π r²`.
 ///
-/// In a tube, links to the next sphere (`steps`) and links to the next but one share the
-/// cross-section half and half, so that a length `L` of the tube stretches by `L / (E A)`. Every
-/// cross-section is passed by one short link (length s) and two long ones (2 s), hence their
-/// compliances are `2 s / (E A)` and `8 s / (E A)`. The long links also resist bending, but only to
-/// second order while the row is straight. The lost bending stiffness `E I`, `I = π r⁴ / 4`, is
-/// 2e-6 N m² for the cystic duct: 3 cm of it, clamped at one end, bend by a millimetre under 0.2
-/// mN, which no hand feels.
+/// In a tube, links to the next sphere (`steps`) and links to the next but one each take half of
+/// the cross-section, so that a length `L` of the tube stretches by `L / (E A)` per force. One
+/// short link (length `s`) and two long ones (`2 s`) pass every cross-section, so their compliances
+/// are `2 s / (E A)` and `8 s / (E A)`. The long links resist bending only to second order while
+/// the row is straight. A real tube has the bending stiffness `E I`, `I = π r⁴ / 4`: 2e-6 N m² for
+/// the cystic duct. So 3 cm of it, clamped at one end, bend by a millimetre under 0.2 mN, which no
+/// hand feels.
 pub(crate) fn elastic(
     balls: &[Ball],
     links: &[[u32; 2]],
@@ -83,8 +82,8 @@ pub(crate) fn elastic(
     let number =
         material.young_pa * TICK_S * TICK_S / (material.density_kg_m3 * spacing_m * spacing_m);
     let substeps = substeps(number);
-    // A solver walks either the links that carry load or all of them, so each part has an order of
-    // its own.
+    // A solver walks either the links that carry load or all links. So the links that carry load
+    // and the others are ordered separately.
     let ordered = [&bearing, &others].map(|part| {
         let order = order::spread(part, balls.len()).into_iter();
         order.map(|i| with_compliance(&part[i]))
@@ -97,9 +96,9 @@ pub(crate) fn elastic(
     }
 }
 
-/// Number of substeps: the square root of the stiffness number over [`STIFFNESS_NUMBER_MAX`],
-/// rounded up to a power of two. A stiff organ gets more substeps, not more iterations in a
-/// substep. Powers of two let the substeps of organs that are tied together end at the same times.
+/// Number of substeps for the stiffness number of a whole tick: the square root of this number over
+/// [`STIFFNESS_NUMBER_MAX`], rounded up to a power of two, at most [`SUBSTEPS_MAX`]. With powers of
+/// two, the substeps of organs that are attached to each other end at the same times.
 fn substeps(stiffness_number: f64) -> u32 {
     let steps = (stiffness_number / STIFFNESS_NUMBER_MAX).sqrt().ceil();
     (steps as u32).clamp(1, SUBSTEPS_MAX).next_power_of_two()
@@ -126,8 +125,8 @@ mod tests {
         assert_eq!(substeps(1e9), SUBSTEPS_MAX);
     }
 
-    /// A straight tube of 10 cm is stretched by a uniform strain. Every cross-section carries `E A
-    /// ε`.
+    /// A straight tube of 10 cm is stretched by a uniform strain `ε`. A cross-section in the middle
+    /// carries the force `E A ε`.
     #[test]
     fn a_tube_stretches_by_its_cross_section() {
         let spacing_m = 0.005;

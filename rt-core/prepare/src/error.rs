@@ -1,12 +1,12 @@
-//! Errors of recipes, meshes and scenes that cannot be built.
+//! Errors of recipes and meshes, and of scenes that cannot be built.
 
-/// A recipe that cannot be used. The text says where the problem is and what to write instead.
+/// A recipe that cannot be used. The message says where the problem is and what to write instead.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{file}:{line}: {key}: {problem}")]
 pub struct RecipeError {
-    /// The file's name as it was given, or `built-in recipe`.
+    /// The file's name as it was given, or the name of a built-in recipe.
     pub file: String,
-    /// Line in the file, from 1; 0 if the error has none.
+    /// Line in the file, from 1; 0 if the error concerns no line.
     pub line: usize,
     /// The key with its table, such as `organ[1].spheres`.
     pub key: String,
@@ -14,11 +14,11 @@ pub struct RecipeError {
     pub problem: String,
 }
 
-/// A mesh that cannot be used. The text names the mesh, what is wrong with it, and the remedy.
+/// A mesh that cannot be used. The message names the mesh, its fault and the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{mesh}: {problem}")]
 pub struct MeshError {
-    /// The file, and the parts taken from it.
+    /// The file and the parts taken from it, or `built-in shape`.
     pub mesh: String,
     /// The problem and its remedy.
     pub problem: MeshProblem,

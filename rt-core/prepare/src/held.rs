@@ -1,4 +1,4 @@
-//! Spheres that are attached to the surroundings, and the planes that bound them.
+//! Held spheres, and the planes that bound held tissue.
 
 use crate::Vec3;
 use crate::error::PrepareError;
@@ -16,7 +16,7 @@ pub struct Plane {
     pub normal: Vec3,
 }
 
-/// A point up to this far before a plane, on its free side, counts as held, m.
+/// A point on the free side of a plane counts as held up to this distance from the plane, m.
 const ON_PLANE_M: f64 = 1e-6;
 /// Spheres up to this far behind a plane may be moved onto it, in spacings of the spheres.
 const BEHIND_SPACINGS: f64 = 1.2;
@@ -27,7 +27,7 @@ const BEFORE_SPACINGS: f64 = 0.25;
 const APART_SPACINGS: f64 = 0.6;
 
 impl Plane {
-    /// Depth of a point behind the plane, m; negative before it.
+    /// Depth of a point behind the plane, on the held side, m; negative on the free side.
     #[must_use]
     pub fn depth_m(&self, p: &Vec3) -> f64 {
         (p - self.point_m).dot(&self.normal)
@@ -39,7 +39,8 @@ impl Plane {
         self.depth_m(p) > -ON_PLANE_M
     }
 
-    /// The plane that bounds a region of the organ with this skin; `None` if no plane does.
+    /// The plane that bounds this region of an organ with this skin. `None` if the region is no
+    /// half space and no base.
     pub(crate) fn of(region: &Region, skin: &Mesh, gravity: &Vec3) -> Option<Self> {
         let (point_m, normal) = match region {
             Region::Plane { point_m, normal } => (Vec3::from(*point_m), Vec3::from(*normal)),
@@ -66,9 +67,9 @@ pub(crate) fn planes(plan: &OrganPlan, skin: &Mesh, gravity: &Vec3) -> Vec<Plane
 }
 
 /// Moves the spheres nearest to a plane onto it, so that tetrahedra between free and held spheres
-/// end exactly at the plane, whatever the number of spheres. If held spheres stayed where they were
-/// packed, a free lobe of 250 spheres would be a quarter too soft. If the spheres up to half a
-/// spacing before the plane were held too, the lobe would be a fifth too stiff.
+/// end exactly at the plane, whatever the number of spheres. Without the move, a free lobe of 250
+/// spheres was a quarter too soft. If the spheres up to half a spacing before the plane were held
+/// instead, the lobe was a fifth too stiff.
 pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]) {
     let spacing_m = interior.spacing_m;
     let mut on_planes: Vec<Vec3> = Vec::new();
@@ -95,23 +96,24 @@ pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]
     }
 }
 
-/// Spheres that the plan holds.
+/// The spheres of an organ that the plan holds.
 pub(crate) struct Held {
-    /// True for each sphere that is held.
+    /// For each sphere, true if it is held.
     pub(crate) spheres: Vec<bool>,
-    /// Distance of each sphere from the nearest held region, m; negative within it.
+    /// Distance of each sphere from the nearest held region, m; negative within a region.
     off_m: Vec<f64>,
 }
 
-/// Tissue between a free and a held sphere is stiffened to this many times at most. A sphere close
-/// to the border would shake otherwise.
+/// Largest factor by which tissue between a free and a held sphere is made stiffer. With a larger
+/// factor, a sphere close to the border would shake.
 const STIFFER_MAX: f64 = 3.0;
 
 impl Held {
-    /// Factor by which tissue between these spheres is stiffer than between free ones. Only the
-    /// part of it before the border deforms: a share `l` of the length, so the factor is `1 / l`.
-    /// Without it, a sphere whose centre lies just beyond the border would hold as if the border
-    /// were at its centre, and the organ would jump from soft to stiff as the border passes.
+    /// Factor by which tissue between these spheres is stiffer than between free ones, at most
+    /// [`STIFFER_MAX`]. Only the part before the border deforms: a share `l` of the length, so the
+    /// factor is `1 / l`. Without the factor, tissue would deform up to the centre of the held
+    /// sphere beyond the border, and the organ's stiffness would jump as the border is moved past
+    /// a centre.
     pub(crate) fn stiffer(&self, spheres: &[u32]) -> f64 {
         let mean_m = |held: bool| {
             let own = spheres.iter().map(|i| *i as usize);
@@ -130,13 +132,13 @@ impl Held {
     }
 }
 
-/// Says for each sphere of the organ whether the plan holds it. `skin` is the organ's own skin,
-/// `skins` are the skins of all `organs`.
+/// Finds the spheres of the organ that the plan holds. `skin` is the organ's own skin, `skins` are
+/// the skins of all `organs`.
 ///
 /// # Errors
-/// When an entry of `held` holds no sphere. The error names the entry, its place, and the distance
-/// to the nearest sphere. Also when the entries hold all spheres, unless one of them holds the
-/// whole height.
+/// When an entry of `held` holds no sphere: the error names the entry, its place, and the distance
+/// to the nearest sphere. When the entries hold all spheres, unless one of them holds the whole
+/// height.
 pub(crate) fn held(
     plan: &OrganPlan,
     skin: &Mesh,
@@ -167,7 +169,7 @@ pub(crate) fn held(
             return Err(error(says_nothing(number, region, nearest, count)));
         }
     }
-    // A recipe that holds the whole height means the organ to be fixed.
+    // If an entry holds the whole height, the organ is meant to be fixed.
     let is_fixed = (plan.held.iter()).any(|it| matches!(it, Region::Base(share) if *share >= 1.0));
     if !is_fixed && !held.is_empty() && held.iter().all(|held| *held) {
         let entries: Vec<String> = plan.held.iter().map(described).collect();
@@ -230,8 +232,8 @@ fn distance<'a>(
     }
 }
 
-/// Message of an entry that holds nothing; `nearest` has the least distance and the centre of the
-/// sphere at that distance.
+/// Message of an entry that holds nothing. `nearest` has the distance and the centre of the nearest
+/// sphere.
 fn says_nothing(number: usize, region: &Region, nearest: (f64, Vec3), count: usize) -> String {
     let (off_m, at) = nearest;
     let remedy = match region {

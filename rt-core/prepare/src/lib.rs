@@ -5,9 +5,9 @@
 //!   → mesh      welded, oriented, closed or wrapped            mesh::, shape::
 //!   → field     signed distance on a grid                      field::
 //!   → spheres   packed inside the skin                         pack::
-//!   → links     bars between spheres, ordered for the solver   links
+//!   → links     between spheres, ordered for the solver        links
 //!   → binding   spheres that move each skin vertex             bind
-//!   → cells     fat and connective tissue in layers             cells
+//!   → cells     fat and connective tissue in layers            cells
 //!   → room      ports, frames, the scripted hand's target      room
 //!   → SceneData and a quality report
 //! ```
@@ -18,21 +18,22 @@
 //! # Held tissue
 //!
 //! Where a recipe holds an organ beyond a plane, preparation moves the spheres nearest to that
-//! plane onto it. Deformation then ends at the plane, whatever the number of spheres. Where a free
-//! and a held sphere lie on both sides of a border, only the tissue before the border deforms, so
-//! it is as much stiffer as its deforming part is shorter.
+//! plane onto it. Deformation then ends at the plane, whatever the number of spheres. At other
+//! borders a free sphere lies before the border and a held sphere beyond it. Only the tissue before
+//! the border deforms. So the tissue between the two spheres is made stiffer, by the factor by
+//! which the part that deforms is shorter than the whole.
 //!
 //! # Scenes that are turned
 //!
-//! An organ is packed on a grid along its mesh's own axes. The same scene, turned and moved, has
-//! the same spheres, and so the same sag and force.
+//! An organ is packed on a grid along its mesh's own axes. So a scene that is turned and moved has
+//! the same spheres, sag and force.
 //!
 //! # Patches over which spheres spread a force
 //!
-//! A force on one vertex of the skin meets the tissue as if it were spread over a patch, because
-//! the spheres are coarse. The width of that patch follows from two compliances. The spheres yield
-//! to a force on the vertex by `c_patch`, and to the same force spread over a Gaussian of the skin,
-//! of width `A`, by `c_wide`. The spheres are fine enough for the Gaussian, whose local compliance
+//! The spheres are coarse. So a force on one vertex of the skin meets the tissue as if it were
+//! spread over a patch. The width of that patch follows from two compliances of the spheres:
+//! `c_patch` under a force on the vertex, and `c_wide` under the same force spread over a Gaussian
+//! of width `A` on the skin. The spheres are fine enough for the Gaussian, whose local compliance
 //! on a half-space is known: `0.399 / (E* A)`. So the local compliance of the spheres at the vertex
 //! is `c = c_patch − c_wide + 0.399 / (E* A)`, and the patch is `0.399 / (E* c)` wide. Distant
 //! influences are in both compliances and cancel, so a neighbourhood of a few spacings is enough.
@@ -40,23 +41,23 @@
 //! # Layered tissue
 //!
 //! Fat or connective tissue lies around another organ. Parallel cross-sections are laid along that
-//! inner organ. Rays in each section find the inner and the outer outline. The space between the
-//! outlines is divided into layers of hexahedra (cells), and cells with hardly any tissue are left
-//! out. Sections are parallel and rays straight, so that no cell is inside out, whatever the shape
-//! of the two surfaces. Each cell stores its neighbours and its region: Calot's triangle, the lower
-//! third of the gallbladder's bed, or the rest of the bed.
+//! inner organ. Rays in each section find the inner and the outer outline of the tissue. The space
+//! between the outlines is divided into layers of hexahedra (cells). Cells with little tissue are
+//! left out, so many that the others have the organ's volume. Sections are parallel and rays
+//! straight, so no cell is inside out, whatever the shape of the two outlines. Each cell stores its
+//! neighbours and its region: Calot's triangle, the lower third of the gallbladder's bed, or the
+//! rest of the bed.
 //!
 //! # Gravity
 //!
-//! The surface of an organ is taken as its shape in the body, where its weight is already in
-//! balance with the forces around it. So only the share `gravity_share` of gravity, from the
-//! recipe, acts on the organ.
+//! The surface of an organ is taken as its shape in the body, in balance with its weight. So only
+//! the share `gravity_share` of gravity, from the recipe, acts on the organ: by default none.
 //!
 //! # The same bytes
 //!
-//! The same recipe and meshes give the same scene on any number of threads, on every x86-64 and
-//! whatever the C library: sines, cube roots and the like come from `libm`, and `clippy.toml`
-//! forbids those of the standard library.
+//! The same recipe and meshes give the same scene with any number of threads, any x86-64 and any C
+//! library: sines, cube roots and the like come from `libm`, and `clippy.toml` forbids those of the
+//! standard library.
 
 pub mod cost;
 pub mod delaunay;

@@ -4,14 +4,15 @@ use crate::order;
 use crate::pack::{Ball, Line};
 use crate::tetra::Tetra;
 
-/// Largest number of overlapping neighbours to which each sphere links itself (the paper's number).
+/// Largest number of overlapping neighbours that a sphere chooses to be linked to (the paper's
+/// number). It has more links if others choose it.
 const CHOSEN_MAX: usize = 6;
 /// Fewest links of a sphere.
 const DEGREE_MIN: usize = 3;
 
-/// Links each sphere to its nearest overlapping ones, at most `CHOSEN_MAX`. Then adds links until
-/// each sphere has `DEGREE_MIN` of them and all spheres are connected, and orders the links for the
-/// solver.
+/// Links each sphere to its nearest overlapping spheres, at most `CHOSEN_MAX`. Then adds links
+/// until each sphere has `DEGREE_MIN` links and all spheres are connected, and orders the links for
+/// the solver.
 #[must_use]
 pub fn link(balls: &[Ball]) -> Vec<[u32; 2]> {
     let near = neighbours(balls);
@@ -50,8 +51,8 @@ pub fn link_edges(balls: &[Ball], tets: &[Tetra]) -> Vec<[u32; 2]> {
     )
 }
 
-/// Links each sphere of a tube to the next and to the next but one along it; the latter keep the
-/// tube from bending like a chain. Then adds missing links as [`link`] does.
+/// Links each sphere of a tube to the next one and to the next but one. The links to the next but
+/// one keep the tube from bending like a chain. Then adds missing links as [`link`] does.
 #[must_use]
 pub fn link_line(line: &Line) -> Vec<[u32; 2]> {
     let mut links = line.steps.clone();
@@ -81,7 +82,7 @@ fn pair(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The nearest other spheres of each sphere, by the distance between centres.
+/// For each sphere, the nearest other spheres and the distances between centres, nearest first.
 fn neighbours(balls: &[Ball]) -> Vec<Vec<(u32, f64)>> {
     let of = |a: &Ball, own: usize| {
         let others = balls.iter().enumerate().filter(|(j, _)| *j != own);
@@ -119,7 +120,7 @@ fn raise_degree(near: &[Vec<(u32, f64)>], links: &mut Vec<[u32; 2]>, count: usiz
     }
 }
 
-/// The connected piece of each sphere, by number, and the number of pieces.
+/// Number of the connected piece to which each sphere belongs, and number of pieces.
 #[must_use]
 pub fn pieces(links: &[[u32; 2]], count: usize) -> (Vec<u32>, usize) {
     let mut linked: Vec<Vec<u32>> = vec![Vec::new(); count];
@@ -148,8 +149,8 @@ pub fn pieces(links: &[[u32; 2]], count: usize) -> (Vec<u32>, usize) {
     (piece, found as usize)
 }
 
-/// Joins pieces, each time by the shortest links between the first piece and another. Up to
-/// [`DEGREE_MIN`] links from different spheres join them, so that the joint is not a hinge.
+/// Joins separate pieces. Each round joins the first piece to the piece nearest to it, by up to
+/// [`DEGREE_MIN`] short links from different spheres, so that the joint is not a hinge.
 fn connect(balls: &[Ball], links: &mut Vec<[u32; 2]>) {
     loop {
         let (piece, count) = pieces(links, balls.len());

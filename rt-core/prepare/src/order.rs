@@ -1,18 +1,19 @@
-//! The order in which a solver walks constraints.
+//! Order in which a solver walks constraints.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-/// Constraints fewer than this many places apart share no sphere, where that is possible. A loop
-/// over them then does not wait for its own results, and eight fit into a vector register.
+/// As far as possible, constraints fewer than this many places apart share no sphere. So a loop
+/// over constraints does not wait for its own results, and eight at once fit into vector registers.
 const APART: usize = 8;
 
-/// Place of a waiting constraint in the queue: by the most constraints that wait at one of its
-/// spheres, then by their sum over its spheres, then by its index.
+/// Place of a waiting constraint in the queue. Each of its spheres has a number of waiting
+/// constraints: the largest of these numbers decides, then their sum, then the constraint's index.
 type Turn = (Reverse<usize>, Reverse<usize>, usize);
 
-/// A permutation of the constraints in which any eight consecutive ones share no sphere, as far as
-/// possible. A constraint is given by the spheres that it moves; `count` is the number of spheres.
+/// A permutation of the constraints in which any eight consecutive constraints share no sphere, as
+/// far as possible. A constraint is given by the spheres that it moves. `count` is the number of
+/// spheres.
 #[must_use]
 pub fn spread<const N: usize>(constraints: &[[u32; N]], count: usize) -> Vec<usize> {
     let mut waiting_at = vec![Vec::new(); count];
@@ -21,9 +22,9 @@ pub fn spread<const N: usize>(constraints: &[[u32; N]], count: usize) -> Vec<usi
             waiting_at[i as usize].push(index);
         }
     }
-    // The constraints of the sphere with the most waiting ones come first, and their number is
-    // counted anew after each choice. Otherwise a few spheres' constraints would be left for the
-    // end, where nothing can be put between them.
+    // The constraints of the sphere with the most waiting constraints come first, counted anew
+    // after each choice. Otherwise the constraints of a few spheres would be left for the end, with
+    // no others to put between them.
     let turn = |waiting_at: &[Vec<usize>], index: usize| -> Turn {
         let counts = constraints[index].map(|i| waiting_at[i as usize].len());
         let most = counts.into_iter().max().unwrap_or(0);
@@ -56,8 +57,9 @@ pub fn spread<const N: usize>(constraints: &[[u32; N]], count: usize) -> Vec<usi
     ordered
 }
 
-/// The first constraint in the queue whose spheres are free. Without any, the one whose spheres
-/// were used longest ago: `age` is the number of places since then.
+/// The first constraint in the queue whose spheres are free; if there is none, the constraint whose
+/// spheres were used longest ago. `age` is the number of places since a constraint's spheres were
+/// used.
 fn next(queue: &BTreeSet<Turn>, age: impl Fn(usize) -> usize) -> Option<usize> {
     let mut chosen = None;
     for &(.., index) in queue {
@@ -83,7 +85,7 @@ mod tests {
         let mut seen = order.clone();
         seen.sort_unstable();
         assert!(seen.iter().copied().eq(0..99), "a permutation");
-        // The last few are left out: no other constraints remain to be put between them.
+        // The last few windows are not checked: no other constraints remain to put between theirs.
         for window in order[..99 - 2 * APART].windows(APART) {
             let mut spheres: Vec<u32> = window.iter().flat_map(|&i| chain[i]).collect();
             spheres.sort_unstable();
@@ -92,8 +94,8 @@ mod tests {
         }
     }
 
-    /// Spheres of a block of tissue have up to 26 links each. None has to wait, not even at the
-    /// end.
+    /// Spheres of a block of tissue have up to 26 links each. Any eight consecutive links share no
+    /// sphere, even at the end.
     #[test]
     fn links_of_a_block_are_taken_apart_to_the_end() {
         const SIDE: i32 = 6;

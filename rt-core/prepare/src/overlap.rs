@@ -1,12 +1,12 @@
 //! Organs that overlap at rest.
 //!
 //! Lines parallel to x run through the box that two organs share. The places where a line meets the
-//! two skins are computed exactly. For each stretch of a line that lies in both organs, the
-//! distances from its middle to both skins are measured. Their sum is the depth: between two
-//! parallel faces the sum is the same everywhere.
+//! two skins are computed exactly, and so the stretches of the line that lie in both organs. The
+//! depth at the middle of a stretch is the sum of the distances from there to both skins: between
+//! two parallel faces the sum is the same everywhere.
 //!
-//! The cavity of a hollow organ is not part of the organ, so an organ that lies in the cavity does
-//! not overlap with it.
+//! The cavity of a hollow organ is not part of the organ, so an organ in the cavity does not
+//! overlap the hollow organ.
 
 use crate::Vec3;
 use crate::field::{Grid, Nearest, shared_stretches};
@@ -14,17 +14,17 @@ use crate::mesh::Mesh;
 use crate::recipe::OrganPlan;
 use crate::report::Overlap;
 
-/// Organs that overlap by less than this only touch, m: half of a voxel of 1 mm, the resolution of
-/// the scans from which surfaces of one patient are made.
+/// Organs that overlap by less than this only touch, m: half a voxel of 1 mm, the resolution of
+/// scans from which surfaces of one patient are made.
 const TOUCH_M: f64 = 0.5e-3;
 /// Approximate number of lines through a shared box.
 const LINES: f64 = 40_000.0;
-/// Lines are no closer to each other than this, m: a quarter of the least overlap that counts.
+/// Smallest distance between lines, m: a quarter of the least overlap that counts.
 const LINE_MIN_M: f64 = 0.25 * TOUCH_M;
-/// Places at which the depth is measured, at most.
+/// Largest number of places at which the depth of two organs' overlap is measured.
 const PLACES: usize = 10_000;
 
-/// The pairs that overlap, in the recipe's order. `skins` are the skins of the `organs`.
+/// Pairs of organs that overlap, in the recipe's order. `skins` are the skins of the `organs`.
 pub(crate) fn overlaps(organs: &[OrganPlan], skins: &[Mesh]) -> Vec<Overlap> {
     let mut found = Vec::new();
     for (j, other) in organs.iter().enumerate() {
@@ -57,7 +57,7 @@ fn is_grown(one: &OrganPlan, other: &OrganPlan) -> bool {
     one.attached.iter().any(|entry| entry.to == other.name)
 }
 
-/// Deepest place, depth and volume of the overlap of two surfaces.
+/// Deepest place, depth, m, and volume, m³, of the overlap of two surfaces.
 fn overlap(one: &Mesh, other: &Mesh) -> Option<(Vec3, f64, f64)> {
     let [low, high] = {
         let [a, b] = [one.bounds(), other.bounds()];
@@ -137,7 +137,7 @@ mod tests {
         }
     }
 
-    /// The axis of the lines must not matter.
+    /// The direction of the lines must not matter.
     #[test]
     fn plates_beside_each_other_overlap_as_deep_as_plates_on_each_other() {
         let one = block([0.0; 3], [0.03, 0.1, 0.1], false);

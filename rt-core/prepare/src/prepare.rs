@@ -1,4 +1,4 @@
-//! The whole way from a recipe to a compiled scene.
+//! Builds a compiled scene from a recipe.
 
 use std::time::Instant;
 
@@ -47,7 +47,7 @@ struct Organ {
 }
 
 impl Organ {
-    /// Stiffens the tissue between free and held spheres, by the share of it that is held.
+    /// Makes the tissue between free and held spheres stiffer ([`Held::stiffer`]).
     fn weigh(&mut self, held: &Held) {
         for tet in &mut self.tets {
             tet.volume_m3 *= held.stiffer(&tet.spheres);
@@ -61,14 +61,14 @@ impl Organ {
 /// Builds the scene that the recipe describes.
 ///
 /// # Errors
-/// The error names the file, the organ, the fault and the remedy.
+/// The error says what is wrong with which organ, mesh or entry, and the remedy.
 pub fn prepare(
     recipe: &Recipe,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Prepared, PrepareError> {
     let start = Instant::now();
     let count = recipe.organs.len();
-    // Surfaces get the first third of the progress, counting and packing spheres the rest.
+    // Surfaces take the first third of the progress; counting and packing spheres take the rest.
     let mut tell = |organ: usize, from: f64, to: f64, doing: String| {
         let done = from + (to - from) * organ as f64 / count as f64;
         progress(Progress { doing, done });
@@ -134,7 +134,7 @@ fn gravity(recipe: &Recipe) -> Vec3 {
     asked.unwrap_or_else(room::default_gravity)
 }
 
-/// Packs every organ with its count of spheres, and puts the organs together.
+/// Packs every organ with its count of spheres, and makes one scene of the organs.
 fn assemble(
     recipe: &Recipe,
     counts: &[Count],
@@ -191,7 +191,7 @@ fn assemble(
     }
     let (room, warning) = room::place(recipe, skins)?;
     scene.room = Some(room);
-    // Refuse the scene here if the processes would refuse it.
+    // Refuse a scene here that the processes would refuse.
     scene.to_bytes()?;
     runs::check(&scene, &recipe.organs, skins)?;
     report.warnings = support::warnings(&scene, &recipe.organs);
@@ -219,7 +219,7 @@ fn assemble(
     })
 }
 
-/// Refuses an organ with a sphere that has no place or no size.
+/// Refuses an organ with a sphere whose centre or radius is not usable.
 fn check_balls(plan: &OrganPlan, balls: &[Ball]) -> Result<(), PrepareError> {
     let is_good = |ball: &Ball| {
         ball.center.iter().all(|x| x.is_finite())
@@ -239,8 +239,7 @@ fn check_balls(plan: &OrganPlan, balls: &[Ball]) -> Result<(), PrepareError> {
     })
 }
 
-/// Refuses an organ so thin that its spheres lie in one layer: without tetrahedra nothing keeps its
-/// shape.
+/// Refuses an organ that is so thin that it has no tetrahedra: nothing would keep its shape.
 fn check_sheet(plan: &OrganPlan, mended: &Mended, organ: &Organ) -> Result<(), PrepareError> {
     let is_solid = matches!(plan.packing, Packing::Even | Packing::Paper) && plan.layers.is_none();
     if !is_solid || !organ.tets.is_empty() {
@@ -257,7 +256,7 @@ fn check_sheet(plan: &OrganPlan, mended: &Mended, organ: &Organ) -> Result<(), P
     })
 }
 
-/// The cells of an organ that has layers.
+/// The cells of an organ; empty if the organ has no layers.
 fn cells_of(
     plan: &OrganPlan,
     own: &Mesh,
@@ -355,16 +354,16 @@ fn extents_m(mesh: &Mesh) -> [f64; 3] {
     (max - min).into()
 }
 
-/// For each kind, limits of the longest extent of an organ, m, rare cases included: livers of 15 to
-/// 25 cm, of children from 8 cm, enlarged up to 35 cm; gallbladders of 7 to 10 cm, contracted from
-/// 2 cm, distended up to 18 cm; stomachs of 20 to 30 cm (Gray's Anatomy, 42nd edition).
+/// For each kind, limits of an organ's longest extent, m, rare cases included. Livers have 15 to 25
+/// cm, in children from 8 cm, enlarged up to 35 cm. Gallbladders have 7 to 10 cm, contracted from 2
+/// cm, distended up to 18 cm. Stomachs have 20 to 30 cm (Gray's Anatomy, 42nd edition).
 const USUAL_M: [(OrganKind, f64, f64); 3] = [
     (OrganKind::Liver, 0.08, 0.40),
     (OrganKind::Gallbladder, 0.02, 0.18),
     (OrganKind::Stomach, 0.10, 0.45),
 ];
 
-/// A warning if a mesh is larger or smaller than its kind of organ.
+/// A warning if an organ from a mesh file is larger or smaller than its kind of organ usually is.
 fn unusual_size(plan: &OrganPlan, mesh: &Mesh) -> Option<String> {
     if !matches!(plan.surface, Surface::Mesh { .. }) {
         return None;
@@ -383,8 +382,7 @@ fn unusual_size(plan: &OrganPlan, mesh: &Mesh) -> Option<String> {
     })
 }
 
-/// Replaces the hint of an extent error if the unit was guessed, because the extent then says
-/// nothing about the unit.
+/// If the unit was guessed, replaces the hint of an extent error by the rule of the guess.
 fn with_guessed_unit(surface: &Surface, mut problem: MeshProblem) -> MeshProblem {
     let guessed = matches!(surface, Surface::Mesh { unit_m: None, .. });
     if let (true, MeshProblem::Extent { hint, .. }) = (guessed, &mut problem) {
@@ -394,7 +392,7 @@ fn with_guessed_unit(surface: &Surface, mut problem: MeshProblem) -> MeshProblem
 }
 
 /// Scales a mesh to metres. Without a unit the numbers are taken for metres, or for millimetres if
-/// the mesh would be more than 2 m across. The note names a guessed unit.
+/// the mesh would be more than 2 m across. The returned note names a guessed unit.
 fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> (Mesh, String) {
     let [min, max] = mesh.bounds();
     let across = (max - min).max();
@@ -433,15 +431,15 @@ fn build(
         tets,
     } = skeleton(plan, &interior, surface.volume_m3, spheres, planes);
     let mass_kg = plan.material.density_kg_m3 * surface.volume_m3;
-    // Layers are cut to cells, and tubes have one sphere across.
+    // Layered tissue is cut into cells, and a tube is one sphere wide: neither has thin parts.
     let is_solid = !tets.is_empty() && plan.layers.is_none();
     let thin = is_solid.then(|| thin::thin(&interior));
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
-        // A tube, or a layer one sphere thick, has no tetrahedra. Tools collide with its spheres,
-        // which are as thick as the organ. Spheres in a line or plane could not carry a skin
-        // outside of that line or plane: the skin would fold.
+        // A tube, or a layer one sphere thick, has no tetrahedra and no contact skin. Tools collide
+        // with its spheres, which are as thick as the organ. A skin that follows spheres in a line
+        // or plane would fold, because it lies outside of that line or plane.
         skin: if tets.is_empty() {
             ContactSkin::default()
         } else {
@@ -471,7 +469,7 @@ fn build(
 }
 
 /// Shares the organ's mass among its spheres by the volume that is nearest to each. Each sphere
-/// gets at least about a twentieth of the mean, so that no sphere is too light for a solver.
+/// gets at least about a twentieth of the mean mass, so that no sphere is too light for a solver.
 fn masses(interior: &Interior<'_>, balls: &[Ball], total_kg: f64) -> Vec<f64> {
     let centers: Vec<_> = balls.iter().map(|b| b.center).collect();
     let mut shares = vec![0.05 * interior.points.len() as f64 / balls.len() as f64; balls.len()];
@@ -586,7 +584,7 @@ fn append(scene: &mut SceneData, plan: &OrganPlan, surface: &Mended, organ: &Org
 fn append_skin(scene: &mut SceneData, skin: &ContactSkin, first_sphere: u32, spheres: usize) {
     let first_vertex = scene.contact_vertices.len();
     let first_fan = scene.contact_fans.len() as u32;
-    // The scene's own check reports numbers that do not fit.
+    // The cast wraps only in scenes that the scene's check refuses for their number of vertices.
     let shifted = |vertex: u16| (first_vertex + usize::from(vertex)) as u16;
     scene
         .contact_vertices
@@ -601,7 +599,7 @@ fn append_skin(scene: &mut SceneData, skin: &ContactSkin, first_sphere: u32, sph
     scene.contact_fans.extend(fans);
     let mut nearest = vec![NO_CONTACT_VERTEX; spheres];
     for (to, from) in nearest.iter_mut().zip(&skin.nearest) {
-        // `NO_CONTACT_VERTEX` is not shifted: it would then name a vertex of another organ.
+        // If `NO_CONTACT_VERTEX` were shifted, it would name a vertex of another organ.
         if *from != NO_CONTACT_VERTEX {
             *to = shifted(*from);
         }

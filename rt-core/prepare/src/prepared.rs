@@ -10,9 +10,9 @@ use crate::tetra::Tetra;
 pub struct Prepared {
     /// The scene, ready to be written with [`SceneData::write`].
     pub scene: SceneData,
-    /// Figures of its quality.
+    /// Figures of the scene's quality.
     pub report: Report,
-    /// Tetrahedra of each organ between its own spheres, which are numbered from the organ's first.
-    /// Any eight consecutive tetrahedra share no sphere, as far as possible.
+    /// Tetrahedra of each organ. Spheres are numbered from the organ's first. Any eight consecutive
+    /// tetrahedra share no sphere, as far as possible.
     pub tetrahedra: Vec<Vec<Tetra>>,
 }

@@ -1,4 +1,4 @@
-//! The quality report: figures of what was built and of its fit.
+//! The quality report: figures of the organs that were built and of their fit.
 
 use std::fmt;
 
@@ -7,8 +7,8 @@ use serde::Serialize;
 use crate::cells::Filling;
 use crate::elastic;
 
-/// Figures of what [`crate::prepare()`] built. The top level has the sum, the mean or the worst
-/// value of all organs.
+/// Figures of the scene that [`crate::prepare()`] built. The figures outside of `organs` are the
+/// sum, the mean or the worst value of all organs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
     /// The scene's name.
@@ -25,13 +25,13 @@ pub struct Report {
     pub coverage: f64,
     /// Mean distance from skin to the nearest sphere, over the skin of all organs, mm.
     pub gap_mean_mm: f64,
-    /// 95 % of the skin of the worst organ is no farther than this from the nearest sphere, mm.
+    /// Distance from the nearest sphere within which 95 % of the worst organ's skin lies, mm.
     pub gap_95_mm: f64,
     /// Largest distance from the skin to the nearest sphere, mm.
     pub gap_max_mm: f64,
     /// Length by which the worst sphere sticks out of the skin, mm.
     pub protrusion_max_mm: f64,
-    /// Connected pieces of the worst organ.
+    /// Number of connected pieces of the worst organ.
     pub components: usize,
     /// Fewest links of any sphere.
     pub min_degree: usize,
@@ -56,7 +56,7 @@ pub struct Report {
 /// Two organs that overlap at rest.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Overlap {
-    /// Their names.
+    /// Names of the two organs.
     pub organs: [String; 2],
     /// Place where the overlap is deepest, world frame, m.
     pub at_m: [f64; 3],
@@ -96,47 +96,49 @@ pub struct OrganReport {
     pub vertices: usize,
     /// Triangles of the skin.
     pub triangles: usize,
-    /// Time from mesh to bound skin, s.
+    /// Time for the organ's surface, packing and skins, s.
     pub build_s: f64,
     /// Spheres.
     pub spheres: usize,
     /// Reason for this number of spheres.
     pub spheres_because: String,
-    /// Number of spheres that are attached to their surroundings.
+    /// Number of held spheres: the constraints do not move them.
     pub held: usize,
-    /// Number of spheres that are tied to spheres of other organs.
+    /// Number of the organ's spheres that its `attached` entries attach to other organs.
     pub attached: usize,
-    /// Fit of its cells, if it is layered tissue.
+    /// Fit of the organ's cells, if it is layered tissue.
     pub cells: Option<Filling>,
     /// Links.
     pub springs: usize,
-    /// Tetrahedra between sphere centres; together they carry the organ's whole volume.
+    /// Tetrahedra between sphere centres. Tissue outside all of them counts to the nearest.
     pub tetrahedra: usize,
-    /// Worst shape of a tetrahedron: volume over the cube of its longest edge. A regular one has
-    /// 0.118, a sliver less than 0.015, an inverted one less than 0. `None` if there are no
-    /// tetrahedra.
+    /// Worst shape of a tetrahedron: volume over the cube of the longest edge. A regular
+    /// tetrahedron has 0.118, a sliver less than 0.015, an inverted one less than 0. `None` if
+    /// there are no tetrahedra.
     pub tetra_shape_min: Option<f64>,
-    /// Substeps in a tick that the organ needs.
+    /// Substeps of the organ in a tick, at most 16.
     pub substeps: u32,
-    /// Stiffness number `E dt² / (ρ h²)` of a substep. Links are softer than their material by 3 %
-    /// at 0.2, by 15 % at 0.7 and by a third at 2. Tetrahedra keep their material's stiffness, but
-    /// beyond 0.6 they may invert when they are squeezed to less than half their height.
+    /// Stiffness number `E dt² / (ρ h²)`, with the substep `dt` and the spacing `h` of the spheres.
+    /// Links are softer than their material by 3 % at 0.2, by 15 % at 0.7 and by a third at 2.
+    /// Tetrahedra keep their material's stiffness. Beyond 0.6, a tetrahedron may invert when it is
+    /// squeezed to less than half its height.
     pub stiffness_number: f64,
     /// Share of the volume inside at least one sphere, 0..1.
     pub coverage: f64,
     /// Mean distance from skin to the nearest sphere, mm.
     pub gap_mean_mm: f64,
-    /// 95 % of the skin is no farther than this from the nearest sphere, mm.
+    /// Distance from the nearest sphere within which 95 % of the skin lies, mm.
     pub gap_95_mm: f64,
     /// Largest distance from the skin to the nearest sphere, mm.
     pub gap_max_mm: f64,
     /// Length by which the worst sphere sticks out of the skin, mm.
     pub protrusion_max_mm: f64,
-    /// Connected pieces.
+    /// Number of pieces that the links leave separate.
     pub components: usize,
     /// Fewest links of any sphere.
     pub min_degree: usize,
-    /// Isotropy of the links' directions: λmin/λmax of Σddᵀ, mean over the spheres, 0..1.
+    /// Isotropy of the links' directions: λmin/λmax of Σddᵀ over the unit directions `d` of a
+    /// sphere's links, mean over the spheres, 0..1.
     pub isotropy: f64,
     /// Area of the skin, cm².
     pub skin_cm2: f64,
@@ -147,7 +149,7 @@ pub struct OrganReport {
 }
 
 impl Report {
-    /// Fills the top level from the organs.
+    /// Sums up the organs' figures.
     pub(crate) fn sum_up(&mut self) {
         let organs = &self.organs;
         let worst = |get: fn(&OrganReport) -> f64| organs.iter().map(get).fold(0.0, f64::max);
@@ -291,7 +293,8 @@ impl fmt::Display for Report {
 }
 
 impl OrganReport {
-    /// The greatest stiffness number allowed and the consequence, if the organ exceeds it.
+    /// If the organ's stiffness number is too large: the largest allowed number and the
+    /// consequence.
     fn too_stiff(&self) -> Option<(f64, &'static str)> {
         let (number_max, fault) = match self.tetrahedra {
             0 => (

@@ -1,6 +1,5 @@
-//! Checks that organs come to rest under their own weight. Tissue that is too soft for its weight
-//! collapses or shakes without end. Such an organ gets a smaller share of gravity, and a warning
-//! says so.
+//! Checks that organs come to rest under their own weight. An organ that is too soft for its weight
+//! collapses or shakes without end. It gets a smaller share of gravity, and a warning says so.
 
 use rt_core::study::Tissue;
 use rt_core::tissue::{Bodies, Method};
@@ -10,19 +9,19 @@ use shared_mem::scene::SceneData;
 use crate::recipe::OrganPlan;
 use crate::support;
 
-/// Time in which organs must come to rest, ticks: 5 s.
+/// Time within which organs must come to rest, ticks: 5 s.
 const TICKS: u32 = 5000;
 /// Speed below which a sphere is at rest, m/s.
 const STILL_M_S: f32 = 1.0e-4;
-/// An organ counts as at rest after this many still ticks in a row. One still tick is not enough,
-/// because a sphere that reverses its motion is slow for a moment.
+/// Number of ticks for which an organ must be still, in a row, to count as at rest. A sphere that
+/// reverses its motion is slow for a moment only.
 const STILL_TICKS: u32 = 200;
-/// Largest number of times that a share of gravity is halved. A thousandth of its weight bends no
-/// organ.
+/// Largest number of times that a share of gravity is halved, to a thousandth. So little weight
+/// bends no organ.
 const HALVINGS: u32 = 10;
 
-/// Simulates the scene to see whether every organ that is held and has weight comes to rest. Halves
-/// the share of gravity of those that do not, until all do or `HALVINGS` is reached. Returns a
+/// Simulates the scene to see whether each organ that is held and has weight comes to rest. Halves
+/// the shares of gravity of organs that do not come to rest, at most `HALVINGS` times. Returns a
 /// warning for each organ whose share it changed.
 pub(crate) fn bear(scene: &mut SceneData, plans: &[OrganPlan]) -> Vec<String> {
     let held = support::held(scene);
@@ -66,7 +65,7 @@ pub(crate) fn bear(scene: &mut SceneData, plans: &[OrganPlan]) -> Vec<String> {
         .collect()
 }
 
-/// True for each organ that does not come to rest in time.
+/// For each organ, true if it does not come to rest in time.
 fn unquiet(scene: &SceneData) -> Vec<bool> {
     let all_quiet = vec![false; scene.organs.len()];
     // Breath moves held tissue, so that tissue would never be at rest.
@@ -77,7 +76,7 @@ fn unquiet(scene: &SceneData) -> Vec<bool> {
     let Some(records) = Records::of_data(&scene) else {
         return all_quiet;
     };
-    // A scene that cannot be loaded is refused by the scene's own check, not here.
+    // Other checks refuse a scene that cannot be loaded.
     let Ok(storage) = SceneStorage::new(records) else {
         return all_quiet;
     };

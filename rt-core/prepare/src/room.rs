@@ -1,8 +1,8 @@
 //! The room around the organs: ports, camera, devices, and the target of the scripted hand.
 //!
-//! Missing values are chosen for a patient on her back, head a little up. The instrument enters at
-//! the patient's left, below the organs. The endoscope enters from the pelvis and looks at the
-//! gallbladder.
+//! The defaults suit a patient on her back, head a little up. The instrument enters at the
+//! patient's left, towards her feet from the organs. The endoscope enters from the pelvis and looks
+//! at the gallbladder.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use shared_mem::message::PoseMsg;
@@ -14,38 +14,40 @@ use crate::field::Nearest;
 use crate::mesh::Mesh;
 use crate::recipe::{Frame, OrganPlan, Recipe};
 
-/// Length of the shaft outside of the body, with which a hand can work, m.
+/// Lengths of the shaft outside of the body with which a hand can work, m.
 const OUTSIDE_M: std::ops::RangeInclusive<f64> = 0.08..=0.20;
-/// Least cosine between the camera's axis and the direction to the target, which keeps the target
-/// in the picture.
+/// Least cosine between the camera's axis and the direction to the target. It keeps the target in
+/// the picture.
 const PICTURE_EDGE: f64 = 0.93;
-/// Tissue under the target is at least this thick, m.
+/// Least thickness of the tissue under the target, m.
 const TISSUE_M: f64 = 0.016;
 /// Free space before the target, m.
 const APPROACH_M: f64 = 0.03;
-/// Wanted distance of the target from the point that is looked at, m.
+/// Wanted distance of the target from the point in the middle of the picture, m, if the recipe
+/// names no place for the target.
 const TARGET_OFFSET_M: f64 = 0.035;
 
-/// Approximate distance between the points of the skin that are tried if no vertex is suitable, m.
+/// If no vertex of the skin is suitable, points of the skin about this far apart are tried, m.
 const SKIN_STEP_M: f64 = 0.008;
 /// Largest number of such points along a side of one triangle.
 const SKIN_STEPS_MAX: usize = 40;
 /// Largest number of such points altogether.
 const SKIN_POINTS_MAX: usize = 50_000;
 
-/// Default instrument port relative to the point that is looked at, m: to the left, towards the
-/// feet, to the front.
+/// Default instrument port relative to the point in the middle of the picture, m: to the left,
+/// towards the feet, to the front.
 const INSTRUMENT_PORT_FROM_VIEW: [f64; 3] = [0.095, -0.135, 0.115];
-/// Default endoscope port relative to the point that is looked at, m: towards the pelvis.
+/// Default endoscope port relative to the point in the middle of the picture, m: mostly towards the
+/// feet.
 const ENDOSCOPE_PORT_FROM_VIEW: [f64; 3] = [0.035, -0.330, 0.030];
 /// Default length of the instrument from handle to tip, m.
 const INSTRUMENT_LENGTH_M: f64 = 0.33;
-/// Default distance of the camera from the point that is looked at, m.
+/// Default distance of the camera from the point in the middle of the picture, m.
 const CAMERA_DISTANCE_M: f64 = 0.105;
-/// The camera turns to a point this share of the way from `look_at_m` to the target, so that the
-/// work is near the middle of the picture and its surroundings are in the picture too.
+/// The camera turns to a point this share of the way from the middle of the picture to the target,
+/// so that the target is near the middle and its surroundings are in the picture.
 const TOWARDS_TARGET: f64 = 0.55;
-/// When the camera turns towards the target, its distance shrinks to this share.
+/// When the camera turns towards the target, its distance is multiplied by this factor.
 const CLOSER: f64 = 0.95;
 
 /// Gravity of a patient on her back, head 20° up, m/s².
@@ -55,13 +57,13 @@ pub fn default_gravity() -> Vec3 {
     Vec3::new(0.0, -libm::sin(tilt), -libm::cos(tilt)) * 9.81
 }
 
-/// The room as the recipe gives it. Missing values are derived from the organs' skins. If the
-/// recipe names neither ports nor a target, and the default ones do not suit the target organ, a
-/// warning comes with the room.
+/// The room as the recipe gives it. Missing values have defaults or follow from the organs' skins.
+/// If the recipe names neither ports nor a place for the target, and no point of the target organ
+/// is suitable, a warning comes with the room.
 ///
 /// # Errors
-/// When the instrument reaches no suitable point of the target organ from the ports that the recipe
-/// names, or near the target that it names.
+/// When the recipe names a port or a place for the target, and no point of the target organ is
+/// suitable. When the endoscope's port is the point in the middle of the picture.
 pub fn place(
     recipe: &Recipe,
     skins: &[Mesh],
@@ -162,8 +164,9 @@ pub fn place(
     Ok((room, warning))
 }
 
-/// Camera and direction of view with the `target` near the middle of the picture. The camera stays
-/// where it is if the recipe says where to look, or if an organ would hide the target.
+/// Place of the camera and direction of view, with the `target` near the middle of the picture. The
+/// camera stays at `camera` if the recipe says where to look (`wish`), or if an organ would hide
+/// the target.
 fn aim(
     wish: Option<Vec3>,
     look_at: Vec3,
@@ -197,7 +200,7 @@ fn middle_of_view(organs: &[(&OrganPlan, &Mesh)]) -> Vec3 {
     })
 }
 
-/// A frame that looks along `forward`: −z is forward, y is up.
+/// Orientation of a frame that looks along `forward`: −z is forward, y is up.
 fn looking(forward: &Vec3, up: &Vec3) -> UnitQuaternion<f64> {
     let right = forward.cross(up).try_normalize(1e-6).unwrap_or_else(|| {
         // Looking straight up or down: any right will do.
@@ -208,8 +211,8 @@ fn looking(forward: &Vec3, up: &Vec3) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
 
-/// A frame that stands upright and faces the way the camera looks, so that a hand that moves to the
-/// right moves to the right in the picture too.
+/// Orientation of a frame that stands upright and faces the way the camera looks, so that a hand
+/// that moves to the right moves the instrument to the right in the picture.
 fn facing(forward: &Vec3, upright: &Vec3) -> UnitQuaternion<f64> {
     let level = forward - upright * forward.dot(upright);
     looking(&level.try_normalize(1e-6).unwrap_or_else(Vec3::y), upright)
@@ -237,14 +240,15 @@ struct Sight {
 }
 
 impl Sight {
-    /// For a skin point with its normal: how steeply the instrument comes in, and how squarely the
-    /// camera sees the point, each as a cosine from −1 to 1.
+    /// Cosines between the skin's outward normal at a point and the directions to the instrument's
+    /// port and to the camera. At 1 the instrument comes in steeply, and the camera sees the point
+    /// squarely.
     fn faces(&self, point: &Vec3, normal: &Vec3) -> [f64; 2] {
         [self.instrument_port, self.camera].map(|from| -(point - from).normalize().dot(normal))
     }
 
-    /// The vertex close to `near` that instrument and camera face best, with its normal. The
-    /// instrument may be unable to reach this vertex, and the camera to see it.
+    /// The vertex close to `near` that faces instrument and camera best, with its normal. The
+    /// instrument may not reach this vertex, and the camera may not see it.
     fn fairest(&self, mesh: &Mesh, near: Vec3) -> Option<(Vec3, Vec3)> {
         let points = mesh.vertices.iter().copied().zip(mesh.vertex_normals());
         let rated = points.map(|(point, normal)| {
@@ -259,7 +263,8 @@ impl Sight {
 }
 
 /// The best point of the organ's skin for the scripted hand, with its normal. The instrument
-/// reaches it and comes in steeply, the camera sees it, tissue lies behind it and free space before
+/// reaches the point and comes in steeply, the camera sees the point, tissue lies behind it and
+/// free space before it. `exactly`: the point is wanted at `near`, else [`TARGET_OFFSET_M`] from
 /// it.
 fn find_target(
     sight: &Sight,
@@ -329,8 +334,7 @@ fn find_target(
     })
 }
 
-/// Points of the skin between its vertices, with their normals, because a coarse mesh has few
-/// vertices.
+/// Points of the skin between its vertices, with their normals. A coarse mesh has few vertices.
 fn between_vertices(mesh: &Mesh) -> Vec<(Vec3, Vec3)> {
     let mut points = Vec::new();
     for &t in &mesh.triangles {

@@ -1,5 +1,5 @@
-//! Checks that the realtime process will accept the scene. That process checks more than the layout
-//! of the file.
+//! Checks that the realtime process will accept the scene. The realtime process checks more than
+//! the file's reader.
 
 use rt_core::scene::SceneError;
 use scene_load::{Records, SceneStorage};

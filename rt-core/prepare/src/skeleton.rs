@@ -13,7 +13,7 @@ use crate::tetra::{self, Tetra};
 pub(crate) struct Skeleton {
     pub(crate) balls: Vec<Ball>,
     pub(crate) links: Vec<[u32; 2]>,
-    /// Pairs of spheres of a tube that follow each other.
+    /// Pairs of spheres that follow each other along a tube.
     pub(crate) steps: Vec<[u32; 2]>,
     pub(crate) tets: Vec<Tetra>,
 }

@@ -4,8 +4,8 @@ use shared_mem::scene::{SceneData, WORLD};
 
 use crate::recipe::OrganPlan;
 
-/// True for each organ that is held: by held spheres of its own, by a tie to the world, or through
-/// other organs.
+/// For each organ, true if it is held: by held spheres of its own, by an attachment to the world,
+/// or by attachments to organs that are held.
 pub(crate) fn held(scene: &SceneData) -> Vec<bool> {
     let organ_of = |sphere: u32| {
         let mut all = scene.organs.iter();
@@ -25,7 +25,8 @@ pub(crate) fn held(scene: &SceneData) -> Vec<bool> {
             (None, _) => {}
         }
     }
-    // Support reaches every organ in fewer rounds than there are organs.
+    // Each round passes on to attached organs that an organ is held. Fewer rounds than organs reach
+    // all.
     for _ in 0..is_held.len() {
         for [a, b] in &ties {
             let either = is_held[*a] || is_held[*b];

@@ -1,9 +1,9 @@
-//! A closed triangle surface around the part of a grid where a function is negative.
+//! Makes a closed triangle surface around the part of a grid where a function is negative.
 //!
 //! Surface nets have one vertex in each cell that the surface crosses, and one quadrilateral for
-//! each grid edge that it crosses. A face of a cell is ambiguous if only the two corners on one
-//! diagonal are inside. Its smaller outside value is made negative first, so that the surface is
-//! manifold: every edge joins exactly two triangles.
+//! each grid edge that the surface crosses. A face of a cell is ambiguous if only the two corners
+//! on one diagonal are inside. Then the smaller of the two outside values is first made negative,
+//! so that the surface is manifold: every edge joins exactly two triangles.
 
 use crate::Vec3;
 use crate::field::Grid;
@@ -19,11 +19,11 @@ pub(crate) fn surface(grid: &Grid, values: &[f64]) -> Mesh {
     for (index, value) in values.iter_mut().enumerate() {
         let at = grid.coordinates(index);
         let border = (0..3).any(|k| at[k] == 0 || at[k] + 1 == grid.size[k]);
-        // Half a cell outside: the surface closes before the border.
+        // As if half a cell outside, so that the surface closes before the border.
         if border && *value <= 0.0 {
             *value = 0.5 * grid.cell_m;
         }
-        // A zero would put vertices of neighbouring cells on the same grid point.
+        // A zero would put the vertices of neighbouring cells on one grid point.
         if *value == 0.0 {
             *value = 1e-9 * grid.cell_m;
         }
@@ -54,7 +54,7 @@ pub(crate) fn surface(grid: &Grid, values: &[f64]) -> Mesh {
     mesh
 }
 
-/// Mean of the points where the surface crosses the cell's twelve edges.
+/// Mean of the points where the surface crosses the cell's twelve edges; `None` if it crosses none.
 fn crossing_of_cell(grid: &Grid, values: &[f64], cell: [usize; 3]) -> Option<Vec3> {
     let mut sum = Vec3::zeros();
     let mut count = 0.0;
@@ -76,7 +76,7 @@ fn crossing_of_cell(grid: &Grid, values: &[f64], cell: [usize; 3]) -> Option<Vec
     (count > 0.0).then(|| sum / count)
 }
 
-/// Adds two triangles around a grid edge if the surface crosses it.
+/// Adds two triangles between the four cells around a grid edge, if the surface crosses the edge.
 fn quad(
     grid: &Grid,
     values: &[f64],
@@ -140,7 +140,7 @@ fn settle_crosswise_faces(grid: &Grid, values: &mut [f64]) {
                         [face[0], face[2]]
                     };
                     let nearer = usize::from(values[outside[1]] < values[outside[0]]);
-                    // Just inside, so that the surface passes close to this corner.
+                    // A small value, so that the surface passes close to this corner.
                     values[outside[nearer]] = -1e-3 * grid.cell_m;
                     changed = true;
                 }

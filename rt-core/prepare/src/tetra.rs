@@ -1,4 +1,5 @@
-//! Tetrahedra between sphere centres. Together they carry the organ's whole volume.
+//! Tetrahedra between sphere centres. Tissue outside all of them counts to the nearest, so their
+//! volumes sum to the organ's.
 
 use crate::Vec3;
 use crate::delaunay;
@@ -6,32 +7,32 @@ use crate::held::Plane;
 use crate::order;
 use crate::pack::{Ball, Interior};
 
-/// Smallest `V/L³` (volume over the cube of the longest edge). A regular tetrahedron has 0.118. A
-/// tetrahedron below this limit is a sliver: it is so flat that the solver's rounding errors grow
-/// in it. With slivers down to 0.006, a gallbladder at rest moved by a millimetre in half a second;
-/// with this limit it moved by 20 nm.
+/// Smallest `V/L³` (volume over the cube of the longest edge) of a tetrahedron. A regular one has
+/// 0.118. A tetrahedron below this limit is a sliver: it is so flat that the solver's rounding
+/// errors grow in it. With slivers down to 0.006, a gallbladder at rest moved by a millimetre in
+/// half a second; with this limit it moved by 20 nm.
 pub const SHAPE_MIN: f64 = 0.015;
 
 /// A tetrahedron of four spheres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tetra {
-    /// Its corners. `det(b − a, c − a, d − a)` is positive at rest.
+    /// The corners a, b, c, d. `det(b − a, c − a, d − a)` is positive at rest.
     pub spheres: [u32; 4],
-    /// Share of the organ's volume that it carries, m³: its own volume, and space outside all
-    /// tetrahedra that it is nearest to.
+    /// Volume of tissue that counts to this tetrahedron, m³: its own volume, and the tissue outside
+    /// all tetrahedra to which it is nearest.
     pub volume_m3: f64,
 }
 
-/// Fills the space between the centres with Delaunay tetrahedra. Tetrahedra that reach outside the
-/// organ are left out, unless a sphere would then be in none. Slivers are always left out. The
+/// Fills the space between the centres with Delaunay tetrahedra. A tetrahedron that reaches outside
+/// the organ is left out, unless a sphere would then be in none. Slivers are always left out. The
 /// volumes sum to `volume_m3`.
 #[must_use]
 pub fn fill(interior: &Interior<'_>, balls: &[Ball], volume_m3: f64) -> Vec<Tetra> {
     fill_between(interior, balls, volume_m3, &[])
 }
 
-/// Fills the space as [`fill`] does, with held tissue beyond `planes`. Free tetrahedra carry no
-/// held tissue.
+/// Fills the space as [`fill`] does, with held tissue beyond `planes`. Held tissue counts to
+/// tetrahedra of four held corners only, free tissue to the others only.
 #[must_use]
 pub fn fill_between(
     interior: &Interior<'_>,
@@ -53,7 +54,7 @@ pub fn fill_between(
             in_use[i as usize] = true;
         }
     }
-    // A sphere in no tetrahedron takes its best-shaped one, if that is no sliver.
+    // A sphere in no tetrahedron gets the best-shaped one of those left out, unless it is a sliver.
     for i in 0..balls.len() as u32 {
         if in_use[i as usize] {
             continue;
@@ -105,10 +106,10 @@ fn lies_inside(interior: &Interior<'_>, centers: &[Vec3], t: &[u32; 4]) -> bool 
 const NONE: u32 = u32::MAX;
 
 /// Counts the grid points inside the organ that belong to each tetrahedron: the points inside it,
-/// and those points inside no tetrahedron that it reaches first in steps of the grid. The count is
-/// at least the tetrahedron's own volume in grid cells. Held points belong to held tetrahedra only,
-/// free points to free ones only. The second result counts the held points that belong to no
-/// tetrahedron.
+/// and those outside all tetrahedra to which it is nearest, in steps of the grid. The count is at
+/// least the tetrahedron's own volume in grid cells. Held points belong to tetrahedra of four held
+/// corners only, free points to the others only. The second result counts the held points that
+/// belong to no tetrahedron.
 fn shares(
     interior: &Interior<'_>,
     centers: &[Vec3],
@@ -127,7 +128,7 @@ fn shares(
         let may_own = |point: usize| held_points[point] == held_tets[number];
         claim(interior, corners, number as u32, may_own, &mut owner);
     }
-    // Carry ownership from point to point, one step in each round.
+    // Each round, the neighbours of owned points get the same owner.
     let mut front: Vec<u32> = interior
         .points
         .iter()
@@ -165,7 +166,7 @@ fn shares(
     (shares, left_out)
 }
 
-/// Marks the grid points in a tetrahedron that no other tetrahedron owns yet.
+/// Makes a tetrahedron the owner of the grid points in it that have no owner yet.
 fn claim(
     interior: &Interior<'_>,
     [a, b, c, d]: [Vec3; 4],

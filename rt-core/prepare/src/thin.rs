@@ -1,17 +1,18 @@
 //! Parts of an organ that are thin for its spheres.
 //!
-//! The thickness at a place is the diameter of the largest ball inside the organ that holds the
-//! place. Where it is less than two spacings, tetrahedra span the whole thickness: they bend too
-//! stiffly. 581 spheres in a liver of 2 l push back up to 27 % too hard at its thin margin.
+//! The thickness at a place is the diameter of the largest ball that lies inside the organ and
+//! contains the place. A part thinner than two spacings has tetrahedra that span its whole
+//! thickness and bend too stiffly. A liver of 2 l with 581 spheres pushes back up to 27 % too hard
+//! at its thin margin.
 
 use crate::Vec3;
 use crate::pack::Interior;
 use crate::recipe::SPHERES_MAX;
 
-/// Thickness below which a part is thin, spacings of the spheres.
+/// Thickness below which a part is thin, in spacings of the spheres.
 const THIN_SPACINGS: f64 = 2.0;
-/// Least share of an organ's volume that is worth a warning. Every edge has a little: 0.8 to 1.0 %
-/// of the built-in organs is thin, and 4.6 % of the atlas' liver with 581 spheres.
+/// Least thin share of an organ's volume that is worth a warning. Every organ is thin at its edges:
+/// the built-in organs by 0.8 to 1.0 %, the atlas' liver with 581 spheres by 4.6 %.
 const SHARE_MIN: f64 = 0.02;
 
 /// The thin part of an organ.
@@ -21,7 +22,7 @@ pub(crate) struct Thin {
     pub(crate) share: f64,
     /// Mean thickness, m.
     pub(crate) thickness_m: f64,
-    /// Place of the organ whose surroundings have the most thin tissue, world frame, m.
+    /// Place with the most thin tissue around it, world frame, m.
     pub(crate) at: Vec3,
     /// Spacing of the spheres, m.
     pub(crate) spacing_m: f64,
@@ -40,7 +41,7 @@ pub(crate) fn thin(interior: &Interior<'_>) -> Option<Thin> {
         return None;
     }
     let mean_m = thin.iter().map(|(_, m)| m).sum::<f64>() / thin.len() as f64;
-    // Some of the places are tried, because every pair would take long.
+    // About 300 of the places are tried, because all pairs would take too long.
     let places: Vec<Vec3> = thin.iter().map(|(i, _)| interior.position(*i)).collect();
     let step = places.len().div_ceil(300);
     let some: Vec<&Vec3> = places.iter().step_by(step).collect();
@@ -75,7 +76,8 @@ impl Thin {
         )
     }
 
-    /// Number of spheres with which the mean of the thin part is thick enough.
+    /// Number of spheres for which the mean thickness of the thin part is two spacings, rounded up
+    /// to hundreds.
     fn enough(&self, spheres: usize) -> usize {
         let finer = THIN_SPACINGS * self.spacing_m / self.thickness_m;
         (spheres as f64 * finer.powi(3) / 100.0).ceil() as usize * 100
@@ -89,7 +91,7 @@ fn thickness(interior: &Interior<'_>) -> Vec<f64> {
     let mut radius_m = vec![0.0; grid.len()];
     for &i in &interior.points {
         let own_m = depth_m(i as usize);
-        // A ball around a neighbour that is deeper by a whole step contains this one.
+        // If a neighbour is deeper by nearly a step of the grid, its ball contains this ball.
         let is_within = |n: usize| depth_m(n) > own_m + 0.9 * grid.cell_m;
         if grid.neighbours(i as usize).any(is_within) {
             continue;
@@ -109,7 +111,7 @@ fn thickness(interior: &Interior<'_>) -> Vec<f64> {
             }
         }
     }
-    // Points beside the balls are at least as deep as they are.
+    // A point that no ball covers has at least the ball around itself.
     let of = |i: &u32| 2.0 * f64::max(radius_m[*i as usize], depth_m(*i as usize));
     interior.points.iter().map(of).collect()
 }

@@ -1,4 +1,4 @@
-//! Every mesh format that preparation reads, from tiny files written here.
+//! Every mesh format that preparation reads, in tiny files that the tests write.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use scene_prepare::error::MeshProblem;
 use scene_prepare::mesh::{Mesh, mend, read};
 use scene_prepare::recipe::Closing;
 
-/// Corners of a box from the origin, 0.1 × 0.2 × 0.3 m: 6 L.
+/// Corners of a box of 0.1 × 0.2 × 0.3 m (6 L) at the origin, m.
 const CORNERS: [[f32; 3]; 8] = [
     [0.0, 0.0, 0.0],
     [0.1, 0.0, 0.0],
@@ -256,7 +256,7 @@ fn glb_by_node_name_with_its_transform() {
 
 #[test]
 fn glb_split_along_seams_is_closed_after_welding() {
-    // Every triangle has corners of its own, as exporters write them.
+    // Every triangle has corners of its own, as in the files of exporters.
     let mut corners = Vec::new();
     for t in triangles() {
         corners.extend(t.map(|i| CORNERS[i as usize]));
@@ -313,7 +313,7 @@ fn damaged_files_are_refused_with_a_remedy() {
     assert!(missing.contains("--meshes"), "{missing}");
 }
 
-/// A GLB of one box with some of its text replaced.
+/// A GLB of one box. Each edit replaces a text in its JSON.
 fn lying_glb(edits: &[(&str, &str)]) -> Vec<u8> {
     let indices: Vec<u32> = triangles().into_flattened();
     let bytes = glb(&[("box", &CORNERS, &indices)], [0.0; 3]);
@@ -336,7 +336,7 @@ fn lying_glb(edits: &[(&str, &str)]) -> Vec<u8> {
     edited
 }
 
-/// Largest memory that this process has held, bytes.
+/// Largest memory that this process has had so far, bytes.
 fn memory_peak() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux");
     let line = status.lines().find(|line| line.starts_with("VmHWM:"));
@@ -346,8 +346,8 @@ fn memory_peak() -> u64 {
         * 1024
 }
 
-/// Short files promise a billion of something. Each is refused with the number or the place, before
-/// memory is taken.
+/// Short files announce a billion of something. Each is refused with the number or the place, and
+/// before memory is taken.
 #[test]
 fn a_billion_of_anything_is_refused_at_once() {
     let many = "1000000000";

@@ -28,7 +28,7 @@ fn positions_that_do_not_exist_are_refused() {
     mesh::read(&[&[3], text.as_bytes()].concat());
 }
 
-/// The text with bytes overwritten, inserted and removed, or cut off.
+/// The text with bytes overwritten, inserted or removed, or with its end cut off.
 fn damaged(text: &str, edits: &[(usize, u8, u8)]) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     for &(at, kind, value) in edits {
@@ -72,7 +72,7 @@ proptest! {
     }
 }
 
-/// Files that the fuzzer kept, because each reached new code.
+/// Reads the files that the fuzzer kept because they reached new code.
 #[test]
 fn the_corpus_is_read_or_refused() {
     for (target, read) in [("mesh", mesh::read as fn(&[u8])), ("recipe", recipe::read)] {

@@ -1,4 +1,4 @@
-//! Meshes as they come from scans and exporters: open, inside out, non-manifold, hollow,
+//! Mending of meshes like those from scans and exporters: open, inside out, non-manifold, hollow,
 //! contradictory.
 
 use proptest::prelude::*;
@@ -8,7 +8,7 @@ use scene_prepare::mesh::{Mesh, mend};
 use scene_prepare::recipe::Closing;
 use scene_prepare::shape::skin;
 
-/// An outward box with its lowest corner at `low`.
+/// A box, oriented outward, with its lowest corner at `low`, m.
 fn cuboid(low: [f64; 3], size: [f64; 3]) -> Mesh {
     let corner = |i: usize| {
         let step = [i & 1, i >> 1 & 1, i >> 2];
@@ -98,7 +98,7 @@ fn a_ball_with_two_large_holes_keeps_its_volume() {
     mesh.triangles = triangles;
     let filled = mend(&mesh, Closing::Fill).unwrap();
     assert!(filled.mesh.is_closed());
-    // The two caps cut off hold 2.8 and 2.1 % of the ball.
+    // The two caps that are cut off have 2.8 and 2.1 % of the ball's volume.
     let share = filled.volume_m3 / whole;
     assert!((0.93..0.97).contains(&share), "{share}");
     let wrapped = mend(&mesh, Closing::Wrap).unwrap();
@@ -109,7 +109,7 @@ fn a_ball_with_two_large_holes_keeps_its_volume() {
 
 #[test]
 fn hollow_wall_with_an_opening_becomes_solid() {
-    // A ball with an inner side, which a hole at the top joins to the outer side.
+    // The wall of a hollow ball. A hole at the top joins its inner side to its outer side.
     let wall = |p: &Vec3| {
         let shell = (p.norm() - 0.0485).abs() - 0.0015;
         let hole = (libm::hypot(p.x, p.y) - 0.003).max(-p.z);
@@ -153,7 +153,7 @@ fn wall_that_crosses_the_box_is_wrapped() {
     );
 }
 
-/// Two boxes of a litre each share a quarter of a litre: together they hold 1.75 L, not 2 L.
+/// Two boxes of a litre each share a quarter of a litre: together they have 1.75 L, not 2 L.
 #[test]
 fn what_overlaps_itself_is_merged_or_refused_with_the_place() {
     let mut mesh = unit_box();
@@ -197,7 +197,7 @@ fn separate_pieces_are_measured_and_can_be_dropped() {
     );
 }
 
-/// Rounding in a file decides nothing: of two equal pieces the first is kept.
+/// Of two pieces that are equal up to rounding, the first is kept.
 #[test]
 fn the_first_of_equally_large_pieces_is_the_largest() {
     for more in [-1e-9, 0.0, 1e-9] {
@@ -209,8 +209,7 @@ fn the_first_of_equally_large_pieces_is_the_largest() {
     }
 }
 
-/// Two boxes share an edge, as two voxels of a label map do. Both are oriented outward, or both
-/// inward.
+/// Two boxes share an edge, as voxels of a label map do. Both are oriented outward, or both inward.
 #[test]
 fn bodies_that_touch_along_an_edge_are_parted_and_keep_their_shape() {
     for turned in [false, true] {
@@ -252,7 +251,7 @@ fn bodies_that_touch_may_run_different_ways() {
     }
 }
 
-/// Two boxes share one corner, in either order, and one of them or none is inside out.
+/// Two boxes share one corner. The first, the second or none of them is inside out.
 #[test]
 fn bodies_that_touch_in_a_corner_are_oriented_each_by_itself() {
     for (turned, size_m) in [(0, 0.1), (1, 0.1), (0, 0.2), (1, 0.2), (2, 0.1)] {
@@ -272,8 +271,8 @@ fn bodies_that_touch_in_a_corner_are_oriented_each_by_itself() {
     }
 }
 
-/// A cavity that touches the skin of its body in one corner still counts as inside, whichever way
-/// its triangles face.
+/// A cavity that touches the skin of its body in one corner counts as inside, whichever way its
+/// triangles face.
 #[test]
 fn a_cavity_that_touches_the_skin_in_a_corner_is_filled() {
     for turned in [false, true] {
@@ -292,7 +291,7 @@ fn a_cavity_that_touches_the_skin_in_a_corner_is_filled() {
     }
 }
 
-/// A sheet of 0.2 m with this height at each place.
+/// A square sheet of 0.2 m with this height at each place, m.
 fn sheet(height: impl Fn(f64, f64) -> f64) -> Mesh {
     const SIDE: u32 = 24;
     let mut mesh = Mesh::default();
@@ -349,8 +348,8 @@ fn cavities_of_dropped_pieces_are_forgotten() {
     assert!(largest.filled().unwrap().contains("216 mL"), "{largest}");
 }
 
-/// The outcome must not depend on which vertex of a body comes first, or on whether that vertex
-/// lies in the other body.
+/// The result must not depend on which vertex of a body comes first, or on whether this vertex lies
+/// in the other body.
 #[test]
 fn bodies_that_overlap_are_joined_and_none_is_dropped() {
     for x in [0.08, -0.08, 0.0999] {
@@ -367,8 +366,8 @@ fn bodies_that_overlap_are_joined_and_none_is_dropped() {
     }
 }
 
-/// The inner surface of a hollow body faces the other way. That is no reason to report it as inside
-/// out.
+/// The triangles of a cavity face into the cavity, as they must. The report must not call them
+/// inside out.
 #[test]
 fn a_cavity_is_not_called_inside_out() {
     let mut mesh = unit_box();
@@ -487,7 +486,7 @@ fn what_cannot_be_mended_says_why() {
     );
 }
 
-/// Two nested shells, whichever way each is turned, are one body: the outer shell.
+/// Of two nested shells, whichever way each faces, the outer one is the body.
 #[test]
 fn nested_shells_of_any_winding_are_the_outer_one() {
     for turned in 0..4 {
@@ -503,8 +502,8 @@ fn nested_shells_of_any_winding_are_the_outer_one() {
     }
 }
 
-/// A figure of eight, swept around a circle with half a turn on the way. The surface is closed and
-/// has no inside.
+/// A figure of eight, swept around a circle with half a turn on the way: a closed surface without
+/// an inside.
 fn klein_bottle() -> Mesh {
     let (around, across) = (60u32, 31u32);
     let mut mesh = Mesh::default();

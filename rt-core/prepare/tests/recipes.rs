@@ -1,4 +1,4 @@
-//! Recipes: the accepted ones, and the error of each mistake.
+//! Recipes that are accepted, and the error of each mistake.
 
 use std::path::Path;
 
@@ -106,7 +106,7 @@ fn good_recipe_is_read_in_metres_with_defaults() {
     assert_eq!(recipe.room.instrument_length_m, Some(0.3));
 }
 
-/// For each mistake: the text replaced, its replacement, and the line, key and words of the error.
+/// Each case has a text, the mistake that replaces it, and the line, key and words of the error.
 #[test]
 fn mistakes_name_line_key_value_and_remedy() {
     let cases = [

@@ -4,18 +4,19 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Service `hand`: a person without a haptic device moves the emulated hand with mouse and
-/// keyboard. Each movement is the sum since the sender started, so that a lost message loses no
-/// movement.
+/// keyboard. Each movement is the sum since the sender started, so that no movement is lost with a
+/// lost message.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.HandMsg.v1")]
 pub struct HandMsg {
-    /// When it was sent (`CLOCK_MONOTONIC`).
+    /// Time of sending (`CLOCK_MONOTONIC`).
     pub at_ns: u64,
-    /// When the sender started. A new value means a new sender, whose sums start from zero.
+    /// Time at which the sender started. A new value means a new sender, whose sums start from
+    /// zero.
     pub began_ns: u64,
-    /// Movement of the instrument's tip to the right of the picture, up in it, and towards the
-    /// viewer, m.
+    /// Movement of the instrument's tip in the picture: to the right, up, and towards the viewer,
+    /// m.
     pub moved_m: [f64; 3],
     /// Rotation of the instrument about its shaft, rad.
     pub rolled_rad: f64,
@@ -36,31 +37,30 @@ pub struct HandMsg {
 pub struct CommandMsg {
     /// One of the `CommandMsg` constants.
     pub kind: u32,
-    /// Argument of the command: the number of a [`crate::words::Instrument`] for
-    /// [`CommandMsg::INSTRUMENT`], the task for [`CommandMsg::START`], 1 or 0 for
-    /// [`CommandMsg::PAUSE`] and [`CommandMsg::ENABLE_FORCE`]. `SEEK` and `SPEED` describe theirs.
-    /// `RESET` and `STOP` use none.
+    /// Argument of the command; `RESET` and `STOP` use none.
     pub argument: u32,
 }
 
 impl CommandMsg {
-    /// Pause (1) or go on (0).
+    /// Argument 1: pause. 0: go on.
     pub const PAUSE: u32 = 1;
-    /// Put every organ back to rest.
+    /// Put every organ back to the start of the run.
     pub const RESET: u32 = 2;
-    /// Let force through again (1) after a trip, or cut it (0).
+    /// Argument 1: let force through again, as after a trip. 0: cut the force.
     pub const ENABLE_FORCE: u32 = 3;
-    /// Choose the instrument.
+    /// Change the instrument. The argument is the number of a [`crate::words::Instrument`].
     pub const INSTRUMENT: u32 = 4;
     /// End the controller cleanly.
     pub const STOP: u32 = 5;
-    /// Put every organ into the state in which a task begins: 0 hang (no suture is placed), 1
-    /// identify, 2 clamp (the triangle is cleared), 3 cut (duct and artery are clipped), 4
-    /// disconnect (both are divided).
+    /// Put every organ into the state in which a task begins. The argument is the task: 0 hang (no
+    /// suture is placed), 1 identify (as after `RESET`), 2 clamp (the triangle is cleared), 3 cut
+    /// (duct and artery are clipped), 4 disconnect (both are divided).
     pub const START: u32 = 6;
-    /// Only for a replay: go to this time after the start of the recording, ms.
+    /// Only for a replay: go to a time. The argument is the time after the start of the recording,
+    /// ms.
     pub const SEEK: u32 = 7;
-    /// Only for a replay: set the speed relative to the recording, in thousandths, 10 to 100 000.
+    /// Only for a replay: set its speed. The argument is the speed in thousandths of the
+    /// recording's, 10 to 100 000.
     pub const SPEED: u32 = 8;
 }
 
@@ -73,14 +73,14 @@ pub struct ReplyMsg {
     pub outcome: u32,
     /// Zero.
     pub reserved: u32,
-    /// Tick at which the command took effect.
+    /// Tick at which the command took effect or was refused.
     pub tick: u64,
 }
 
 impl ReplyMsg {
     /// The command was carried out.
     pub const DONE: u32 = 0;
-    /// There is no such command.
+    /// The controller does not know the command.
     pub const UNKNOWN: u32 = 1;
     /// The argument is out of its range.
     pub const OUT_OF_RANGE: u32 = 2;
@@ -88,7 +88,7 @@ impl ReplyMsg {
     pub const BUSY: u32 = 3;
 }
 
-// Both processes rely on these sizes. Whoever changes one must also change the version.
+// Both processes rely on this size. A change of it needs a new version.
 const _: () = {
     assert!(size_of::<HandMsg>() == 80);
 };

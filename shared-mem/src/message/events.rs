@@ -35,14 +35,14 @@ pub enum Event {
         /// Force on the hand, N.
         force_n: f32,
     },
-    /// The instrument left an organ.
+    /// The instrument left the organ.
     Release,
     /// The jaws closed on tissue.
     Grasp {
         /// Number of spheres held.
         spheres: u32,
     },
-    /// The jaws let go, or the tissue slipped out.
+    /// The jaws let go, or the tissue slipped out of them.
     LetGo {
         /// Number of spheres that were held.
         spheres: u32,
@@ -51,17 +51,17 @@ pub enum Event {
     Fault(Fault),
     /// The electrosurgical current changed to this.
     Electro(Current),
-    /// Tissue slipped between the jaws.
+    /// Held tissue slipped by 2 mm through the jaws.
     Slip {
-        /// Pull of the tissue, N.
+        /// Pull of the tissue on the jaws, N.
         force_n: f32,
     },
-    /// A band between organs, or a link of a tube, tore.
+    /// An attachment or a link of a tube tore.
     Tear {
         /// Energy that the tear took, J.
         energy_j: f32,
     },
-    /// Scissors or current cut a band, a suture or a link of a tube.
+    /// Scissors or current cut an attachment, a suture or a link of a tube.
     Cut {
         /// Energy that a tear would have taken, J.
         energy_j: f32,
@@ -73,12 +73,12 @@ pub enum Event {
     },
     /// An electrode burnt an organ.
     Burn {
-        /// Energy since the last event of this burn, J.
+        /// Energy since the organ's last burn event, J.
         energy_j: f32,
     },
     /// A vessel, a duct or an organ full of bile leaks.
     Leak {
-        /// Flow as a share of the flow in the whole vessel; 0: stopped.
+        /// Flow as a share of the flow from an open lumen at full pressure; 0: the leak stopped.
         flow: f32,
     },
     /// A cell of layered tissue is gone.
@@ -91,18 +91,18 @@ pub enum Event {
         /// Force of the jaws, N.
         force_n: f32,
     },
-    /// A wall was burnt through, or a tube was parted half.
+    /// A wall was burnt through, or a tube was severed halfway.
     Perforation {
-        /// Energy that burnt it through, J; 0 for a tube that is parted half.
+        /// Energy that burnt through the wall, J; 0 for a tube that is severed halfway.
         energy_j: f32,
     },
-    /// A tube was divided, or came off the tissue that it grew to.
+    /// A tube was divided, or torn off an organ.
     Divided {
-        /// Share of the lumen that clips leave open on the worse side, up to the tube's end or its
-        /// next division. 0: clips close both sides.
+        /// Share of the lumen that clips leave open between this division and the tube's next end
+        /// or division, on the side where more is open. 0: clips close both sides.
         open: f32,
     },
-    /// All organs were put back to their state at the start of the run or of a task.
+    /// All organs were put back to the start of the run, or to the start of a task.
     Reset,
     /// A suture goes through an organ.
     Stitch {
@@ -114,25 +114,25 @@ pub enum Event {
         /// The suture's number in the scene, from 0.
         suture: u32,
     },
-    /// An organ that nobody detached left its place and does not return. Sent once.
+    /// An organ that nobody cut free left its place and does not return. Sent once until the next
+    /// reset.
     Fall {
-        /// Distance of its middle from its place, m.
+        /// Distance of the organ's middle from its place, m.
         distance_m: f32,
     },
-    /// An organ that no tool moves does not come to rest. Sent once, and once more each time the
-    /// organ has rested meanwhile.
+    /// An organ does not come to rest, and no tool explains its speed. Sent again only after the
+    /// organ came to rest, or after a reset.
     Shake {
-        /// Speed of its fastest sphere, m/s.
+        /// Speed of the organ's fastest sphere, m/s.
         speed_m_s: f32,
     },
     /// The instrument was inside an organ at its device's first sample, or at the first after a
-    /// gap. It must be drawn out.
+    /// gap. The trainee must draw it out.
     Buried {
-        /// Its depth, m.
+        /// Depth of the instrument, m.
         depth_m: f32,
     },
-    /// The instrument presses on an organ that it touches, harder than at its last such event of
-    /// this contact.
+    /// The instrument presses on an organ harder than at the last such event of this contact.
     Press {
         /// Force of the instrument on the organ, N.
         force_n: f32,
@@ -145,7 +145,7 @@ pub enum UnknownEvent {
     /// The number of the event's kind, fault or current has no name.
     #[error(transparent)]
     Word(#[from] Unknown),
-    /// Its value is not finite, or a count or an index is not a whole number.
+    /// The value is not finite, or is not a whole number where the kind needs one.
     #[error("{} cannot carry {value}", .kind.name())]
     Value {
         /// The event's kind.
@@ -156,7 +156,7 @@ pub enum UnknownEvent {
 }
 
 impl EventMsg {
-    /// 2²⁴, from which on `f32` cannot represent every whole number.
+    /// 2²⁴: above it, `f32` cannot represent every whole number.
     const WHOLE_END: f32 = 16_777_216.0;
 
     /// The event with its payload.
@@ -215,7 +215,7 @@ impl EventMsg {
     }
 }
 
-// Both processes rely on these sizes. Whoever changes one must also change the version.
+// Both processes rely on this size. A change of it needs a new version.
 const _: () = {
     assert!(size_of::<EventMsg>() == 48);
 };

@@ -37,7 +37,8 @@ impl PoseMsg {
         orientation: [0.0, 0.0, 0.0, 1.0],
     };
 
-    /// True if each coordinate is finite and below 1000 m, and the quaternion has unit length.
+    /// True if each coordinate is finite and within 1000 m of the origin, and the quaternion has
+    /// unit length.
     #[must_use]
     pub fn is_sane(&self) -> bool {
         let length2: f32 = self.orientation.iter().map(|x| x * x).sum();

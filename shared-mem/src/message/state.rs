@@ -11,8 +11,7 @@ use crate::limits::{MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES, MAX_TUBE_L
 pub struct SphereState {
     /// Centre, world frame, m.
     pub center_m: [f32; 3],
-    /// Bit set of [`SphereState::AWAKE`], [`SphereState::CONTACT`], [`SphereState::GRASPED`] and
-    /// `GONE`.
+    /// Bits of the `SphereState` constants.
     pub bits: u32,
 }
 
@@ -23,11 +22,11 @@ impl SphereState {
     pub const CONTACT: u32 = 2;
     /// The closed jaws hold the sphere.
     pub const GRASPED: u32 = 4;
-    /// All layered tissue that follows the sphere is removed.
+    /// All cells of layered tissue that belong to the sphere are removed.
     pub const GONE: u32 = 8;
 }
 
-/// A clip across a vessel or duct, between two of its spheres.
+/// A clip across a vessel or duct, between two spheres of that vessel or duct.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct ClipMsg {
@@ -94,9 +93,10 @@ impl SutureMsg {
 pub struct StateFrame {
     /// Tick that wrote the frame.
     pub tick: u64,
-    /// When that tick's sample was read from the device (`CLOCK_MONOTONIC`).
+    /// Time at which the newest sample of the haptic device was read (`CLOCK_MONOTONIC`); 0 before
+    /// the first.
     pub sample_ns: u64,
-    /// When the frame was filled.
+    /// Time at which the frame was filled (`CLOCK_MONOTONIC`).
     pub at_ns: u64,
     /// First 16 bytes of the compiled scene's identity.
     pub scene_id: [u8; 16],
@@ -119,12 +119,11 @@ pub struct StateFrame {
     pub spheres: [SphereState; MAX_SPHERES],
     /// The clips, in the order in which they were closed.
     pub clips: [ClipMsg; MAX_CLIPPED],
-    /// The elastic links of tubes (organs without tetrahedra), in the scene's order: a bit for
-    /// each, the lowest first, which is set if the link is severed.
+    /// The elastic links of tubes (organs without tetrahedra), in the scene's order: one bit for
+    /// each link, lowest bit first. The bit is set if the link is severed.
     pub parted: [u8; MAX_TUBE_LINKS / 8],
-    /// Cells of layered tissue, in the scene's order. Each value is the heat that the cell has
-    /// taken so far, as a share of the heat that removes it, scaled to 0 to 254; or
-    /// [`StateFrame::GONE`].
+    /// Cells of layered tissue, in the scene's order. A value is the heat that the cell has taken
+    /// so far, in 254ths of the heat that removes it, or [`StateFrame::GONE`].
     pub cells: [u8; MAX_CELLS],
 }
 
@@ -132,14 +131,14 @@ impl StateFrame {
     /// A cell that is gone.
     pub const GONE: u8 = u8::MAX;
 
-    /// The cells in use. `None` if the frame is malformed: it claims too many.
+    /// The cells in use. `None` if `cell_count` is too large.
     #[must_use]
     pub fn cells(&self) -> Option<&[u8]> {
         self.cells.get(..self.cell_count as usize)
     }
 
-    /// The links of tubes in use: true for each that is severed. `None` if the frame is malformed:
-    /// it claims too many.
+    /// One value for each link of `parted` in use: true if the link is severed. `None` if
+    /// `link_count` is too large.
     #[must_use]
     pub fn parted(&self) -> Option<impl Iterator<Item = bool>> {
         let count = self.link_count as usize;
@@ -147,7 +146,7 @@ impl StateFrame {
         (count <= MAX_TUBE_LINKS).then(|| (0..count).map(bit))
     }
 
-    /// The spheres in use. `None` if the frame is malformed: it claims too many spheres, or a
+    /// The spheres in use. `None` if the frame is malformed: `sphere_count` is too large, or a
     /// coordinate is not finite or beyond 1000 m.
     #[must_use]
     pub fn spheres(&self) -> Option<&[SphereState]> {
@@ -156,8 +155,8 @@ impl StateFrame {
         spheres.iter().all(sane).then_some(spheres)
     }
 
-    /// The sutures in use. `None` if the frame is malformed: it claims too many sutures, or one
-    /// goes through a sphere that does not exist or has a number out of range.
+    /// The sutures in use. `None` if the frame is malformed: `suture_count` is too large, or a
+    /// suture names a sphere that does not exist or has a number out of range.
     #[must_use]
     pub fn sutures(&self) -> Option<&[SutureMsg]> {
         let sutures = self.sutures.get(..self.suture_count as usize)?;
@@ -165,8 +164,8 @@ impl StateFrame {
         sutures.iter().all(sane).then_some(sutures)
     }
 
-    /// The clips in use. `None` if the frame is malformed: it claims too many clips, or one lies
-    /// between spheres that do not exist or has a number out of range.
+    /// The clips in use. `None` if the frame is malformed: `clip_count` is too large, or a clip
+    /// names a sphere that does not exist or has a number out of range.
     #[must_use]
     pub fn clips(&self) -> Option<&[ClipMsg]> {
         let clips = self.clips.get(..self.clip_count as usize)?;
@@ -175,7 +174,7 @@ impl StateFrame {
     }
 }
 
-// Both processes rely on these sizes. Whoever changes one must also change the version.
+// Both processes rely on these sizes. A change of one needs a new version.
 const _: () = {
     assert!(size_of::<SphereState>() == 16);
     assert!(size_of::<ClipMsg>() == 32);

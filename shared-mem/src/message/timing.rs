@@ -20,47 +20,47 @@ pub const STAGE_NAMES: [&str; STAGES] = [
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 pub struct TickRecord {
-    /// Tick's number.
+    /// Number of the tick.
     pub tick: u64,
-    /// Scheduled start of the tick (`CLOCK_MONOTONIC`): the first start on the period grid that no
-    /// earlier tick took.
+    /// Scheduled start of the tick (`CLOCK_MONOTONIC`): the start of the first period that has had
+    /// no tick.
     pub scheduled_ns: u64,
     /// Actual start − scheduled start, saturating.
     pub wake_latency_ns: u32,
     /// Duration of the tick.
     pub tick_ns: u32,
-    /// Time from the arrival of the device's sample at this computer until the force was written to
-    /// the device. 0: no fresh sample.
+    /// Time from the arrival of the haptic device's sample at this computer until the force was
+    /// written to the device. 0: no fresh sample.
     pub motion_to_force_ns: u32,
-    /// Number of whole periods between the scheduled and the actual start. The loop skipped them:
-    /// each is a missed period.
+    /// Missed periods: number of whole periods between the scheduled and the actual start.
     pub missed: u32,
     /// Duration of each stage.
     pub stage_ns: [u32; STAGES],
-    /// Bit set of [`TickRecord::OVERRAN`], `NOT_PUBLISHED`, `STALE`, `CONTACT`, `DROPPED_…`.
+    /// Bits of the `TickRecord` constants.
     pub bits: u32,
 }
 
 impl TickRecord {
     /// The tick ended after its deadline.
     pub const OVERRAN: u32 = 1;
-    /// A frame was due, but all buffers for frames were in use.
+    /// A frame was due, but all buffers for the state or the tools were in use.
     pub const NOT_PUBLISHED: u32 = 2;
-    /// The device's sample was older than its limit, or the device was lost.
+    /// The haptic device's newest sample was older than its limit, or the device was lost.
     pub const STALE: u32 = 4;
-    /// The instrument touched something.
+    /// The instrument touched tissue or the endoscope.
     pub const CONTACT: u32 = 8;
-    /// The tick left out self-collision, because its time was too short.
+    /// The tick left out self-collision, because too little time was left.
     pub const DROPPED_SELF_COLLISION: u32 = 32;
-    /// The tick left out far organs, those that the instrument neither touches nor holds, because
-    /// its time was too short.
+    /// The tick left out far organs, because too little time was left. A far organ is near no tool
+    /// and not in the jaws.
     pub const DROPPED_FAR_ORGANS: u32 = 64;
-    /// A frame was due, but the tick had no time for it.
+    /// A frame was due, but too little time was left for it.
     pub const DROPPED_PUBLISH: u32 = 16;
 }
 
-/// Service `timing`: one batch of records, with counters of the realtime thread. Just before the
-/// first tick the thread is armed: from then on its violations are counted.
+/// Service `timing`: one batch of records, with counters of the realtime thread. The thread is
+/// armed just before the first tick: from then on its allocations, page faults, switches and waits
+/// are counted.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.TimingBatch.v6")]
@@ -73,24 +73,24 @@ pub struct TimingBatch {
     pub page_faults: u64,
     /// Involuntary context switches of the realtime thread since it was armed.
     pub involuntary_switches: u64,
-    /// Number of waits of the realtime thread since it was armed, except those for its next tick.
+    /// Waits of the realtime thread since it was armed, except its sleeps until the next tick.
     pub blocks: u64,
     /// Number of ticks so far.
     pub ticks: u64,
-    /// Number of periods skipped so far.
+    /// Number of missed periods so far.
     pub missed_periods: u64,
     /// Number of ticks so far that ended after their deadline.
     pub late_ticks: u64,
-    /// Number of faults of each kind so far ([`crate::words::Fault`]).
+    /// Number of ticks so far with each kind of fault ([`crate::words::Fault`]).
     pub faults: [u64; FAULTS],
-    /// Number of ticks so far in which contact asked for a force.
+    /// Number of ticks so far in which contact asked for a force. 0 without a haptic device.
     pub contact_ticks: u64,
-    /// Number of those ticks in which the device rendered less of the force or none, for each fault
-    /// that held the force back.
+    /// Number of contact ticks in which a fault held the force back, or the force still rose after
+    /// the fault; one count for each fault.
     pub held_ticks: [u64; FAULTS],
-    /// Number of times that each fault began to hold the force back during contact.
+    /// Number of times that each fault began during contact.
     pub held_times: [u64; FAULTS],
-    /// Bits of [`TimingBatch::FIFO`], `LOCKED`, `PINNED`. The thread counts as realtime if all
+    /// Bits [`TimingBatch::FIFO`], `LOCKED` and `PINNED`. The thread counts as realtime if all
     /// three are set.
     pub realtime: u32,
     /// Number of `records` in use.
@@ -100,7 +100,7 @@ pub struct TimingBatch {
 }
 
 impl TimingBatch {
-    /// The records in use. `None` if the batch is malformed: it claims too many.
+    /// The records in use. `None` if `count` is too large.
     #[must_use]
     pub fn records(&self) -> Option<&[TickRecord]> {
         self.records.get(..self.count as usize)
@@ -116,7 +116,7 @@ impl TimingBatch {
     pub const PINNED: u32 = 4;
 }
 
-// Both processes rely on these sizes. Whoever changes one must also change the version.
+// Both processes rely on these sizes. A change of one needs a new version.
 const _: () = {
     assert!(size_of::<TimingBatch>() == 848 + 64 * TIMING_BATCH);
     assert!(size_of::<TickRecord>() == 64);

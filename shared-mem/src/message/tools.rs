@@ -13,17 +13,17 @@ use crate::words::{CapsuleRole, Instrument, Switches, Unknown};
 pub struct DeviceHealth {
     /// One of [`DeviceHealth::ABSENT`], `LIVE`, `STALE`, `LOST`.
     pub status: u32,
-    /// Age of the newest sample, µs, saturating.
+    /// Age of the newest sample, µs, saturating; 0 if there is none yet.
     pub age_us: u32,
     /// Frames received without an error.
     pub frames: u64,
-    /// Rejected frames.
+    /// Frames received with an error, and rejected.
     pub bad_frames: u64,
-    /// Frames that were lost, counted from gaps in the sequence numbers.
+    /// Lost frames, counted from gaps in the sequence numbers.
     pub lost_frames: u64,
-    /// Commands that the connection to the device did not accept.
+    /// Commands that the device's line did not accept.
     pub dropped_writes: u64,
-    /// Bytes that this computer did not read in time.
+    /// Bytes that were lost, because this computer did not read them in time.
     pub unread_bytes: u64,
 }
 
@@ -32,7 +32,7 @@ impl DeviceHealth {
     pub const ABSENT: u32 = 0;
     /// Samples arrive in time.
     pub const LIVE: u32 = 1;
-    /// The newest sample is older than its limit.
+    /// The newest sample is older than its limit, or none has come yet.
     pub const STALE: u32 = 2;
     /// The connection to the device is gone.
     pub const LOST: u32 = 3;
@@ -52,8 +52,9 @@ pub struct CapsuleMsg {
     pub role: u32,
 }
 
-/// A dent of a tool in an organ. The skin that the spheres carry reaches into a piece of the tool
-/// by `depth_m`: the spheres are too coarse to show the rest of the dent.
+/// A dent of a tool in an organ, as far as the spheres are too coarse to show it: the skin that the
+/// spheres carry still reaches into a piece of the tool by `depth_m`. A piece is a stretch of a
+/// capsule, or the capsule's round end.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct DentMsg {
@@ -63,7 +64,7 @@ pub struct DentMsg {
     pub radius_m: f32,
     /// Half of the piece's axis, m; zero for a round end.
     pub half_m: [f32; 3],
-    /// Depth along the normal, m.
+    /// Depth of the tool below the skin that the spheres carry, along the normal, m.
     pub depth_m: f32,
     /// Unit vector from tissue to tool.
     pub normal: [f32; 3],
@@ -78,17 +79,18 @@ pub struct DentMsg {
 pub struct ToolFrame {
     /// Tick that wrote the frame.
     pub tick: u64,
-    /// When that tick's sample was read from the device.
+    /// Time at which the newest sample of the haptic device was read (`CLOCK_MONOTONIC`); 0 before
+    /// the first.
     pub sample_ns: u64,
-    /// When the frame was filled.
+    /// Time at which the frame was filled (`CLOCK_MONOTONIC`).
     pub at_ns: u64,
     /// First 16 bytes of the compiled scene's identity.
     pub scene_id: [u8; 16],
-    /// Pose of the handle, world frame.
+    /// Device pose: the handle as the hand holds it, world frame.
     pub world_from_handle: PoseMsg,
-    /// Pose of the instrument, world frame: origin at the jaw joint, −z along the shaft towards the
-    /// tip. The instrument is a proxy: where the device is too weak to stop the hand at the tissue,
-    /// the instrument stays behind the hand.
+    /// Proxy pose of the instrument, world frame: origin at the jaw joint, −z along the shaft
+    /// towards the tip. Where the device is too weak to stop the hand at the tissue, the instrument
+    /// stays behind the hand.
     pub world_from_instrument: PoseMsg,
     /// Pose of the endoscope's camera, world frame. The camera looks along −z, and y is up in the
     /// picture.
@@ -99,7 +101,7 @@ pub struct ToolFrame {
     pub instrument: u32,
     /// Force on the hand, world frame, N, as sent to the device.
     pub force_n: [f32; 3],
-    /// Number of contacts in that tick.
+    /// Number of the instrument's contacts with tissue or with the endoscope.
     pub contact_count: u32,
     /// Bits of [`Switches`].
     pub switches: u32,
@@ -111,7 +113,7 @@ pub struct ToolFrame {
     pub clips_left: u32,
     /// Number of `dents` in use.
     pub dent_count: u32,
-    /// Capsules of the instrument.
+    /// Capsules of the instrument, world frame.
     pub capsules: [CapsuleMsg; MAX_CAPSULES],
     /// Dents of instrument and endoscope in tissue.
     pub dents: [DentMsg; MAX_DENTS],
@@ -152,14 +154,14 @@ impl ToolFrame {
         self.instrument == instrument.number()
     }
 
-    /// The set switches, without bits that have no name.
+    /// The switches that are on. Bits without a name are dropped.
     #[must_use]
     pub const fn switches(&self) -> Switches {
         Switches::named(self.switches)
     }
 
-    /// The capsules in use. `None` if the frame is malformed: it claims too many, or one of its
-    /// poses, capsules or forces has a number out of range.
+    /// The capsules in use. `None` if the frame is malformed: `capsule_count` is too large, or a
+    /// number of its poses, capsules, force or jaw is out of range.
     #[must_use]
     pub fn capsules(&self) -> Option<&[CapsuleMsg]> {
         let poses = [
@@ -177,8 +179,8 @@ impl ToolFrame {
         (poses_ok && capsules_ok && force_ok).then_some(capsules)
     }
 
-    /// The dents in use. `None` if the frame is malformed: it claims too many, or a number of one
-    /// is out of range.
+    /// The dents in use. `None` if the frame is malformed: `dent_count` is too large, or a number
+    /// of a dent is out of range.
     #[must_use]
     pub fn dents(&self) -> Option<&[DentMsg]> {
         let dents = self.dents.get(..self.dent_count as usize)?;
@@ -192,7 +194,7 @@ impl ToolFrame {
     }
 }
 
-// Both processes rely on these sizes. Whoever changes one must also change the version.
+// Both processes rely on these sizes. A change of one needs a new version.
 const _: () = {
     assert!(size_of::<CapsuleMsg>() == 32);
     assert!(size_of::<DentMsg>() == 48);

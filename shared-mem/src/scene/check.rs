@@ -1,4 +1,4 @@
-//! Checks of a compiled scene's content: every number in its range, every index in its list.
+//! Checks of a compiled scene's content: numbers in their ranges, indices in their lists.
 
 use core::fmt;
 
@@ -247,8 +247,8 @@ impl SceneFile {
         self.check_cells()
     }
 
-    /// Checks that each cell follows spheres of one organ, that neighbours name each other, and
-    /// that every number is in range.
+    /// Checks that each cell follows spheres of one organ, that the cells of an organ are
+    /// consecutive, that neighbours name each other, and that numbers and indices are in range.
     fn check_cells(&self) -> Result<(), SceneError> {
         let (cells, corners) = (self.cells(), self.cell_corners());
         let organ_of = |sphere: u16| {
@@ -352,8 +352,8 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Checks that every index exists. The realtime process checks later that each contact vertex
-    /// follows spheres of one organ.
+    /// Checks that numbers and indices are in range. The realtime process checks later that each
+    /// contact vertex follows spheres of one organ.
     fn check_contact_skin(&self) -> Result<(), SceneError> {
         let (vertices, fans) = (self.contact_vertices(), self.contact_fans());
         for (i, v) in vertices.iter().enumerate() {
@@ -447,11 +447,11 @@ const MAX_CONTACT_VERTICES: usize = 32_768;
 /// Largest number of corners of cells in a scene. A cell has eight corners but shares most of them
 /// with its neighbours.
 const MAX_CELL_CORNERS: usize = 4 * MAX_CELLS;
-/// Largest compliance: 1 µN stretches a link by 1 m. A softer link would hold nothing.
+/// Largest compliance of a link or attachment: 1 µN stretches it by 1 m.
 const COMPLIANCE_MAX_M_N: f32 = 1e6;
 /// Largest tearing energy, 1 kJ. A hand cannot supply more.
 const TEAR_MAX_J: f32 = 1e3;
-/// Largest number of solver steps in one tick.
+/// Largest number of substeps in one tick.
 const SUBSTEPS_MAX: u32 = 16;
 
 fn count(what: &'static str, found: usize, min: usize, max: usize) -> Result<(), SceneError> {
@@ -474,8 +474,8 @@ fn record(what: &'static str, index: usize, problem: String) -> SceneError {
     }
 }
 
-/// Refuses a record that breaks one of its `rules`. Each rule comes with a flag that is true if the
-/// record obeys it.
+/// Refuses a record that breaks one of its `rules`. Each rule has a flag: true if the record obeys
+/// the rule.
 fn require(
     what: &'static str,
     index: usize,
@@ -488,7 +488,7 @@ fn require(
     }
 }
 
-/// True for a finite coordinate within 1000 m of the origin.
+/// True for a finite coordinate of less than 1000 m.
 fn is_near(x: &f32) -> bool {
     x.abs() < 1e3
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::LAYOUT_VERSION;
 
-/// Why a compiled scene is refused.
+/// An error of reading or writing a compiled scene.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum SceneError {

@@ -1,4 +1,4 @@
-//! Reading a compiled scene: it is mapped into memory, checked, and read in place.
+//! Reading a compiled scene: the file is mapped into memory, checked, and read in place.
 
 use std::path::{Path, PathBuf};
 
@@ -24,8 +24,8 @@ pub struct SceneFile {
 #[derive(Debug)]
 enum Bytes {
     Mapped(memmap2::Mmap),
-    /// The bytes, as `u64` words for alignment, and their number. The last word may have unused
-    /// bytes.
+    /// The bytes in `u64` words, for alignment, and the number of bytes. The last word may have
+    /// unused bytes.
     Owned(Vec<u64>, usize),
 }
 
@@ -39,9 +39,9 @@ impl Bytes {
 }
 
 impl SceneFile {
-    /// Maps and checks a file. If the file has several levels of detail, opens the finest, or the
-    /// one that the end of the path names: `FILE#1` is the next coarser one. Do not change a file
-    /// in place while it is mapped; replace it by renaming, as the writer of this crate does.
+    /// Maps and checks a file, or one level of detail in it. `FILE` and `FILE#0` name the finest
+    /// level, `FILE#1` the next coarser one. Do not change a file in place while it is mapped:
+    /// replace it by renaming, as the writer of this crate does.
     ///
     /// # Errors
     /// The error says what is wrong with the file, and where.
@@ -72,9 +72,9 @@ impl SceneFile {
         Self::check(Bytes::Mapped(map))
     }
 
-    /// The levels of detail in a file, finest first, as paths for [`SceneFile::open`]. A path that
-    /// names a coarser level is returned alone. So is the path of a file that cannot be read:
-    /// opening it then reports the error.
+    /// The levels of detail in a file, finest first, as paths for [`SceneFile::open`]. If `path`
+    /// names a coarser level or a file that cannot be read, returns `path` alone. Opening a file
+    /// that cannot be read then reports the error.
     #[must_use]
     pub fn levels(path: &Path) -> Vec<PathBuf> {
         let (file, level) = levels::split(path);
@@ -89,7 +89,7 @@ impl SceneFile {
             .collect()
     }
 
-    /// Checks a scene in memory.
+    /// Copies and checks the bytes of a scene, one level of detail.
     ///
     /// # Errors
     /// As [`SceneFile::open`].
@@ -154,13 +154,13 @@ impl SceneFile {
         bytemuck::cast_slice(&self.bytes.get()[start..start + count as usize * size_of::<T>()])
     }
 
-    /// Bytes of the whole scene as they are in the file. [`SceneFile::from_bytes`] reads them.
+    /// Bytes of the scene, as the file has them. [`SceneFile::from_bytes`] reads them.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get()
     }
 
-    /// Identity of the content.
+    /// Identity of the scene.
     #[must_use]
     pub fn id(&self) -> SceneId {
         self.id
@@ -222,7 +222,7 @@ impl SceneFile {
         self.section(6)
     }
 
-    /// Bands and threads that join organs to each other and to the world.
+    /// Attachments of organs to each other and to the world.
     #[must_use]
     pub fn attachments(&self) -> &[AttachmentRecord] {
         self.section(7)
@@ -234,14 +234,14 @@ impl SceneFile {
         self.section(8)
     }
 
-    /// The two other corners of every triangle around each contact vertex.
+    /// The two other corners of every triangle around each contact vertex, vertex by vertex.
     #[must_use]
     pub fn contact_fans(&self) -> &[[u16; 2]] {
         self.section(9)
     }
 
-    /// For every sphere the contact vertex nearest to it, or `NO_CONTACT_VERTEX`; empty if no
-    /// organ has a contact skin.
+    /// For each sphere, the nearest contact vertex or `NO_CONTACT_VERTEX`; empty if no organ has a
+    /// contact skin.
     #[must_use]
     pub fn contact_nearest(&self) -> &[u16] {
         self.section(10)
@@ -259,7 +259,7 @@ impl SceneFile {
         self.section(12)
     }
 
-    /// The cells under every contact vertex; empty if there are no cells.
+    /// For each contact vertex, the cells under it; empty if there are no cells.
     #[must_use]
     pub fn cell_columns(&self) -> &[CellColumnRecord] {
         self.section(13)

@@ -7,7 +7,7 @@ pub(super) const TABLE_ENTRY_BYTES: usize = 32;
 pub(super) const ALIGN: usize = 64;
 pub(super) const SECTIONS: usize = 14;
 
-/// Header of the file.
+/// Header of one level in the file.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct Header {

@@ -1,4 +1,4 @@
-//! Several levels of detail in one file: complete scenes one after another, finest first.
+//! Levels of detail in one file: complete scenes one after another, finest first.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -10,8 +10,8 @@ use super::header::{ALIGN, HEADER_BYTES, Header};
 /// Largest number of levels in a file.
 pub const LEVELS_MAX: usize = 8;
 
-/// Offset and length of each level. A file that does not consist of whole levels counts as one
-/// level, so that opening it reports the error.
+/// Offset and length of each level, bytes. A file that does not consist of whole levels counts as
+/// one level, so that opening it reports the error. An empty file has no level.
 pub(super) fn find(file: &mut File) -> std::io::Result<Vec<(u64, usize)>> {
     let total = file.metadata()?.len();
     let size = |bytes: u64| usize::try_from(bytes).unwrap_or(usize::MAX);
@@ -50,7 +50,7 @@ pub(super) fn split(path: &Path) -> (PathBuf, usize) {
     }
 }
 
-/// The path that names a level.
+/// The path that names a level of `file`, as [`split`] reads it.
 pub(super) fn join(file: &Path, level: usize) -> PathBuf {
     let mut path = file.as_os_str().to_owned();
     path.push(format!("#{level}"));

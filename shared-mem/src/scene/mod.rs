@@ -1,16 +1,16 @@
-//! The compiled scene: one file that preparation writes and both processes map read-only.
+//! The compiled scene: one file that preparation writes and the processes map read-only.
 //!
 //! ```text
 //! header   magic, layout version, section count, identity, length in bytes
-//! table    kind, element size, offset, count of each section
+//! table    kind, element size, offset and count of each section
 //! sections plain records, each 64-byte aligned
 //! ```
 //!
-//! A file may hold several levels of detail, finest first. Each level is a complete scene with its
-//! own identity, and begins at a multiple of 64 bytes.
+//! A file may hold several levels of detail, finest first. Each level is a complete scene with an
+//! identity of its own, and begins at a multiple of 64 bytes.
 //!
-//! The file is not trusted: [`SceneFile::open`] checks sizes, alignment, identity, every index and
-//! every number before anything is used.
+//! The file is not trusted: [`SceneFile::open`] checks sizes, alignment, identity, indices and
+//! numbers before it returns the scene.
 
 mod check;
 mod error;
@@ -34,10 +34,10 @@ pub use write::SceneData;
 pub const MAGIC: [u8; 8] = *b"CALOTSCN";
 /// Version of the file's layout. It changes when any record changes.
 pub const LAYOUT_VERSION: u32 = 7;
-/// Index that means: there is no contact vertex.
+/// Index that stands for no contact vertex.
 pub const NO_CONTACT_VERTEX: u16 = u16::MAX;
-/// Index that means: there is no cell.
+/// Index that stands for no cell.
 pub const NO_CELL: u16 = u16::MAX;
 /// Identity of a scene: BLAKE3 hash of section table and sections. Two processes run the same scene
-/// if and only if the identities are equal.
+/// if and only if their scenes have equal identities.
 pub type SceneId = [u8; 32];

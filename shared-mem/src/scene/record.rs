@@ -4,16 +4,16 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::message::PoseMsg;
 
-/// Largest number of spheres that one skin vertex is bound to.
+/// Largest number of spheres that one skin vertex follows.
 pub const BINDINGS: usize = 8;
 /// Largest number of spheres that one contact vertex follows.
 pub const CONTACT_BINDINGS: usize = 12;
-/// Stands for the second sphere of an [`AttachmentRecord`] that ends at a point of the world.
+/// Value of [`AttachmentRecord::b`] if the attachment ends at a point of the world.
 pub const WORLD: u32 = u32::MAX;
-/// Sum of the quantised weights of a vertex.
+/// Sum of the weights of a skin vertex, which are whole numbers.
 pub const WEIGHT_SUM: u32 = 65_535;
 
-/// Anatomical kind of an organ. It selects the look and the role in the procedure.
+/// Anatomical kind of an organ. It decides the organ's look and its role in the procedure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u32)]
 #[allow(missing_docs)]
@@ -54,7 +54,7 @@ impl OrganKind {
     }
 }
 
-/// Places of devices, ports and target. A scene has one such record.
+/// Poses and places of devices, ports and target, world frame. A scene has one such record.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct RoomRecord {
@@ -62,15 +62,15 @@ pub struct RoomRecord {
     pub name: [u8; 64],
     /// Gravity, m/s².
     pub gravity_m_s2: [f32; 3],
-    /// Pose of the haptic device's base frame.
+    /// Pose of the haptic device's base.
     pub world_from_device: PoseMsg,
-    /// Pose of the tracker's transmitter frame.
+    /// Pose of the tracker's transmitter.
     pub world_from_tracker: PoseMsg,
-    /// The instrument's trocar, m.
+    /// The instrument's port (trocar), m.
     pub instrument_port_m: [f32; 3],
     /// Length of the instrument from the handle to the tip, along the shaft, m.
     pub instrument_length_m: f32,
-    /// The endoscope's port, m.
+    /// The endoscope's port (trocar), m.
     pub endoscope_port_m: [f32; 3],
     /// Pose of the camera before the first sample of the tracker. The camera looks along −z, and y
     /// is up in the picture.
@@ -85,11 +85,11 @@ pub struct RoomRecord {
     pub breath_s: f32,
 }
 
-/// A material. The SI values are the tissue's; the dimensionless ones tune the paper's method.
+/// A material. The two stiffnesses without a unit are for the inner-sphere paper's method.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct MaterialRecord {
-    /// kg/m³.
+    /// Density, kg/m³.
     pub density_kg_m3: f32,
     /// Young's modulus, Pa.
     pub young_pa: f32,
@@ -97,23 +97,22 @@ pub struct MaterialRecord {
     pub poisson: f32,
     /// Share of a link's stretch that one iteration corrects, 0..=1 (paper Eq. 4–5).
     pub stretch_stiffness: f32,
-    /// Share of the way to the Laplacian target (paper Eq. 8) that one iteration moves a sphere,
-    /// 0..=1.
+    /// Share of the way to a sphere's Laplacian target (paper Eq. 8) by which one iteration moves
+    /// the sphere, 0..=1.
     pub laplacian_stiffness: f32,
     /// Rate at which the velocity decays, 1/s.
     pub damping_per_s: f32,
-    /// Hooke constant of the haptic force, N/m.
+    /// Stiffness of a sphere's wall under a tool, N/m, in organs without a contact skin.
     pub contact_stiffness_n_m: f32,
-    /// Strain-rate damping: the time by which stress runs ahead of strain (Kelvin–Voigt:
-    /// viscosity over modulus), s.
+    /// Retardation time of the viscous damping (Kelvin–Voigt: viscosity over modulus), s.
     pub retardation_s: f32,
-    /// Coulomb friction on a moist steel tool: tangential over normal force.
+    /// Coefficient of Coulomb friction on a moist steel tool.
     pub friction: f32,
-    /// Energy that it takes to tear or cut a unit of area, J/m²; 0: the tissue does not tear.
+    /// Energy of a tear or cut per area, J/m²; 0: the tissue does not tear.
     pub toughness_j_m2: f32,
 }
 
-/// An organ: ranges into the other sections.
+/// An organ: ranges in the other sections, and its material.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct OrganRecord {
@@ -127,17 +126,17 @@ pub struct OrganRecord {
     pub links: [u32; 2],
     /// Tetrahedra: first and count. Their corners are spheres of this organ.
     pub tetrahedra: [u32; 2],
-    /// Number of links, from the organ's first, that carry load in addition to the tetrahedra. The
-    /// other links serve the paper's method and tell which spheres are neighbours.
+    /// Number of links, from the organ's first, that carry load in addition to the tetrahedra. All
+    /// links serve the paper's method and tell which spheres are neighbours.
     pub elastic_links: u32,
-    /// Number of solver steps per tick that the organ's stiffness needs.
+    /// Number of substeps in a tick: 1, 2, 4, 8 or 16.
     pub substeps: u32,
-    /// Share of gravity that acts on the organ. 0: the rest shape is the shape in the body, where
-    /// the weight is already in balance. 1: the rest shape is the unloaded shape.
+    /// Share of gravity that acts on the organ. 0: the rest shape is the shape in the body, in
+    /// balance with the weight. 1: the rest shape is the unloaded shape.
     pub gravity_share: f32,
-    /// Displacement of the organ's held spheres by a breath, m.
+    /// Displacement of the organ's held spheres at full inspiration, world frame, m.
     pub breath_m: [f32; 3],
-    /// Skin vertices: first and count. They are bound to spheres of this organ.
+    /// Skin vertices: first and count. They follow spheres of this organ.
     pub vertices: [u32; 2],
     /// Skin triangles: first and count. Their corners are skin vertices of this organ.
     pub triangles: [u32; 2],
@@ -157,7 +156,7 @@ pub struct SphereRecord {
     pub radius_m: f32,
     /// Mass, kg.
     pub mass_kg: f32,
-    /// 1: the sphere is attached to its surroundings; 0: it is free.
+    /// 1: the constraints do not move the sphere (it is fixed, or led by the breath); 0: they do.
     pub held: u32,
 }
 
@@ -171,22 +170,23 @@ pub struct LinkRecord {
     pub b: u32,
     /// Length at rest, m.
     pub rest_length_m: f32,
-    /// Compliance (stretch per force), m/N. Only the first `elastic_links` links of an organ use
-    /// it.
+    /// Compliance, m/N. Only the first `elastic_links` links of an organ use it.
     pub compliance_m_n: f32,
 }
 
-/// Four spheres of one organ with the tissue between and around them.
+/// A tetrahedron between four spheres of one organ.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct TetraRecord {
     /// The four corners, indices into the scene's spheres; `det(b − a, c − a, d − a)` is positive.
     pub spheres: [u16; 4],
-    /// Part of the organ's volume that the tetrahedron carries, m³.
+    /// Volume of tissue that counts to this tetrahedron, m³: its own and a part of the organ's
+    /// volume outside all tetrahedra. Between free and held spheres it is larger, by the factor by
+    /// which the tissue there is stiffer.
     pub volume_m3: f32,
 }
 
-/// A thread or band between spheres of two organs, or between a sphere and the world.
+/// An attachment: a distance constraint between spheres of two organs, or a sphere and the world.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct AttachmentRecord {
@@ -196,13 +196,13 @@ pub struct AttachmentRecord {
     pub b: u32,
     /// End of the attachment in the world, m, if `b` is [`WORLD`].
     pub anchor_m: [f32; 3],
-    /// Length at rest, m; 0: the two ends are held together.
+    /// Length at rest, m; 0: the attachment holds the two ends together.
     pub rest_length_m: f32,
-    /// Stretch per force, m/N.
+    /// Compliance, m/N.
     pub compliance_m_n: f32,
-    /// 1: the attachment is a thread (a suture), which pulls and never pushes.
+    /// 1: the attachment is a thread (a suture), which pulls and never pushes; 0: it does both.
     pub is_thread: u32,
-    /// Energy that it takes to tear the attachment, J; 0: it does not tear.
+    /// Energy that tears the attachment, J; 0: it does not tear.
     pub tear_j: f32,
 }
 
@@ -231,27 +231,27 @@ pub struct ContactVertexRecord {
     pub spheres: [u16; CONTACT_BINDINGS],
     /// Weights of the spheres. Their sum is 1; some may be negative.
     pub weights: [f32; CONTACT_BINDINGS],
-    /// Triangles around the vertex: first and count in the scene's contact fans, which give the two
+    /// Triangles around the vertex: first and count in the scene's contact fans, which have the two
     /// other corners of each triangle.
     pub fan: [u32; 2],
-    /// Radius A over which a force on the vertex is spread to the spheres, m. The distribution is
-    /// the Gaussian `exp(−r²/A²)`.
+    /// Radius A over which a force on the vertex is spread to the spheres, m, as the Gaussian
+    /// `exp(−r²/A²)`.
     pub patch_m: f32,
     /// Mean curvature of the skin at rest, 1/m: positive where it bulges outwards.
     pub curvature_per_m: f32,
 }
 
-/// Largest number of cells directly under one contact vertex.
+/// Largest number of cells directly under one contact vertex, each the first of a column.
 pub const COLUMNS: usize = 6;
 
 /// A cell of layered tissue (fat, connective tissue): a hexahedron that is removed whole. It
-/// belongs to the organ of its spheres. The cells of an organ are consecutive in the list. Below,
-/// the course is the midline of the inner organ that the tissue lies around.
+/// belongs to the organ of its spheres. The cells of an organ are consecutive in the list. The
+/// layered tissue lies around an inner organ, and the course is that organ's midline.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct CellRecord {
     /// The eight corners, indices into the scene's cell corners. In a corner's place in this list,
-    /// bit 0 is the direction along the course, bit 1 around it, bit 2 outwards. The three
+    /// bit 0 is set forwards along the course, bit 1 forwards around it, bit 2 outwards. The three
     /// directions are right-handed.
     pub corners: [u16; 8],
     /// Neighbours across the six faces: backwards and forwards along the course, backwards and
@@ -265,17 +265,17 @@ pub struct CellRecord {
     pub weights: [f32; CONTACT_BINDINGS],
     /// Middle of the cell at rest, world frame, m.
     pub center_m: [f32; 3],
-    /// Mean length along the course, around it, and outwards, m.
+    /// Mean lengths of the cell along the course, around it, and outwards, m.
     pub extent_m: [f32; 3],
     /// Volume at rest, m³.
     pub volume_m3: f32,
-    /// Energy that it takes to remove the cell, J.
+    /// Energy that removes the cell, J.
     pub energy_j: f32,
     /// Number of the layer; 0 is the innermost.
     pub layer: u8,
-    /// Region: [`CellRecord::NOWHERE`], `TRIANGLE`, `LOWER_BED`, `UPPER_BED`. The cleared share of
-    /// a region is the volume of its removed cells ([`crate::message::Event::Removed`]) over that
-    /// of all its cells.
+    /// Region: [`CellRecord::NOWHERE`], `TRIANGLE`, `LOWER_BED` or `UPPER_BED`. The cleared share
+    /// of a region is the volume of its removed cells ([`crate::message::Event::Removed`]) over the
+    /// volume of all its cells.
     pub region: u8,
     /// Zero.
     pub reserved: [u8; 2],
@@ -292,21 +292,22 @@ impl CellRecord {
     pub const UPPER_BED: u8 = 3;
 }
 
-/// Cells of layered tissue directly under a contact vertex. A column of cells begins at each of
-/// them and leads away from the surface. The removed cells of the columns show how far the surface
-/// has receded.
+/// Cells of layered tissue directly under a contact vertex. At each of them begins a column of
+/// cells that leads away from the surface. The removed cells of the columns show how far the
+/// surface has receded.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct CellColumnRecord {
-    /// First cell of each column, the nearest first; [`super::NO_CELL`] where there are fewer.
+    /// First cell of each column, the nearest column first; [`super::NO_CELL`] in unused entries.
     pub cells: [u16; COLUMNS],
-    /// For each column, the face of its cells that leads away from the surface.
+    /// For each column, the face that leads from a cell away from the surface: a place in
+    /// [`CellRecord::neighbours`].
     pub inwards: [u8; COLUMNS],
     /// Zero.
     pub reserved: [u8; 2],
 }
 
-/// Copies a string into a name field of fixed size. A string that is too long is cut between two
+/// A name field with this string, padded with zeros. A string that is too long is cut between two
 /// characters.
 #[must_use]
 pub fn name_from_str<const N: usize>(name: &str) -> [u8; N] {
@@ -319,7 +320,7 @@ pub fn name_from_str<const N: usize>(name: &str) -> [u8; N] {
     field
 }
 
-/// The string in a fixed name field, up to the first zero; `None` if it is not UTF-8.
+/// The string in a name field, up to the first zero; `None` if it is not UTF-8.
 #[must_use]
 pub fn str_from_name(field: &[u8]) -> Option<&str> {
     let end = field.iter().position(|&b| b == 0).unwrap_or(field.len());

@@ -13,45 +13,46 @@ use super::{
     LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord, VertexRecord,
 };
 
-/// A scene in memory, as preparation builds it.
+/// A scene as preparation builds it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SceneData {
     /// Places of devices, ports and target.
     pub room: Option<RoomRecord>,
     /// Organs.
     pub organs: Vec<OrganRecord>,
-    /// Spheres of all organs, organ by organ.
+    /// Spheres, organ by organ.
     pub spheres: Vec<SphereRecord>,
-    /// Links of all organs, organ by organ.
+    /// Links, organ by organ.
     pub links: Vec<LinkRecord>,
-    /// Skin vertices of all organs.
+    /// Skin vertices, organ by organ.
     pub vertices: Vec<VertexRecord>,
-    /// Skin triangles of all organs; indices into `vertices`.
+    /// Skin triangles, organ by organ; indices into `vertices`.
     pub triangles: Vec<[u32; 3]>,
-    /// Tetrahedra of all organs, organ by organ.
+    /// Tetrahedra, organ by organ.
     pub tetrahedra: Vec<TetraRecord>,
-    /// Bands and threads that join organs to each other and to the world.
+    /// Attachments of organs to each other and to the world.
     pub attachments: Vec<AttachmentRecord>,
     /// Vertices of the contact skins.
     pub contact_vertices: Vec<ContactVertexRecord>,
-    /// The two other corners of every triangle around each contact vertex.
+    /// The two other corners of every triangle around each contact vertex, vertex by vertex.
     pub contact_fans: Vec<[u16; 2]>,
-    /// For every sphere the contact vertex nearest to it, or [`super::NO_CONTACT_VERTEX`]; empty if
-    /// no organ has a contact skin.
+    /// For each sphere, the nearest contact vertex or [`super::NO_CONTACT_VERTEX`]; empty if no
+    /// organ has a contact skin.
     pub contact_nearest: Vec<u16>,
     /// Cells of layered tissue, organ by organ.
     pub cells: Vec<CellRecord>,
     /// Corners of the cells.
     pub cell_corners: Vec<VertexRecord>,
-    /// The cells under every contact vertex; empty if there are no cells.
+    /// For each contact vertex, the cells under it; empty if there are no cells.
     pub cell_columns: Vec<CellColumnRecord>,
 }
 
 impl SceneData {
-    /// The file's bytes: the same scene gives the same bytes.
+    /// Bytes of the scene, as the file has them. Equal scenes give equal bytes.
     ///
     /// # Errors
-    /// The error of [`SceneFile::from_bytes`], if it would refuse the result.
+    /// [`SceneError::MissingRoom`], or the error with which [`SceneFile::from_bytes`] refuses the
+    /// bytes.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SceneError> {
         let room = self.room.ok_or(SceneError::MissingRoom)?;
         let mut body = Body {
@@ -91,16 +92,18 @@ impl SceneData {
         Ok(file)
     }
 
-    /// Writes a temporary file in the same folder and renames it to `path`, so that a reader never
-    /// sees half a scene.
+    /// Writes a temporary file in the folder of `path` and renames it to `path`, so that a reader
+    /// never sees half a scene. Returns the scene's identity.
     ///
     /// # Errors
-    /// Errors of [`SceneData::to_bytes`] and of the file system.
+    /// Errors of [`SceneData::to_bytes`] and of the file system, and an error if `path` is
+    /// something other than a compiled scene or an empty file.
     pub fn write(&self, path: &Path) -> Result<SceneId, SceneError> {
         Self::write_levels(std::slice::from_ref(self), path)
     }
 
-    /// Writes a file of several levels of detail, finest first. Returns the identity of the finest.
+    /// Writes a file of one or more levels of detail, finest first. Returns the identity of the
+    /// finest.
     ///
     /// # Errors
     /// Errors of [`SceneData::write`], and an error if there is no level or more than
@@ -127,7 +130,7 @@ impl SceneData {
         let written = std::fs::write(&partial, &bytes);
         let written = written.and_then(|()| std::fs::rename(&partial, path));
         written.map_err(|source| {
-            // If this fails too, the first error is the one to report.
+            // If removing the file fails too, the first error is the one to report.
             let _ = std::fs::remove_file(&partial);
             unwritable(path, source)
         })?;
@@ -142,8 +145,8 @@ fn unwritable(path: &Path, source: std::io::Error) -> SceneError {
     }
 }
 
-/// Refuses a path at which anything but an older scene or an empty file exists. A mistyped path may
-/// name the mesh that the scene was made of, or a device.
+/// Refuses a path that names anything other than a compiled scene, an empty file or nothing. A
+/// mistyped path may name the mesh that the scene was made of, or a device.
 fn check_place(path: &Path) -> Result<(), SceneError> {
     let Ok(there) = std::fs::metadata(path) else {
         return Ok(());
@@ -160,7 +163,7 @@ fn check_place(path: &Path) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// The identity in a scene's header.
+/// The identity in the header of a scene's bytes.
 fn identity(bytes: &[u8]) -> SceneId {
     let header: Header = bytemuck::pod_read_unaligned(&bytes[..HEADER_BYTES]);
     header.identity

@@ -1,5 +1,4 @@
-//! The ends of a station's services. There is one type per kind of process, which opens all
-//! services that the process uses.
+//! Ends of a station. Each type opens the services that a process needs for one purpose.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -18,7 +17,7 @@ use crate::inputs::InputBatch;
 use crate::message::{CommandMsg, EventMsg, HandMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
 use crate::task::TaskMsg;
 
-/// Shared memory that a controller needs.
+/// Shared memory that each service of a controller needs.
 const CONTROLLER: [Need; 6] = [
     Need::publisher::<StateFrame>(NEWEST),
     Need::publisher::<ToolFrame>(NEWEST),
@@ -27,7 +26,7 @@ const CONTROLLER: [Need; 6] = [
     Need::publisher::<InputBatch>(INPUTS),
     Need::COMMANDS,
 ];
-/// Shared memory that a host needs.
+/// Shared memory that each service of a host needs.
 const HOST: [Need; 5] = [
     Need::subscriber(NEWEST),
     Need::subscriber(NEWEST),
@@ -37,8 +36,8 @@ const HOST: [Need; 5] = [
 ];
 
 impl Station {
-    /// Checks that shared memory has room for a controller and two hosts: a recorder, which counts
-    /// as a host here, and a display. Each process reserves its own memory when it joins. This
+    /// Checks that shared memory has room for a controller and two hosts: a display and a recorder,
+    /// which counts as a host here. Each process checks its own need again when it joins. This
     /// check reports a lack before any work is done.
     ///
     /// # Errors
@@ -47,7 +46,7 @@ impl Station {
         self.room_for(&[&CONTROLLER[..], &HOST, &HOST].concat())
     }
 
-    /// Shared memory that a controller and two hosts need, bytes.
+    /// Shared memory that [`Station::check_room`] asks for, bytes.
     #[must_use]
     pub fn room_needed() -> u64 {
         let all = CONTROLLER.iter().chain(&HOST).chain(&HOST);
@@ -55,8 +54,8 @@ impl Station {
     }
 }
 
-/// The controller's end. The publishing thread owns it, and not the realtime thread, because
-/// creating, loaning and sending allocate.
+/// The controller's end. The publishing thread owns it and not the realtime thread, because
+/// creating ports, loaning and sending samples allocate.
 #[derive(Debug)]
 pub struct Controller {
     /// Sphere states.
@@ -114,10 +113,10 @@ impl Controller {
         })
     }
 
-    /// Sends the last events to new hosts now. Without this call new hosts would get them with the
-    /// next event. The call is cheap if no host is new.
+    /// Sends the last events to new hosts now. Without this call, new hosts would get these events
+    /// only with the next event. The call is cheap if no host is new.
     pub fn greet(&self) {
-        // A host that cannot be connected now is tried again with the next event.
+        // A host that cannot be connected now is connected with the next event.
         let _ = self.events.update_connections();
     }
 
@@ -126,7 +125,7 @@ impl Controller {
         self.commands.receive().ok().flatten().map(Request)
     }
 
-    /// Clears what hosts that died left in iceoryx2. It takes up to milliseconds and is rarely
+    /// Removes what hosts that died left in iceoryx2. It may take milliseconds and is rarely
     /// needed.
     pub fn forget_dead(&self) {
         self.member.forget_dead();
@@ -145,7 +144,8 @@ impl HandSender {
     /// Takes the lead of the emulated hand.
     ///
     /// # Errors
-    /// [`ServiceError::SecondHand`] if another display leads the hand.
+    /// [`ServiceError::SecondHand`] if another display leads the hand, or the error of the step
+    /// that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let joining = station.join(&[Need::publisher::<HandMsg>(NEWEST)])?;
         let hand = station.publisher(joining.node(), "hand", NEWEST);
@@ -159,12 +159,12 @@ impl HandSender {
         })
     }
 
-    /// Sends the message. Returns true if an emulated hand listens. A real device does not listen.
+    /// Sends the message. Returns true if an emulated hand received it. No real device listens.
     pub fn send(&self, message: HandMsg) -> bool {
         self.hand.send_copy(message).is_ok_and(|heard| heard > 0)
     }
 
-    /// Clears what emulators that died left in iceoryx2.
+    /// Removes what emulators that died left in iceoryx2.
     pub fn forget_dead(&self) {
         self.member.forget_dead();
     }
@@ -257,7 +257,8 @@ impl TaskReceiver {
     }
 }
 
-/// A recorder's end. If it is opened before the controller starts, it misses nothing.
+/// A recorder's end. If it is opened before the controller starts and does not fall behind, it gets
+/// all inputs, events and timing batches. Of the tools it gets only the newest frame.
 #[derive(Debug)]
 pub struct Tap {
     inputs: Subscriber<ipc::Service, InputBatch, ()>,
@@ -314,7 +315,7 @@ impl Tap {
     }
 }
 
-/// The end of a host: a display, a report or a test.
+/// End of a host: a display, a report or a test.
 #[derive(Debug)]
 pub struct Host {
     station: Station,
@@ -350,7 +351,7 @@ impl Host {
     }
 
     /// Copies the newest frame of the tissue into `into` and returns true, if one came since the
-    /// last call. The content is not checked: read it by [`StateFrame::spheres`], which checks.
+    /// last call. The content is not checked: read it with [`StateFrame`]'s methods, which check.
     pub fn newest_state(&self, into: &mut StateFrame) -> bool {
         newest(&self.state, |frame| *into = *frame)
     }
@@ -374,7 +375,7 @@ impl Host {
     /// Sends a command to the controller and waits for the reply.
     ///
     /// # Errors
-    /// [`ServiceError::NoAnswer`] after `patience`.
+    /// [`ServiceError::NoAnswer`] after `patience`, or the error of sending.
     pub fn command(
         &self,
         command: CommandMsg,
@@ -390,8 +391,8 @@ impl Host {
                 .map_err(|error| self.station.transport("sending a command", &error))?;
             let connected = pending.number_of_server_connections() > 0;
             loop {
-                // `over` is computed before the reply is read. A controller disconnects right after
-                // its reply, so that a later test could end the loop with the reply unread.
+                // `over` is computed before the reply is read: a controller that replies and then
+                // disconnects must not end the loop with its reply unread.
                 let over = !connected || !pending.is_connected() || start.elapsed() >= patience;
                 if let Ok(Some(reply)) = pending.receive() {
                     return Ok(*reply.payload());
@@ -409,7 +410,7 @@ impl Host {
         })
     }
 
-    /// Clears what processes that died left in iceoryx2.
+    /// Removes what processes that died left in iceoryx2.
     pub fn forget_dead(&self) {
         self.member.forget_dead();
     }

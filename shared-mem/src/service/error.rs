@@ -1,11 +1,11 @@
-//! Errors of the services between the processes.
+//! Errors of a station's services.
 
 use std::path::PathBuf;
 
-/// An error of the services between the processes.
+/// An error of a station's services.
 #[derive(Debug, thiserror::Error)]
 pub enum ServiceError {
-    /// The station's name cannot be part of a file name.
+    /// The station's name is not 1 to 40 characters of a-z, A-Z, 0-9, `-` and `_`.
     #[error(
         "station name '{0}' is not usable: 1 to 40 characters of a-z, A-Z, 0-9, '-' and '_' are"
     )]
@@ -22,7 +22,7 @@ pub enum ServiceError {
     /// Another host publishes the state of this station's task.
     #[error("station '{0}': another `calot run` assesses its task; end it first")]
     SecondTask(String),
-    /// A process of another version uses the service, with another layout of its messages.
+    /// A process of another version has the service open, with another layout of its messages.
     #[error("station '{station}', service '{service}': a process of another version runs; end it")]
     OtherVersion {
         /// Station.
@@ -47,12 +47,12 @@ pub enum ServiceError {
     NoRoom {
         /// Station.
         station: String,
-        /// Bytes that it needs.
+        /// Bytes that the end needs.
         need: u64,
-        /// Bytes that are free.
+        /// Free bytes in /dev/shm.
         free: u64,
     },
-    /// The limit of this process on file sizes is too low for the shared memory.
+    /// This process's limit on the size of a file is too low for the shared memory.
     #[error(
         "station '{station}' needs shared memory in files of {}, but this process may write files \
          of {} only; raise the limit (`ulimit -f`, RLIMIT_FSIZE, `prlimit --fsize`)",
@@ -101,14 +101,14 @@ pub enum ServiceError {
         /// Its owner.
         owner: String,
     },
-    /// A service of the station has as many readers as it admits.
+    /// A service of the station already has as many readers as it admits.
     #[error("station '{station}' has {max} {what} already; close one")]
     ManyHosts {
         /// Station.
         station: String,
-        /// Largest number of hosts of this kind at once.
+        /// Largest number of such readers at once.
         max: usize,
-        /// Kind of hosts.
+        /// Kind of readers: displays or recorders.
         what: &'static str,
     },
     /// Another process runs the station.
@@ -119,7 +119,7 @@ pub enum ServiceError {
     RunsAlready {
         /// Station.
         station: String,
-        /// The program that runs it, in words.
+        /// The program that runs the station, in words.
         by: String,
     },
     /// iceoryx2 refused a step.

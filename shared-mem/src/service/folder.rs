@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::error::ServiceError;
 
-/// Removes the permissions of group and others from a file or folder that this user owns. Symbolic
-/// links are not followed, because anybody can put one into /dev/shm. Failures are ignored.
+/// Removes the permissions of group and others from a file or folder that this user owns. A
+/// symbolic link is not followed, because anybody can put one into /dev/shm. Failures are ignored.
 pub(super) fn close(path: &std::path::Path) {
     use rustix::fs::{Mode, OFlags};
     use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -21,13 +21,13 @@ pub(super) fn close(path: &std::path::Path) {
     }
 }
 
-/// The user that this process runs as.
+/// Effective uid of this process.
 pub(super) fn user() -> u32 {
     rustix::process::geteuid().as_raw()
 }
 
-/// Name of the user with this uid, from /etc/passwd: "user anna". If there is none, the uid: "user
-/// 1001".
+/// Name of the user with this uid, from /etc/passwd: "user anna". If /etc/passwd has none, the uid:
+/// "user 1001".
 #[must_use]
 pub fn owner(user: u32) -> String {
     let users = std::fs::read_to_string("/etc/passwd").unwrap_or_default();
@@ -40,16 +40,17 @@ pub fn owner(user: u32) -> String {
     name.map_or_else(|| format!("user {number}"), |name| format!("user {name}"))
 }
 
-/// The path and the name of the owner, if the file belongs to another user.
+/// The file's path and its owner's name, if the file belongs to another user.
 pub(super) fn foreign(path: &std::path::Path) -> Option<(PathBuf, String)> {
     use std::os::unix::fs::MetadataExt as _;
     let meta = std::fs::symlink_metadata(path).ok()?;
     (meta.uid() != user()).then(|| (path.to_owned(), owner(meta.uid())))
 }
 
-/// The folder of this user's stations. If it does not exist, it is made for this user alone.
-/// Refused are: a folder of another user, a folder that other users can write to, a symbolic link,
-/// and a file that is no folder. Another user can guess the path and make it first.
+/// The folder of this user's stations. If it does not exist, it is made with access for this user
+/// alone. Another user can guess the path and make a folder or link there first. So a folder of
+/// another user, a folder that other users can write to, and anything that is not a folder are
+/// refused.
 ///
 /// # Errors
 /// [`ServiceError::Folder`] says what is wrong with the folder.

@@ -1,6 +1,7 @@
-//! Joining a station and leaving it. The first end that joins removes the files that crashed
-//! processes left. The last end that leaves removes all files of the station. Shared memory is
-//! reserved before it is used.
+//! Joining a station and leaving it. An end is one process's set of open ports of a station
+//! (`Controller`, `Host`, ...). The first end that joins removes the files that crashed processes
+//! left. The last end that leaves removes all files of the station. Each end allocates its shared
+//! memory before it uses it.
 
 use std::path::Path;
 
@@ -11,10 +12,10 @@ use super::presence::{self, Held, Presence};
 use super::room::{self, Lack, Reservation};
 use super::{MAX_LOANS, Quality, ServiceError, Station, folder};
 
-/// Largest number of bytes of the files that iceoryx2 keeps for one service and one node. The test
-/// `what_a_station_reserves_is_what_it_takes` measures them.
+/// Upper bound for the files that iceoryx2 keeps for one service and one node, bytes. The test
+/// `what_a_station_reserves_is_what_it_takes` checks it.
 const SERVICE_BYTES: u64 = 64 << 10;
-/// Bytes of a connection without its queues and flags.
+/// Bytes of a connection between a publisher and a reader, without its queues and flags.
 const CONNECTION_BYTES: u64 = 8 << 10;
 /// Bytes of a sample's header.
 const HEADER_BYTES: usize = 64;
@@ -38,8 +39,8 @@ impl Need {
         Self(samples as u64 + SERVICE_BYTES + readers * Self::connection(quality))
     }
 
-    /// Need of a reader: its connection, and the files of the service, in case the reader is the
-    /// first to open it.
+    /// Need of a reader: its connection, and the files of the service, because the reader may be
+    /// the first to open the service.
     pub(super) const fn subscriber(quality: Quality) -> Self {
         Self(SERVICE_BYTES + Self::connection(quality))
     }
@@ -56,35 +57,37 @@ impl Need {
     }
 }
 
-/// Exclusive hold on the name of a running station. It needs no file, and the kernel releases it
-/// when the process ends.
+/// Hold on the name of a running station: exclusive where abstract sockets work, else none. It
+/// needs no file, and the kernel releases it when the process ends.
 #[derive(Debug)]
 pub struct Claim {
     _held: Option<Held>,
 }
 
-/// An end that is joining. It has the turn: no other end of the station joins or leaves meanwhile.
-/// There is memory for everything that the end opens.
+/// An end that is joining, after the check that the memory for its ports is free. While it has the
+/// turn, no other end of the station joins or leaves. It has no turn if abstract sockets do not
+/// work or the wait for the turn was too long.
 pub(super) struct Joining<'a> {
     station: &'a Station,
-    /// Dropped before `presence`, because leaving takes a turn too.
+    /// It is dropped before `presence`, because leaving needs the turn.
     turn: Option<Held>,
     node: Node<ipc::Service>,
     presence: Leaving,
 }
 
-/// Membership of an end in a station. It is the last field of an end, because it must outlive the
-/// ports.
+/// Membership of an end in a station. An end holds it in its last field, so that it is dropped
+/// after the end's iceoryx2 ports.
 #[derive(Debug)]
 pub(super) struct Member {
-    /// Sign that the services are open. It is dropped before the node, so that a process that sees
-    /// the sign also finds the node's files.
+    /// Sign that the end's services are open. It is dropped before the node, so that a process that
+    /// sees the sign also finds the node's files.
     _open: Option<Held>,
     node: Node<ipc::Service>,
     _presence: Leaving,
 }
 
-/// A presence that removes the station's files when the last end leaves.
+/// Presence of an end. When it is dropped and no other end is present, it removes the station's
+/// files.
 #[derive(Debug)]
 struct Leaving {
     presence: Presence,
@@ -105,9 +108,9 @@ impl Station {
         format!("calot-{}-{}", folder::user(), self.name)
     }
 
-    /// Takes the station's name for the process that runs the station. If another program holds the
-    /// name, `who` describes that program. It gets the inode of the program's socket, if the kernel
-    /// reports one.
+    /// Takes the station's name for the process that runs the station. If another process holds the
+    /// name, `who` describes that process for the error; its argument is the inode of the socket
+    /// that holds the name, if the kernel reports one.
     ///
     /// # Errors
     /// [`ServiceError::RunsAlready`] if another process holds the name.
@@ -117,24 +120,23 @@ impl Station {
                 station: self.name.clone(),
                 by: who(presence::inode(&self.base())),
             }),
-            // Without abstract sockets, only the lock file in the user's folder shows that the
-            // station runs.
             Ok(Some(held)) => Ok(Claim { _held: Some(held) }),
+            // Abstract sockets do not work here. Only the lock file in the user's folder shows that
+            // the station runs.
             Err(_) => Ok(Claim { _held: None }),
         }
     }
 
-    /// True if a process runs the station, even if its files are in another folder.
+    /// True if a process holds the station's name, even if its files are in another folder.
     #[must_use]
     pub fn is_claimed(&self) -> bool {
         let base = self.base();
         presence::held(&base).is_some_and(|names| names.contains(&base))
     }
 
-    /// Joins the station. `needs` has the shared memory of everything that the end will open.
+    /// Joins the station. `needs` lists the shared memory that the end's services need.
     pub(super) fn join(&self, needs: &[Need]) -> Result<Joining<'_>, ServiceError> {
-        // Only errors are printed. Processes of a station are often killed, and iceoryx2 prints a
-        // page of warnings for each.
+        // iceoryx2 would print a page of warnings for each process of a station that was killed.
         set_log_level(LogLevel::Error);
         let base = self.base();
         let turn = presence::turn(&base);
@@ -164,15 +166,15 @@ impl Station {
         }
     }
 
-    /// Reserves the memory and frees it again at once for the files themselves. Meanwhile no other
-    /// end of the station can take it, because this end has the turn.
+    /// Checks that the memory is free: reserves it and frees it again. An end that has the turn
+    /// then opens its files before another end of the station can take the memory.
     pub(super) fn room_for(&self, needs: &[Need]) -> Result<(), ServiceError> {
         let sizes: Vec<u64> = needs.iter().map(|need| need.bytes()).collect();
         let reserved: Result<Reservation, _> = room::reserve(&self.prefix, &sizes);
         reserved.map(drop).map_err(|lack| self.lack(lack))
     }
 
-    /// Refuses a station that other processes have open but whose files this process does not find.
+    /// Refuses a station that processes have open but whose files this process does not find.
     fn check_files(&self, presence: &Presence) -> Result<(), ServiceError> {
         let are_in = |folder: &Path| !room::files(folder, &self.prefix).is_empty();
         let shared = Path::new(room::SHARED);
@@ -180,7 +182,7 @@ impl Station {
         if presence.open().is_empty() || is_there() {
             return Ok(());
         }
-        // The last member may have left between the two checks.
+        // The last member may have left between the two checks, so they are made again.
         let processes = presence.open();
         if processes.is_empty() || is_there() {
             return Ok(());
@@ -249,7 +251,8 @@ impl Joining<'_> {
         &self.node
     }
 
-    /// Allocates all pages of the station's files, then passes the turn to the next end.
+    /// Allocates all pages of the station's files, shows that the services are open, and gives the
+    /// turn back.
     pub(super) fn finish(self) -> Result<Member, ServiceError> {
         let Self {
             station,
@@ -273,7 +276,7 @@ impl Joining<'_> {
 }
 
 impl Member {
-    /// Clears what processes that died left in iceoryx2.
+    /// Removes what processes that died left in iceoryx2.
     pub(super) fn forget_dead(&self) {
         self.node.try_cleanup_dead_nodes();
     }

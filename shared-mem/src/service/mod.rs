@@ -1,9 +1,9 @@
-//! The iceoryx2 services and their ends. Only this module sets their names and quality of service.
+//! iceoryx2 services and their ends. Only this module sets their names and quality of service.
 //!
 //! A [`Station`] is the name under which the processes of one simulator meet. Stations that run at
 //! the same time, such as those of tests, do not see each other. One process, the controller, holds
-//! the [`Controller`] end. Up to [`MAX_HOSTS`] other processes, the hosts, each hold a [`Host`]
-//! end. Each may start first, die, and start again.
+//! the [`Controller`] end. Up to [`MAX_HOSTS`] other processes, the hosts, each hold a [`Host`] end
+//! or, as a recorder, a [`Tap`]. They may start in any order, die, and start again.
 
 mod ends;
 mod error;
@@ -31,17 +31,17 @@ pub use error::ServiceError;
 pub use folder::{owner, user_folder};
 pub use join::Claim;
 
-/// Largest number of hosts (displays, reports) that can watch one station at once.
+/// Largest number of hosts (displays, reports, recorders) that can watch one station at once.
 pub const MAX_HOSTS: usize = 8;
-/// Largest number of samples of one service that the controller may hold on loan: those lent to the
-/// tick (`SLOTS` in `handover.rs` of `rt-process`), and one more.
+/// Largest number of samples of one service that the controller may hold on loan: one more than it
+/// lends to the tick (`SLOTS` in `handover.rs` of `rt-process`).
 pub const MAX_LOANS: usize = 6;
 /// Version of the messages. It is part of every service's name.
 const VERSION: &str = "v3";
-/// Number of events that a host can fall behind. If it falls behind further, it loses events, and
-/// `sequence` has a gap.
+/// Number of events by which a host can fall behind. A host that falls behind further loses events
+/// and sees a gap in `sequence`.
 const EVENT_BUFFER: usize = 1024;
-/// Number of timing batches that a host can fall behind: about 16 s at 1 kHz.
+/// Number of timing batches by which a host can fall behind: about 16 s at 1 kHz.
 const TIMING_BUFFER: usize = 256;
 
 /// A station: the name under which its processes meet.
@@ -49,9 +49,9 @@ const TIMING_BUFFER: usize = 256;
 pub struct Station {
     name: String,
     config: Config,
-    /// Beginning of the names of the station's iceoryx2 files. It contains the user's number,
-    /// because one user cannot open the files of another. It ends in a dot, which no station's name
-    /// has, so that it never fits the files of a longer name.
+    /// Beginning of the names of the station's iceoryx2 files. It contains the uid, because one
+    /// user cannot open the files of another. It ends in a dot, which no station's name contains,
+    /// so that it matches no file of a station with a longer name.
     prefix: String,
     root: PathBuf,
 }
@@ -60,7 +60,8 @@ impl Station {
     /// The station with this name.
     ///
     /// # Errors
-    /// When the name is not 1 to 40 plain characters, or the user's folder cannot be used.
+    /// [`ServiceError::StationName`] unless the name is 1 to 40 characters of a-z, A-Z, 0-9, `-`
+    /// and `_`; [`ServiceError::Folder`] if the user's folder cannot be used.
     pub fn new(name: &str) -> Result<Self, ServiceError> {
         Self::check_name(name)?;
         let unusable = || ServiceError::StationName(name.to_owned());
@@ -74,7 +75,7 @@ impl Station {
             problem: "its name is too long, or not plain".to_owned(),
         })?;
         config.global.set_root_path(&path);
-        // Each process that joins clears what dead processes left.
+        // Each process that joins removes what dead processes left in iceoryx2.
         config.global.node.cleanup_dead_nodes_on_creation = true;
         Ok(Self {
             name: name.to_owned(),
@@ -87,7 +88,7 @@ impl Station {
     /// Checks a station's name without using any file.
     ///
     /// # Errors
-    /// When it is not 1 to 40 plain characters.
+    /// [`ServiceError::StationName`] unless it is 1 to 40 characters of a-z, A-Z, 0-9, `-` and `_`.
     pub fn check_name(name: &str) -> Result<(), ServiceError> {
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         match !name.is_empty() && name.len() <= 40 && name.chars().all(plain) {
@@ -248,8 +249,7 @@ struct Quality {
     readers: usize,
 }
 
-/// For services of which only the newest message counts. A reader that joins gets that message at
-/// once.
+/// For services whose newest message alone counts. A reader that joins gets that message at once.
 const NEWEST: Quality = Quality {
     buffer: 2,
     history: 1,
@@ -266,8 +266,8 @@ const TIMING: Quality = Quality {
     readers: MAX_HOSTS,
 };
 
-/// For `inputs`: a recorder that gets no processor time for 8 s loses nothing. Only two readers may
-/// listen, because the controller locks the memory of each reader's buffer.
+/// For `inputs`: a recorder that gets no processor time for 8 s loses nothing at 1 kHz. Only two
+/// readers may listen, because the controller locks memory for each reader's buffer.
 const INPUTS: Quality = Quality {
     buffer: 128,
     history: 0,

@@ -1,5 +1,5 @@
-//! Members of a station, who show their presence by abstract Unix sockets. Such a socket needs no
-//! file that a clean-up could remove, and the kernel closes it when its process ends. A process in
+//! Members of a station. Each shows its presence by an abstract Unix socket, which needs no file
+//! that a clean-up could remove, and which the kernel closes when its process ends. A process in
 //! another network namespace does not see the socket. So each member also keeps a locked file in
 //! /dev/shm.
 
@@ -15,13 +15,13 @@ use rustix::io::Errno;
 
 use super::room;
 
-/// Longest wait for another end that joins or leaves. This takes the other end milliseconds, unless
+/// Longest wait for the turn. The end that has the turn joins or leaves within milliseconds, unless
 /// its process is stopped.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Largest number of numbered names that one process tries. Each of its ends takes one.
+/// Largest number of numbered names that one process tries. Each of its ends takes one name.
 const ENDS_MAX: u32 = 1000;
 
-/// A name that this process holds, as an abstract socket, until it ends or drops this value.
+/// A name that this process holds by an abstract socket, until it ends or drops this value.
 #[derive(Debug)]
 pub(super) struct Held {
     name: String,
@@ -69,14 +69,14 @@ fn table() -> Option<String> {
     Some(String::from_utf8_lossy(&table).into_owned())
 }
 
-/// Rows of the table that have an abstract name, each split into the columns before the name and
-/// the name. The last of these columns is the inode.
+/// Rows of the table that have an abstract name. Each is split into the name and the columns before
+/// the name, of which the last is the inode.
 fn rows(table: &str) -> impl Iterator<Item = (&str, &str)> {
     table.lines().filter_map(|line| line.split_once(" @"))
 }
 
-/// Waits for the turn to join or leave, which one process of a station has at a time. `None` if the
-/// wait is too long or abstract sockets do not work.
+/// Waits for the turn to join or leave. One end of a station has it at a time. `None` if the wait
+/// is longer than [`PATIENCE`] or abstract sockets do not work.
 pub(super) fn turn(base: &str) -> Option<Held> {
     let start = Instant::now();
     while start.elapsed() < PATIENCE {
@@ -89,7 +89,8 @@ pub(super) fn turn(base: &str) -> Option<Held> {
     None
 }
 
-/// A file in /dev/shm that stays locked while its process lives.
+/// A file in /dev/shm that shows an end's presence: it stays locked until its process ends or drops
+/// this value.
 #[derive(Debug)]
 struct Mark {
     path: PathBuf,
@@ -97,8 +98,8 @@ struct Mark {
 }
 
 impl Mark {
-    /// Makes the file. It is locked before it gets its name, so that nobody takes it for the file
-    /// of a dead process.
+    /// Makes the file. It is locked before it gets its name, so that no process takes it for the
+    /// file of a dead one.
     fn set(stem: &str) -> Option<Self> {
         let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
         let file = rustix::fs::open(room::SHARED, flags, Mode::RUSR | Mode::WUSR).ok()?;
@@ -120,16 +121,15 @@ impl Mark {
         None
     }
 
-    /// True if a living process holds this file, or if that cannot be excluded. False if the file
-    /// can be locked, is gone, or is a link.
+    /// True if a living process holds this file, or if opening or locking it fails for another
+    /// reason: a doubtful file is not swept. False if the file can be locked, is gone, or is a link.
     fn is_held(path: &Path) -> bool {
         let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let file = match rustix::fs::open(path, flags, Mode::empty()) {
             Ok(file) => file,
             Err(error) => return !matches!(error, Errno::NOENT | Errno::LOOP),
         };
-        let locked = rustix::fs::flock(&file, FlockOperation::NonBlockingLockShared);
-        locked == Err(Errno::WOULDBLOCK)
+        rustix::fs::flock(&file, FlockOperation::NonBlockingLockShared).is_err()
     }
 }
 
@@ -148,7 +148,7 @@ pub(super) struct Presence {
 }
 
 impl Presence {
-    /// Shows that this end is present. It has no service open yet.
+    /// Shows that this end is present, before it opens a service.
     pub(super) fn enter(base: &str) -> Self {
         Self {
             base: base.to_owned(),
@@ -157,7 +157,7 @@ impl Presence {
         }
     }
 
-    /// True if no other end is present. False also if this end has no name of its own or the
+    /// True if surely no other end is present. False also if this end has no name of its own or the
     /// kernel's table cannot be read.
     pub(super) fn is_alone(&self) -> bool {
         let own = self.here.as_ref().map(|it| &it.name);
@@ -174,7 +174,7 @@ impl Presence {
         all
     }
 
-    /// Removes the files of dead members. Only a member that is alone may call it.
+    /// Removes the presence files of dead members. Only a member that is alone may call it.
     pub(super) fn bury(&self) {
         for path in self.other_marks() {
             let _ = std::fs::remove_file(path);
@@ -200,7 +200,7 @@ impl Presence {
         processes
     }
 
-    /// Leaves the station. Runs `last` if no other end is present.
+    /// Leaves the station. Runs `last` if it gets the turn and no other end is present.
     pub(super) fn leave(&mut self, last: impl FnOnce()) {
         let turn = turn(&self.base);
         if turn.is_some() && self.is_alone() {

@@ -1,5 +1,5 @@
-//! Room in shared memory. If no page of /dev/shm is left, the first write to a new page ends the
-//! process (SIGBUS). So all pages are allocated before they are used.
+//! Free space in shared memory. If no page of /dev/shm is left, the first write to a new page ends
+//! the process (SIGBUS). So all pages are allocated before they are used.
 
 use std::fs::File;
 use std::os::unix::fs::MetadataExt as _;
@@ -11,21 +11,21 @@ use rustix::process::{Resource, getrlimit};
 
 use super::folder;
 
-/// The folder that Linux keeps POSIX shared memory in.
+/// Linux's folder for POSIX shared memory.
 pub(super) const SHARED: &str = "/dev/shm";
 
-/// Reason why no room could be reserved.
+/// Reason why memory could not be reserved.
 #[derive(Debug)]
 pub(super) enum Lack {
     /// Bytes that are needed, and bytes that are free.
     Room { need: u64, free: u64 },
-    /// Bytes of the largest file, and the limit of this process.
+    /// Bytes of the largest file, and this process's limit on the size of a file.
     FileSize { need: u64, limit: u64 },
     /// The folder's problem, with the remedy.
     Folder(String),
 }
 
-/// Room that is reserved until this value is dropped.
+/// Memory that is reserved until this value is dropped.
 #[derive(Debug)]
 pub(super) struct Reservation {
     _files: Vec<File>,
@@ -36,7 +36,7 @@ fn free() -> u64 {
     rustix::fs::statvfs(SHARED).map_or(0, |it| it.f_bavail.saturating_mul(it.f_frsize))
 }
 
-/// Reserves room for files of these sizes.
+/// Reserves memory for files of these sizes, bytes.
 pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Lack> {
     let largest = sizes.iter().copied().max().unwrap_or(0);
     if let Some(limit) = getrlimit(Resource::Fsize).current
@@ -49,8 +49,8 @@ pub(super) fn reserve(prefix: &str, sizes: &[u64]) -> Result<Reservation, Lack> 
     }
     let need: u64 = sizes.iter().sum();
     let mut files = Vec::new();
-    // Free bytes before anything is reserved. A file system that cannot reserve is judged by this
-    // figure.
+    // Free bytes before anything is reserved. If the file system cannot reserve, this number
+    // alone decides.
     let had = free();
     for (n, &size) in sizes.iter().enumerate() {
         let path = format!("{SHARED}/{prefix}room.{}.{n}", std::process::id());
@@ -110,7 +110,7 @@ pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
             continue;
         }
         let taken = rustix::fs::fallocate(&file, FallocateFlags::KEEP_SIZE, 0, meta.len());
-        // Other errors come from file systems that allocate a page only when it is used.
+        // Any other error means that the file system allocates a page only when it is used.
         if let Err(Errno::NOSPC | Errno::NOMEM | Errno::DQUOT) = taken {
             let need = meta.len();
             return Err(Lack::Room { need, free: free() });
@@ -119,7 +119,7 @@ pub(super) fn fill(prefix: &str) -> Result<(), Lack> {
     Ok(())
 }
 
-/// Removes everything whose name begins with `prefix` from shared memory and from iceoryx2's
+/// Removes everything with a name that begins with `prefix` from shared memory and from iceoryx2's
 /// folders below `root`.
 pub(super) fn sweep(root: &Path, prefix: &str) {
     for path in files(Path::new(SHARED), prefix) {

@@ -2,8 +2,8 @@
 //! in cyclictest's form.
 //!
 //! Usage: `calot-embassy-std -p80 -a1 -D10` sets priority, core and seconds. The program accepts
-//! and ignores cyclictest's other options. The driver's helper thread inherits the priority.
-//! Without a realtime priority the latency is far worse.
+//! and ignores cyclictest's other options. The driver's helper thread inherits the priority. A user
+//! without realtime rights cannot run the program.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -32,8 +32,8 @@ fn main() {
         }
     }
     become_realtime(priority, core);
-    // The open file keeps the processor from deep idle states until the end. Ordinary users may not
-    // open this file, and cyclictest then runs without it too.
+    // The open file keeps the processor from deep idle states until the end. If this user may not
+    // open the file, the program runs without it, as cyclictest does.
     let _awake = std::fs::File::options()
         .write(true)
         .open("/dev/cpu_dma_latency")

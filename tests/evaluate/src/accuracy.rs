@@ -39,7 +39,7 @@ pub(crate) struct Row {
     pub(crate) setting: String,
     /// Number of spheres or, for hexahedra, of nodes.
     pub(crate) spheres: usize,
-    /// Processor time of a tick, µs.
+    /// Median processor time of a tick, µs.
     pub(crate) us_per_tick: f64,
     /// Root mean square of the displacement error of the free spheres, mm; infinite if the method
     /// blew up.
@@ -48,11 +48,11 @@ pub(crate) struct Row {
     pub(crate) max_mm: f64,
     /// Error of the force or torque, %.
     pub(crate) force_error_pct: f64,
-    /// Error of the volume, % of the volume.
+    /// Error of the volume, % of the volume at rest.
     pub(crate) volume_error_pct: f64,
 }
 
-/// Options from the command line.
+/// Extent of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Ask {
     /// Cases. The methods are calibrated on the first case.
@@ -93,7 +93,7 @@ impl Ask {
 type Fits = BTreeMap<usize, [f32; 2]>;
 
 /// Runs all cases. Progress goes to standard error. `keep` gets the rows so far after each case, so
-/// that a run that is ended leaves what it measured.
+/// that an aborted run leaves its results.
 ///
 /// # Errors
 /// When the first case has no reference, or `keep` fails. The error gives the reason in words.
@@ -465,7 +465,7 @@ pub(crate) fn csv(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// The quick run has few cases, and few spheres, but runs every step of the evaluation.
+    /// The quick run has three cases without a ball, and few spheres.
     #[test]
     fn ours_is_nearest_to_the_reference() {
         let rows = run(&Ask::new(true), &mut |_| Ok(())).expect("a run");

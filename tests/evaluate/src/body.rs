@@ -1,5 +1,5 @@
-//! A soft body as the fast methods see it: sphere centres, tetrahedra between them, and their
-//! edges.
+//! A soft body for the fast methods: sphere centres, tetrahedra between them, and the edges of the
+//! tetrahedra; or cubes.
 
 use std::collections::BTreeSet;
 
@@ -32,7 +32,7 @@ impl Tissue {
         density_kg_m3: 1060.0,
     };
 
-    /// Viscosity over Young's modulus, s, as Calot gives it to all tissue.
+    /// Retardation time, s: Calot's usual viscosity over Young's modulus.
     pub(crate) fn retardation_s(&self) -> f64 {
         let typical = Self::typical();
         typical.retardation_s * typical.young_pa / self.young_pa
@@ -83,7 +83,7 @@ pub(crate) struct Edge {
     pub(crate) nodes: [usize; 2],
     /// Length at rest, m.
     pub(crate) length_m: f32,
-    /// Volume that the edge stands for if edges carry all tissue, m³.
+    /// Volume that the edge stands for if the edges share the whole volume, m³.
     pub volume_m3: f32,
 }
 
@@ -92,7 +92,7 @@ pub(crate) struct Edge {
 pub(crate) struct Body {
     /// Sphere centres, m.
     pub(crate) rest_m: Vec<V3>,
-    /// Radius of each sphere within the organ's skin, m; 0 for nodes of cubes.
+    /// Radius of each sphere, m; 0 for nodes of cubes.
     pub(crate) radius_m: Vec<f32>,
     /// Mass of each sphere, kg.
     pub(crate) mass_kg: Vec<f32>,
@@ -100,23 +100,23 @@ pub(crate) struct Body {
     pub(crate) tets: Vec<Tet>,
     /// Edges in the order in which they are solved.
     pub(crate) edges: Vec<Edge>,
-    /// Spheres that preparation holds.
+    /// True for each sphere that preparation holds. Empty for cubes.
     pub(crate) supported: Vec<bool>,
-    /// Springs of spheres that no tetrahedron joins. They are among the edges, too.
+    /// Springs of spheres that no tetrahedron joins. The springs are also among `edges`.
     pub(crate) springs: Vec<Link>,
-    /// Substeps in a tick, at least, as preparation found them.
+    /// Fewest substeps in a tick, as preparation found them.
     pub(crate) substeps: u32,
     /// Material.
     pub(crate) tissue: Tissue,
-    /// Cubes, for the method without spheres; otherwise empty.
+    /// Corners of each cube, for the method with cubes; otherwise empty.
     pub(crate) cells: Vec<[usize; 8]>,
     /// Edge of the cubes, m.
     pub(crate) cell_m: f32,
 }
 
 impl Body {
-    /// Hold on each sphere: that of preparation or, for cubes, that of the place. Nothing before
-    /// the scene's planes is held or led, because Calot cannot do it either.
+    /// Hold on each sphere or node. A sphere that preparation holds gets the hold of the nearest
+    /// plane. A node of cubes is held if it lies on a plane or beyond it.
     pub(crate) fn held(&self, scene: &Scene) -> Vec<Held> {
         let by_place = self.supported.is_empty();
         let place = |x: &V3| scene.held(&x.cast());
@@ -135,7 +135,8 @@ impl Body {
         }
     }
 
-    /// Fills a closed mesh with about `cells` cubes whose corners lie on the scene's planes.
+    /// Fills a closed mesh with about `cells` cubes. The scene's planes go through corners of
+    /// cubes.
     pub(crate) fn of_cubes(
         mesh: &scene_prepare::mesh::Mesh,
         scene: &Scene,
@@ -250,8 +251,8 @@ impl Body {
         (volume / self.rest_m.len().max(1) as f32).cbrt()
     }
 
-    /// Force of the material on each sphere under displacements, N: that of Calot's neo-Hookean
-    /// solid over the tetrahedra, and of its springs.
+    /// Force of the material on each sphere under displacements, N, by Calot's neo-Hookean solid in
+    /// the tetrahedra, and by the springs.
     pub(crate) fn pull_n(&self, u: &[V3]) -> Vec<V3> {
         let mu = STIFFNESS_SHARE * self.tissue.mu() as f32;
         let lambda = STIFFNESS_SHARE * self.tissue.lame() as f32 + mu;

@@ -51,7 +51,7 @@ impl Case {
             Self::new(Organ::Atlas, Kind::Sag),
             Self::new(Organ::Atlas, Kind::Pull),
         ];
-        // Tools have the radii of laparoscopic instruments' parts, and larger ones.
+        // The balls' diameters are those of laparoscopic instruments.
         let balls = [3, 5, 10].into_iter();
         all.extend(balls.flat_map(|mm| (0..3).map(move |site| liver(Kind::Press(mm, site)))));
         all

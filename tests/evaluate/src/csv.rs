@@ -1,5 +1,4 @@
-//! Reads the CSV files that this program writes: a header, commas, and quotes around texts that
-//! have commas.
+//! Reads CSV files with a header, commas, and quotes around texts that have commas.
 
 use std::path::Path;
 
@@ -21,7 +20,8 @@ impl Csv {
     ///
     /// # Errors
     ///
-    /// If the file cannot be read, or the number of cells differs between a line and the header.
+    /// If the file cannot be read or is empty, or the number of cells differs between a line and
+    /// the header.
     pub(crate) fn read(path: &Path) -> Result<Self, String> {
         let told = |what: &str| format!("{}: {what}", path.display());
         let text = std::fs::read_to_string(path).map_err(|e| told(&e.to_string()))?;

@@ -7,14 +7,17 @@ use scene_prepare::mesh::Mesh;
 
 type Point = Vector3<f64>;
 
-/// Wanted size of elements: a share of the contact's radius where a tool touches, more farther off.
+/// Wanted size of elements: a share of the contact's radius where a tool touches, larger elsewhere.
 pub(crate) struct Focus {
-    /// Lines on the surface along which the tool touches. The ends of a point are equal.
+    /// Lines on the surface along which the tool touches. For a contact at a point both ends are
+    /// equal.
     pub(crate) lines: Vec<[Point; 2]>,
-    /// Radius of the contact at the least depth, m. Nearer to the lines, elements keep their size.
+    /// Radius of the contact at the least depth, m. Within this distance of the lines, elements
+    /// have the smallest size.
     pub(crate) least_m: f64,
-    /// Radius of the contact at the greatest depth, m. Up to here elements grow with the distance
-    /// from the lines, so that at every depth they fit into the contact as often.
+    /// Radius of the contact at the greatest depth, m. Up to this distance from the lines the size
+    /// is proportional to the distance, so that at every depth the same number of elements fits
+    /// into the contact.
     pub(crate) most_m: f64,
     /// Size of an element as a share of the contact's radius.
     pub(crate) share: f64,
@@ -22,7 +25,7 @@ pub(crate) struct Focus {
     pub(crate) largest_m: f64,
 }
 
-/// Growth of elements per distance outside of the contact.
+/// Growth of the size per distance beyond the greatest contact.
 const GROWTH: f64 = 1.5;
 
 impl Focus {
@@ -45,8 +48,7 @@ impl Focus {
     }
 }
 
-/// Fills the free part of a closed surface, which lies above the plane up to which the body is
-/// held.
+/// Fills the part of a closed surface that lies above a plane. Below the plane the body is held.
 pub(crate) fn fill(
     surface: &Mesh,
     field: &Field,
@@ -62,8 +64,8 @@ pub(crate) fn fill(
     let Some(nearest) = Nearest::new(surface) else {
         return Ok(mesh);
     };
-    // Where the plane meets the surface, straight edges of elements cut off the rim. So the nodes
-    // of the plane's rim are moved out to the surface.
+    // Straight edges of elements cut off the rim where the plane meets the surface. So the nodes of
+    // this rim are moved out to the surface.
     let on_plane = |p: &Point| p[axis] < plane_m + ON_PLANE_M;
     let to_edge = |p: &Point| {
         let mut q = *p;

@@ -1,17 +1,17 @@
-//! `evaluate`: the measurements of the solvers, as charts. Not shipped.
+//! `evaluate`: measures solvers, contact, haptics and the drawn skin, as charts. Not shipped.
 //!
 //! ```text
 //! reference   scene × ever finer meshes → difference between the meshes
 //! accuracy    case × method × spheres → error against the reference, and time
 //! haptics     device × delay × hand × law → stiffest contact that stays still
-//! stability   case × method → survived or not, and the limit
+//! stability   case × method → largest value that the method survives
 //! collision   organ × size × way → time, and agreement with the exact answer
 //! force       case × contact law × spheres → force over depth against the reference
 //! surface     scene × hand × organ → faults of the drawn skin under tools
 //! solve-force the references of force that are missing
-//! calculix    two of them by CalculiX → forces side by side
+//! calculix    two references of force, by CalculiX → forces side by side
 //! hands       recorded hands of surgeons and novices → the metrics that tell them apart
-//! all         everything, as CSV, SVG and one offline page
+//! all         the first seven, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
 
@@ -64,10 +64,21 @@ struct Asked {
     /// the first case, on which settings are calibrated.
     #[arg(long, value_name = "TEXT")]
     case: Option<String>,
-    /// Runs `force` only for cases whose reference lies in DIR/reference or in the repository, from
+    /// Runs `force` only for cases whose reference lies in OUT/reference or in the repository, from
     /// any mesher. Nothing is solved.
     #[arg(long)]
     kept: bool,
+}
+
+/// Options of `solve-force`.
+#[derive(Args)]
+struct AskedSolve {
+    #[command(flatten)]
+    all: Asked,
+    /// Makes elements as large as the contact: a case then takes minutes. Its table says mesher 3.
+    /// References without torque are solved again.
+    #[arg(long, conflicts_with = "quick")]
+    large: bool,
 }
 
 #[derive(Subcommand)]
@@ -81,7 +92,7 @@ enum Command {
     /// Measures force and torque over depth under rigid tools, against finite elements.
     Force(Asked),
     /// Solves the references of `force` that are missing, and keeps them in OUT/reference.
-    SolveForce(Asked),
+    SolveForce(AskedSolve),
     /// Compares two references of `force` with CalculiX (`ccx`).
     Calculix(Asked),
     /// Measures time and agreement of the methods that find the spheres, vertices or faces that the
@@ -97,7 +108,8 @@ enum Command {
     /// The repository has no such recordings. Example: evaluate hands TRIALS --out DIR --leave-out
     /// Lung/N4/05
     Hands(hands::HandsArgs),
-    /// Measures everything. Real organs are read from the folder that CALOT_ANATOMY names.
+    /// Measures everything but `calculix` and `hands`. Real organs are read from the folder that
+    /// CALOT_ANATOMY names.
     All(Asked),
     /// Rewrites the tables of README.md in a folder from the CSV files beside it.
     Tables {
@@ -169,19 +181,53 @@ fn main() -> ExitCode {
 }
 
 fn perform(command: Command) -> Result<(), String> {
+    command.refuse_unused()?;
     match command {
         Command::Reference(asked) => run(&asked, &[Chart::Reference]),
         Command::Accuracy(asked) => run(&asked, &[Chart::Accuracy]),
         Command::Stability(asked) => run(&asked, &[Chart::Stability]),
         Command::Force(asked) => run(&asked, &[Chart::Force]),
         Command::Calculix(asked) => compare_with_calculix(&asked),
-        Command::SolveForce(asked) => force::solve(&asked.out, asked.quick, asked.only()),
+        Command::SolveForce(asked) => {
+            let meshes = match (asked.all.quick, asked.large) {
+                (true, _) => force::Meshes::Quick,
+                (false, true) => force::Meshes::Large,
+                (false, false) => force::Meshes::Fine,
+            };
+            force::solve(&asked.all.out, meshes, asked.all.only())
+        }
         Command::Collision(asked) => run(&asked, &[Chart::Collision]),
         Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
         Command::Surface(asked) => run(&asked, &[Chart::Surface]),
         Command::Hands(asked) => measure_hands(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
         Command::Tables { folder } => rewrite_tables(&folder),
+    }
+}
+
+impl Command {
+    /// Refuses an option that would have no effect.
+    fn refuse_unused(&self) -> Result<(), String> {
+        let (Self::Reference(asked)
+        | Self::Accuracy(asked)
+        | Self::Stability(asked)
+        | Self::Calculix(asked)
+        | Self::SolveForce(AskedSolve { all: asked, .. })
+        | Self::Collision(asked)
+        | Self::Haptics(asked)
+        | Self::Surface(asked)) = self
+        else {
+            return Ok(());
+        };
+        if asked.kept {
+            return Err("--kept has no effect here: it belongs to `force` and `all`".to_owned());
+        }
+        match self {
+            Self::Haptics(_) if asked.case.is_some() => {
+                Err("--case has no effect here: `haptics` measures all of its cases".to_owned())
+            }
+            _ => Ok(()),
+        }
     }
 }
 

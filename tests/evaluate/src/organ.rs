@@ -21,8 +21,8 @@ pub(crate) enum Organ {
     Atlas,
 }
 
-/// Environment variable with the folder of real organ meshes. Without its mesh, an organ is left
-/// out.
+/// Environment variable with the folder of real organ meshes. An organ whose mesh is not there is
+/// left out.
 pub(crate) const ANATOMY: &str = "CALOT_ANATOMY";
 
 impl Organ {
@@ -37,8 +37,8 @@ impl Organ {
 
     /// Surface of the organ.
     ///
-    /// # Errors
-    /// When this machine has no mesh of a real organ. The error gives the reason in words.
+    /// # Errors When this machine has no usable mesh of a real organ. The error gives the reason in
+    /// words.
     pub(crate) fn mesh(self) -> Result<Mesh, String> {
         match self {
             Self::Liver => Ok(skin(&liver, LIVER_BOUNDS.map(Point::from), 0.0035)),
@@ -58,7 +58,7 @@ impl Organ {
 
 const LIVER_BOUNDS: [[f64; 3]; 2] = [[-0.115, -0.080, -0.060], [0.120, 0.075, 0.055]];
 
-/// Distance to the liver: right lobe, left lobe, a bulge below and a fossa, smoothly joined.
+/// Signed distance to the liver: right lobe, left lobe, a bulge below and a fossa, smoothly joined.
 fn liver(p: &Point) -> f64 {
     let turned = Rotation3::from_axis_angle(&Vector3::z_axis(), -0.25);
     let at = |x, y, z| p - Point::new(x, y, z);
@@ -70,7 +70,7 @@ fn liver(p: &Point) -> f64 {
     -join(-whole, fossa, 0.012)
 }
 
-/// Distance to an ellipsoid around the origin, about (after Quilez).
+/// Approximate signed distance to an ellipsoid around the origin (after Quilez).
 fn ellipsoid(p: &Point, radii: [f64; 3]) -> f64 {
     let r = Point::from(radii);
     let (once, twice) = (p.component_div(&r), p.component_div(&r.component_mul(&r)));

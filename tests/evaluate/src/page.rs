@@ -85,7 +85,7 @@ pub(crate) fn accuracy_chart(rows: &[accuracy::Row]) -> Result<String, String> {
     panels::panels(&panels(rows, &scenes(rows)), 3)
 }
 
-/// The chart for the README: sag, pull and quarter turn of the liver.
+/// The chart for the README: sag, pull and quarter turn of the liver; `None` without these cases.
 ///
 /// # Errors
 /// The drawing library's message.
@@ -134,9 +134,8 @@ pub(crate) fn accuracy(rows: &[accuracy::Row], svg: &str) -> Result<Vec<Section>
             "<p>Every method loads an organ as a surgeon may load it. Right is slower, up is less accurate: <b>lower \
 left is better</b>. The error is the distance of each free sphere from its place by finite elements (quadratic \
 tetrahedra of the same neo-Hookean tissue, verified against closed forms, and for convergence as below). A line joins a method's sphere counts; a cross on the upper edge is a count at which it blew up.</p>\
-<p>All methods get the same spheres, tetrahedra, edges and masses. Spheres behind a hold, and up to one spacing \
-before it, follow the reference in every method, so that the tissue is measured and not the place of a hold between \
-spheres. Dimensionless stiffnesses (“k fitted”) are fitted on the \
+<p>All methods get the same spheres, tetrahedra, edges and masses. The spheres that Calot's preparation holds \
+follow the reference in every method, and no others are led. Dimensionless stiffnesses (“k fitted”) are fitted on the \
 first scene only, the sag, by the mean displacement, and kept in all others. All other settings follow from E, ν and \
 density; the share of E that Calot's tetrahedra get was fitted on that scene, once.</p><p>In the presses a rigid, frictionless ball goes into the top by its radius. Calot meets it \
 with its contact skin. Every other method moves the spheres, which fit into the skin, clear of the ball at the end of a \

@@ -13,8 +13,8 @@ use scene_prepare::{Prepared, Recipe, prepare};
 
 use crate::body::{Body, Edge, Tissue};
 
-/// Prepares a closed mesh with `count` spheres, whose tissue is held beyond planes, and its contact
-/// skin for tools.
+/// Prepares a closed mesh as a body of `count` spheres, and its contact skin. Tissue beyond
+/// `planes` is held.
 ///
 /// # Errors
 /// The reason in words.
@@ -107,7 +107,7 @@ fn skin(made: &Prepared) -> ContactSkin {
     }
 }
 
-/// A mesh in a file of its own, which goes with it.
+/// A mesh in a temporary file, which is removed on drop.
 struct MeshFile(PathBuf);
 
 impl MeshFile {
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
     use crate::organ::Organ;
 
-    /// Spheres are held where the plane says, those on the plane included, and no sphere is alone.
+    /// Exactly the spheres on the plane and beyond it are held, and every sphere has an edge.
     #[test]
     fn an_organ_is_held_as_calot_holds_it() {
         let mesh = Organ::Liver.mesh().expect("built in");

@@ -22,7 +22,7 @@ pub(crate) struct Row {
     /// Root mean square distance of the probes from their places on the finest mesh, mm; 0 on the
     /// finest.
     pub(crate) rms_mm: f64,
-    /// Largest such distance, mm.
+    /// Largest distance of a probe from its place on the finest mesh, mm.
     pub(crate) max_mm: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Loads on an organ, the same for the reference and for every method.
+//! Experiments on an organ: holds and loads, the same for the reference and for every method.
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use scene_prepare::held::Plane;
@@ -20,10 +20,10 @@ pub(crate) enum Held {
 /// Kind of experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// The organ hangs from one end under gravity. Dimensionless settings are calibrated on this
-    /// scene.
+    /// One end is fixed, the rest sags under gravity across the axis. Dimensionless settings are
+    /// calibrated on this scene.
     Sag,
-    /// One end is fixed, the other is grasped and moved by 30 mm.
+    /// One end is fixed, the other is moved by 30 mm, mostly across the axis.
     Pull,
     /// One end is fixed, the other is turned about the long axis by this angle, degrees.
     Twist(u16),
@@ -48,7 +48,8 @@ impl Kind {
         }
     }
 
-    /// End of the fixed part and beginning of the moved part, as shares of the length.
+    /// End of the fixed part and beginning of the moved part, as shares of the extent along the
+    /// axis.
     fn planes(self) -> [f64; 2] {
         match self {
             Self::Sag => [0.58, 1.0],
@@ -67,16 +68,17 @@ impl Kind {
     }
 }
 
-/// An experiment on one organ. Two planes lie across the axis; tissue beyond them is held.
+/// An experiment on one organ. One or two planes lie across the axis; tissue beyond them is held.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scene {
     /// Kind of experiment.
     pub(crate) kind: Kind,
     /// Index of the axis: the longest one or, for a press, the vertical.
     pub(crate) axis: usize,
-    /// Height along the axis up to which the organ is fixed, m.
+    /// Coordinate along the axis up to which the organ is fixed, m.
     pub(crate) fixed_below_m: f64,
-    /// Height along the axis from which the organ is moved, or at which it ends, m.
+    /// Coordinate along the axis from which the organ is moved or, without a moved end, at which
+    /// the organ ends, m.
     pub(crate) free_below_m: f64,
     /// The ball that presses, if any.
     pub(crate) press: Option<Press>,
@@ -95,7 +97,8 @@ pub(crate) struct Press {
 }
 
 impl Press {
-    /// Places the ball at the highest point of the organ above a place.
+    /// Places the ball on the highest point of the surface over a place, given in shares of length
+    /// and width.
     fn new(mesh: &Mesh, diameter_mm: u8, [x, y]: [f64; 2]) -> Self {
         let [min, max] = mesh.bounds();
         let place = min + (max - min).component_mul(&Point::new(x, y, 1.0));
@@ -131,7 +134,7 @@ impl Press {
 
 /// Two positions nearer than this along the axis are the same, m.
 const SAME_M: f64 = 1e-7;
-/// Likewise if they were rounded to single precision, m.
+/// [`SAME_M`] for positions that were rounded to single precision, m.
 const NEAR_M: f64 = 1e-6;
 
 impl Scene {
@@ -174,7 +177,7 @@ impl Scene {
         self.kind.moves() && p[self.axis] > self.free_below_m - SAME_M
     }
 
-    /// Hold on a position.
+    /// Hold on a rest position that was rounded to single precision.
     pub(crate) fn held(&self, p: &Point) -> Held {
         if p[self.axis] < self.fixed_below_m + NEAR_M {
             Held::Fixed
@@ -209,7 +212,7 @@ impl Scene {
         planes
     }
 
-    /// Displacement of a held position at a share of the load, m: zero at the fixed end.
+    /// Displacement of a rest position of the moved end at a share of the load, m.
     pub(crate) fn motion(&self, p: &Point, share: f64) -> Point {
         let mut along = Point::zeros();
         along[self.axis] = 1.0;
@@ -229,7 +232,7 @@ impl Scene {
         }
     }
 
-    /// Gravity, m/s².
+    /// Gravity, m/s²; zero except for a sag.
     pub(crate) fn gravity(&self) -> Point {
         let mut down = Point::zeros();
         if self.kind == Kind::Sag {
@@ -240,7 +243,7 @@ impl Scene {
 
     /// The scene's load, from the tissue's pull on every held point. Each item has true for the
     /// moved end, the rest position, the displacement and the force. The load is the force at the
-    /// fixed end (sag) or at the moved end (pull), N, or the torque (twist), N m.
+    /// fixed end (sag) or at the moved end (pull), N, or the torque about the axis (twist), N m.
     pub(crate) fn load(&self, pulls: impl Iterator<Item = (bool, Point, Point, Point)>) -> f64 {
         let mut total = Point::zeros();
         for (is_moved, x, u, force) in pulls {

@@ -31,8 +31,8 @@ pub(crate) struct Solved {
 }
 
 /// Fills a closed surface with elements. A layer of corners lies on each of the scene's two planes,
-/// with `layers` spaces between them. With a plane between two layers of corners, the hold would
-/// end half an element beside the plane, whatever the element size.
+/// with `layers` spaces between the planes. If a plane lay between two layers of corners, the hold
+/// would end beside the plane.
 fn mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -89,7 +89,7 @@ fn pressed_mesh(
 const CONTACT_LAYERS: f64 = 3.0;
 /// Radius of the least contact that is resolved, in radii of the ball.
 const LEAST_RADII: f64 = 0.7;
-/// Elements far from the ball, as a share of the organ's thickness.
+/// Size of elements far from the ball, as a share of the organ's smallest extent.
 const LARGEST: f64 = 0.15;
 
 /// Edge of the cells of the grid that has the distance to the surface, m.

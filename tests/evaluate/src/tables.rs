@@ -115,7 +115,7 @@ const OTHERS: [&str; 4] = [
     "corotational hexahedra (paper's FEM)",
 ];
 
-/// One row for each scene, at its count of spheres nearest to the paper's 581 for the liver.
+/// One row for each scene, at the sphere count nearest to the paper's 581 for the liver.
 fn accuracy(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "scene",
@@ -377,7 +377,7 @@ fn skinning(csv: &Csv) -> Table {
     table
 }
 
-/// Both packings at counts that are no multiple of 100, which are the paper's, and at 1000.
+/// Both packings at the paper's counts (no multiples of 100) and at 1000.
 fn packing(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "organ",

@@ -1,6 +1,6 @@
-//! A program that contains only the tick. Its panic handler calls a function that does not exist,
-//! and it has no allocator. If any path of the tick can panic or allocate, the program does not
-//! link.
+//! A program that contains only the scene's checks and the tick. Its panic handler calls a function
+//! that does not exist, and it has no allocator. If any path of the checks or the tick can panic or
+//! allocate, the program does not link.
 
 #![no_std]
 #![no_main]

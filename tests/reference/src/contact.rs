@@ -21,9 +21,9 @@ pub struct Tool<'a> {
     /// Parts of the tool. Each presses by itself; where two meet, as in the crotch of jaws, both
     /// press.
     pub bars: Vec<Bar>,
-    /// Direction from which the tool came. Whatever lies behind a bar in that direction counts as
-    /// inside it, so that a point which an iteration has pushed beyond a thin bar's axis is pushed
-    /// back the way it came. With `None` only the bars count.
+    /// Direction from which the tool came. A point behind a bar, within the bar's width, counts as
+    /// inside the bar and is pushed out sideways. With `None`, an iteration could push a point
+    /// through a thin bar and leave it behind the bar.
     pub behind: Option<Vec3>,
     /// Displacement of the tool at a share of the load from 0 to 1, world frame, m.
     pub shift_m: Box<dyn Fn(f64) -> Vec3 + 'a>,
@@ -112,7 +112,7 @@ pub(crate) struct Patch {
     nodes: [u32; 6],
     values: [f64; 6],
     area_m2: f64,
-    /// Multiplier: pressure of the last converged state, Pa.
+    /// Multiplier: pressure at the last augmentation, Pa.
     pressure_pa: f64,
 }
 
@@ -149,7 +149,7 @@ fn face_shape(b: [f64; 3]) -> [f64; 6] {
     ]
 }
 
-/// Area of a curved face at one of its points, per unit of the reference triangle's area, m².
+/// Area of a curved face, if the whole face were as it is at one of its points, m².
 fn area(x: &[Vec3; 6], b: [f64; 3]) -> f64 {
     // Derivatives by the first two barycentric coordinates.
     let slope = |k: usize| {

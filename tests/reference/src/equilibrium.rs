@@ -89,7 +89,7 @@ impl Solution {
 
 /// Largest unbalanced force that counts as equilibrium, as a share of the largest nodal force.
 const TOLERANCE: f64 = 1e-7;
-/// Likewise while the contact's pressures are still to be found.
+/// [`TOLERANCE`] while the contact's pressures are still to be found.
 const ROUGHLY: f64 = 1e-4;
 const MOST_ITERATIONS: usize = 25;
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
@@ -130,7 +130,7 @@ impl Problem<'_> {
     }
 
     /// Solves as [`solve`](Self::solve) does, except that it stops where steps of at least
-    /// `smallest_step` of the load find no equilibrium. It returns the solutions found before that,
+    /// `smallest_step` times the next stop find no equilibrium. Returns the solutions found so far,
     /// and the reason for stopping.
     ///
     /// # Errors
@@ -403,7 +403,8 @@ impl<'a, 'p> Solver<'a, 'p> {
         }
         state.iterations += 1;
         let (shift, rest) = (self.shift(share), &self.problem.mesh.nodes);
-        // After the last augmentation the remaining penetration is small.
+        // If contact has not settled after the last augmentation, the remaining penetration is
+        // small.
         for _ in 0..MOST_AUGMENTATIONS {
             if self.contact.is_none() {
                 break;
@@ -473,7 +474,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         })
     }
 
-    /// A nodal force below this counts as rounding error, N.
+    /// Tolerances refer to the largest elastic nodal force, or to this force if it is larger, N.
     fn smallest_force(&self) -> f64 {
         let volume: f64 = self
             .elements

@@ -12,10 +12,10 @@ use crate::FemError;
 /// Energy of a neo-Hookean material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Law {
-    /// Calot's, finite through inversion.
+    /// Calot's law, finite through inversion.
     Stable,
-    /// `W(F) = μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`, `J = det F`: the one that other programs
-    /// offer under the name neo-Hookean.
+    /// `W(F) = μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`, `J = det F`: the law that other programs
+    /// call neo-Hookean.
     Isochoric,
 }
 
@@ -74,8 +74,8 @@ impl Material {
         })
     }
 
-    /// The material with the other neo-Hookean energy, which splits off the change of volume, for
-    /// comparison with other programs: `μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`.
+    /// This material with the energy that other programs call neo-Hookean. The energy splits off
+    /// the change of volume: `μ/2 (J^(−2/3) F:F − 3) + K/2 (J − 1)²`.
     #[must_use]
     pub fn isochoric(self) -> Self {
         Self {
@@ -182,8 +182,8 @@ impl Material {
         (h + h.transpose()) * 0.5
     }
 
-    /// Closed form of a bar pulled along one axis to `stretch`: its lateral stretch, and its
-    /// nominal axial stress in Pa.
+    /// Closed form of a bar with Calot's law, pulled along one axis to `stretch`: its lateral
+    /// stretch, and its nominal axial stress in Pa.
     #[must_use]
     pub fn uniaxial(&self, stretch: f64) -> (f64, f64) {
         // The lateral stress is zero: μ + λ (s t² − γ) s = 0.

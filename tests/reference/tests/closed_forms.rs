@@ -1,5 +1,4 @@
-//! The finite elements against closed forms and independent integration. Every tolerance is stated
-//! where it is used.
+//! The finite elements against closed forms and independent integration.
 
 use fem_reference::{Hold, Material, Mesh, Problem, Solution, Vec3, block, lattice, shell_octant};
 
@@ -22,8 +21,8 @@ fn unloaded<'a>(mesh: &'a Mesh, material: Material, holds: Vec<Hold<'a>>) -> Pro
     }
 }
 
-/// Patch test: an irregular mesh whose surface is moved by a large affine map follows the map
-/// exactly.
+/// Patch test: if a large affine map moves the surface of an irregular mesh, the inner nodes follow
+/// the map.
 #[test]
 fn an_affine_map_is_exact() {
     let box_m = Vec3::repeat(0.02);
@@ -93,8 +92,8 @@ fn a_bar_follows_its_closed_form_at_large_stretch() {
     }
 }
 
-/// Timoshenko's cantilever under its own weight. The clamped root's stiffness and the beam's finite
-/// slenderness leave a difference of about 1 %.
+/// Timoshenko's cantilever under its own weight. The clamped root and the beam's finite slenderness
+/// leave a difference below 1 %.
 #[test]
 fn a_cantilever_sags_as_a_beam() {
     let (length, side, gravity) = (0.4, 0.02, 1e-3);
@@ -137,7 +136,8 @@ fn inflated(around: usize, through: usize, inner: f64, outer: f64, growth: f64) 
             axis,
         ));
     }
-    // The inner side's hold comes last, so that it wins at nodes that also lie on a plane.
+    // The inner side's hold comes last, because the last hold counts at nodes that also lie on a
+    // plane.
     holds.rotate_left(1);
     let done = solve(&unloaded(&mesh, tissue(0.45), holds));
     let skin = mesh.nodes_where(|p| p.norm() > outer * (1.0 - 1e-6));
@@ -176,7 +176,8 @@ fn a_thick_sphere_inflates_far_as_the_radial_equation_says() {
     let (a, b, growth) = (0.01, 0.02, 0.6);
     let m = tissue(0.45);
     let (mu, lambda, gamma) = (m.mu_pa(), m.lambda_pa(), m.gamma());
-    // A state has r, the nominal radial stress, and the energy. dP/dR = −2 (P − T)/R.
+    // A state has r, the nominal radial stress P, and the energy. dP/dR = −2 (P − T)/R, where T is
+    // the nominal tangential stress.
     let rate = |radius: f64, [r, p, _]: [f64; 3]| {
         let hoop = r / radius;
         let radial = (p + lambda * gamma * hoop * hoop) / (mu + lambda * hoop.powi(4));

@@ -1,11 +1,11 @@
-//! A rigid ball on an elastic half space.
+//! A rigid ball and a rigid bar on elastic blocks.
 
 use fem_reference::{Bar, Hold, Material, Mesh, Problem, Solution, Tool, Vec3, block};
 
 const RADIUS_M: f64 = 0.01;
 
-/// A quarter of a block, with cells finer by `e^grading` where the ball touches, at its upper
-/// corner (the origin).
+/// A quarter of a block. The ball touches its upper corner, the origin, where cells are smaller by
+/// `e^grading` than at the far sides.
 fn quarter(size_m: f64, cells: usize, grading: f64) -> Mesh {
     let grade = |s: f64| size_m * (grading * s).exp_m1() / grading.exp_m1();
     block(Vec3::zeros(), Vec3::repeat(1.0), [cells; 3])
@@ -64,7 +64,7 @@ fn a_shallow_dent_approaches_hertz() {
     assert!((exponent - 1.5).abs() < 0.05, "{exponent}");
 }
 
-/// The force on the tool equals the force on the base, and nothing goes through the ball.
+/// The force on the tool equals the force on the base, and no node lies deep inside the ball.
 #[test]
 fn a_deep_dent_balances_and_does_not_penetrate() {
     let mesh = quarter(0.03, 6, 2.0);

@@ -1,6 +1,6 @@
 //! Programs of other people open a session: Foxglove's reader, the official MCAP reader with
-//! protobuf, pandas, DuckDB and Rerun, from their registries. The code of the page about sessions
-//! runs as it stands there.
+//! protobuf, pandas, DuckDB and Rerun, from their registries; R and GNU Octave, where they are
+//! installed. The code of the page about sessions runs as it stands there.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -141,6 +141,22 @@ fn blocks(document: &str, language: &str) -> Vec<String> {
     code.map(|(code, _)| code.to_owned()).collect()
 }
 
+/// Runs the page's only block of a language. `None` if its interpreter is not installed.
+fn interpreted(page: &str, language: &str, call: &[&str; 2], folder: &Path) -> Option<String> {
+    let [code] = &blocks(page, language)[..] else {
+        panic!("one block of {language}");
+    };
+    let mut command = Command::new(call[0]);
+    command.args([call[1], code]).current_dir(folder);
+    match command.output() {
+        Ok(output) => Some(succeeded(&output)),
+        Err(_) => {
+            println!("skipped: {} is not installed", call[0]);
+            None
+        }
+    }
+}
+
 #[test]
 fn a_session_opens_in_the_programs_of_others() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -179,6 +195,12 @@ fn a_session_opens_in_the_programs_of_others() {
             assert!(channels.contains(channel), "{channel}: {channels}");
         }
     }
+    let page = root().join("display-host/session/README.md");
+    let page = std::fs::read_to_string(page).expect("the page");
+    let greatest = [
+        interpreted(&page, "r", &["Rscript", "-e"], folder.path()),
+        interpreted(&page, "octave", &["octave-cli", "--eval"], folder.path()),
+    ];
     let Some(python) = python() else { return };
     let mut checks = Command::new(&python);
     checks.args(["-c", CHECKS]).arg(&session).arg(&tables);
@@ -191,15 +213,17 @@ fn a_session_opens_in_the_programs_of_others() {
     );
     assert!(told.contains("all checks passed"), "{told}");
 
-    let page = root().join("display-host/session/README.md");
-    let page = std::fs::read_to_string(page).expect("the page");
     let code = blocks(&page, "python");
     assert_eq!(code.len(), 2, "blocks of Python on the page");
-    for code in code {
+    let told = code.iter().map(|code| {
         let mut command = Command::new(&python);
-        command.args(["-c", &code]).current_dir(folder.path());
-        let told = succeeded(&command.output().expect("it runs"));
-        assert!(!told.is_empty());
+        command.args(["-c", code]).current_dir(folder.path());
+        succeeded(&command.output().expect("it runs"))
+    });
+    let told: Vec<String> = told.collect();
+    assert!(!told[1].is_empty());
+    for greatest in greatest.into_iter().flatten() {
+        assert!(told[0].contains(greatest.trim()), "{greatest}: {told:?}");
     }
     let [query] = &blocks(&page, "sql")[..] else {
         panic!("one query");

@@ -10,7 +10,7 @@ use bytemuck::Zeroable as _;
 use hardware::igtlink::wire::{self, HEADER_BYTES, Header, Version};
 use rustix::process::Signal;
 use serde_json::Value;
-use shared_mem::message::ToolFrame;
+use shared_mem::message::{StateFrame, ToolFrame};
 use shared_mem::service::{Host, Station};
 use system_tests::{calot, finish, said, signal, station_name, wait_until};
 
@@ -88,8 +88,8 @@ impl Reader {
     }
 }
 
-/// Starts the program; returns it and its address.
-fn serve(name: &str, errors: &Path) -> (Emulated, String) {
+/// Starts the program with additional arguments; returns it and its address.
+fn serve(name: &str, errors: &Path, more: &[&str]) -> (Emulated, String) {
     let mut server = calot()
         .args([
             "igtlink",
@@ -99,6 +99,7 @@ fn serve(name: &str, errors: &Path) -> (Emulated, String) {
             "127.0.0.1:0",
             "--json",
         ])
+        .args(more)
         .stdout(Stdio::piped())
         .stderr(std::fs::File::create(errors).expect("a file"))
         .spawn()
@@ -123,12 +124,13 @@ fn other_programs_are_told_what_a_station_does_until_it_ends() {
     wait_until("it runs", || {
         host.newest_tools(&mut tools) && tools.tick > 500
     });
-    let (_server, address) = serve(&name, &errors);
+    let (_server, address) = serve(&name, &errors, &[]);
     let mut reader = Reader::connect(&address);
     reader.until_status(1);
     poses_are_right(&mut reader, &host, &mut tools);
     requests_are_answered(&mut reader);
     a_foreign_client_reads(&address);
+    surfaces_are_sent(&name, &host, &folder.path().join("surfaces"));
 
     signal(run.0.id(), Signal::INT);
     run.0.wait().expect("it ends");
@@ -174,6 +176,54 @@ fn poses_are_right(reader: &mut Reader, host: &Host, tools: &mut ToolFrame) {
     let force = reader.find("SENSOR", "Force");
     assert_eq!(force.content[2..10], 0x02C4_0000_0000_0000u64.to_be_bytes());
     assert_eq!((force.content[0], force.content.len()), (3, 34));
+}
+
+/// A round of surfaces has each organ once, all of one moment, at the places of its spheres.
+fn surfaces_are_sent(name: &str, host: &Host, errors: &Path) {
+    let (_server, address) = serve(name, errors, &["--surfaces", "5"]);
+    let mut reader = Reader::connect(&address);
+    let first = reader.find("POLYDATA", "liver");
+    let next = reader.find("POLYDATA", "liver");
+    assert!(next.stamp > first.stamp, "surfaces go on");
+    let gallbladder = reader.find("POLYDATA", "gallbladder");
+    assert_eq!(gallbladder.stamp, next.stamp, "a round shows one moment");
+    let word = |at: usize| {
+        let four = first.content[at..at + 4].try_into().expect("four");
+        u32::from_be_bytes(four) as usize
+    };
+    let (points, triangles) = (word(0), word(20));
+    assert!(points > 500 && triangles > 1000, "{points}, {triangles}");
+    assert_eq!(first.content.len(), 40 + 12 * points + 16 * triangles);
+    for triangle in 0..triangles {
+        let at = 40 + 12 * points + 16 * triangle;
+        assert_eq!(word(at), 3);
+        assert!((1..4).all(|corner| word(at + 4 * corner) < points));
+    }
+    let mut state: Box<StateFrame> = bytemuck::zeroed_box();
+    wait_until("a state", || host.newest_state(&mut state));
+    let spheres = state.spheres().expect("they fit");
+    let points_mm: Vec<f32> = first.content[40..40 + 12 * points]
+        .chunks_exact(4)
+        .map(|it| f32::from_be_bytes(it.try_into().expect("four")))
+        .collect();
+    // R-A-S, mm: the liver's spheres lie within its surface's bounds, 20 mm wider for the motion.
+    let bounds = |axis: usize| {
+        let along = || points_mm.iter().skip(axis).step_by(3).copied();
+        let [low, high] = [
+            along().fold(f32::MAX, f32::min),
+            along().fold(f32::MIN, f32::max),
+        ];
+        low - 20.0..high + 20.0
+    };
+    let [left, head, front] = spheres[0].center_m;
+    for (axis, at_m) in [-left, front, head].into_iter().enumerate() {
+        assert!(
+            bounds(axis).contains(&(at_m * 1e3)),
+            "axis {axis}: {at_m} m"
+        );
+    }
+    reader.ask("GET_POLYDATA", b"");
+    reader.find("POLYDATA", "liver");
 }
 
 fn requests_are_answered(reader: &mut Reader) {

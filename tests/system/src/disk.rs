@@ -27,7 +27,7 @@ pub struct Manner {
     pub delay: Duration,
     /// Size of a file beyond which writes fail, bytes, and the kernel's error number.
     pub error_after: Option<(u64, i32)>,
-    /// The kernel's error number with which making a file durable fails.
+    /// The kernel's error number with which `fsync` fails.
     pub sync_error: Option<i32>,
 }
 

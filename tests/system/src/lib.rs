@@ -1,4 +1,5 @@
-//! Fixtures shared by the system tests: the real program, its stations and its pictures.
+//! Fixtures shared by the system tests: the real program, its JSON, a virtual screen, and a disk
+//! that fails.
 
 pub mod disk;
 pub mod documents;
@@ -40,8 +41,8 @@ fn built() -> PathBuf {
     folder.expect("target/PROFILE/deps/test").to_owned()
 }
 
-/// Waits until no other large test runs. Holding the guard keeps other large tests waiting; small
-/// ones may still run.
+/// Waits until no other large test of this test program runs. While the guard is held, other large
+/// tests wait; small ones may still run.
 pub fn turn() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
@@ -93,15 +94,15 @@ pub fn station_name(test: &str) -> String {
 ///
 /// # Panics
 ///
-/// If it does not end in time; the command is then killed, and its output is shown. If it was asked
-/// for JSON and its output does not follow the schemas.
+/// If the command does not end within [`PATIENCE`]; then it is killed, and its output is shown.
+/// Also if it was asked for JSON and its output does not follow the schemas.
 #[track_caller]
 pub fn finish(command: &mut Command) -> Output {
     Program::start(command).finish()
 }
 
-/// Largest number of page faults that the kernel may cause in locked memory by moving pages to form
-/// larger free blocks.
+/// Page faults that a test tolerates: 16 if the kernel may move locked pages to form larger free
+/// blocks, else 0.
 #[must_use]
 pub fn moved_pages_max() -> u64 {
     let allowed = std::fs::read_to_string("/proc/sys/vm/compact_unevictable_allowed");
@@ -137,7 +138,7 @@ pub fn summary(folder: &Path) -> serde_json::Value {
 ///
 /// # Panics
 ///
-/// If it does not do so in time.
+/// If it does not do so within [`PATIENCE`].
 #[track_caller]
 pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let start = Instant::now();
@@ -172,8 +173,8 @@ pub fn signal(pid: u32, signal: rustix::process::Signal) {
     }
 }
 
-/// Folder of the real anatomy, which is not part of the repository: `CALOT_ANATOMY`, or
-/// `../shared/anatomy` next to the checkout. `None` if neither exists.
+/// Folder of the real anatomy, which is not part of the repository: `CALOT_ANATOMY` if it is set,
+/// else `shared/anatomy` beside the checkout. `None` if that folder has no `hra-female`.
 #[must_use]
 pub fn anatomy() -> Option<PathBuf> {
     let named = std::env::var_os("CALOT_ANATOMY").map(PathBuf::from);
@@ -183,8 +184,9 @@ pub fn anatomy() -> Option<PathBuf> {
         .filter(|folder| folder.join("hra-female").is_dir())
 }
 
-/// True if this user may use realtime scheduling.
+/// True for root, and for a user whose limits permit realtime scheduling.
 #[must_use]
 pub fn may_be_realtime() -> bool {
-    rustix::process::getuid().is_root()
+    use rustix::process::{Resource, getrlimit, getuid};
+    getuid().is_root() || getrlimit(Resource::Rtprio).current != Some(0)
 }

@@ -55,8 +55,8 @@ impl Program {
     ///
     /// # Panics
     ///
-    /// If it does not end in time. If it was asked for JSON and its output does not follow the
-    /// schemas.
+    /// If it does not end within [`PATIENCE`](crate::PATIENCE), or if it was asked for JSON and its
+    /// output does not follow the schemas.
     #[must_use]
     #[track_caller]
     pub fn finish(mut self) -> Output {

@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 
 use crate::{Program, wait_until};
 
-/// A virtual screen that ends with its owner.
+/// A virtual screen. It is killed on drop.
 pub struct VirtualScreen {
     server: Child,
     /// Value for `DISPLAY`.
@@ -24,7 +24,7 @@ impl VirtualScreen {
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1300x900x24"])
             // Each xdotool is a client. Without this option the server resets when its last client
-            // leaves, and rejects a client that connects meanwhile.
+            // leaves, and rejects a client that connects during the reset.
             .arg("-noreset")
             .args(["-nolisten", "tcp", "-fbdir"])
             .arg(folder)
@@ -55,7 +55,7 @@ impl VirtualScreen {
         )
     }
 
-    /// Visible windows with their titles.
+    /// Ids and titles of Calot's visible windows.
     #[must_use]
     pub fn windows(&self) -> Vec<(String, String)> {
         let ids = self.tool(&["search", "--onlyvisible", "--name", "^Calot: "]);

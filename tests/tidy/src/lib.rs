@@ -1,6 +1,6 @@
 //! Reads the checkout's tracked files for the tests of this package.
 //!
-//! Each test fails with one line per finding: `file:line: finding; remedy`.
+//! Each test fails with one line per finding, most of the form `file:line: finding; remedy`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! Documents keep to their lengths, their links lead somewhere, their commands parse, and the
+//! Documents keep to their lengths, their links and paths exist, their commands parse, and the
 //! README's headline figures are those of the tables.
 
 use std::collections::BTreeMap;
@@ -282,8 +282,7 @@ fn plain(path: &Path) -> PathBuf {
 /// A command that a document shows.
 struct Shown {
     text: String,
-    /// True in a block of code, whose values are real. In running text, values may stand for
-    /// others.
+    /// True in a block of code, whose values are real. In running text, values may be placeholders.
     block: bool,
 }
 
@@ -316,7 +315,7 @@ fn push(found: &mut Vec<(usize, Shown)>, at: usize, text: &str, block: bool) {
     }
 }
 
-/// Answers of programs to `--help`. Each program is asked once.
+/// Answers of `calot` to `--help`. Each command is asked once.
 #[derive(Default)]
 struct Known {
     asked: BTreeMap<Vec<String>, Result<String, String>>,
@@ -332,8 +331,8 @@ impl Known {
         }
     }
 
-    /// `calot` parses the command's own words, followed by `--help`, so that the command does
-    /// nothing.
+    /// In a block, `calot` parses the words with `--help` added, so that the command does nothing.
+    /// In running text, commands and flags are looked up in the help.
     fn calot(&mut self, words: &[String], block: bool) -> Result<(), String> {
         if block {
             let end = words.iter().position(|w| w == "--").unwrap_or(words.len());
@@ -477,7 +476,7 @@ fn is_subcommand(help: &str, word: &str) -> bool {
         .any(|line| line.split_whitespace().next() == Some(word))
 }
 
-/// Words as a shell splits them, without `>` and the file after it.
+/// Words as a shell splits them, without the first `>` and the file after it.
 fn words(text: &str) -> Vec<String> {
     let (mut found, mut quoted, mut word) = (Vec::new(), false, String::new());
     for c in text.chars() {

@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use tidy::{Tracked, report, tracked};
 
-/// A package or a room, and all that it may depend on.
+/// A package and the packages that it may depend on; or a room and the rooms that it may use
+/// besides [`BASE`].
 struct Layer {
     name: &'static str,
     below: &'static [&'static str],
-    /// Additional packages that only its tests, examples and benches may use.
+    /// More packages, for the package's tests, examples and benches only.
     in_tests: &'static [&'static str],
 }
 
@@ -29,7 +30,7 @@ const fn tested(
     }
 }
 
-/// The workspace's packages from the bottom up. A row names packages of rows above it only.
+/// The workspace's packages, lowest first. A row may name only packages of earlier rows.
 const PACKAGES: &[Layer] = &[
     layer("rt-core", &[]),
     layer("shared-mem", &[]),
@@ -97,12 +98,12 @@ const PACKAGES: &[Layer] = &[
     ),
 ];
 
-/// Rooms at the bottom of `rt-core`. Every room may use them; they may use each other.
+/// Lowest rooms of `rt-core`. Every room may use them, and they may use each other.
 const BASE: &[&str] = &[
     "capacity", "fault", "hash", "math", "port", "time", "tool", "words",
 ];
 
-/// The other rooms of `rt-core` from the bottom up. A row names rooms of rows above it only.
+/// The other rooms of `rt-core`, lowest first. A row may name only rooms of earlier rows.
 const ROOMS: &[Layer] = &[
     layer("scene", &[]),
     layer("tissue", &["scene"]),
@@ -137,15 +138,16 @@ const ROOMS: &[Layer] = &[
 ];
 
 #[test]
-fn layers_name_only_what_lies_above_them_in_the_table() {
+fn layers_name_only_earlier_rows() {
     let mut findings = Vec::new();
     for (table, base) in [(PACKAGES, &[][..]), (ROOMS, BASE)] {
         for (row, layer) in table.iter().enumerate() {
             for below in layer.below.iter().chain(layer.in_tests) {
                 if !table[..row].iter().any(|it| it.name == *below) {
                     findings.push(format!(
-                        "tests/tidy/tests/layers.rs: '{}' names '{below}', which is not above it; \
-                         move the definition that both need into a lower layer",
+                        "tests/tidy/tests/layers.rs: '{}' names '{below}', which has no earlier row; \
+                         put its row earlier, or move the definition that both need into an \
+                         earlier layer",
                         layer.name
                     ));
                 }
@@ -335,7 +337,8 @@ struct Import {
     line: usize,
 }
 
-/// Files of a package's library or program, and their imports of each other.
+/// Modules of a package that have a file, and their imports of each other. The crate's root, test
+/// modules, and imports between a module and its ancestors are left out.
 struct Files {
     /// Paths by module.
     paths: BTreeMap<String, String>,
@@ -369,7 +372,8 @@ impl Files {
                 if imports.iter().any(is_same) {
                     continue;
                 }
-                // A parent names its children, and a child may use its parent.
+                // Imports between a module and its ancestor do not count: both directions are
+                // normal.
                 let is_kin = |a: &str, b: &str| a == b || a.starts_with(&format!("{b}::"));
                 if !is_kin(&to, module) && !is_kin(module, &to) {
                     let from = module.clone();
@@ -380,7 +384,7 @@ impl Files {
         Self { paths, imports }
     }
 
-    /// Sets of files each of which reaches every other of its set.
+    /// Sets of modules in which every module imports every other, directly or through others.
     fn cycles(&self) -> Vec<BTreeSet<String>> {
         let mut next: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
         for import in &self.imports {
@@ -416,7 +420,7 @@ impl Files {
     }
 }
 
-/// A file's text up to its module of tests.
+/// A file's text up to a module of tests that it contains.
 fn without_tests(text: &str) -> &str {
     let mut start = 0;
     while let Some(at) = text[start..].find("#[cfg(test)]") {
@@ -432,7 +436,7 @@ fn without_tests(text: &str) -> &str {
     text
 }
 
-/// Every path that a file's `use` items import from its own package, with the item's line.
+/// Every path that a file's `use` items import from its own crate, with the item's line.
 fn uses(text: &str) -> Vec<(usize, String)> {
     let mut found = Vec::new();
     let mut line = 0;
@@ -497,7 +501,8 @@ fn leaves(base: &str, tree: &str, found: &mut Vec<String>) {
     leaves(&base, &inside[start..], found);
 }
 
-/// A path from the crate's root, given the module in which it stands.
+/// Parts, from the crate's root, of a path that `module` imports. `None` if the path does not begin
+/// with `crate`, `self` or `super`, or climbs above the root.
 fn absolute(module: &str, path: &str) -> Option<Vec<String>> {
     let parts: Vec<&str> = path.split("::").collect();
     let mut here: Vec<&str> = module.split("::").collect();

@@ -43,7 +43,7 @@ fn every_message_is_triggered_by_a_test() {
     };
     let mut findings = Vec::new();
     let mut known = BTreeSet::new();
-    // A message with very few characters of its own only joins others, and is not checked.
+    // A message with little text of its own only joins other messages, and is not checked.
     let says =
         |it: &Message| it.hands_on || it.fragments.iter().any(|text| text.trim().len() >= WORDS);
     for message in files.iter().flat_map(messages).filter(says) {
@@ -99,7 +99,7 @@ fn test_code(file: &Tracked) -> Option<&str> {
     if path.starts_with("tests/tidy") {
         return None;
     }
-    // `evaluate` is a program that measures, with words of its own.
+    // `evaluate` is a program and no test, so its texts do not count.
     let is_program = path.starts_with("tests/evaluate/src/");
     let is_in_tests = path.contains("/tests/") || path.starts_with("tests/");
     let is_test = (is_in_tests && !is_program) || path.ends_with("tests.rs");

@@ -1,11 +1,11 @@
-//! Comments fit 100 columns, documentation opens with its subject, and words that the vocabulary
-//! replaced stay away. `rt-core`'s crate documentation is the vocabulary.
+//! Comments fit 100 columns, documentation opens with its subject, and `rt-core` has no words that
+//! its vocabulary replaced. The vocabulary is in `rt-core`'s crate documentation.
 
 use tidy::{report, tracked};
 
 const COLUMNS: usize = 100;
 
-/// Openings of documentation that ask a question instead of naming a subject.
+/// Openings of documentation that name no subject.
 const OPENINGS: &[&str] = &[
     "What", "Where", "Whether", "How", "Which", "Who", "The same",
 ];
@@ -110,7 +110,7 @@ fn openings(text: &str) -> Vec<(usize, &str)> {
     found
 }
 
-/// Opening that asks a question, if a text has one.
+/// Opening of a text, if it is one of [`OPENINGS`].
 fn question(text: &str) -> Option<&'static str> {
     let is_opening = |it: &&&str| {
         let rest = text.strip_prefix(**it);

@@ -41,8 +41,8 @@ Exit: 0 done, 1 something failed, 2 bad usage.";
 fn main() -> ExitCode {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
     // `cargo xtask test` makes cargo start test programs and the compiler through copies of this
-    // program. Look for a test program first, because it also sees the variable that marks a
-    // compilation.
+    // program. Look for a test program first, because the variable that marks a compilation is set
+    // then, too.
     if let Some(timed) = timings::run(&words) {
         return timed;
     }

@@ -115,7 +115,8 @@ fn apt(prefix: &[&str], args: &[&str]) -> Result<(), String> {
     }
 }
 
-/// Command by which this user installs packages without a password; `None` if there is none.
+/// Words before `apt-get` with which this user installs packages without a password: none for root.
+/// `None` if the user may not.
 fn installer() -> Option<&'static [&'static str]> {
     if output("id", &["-u"]).is_some_and(|id| id.trim() == "0") {
         return Some(&[]);

@@ -28,7 +28,7 @@ const FIRMWARE: &[&str] = &[
 /// A target without an operating system: Cortex-M4F and M7F, as on a Teensy or an STM32.
 const BOARD: &str = "thumbv7em-none-eabihf";
 
-/// Everything that must hold before a change lands, quickest first.
+/// Steps that must pass before a change lands.
 const TESTS: [Step; 6] = [
     Step {
         name: "format",
@@ -54,7 +54,7 @@ const TESTS: [Step; 6] = [
         is_checked: true,
         is_timed: false,
     },
-    // Benches run too, once each. A failure does not stop the others, so that all failures are
+    // Benches run once each. A failure does not stop the other tests, so that all failures are
     // known at once.
     Step {
         name: "tests",

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-/// First argument of the copy that cargo starts: the file of times and the test program follow.
+/// First argument of the copy that cargo starts. The file of times and the test program follow it.
 const MARK: &str = "--time-a-test";
 /// Rows of the table of test programs.
 const SLOWEST: usize = 20;

@@ -46,8 +46,9 @@ pub struct Effect {
 }
 
 impl Effect {
-    /// Effect of an event on an organ of this kind, if the event has one. Ducts leak bile, and
-    /// most other organs bleed. Fat and connective tissue do neither.
+    /// Effect of an event on an organ of this kind. `None` if the event has no effect. Ducts leak
+    /// bile, and so does a gallbladder that leaks or is perforated. Other organs bleed, except fat
+    /// and connective tissue.
     #[must_use]
     pub fn of_event(event: &EventMsg, organ: Option<OrganKind>) -> Option<Self> {
         use OrganKind as Organ;
@@ -104,7 +105,7 @@ impl Effect {
         }
         let Some(tip) = tools
             .capsules()
-            .and_then(|c| c.iter().find(|c| !c.is(CapsuleRole::Shaft)))
+            .and_then(|c| c.iter().find(|c| c.is(CapsuleRole::Tip)))
         else {
             return Vec::new();
         };
@@ -118,8 +119,8 @@ impl Effect {
             at_m,
             along,
             strength,
-            // The other effects last until the next picture and a little longer, so that they do
-            // not stop while the electrode is on.
+            // Effects other than char last a little longer than `seconds`, so that they do not stop
+            // while the electrode is on.
             lasts_s: if kind == Kind::Char {
                 seconds
             } else {

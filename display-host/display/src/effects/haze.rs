@@ -13,8 +13,8 @@ const SETTLES_S: f32 = 55.0;
 /// Time constant with which an open trocar valve exchanges the cavity's gas, s.
 const DRAWN_OFF_S: f32 = 4.0;
 /// Speed of puffs towards the trocar, m/s.
-/// Distance from the trocar at which puffs leave the cavity, m.
 pub(super) const DRAUGHT_M_S: f32 = 0.06;
+/// Distance from the trocar at which puffs leave the cavity, m.
 pub(super) const MOUTH_M: f32 = 0.01;
 
 /// Density of the spread smoke.

@@ -4,7 +4,7 @@
 //! ```text
 //! events, tools ─► Effect ─► sources ─► particles (billboards)
 //!                    │          └─────► stains (on the skin at rest: they move with it)
-//!                    ├────────────────► haze (spread smoke, until it is evacuated)
+//!                    ├────────────────► haze (spread smoke, which settles or is evacuated)
 //!                    └────────────────► wear (residues on the instrument)
 //! ```
 
@@ -109,8 +109,8 @@ impl Effects {
         if effect.along == Vec3::ZERO {
             effect.along = vertex.map_or(self.up, |v| skin.normal(v));
         }
-        // A current is one source, however often it is reported. The two ends of a cut tube are two
-        // sources.
+        // Reports of one kind within 2 mm renew one source, such as a current. Leaks do not: the
+        // two ends of a cut tube are two sources.
         let same = |s: &&mut Source| {
             s.effect.kind == effect.kind
                 && s.effect.lasts_s < LEAK_S

@@ -138,8 +138,7 @@ impl EffectCollector {
 }
 
 impl Stretch {
-    /// Plays the effects in time steps of at most [`LOOK_S`], about the time between a window's
-    /// frames.
+    /// Plays the effects in time steps of at most [`LOOK_S`].
     pub(crate) fn play(&self, renderer: &mut Renderer, spheres: &[SphereState]) {
         if self.cleared {
             renderer.effects_mut().clear();

@@ -21,8 +21,8 @@ pub(super) struct Source {
     /// Accumulated fraction of the next particle.
     due: f32,
     /// Vertex of the skin at the source.
-    /// Vertex of the skin that the blood or bile running down has reached.
     mouth: Option<usize>,
+    /// Vertex of the skin that the blood or bile running down has reached.
     front: Option<usize>,
     run_s: f32,
 }
@@ -49,8 +49,8 @@ impl Source {
         self.age_s < self.effect.lasts_s
     }
 
-    /// Pressure, 0 to 1. The pressure of blood pulses with the heart. Those of blood and bile fall
-    /// to 0 during the source's duration.
+    /// Pressure, 0 to 1. The pressure of blood pulses with the heart. The pressures of blood and
+    /// bile fall to 0 during the source's duration.
     fn pressure(&self) -> f32 {
         let left = 1.0 - self.age_s / self.effect.lasts_s;
         match self.effect.kind {

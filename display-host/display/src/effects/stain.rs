@@ -16,8 +16,8 @@ const SKIN_M: f32 = 0.0015;
 /// Largest distance from the nearest vertex of the skin at which a point counts as on the skin, m.
 const REACH_M: f32 = 0.012;
 /// Speed at which the radius of char grows under a full current, m/s.
-/// Largest radius of char, m.
 const CHAR_M_S: f32 = 0.003;
+/// Largest radius of char, m.
 const CHAR_MOST_M: f32 = 0.004;
 /// Two stains of one kind are merged if their distance is less than this share of the larger
 /// radius.
@@ -80,7 +80,7 @@ impl<'a> Skin<'a> {
         let spheres = self.rest.iter().zip(self.now);
         let far = |center: [f32; 3]| Vec3::from(center).distance_squared(at_m);
         let (rest, now) = spheres.min_by(|a, b| far(a.1.center_m).total_cmp(&far(b.1.center_m)))?;
-        // The position that the point would have if the tissue were at rest.
+        // The point's position in the tissue at rest, by the displacement of the nearest sphere.
         let at = at_m - Vec3::from(now.center_m) + Vec3::from(rest.center_m);
         let vertices = self
             .mesh
@@ -141,7 +141,7 @@ fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
     stains.push(stain);
 }
 
-/// Enlarges the pool at a vertex by `grow_m`, up to `most_m`.
+/// Adds a pool at a vertex, or enlarges it by `grow_m`, up to `most_m`.
 pub(super) fn pool(
     stains: &mut Vec<Stain>,
     skin: &Skin<'_>,
@@ -158,7 +158,7 @@ pub(super) fn pool(
     add(stains, stain, grow_m, most_m);
 }
 
-/// Adds a mark of a front that runs down.
+/// Adds a mark where running blood or bile has arrived.
 pub(super) fn run(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, kind: Kind) {
     let stain = Stain {
         kind,
@@ -168,7 +168,7 @@ pub(super) fn run(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, kind:
     add(stains, stain, 0.0002, 0.004);
 }
 
-/// Adds a drop that has fallen.
+/// Adds the stain of a fallen drop.
 pub(super) fn splash(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, kind: Kind) {
     let stain = Stain {
         kind,
@@ -178,8 +178,8 @@ pub(super) fn splash(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, ki
     add(stains, stain, 0.0003, 0.005);
 }
 
-/// Adds char. `current_s` is the duration of the current times its strength. The char grows with
-/// it, whatever the frame rate.
+/// Adds char. `current_s` is the duration of the current times its strength. The char grows by this
+/// product alone, so the frame rate does not matter.
 pub(super) fn char(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, current_s: f32) {
     let grow_m = CHAR_M_S * current_s;
     let stain = Stain {

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use shared_mem::message::{EventMsg, ToolFrame};
 use shared_mem::scene::OrganKind;
-use shared_mem::words::EventKind;
+use shared_mem::words::{CapsuleRole, EventKind};
 
 use super::*;
 use crate::skinning::SkinMesh;
@@ -197,8 +197,11 @@ fn events_and_currents_show_what_they_do() {
     tools.world_from_handle.orientation[3] = 1.0;
     tools.world_from_instrument = tools.world_from_handle;
     tools.world_from_camera = tools.world_from_handle;
-    (tools.instrument, tools.contact_count, tools.capsule_count) = (1, 1, 1);
-    tools.capsules[0].role = 3;
+    (tools.instrument, tools.contact_count, tools.capsule_count) = (1, 1, 2);
+    // The hook's straight part ends 20 mm from the electrode's end.
+    tools.capsules[0].role = CapsuleRole::UpperJaw as u8;
+    tools.capsules[0].b_m = [0.02, 0.0, 0.0];
+    tools.capsules[1].role = CapsuleRole::Tip as u8;
     let mut kinds = |switches, distance_m| {
         tools.switches = switches;
         let touched = [(Vec3::new(distance_m, 0.0, 0.0), 0.004)];
@@ -209,7 +212,7 @@ fn events_and_currents_show_what_they_do() {
     };
     assert!(kinds(1, 0.005).contains(&Kind::Sparks) && kinds(2, 0.005).contains(&Kind::Steam));
     assert!(kinds(0, 0.005).is_empty() && kinds(3, 0.005).is_empty());
-    // Only the hook's shaft touches the tissue.
+    // Only the hook's straight part touches the tissue.
     assert!(kinds(1, 0.02).is_empty());
 }
 

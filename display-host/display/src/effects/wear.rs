@@ -18,7 +18,7 @@ const WETTED_S: f32 = 1.5;
 const DROP: f32 = 0.3;
 /// Largest distance between the jaws and the surface of a drop that wets them, m.
 const DROP_M: f32 = 0.002;
-/// Largest number of jaws.
+/// Largest number of capsules of a working end.
 const JAWS: usize = 3;
 
 /// Shares of the working end that are covered: 0 is clean, 1 is covered completely. An instrument
@@ -32,7 +32,7 @@ pub struct Wear {
     /// Share covered by bile.
     pub bilious: f32,
     instrument: u32,
-    /// Both ends of each jaw, or of the electrode, world frame, m.
+    /// Both ends of each capsule of the working end, world frame, m.
     jaws: [Option<[Vec3; 2]>; JAWS],
 }
 

@@ -20,7 +20,7 @@ use crate::render::{Renderer, Shown};
 use crate::ui::instrument_id;
 use crate::words::Words;
 
-/// Candidate directions from which the best view of an organ is chosen.
+/// Number of directions from which the best view of an organ is chosen.
 const SIDES: usize = 48;
 /// Largest number of an organ's vertices with which a direction is rated.
 const JUDGES: usize = 160;
@@ -190,8 +190,8 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
                 ..Shot::new(Chapter::Effects, title, tools)
             });
         }
-        // Connective tissue lies between two organs and is hidden until they are drawn apart, as in
-        // `bed`.
+        // Connective tissue lies between two organs and is hidden until they are pulled apart, as
+        // in `bed`.
         if organ.kind != OrganKind::ConnectiveTissue as u32 {
             shots.extend(dissected(scene, (number, organ), size));
         }
@@ -235,7 +235,7 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
 }
 
 /// Two pictures of layered tissue: without the third that is nearest to the viewer, and without any
-/// of it. An organ without cells gives none.
+/// of it. An organ without cells gives no picture.
 fn dissected(
     scene: &SceneFile,
     (number, organ): (usize, &OrganRecord),

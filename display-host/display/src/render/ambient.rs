@@ -11,8 +11,8 @@ const RAYS: usize = 48;
 /// Distance beyond which a sphere casts no shade, m.
 const REACH_M: f32 = 0.045;
 
-/// Fills [`RestVertex::ambient`] by casting rays against the spheres. O(vertices · (spheres +
-/// rays · near spheres)), on every core that the process may use.
+/// Multiplies [`RestVertex::ambient`] by the open share, found by rays cast against the spheres.
+/// O(vertices · (spheres + rays · near spheres)), on every core that the process may use.
 pub(super) fn bake(mesh: &mut SkinMesh, spheres: &[SphereRecord]) {
     let directions = hemisphere();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);

@@ -7,8 +7,8 @@ use shared_mem::message::{PoseMsg, ToolFrame};
 use super::layout::{Frame, SHADING_CAPSULES};
 
 /// Range of the camera's focus, m.
-/// Ratio of the focus distances before and after one step of the focus ring.
 const FOCUS_M: [f32; 2] = [0.015, 0.3];
+/// Factor by which one step of the focus ring changes the focus distance.
 const FOCUS_STEP: f32 = 1.25;
 
 /// Optics of a rigid endoscope.
@@ -16,7 +16,7 @@ const FOCUS_STEP: f32 = 1.25;
 pub struct Scope {
     /// Half angle of the circular picture, rad.
     pub half_angle: f32,
-    /// Angle between view and shaft, rad: 0, 30° or 45° in practice.
+    /// Angle between view and shaft, rad: 0°, 30° or 45° in practice.
     pub angle: f32,
     /// Turn of the light cable, and of the inclined view with it, about the shaft, rad. At 0 the
     /// view is inclined downwards. The picture stays upright, because the camera is held.
@@ -27,7 +27,7 @@ pub struct Scope {
     pub focus_m: f32,
     /// True for an eye in the room instead of an endoscope's camera: everything is sharp.
     pub is_free_eye: bool,
-    /// Position of the light's exit beside the lens, in the camera's frame, m.
+    /// Position of the light's exit beside the lens, in the frame of the view, m.
     pub light_offset: Vec3,
     /// Strength of the light: irradiance at 1 m in arbitrary units; exposure is automatic.
     pub light_strength: f32,
@@ -80,8 +80,8 @@ impl Scope {
         angle / self.half_angle * self.circle
     }
 
-    /// Position in the picture of a point in the camera's frame (m), relative to the middle, in
-    /// half heights, y up. `None`: outside the circle.
+    /// Position in the picture, relative to its middle, in half heights, y up, of a point in the
+    /// frame of the view (m). `None`: outside the circle.
     #[must_use]
     pub fn project(&self, at: Vec3) -> Option<Vec2> {
         let off = Vec2::new(at.x, at.y);
@@ -93,7 +93,7 @@ impl Scope {
 /// Exposure of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
-    /// Share of the way to the desired exposure that this frame goes. 1 reaches it at once.
+    /// Share of the difference to the desired exposure that a frame makes up. 1 reaches it at once.
     pub adapt: f32,
     /// Desired mean brightness.
     pub key: f32,

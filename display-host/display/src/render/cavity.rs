@@ -9,10 +9,11 @@ use crate::skinning::RestVertex;
 
 /// Numbers of points of the shell, around and from pole to pole.
 const SHELL: [usize; 2] = [120, 72];
-/// Angle about the direction of the instrument's trocar over which the wall is drawn to it, rad.
+/// Largest angle about the direction of the instrument's trocar over which the wall is pulled to
+/// the trocar, rad.
 const DRAWN_RAD: f32 = 0.5;
 /// Distances of a trocar from the cavity's middle, as shares of the distance to the wall, at which
-/// the wall is drawn to it. Another trocar passes through no wall.
+/// the wall is pulled to the trocar. A nearer or farther trocar passes through no wall.
 const DRAWN: core::ops::Range<f32> = 0.45..1.4;
 /// Least distance from the cavity's middle to the wall behind the eye, as a multiple of the eye's
 /// distance from the middle.
@@ -39,7 +40,7 @@ struct Space {
     /// Height of the middle of the apron relative to the centre, m.
     floor: f32,
     /// Position of the instrument's trocar, in shares of the radii, and the angle over which the
-    /// wall is drawn to it, rad. `None` if the wall is not drawn to it.
+    /// wall is pulled to it, rad. `None` if the wall is left as it is.
     trocar: Option<(Vec3, f32)>,
 }
 
@@ -114,8 +115,9 @@ impl Space {
     }
 }
 
-/// The trocar, and the largest angle over which a wall can be drawn to it without passing in front
-/// of the eye. `None` if there is no such angle. Positions are in shares of the radii.
+/// The trocar, and the largest angle over which the wall can be pulled to it without passing in
+/// front of the eye. `None` if there is no such angle, or if the trocar's distance is outside
+/// [`DRAWN`]. Positions are in shares of the radii.
 fn drawn_to(trocar: Vec3, eye: Vec3) -> Option<(Vec3, f32)> {
     let far = trocar.length();
     let leaves_eye = |angle: &f32| {

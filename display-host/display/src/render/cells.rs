@@ -1,10 +1,11 @@
 //! Drawing of dissected layered tissue: the faces of its cells replace the organ's skin.
 //!
-//! An untreated organ shows its fine skin. Over removed or warm cells the triangles of the skin are
-//! hidden. The surrounding cells show their faces wherever they border on nothing or on a removed
-//! cell. One more ring of cells shows its faces, so that no seam opens at the skin's edge. Tissue
-//! is coloured by its position at rest, so that skin and faces look alike. The corners follow the
-//! spheres and are smoothed over the visible faces, which would otherwise look like bricks.
+//! An untreated organ shows its fine skin. The skin's triangles are hidden over cells that are
+//! removed, warm or next to a removed cell. Of these cells, those that remain show their open
+//! faces, which border on nothing or on a removed cell. Their neighbours show open faces too, so
+//! that no seam opens at the skin's edge. Tissue is coloured by its position at rest, so that skin
+//! and faces look alike. The corners follow the spheres and are smoothed over the visible faces,
+//! which would otherwise look like bricks.
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
@@ -22,8 +23,8 @@ use crate::skinning::{RestVertex, SkinnedVertex, pairs};
 /// Heat, from 0 to 254, from which a cell's own faces are drawn instead of the skin over it.
 const WARM: u8 = 12;
 /// Number of rounds in which the corners are smoothed.
-/// Share of the way to the mean of its neighbours that a corner moves in one round.
 const ROUNDS: usize = 2;
+/// Share of the way to the mean of its neighbours that a corner moves in one round.
 const EVENED: f32 = 0.5;
 /// Degree of cooking, from 0 to 1, of tissue next to a removed cell.
 const BESIDE_GONE: f32 = 0.35;
@@ -175,7 +176,7 @@ impl Cells {
         }
     }
 
-    /// Colours each corner by the heat of the cells around it.
+    /// Colours each corner by the hottest cell around it.
     fn colour(&mut self) {
         let mut cooked = vec![0.0f32; self.corners.len()];
         for (cell, state) in self.cells.iter().zip(&self.states) {
@@ -194,7 +195,7 @@ impl Cells {
         }
     }
 
-    /// Hides the skin over treated cells.
+    /// Hides the skin over worked cells.
     fn hide_skin(&self, gpu: &Gpu, skin: &wgpu::Buffer) {
         let Some(&(first, _)) = self.over.first() else {
             return;

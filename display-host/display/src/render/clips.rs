@@ -45,7 +45,7 @@ pub(super) fn all() -> Solid {
     solid
 }
 
-/// Positions of the clips. A missing clip has size 0.
+/// Poses of the clips, widened to their tubes. A missing clip has size 0.
 pub(super) fn places(
     clips: &[ClipMsg],
     spheres: &[SphereState],

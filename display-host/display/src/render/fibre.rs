@@ -1,6 +1,6 @@
-//! Thin tubes of few sides: fibres of connective tissue, and threads. Each corner holds its negated
-//! radius where a corner of skin holds the depth of its press. With it the shader widens tubes
-//! thinner than a pixel.
+//! Thin tubes of few sides: fibres of connective tissue, and threads. The fourth number of a
+//! corner's position is its negated radius; for a corner of skin it is the displacement by a tool.
+//! With the radius the shader widens tubes thinner than a pixel.
 
 use glam::Vec3;
 

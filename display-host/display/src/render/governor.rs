@@ -1,6 +1,7 @@
-//! Adjusts the quality to the cost of frames. The quality falls as soon as frames cost too much. It
-//! rises only after they have been cheap for long, and later still after each wrong step up. If the
-//! graphics device has no clock, the cost is the time between frames.
+//! Adjusts the quality to the cost of frames, judged in windows of 40 frames. One window that costs
+//! too much lowers the quality. Several cheap windows in a row raise it; each step up that was
+//! wrong doubles their number. If the graphics device has no clock, the cost is the time between
+//! frames.
 
 use super::quality::Quality;
 
@@ -14,8 +15,8 @@ const LITTLE: f32 = 0.55;
 /// desired one, whichever is longer.
 const LATE: f32 = 1.2;
 /// Frame interval that is short enough to try a better tier, as a share of the screen's own
-/// interval. No frame interval is shorter than the screen's, so only a step up can show if there is
-/// room.
+/// interval; `LITTLE` of the desired interval is short enough, too. No frame interval is shorter
+/// than the screen's, so only a step up can show if there is room.
 const IN_TIME: f32 = 1.1;
 /// Number of cheap windows in a row before a step up, at first.
 const PATIENCE: u32 = 6;

@@ -30,7 +30,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 
 impl Gpu {
     /// Opens the best adapter without a window. `WGPU_BACKEND` and the driver's environment
-    /// variables select another.
+    /// variables select another adapter.
     ///
     /// # Errors
     /// [`DisplayError::NoAdapter`], [`DisplayError::Device`].
@@ -119,7 +119,7 @@ impl Gpu {
         format!("{} ({:?}, {})", info.name, info.backend, info.driver_info)
     }
 
-    /// Returns an error if the device has had a fault since it was opened: the first one.
+    /// Returns the first fault of the device since it was opened, if any, as an error.
     ///
     /// # Errors
     /// [`DisplayError::Device`].
@@ -139,7 +139,7 @@ impl Gpu {
     /// Waits for all submitted work.
     ///
     /// # Errors
-    /// [`DisplayError::Device`] if the device hangs.
+    /// [`DisplayError::Device`] if the device hangs or has had a fault.
     pub fn wait(&self, doing: &'static str) -> Result<(), DisplayError> {
         let all = wgpu::PollType::Wait {
             submission_index: None,

@@ -10,6 +10,6 @@ pub(super) const FACES: [[usize; 4]; 6] = [
     [4, 5, 7, 6],
 ];
 /// Index of the inward face of a cell, and of its neighbour there.
-/// Index of the outward face of a cell, and of its neighbour there.
 pub(super) const INWARDS: usize = 4;
+/// Index of the outward face of a cell, and of its neighbour there.
 pub(super) const OUTWARDS: usize = 5;

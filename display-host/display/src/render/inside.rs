@@ -1,5 +1,5 @@
-//! View of the model: spheres and springs inside translucent skins. Used by the display and for
-//! pictures of a prepared scene.
+//! View of the model: spheres, and links drawn as springs, inside translucent skins. The display
+//! uses it, and so do the pictures of a prepared scene.
 
 use bytemuck::{Pod, Zeroable, cast_slice};
 use glam::{Mat3, Quat, Vec3};
@@ -14,8 +14,8 @@ use super::{Quality, Renderer};
 use crate::DisplayError;
 
 /// Number of vertices of a ball, as in `inside.wgsl`.
-/// Number of vertices of a spring, as in `inside.wgsl`.
 const BALL_VERTICES: u32 = 14 * 7 * 6;
+/// Number of vertices of a spring, as in `inside.wgsl`.
 const SPRING_VERTICES: u32 = 6;
 
 /// Parts shown in the view of the model.
@@ -132,7 +132,7 @@ impl Model {
     }
 }
 
-/// Linear colour of a sphere, the same as that of its mark in the engineering view.
+/// Linear colour of a sphere, by the same states as its mark in the engineering view.
 fn colour(bits: u32, held: bool) -> [f32; 4] {
     let has = |bit: u32| bits & bit != 0;
     if has(SphereState::GRASPED) {
@@ -148,8 +148,8 @@ fn colour(bits: u32, held: bool) -> [f32; 4] {
     }
 }
 
-/// A front view of a prepared scene: on the left its spheres, on the right the springs between
-/// them, both inside translucent skins. Free spheres are blue, fixed ones white.
+/// A front view of a prepared scene: on the left its spheres, on the right the links between them,
+/// both inside translucent skins. Free spheres are blue, held spheres white.
 ///
 /// # Errors
 /// [`DisplayError`]: no graphics adapter, a scene too large for it, or a size out of range.

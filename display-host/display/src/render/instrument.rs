@@ -164,9 +164,10 @@ fn fork(solid: &mut Solid, half_width_m: f32) {
     solid.turned(Vec3::ZERO, Vec3::Z, &neck, 32, steel(BODY));
 }
 
-/// Adds a jaw along −z. `outline` gives its half width, the height of its back and the height of
-/// its biting face at a place from 0 to 1 along it, m, and `bend` gives its lift there. The upper
-/// jaw lies at +y; the lower one is turned by 180° about z.
+/// Adds a jaw along −z. `outline` takes a ring's index and its place along the jaw, 0 to 1, and
+/// returns the half width, the height of the back and the height of the biting face, m. `bend`
+/// returns the lift at a place, m. The upper jaw lies at +y; the lower one is turned by 180° about
+/// z.
 fn jaw(
     solid: &mut Solid,
     part: u32,
@@ -369,8 +370,8 @@ fn clip_leg(solid: &mut Solid, part: u32) {
     solid.swept(&path, section, blade(part));
 }
 
-/// A trocar's cannula of 6 mm bore, from 25 mm inside the port to outside. It is ribbed, and widens
-/// slightly from its inner end.
+/// A trocar's cannula, 13 mm thick, from 25 mm inside the port to 30 mm outside. It is ribbed, and
+/// widens slightly from its inner end.
 fn trocar() -> Solid {
     let mut solid = Solid::default();
     let plastic = Finish {

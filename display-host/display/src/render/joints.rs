@@ -8,14 +8,14 @@ use shared_mem::scene::{OrganKind, OrganRecord, SceneFile, WEIGHT_SUM, WORLD};
 use crate::skinning::{RestVertex, SkinMesh};
 
 /// Number of points around a collar.
-/// Number of rows of a collar, from the tube to the organ.
 const AROUND: usize = 28;
+/// Number of rows of a collar, from the tube to the organ.
 const ROWS: usize = 16;
 /// Distance before the tube's end at which a collar begins, in radii of the tube.
 const BEFORE: f32 = 2.2;
 /// Rounds of smoothing the collar's foot, the ring of points that meets the organ.
 const EVENED: usize = 6;
-/// A tube whose end is farther than this from every organ has a free end, m.
+/// A tube's end without attachments is free if it is farther than this from every other organ, m.
 const REACH_M: f32 = 0.012;
 /// Depth of the collar's rim below the organ's skin, m.
 const SUNK_M: f32 = 0.0005;
@@ -121,8 +121,8 @@ fn ends(scene: &SceneFile, organ: &OrganRecord) -> Vec<End> {
         .collect()
 }
 
-/// Organ that a tube's end joins: the one with most attachments there, or else the nearest. Fat and
-/// connective tissue do not count.
+/// Organ that a tube's end joins: the one with most attachments there, or else the nearest within
+/// `REACH_M`. Fat and connective tissue do not count.
 fn neighbour(scene: &SceneFile, tube: usize, end: &End) -> Option<usize> {
     let organs = scene.organs();
     let owner = |sphere: u32| {
@@ -275,7 +275,7 @@ impl Way {
             (near - normal * (near - at).dot(normal), normal)
         };
         let (_, normal) = skin(end.at);
-        // The more parallel the tube is to the organ, the later it turns into the organ.
+        // The more parallel the tube is to the organ, the farther along the organ it turns in.
         let (at, normal) = skin(end.at + end.along.reject_from(normal) * r);
         let from = end.at - end.along * (BEFORE * r);
         let to = at - normal * SUNK_M;

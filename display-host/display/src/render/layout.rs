@@ -62,11 +62,11 @@ pub struct Stains {
     pub count: [u32; 4],
 }
 
-/// Number of capsules that shade the tissue around them.
+/// Largest number of capsules that shade the tissue around them.
 pub const SHADING_CAPSULES: usize = 4;
 /// Rows of the material table.
 pub const LOOKS: usize = 16;
-/// Number of rigid parts: those of an instrument, then the clips.
+/// Number of places for rigid parts: those of an instrument and the trocar, then the clips.
 pub const PARTS: usize = 32;
 
 /// Every shader module: name and complete source.

@@ -14,8 +14,8 @@ const WARM_UP_S: f32 = 60.0;
 /// Growth of `fog` per second on a lens 10 °C below the dew point.
 const FOG_PER_S: f32 = 0.12;
 /// Distance from a puff's surface within which its smoke settles on the lens, m.
-/// Growth of `soot` per second from one puff near the lens.
 const SETTLES_M: f32 = 0.03;
+/// Growth of `soot` per second from one puff near the lens.
 const SETTLES_PER_S: f32 = 0.012;
 
 /// State of the lens.
@@ -23,7 +23,7 @@ const SETTLES_PER_S: f32 = 0.012;
 pub struct Lens {
     /// Condensed water: 0 clear, 1 opaque.
     pub fog: f32,
-    /// Settled smoke: 0 clean, 1 opaque.
+    /// Settled smoke: 0 clean, 1 opaque. Smoke alone brings it to 0.7 at most.
     pub soot: f32,
     /// Temperature of the lens, °C.
     pub warmth_c: f32,
@@ -46,7 +46,7 @@ impl Lens {
         }
     }
 
-    /// A cold lens.
+    /// A lens at room temperature, 21 °C.
     #[must_use]
     pub fn cold() -> Self {
         Self {
@@ -60,7 +60,8 @@ impl Lens {
         (self.fog, self.soot) = (0.0, 0.0);
     }
 
-    /// Advances by `seconds`. Smoke among the particles near `eye` settles on the lens.
+    /// Advances by `seconds`, at most 0.25. Smoke among the particles near `eye` settles on the
+    /// lens.
     pub(super) fn advance(&mut self, seconds: f32, eye: Vec3, particles: &[Particle]) {
         let seconds = seconds.clamp(0.0, 0.25);
         self.warmth_c += (BODY_C - self.warmth_c) * (seconds / WARM_UP_S);

@@ -1,7 +1,7 @@
 //! The material table: appearance of every kind of organ and every material of an instrument.
 //!
-//! Albedos are linear, dark and saturated, because wet tissue gets its brightness from the
-//! reflections of its film. Colours were set by eye against laparoscopic pictures.
+//! Albedos are in linear RGB. They are dark and saturated, because wet tissue gets its brightness
+//! from the reflections of its film. Colours were set by eye against laparoscopic pictures.
 
 use shared_mem::scene::OrganKind;
 
@@ -20,8 +20,11 @@ pub(super) const BLADE: u32 = 15;
 
 /// Readable description of a tissue; lengths in cm.
 struct Tissue {
+    /// Darkest albedo.
     low: [f32; 3],
+    /// Lightest albedo.
     high: [f32; 3],
+    /// Colour of streaks, and their share.
     streak: ([f32; 3], f32),
     /// Frequencies of the noise, 1/cm: coarse, medium, lobules, grain.
     frequencies: [f32; 4],
@@ -36,7 +39,8 @@ struct Tissue {
     contrast: f32,
     /// Visibility of the fine vessels on the tissue.
     veins: f32,
-    /// Packed cells: frequency (1/cm), steepness, darkness of furrows, lightness of middles.
+    /// Packed bumps (cellular noise; not the cells of layered tissue): frequency (1/cm), steepness,
+    /// darkness of furrows, lightness of middles.
     cells: [f32; 4],
     /// Colour of a thin wall at grazing view, and its opacity.
     veil: ([f32; 3], f32),
@@ -195,9 +199,9 @@ const PERITONEUM: Tissue = Tissue {
     veil: ([0.300, 0.130, 0.100], 0.3),
 };
 
-/// A solid material. Its albedo lies between `low` and `low * gain` times `tint`. `wet` is
-/// roughness, strength and roughness of the film, and reflectance. `metal` is the shares of metal
-/// and of brushing.
+/// A solid material. Its albedo lies between `tint * low` and `tint * low * gain`. `wet` has four
+/// numbers: roughness of the surface, strength of the film, roughness of the film, reflectance.
+/// `metal` has two: the shares of metal and of brushing.
 const fn solid(low: f32, tint: [f32; 3], gain: f32, wet: [f32; 4], metal: [f32; 2]) -> Look {
     let [r, g, b] = tint;
     Look {

@@ -9,34 +9,36 @@
 //! # The picture
 //!
 //! When a scene loads, the display adds what no recipe of a scene has: collars at the junctions of
-//! ducts and vessels with organs (`joints`), vessel trees grown over the skins and stored as
-//! distances in a grid of the tissue at rest (`trees`), ambient light, and the cavity.
+//! ducts and vessels with organs (`joints`), vessel trees on gallbladder, stomach and intestine
+//! (`trees`), ambient light, and the cavity.
 //!
 //! `world_from_camera` is the pose of the endoscope's shaft. The display itself decides how far an
 //! angled endoscope looks off the shaft and where its camera is focused (`camera::Scope`). The
-//! alpha of the light holds the distance of each pixel's surface in front of the camera, from which
-//! `lens.wgsl` computes its blur.
-//! The display reports the direction of view to the course of the operation
+//! alpha of the light texture holds the distance of each pixel's surface in front of the camera.
+//! From it `lens.wgsl` computes the blur. The direction of view is recorded
 //! (`EntryContent::Sight`), because the assessment judges what the picture shows.
 //!
 //! Strands of connective tissue (`strands`) and sutures (`sutures`) are thin tubes (`fibre`) that
-//! the shader widens to a pixel. Strands form a net along the sides of a gap, with films in its
-//! forks; fat has fewer of them. Faces of cells are drawn where the skin over them is hidden
+//! the shader widens to a pixel. Strands form a net along the sides of a gap, with films in the
+//! net's forks. Fat has fewer strands. Faces of cells are drawn where the skin over them is hidden
 //! (`cells`).
 //!
-//! Effects begin with a plain list of `Effect`s. Particles are what flies. Stains lie on the skin
-//! and are stored by their place on the tissue at rest. Smoke that has spread is one number, a haze
-//! over the whole cavity, until it is evacuated. Char, blood and bile stay on the instrument
-//! (`wear`) until it is exchanged. The controller reports leaks. Cut tissue, except fat and
-//! connective tissue, also bleeds for a while. A reset or a new controller clears everything.
+//! Effects begin with a plain list of `Effect`s. Smoke, steam, sparks and drops are particles.
+//! Stains lie on the skin and are stored by their place on the tissue at rest. Smoke that has
+//! spread is one number, a haze over the whole cavity. It settles slowly, or is evacuated. Char,
+//! blood and bile stay on the instrument (`wear`) until it is exchanged. The controller reports
+//! leaks. Torn or cut tissue, except fat and connective tissue, also bleeds or leaks bile for some
+//! seconds. A reset or a new controller clears everything.
 //!
 //! The graphics device times each pass (`timing`), and `governor` chooses the quality from these
-//! times. The quality falls at once. It rises only after a long calm, and later still after each
-//! rise that was wrong. If the device has no clock, the time from frame to frame decides. If the
-//! graphics device is lost, it is reopened in a new window, and the run goes on.
+//! times. The quality falls after 40 frames that cost too much. It rises only after many cheap
+//! frames, and each rise that was wrong doubles their number. If the device has no clock, the time
+//! from frame to frame decides. If the graphics device is lost, it is reopened in a new window, and
+//! the run goes on.
 //!
 //! A press is drawn deeper than the spheres go (`skinning::dent`). Inner spheres are too coarse to
-//! show the dent of a tip. The controller's contact law knows the rest and publishes it.
+//! show the dent of a tip. The controller's contact law knows the rest of the depth and publishes
+//! it.
 
 mod ambient;
 pub mod camera;
@@ -104,7 +106,7 @@ pub struct Renderer {
     springs: Vec<[u32; 2]>,
     /// Number of indices of the organs' skins. The cavity's indices follow them.
     organ_corners: u32,
-    /// Indices of each organ's skin.
+    /// Range of the indices of each organ's skin.
     organ_ranges: Vec<Range<u32>>,
     shown: Shown,
     inside: Option<Inside>,
@@ -479,7 +481,7 @@ impl Renderer {
     /// Changes the picture's size; the last picture is lost.
     ///
     /// # Errors
-    /// [`DisplayError::Size`].
+    /// [`DisplayError::Size`], [`DisplayError::Device`].
     pub fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<(), DisplayError> {
         let [width, height] = size;
         if !size.iter().all(|s| (64..=8192).contains(s)) {

@@ -59,9 +59,9 @@ pub(super) fn noise(at: Vec3) -> (Vec3, f32) {
     (gradient, value)
 }
 
-/// A tile of cells packed side by side, RGBA, x fastest. The first three values are the slope of a
-/// dome over each cell. The fourth is how much farther away the second nearest middle of a cell is
-/// than the nearest (0 in the furrow between two cells).
+/// A tile of packed bumps (cellular noise; not the cells of layered tissue), RGBA, x fastest. The
+/// first three values are the slope of the nearest bump's dome. The fourth is the distance to the
+/// second nearest middle of a bump minus that to the nearest: 0 in the furrow between two bumps.
 #[must_use]
 pub(super) fn cells_tile() -> Vec<[f32; 4]> {
     let n = CELLS as i32;

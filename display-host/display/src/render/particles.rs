@@ -35,7 +35,7 @@ impl Discs {
         }
     }
 
-    /// Uploads the particles, sorted by their distance from `eye`.
+    /// Uploads the particles, the farthest from `eye` first.
     pub(super) fn upload(&mut self, gpu: &Gpu, particles: &[Particle], eye: Vec3) {
         let mut far: Vec<&Particle> = particles.iter().take(PARTICLES).collect();
         let distance = |p: &Particle| p.at_m.distance_squared(eye);
@@ -70,7 +70,7 @@ fn disc(p: &Particle) -> Disc {
     };
     let [r, g, b] = colour;
     let speed = p.velocity_m_s.length();
-    // A fast particle is a streak, as long as its path during the exposure.
+    // A fast drop or spark is a streak, as long as its path in 6 ms.
     let streak = if look > 0.5 {
         (speed * 0.003 / p.radius_m()).clamp(0.0, 14.0)
     } else {

@@ -1,4 +1,4 @@
-//! Pipelines and their bindings, with one function for each pass.
+//! Pipelines of the passes, and their bindings.
 
 use wgpu::{
     BindGroupLayout, BindingType, BufferBindingType, ComputePipeline, Device, RenderPipeline,
@@ -12,7 +12,7 @@ use crate::skinning::{RestVertex, SkinnedVertex};
 
 /// Format of the light before exposure.
 pub(super) const LIGHT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Format of the depth. It is reversed (1 near, 0 far), except in the shadow map.
+/// Format of the depth. Depth is reversed (1 near, 0 far), except in the shadow map.
 pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Format of the finished picture.
 pub(super) const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -128,7 +128,7 @@ impl Layouts {
     }
 }
 
-/// The pipelines of every pass.
+/// The pipelines of all passes except skinning.
 pub(super) struct Pipelines {
     pub(super) tissue: RenderPipeline,
     pub(super) rigid: RenderPipeline,
@@ -220,7 +220,8 @@ impl Pipelines {
                     depth,
                     cull: false,
                     translucent: false,
-                    // Only the mask has a depth. It is drawn in the scene's pass, with its samples.
+                    // Only the mask has a depth: it is drawn in the scene's pass, with as many
+                    // samples.
                     samples: if depth.is_some() { samples } else { 1 },
                     constants: constants.as_slice(),
                 },

@@ -5,7 +5,7 @@ use super::gpu::Gpu;
 /// A quality tier. All tiers show the same scene and differ in detail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quality {
-    /// Skin on the CPU, which is faster for a software driver.
+    /// True to move the skin on the CPU, which is faster with a software driver.
     pub skin_on_cpu: bool,
     /// Level of tissue detail: 1 draws two octaves of noise, 2 draws four.
     pub detail: u32,

@@ -23,8 +23,8 @@ use crate::skinning::motion::Motion;
 use crate::skinning::{RestVertex, SkinnedVertex};
 
 /// Ambient light of fibres, which are exposed.
-/// Ambient light of films, which transmit more than they reflect.
 const FREE: f32 = 0.8;
+/// Ambient light of films, which transmit more than they reflect.
 const SHEER: f32 = 0.35;
 
 /// The present fibres of a scene's tissue.

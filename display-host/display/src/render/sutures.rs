@@ -1,5 +1,5 @@
 //! Sutures that suspend an organ from the abdominal wall: doubled threads, from the organ's skin to
-//! the wall. Taut ones are straight, slack ones sag; the ends of a cut one hang down.
+//! the wall. A taut suture is straight, a slack one sags, and the ends of a cut one hang down.
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;

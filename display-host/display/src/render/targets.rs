@@ -1,12 +1,12 @@
-//! The textures that a frame is drawn into, and the groups that read them: everything that depends
-//! on the picture's size.
+//! The textures that a frame is drawn into, and the bind groups that read them: everything that
+//! depends on the picture's size.
 
 use super::gpu::Gpu;
 use super::pipeline::{DEPTH, LIGHT, Layouts, PICTURE};
 use super::quality::Quality;
 use super::resource::{bind, target};
 
-/// Textures and groups of one size.
+/// Textures and bind groups of one size.
 pub(super) struct Targets {
     pub(super) light: wgpu::TextureView,
     /// Light with several samples per pixel, to be resolved into `light`.

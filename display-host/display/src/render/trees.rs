@@ -1,6 +1,6 @@
-//! Vessels of the organs as trees, grown over each skin at load from the sites of supply. They are
-//! stored as distances to the nearest vessel in a grid of the tissue at rest, so that they move
-//! with the tissue.
+//! Vessels on gallbladder, stomach and intestine, grown at load as trees over the organs' skins. A
+//! grid over each organ at rest stores the distance to the nearest vessel. The shader reads it at a
+//! point's place at rest, so the vessels move with the tissue.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -13,31 +13,31 @@ use shared_mem::scene::{OrganKind, OrganRecord, SceneFile};
 use super::noise::hash;
 use crate::skinning::{RestVertex, SkinMesh};
 
-/// Number of tree slots, one for each organ with trees. Slot 0 means no tree. `tissue.wgsl` has the
-/// same number.
+/// Number of tree slots. Slot 0 means no tree; each other slot belongs to one organ. `light.wgsl`
+/// has the same number.
 pub(super) const SLOTS: usize = 16;
-/// Largest number of vertices that a tree grows over, because every twig may search all of them. A
+/// Largest number of vertices over which a tree grows, because every twig may search all of them. A
 /// larger skin uses representative vertices.
 const NODES: usize = 8000;
-/// Approximate number of voxels in an organ's grid.
+/// Approximate largest number of voxels in an organ's grid, without the margin.
 const VOXELS: f32 = 1.1e6;
 /// Range of the stored distances on either side of a vessel's edge, voxels.
 const BAND: f32 = 2.5;
 /// Least radius of a twig, m.
 const TWIG_M: f32 = 0.000_11;
-/// Weight of the component normal to the skin in the distance from a vessel. It is low, because the
-/// skin is flat between its vertices and would leave a curved vessel, which would fade there.
+/// Weight of the distance along the skin's normal. It is low, because the drawn triangles are flat
+/// and run a little above or below a curved vessel. At full weight the vessel would fade there.
 const ABOVE: f32 = 0.25;
-/// Cost of a path along a vessel relative to bare skin. A low cost makes branches leave at acute
-/// angles.
+/// Cost of a metre along a vessel; a metre of bare skin costs 0.6 to 1.7. The cost is above 0, so
+/// that branches leave at acute angles.
 const ALONG: f32 = 0.4;
 /// Number of pieces of a curve between two vertices of the skin.
 const STEPS: usize = 4;
 
-/// `Tree` in `tissue.wgsl`: position of an organ's grid in the tissue and in the texture.
+/// `Tree` in `light.wgsl`: position of an organ's grid in the tissue and in the texture.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
-#[allow(missing_docs)] // explained in tissue.wgsl
+#[allow(missing_docs)] // explained in light.wgsl
 pub struct Tree {
     pub origin: [f32; 4],
     pub scale: [f32; 4],
@@ -64,9 +64,9 @@ struct Piece {
 struct Supply {
     /// Twigs per root.
     twigs: usize,
-    /// Largest distance that a root supplies, m.
+    /// Distance from the nearest root beyond which skin gets a root of its own, m.
     reach_m: f32,
-    /// Radius of artery and vein at a root, m.
+    /// Radius of artery and vein at the root that feeds the most twigs, m.
     radii_m: [f32; 2],
 }
 
@@ -97,10 +97,10 @@ fn supply(kind: u32) -> Option<Supply> {
 
 /// Fewest vertices of a skin with trees.
 const VERTICES_MIN: usize = 16;
-/// Least drawn thickness of a vessel, voxels: thinner ones would break into dashes.
+/// Least drawn radius of a vessel, voxels: thinner vessels would break into dashes.
 const DRAWN_VOXELS: f32 = 0.5;
 
-/// Grows the trees of all supplied organs and sets the slot of their vertices.
+/// Grows the trees of all organs with a supply and writes the slot into their vertices.
 pub(super) fn grow(mesh: &mut SkinMesh, scene: &SceneFile) -> Trees {
     let mut grids = Vec::new();
     for organ in scene.organs() {
@@ -139,7 +139,7 @@ impl Skin {
         let points = vertices.iter().map(|v| Vec3::from(v.position));
         let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let (low, high) = points.fold(none, |(low, high), p| (low.min(p), high.max(p)));
-        // Widen the cells of the grid until there are few enough representatives.
+        // Merge vertices in ever larger cubes until few enough representatives are left.
         let mut cell_m = (high - low).max_element() / 64.0;
         let (mut node_of, mut stands) = ((0..own.len()).collect::<Vec<_>>(), None);
         while stands.as_ref().map_or(own.len(), Vec::len) > NODES {
@@ -182,8 +182,8 @@ impl Skin {
         self.next[i].iter().copied()
     }
 
-    /// Roots of the supply: first the vertex nearest to an artery, then the places farthest from
-    /// all roots.
+    /// Roots of the supply: first the vertex nearest to an artery, then, one by one, the vertex
+    /// farthest from all roots so far. At most 40.
     fn roots(&self, scene: &SceneFile, supply: &Supply) -> Vec<usize> {
         let arteries: Vec<Vec3> = scene
             .organs()
@@ -214,7 +214,8 @@ impl Skin {
         roots
     }
 
-    /// Grows a tree from the roots to twigs spread over the skin, as smooth segments.
+    /// Grows a tree from the roots to twigs spread over the skin, as smooth segments. `which` is 0
+    /// for the artery, 1 for the vein.
     fn tree(&self, roots: &[usize], supply: &Supply, which: usize) -> Vec<Piece> {
         const FREE: u32 = u32::MAX;
         let seed = 7 + 31 * which as u32;
@@ -235,7 +236,7 @@ impl Skin {
                 }
             };
         for &root in roots {
-            // The vein enters next to the artery, two vertices away.
+            // The vein enters next to the artery, at most two edges away.
             let root = (0..2 * which).fold(root, |r, k| self.neighbours(r).nth(k).unwrap_or(r));
             if parent[root] == FREE {
                 take(root, root, &mut parent, &mut along, &mut bare);
@@ -243,7 +244,7 @@ impl Skin {
             }
         }
         for twig in 0..(supply.twigs * roots.len()) as u32 {
-            // Choose the place that is farthest from all vessels out of ten random ones.
+            // Of ten random vertices, choose the one farthest from this tree.
             let place = |k| (hash(twig, k, seed) * self.count as f32) as usize % self.count;
             let target = (0..10u32)
                 .map(place)
@@ -306,8 +307,9 @@ impl Skin {
         None
     }
 
-    /// Curves through a tree's nodes. The thickness grows with the number of twigs that a node
-    /// supplies (Murray 1926).
+    /// Smooth curves along a tree's nodes. The radius grows with the number of twig ends that a
+    /// node feeds, to the power 1 / 2.6. The exponent 2.6 lies between the optima for turbulent
+    /// flow (7 / 3, Uylings 1977) and for laminar flow (3, Murray 1926).
     fn pieces(&self, nodes: &[usize], parent: &[u32], root_m: f32) -> Vec<Piece> {
         let mut fed = vec![0.0f32; self.count];
         let mut heir = vec![usize::MAX; self.count];
@@ -367,8 +369,9 @@ impl Skin {
     }
 }
 
-/// Representative of each vertex, and the list of representatives. There is one for each cell of a
-/// grid and each facing direction in it, so that the two sides of a thin wall stay separate.
+/// Number of each vertex's representative, and the list of representatives. A cube of edge `cell_m`
+/// has a representative for each main direction of its normals, so that the two sides of a thin
+/// wall stay separate.
 fn merge(vertices: &[RestVertex], low: Vec3, cell_m: f32) -> (Vec<usize>, Vec<usize>) {
     let mut cells = HashMap::new();
     let mut stands = Vec::new();
@@ -485,7 +488,7 @@ mod tests {
 
     use super::*;
 
-    /// A ball of 10 cm, whose skin has this many rings.
+    /// A ball of 10 cm diameter, whose skin has this many rings.
     fn ball(rings: usize) -> SkinMesh {
         let around = 2 * rings;
         let vertices = (0..rings * around).map(|i| {

@@ -1,14 +1,15 @@
 //! Dents of tools in the skin.
 //!
 //! Inner spheres are too coarse to show the dent of a thin tool. The contact law of the controller
-//! knows the rest: where a piece of a tool presses on which organ, in which direction, and how far
-//! it reaches below the skin that the spheres carry. Each tick publishes that ([`DentMsg`]), and
-//! the picture shows it and nothing else. The drawn skin is finer than the contact skin and lies up
-//! to a few millimetres from it, so the depth is measured again from the drawn skin.
+//! knows the rest: which piece of a tool (a ball, or a stretch of one part) presses on which organ,
+//! in which direction, and how far the piece reaches below the skin that the spheres carry. Each
+//! tick publishes these dents ([`DentMsg`]). The picture shows no others. The drawn skin is finer
+//! than the contact skin and lies a few millimetres from it in places, so the depth is measured
+//! again from the drawn skin.
 //!
-//! Across the dent, skin under the piece moves by the whole depth, and skin beside it less with
-//! distance. Below the skin, the displacement fades with depth, slower than the tissue would fold.
-//! So the opposite wall of a thin organ moves along, and no wall passes through another.
+//! Across the dent, skin under the piece moves by the whole depth, and skin beside the piece moves
+//! less with distance. Below the skin, the displacement fades with depth, so slowly that no tissue
+//! folds. So the opposite wall of a thin organ moves along, and no wall passes through another.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -30,28 +31,29 @@ pub struct Dent {
 }
 
 /// Width of the shoulder between displaced and undisturbed skin, m, and its growth with the depth.
-/// The steepest slope is `0.86 depth / width`: below 2.2 at any depth, at which skin is stretched
-/// less than 2.4 times. `skinning.wgsl` has these numbers too.
+/// The steepest slope is `0.86 depth / width`: below 0.86 / 0.4 = 2.15 at every depth, so skin is
+/// stretched less than 2.4 times. `skinning.wgsl` has these numbers too.
 const SHOULDER_M: f32 = 0.0015;
 const SHOULDER_PER_DEPTH: f32 = 0.4;
-/// Depth below the skin over which the displacement falls to 1/e: this length, or twice the dent's
-/// depth. Tissue below the tool is then pressed together by half at most.
+/// Depth below the skin over which the displacement falls to 1/e, m: this length, or twice the
+/// dent's depth if that is more. Tissue below the tool is then pressed together by half at most.
 const FADES_M: f32 = 0.005;
-/// Height over the skin at rest up to which skin under the tool is moved to the tool's surface, m:
-/// the drawn skin and the contact skin differ by up to this much.
+/// Drawn skin up to this height over the undisturbed skin is moved down to the tool's deepest
+/// level, m.
 const ROUGH_M: f32 = 0.001;
 
-/// Distance from a dent's middle over which the height of the drawn skin is averaged, m: half of
-/// the edge of a coarse skin.
+/// Width (sigma) of the Gaussian about the piece's axis that averages the height of the drawn skin,
+/// m: half of the edge of a coarse skin's triangle.
 const LEVEL_M: f32 = 0.0015;
-/// Largest difference between the depths in the drawn skin and in the contact skin, m. Farther skin
-/// is another wall.
+/// Largest difference between the drawn and the published depth, m. Skin that is off by more than
+/// twice this belongs to another wall.
 const DIFFERS_M: f32 = 0.003;
-/// Depth at which the drawn depth has become the measured one but for 1/e, m: a light touch does
-/// not make the skin jump.
+/// Depth over which the difference comes in, as `1 − exp(−depth / SETTLES_M)`, m. A light touch
+/// must not make the skin jump.
 const SETTLES_M: f32 = 0.0005;
 
-/// Depth of a dent in the drawn skin, m. `near_m` are vertices of the organ near it, undented.
+/// Depth of a dent in the drawn skin, m. `near_m` are the undented vertices of the organ near the
+/// dent.
 pub(super) fn depth_m(dent: &DentMsg, near_m: impl Iterator<Item = Vec3>) -> f32 {
     let (center, into) = (Vec3::from(dent.center_m), -Vec3::from(dent.normal));
     let half = Vec3::from(dent.half_m);
@@ -74,7 +76,7 @@ pub(super) fn depth_m(dent: &DentMsg, near_m: impl Iterator<Item = Vec3>) -> f32
     dent.depth_m + deeper_m * (1.0 - (-dent.depth_m / SETTLES_M).exp())
 }
 
-/// The dents of a frame on these organs, in the layout of the shader; unused ones are zero.
+/// The dents of a frame on these organs, in the layout of the shader. Unused places are zero.
 pub(super) fn dents(
     of: &[DentMsg],
     organs: &[OrganRecord],
@@ -98,9 +100,9 @@ pub(super) fn dents(
 }
 
 /// Displacement of a vertex by dents, m. `share` returns the share of the vertex that belongs to
-/// the spheres of a dent's organ. Skin within `around_m` of a piece, the distance of the vertex's
-/// neighbours, goes down with it; otherwise a triangle would cut through it. Twin of `dented` in
-/// `skinning.wgsl`.
+/// the spheres of a dent's organ. `around_m` is the distance to the vertex's neighbours. Skin up to
+/// that far beside a piece goes down with the piece; otherwise a triangle would cut through the
+/// piece. Twin of `dented` in `skinning.wgsl`.
 pub(super) fn dented(
     dents: &[Dent],
     at: Vec3,
@@ -114,7 +116,7 @@ pub(super) fn dented(
             continue;
         }
         let push = Vec3::from_slice(&dent.into) * (length * share(dent.spheres));
-        // The fourth power lets the largest displacement win, and neighbours blend.
+        // The fourth power lets the largest displacement win, and blends equal ones.
         let weight = push.length_squared() * push.length_squared();
         sum += push * weight;
         weights += weight;
@@ -147,7 +149,8 @@ fn displaced_m(dent: &Dent, at: Vec3, around_m: f32) -> f32 {
     } else if below_m > -ROUGH_M {
         depth_m - below_m
     } else {
-        // Skin farther up is beside the tool. It moves less, evenly, so that no skin overtakes it.
+        // Skin farther up is beside the tool. It moves less, by half a metre per metre of height,
+        // so it stays above the skin below it.
         ((depth_m + ROUGH_M).max(0.0) + 0.5 * (below_m + ROUGH_M)).max(0.0)
     };
     under_m * (-x * x).exp()
@@ -176,7 +179,7 @@ mod tests {
     /// Distance of a vertex's neighbours in the tests' skin, m.
     const EDGE_M: f32 = 0.001;
 
-    /// A round end of this radius and depth at the origin of skin in the plane z = 0.
+    /// A ball of this radius, pressed this deep at the origin into skin in the plane z = 0.
     fn ball(radius_m: f32, depth_m: f32) -> Dent {
         let center = Vec3::Z * (radius_m - depth_m);
         Dent {

@@ -13,7 +13,7 @@ use crate::render::gpu::Gpu;
 pub const SHADER: &str = include_str!("skinning.wgsl");
 const GROUP: u32 = 64;
 
-/// Buffers of the skin, and the two passes that fill [`GpuSkinning::now`].
+/// Buffers of the skin, and the two pipelines that fill [`GpuSkinning::now`].
 #[derive(Debug)]
 pub struct GpuSkinning {
     /// Vertices at rest; also a vertex buffer.
@@ -174,7 +174,8 @@ impl GpuSkinning {
         gpu.queue.write_buffer(&self.touch, 0, bytes_of(touch));
     }
 
-    /// Takes the vertices and triangles of the pieces of tubes from a skin that they have changed.
+    /// Uploads the vertices and triangles of tubes, after [`Pieces::set`] has changed them in
+    /// `mesh`.
     pub fn replace(&self, gpu: &Gpu, mesh: &SkinMesh, pieces: &Pieces) {
         for run in pieces.vertex_runs() {
             let at = run.start as u64 * size_of::<RestVertex>() as u64;
@@ -186,7 +187,7 @@ impl GpuSkinning {
         }
     }
 
-    /// Records both passes; `stamps` receives their start and end.
+    /// Records both steps as one pass; `stamps` receives its start and end.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -15,6 +15,7 @@
 pub mod dent;
 pub mod gpu;
 pub mod motion;
+pub mod organs;
 pub mod parts;
 
 use bytemuck::{Pod, Zeroable};
@@ -25,12 +26,12 @@ use shared_mem::scene::{OrganRecord, SceneFile, WEIGHT_SUM};
 use self::dent::{Dent, dented};
 use self::motion::{Motion, moved};
 
-/// Ratio of the farthest to the mean distance of a vertex's neighbours; `skinning.wgsl` has the
-/// same number.
+/// Assumed ratio of the farthest to the root mean square distance of a vertex's neighbours.
+/// `skinning.wgsl` has the same number.
 const FARTHEST: f32 = 1.2;
 
 /// Distance from a dent within which a sphere's vertices may lie under the tool, m: the radius of
-/// the largest spheres, and the tool's.
+/// the largest spheres plus the tool's radius.
 const NEAR_M: f32 = 0.015;
 
 /// The tools' effect on skin, in the layout of the shaders.
@@ -84,8 +85,8 @@ impl Touch {
 pub struct RestVertex {
     /// Position in the world frame, m.
     pub position: [f32; 3],
-    /// Look: bits 0 to 3 are its row of the material table, 4 to 7 a second row, 8 to 11 the slot
-    /// of its vessel tree. Bits 16 to 31 are the share of the second row, of 65535.
+    /// Look. Bits 0 to 3: row of the material table; 4 to 7: a second row; 8 to 11: slot of the
+    /// vessel tree; 16 to 31: share of the second row, of 65535.
     pub look: u32,
     /// Outward unit normal.
     pub normal: [f32; 3],
@@ -98,7 +99,7 @@ pub struct RestVertex {
 }
 
 impl RestVertex {
-    /// Share of the vertex that belongs to spheres from the first number up to the second.
+    /// Share of the vertex that belongs to the spheres from the first number to before the second.
     fn share(&self, [first, end, ..]: [u32; 4]) -> f32 {
         let own = self.bound().filter(|it| (first..end).contains(&it.0));
         let sum: u32 = own.map(|it| it.1).sum();
@@ -110,17 +111,17 @@ impl RestVertex {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct SkinnedVertex {
-    /// Position in the world frame, m. The fourth number is the skin's displacement by a tool, m,
-    /// or for a fibre of connective tissue its negated radius.
+    /// Position in the world frame, m. The fourth number is the skin's displacement by a tool, m.
+    /// For a fibre or thread it is the negated radius, m.
     pub position: [f32; 4],
-    /// Unit normal; the fourth number is the additional inward curvature, 1/m.
+    /// Unit normal. The fourth number is the curvature added since rest, 1/m, above 0 in a hollow.
     pub normal: [f32; 4],
 }
 
 /// Vertices moved by spheres, with the triangles around each.
 #[derive(Debug, Clone, Default)]
 pub struct SkinMesh {
-    /// Vertices at rest. Those from `skinned` on never move.
+    /// Vertices at rest. The vertices from `skinned` on never move.
     pub vertices: Vec<RestVertex>,
     /// Triangles, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,

@@ -9,9 +9,9 @@
 //! Extract the Rotational Part of Deformations", 2016).
 //!
 //! Neighbours in a row do not tell how far a duct has turned about itself. From frame to frame,
-//! each sphere would keep its own remainder of past bends, and skin between two spheres that
-//! disagree collapses. So spheres in a row also follow the rotation of their neighbours, and of the
-//! organ to which an end is attached.
+//! each sphere would keep a twist of its own from past bends, and skin between two spheres of
+//! different twist would collapse. So spheres in a row also follow the rotation of their
+//! neighbours, and of the organ to which an end is attached.
 
 use std::collections::BTreeSet;
 
@@ -22,7 +22,7 @@ use shared_mem::scene::{SceneFile, WORLD};
 /// An affine motion `x' = x + G x + t`, as the rows of `[G t]`. All zeros mean rest.
 pub type Motion = [[f32; 4]; 3];
 
-/// Motion of the tissue around a sphere.
+/// The parts of a sphere's motion that vertices follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Follow {
     /// Translation with its centre (paper Eq. 9–12), for comparison.
@@ -40,11 +40,11 @@ const PRIOR: f32 = 0.05;
 /// neighbours in one plane would exaggerate the deviation.
 const STRETCH_MAX: f32 = 0.6;
 /// Weight of the neighbours' rotations for a sphere in a row, as a share of the neighbours' mean
-/// weight in a direction. Small, so that the neighbours' places decide wherever they tell
-/// something.
+/// weight in a direction. Small, so that the neighbours' positions decide wherever they determine
+/// the rotation.
 const TWIST: f32 = 0.1;
-/// Spheres count as lying in a row if the second invariant of `B` is below this share of its
-/// squared trace: 1/3 for neighbours all around, 1/4 in a plane, 0 in a row.
+/// A sphere counts as in a row if the second invariant of `B` is below this share of the squared
+/// trace of `B`. The share is 1/3 with neighbours all around, 1/4 in a plane, 0 in a row.
 const ROW: f32 = 0.06;
 /// Largest number of iterations for the rotation. One or two suffice from the last frame's
 /// rotation.
@@ -63,7 +63,7 @@ pub struct Motions {
     around: Vec<u32>,
     /// Spheres in a row, and the spheres whose rotations each of them follows.
     rows: Vec<(u32, Vec<u32>)>,
-    /// Ties between spheres of two organs.
+    /// Attachments between spheres of two organs.
     ties: Vec<[u32; 2]>,
     /// `(B + prior)⁻¹` and the prior of each sphere.
     inverse: Vec<(Mat3, f32)>,
@@ -110,7 +110,8 @@ impl Motions {
         motions
     }
 
-    /// Severs these links, and no others: spheres no longer follow their neighbours across them.
+    /// Severs these links and joins all others: spheres do not follow neighbours across severed
+    /// links.
     pub fn sever(&mut self, severed: &[[u32; 2]]) {
         self.find_neighbours(severed);
     }
@@ -409,8 +410,8 @@ mod tests {
         assert!(moved(&motions.now()[0], Vec3::ZERO).distance(Vec3::splat(0.5)) < 1e-6);
     }
 
-    /// The free half of a tube goes round and round, and comes back. A frame that follows each
-    /// sphere's bends alone would keep a twist for every round.
+    /// The free half of a tube goes round and round, and comes back. Rotations that follow only
+    /// each sphere's own bends would keep a twist for every round.
     #[test]
     fn a_tube_that_was_stirred_is_not_twisted() {
         let count = 12;

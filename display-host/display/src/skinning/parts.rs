@@ -1,9 +1,9 @@
 //! Severed tubes: each piece of a duct or vessel follows its own spheres only.
 //!
 //! A vertex near a cut is bound to spheres on both sides of it. After the cut, its weights on the
-//! spheres of other pieces are shared among those of its own piece, and triangles between two
-//! pieces are not drawn. A collar joins the end of one tube to another tube; the joined pieces
-//! count as one.
+//! spheres of other pieces go to its other spheres, in proportion, and triangles between two pieces
+//! are not drawn. A collar joins the end of one tube to another tube; the joined pieces count as
+//! one.
 
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ pub struct Pieces {
     vertices: Vec<(u32, [u32; 4])>,
     /// Triangles of such vertices, with their corners before any cut.
     triangles: Vec<(u32, [u32; 3])>,
-    /// Number of the piece of each sphere of the scene; spheres of other organs are no piece.
+    /// Number of the piece of each sphere of the scene; `NONE` for a sphere of another organ.
     piece_of: Vec<u32>,
 }
 
@@ -137,8 +137,8 @@ impl Pieces {
         true
     }
 
-    /// Numbers the pieces: each sphere gets the least index among the spheres that whole links join
-    /// to it.
+    /// Numbers the pieces: each sphere gets the least index among the spheres that whole links or
+    /// collars join to it.
     fn number(&mut self) {
         for [a, b] in &self.links {
             self.piece_of[*a as usize] = *a;
@@ -205,7 +205,8 @@ impl super::RestVertex {
         })
     }
 
-    /// Gives the weights of spheres that `keeps` refuses to the others, in proportion.
+    /// Moves the weights of the spheres that `keeps` refuses to the vertex's other spheres, in
+    /// proportion.
     fn keep(&mut self, keeps: impl Fn(u32) -> bool) {
         let kept: u32 = self.bound().filter(|it| keeps(it.0)).map(|it| it.1).sum();
         if kept == 0 || kept == WEIGHT_SUM {

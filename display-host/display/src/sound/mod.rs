@@ -75,7 +75,8 @@ pub struct Sound {
 }
 
 impl Sound {
-    /// Starts a player on a thread off the realtime tick's core, without waiting for it.
+    /// Starts a player on a thread of its own, off the core of the realtime tick, and does not wait
+    /// for it.
     #[must_use]
     pub fn start(tick_cpu: Option<usize>) -> Self {
         Self::with(&PLAYERS, tick_cpu)

@@ -184,7 +184,8 @@ impl Synth {
     }
 }
 
-/// Sample of a clip's click, `t_s` after it closed: the jaw's ratchet, then the clip's legs.
+/// Sample of a clip's click, `t_s` after it closed: a short ring of the ratchet and a longer one of
+/// the clip's legs.
 fn click(t_s: f32) -> f32 {
     if t_s >= CLICK_S {
         return 0.0;

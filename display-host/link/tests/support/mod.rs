@@ -117,6 +117,8 @@ pub(crate) fn state(tick: u64, at_ns: u64, scene_id: [u8; 16]) -> Box<StateFrame
     frame.sphere_count = 2;
     frame.cell_count = 3;
     frame.cells[..3].copy_from_slice(&[1, 2, 255]);
+    frame.link_count = 11;
+    frame.parted[..2].copy_from_slice(&[0b1000_0001, 0b100]);
     frame.spheres[1].center_m = [tick as f32 * 1e-6, 0.5, 0.25];
     frame
 }

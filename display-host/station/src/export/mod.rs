@@ -159,7 +159,7 @@ fn write_ticks(
     session: &mut Session,
     file: &Path,
     targets: &[Target<'_>],
-    mut surfaces: Option<Surfaces<'_>>,
+    mut surfaces: Option<Surfaces>,
 ) -> Result<(ExportOutcome, u64), Problem> {
     let mut tables = Tables::create(targets, "ticks", &ticks::columns())?;
     let mut times = Times::open(file)?;

@@ -1,6 +1,7 @@
 //! `calot igtlink`: tells 3D Slicer, PLUS and others where instrument and endoscope are, the force,
 //! the instrument in use and events, over OpenIGTLink.
 
+mod anatomy;
 mod clock;
 mod frame;
 mod told;
@@ -24,6 +25,7 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
+use anatomy::Anatomy;
 use clock::Stamps;
 use frame::Frame;
 use watch::{Condition, Watch};
@@ -38,9 +40,12 @@ Sent with each frame, in mm and in the frame of --frame, stamped with the time o
   SENSOR    Force                 the force on the hand, N: x, y, z
   SENSOR    Jaw                   opening of the jaws, 0 shut to 1 open
   TDATA     Calot                 Tool, Handle and Endoscope; only to who asks by STT_TDATA
+Sent with --surfaces HZ, stamped alike in each round:
+  POLYDATA  liver, gallbladder …  the organ's surface as it is drawn, in mm
 Sent as they occur:
   STRING    Instrument            the instrument in use
-  STRING    Event                 alarms and events, e.g. 'alarm speed_trip', 'cut organ 2'
+  STRING    Event                 alarms and events, e.g. 'alarm speed_trip', 'cut cystic_duct'.
+                                  If `calot rt` was started by hand, organs have numbers: 'cut organ 2'
   STATUS    Calot                 running, paused, silent, ended
 
 The scene's axes are x to the patient's left, y to the head, z to the front. --frame turns them:
@@ -50,8 +55,8 @@ The scene's axes are x to the patient's left, y to the head, z to the front. --f
 Each bracket is a row of the matrix. Both are rotations. The axes of instrument and camera
 themselves are not turned.
 
-Answered: GET_STATUS, GET_CAPABIL, GET_TRANS, GET_TDATA, GET_SENSOR, GET_STRING, STT_TDATA and
-STP_TDATA. Others get a STATUS that says so. Headers of version 1 and 2 are read, and each client
+Answered: GET_STATUS, GET_CAPABIL, GET_TRANS, GET_TDATA, GET_SENSOR, GET_STRING, GET_POLYDATA,
+STT_TDATA and STP_TDATA. Others get a STATUS that says so. Headers of version 1 and 2 are read, and each client
 is answered in its own. At most 8 clients connect; a ninth is told so and closed.
 
 In 3D Slicer, open the module OpenIGTLinkIF and add a connector of type Client to the address of
@@ -73,6 +78,9 @@ pub(crate) struct IgtlinkArgs {
     /// Frames per second, Hz, 1 to 1000
     #[arg(long, value_name = "HZ", default_value_t = 60.0, value_parser = parse_rate)]
     pub(crate) rate_hz: f64,
+    /// Send the surfaces of all organs this often, Hz, up to 30; 0 sends none
+    #[arg(long, value_name = "HZ", default_value_t = 0.0, value_parser = parse_surfaces)]
+    surfaces: f64,
     /// End after this time, s, e.g. 60 [default: on Ctrl-C]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
@@ -85,6 +93,13 @@ fn parse_rate(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(hz) if (1.0..=1000.0).contains(&hz) => Ok(hz),
         _ => Err(format!("'{text}' is not a rate of 1 to 1000 Hz")),
+    }
+}
+
+fn parse_surfaces(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hz) if (0.0..=30.0).contains(&hz) => Ok(hz),
+        _ => Err(format!("'{text}' is not a rate of 0 to 30 Hz")),
     }
 }
 
@@ -126,6 +141,7 @@ struct Sender<'a> {
     /// Stamps of events, which may be newer than the newest frame.
     event_stamps: Stamps,
     watch: Watch,
+    anatomy: Anatomy,
     instrument: Option<u32>,
     frames: u64,
     clients: usize,
@@ -144,6 +160,7 @@ impl<'a> Sender<'a> {
             event_stamps: stamps.clone(),
             stamps,
             watch: Watch::new(now),
+            anatomy: Anatomy::new(&args.station, args.surfaces),
             instrument: None,
             frames: 0,
             clients: 0,
@@ -161,9 +178,14 @@ impl<'a> Sender<'a> {
             self.server.attend(self.stamps.present());
             let is_new = self.host.newest_tools(&mut tools) && tools.capsules().is_some();
             self.follow(is_new.then_some(&tools));
+            if is_new {
+                self.anatomy.meet(&tools);
+            }
             self.send_events();
             if is_new {
                 self.send_moment(&tools);
+                let surfaces = self.anatomy.due(&self.host, &tools, self.args.frame);
+                self.server.send(&surfaces);
             }
             if self.server.client_count() != self.clients {
                 self.clients = self.server.client_count();
@@ -210,9 +232,11 @@ impl<'a> Sender<'a> {
 
     fn send_events(&mut self) {
         let mut events = Vec::new();
-        let stamps = &mut self.event_stamps;
-        self.host
-            .drain_events(|event| events.push(told::event(event, stamps.of(event.at_ns))));
+        let (stamps, anatomy) = (&mut self.event_stamps, &self.anatomy);
+        self.host.drain_events(|event| {
+            let organ = anatomy.name(event.organ);
+            events.push(told::event(event, organ, stamps.of(event.at_ns)));
+        });
         self.server.send(&events);
     }
 

@@ -50,15 +50,18 @@ pub(super) fn instrument(tools: &ToolFrame, unix_ns: u64) -> Message {
     Message::string("Instrument", name, unix_ns)
 }
 
-/// An event, as text: its name, then the fault's or the organ's number.
-pub(super) fn event(message: &EventMsg, unix_ns: u64) -> Message {
+/// An event, as text: its name, then the fault's or the organ's. `organ` is the name of the event's
+/// organ; without it, the organ's number is told.
+pub(super) fn event(message: &EventMsg, organ: Option<&str>, unix_ns: u64) -> Message {
     let mut text = match message.decode() {
         Ok(Event::Fault(fault)) => format!("alarm {}", fault.name()),
         Ok(Event::Electro(current)) => format!("electro {}", current.name()),
         _ => message.name().to_owned(),
     };
-    if message.organ != u32::MAX {
-        text += &format!(" organ {}", message.organ);
+    match organ {
+        Some(name) => text += &format!(" {name}"),
+        None if message.organ != u32::MAX => text += &format!(" organ {}", message.organ),
+        None => {}
     }
     Message::string("Event", &text, unix_ns)
 }
@@ -133,9 +136,10 @@ mod tests {
         let mut fault = EventMsg::zeroed();
         (fault.kind, fault.organ) = (EventKind::Fault.number(), u32::MAX);
         fault.value = Fault::SpeedTrip.number() as f32;
-        assert_eq!(text(event(&fault, 0)), "alarm speed_trip");
+        assert_eq!(text(event(&fault, None, 0)), "alarm speed_trip");
         let mut cut = EventMsg::zeroed();
         (cut.kind, cut.organ) = (EventKind::Cut.number(), 3);
-        assert_eq!(text(event(&cut, 0)), "cut organ 3");
+        assert_eq!(text(event(&cut, None, 0)), "cut organ 3");
+        assert_eq!(text(event(&cut, Some("liver"), 0)), "cut liver");
     }
 }

@@ -12,7 +12,7 @@ const ALONE: Options = Options {
     ..super::X
 };
 
-/// Result of a handle with this ring, after a change of what it is sent.
+/// Result of a handle with this ring, after `change` has spoilt its driver.
 fn found(ring: Body, options: &Options, change: impl FnOnce(&mut Between)) -> Characterised {
     let of = PlayedBody {
         ring,

@@ -89,7 +89,7 @@ pub(super) struct Between {
     pub(super) opens_by: f32,
     /// Force along the opening at which its motor saturates, N.
     pub(super) opens_most_n: f32,
-    /// Opening that the device reports for a true one.
+    /// Opening that the device reports, as a function of the true opening.
     pub(super) opening: fn(f32) -> f32,
     /// True if x and y of the force are exchanged.
     pub(super) swaps_xy: bool,

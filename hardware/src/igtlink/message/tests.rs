@@ -29,6 +29,11 @@ const CAPABILITY: &str = "\
 const RTS_TDATA: &str = "\
      00015254535f544441544100000043616c6f74000000000000000000000000000000000000017fffffff0000\
      00000000000142f0e1eba9ea369301";
+const POLYDATA: &str = "\
+     0001504f4c5944415441000000006c69766572000000000000000000000000000000000000017fffffff0000\
+     00000000006c945a468fe7555615000000030000000000000000000000000000000000000002000000200000\
+     0000000000000000000041200000c1a0000041f0000041300000c1a0000041f0000041200000c1a000004202\
+     00000000000300000000000000010000000200000003000000000000000200000001";
 
 /// Time of all golden messages. The library's clock cuts 2⁻³² s off it.
 const UNIX_NS: u64 = 1_500_000_000;
@@ -62,6 +67,14 @@ fn every_message_is_packed_as_the_reference_library_packs_it() {
     let kinds = ["TRANSFORM", "GET_STATUS"];
     is_golden(&Message::capability("Calot", &kinds, UNIX_NS), CAPABILITY);
     is_golden(&Message::tracking_reply("Calot", false, UNIX_NS), RTS_TDATA);
+    let points_m = [
+        [0.01, -0.02, 0.03],
+        [0.011, -0.02, 0.03],
+        [0.01, -0.02, 0.0325],
+    ];
+    let both_sides = [[0, 1, 2], [0, 2, 1]];
+    let surface = Message::polydata("liver", &points_m, &both_sides, UNIX_NS);
+    is_golden(&surface, POLYDATA);
 }
 
 #[test]

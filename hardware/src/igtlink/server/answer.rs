@@ -10,11 +10,12 @@ use crate::igtlink::request::{Heard, Request, StartTracking};
 use crate::igtlink::wire::Version;
 
 /// Types that are sent, and requests that are answered.
-const CAPABILITIES: [&str; 15] = [
+const CAPABILITIES: [&str; 17] = [
     "TRANSFORM",
     "TDATA",
     "SENSOR",
     "STRING",
+    "POLYDATA",
     "STATUS",
     "CAPABILITY",
     "RTS_TDATA",
@@ -22,6 +23,7 @@ const CAPABILITIES: [&str; 15] = [
     "GET_TDATA",
     "GET_SENSOR",
     "GET_STRING",
+    "GET_POLYDATA",
     "GET_STATUS",
     "GET_CAPABIL",
     "STT_TDATA",
@@ -73,6 +75,7 @@ impl Server {
             "GET_TDATA" => self.newest_of("TDATA", "", unix_ns),
             "GET_SENSOR" => self.newest_of("SENSOR", name, unix_ns),
             "GET_STRING" => self.newest_of("STRING", name, unix_ns),
+            "GET_POLYDATA" => self.newest_of("POLYDATA", name, unix_ns),
             "STT_TDATA" => self.start_tracking(client, &request.content, unix_ns),
             "STP_TDATA" => {
                 client.stop_tracking();

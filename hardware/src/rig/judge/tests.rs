@@ -28,8 +28,8 @@ impl Bench {
         }
     }
 
-    /// One poll that brings these samples: each is a clock reading in µs, a position and a velocity
-    /// along x.
+    /// One poll that brings these samples: each is a clock reading in µs, a position in m and a
+    /// velocity in m/s, both along x.
     fn poll(&mut self, samples: &[(u32, f32, f32)], measures: bool) {
         self.judge.begin(self.now_ns);
         for (us, x_m, x_m_s) in samples {
@@ -91,7 +91,7 @@ fn a_stop_of_the_host_is_no_fault_and_no_speed_of_the_device() {
             let sample = moving(speed_m_s);
             (0..1000).for_each(|ms| bench.poll(&[sample(ms)], measures));
             bench.now_ns += u64::from(stop_ms) * MS;
-            // The line kept the oldest; they come in portions.
+            // The line's buffer kept the oldest 1600 samples of the pause. They arrive 80 a poll.
             let kept: Vec<_> = (1000..1000 + stop_ms.min(1600)).map(&sample).collect();
             kept.chunks(80)
                 .for_each(|portion| bench.poll(portion, measures));
@@ -219,8 +219,8 @@ fn a_deaf_device_stays_deaf_while_its_line_refuses() {
 #[test]
 fn a_device_that_paused_while_its_clock_went_on_is_not_frozen() {
     let mut bench = Bench::new();
-    // Every 50 ms the device's computer pauses for 40 ms. The hand moves by an encoder step of
-    // 0.055 mm in three samples.
+    // After every 50 samples the device's clock steps by 40 ms instead of 1 ms. The hand moves by
+    // an encoder step of 0.055 mm in three samples.
     let mut us = 0;
     for sample in 0..3000u32 {
         us += if sample % 50 == 0 { 40_000 } else { 1000 };
@@ -245,7 +245,8 @@ fn a_frozen_position_is_found_though_the_device_denies_measuring() {
 fn an_old_sample_that_begins_a_comparison_of_clocks_blames_nobody() {
     let mut bench = Bench::new();
     bench.run(0..1000, moving(0.0));
-    // Five seconds of the device pass between two calm samples.
+    // The device's clock advances by 5 s between two samples, and the host's by 11 ms. The judge
+    // sees no pause and no backlog.
     bench.now_ns += 10 * MS;
     bench.run(6000..9000, moving(0.0));
     assert!(!bench.seen.contains(Fault::DeviceClock));

@@ -134,12 +134,13 @@ pub struct Capabilities {
     pub serial: u32,
     /// Name, ASCII, padded with zeros.
     pub name: [u8; 16],
-    /// Opening of the handle. A message with this field is one of version 2.
+    /// Opening of the handle. A message with this field has version 2.
     pub opening: Option<Opening>,
 }
 
 impl Capabilities {
-    /// Parses a message of kind `CAPABILITIES`. Its length must be that of its version.
+    /// Parses a message of kind `CAPABILITIES`. Out of range are an unknown kind of device, and a
+    /// version 1 or 2 that does not fit the length.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         use capabilities as at;
         if message.kind() != Kind::Capabilities {
@@ -210,7 +211,7 @@ impl Capabilities {
         writer.frame()
     }
 
-    /// A Touch-class haptic device, as the emulator has it.
+    /// A Touch-class haptic device: the emulator's.
     #[must_use]
     pub const fn touch_class() -> Self {
         Self {
@@ -233,7 +234,8 @@ impl Capabilities {
         }
     }
 
-    /// A Touch-class device with a handle that opens by 30 mm, as scissors' rings do, with 5 N.
+    /// A Touch-class device whose handle opens by 30 mm, as scissors' rings do, and renders 5 N
+    /// there.
     #[must_use]
     pub const fn touch_class_with_opening() -> Self {
         Self {

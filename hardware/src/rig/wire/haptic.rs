@@ -42,13 +42,13 @@ const TORQUE_UNIT_NM: f32 = 1e-4;
 pub struct Status(pub u8);
 
 impl Status {
-    /// The motors follow `FORCE`.
+    /// A `FORCE` is in effect, even one that asks for zero.
     pub const FORCE_ON: Self = Self(1);
     /// The watchdog dropped the force; the next `FORCE` restores it.
     pub const WATCHDOG: Self = Self(2);
     /// The device limits the force (heat, current).
     pub const LIMITED: Self = Self(4);
-    /// A fault that a person must repair; no force.
+    /// A fault that a person must repair. No force is in effect.
     pub const FAULT: Self = Self(8);
 
     /// True if every bit of `other` is set.
@@ -69,25 +69,25 @@ pub struct State {
     pub applied_force: u16,
     /// The device's clock at the sample, µs; wraps.
     pub device_time_us: u32,
-    /// Handle, m; in steps of 0.1 µm.
+    /// Position of the handle, m; in steps of 0.1 µm.
     pub position_m: [f32; 3],
     /// Velocity, m/s; in steps of 1 µm/s. Zero if it is not measured.
     pub velocity_m_s: [f32; 3],
     /// Unit quaternion x y z w; in steps of 1/32767.
     pub rotation_xyzw: [f32; 4],
     /// Opening of the handle, 0 shut to 1 wide open; in steps of 1/65535. A message with this field
-    /// is one of version 2.
+    /// has version 2.
     pub opening: Option<f32>,
 }
 
 impl State {
-    /// Largest position; no table-top device reaches further from its base.
+    /// Largest coordinate of a position; no table-top device reaches farther from its base.
     pub const POSITION_LIMIT_M: f32 = 1.6;
-    /// Largest speed; no hand is faster.
+    /// Largest component of a velocity; no hand is faster.
     pub const SPEED_LIMIT_M_S: f32 = 20.0;
 
-    /// Parses a message of kind `STATE` and normalises the rotation. A rotation whose length is not
-    /// near 1 is out of range.
+    /// Parses a message of kind `STATE` and normalises the rotation. Out of range are a position, a
+    /// velocity beyond these limits, and a rotation whose squared length is not within 10 % of 1.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         use state as at;
         if message.kind() != Kind::State {
@@ -162,8 +162,7 @@ pub struct Force {
     pub force_n: [f32; 3],
     /// Torque, N m; in steps of 0.1 mN m. A device without torque ignores it.
     pub torque_nm: [f32; 3],
-    /// Force that opens the handle, N; in steps of 1 mN. A message with this field is one of
-    /// version 2.
+    /// Force that opens the handle, N; in steps of 1 mN. A message with this field has version 2.
     pub opening_n: Option<f32>,
 }
 

@@ -1,8 +1,8 @@
 //! Messages of the rig protocol: fixed layouts, little-endian, fixed-point numbers.
 //!
-//! Every message starts with its kind and a sequence number, and has exactly one length. Numbers
-//! are integers with a stated unit, so no bit pattern is a NaN or an infinity. Parsed values are
-//! SI.
+//! Every message starts with its kind and a sequence number, and has one length in each version.
+//! Numbers are integers with a stated unit, so no bit pattern is a NaN or an infinity. Parsed
+//! values are SI.
 
 mod handshake;
 mod haptic;
@@ -26,7 +26,7 @@ mod field {
     pub(super) const BODY: usize = 3;
 }
 
-/// A checked view of one payload: length and kind agree.
+/// View of one payload whose length fits its kind.
 #[derive(Debug, Clone, Copy)]
 pub struct Message<'a> {
     payload: &'a [u8],
@@ -34,7 +34,7 @@ pub struct Message<'a> {
     has_opening: bool,
 }
 
-/// Kind of a message. Host to device below 0x80, device to host above.
+/// Kind of a message. Kinds below 0x80 go from host to device, the others from device to host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
@@ -103,7 +103,7 @@ impl Kind {
 /// Reasons for which a payload with a good checksum is not a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WireError {
-    /// This version has no such kind.
+    /// The kind is unknown, or not the kind to be parsed.
     Kind(u8),
     /// The length does not fit the kind.
     Length,
@@ -226,7 +226,8 @@ impl Writer {
     }
 }
 
-/// Rounds half away from zero; the later `as` saturates and turns NaN into zero.
+/// Adds half a unit away from zero. The later `as` then truncates, saturates and turns NaN into
+/// zero.
 fn round(value: f32) -> f32 {
     if value < 0.0 {
         value - 0.5

@@ -1,10 +1,10 @@
 //! Contact constraints between tools and tissue, and their solver.
 //!
-//! Each constraint demands that a tool and the tissue under it do not overlap. The displacement of
-//! the spheres and the dent of the contact model ([`crate::contact::law`], or a tube's wall)
-//! together close the separation. The multiplier is the contact force: it pushes the spheres, and
-//! the hand feels it. The constraints of an organ are solved by Gauss–Seidel in every substep, from
-//! the last forces (warm start).
+//! A constraint demands that a tool and the tissue under it do not overlap. The displacement of the
+//! spheres and the dent of the contact model ([`crate::contact::law`], or a tube's wall) together
+//! close the separation. The contact force pushes the spheres, and the hand feels it. The
+//! constraints of an organ are solved by Gauss–Seidel in every substep, from the last forces (warm
+//! start).
 
 use heapless::Vec;
 
@@ -20,24 +20,21 @@ use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tool::{Role, Tool};
 
-/// Gauss–Seidel passes over the constraints of an organ in a substep. The first pass starts from
-/// the last forces. More passes couple contacts on one skin better, and cost time in proportion.
+/// Gauss–Seidel passes over the constraints of an organ in a substep, from the last forces. More
+/// passes couple contacts on one skin better, and cost time in proportion.
 const PASSES: u32 = 4;
 /// Share of the last contact forces that acts on a solid before the solid's constraints are solved;
-/// the rest acts after them. One pass over these constraints is an implicit step in which each
-/// constraint accounts for itself fully, and on average for half of the others. A force that acts
-/// wholly after the pass meets tissue that is too soft; one that acts wholly before it, tissue that
-/// is too stiff. The right share would be 1 for a constraint alone, and ½ if only the other
-/// constraints counted. Fitted: with ¾, gallbladders of 250 to 2500 spheres press back nearly as
-/// they do in twelve times the substeps; with 0, up to 17 % too little. `evaluate force` shows the
-/// remaining difference to finite elements.
+/// the rest acts after them. [`crate::contact`] gives the reason. The right share would be 1 for a
+/// constraint alone, and ½ if only the other constraints counted. Fitted: with ¾, gallbladders of
+/// 250 to 2500 spheres press back nearly as they do in twelve times the substeps; with 0, up to 17
+/// % too little. `evaluate force` shows the remaining difference to finite elements.
 const WARM_START_SHARE: f32 = 0.75;
 
-/// Damping of a tube under a tool, per second. It stands for the fluid and tissue around a thin
-/// tube. Without it, the tube would vibrate on its wall spring and bounce off the tool. It acts on
-/// the speed relative to the world, so it holds back a tube that the tool carries along, by mass ×
-/// this rate × speed: a few mN for a duct. A larger rate damps the tube more and holds it back
-/// more.
+/// Damping of a tube under a tool, per second, as by the fluid and tissue around a thin tube.
+/// Without damping, the tube would vibrate on its wall spring and bounce off the tool. The damping
+/// acts on the speed relative to the world, so it holds back a tube that the tool carries along, by
+/// mass × this rate × speed: a few mN for a duct. A larger rate damps the tube more and holds it
+/// back more.
 const DAMPING_PER_S: f32 = 1500.0;
 
 /// Separation below which tool and tissue may touch before the tick ends, m. A fault is raised if
@@ -64,7 +61,7 @@ pub(crate) enum ContactModel {
         wall_n_m: f32,
         /// Compression at which the tube is flat, m.
         flat_m: f32,
-        /// Compliance of the tissue behind the wall within a tick, m/N. An estimate that is never
+        /// Compliance of the tissue behind the wall within a tick, m/N: an estimate that is never
         /// too large.
         behind_m_n: f32,
     },
@@ -143,7 +140,7 @@ pub(crate) struct ContactConstraint {
     pub(crate) normal: Vec3,
     /// Point on the tool's axis, world frame, m.
     pub(crate) center_m: Vec3,
-    /// Half of the axis of the tool's piece, m; zero for a round end.
+    /// Half of the axis of the tool's piece, m; zero for a round end, and on a tube.
     half_m: Vec3,
     /// Radius of the tool here, m.
     radius_m: f32,
@@ -163,7 +160,7 @@ pub(crate) struct ContactConstraint {
     /// Normal force, N, summed over the substeps so far, each weighted by its share of the tick. At
     /// the end of the tick this is the mean force, which the tool feels.
     pub(crate) felt_n: f32,
-    /// Friction, N, summed in the same way.
+    /// Friction, N, summed as `felt_n`.
     pub(crate) felt_friction_n: Vec3,
     /// Stiffness along the normal, N/m.
     pub(crate) stiffness_n_m: f32,
@@ -171,8 +168,9 @@ pub(crate) struct ContactConstraint {
     pub(crate) friction_stiffness_n_m: f32,
     /// Position of the patch before the solve, m.
     patch_start_m: Vec3,
-    /// Height of `center_m` over the patch at which the separation is zero, m: the tool's radius
-    /// plus the skin's bulge, less the separation's offset.
+    /// Height of `center_m` over the patch at which the separation is zero, m. On skin: the tool's
+    /// radius plus the skin's bulge, less the depth by which the skin has sunk and the separation's
+    /// offset.
     reach_m: f32,
     inverse_mass_per_kg: f32,
 }
@@ -209,8 +207,7 @@ impl ContactSite {
 }
 
 impl ContactConstraint {
-    /// The data that the other contacts need of this one; `number` is its index among all
-    /// constraints.
+    /// This contact as the other contacts need it; `number` is its index among all constraints.
     fn loaded(&self, number: usize) -> LoadedContact {
         let law = match self.model {
             ContactModel::HalfSpace(law) => Some(law),
@@ -279,8 +276,8 @@ impl ContactConstraint {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ContactConstraints {
     near: Vec<ContactConstraint, MAX_CONTACT_CONSTRAINTS>,
-    /// For each organ, one bit per constraint in `near` that belongs to it. An organ without
-    /// constraints thus costs no search.
+    /// For each organ, one bit per constraint in `near` that belongs to it. So an organ without
+    /// constraints costs no search.
     of_organs: [u64; MAX_ORGANS],
 }
 
@@ -352,9 +349,9 @@ impl ContactConstraints {
         faults.raise_if(lost_m < CANDIDATE_MARGIN_M, Fault::ContactOverflow);
     }
 
-    /// Pushes organ `organ` with a share of the last forces ([`WARM_START_SHARE`]), within a
-    /// substep of `step_s` and before the organ's constraints are solved. Tubes are damped instead.
-    /// Friction has no warm start: it would drag tissue that has slid since, and make it shake.
+    /// Pushes organ `organ` with a share of the last forces ([`WARM_START_SHARE`]), in a substep of
+    /// `step_s`, before the organ's constraints are solved. Tubes are damped instead. Friction has
+    /// no warm start: it would drag tissue that has slid since, and make the tissue shake.
     pub(crate) fn warm_start(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let presses = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
         for (_, constraint) in self.of_organ(organ).filter(presses) {
@@ -370,7 +367,7 @@ impl ContactConstraints {
         }
     }
 
-    /// Solves the constraints of organ `organ`, within a substep of `step_s` and after
+    /// Solves the constraints of organ `organ`, in a substep of `step_s`, after
     /// [`ContactConstraints::warm_start`].
     pub(crate) fn solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let squared = step_s * step_s;
@@ -398,8 +395,8 @@ impl ContactConstraints {
                 let separation_m =
                     height_m - constraint.reach_m - sphere_compliance_m_n * constraint.force_n;
                 if separation_m >= 0.0 && constraint.force_n <= 0.0 {
-                    // This contact has no force and stays without, because the others can only
-                    // press the skin away from it.
+                    // This contact has no force and gets none, because the others can only press
+                    // the skin away from it.
                     continue;
                 }
                 let separation_m = separation_m + influences.displacement_by_others_m(own);

@@ -20,7 +20,7 @@ pub(crate) struct ContactForce {
     pub(crate) stiffness_n_m: f32,
     /// Friction of tissue on tool, across the normal, N.
     pub(crate) friction_n: Vec3,
-    /// Stiffness of the friction while it sticks, N/m.
+    /// Stiffness of the friction, N/m; 0 while the contact slides.
     pub(crate) friction_stiffness_n_m: f32,
 }
 

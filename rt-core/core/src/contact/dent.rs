@@ -2,9 +2,9 @@
 
 use crate::math::Vec3;
 
-/// The dent under a piece of a tool. The spheres have yielded to the tool already; the skin that
-/// they carry still reaches into the piece by `depth_m`. The contact law gives the force for this
-/// depth.
+/// The dent under a piece of a tool's part. The spheres have yielded to the tool already; the skin
+/// that they carry still reaches into the piece by `depth_m`. The contact law gives the force for
+/// this depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dent {
     /// Index of the organ.

@@ -18,8 +18,9 @@ pub(crate) struct Bristle {
 }
 
 /// Least share of the half-space's compliance that the bristle keeps. Under a contact wider than
-/// their spacing, the spheres already have all of this compliance. The bristle would then be rigid
-/// and chatter against the spheres. A larger share softens the friction of wide contacts.
+/// their spacing, the spheres already have all of this compliance: a bristle without this share
+/// would be rigid and chatter against the spheres. A larger share softens the friction of wide
+/// contacts.
 const LEAST_SHARE: f32 = 0.25;
 
 /// Stiffness along the skin, N/m, of tissue with modulus `E / (1 − ν²)` under a contact of this
@@ -35,8 +36,8 @@ pub(crate) fn stiffness_n_m(
         .recip()
 }
 
-/// Ratio of the tissue's compliance along its skin to that normal to it (Cerruti's mean over
-/// Boussinesq's).
+/// Compliance of the tissue along its skin over its compliance normal to the skin (Cerruti's mean
+/// over Boussinesq's).
 pub(crate) fn along_over_across(poisson: f32) -> f32 {
     (2.0 - poisson) / (2.0 * (1.0 - poisson))
 }
@@ -52,7 +53,8 @@ impl Bristle {
     };
 
     /// This bristle on skin with this normal and with this new stiffness, N/m. A bristle that
-    /// stiffens keeps its force; one that softens keeps its bend. So neither change adds energy.
+    /// stiffens keeps its force; a bristle that softens keeps its bend. So neither change adds
+    /// energy.
     pub(crate) fn on(&self, normal: &Vec3, stiffness_n_m: f32) -> Self {
         let keep = if stiffness_n_m > self.stiffness_n_m {
             self.stiffness_n_m / stiffness_n_m
@@ -65,9 +67,8 @@ impl Bristle {
         }
     }
 
-    /// Force on the tool, N, after the tool travelled by `travel_m` relative to the skin, as if
-    /// this force did not move the skin. The skin then yields to the force with
-    /// `sphere_compliance_m_n`. The force is at most `most_n`.
+    /// Force on the tool, N, at most `most_n`. The tool has travelled by `travel_m` relative to the
+    /// skin before this force acts. The skin yields to the force with `sphere_compliance_m_n`.
     pub(crate) fn pull_n(
         &self,
         travel_m: &Vec3,
@@ -137,7 +138,7 @@ mod tests {
         let alone = stiffness_n_m(modulus_pa, 0.45, 0.003, 0.0);
         assert!((alone - 26.7).abs() < 0.05, "{alone}");
         // Spheres with half of the compliance leave twice the stiffness to the bristle; spheres
-        // with more than all of it, four times.
+        // with all of it or more leave four times.
         let half = stiffness_n_m(modulus_pa, 0.45, 0.003, 0.5 / (2.0 * modulus_pa * 0.003));
         assert!((half / alone - 2.0).abs() < 1.0e-3);
         assert!((stiffness_n_m(modulus_pa, 0.45, 0.003, 1.0) / alone - 4.0).abs() < 1.0e-3);

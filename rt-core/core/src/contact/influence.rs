@@ -1,4 +1,4 @@
-//! Influence of contacts on one skin on each other, beyond the influence that the spheres transmit.
+//! Mutual influence of the contacts on one skin, beyond the influence that the spheres transmit.
 //!
 //! The solver reads these values in every pass, so they lie close together in memory. A whole
 //! [`crate::contact::constraint::ContactConstraint`] takes a kilobyte and a half.
@@ -44,7 +44,7 @@ impl LoadedContact {
     }
 }
 
-/// The contacts of an organ, with the forces that they have now.
+/// The contacts of an organ, with their present forces.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Influences {
     contacts: Vec<LoadedContact, MAX_CONTACT_CONSTRAINTS>,
@@ -128,8 +128,8 @@ mod tests {
     }
 
     proptest! {
-        /// Reciprocity (Betti). Without it, the lightest touch of a tip would lift off a shaft next
-        /// to it.
+        /// Reciprocity (Betti). Without it, the lightest touch of a tip would lift a shaft nearby
+        /// off the skin.
         #[test]
         fn influence_is_symmetric(
             apart_m in 0.0f32..0.01, tip_n in 1.0e-5f32..0.5, shaft_n in 1.0e-5f32..0.5,

@@ -5,7 +5,7 @@
 //! themselves yield by a part of this dent, as if F were spread over a Gaussian patch `exp(−r²/A²)`
 //! of the skin. This module adds the rest, `δ − c F`, with the compliance c of such a patch. The
 //! rest is the difference of two half-spaces, which vanishes a few sphere spacings away. So the
-//! spheres alone account for everything beyond (the organ's shape, its attachments, other tools).
+//! spheres alone account for the organ's shape, its attachments and other tools.
 //!
 //! Sources: Sneddon 1965 (ball), Hertz (cylinder), Zhang, Cao, Li and Feng 2014 (neo-Hookean
 //! softening).
@@ -25,7 +25,7 @@ pub(crate) enum Shape {
 }
 
 /// Lower bound of the skin's curvature times the ball's radius: hollow skin lowers the relative
-/// curvature to half of the ball's at most. The law of a half-space does not hold for skin that
+/// curvature, but not below half of the ball's. The law of a half-space does not hold for skin that
 /// fits more closely around the ball.
 const HOLLOW: f32 = -0.5;
 /// Upper bound of the skin's curvature times the ball's radius: sharper skin counts as this sharp.
@@ -35,9 +35,9 @@ const POINT: f32 = 3.0;
 /// share once more, because a curved contact is a little stiffer just before its end than at it.
 const BEFORE_END: f32 = 0.01;
 
-/// Softening of a neo-Hookean half-space against a linear one, for a dent as deep as the radius. It
-/// turns Sneddon's force into Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014). The
-/// source holds up to δ = R; deeper dents extrapolate it.
+/// Softening of a neo-Hookean half-space against a linear one, for a dent as deep as the radius.
+/// This softening turns Sneddon's force into Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng
+/// 2014). The source holds up to δ = R; deeper dents extrapolate it.
 const SOFTENING: f32 = 0.06;
 /// Contact half-width at which a ball counts as buried, as a share of its radius. The law has a
 /// pole at 1.
@@ -58,7 +58,7 @@ struct Dent {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Law {
     shape: Shape,
-    /// Mean curvature of the skin at rest, divided by the tool's curvature.
+    /// Mean curvature of the skin at rest over the curvature of the ball; 0 for a cylinder.
     bulge: f32,
     /// `E / (1 − ν²)`, Pa.
     modulus_pa: f32,
@@ -66,15 +66,15 @@ pub(crate) struct Law {
     mesh_compliance_m_n: f32,
     /// A: width of the Gaussian patch, m.
     patch_width_m: f32,
-    /// Largest half-width of the law, m. Beyond it the dent would grow no faster than the spheres
-    /// alone yield, or the tool would be buried.
+    /// Largest half-width of the law, m. Beyond it, the dent would grow more slowly than the
+    /// spheres alone yield, or the tool would be buried.
     half_width_max_m: f32,
 }
 
 impl Law {
     /// Law on tissue of this modulus (Pa), whose spheres spread a force over a patch of this width
     /// (m). The curvature is the skin's mean at rest (1/m), positive where the skin bulges
-    /// outwards; the force of a cylinder hardly depends on the curvature.
+    /// outwards. A cylinder ignores the curvature, because its force hardly depends on it.
     pub(crate) fn new(
         shape: Shape,
         modulus_pa: f32,
@@ -244,7 +244,7 @@ impl Law {
     /// Self-influence distance of the contact under this force, m: at this distance from a point
     /// load, the half-space yields as much as the contact yields under an equal increase of its own
     /// load. The load of a cylinder is as long as the cylinder. A buried ball keeps Hertz's
-    /// distance, because its own dent grows faster there.
+    /// distance, because its own dent grows faster then.
     pub(crate) fn self_influence_distance_m(&self, force_n: f32) -> f32 {
         let force_n = force_n.max(0.0); // also of what is not a number
         match self.shape {
@@ -263,9 +263,9 @@ impl Law {
     /// on the same skin, beyond the displacement that the spheres transmit.
     /// `self_influence_distance_m` is the larger of the two contacts'
     /// ([`Law::self_influence_distance_m`]). Around a round contact the coefficient is within 4 %
-    /// of Hertz at twice the radius, and a fifth less at the rim. It never exceeds the compliance
-    /// of the other contact under its own load. Otherwise two adjacent contacts could keep each
-    /// other off the tissue, and would snap.
+    /// of Hertz at twice the radius, and a fifth less at the rim. The coefficient never exceeds the
+    /// compliance of the other contact under its own load. Otherwise two adjacent contacts could
+    /// keep each other off the tissue, and would snap.
     pub(crate) fn influence_m_n(&self, distance_m: f32, self_influence_distance_m: f32) -> f32 {
         let cubed = |m: f32| m * m * m;
         let reach_m = cube_root(cubed(distance_m) + cubed(self_influence_distance_m)).max(1.0e-5);
@@ -298,7 +298,7 @@ const GAUSSIAN: f32 = 0.398_942_3;
 /// Self-influence distance of a round contact, as a share of its half-width a (Hertz: `dδ/dF = 1 /
 /// (2 E* a)`).
 const WITHIN: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
-/// Least half-width of a cylinder's contact in its self-influence distance, as a share of its
+/// Least half-width from which a cylinder's self-influence distance is computed, as a share of its
 /// length.
 const THIN: f32 = 0.01;
 /// Largest number of steps of the search for the end of the law; each takes a fifth off the
@@ -445,7 +445,7 @@ mod tests {
         ]
     }
 
-    /// Inside the patch, and far off, spheres transmit as much as a half-space does.
+    /// Inside the patch, and far away, spheres transmit as much as a half-space does.
     #[test]
     fn spheres_carry_more_only_beyond_a_patch() {
         let more = |patches: f32| {
@@ -473,9 +473,9 @@ mod tests {
             prop_assert!(more_n - force_n <= 0.011 * separation_m / yields + 1.0e-4 * force_n);
         }
 
-        /// At one place, the influence equals the contact's own compliance. If it were more, the
-        /// first of two tool points at one place would keep the second off the skin, until it snaps
-        /// on.
+        /// At one place, the influence equals the contact's own compliance. If the influence were
+        /// larger, the first of two tool points at one place would keep the second off the skin,
+        /// until the second snaps on.
         #[test]
         fn influence_at_one_place_is_self_compliance(shape in shape(), shallow in 0.003f32..0.1) {
             let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;

@@ -7,7 +7,7 @@ use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
 /// Capacity of a patch, in spheres. Three skin vertices need at most 36. A tip of 10 mm on a
-/// gallbladder of 2500 spheres needs 115. Above the capacity, the weight goes to the first sphere.
+/// gallbladder of 2500 spheres needs 115. Further weight goes to the first sphere.
 const PATCH_MAX: usize = 160;
 
 /// A point of the tissue, carried by weighted spheres. Each sphere is listed once, and the weights
@@ -36,7 +36,7 @@ impl Patch {
         }
     }
 
-    /// Its spheres and their weights.
+    /// Spheres of the patch, and their weights.
     pub(crate) fn parts(&self) -> impl Iterator<Item = (u32, f32)> {
         self.parts
             .iter()

@@ -9,17 +9,17 @@ use crate::contact::separation::FilteredSeparation;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
 
-/// Stiffness of the contact, N/m, which feels hard to a hand. The output stage then limits it to
-/// the device's stiffness.
+/// Stiffness of the contact, N/m, which feels hard to a hand. The output limit lowers it to the
+/// device's stiffness.
 const STIFFNESS_N_M: f32 = 2000.0;
 /// Separation below which a part is tracked, so that its side is known, m: the most that both tools
 /// travel in a tick.
 const NEAR_M: f32 = 0.0065;
 
-/// Largest offset of a contact that opens, m: tools farther apart than this do not push.
+/// Largest offset of a contact that opens, m: tools that are farther apart do not push.
 const OPENING_MAX_M: f32 = 0.000_5;
-/// Travel of both tools in a tick that is not taken as motion, m: a device was unplugged or stalled
-/// before it.
+/// Travel of both tools in a tick above which it is no motion, m: a device was unplugged or
+/// stalled.
 const LEAP_M: f32 = 0.02;
 
 /// A part of the instrument near the endoscope, at the end of a tick.
@@ -80,7 +80,7 @@ impl RigidContacts {
 }
 
 /// Tracks a part. A part that overlaps the endoscope is first lifted out along the last normal;
-/// then its closest approach is found. So it cannot pass through the endoscope within a tick.
+/// then its closest approach is found. So the part cannot pass through the endoscope within a tick.
 /// `None` if the part is far from the endoscope.
 fn track(
     part: &Capsule,
@@ -307,8 +307,8 @@ mod tests {
             prop_assert!(found <= any + 1.0e-4, "{found} {any}");
         }
 
-        /// The force of a shaft that rests on the endoscope is that of the capsules' true overlap,
-        /// at any angle and wherever they lie along each other.
+        /// The force of a shaft that rests on the endoscope follows from the capsules' true
+        /// overlap, at any angle and at any place along both.
         #[test]
         fn steel_force_is_of_the_true_overlap(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0, depth_m in 1.0e-4f32..1.0e-3,
@@ -340,7 +340,7 @@ mod tests {
         }
 
         /// A shaft on the endoscope that turns through parallel, a milliradian a tick (60°/s), has
-        /// no step in its contact point or force, wherever they lie along each other.
+        /// no step in its contact point or force, at any place along both.
         #[test]
         fn turn_through_parallel_has_no_step(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0,

@@ -26,13 +26,13 @@ const JUMP_M: f32 = 0.000_02;
 pub(crate) struct FilteredSeparation {
     /// The measured separation plus the offset, m; negative: overlap.
     pub(crate) separation_m: f32,
-    /// Offset added to the measured separation, m. It is positive after a contact is found deep or
-    /// jumps inwards, and negative after a jump outwards.
+    /// Offset added to the measured separation, m: positive after a contact is found deep or jumps
+    /// inwards, negative after a jump outwards.
     offset_m: f32,
 }
 
 impl FilteredSeparation {
-    /// Value to fill in before a contact is found.
+    /// Placeholder before a contact is found.
     pub(crate) const NONE: Self = Self {
         separation_m: 0.0,
         offset_m: 0.0,
@@ -53,7 +53,7 @@ impl FilteredSeparation {
     }
 
     /// Separation of this contact after it has moved to another place, where `separation_m` is
-    /// measured. It keeps a positive offset and drops a negative one.
+    /// measured. Keeps a positive offset and drops a negative one.
     pub(crate) fn at(&self, separation_m: f32) -> Self {
         let offset_m = self.offset_m.max(0.0);
         Self {
@@ -64,7 +64,7 @@ impl FilteredSeparation {
 
     /// The separation a tick later: `separation_m` is measured, and the tool has travelled by
     /// `travel_m`. A negative offset is at least −`opening_max_m`, so a contact that is open by
-    /// more than that does not push.
+    /// more than `opening_max_m` does not push.
     pub(crate) fn next(&self, separation_m: f32, travel_m: f32, opening_max_m: f32) -> Self {
         let most_m = 2.0 * travel_m + JUMP_M;
         let goes_m = separation_m - self.measured_m();
@@ -123,7 +123,7 @@ mod tests {
         assert!((touching.next(-0.001, 0.001, OPENING_MAX_M).separation_m + 0.001).abs() < 1.0e-8);
         // A jump inwards, one outwards and one to an open contact. While the contact pushes, the
         // separation changes in a tick by at most the permitted jump and the decay of the offset.
-        // In the end it reaches its value.
+        // In the end the separation reaches its measured value.
         for to_m in [-0.003f32, -0.0002, 0.001] {
             let mut separation = FilteredSeparation::first(0.0).next(-0.001, 0.001, OPENING_MAX_M);
             for _ in 0..1000 {
@@ -140,7 +140,7 @@ mod tests {
                 "{separation:?}"
             );
         }
-        // If tissue jumps away from a tool at rest, it still pushes at first. It stops pushing as
+        // If tissue jumps away from a tool at rest, the tissue still pushes at first. It stops as
         // soon as the tool is drawn out.
         let opened = FilteredSeparation::first(0.0)
             .next(-0.001, 0.001, OPENING_MAX_M)

@@ -1,11 +1,11 @@
 //! Tools against tissue, over all organs: those with a contact skin ([`crate::contact::skin`]), and
 //! ducts and vessels ([`crate::contact::tube`]).
 //!
-//! Stage `contact` ([`ToolContacts::find`]) lists the spheres near the tools: it finds organs whose
-//! box is near a tool, then their spheres, O(spheres of organs near · parts). Skins and tubes then
-//! give candidates. Stage `solve` ([`ToolContacts::push_out`]) closes the separations after the
-//! tissue has moved, and pushes the tissue with the force that the hand feels
-//! ([`crate::contact::constraint`]).
+//! Stage `contact` ([`ToolContacts::find`]) lists the spheres of skins near the tools: it finds
+//! organs whose box is near a tool, then their spheres, O(spheres of organs near · parts). Skins
+//! and tubes then give candidates. Stage `solve` closes the separations after each substep of the
+//! tissue ([`crate::contact::constraint`]); after the last substep, [`ToolContacts::push_out`]
+//! closes them and lists the forces.
 
 use core::cmp::Ordering;
 
@@ -36,8 +36,8 @@ const NEAR_SKIN_M: f32 = 0.010;
 /// A sphere near a tool, ordered by depth, then by index, so that every run keeps the same spheres.
 #[derive(Debug, Clone, Copy)]
 struct Near {
-    /// Depth of the sphere in the tool's capsules before the solve, m. It is cheap to compute, and
-    /// never too small.
+    /// Overlap of the sphere with the tool's capsules before the solve, m; never too small, because
+    /// a capsule contains the part.
     depth_m: f32,
     sphere: u32,
 }
@@ -84,7 +84,7 @@ impl ToolContacts {
         under_skin.chain(self.tubes.near_spheres(bodies))
     }
 
-    /// The sphere that overlaps these parts of a tool most, and by how much, m.
+    /// The sphere that overlaps these parts of a tool most, and the overlap, m.
     pub(crate) fn deepest_overlap(&self, parts: &[Capsule], bodies: &Bodies) -> Option<(u32, f32)> {
         let overlaps = parts.iter().flat_map(|part| {
             let segment = Segment::new(part, &Bounds::EMPTY);
@@ -103,7 +103,8 @@ impl ToolContacts {
         self.constraints.dents(bodies)
     }
 
-    /// Depth of the tools in tissue at the deepest place, m; before the solve.
+    /// Depth of the tools in tissue at the deepest place, before the solve, m; `None` without
+    /// contact.
     pub(crate) fn deepest_m(&self) -> Option<f32> {
         let depths = self
             .constraints
@@ -252,7 +253,7 @@ struct Segment {
     radius_m: f32,
     /// Middle of the box around the piece of the axis that is near the organ's box, m.
     middle_m: Lanes,
-    /// Half of the sides of that box, m. The box is larger than the piece by the radius and
+    /// Half of the sides of this box, m. The box is larger than the piece by the radius and
     /// [`NEAR_SKIN_M`].
     half_m: Lanes,
 }
@@ -274,7 +275,7 @@ impl Segment {
         }
     }
 
-    /// True if a sphere meets the box around the piece. It is false only for spheres whose
+    /// True if a sphere meets the box around the piece. False only for spheres whose
     /// [`Segment::depth_m`] is `None`.
     #[inline(always)]
     fn may_be_near(&self, center: Lanes, radius_m: f32) -> bool {
@@ -335,8 +336,8 @@ mod tests {
 
     #[test]
     fn contact_force_acts_on_tool_and_tissue_alike() {
-        // The round end of 2 mm radius is 2 mm deep in a 10 mm sphere. The sphere of 2 g yields 0.5
-        // mm/N of that in a tick; the wall of 500 N/m, flat at 16 mm, yields the rest.
+        // The round end of 2 mm radius is 2 mm deep in a 10 mm sphere. Of these 2 mm, the sphere of
+        // 2 g yields 0.5 mm/N in a tick; the wall of 500 N/m, flat at 16 mm, yields the rest.
         let (contacts, bodies) = meet(0.010, false);
         let [contact] = contacts.forces[..] else {
             panic!("{:?}", contacts.forces)

@@ -12,10 +12,10 @@ use crate::tool::{Kinematics, Tool, Wrench};
 pub(crate) struct Felt {
     /// Wrench at the handle, world frame.
     pub(crate) wrench: Wrench,
-    /// Stiffness at the handle in its stiffest direction, N/m: never too low, at most 15 % too
+    /// Stiffness at the handle in its stiffest direction, N/m; never too low, at most 15 % too
     /// high.
     pub(crate) stiffness_n_m: f32,
-    /// Stiffness against a movement within a tick, before the tissue yields, N/m; never too low.
+    /// Stiffness at the handle within a tick, before the held tissue yields, N/m; never too low.
     pub(crate) at_once_n_m: f32,
 }
 
@@ -83,7 +83,7 @@ fn handle_way(
 
 /// Upper bound of the largest eigenvalue of a positive semidefinite matrix: `tr(M⁸)^⅛`, between
 /// that eigenvalue and `3^⅛ = 1.15` times it. When one contact's share of the matrix changes, the
-/// bound changes by no more than the stiffness of that share.
+/// bound changes by no more than the stiffness of this share.
 fn stiffest(m: &Matrix3<f32>) -> f32 {
     let size = m.trace();
     if size <= f32::MIN_POSITIVE {
@@ -214,7 +214,7 @@ mod tests {
 
     proptest! {
         /// A small motion of the hand changes the springs' force by no more than the stiffness
-        /// predicts, and in some direction by at least 1/1.15 of that.
+        /// predicts, and in some direction by at least 1/1.15 of the predicted change.
         #[test]
         fn the_stiffness_is_that_of_the_stiffest_direction(all in contacts(), way in vector(1.0)) {
             let stiffness = felt(&all, None).stiffness_n_m;

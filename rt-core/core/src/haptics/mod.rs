@@ -4,18 +4,18 @@
 //!
 //! The shaft is a lever about the port (trocar). It transmits the contacts' wrench about the port
 //! to the handle. With handle position `h`, port `p` and shaft length `L`, `d = unit(p − h)` and
-//! the tip is `h + L d`. The stiffness at the handle is that of its stiffest direction. It is
+//! the tip is `h + L d`. The stiffness at the handle is the stiffness in its stiffest direction,
 //! computed from the stiffness matrix M as `tr(M⁸)^⅛`, which is never too low and at most 15 % too
 //! high.
 //!
 //! # Proxy
 //!
 //! A device's force is limited. A hand that pushed on beyond the limit would drive the instrument
-//! through organs with forces that it does not feel. So the instrument then follows a virtual
-//! handle, displaced from the real one just so far that the tissue's force stays at the limit (a
-//! god-object, Zilles and Salisbury 1995, on a spring that yields at the limit). Contact and
-//! picture use this proxy pose. While the force is below the limit, the proxy pose is the device
-//! pose.
+//! through organs with forces that it does not feel. So beyond the limit the instrument follows a
+//! virtual handle, displaced from the real one just so far that the tissue's force stays at the
+//! limit (a god-object, Zilles and Salisbury 1995, on a spring that yields at the limit). Contact
+//! and picture use this proxy pose. While the force is below the limit, the proxy pose is the
+//! device pose.
 //!
 //! # Opening
 //!
@@ -24,13 +24,14 @@
 //!
 //! # Transition
 //!
-//! Some actions end a force in one tick: a pause, a change of the instrument, jaws that open, a
-//! reset. The part of the force that is lost then fades within 20 ms.
+//! Some actions would end a force in one tick: a pause, a change of the instrument, jaws that open,
+//! a reset. The lost part of the force then fades within 20 ms.
 //!
 //! # Safety chain
 //!
 //! Force leaves by one function, `OutputLimit::apply`, which passes it through gates in a fixed
-//! order. Each gate has a counter that the timing, the panel and `summary.json` report.
+//! order. The faults of the gates are counted; the timing, the panel and `summary.json` report
+//! them.
 //!
 //! 1. Cut at once: speed trip (1.2 m/s, latches), a force that is not finite, a force that no
 //!    person has enabled, a device that is lost or reports a fault.
@@ -41,10 +42,10 @@
 //! 4. Clamp to the peak force. As the motors warm, the limit falls to the continuous force.
 //! 5. Slew: 1 N a tick. Then a last test for finite values.
 //!
-//! The ramp precedes passivity, because damping that takes energy out must not fade with it. It
-//! precedes clamp and slew, which therefore bound everything that leaves. `motion_scale` (simulated
-//! over real motion of the handle) is applied between this chain and the device. So slew and speed
-//! trip count in simulated lengths, and the scale is restricted to 0.5 to 2.
+//! The ramp precedes passivity, because damping that takes energy out must not fade with the ramp.
+//! Clamp and slew come last, so they bound everything that leaves. `motion_scale` (simulated over
+//! real motion of the handle) is applied between this chain and the device. So slew and speed trip
+//! count simulated forces and speeds, and the scale is restricted to 0.5 to 2.
 //!
 //! # Passivity
 //!

@@ -13,9 +13,9 @@
 //! Torque skips gate 4. The force that opens the handle skips gates 3 and 4.
 //!
 //! A cut skips the other gates, so that the force does not fade. The ramp comes before passivity,
-//! because damping that takes energy out must not fade with it. Clamp and slew come last, so that
-//! they bound everything that leaves. Slew follows the clamp, so a demand above the peak raises
-//! `Clamped` and not `Slewed`.
+//! because damping that takes energy out must not fade with the ramp. Clamp and slew come last, so
+//! that they bound everything that leaves. Slew follows the clamp, so a demand above the peak
+//! raises `Clamped` and not `Slewed`.
 //!
 //! A trip latches until a person enables the force again. A stale or lost device does not latch:
 //! when samples come again, the force rises by the ramp.
@@ -37,20 +37,21 @@ use crate::words::Status;
 
 /// Largest change of force in a tick, N. At this rate a Touch reaches its peak in 3.3 ms.
 const SLEW_N: f32 = 1.0;
-/// Largest rendered stiffness, as a share of that at which a loop with the device's damping and
-/// delay begins to oscillate (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). A
-/// larger share renders stiffer contact with less margin. With this share `evaluate haptics` finds
-/// every wall stable while a hand holds the device.
+/// Largest rendered stiffness, as a share of the stiffness `K` at which a loop with the device's
+/// damping and delay begins to oscillate (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with
+/// delay). A larger share renders stiffer contact with less margin. With this share `evaluate
+/// haptics` finds every wall stable while a hand holds the device.
 const STABLE_SHARE: f32 = 0.7;
 /// Largest step of force in a tick from a change of the stiffness scale, N. Half of the demand's
 /// change is added to it. A hand does not feel this step; it feels a larger one as a knock.
 const SCALE_STEP_N: f32 = 0.001;
-/// Ticks for which the gate holds the largest recent stiffness before it fades. If the stiffness
-/// flickers (spheres that stick and slip), the gate thus uses its maximum, and the force is steady.
+/// Ticks for which the gate holds the largest recent stiffness before it fades. So if the stiffness
+/// flickers (spheres that stick and slip), the gate uses its maximum, and the force is steady.
 const STIFF_TICKS: u32 = 50;
 /// Upper bound of the remembered stiffness, N/m. An infinite stiffness would never fade.
 const RIGID_N_M: f32 = 1.0e6;
-/// Factor per tick by which a remembered stiffness fades. A larger one fades more slowly.
+/// Factor per tick by which a remembered stiffness fades. With a larger factor it fades more
+/// slowly.
 const FADES: f32 = 0.98;
 /// Lower bound of the stiffness scale where it serves as a divisor. A device that renders 2 N/m of
 /// a wall of 20 kN/m has this scale.
@@ -63,10 +64,10 @@ const SLEW_SHARE: f32 = 0.3;
 /// Speed of the handle above which the force trips, m/s.
 const SPEED_TRIP_M_S: f32 = 1.2;
 /// Time constant of the motors' heating, s. The value is assumed, because makers do not publish it.
-/// With it, a Touch reaches its thermal limit after 4 s at the peak.
+/// A Touch then reaches its thermal limit after 4 s at the peak.
 const HEAT_TIME_S: f32 = 60.0;
-/// Share of the continuous limit's heat at which the limit begins to fall from the peak. Raising it
-/// makes the fall shorter and steeper.
+/// Heat at which the limit begins to fall from the peak, as a share of the heat of the continuous
+/// force. Raising it makes the fall shorter and steeper.
 const WARM: f32 = 0.8;
 /// Time in which force falls from full to zero after the sample became stale or the simulation
 /// paused, s.
@@ -124,7 +125,7 @@ pub struct OutputLimit {
     last: ForceCommand,
 }
 
-/// A limit below this (N, N/m, s) counts as 0: squares of smaller forces lose their digits.
+/// A limit below this (in its SI unit) counts as 0: squares of smaller forces lose their digits.
 const LIMIT_MIN: f32 = 1.0e-9;
 
 /// The limit, or 0 if it is not finite or below `LIMIT_MIN`.
@@ -298,8 +299,8 @@ impl OutputLimit {
         } else {
             1.0
         };
-        // While the demand rises, the output must not fall. While it falls, the output must not
-        // rise. An output that falls as the hand goes deeper is unstable.
+        // While the demand rises, the output must not fall; while the demand falls, the output must
+        // not rise. An output that falls as the hand goes deeper is unstable.
         let wanted_n = math::norm(&demand.force_n);
         let same = self.stiffness_scale * self.last_demand_n / wanted_n.max(LIMIT_MIN);
         let goal = if wanted_n > self.last_demand_n {
@@ -368,8 +369,8 @@ impl OutputLimit {
         .x
     }
 
-    /// Present limit of the force, N: the peak while the motors are cold, falling to the continuous
-    /// force as their heat reaches that force's.
+    /// Present limit of the force, N: the peak while the motors are cold. The limit falls to the
+    /// continuous force as the motors warm to the heat of the continuous force.
     fn limit_n(&self) -> f32 {
         let full = self.continuous_n * self.continuous_n;
         let excess = self.heat_n2 - WARM * full;

@@ -3,9 +3,9 @@
 //! A contact may return to the hand at most the energy that the hand put in. The observer sums the
 //! work that the hand does against the rendered force. For each period it uses the force that acted
 //! then, which was sent `delay` earlier. The energy that the device's own damping takes is added.
-//! If the sum is below zero, the loop generates energy: it is too stiff for its delay, or samples
-//! come late. The controller dissipates that energy by damping, at most as strong as the device
-//! renders.
+//! If the sum is below zero, the loop generates energy, because it is too stiff for its delay, or
+//! samples come late. The controller dissipates that energy by damping, at most as strong as the
+//! device renders.
 //!
 //! Energy that tissue has dissipated must not hide energy that the loop generates. So the sum never
 //! exceeds the work that the present force could do on the way back to the place where contact
@@ -16,7 +16,7 @@ use crate::port::DeviceCapabilities;
 use crate::time::TICK_S;
 
 /// Number of sent forces that are kept, one a tick. The longest delay that is compensated is one
-/// tick less, which covers a slow USB device.
+/// tick less: enough for a slow USB device.
 const DELAY_MAX: usize = 16;
 /// Ticks without force after which the energy is reset.
 const FREE_TICKS: u32 = 100;
@@ -37,9 +37,9 @@ pub(crate) struct Passivity {
     delay_ticks: usize,
     /// Position of the handle at its last sample, m.
     handle_m: Option<Vec3>,
-    /// Sum of the forces that acted in the ticks since that sample, N.
+    /// Sum of the forces that acted in the ticks since the last sample, N.
     acted_n: Vec3,
-    /// Number of ticks since that sample.
+    /// Number of ticks since the last sample.
     ticks: f32,
     speed_m_s: Vec3,
     /// Position at which the present contact began, m.
@@ -51,7 +51,7 @@ pub(crate) struct Passivity {
 
 impl Passivity {
     /// An observer without energy. Negative or infinite figures of the device and NaN count as
-    /// zero. A longer delay than `DELAY_MAX - 1` ticks counts as that.
+    /// zero. A longer delay than `DELAY_MAX - 1` ticks counts as `DELAY_MAX - 1`.
     pub(crate) fn new(device: &DeviceCapabilities) -> Self {
         let sane = |x: f32| if x.is_finite() { x.max(0.0) } else { 0.0 };
         Self {
@@ -114,7 +114,7 @@ impl Passivity {
         if self.energy_j >= 0.0 || moving <= 0.0 {
             return (*wanted_n, false);
         }
-        // Damping that dissipates the deficit within a tick, limited to the device's.
+        // Damping that dissipates the deficit within a tick, at most what the device renders.
         let whole_n_s_m = -self.energy_j / (TICK_S * speed * speed);
         let damping = whole_n_s_m.min(self.damping_max_n_s_m);
         let damped_n = wanted_n - self.speed_m_s * (damping * moving / speed);

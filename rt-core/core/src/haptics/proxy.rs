@@ -2,16 +2,16 @@
 //! back.
 //!
 //! The device's force is limited. A hand that pushed on beyond the limit would drive the instrument
-//! through organs with forces that it does not feel. So the instrument then follows a virtual
-//! handle, displaced from the device pose just so far that the tissue's force stays at the limit.
-//! The instrument is a god-object (Zilles and Salisbury 1995) on a spring that yields at the limit.
-//! Below the limit the proxy pose is the device pose, and the tissue's force reaches the hand
-//! without a virtual coupling.
+//! through organs with forces that it does not feel. So beyond the limit the instrument follows a
+//! virtual handle, displaced from the device pose just so far that the tissue's force stays at the
+//! limit. The instrument is a god-object (Zilles and Salisbury 1995) on a spring that yields at the
+//! limit. Below the limit the proxy pose is the device pose, and the tissue's force reaches the
+//! hand without a virtual coupling.
 
 use crate::math::{self, Pose, Vec3};
 
-/// Share of the force above the limit that one tick removes by moving the proxy. It is below 1,
-/// because the tissue responds a tick later; a larger share follows faster and may oscillate.
+/// Share of the force above the limit that one tick removes by moving the proxy. The share is below
+/// 1, because the tissue responds a tick later; a larger share follows faster and may oscillate.
 const GAIN: f32 = 0.25;
 /// Lower bound of the stiffness by which the excess force is divided, N/m. On softer contact the
 /// excess takes more ticks to vanish.
@@ -79,7 +79,8 @@ mod tests {
         // 0.2 N too much, 200 N/m: a quarter of 1 mm.
         proxy.give_way(&Vec3::new(0.0, 0.0, 3.2), 200.0, 3.0);
         assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_25)) < 1.0e-8);
-        // At 0.1 N below the limit, half of it is taken back; without force, the rest.
+        // At 0.1 N below the limit, half of the displacement is taken back; without force, the
+        // rest.
         proxy.give_way(&Vec3::new(0.0, 0.0, 2.9), 200.0, 3.0);
         assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_125)) < 1.0e-8);
         proxy.give_way(&Vec3::zeros(), 0.0, 3.0);

@@ -1,4 +1,4 @@
-//! Transitions: a force that would end in one tick by an action of a person fades instead. Such
+//! Transitions: a force that an action of a person would end in one tick fades instead. Such
 //! actions are a pause, a change of the instrument, jaws that open, a reset. Only the part of the
 //! force that is lost fades; a new force is felt at once.
 
@@ -13,7 +13,7 @@ const TRANSITION_S: f32 = 0.02;
 pub(crate) struct Transition {
     /// Wrench that was felt in the last tick.
     last: Wrench,
-    /// Part of the wrench that was lost at the start of the transition.
+    /// Wrench that was lost at the start of the transition.
     rest: Wrench,
     /// Share of `rest` that is still felt.
     left: f32,

@@ -2,7 +2,7 @@
 //!
 //! The contact is a damped spring (XPBD, Macklin 2016) in each of the finer organ's substeps. So
 //! the pushes on a sphere that is squeezed between others come to a balance. Exact distance
-//! constraints, solved one after another, would never let it rest.
+//! constraints, solved one after another, would never let such a sphere rest.
 
 use heapless::Vec;
 
@@ -92,7 +92,7 @@ impl Between {
         }
     }
 
-    /// Notes a pair; true if it was noted already.
+    /// Notes a pair. Returns true if it was noted already.
     fn is_noted(&mut self, pair: &Pair) -> bool {
         let key = [pair.a, pair.b];
         let hash = (u32::from(pair.a) << 16 | u32::from(pair.b)).wrapping_mul(0x9e37_79b1);
@@ -357,7 +357,7 @@ mod tests {
             two.tick();
         }
         assert!((two.apart_m() - 0.012).abs() < 1.0e-7);
-        // If they come nearer, they return to that distance.
+        // Spheres that come nearer return to their distance at rest.
         let nearer = Vec3::x() * -0.002;
         two.bodies.nodes.at_mut(1).put(&nearer, &Vec3::zeros());
         for _ in 0..400 {

@@ -1,12 +1,12 @@
-//! A grid over the spheres of each organ. It finds the spheres near a place in the few cells around
-//! the place, whatever the number and size of the spheres.
+//! A grid over the spheres of each organ. It finds the spheres near a place in the few grid cells
+//! around the place, whatever the number and size of the spheres.
 
 use crate::capacity::{MAX_ORGANS, MAX_SPHERES};
 use crate::math::Vec3;
 use crate::tissue::{Bodies, Bounds};
 
-/// Mean number of spheres in a cell. With fewer, a search visits more rows of cells, which cost
-/// time as well.
+/// Mean number of spheres in a grid cell. With fewer, a search visits more rows of cells, which
+/// cost time as well.
 const SPHERES_IN_CELL: usize = 2;
 /// Cells of all organs together.
 const CELLS: usize = MAX_SPHERES / SPHERES_IN_CELL + MAX_ORGANS;
@@ -15,7 +15,7 @@ const WIDER: f32 = 1.25;
 /// Largest number of cells along the longest side of an organ's box.
 const SIDE_MAX: f32 = 48.0;
 
-/// The cells of an organ.
+/// The grid cells of an organ.
 #[derive(Debug, Clone, Copy)]
 struct Part {
     /// Box around the centres of its spheres, m.
@@ -58,7 +58,7 @@ impl Part {
         }
     }
 
-    /// Cell along each axis that contains a place, or the nearest.
+    /// Index along each axis of the cell that contains a place, or of the nearest cell.
     fn cell(&self, at_m: &Vec3) -> [usize; 3] {
         let at = (at_m - self.bounds.low_m) * self.per_m;
         let [sx, sy, sz] = self.sides;

@@ -1,8 +1,8 @@
 //! Near pairs of spheres, of two organs or of one, that are not linked. [`crate::organs::between`]
 //! presses them apart.
 //!
-//! The reach of an outer sphere is about its distance at rest from the skin that it is nearest to,
-//! not only its radius, because spheres lie under the skin.
+//! The reach of an outer sphere is about its distance at rest from the skin over it, if this is
+//! more than its radius, because spheres lie under the skin.
 //!
 //! Inner spheres of one organ overlap at rest by construction. So within an organ only pairs that
 //! were apart at rest are kept apart. Spheres of two organs that overlapped at rest come no nearer
@@ -10,7 +10,7 @@
 //!
 //! Near pairs are searched in a grid, a sixteenth of the spheres a tick. A list of pairs is
 //! complete after [`CYCLE`] ticks and is then used for as many. A pair of two organs is used from
-//! the tick in which it is found. Spheres that approach by more than [`MARGIN_M`] in that time (0.2
+//! the tick in which it is found. Spheres that approach by more than [`MARGIN_M`] in 16 ticks (0.2
 //! m/s) are found late, by at most 16 ms. Spheres that have hardly moved since their last search
 //! are not searched again; a pair of two such spheres is kept. O(spheres that move · spheres in
 //! cells within reach / 16 + pairs) a tick.
@@ -28,16 +28,16 @@ use crate::tissue::per_sphere::PerSphere;
 /// Ticks in which every sphere is searched once. More ticks cost less time in each, but fast
 /// spheres are found later.
 const CYCLE: u32 = 16;
-/// Largest gap of a listed pair, m. With a larger one, faster spheres are found in time, but more
-/// pairs are listed.
+/// Largest gap of a listed pair, m. A larger value finds faster spheres in time, but lists more
+/// pairs.
 const MARGIN_M: f32 = 0.003;
 
-/// Travel of a sphere between the construction of the grid and its use that a search allows for, m.
-/// Faster spheres (0.2 m/s) are found in the next grid.
+/// Travel of a sphere since the grid was built that a search allows for, m. Faster spheres (0.2
+/// m/s) are found in the next grid.
 const MOVED_M: f32 = 0.003;
 
 /// Travel since its last search below which a sphere counts as still, m. Two still spheres can have
-/// approached by three times this since the second was searched.
+/// approached by three times this value since the second was searched.
 const STILL_M: f32 = 0.000_15;
 
 /// Upper bound of the distance at which a pair within one organ is kept apart, as a share of the
@@ -191,8 +191,8 @@ impl Pairs {
                     if let Some(pair) = near_pair(bodies, &self.reach_m, a.min(b), a.max(b)) {
                         faults.raise_if(self.next.push(pair).is_err(), Fault::PairOverflow);
                         if bodies.organ.at(a) != bodies.organ.at(b) {
-                            // The pair is used at once as well. A pair that is listed twice is
-                            // solved once.
+                            // The pair is also used at once. A pair that is listed twice is solved
+                            // once.
                             let _ = self.current.push(pair);
                         }
                     }
@@ -202,7 +202,7 @@ impl Pairs {
         self.phase = (self.phase + 1) % CYCLE;
     }
 
-    /// Near pairs.
+    /// The near pairs in use; a pair may be listed twice.
     pub(crate) fn near(&self) -> impl Iterator<Item = &Pair> {
         self.current.iter()
     }
@@ -291,7 +291,8 @@ mod tests {
         };
         assert_eq!(after(1, 0.0), [(0, 1)], "kept");
         assert_eq!(after(1, 0.0001), [(0, 1)], "hardly moved");
-        // Motion to either side, of the sphere with the higher number and of that with the lower.
+        // Motion to either side, of the sphere with the higher number and of the sphere with the
+        // lower number.
         assert_eq!(after(1, 0.06), [(1, 2)]);
         assert_eq!(after(1, -0.06), [(0, 1)]);
         assert_eq!(after(0, -0.05), []);

@@ -1,9 +1,10 @@
-//! Clips: a closing applier closes the tubes between its jaws, as far as the clip reaches over
-//! them.
+//! Clips: a clip closes the tubes between the jaws of the closing applier, as far as the clip
+//! reaches over the tubes.
 //!
-//! A clip stays on its link of the tube, moves with it, and makes it stiff and thin. A tube that is
-//! squeezed flat is half its circumference wide; the part of this width that the clip does not
-//! reach stays open. Scissors do not cut a clip (`cut.rs`). A clip that closes on no tube is lost.
+//! A clip stays on its link of the tube, moves with the link, and makes it stiff and thin. A tube
+//! that is squeezed flat is half its circumference wide; the part of this width that the clip does
+//! not reach stays open. Scissors do not cut a clip (`cut.rs`). A clip that closes on no tube is
+//! lost.
 
 use heapless::Vec;
 
@@ -17,10 +18,10 @@ use crate::tissue::tubes::Step;
 
 /// Length of a closed clip (medium-large, titanium), m. The clip lies at the ends of the jaws.
 const LENGTH_M: f32 = 0.009;
-/// Half of the length of tube that a clip occupies, m. Closer to the clip than this, blades do not
-/// cut.
+/// Half of the length of tube that a clip occupies, m. Blades do not cut closer to the clip than
+/// this.
 const HALF_WIDTH_M: f32 = 0.001_2;
-/// Compliance of a clipped link, relative to that of the same link without a clip.
+/// Compliance of a clipped link, relative to the link's own compliance.
 const STIFF: f32 = 0.02;
 /// Thickness of a tube that is fully closed, relative to the open tube.
 const SQUEEZED: f32 = 0.5;
@@ -34,7 +35,7 @@ pub struct Clip {
     pub spheres: [u32; 2],
     /// Position from the first sphere, 0, to the second, 1.
     pub share: f32,
-    /// Share of the tube's lumen that the clip closes.
+    /// Share of the tube's lumen that the clip closes, 0 to 1.
     pub closed: f32,
     /// Direction of its legs, from the bend to the open ends: a unit vector across the tube, world
     /// frame.
@@ -68,9 +69,9 @@ impl Clips {
         CLIPS.saturating_sub(self.used)
     }
 
-    /// Organs with a tube between closing jaws. The applier holds only these organs. It holds them
-    /// before the jaws touch them, because the ends of a clip close first, so that tissue between
-    /// its legs cannot slip out.
+    /// Organs with a tube between closing jaws. The applier holds only these organs, and holds them
+    /// before the jaws touch them: the ends of a clip close first, so tissue between its legs
+    /// cannot slip out.
     pub(crate) fn between(
         jaws: &Jaws<'_>,
         scene: &Scene<'_>,
@@ -87,8 +88,8 @@ impl Clips {
     }
 
     /// Closes the next clip on every tube between `jaws`, if a clip is left. `closed` receives each
-    /// organ with such a tube and the clip's number; if there is no such tube, `None` and the
-    /// number. O(beads).
+    /// organ with such a tube and the clip's number, or `None` and the number if there is no such
+    /// tube. O(beads).
     pub(crate) fn close(
         &mut self,
         jaws: &Jaws<'_>,
@@ -166,7 +167,7 @@ impl Clips {
     }
 
     /// Holds clipped tubes together and turns each clip with its tube, after the constraints of a
-    /// substep of `organ`. If `organ` is `None`, it does so for the clips of all organs.
+    /// substep of `organ`. If `organ` is `None`: for the clips of all organs.
     pub(crate) fn carry(&mut self, organ: Option<u8>, scene: &Scene<'_>, bodies: &mut Bodies) {
         for clip in &mut self.on {
             let [a, b] = clip.spheres;

@@ -1,9 +1,9 @@
-//! Scissors: closing blades cut links that cross between them.
+//! Scissors: closing blades cut the links that cross between them.
 //!
-//! The damage of a link (of a tube, band or suture) between the blades begins when their gap is as
-//! narrow as the link is thick, and is complete when the gap is shut. A link that slides out from
-//! between the blades keeps its damage. The edges grip, so tissue between them moves with them. The
-//! arm does not feel the cutting force, because the forces of the two blades are in balance. It
+//! The damage of a link (of a tube, band or suture) between the blades begins when the gap is as
+//! narrow as the link is thick, and is complete when the gap is shut. A link that slides out of the
+//! blades keeps its damage. The edges grip, so tissue between the blades moves with them. The arm
+//! does not feel the cutting force, because the forces of the two blades are in balance. The arm
 //! feels that the severed tissue no longer pulls. Fingers in a handle that opens and shuts feel the
 //! force ([`crate::procedure::opening`]). Tetrahedra are not cut yet.
 
@@ -17,16 +17,15 @@ use crate::tissue::damage::{Apart, damage_all, sparing_none};
 /// Work of closing blades.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Cutting {
-    /// Tissue remains between the edges.
+    /// True if tissue is left between the blades.
     pub(crate) is_cutting: bool,
-    /// Energy that a full closing of the blades would take, J, at the present energy per closing of
-    /// the links between the edges.
+    /// Energy that a full closing of the blades would take at the present rate, J.
     pub(crate) full_closing_j: f32,
 }
 
-/// Cuts links between these blades, which have closed by `closed` of their opening, except at clips
-/// (`clips`: links and places, world frame, m). `cut` receives each severed link. O(attachments and
-/// elastic links of organs that move).
+/// Cuts the links between these blades, which have closed by the share `closed` of their full
+/// opening. Spares places at clips (`clips`: links and places, world frame, m). `cut` receives each
+/// severed link. O(attachments and elastic links of organs that move).
 pub(crate) fn cut_all(
     blades: &Jaws<'_>,
     closed: f32,

@@ -11,17 +11,17 @@ use crate::scene::Organ;
 use crate::tool::Tool;
 use crate::words::{Event, EventKind};
 
-/// Ticks without contact after which the instrument has left an organ. A tip that trembles at the
-/// surface thus makes one contact. Raising it merges more touches into one.
+/// Ticks without contact after which the instrument has left an organ. So a tip that trembles at
+/// the surface makes one contact. A larger value merges more touches into one.
 const RELEASE_TICKS: u32 = 50;
 /// Rise of the force on an organ that raises another event of the same press, N: half of the lowest
-/// limit that rules set for a press (0.2 N). A device's largest force raises about a hundred.
+/// limit that rules set for a press (0.2 N). A press of 10 N raises about a hundred.
 const PRESS_STEP_N: f32 = 0.1;
-/// Share of the difference by which the force of a press follows the contact in a tick: in 50 ms,
-/// as long as a touch that trembles counts as one. A tip that strikes tissue fast meets five times
-/// the force that it rests with, for some milliseconds.
+/// Share of the difference by which the smoothed force of a press follows the contact's force in a
+/// tick: a time constant of 50 ms. A tip that strikes tissue fast meets five times the force that
+/// it rests with, for some milliseconds.
 const PRESS_SHARE: f32 = 1.0 / RELEASE_TICKS as f32;
-/// Ticks in which one kind of fault raises at most one event.
+/// Ticks without a fault of one kind after which that kind raises an event again.
 const FAULT_QUIET_TICKS: u32 = 1000;
 
 /// Force of the instrument on an organ during a contact.
@@ -38,11 +38,11 @@ struct Press {
 pub(crate) struct Journal {
     events: Vec<Event, MAX_EVENTS_PER_TICK>,
     is_full: bool,
-    /// Ticks until each organ counts as left; 0: not touched.
+    /// Ticks until each organ counts as left; 0 for an organ that is not touched.
     touching: [u32; MAX_ORGANS],
     presses: [Press; MAX_ORGANS],
     electro: u8,
-    /// Ticks until each fault may raise an event again.
+    /// Ticks until each fault may raise an event again, if it does not recur.
     fault_quiet: [u32; FAULT_COUNT],
 }
 
@@ -57,8 +57,7 @@ impl Journal {
         &self.events
     }
 
-    /// Adds an event. If there is no room, the event is lost, and the tick raises a fault at its
-    /// end.
+    /// Adds an event. If there is no room, the event is lost, and the tick raises a fault.
     pub(crate) fn raise(&mut self, event: Event) {
         self.is_full |= self.events.push(event).is_err();
     }
@@ -73,7 +72,8 @@ impl Journal {
         self.is_full
     }
 
-    /// Contact, press and release events, organ by organ. `force_n` is the force on the hand.
+    /// Raises contact, press and release events, organ by organ. `force_n` is the force on the
+    /// hand.
     pub(crate) fn note_contacts(&mut self, list: &[ContactForce], organs: &[Organ], force_n: f32) {
         for (organ, _) in (0u8..).zip(organs) {
             let contact = list
@@ -153,7 +153,8 @@ impl Journal {
         }
     }
 
-    /// Raises events of faults of which a person has to know, at most one a second for each fault.
+    /// Raises events of faults of which a person has to know. A fault that recurs within a second
+    /// raises none.
     pub(crate) fn note_faults(&mut self, faults: &FaultSet, at_m: Vec3) {
         for fault in Fault::ALL {
             let Some(quiet) = self.fault_quiet.get_mut(usize::from(fault.code())) else {

@@ -4,7 +4,7 @@
 //! stably, so the fingers never feel anything stiffer. The fingers travel by `L` from shut to wide
 //! open, the jaws by `g`.
 //!
-//! - Grasper: the spring joins the fingers to the jaws (a god-object, as
+//! - Grasper: the spring joins the fingers to the jaws (a god-object, as in
 //!   [`crate::haptics::proxy`]). With the fingers at `h` and the jaws at `j`, both 0 shut to 1 wide
 //!   open, the spring presses on the fingers with `F = K L (j − h)`, at most the device's peak. By
 //!   virtual work it presses on the tissue with `F L / g`. The jaws stand where the tissue's
@@ -15,8 +15,8 @@
 //!   The spring's anchor slips when the spring is as strong as the cut (plastic friction, Hayward
 //!   and Armstrong 2000), so fingers that tremble feel no chatter. Greenish et al. 2002 recorded
 //!   such forces at scissors.
-//! - Others: the jaws are where the fingers are. No force is rendered, because no source gives the
-//!   force that closes a clip.
+//! - Hook and clip applier: the jaws are where the fingers are. No force is rendered, because no
+//!   source gives the force that closes a clip.
 
 use crate::port::Opening;
 use crate::procedure::grasp::{GRIP_MAX_N, Grasp, Jaws};
@@ -56,8 +56,8 @@ impl Drive {
         }
     }
 
-    /// Follows a handle that is open by `hand`, no faster than jaws move. For the first sample
-    /// after a gap (`takes_up`), it follows at once. A sample without an opening changes nothing.
+    /// Follows a handle that is open by `hand`, no faster than jaws move, but at once for the first
+    /// sample after a gap (`takes_up`). A sample without an opening changes nothing.
     pub(crate) fn follow(&mut self, hand: Option<f32>, takes_up: bool) {
         let Some(hand) = hand.filter(|_| self.handle.is_measured()) else {
             return;
@@ -89,8 +89,8 @@ impl Drive {
         };
     }
 
-    /// Opening at which the jaws stand after this tick. A button closes them while it is `pressed`.
-    /// With a handle that opens and shuts, `settle` has set the opening instead.
+    /// Opening at which the jaws stand after this tick. A button closes the jaws while it is
+    /// `pressed`; of a handle that opens and shuts, `settle` has computed the opening.
     pub(crate) fn jaw(&self, pressed: bool, jaws: &Jaws<'_>, grasp: &Grasp) -> f32 {
         if self.hand.is_some() {
             return self.jaw;

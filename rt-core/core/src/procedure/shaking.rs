@@ -1,9 +1,9 @@
-//! Organs that shake while a hand moves them.
+//! Organs that shake while a tool moves them.
 //!
 //! A moving hand moves organs, which is no fault. An organ shakes only if its motion reverses many
-//! times a second, and if it is much faster than the hand was at any time in the last half second.
+//! times a second, and if it is much faster than the tip was at any time in the last half second.
 //! Tissue that is pulled, slips or swings does not do both: it reverses less often, or is about as
-//! fast as the hand.
+//! fast as the tip.
 //!
 //! Nothing here feeds back into the simulation.
 
@@ -11,25 +11,25 @@ use crate::capacity::MAX_ORGANS;
 use crate::math::{self, Vec3};
 
 /// Length of a part, ticks: time is divided into parts, and organs are judged at the end of each.
-/// The speed of the hand that counts is the largest in this part and the two before, so over at
-/// least the last 0.5 s.
+/// The hand counts with its largest speed in this part and the two before, so in at least the last
+/// 0.5 s.
 const PART_TICKS: u16 = 250;
-/// Number of parts in a row that must count as shaking before an organ is reported: 6 s. An organ
-/// that no hand moves is reported after as long.
+/// Number of parts in a row that must count as shaking before an organ is reported: 6 s, as long as
+/// for an organ that no tool moves.
 const PARTS: u8 = 24;
-/// Fewest reversals of the watched sphere in a part that count as shaking. A swing of 8 Hz makes as
-/// many. A hand goes back and forth at most 5 times a second. Hanging tissue swings once or twice.
+/// Fewest reversals of the watched sphere in a part that count as shaking. A swing of 8 Hz makes
+/// four. A hand goes back and forth at most 5 times a second, hanging tissue once or twice.
 const REVERSALS: u8 = 3;
 /// Multiple of the hand's speed up to which the hand explains the speed of an organ. The factor is
-/// our choice. It leaves room for tissue that a tip drags or lets slip. Nobody has measured how
+/// our choice: it leaves room for tissue that a tip drags or lets slip. Nobody has measured how
 /// fast such tissue gets.
 const HAND_FACTOR: f32 = 3.0;
 
 /// One organ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Organ {
-    /// Sphere whose reversals are counted: the fastest one at the end of the last part. `None` if
-    /// the organ was slow in that part.
+    /// Sphere whose reversals are counted: the fastest at the end of the last part. `None` if the
+    /// organ was slow in that part.
     sphere: Option<u32>,
     /// Last velocity of that sphere that counted, m/s.
     turned_m_s: Vec3,
@@ -56,7 +56,7 @@ impl Organ {
 pub(crate) struct Shaking {
     organs: [Organ; MAX_ORGANS],
     ticks: u16,
-    /// Largest speed of the hand in this part and the two before, m/s.
+    /// Largest speed of the hand, at the tip, in this part and in each of the two before, m/s.
     hand_m_s: [f32; 3],
 }
 
@@ -75,8 +75,8 @@ impl Shaking {
         }
     }
 
-    /// Sphere of the organ of which `Self::note_velocity` needs the velocity. `None` if the organ
-    /// was slow in the last part.
+    /// Sphere of the organ whose velocity `Self::note_velocity` needs; `None` if the organ was slow
+    /// in the last part.
     pub(crate) fn watched(&self, organ: usize) -> Option<u32> {
         self.organs.get(organ)?.sphere
     }

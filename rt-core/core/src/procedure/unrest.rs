@@ -1,9 +1,9 @@
 //! Organs that fall or shake: signs that a scene does not hold together.
 //!
-//! An organ falls when its middle stays farther from its initial place than the organ is long. An
-//! organ shakes when no tool moves it, and its speed neither falls below a bound nor dies away.
-//! Each is reported once, and again after a reset. Shaking is also reported again if the organ came
-//! to rest in between.
+//! An organ falls when its middle stays farther from its initial place than its bounding box is
+//! long. An organ shakes when no tool moves it, and its speed neither falls below a bound nor dies
+//! away. Both are reported once, and again after a reset. Shaking is also reported again if the
+//! organ came to rest in between.
 //!
 //! Tissue that the trainee works on moves for a good reason. So an organ that a tool moves, or
 //! moved a moment ago, is not reported as falling, nor are the organs next to it. Such an organ is
@@ -23,8 +23,8 @@ use crate::tissue::Bounds;
 /// Time for which an organ still counts as moved after a tool moved it, ticks. A liver that was
 /// pressed is back at its place within a second.
 const DISTURBED_TICKS: u16 = 2000;
-/// Time for which an organ must be away from its place to count as fallen, ticks. A free fall of
-/// 0.2 s is 0.2 m deep.
+/// Time for which an organ must be away from its place to count as fallen, ticks. In this time an
+/// organ falls freely by 0.2 m.
 const OFF_TICKS: u16 = 200;
 /// Speed above which an organ shakes, m/s. A sphere is then 0.1 mm ahead of its trail of 32 ticks,
 /// which is a pixel of a picture of 10 cm and 1000 pixels.
@@ -34,7 +34,7 @@ const SHAKES_M_S: f32 = 0.003;
 const TOUCHED_FACTOR: f32 = 10.0;
 /// Length of a window in which the largest speed is measured, ticks: several swings of any organ.
 const WINDOW_TICKS: u16 = 2000;
-/// Windows without rest after which an organ shakes.
+/// Number of windows without rest after which an organ counts as shaking.
 const WINDOWS: u8 = 3;
 /// Share of its speed that an organ must keep from window to window. An organ that keeps less
 /// swings out: its speed falls to a tenth within 9 s.
@@ -53,7 +53,7 @@ pub(crate) enum Found {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Watched {
     place_m: Vec3,
-    /// Distance from its place at which it has fallen, m.
+    /// Distance from its place beyond which it falls, m.
     reach_m: f32,
     /// Ticks for which the organ still counts as moved by a tool.
     disturbed: u16,
@@ -137,8 +137,8 @@ impl Watched {
 #[derive(Debug, Clone)]
 pub(crate) struct Unrest {
     organs: [Watched; MAX_ORGANS],
-    /// Group of each organ. Attachments join the organs of a group, and none of them has held
-    /// tissue unless it is alone.
+    /// Group of each organ. Attachments join the organs of a group. An organ with held tissue is
+    /// alone in its group.
     group: [u8; MAX_ORGANS],
     /// Speed with which breathing may move an organ, m/s.
     breath_m_s: f32,
@@ -176,8 +176,8 @@ impl Unrest {
         }
     }
 
-    /// Numbers the groups of organs that attachments join. Held tissue ends a group. `organ_of`
-    /// gives the organ of a sphere.
+    /// Numbers the groups of organs that attachments join. An organ with held tissue ends a group.
+    /// `organ_of` gives the organ of a sphere.
     pub(crate) fn load(&mut self, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
         for (number, group) in (0u8..).zip(&mut self.group) {
             *group = number;
@@ -187,7 +187,8 @@ impl Unrest {
             let spheres = scene.spheres.iter().skip(organ.sphere_start as usize);
             *held = spheres.take(organ.sphere_count as usize).any(|it| it.held);
         }
-        // A group's smallest number reaches all its organs in fewer rounds than there are organs.
+        // The smallest number of a group reaches all its organs in fewer rounds than there are
+        // organs.
         for _ in 0..MAX_ORGANS {
             for tie in scene.attachments {
                 let Anchor::Sphere(other) = tie.to else {

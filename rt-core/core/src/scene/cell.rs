@@ -13,8 +13,8 @@ pub const NO_CELL: u16 = u16::MAX;
 /// A hexahedron of tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
-    /// Spheres of one organ that carry the cell's centre, nearest first. The cell belongs to the
-    /// nearest.
+    /// Spheres of one organ that carry the cell's centre, the nearest first. The cell belongs to
+    /// the nearest.
     pub spheres: [u16; SKIN_BINDINGS],
     /// Weights of the spheres; the sum is 1.
     pub weights: [f32; SKIN_BINDINGS],
@@ -83,8 +83,8 @@ impl<'a> Scene<'a> {
     /// Adds cells of layered tissue.
     ///
     /// # Errors
-    /// If a cell follows spheres that do not exist, a neighbour or column names no cell, or a value
-    /// is out of range.
+    /// If there are too many, a cell names a sphere that does not exist, a neighbour or column
+    /// names a cell that does not exist, or a value is out of range.
     pub fn with_cells(mut self, layers: Layers<'a>) -> Result<Self, SceneError> {
         let too_many = |what, count, limit| SceneError::TooMany { what, count, limit };
         let (cells, columns) = (layers.cells, layers.columns);

@@ -16,18 +16,18 @@ use crate::scene::{
 pub enum SceneError {
     /// More of `what` than [`crate::capacity`] allows.
     TooMany {
-        /// Organs, spheres or links.
+        /// Name of the items, such as spheres.
         what: &'static str,
         /// Number in the scene.
         count: usize,
         /// Largest number.
         limit: usize,
     },
-    /// An organ's ranges leave the scene, or leave a gap.
+    /// An organ's range ends beyond the scene's items, or does not follow the range before it.
     Range {
         /// The organ.
         organ: usize,
-        /// Spheres or links.
+        /// Name of the items: spheres, links or batches.
         what: &'static str,
         /// First of its range.
         start: u32,
@@ -42,7 +42,7 @@ pub enum SceneError {
     Value {
         /// Name of the value.
         what: &'static str,
-        /// Index of the organ, sphere or link; 0 for the room.
+        /// Index of the item that has the value; 0 for the room.
         index: usize,
         /// The value.
         value: f32,
@@ -60,13 +60,13 @@ pub enum SceneError {
         /// One past its last.
         end: u32,
     },
-    /// A tetrahedron or attachment names a sphere that it may not.
+    /// An item names a sphere, vertex or cell that does not exist or that it may not name.
     Foreign {
-        /// Batch of tetrahedra, or attachment.
+        /// Name of the item, such as attachment.
         what: &'static str,
         /// Its index.
         index: usize,
-        /// The sphere.
+        /// Index of the sphere, vertex or cell.
         sphere: u32,
     },
 }
@@ -127,7 +127,7 @@ impl core::error::Error for SceneError {}
 
 impl<'a> Scene<'a> {
     /// Checks every condition on which the tick relies: counts within [`crate::capacity`], ranges
-    /// that partition the arrays in order, finite values, links within their organ.
+    /// that partition the arrays in order, values within their ranges, links within their organ.
     ///
     /// # Errors
     /// The first violation, with its place, value and allowed range.
@@ -182,7 +182,8 @@ impl<'a> Scene<'a> {
     /// Adds the organs' tetrahedra, in batches made by [`crate::scene::batches`], organ by organ.
     ///
     /// # Errors
-    /// If the organs' ranges do not partition them, or a batch leaves its organ.
+    /// If there are too many, the organs' ranges do not partition them, or a batch names a sphere
+    /// of another organ.
     pub fn with_tetrahedra(mut self, batches: &'a [TetraBatch]) -> Result<Self, SceneError> {
         at_most("batches of tetrahedra", batches.len(), MAX_BATCHES)?;
         let (what, mut next) = ("batches of tetrahedra", 0);
@@ -221,7 +222,8 @@ impl<'a> Scene<'a> {
     /// Adds attachments between organs and to the world.
     ///
     /// # Errors
-    /// If one names a sphere that does not exist or itself, or a value is out of range.
+    /// If there are too many, one names a sphere that does not exist or joins a sphere to itself,
+    /// or a value is out of range.
     pub fn with_attachments(mut self, attachments: &'a [Attachment]) -> Result<Self, SceneError> {
         at_most("attachments", attachments.len(), MAX_ATTACHMENTS)?;
         let sutures = attachments.iter().filter(|it| is_suture(it)).count();

@@ -16,8 +16,8 @@ use crate::math::{Pose, Vec3};
 use crate::time::TICK_S;
 
 /// Material of an organ. The two stiffnesses of the inner-sphere paper's method are shares, 0..=1.
-/// The stiffness of tissue that they give depends on the iterations and the time step (a known
-/// fault of that method).
+/// The stiffness of tissue that these shares give depends on the iterations and the time step (a
+/// known fault of this method).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material {
     /// Young's modulus, Pa.
@@ -67,22 +67,22 @@ pub struct Organ {
     pub link_start: u32,
     /// Number of links.
     pub link_count: u32,
-    /// Number of links, counted from the first, that carry load in addition to the tetrahedra. The
-    /// paper's method uses all links.
+    /// Number of links, from the first, that carry load in addition to the tetrahedra. The paper's
+    /// method uses all links.
     pub elastic_links: u32,
     /// First batch of tetrahedra.
     pub batch_start: u32,
     /// Number of batches.
     pub batch_count: u32,
-    /// Substeps in a tick that its stiffness requires, 1 to [`SUBSTEPS_MAX`]: a power of two, so
-    /// that the substeps of attached organs end together.
+    /// Substeps in a tick, 1 to [`SUBSTEPS_MAX`]: a power of two, so that the substeps of attached
+    /// organs end together. Preparation chooses them by the organ's stiffness.
     pub substeps: u32,
-    /// Share of gravity that acts on it: 0 if its rest shape is the one in the body, in balance
-    /// with its weight; 1 if its rest shape is the unloaded one.
+    /// Share of gravity that acts on the organ: 0 if its rest shape is its shape in the body, in
+    /// balance with its weight; 1 if its rest shape is the unloaded shape.
     pub gravity_share: f32,
     /// Displacement of its held spheres at full inspiration, world frame, m.
     pub breath_m: Vec3,
-    /// Contents.
+    /// Content.
     pub inside: Inside,
     /// Material.
     pub material: Material,
@@ -95,7 +95,7 @@ impl Organ {
     }
 }
 
-/// Content of an organ, which leaks from a hole.
+/// Content of an organ. Blood and bile leak from a hole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Inside {
     /// Solid tissue.
@@ -103,9 +103,9 @@ pub enum Inside {
     Solid,
     /// Liver: tissue whose bile flows into attached ducts.
     Liver,
-    /// Blood. It enters where the vessel is held, or attached to another vessel.
+    /// Blood, which enters where the vessel is held, or attached to another vessel.
     Blood,
-    /// Bile: a bag (an organ with tetrahedra) is full of it, and ducts carry it.
+    /// Bile: bags (organs with tetrahedra) are full of bile, and ducts carry it.
     Bile,
     /// Food.
     Food,
@@ -151,7 +151,7 @@ pub struct Attachment {
     pub rest_length_m: f32,
     /// Compliance, m/N.
     pub compliance_m_n: f32,
-    /// True for a suture: pulls and never pushes.
+    /// True for a thread, which pulls and never pushes.
     pub is_thread: bool,
     /// Energy that tears it, J; 0 if it cannot tear.
     pub tear_j: f32,

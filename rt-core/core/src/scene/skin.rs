@@ -17,10 +17,11 @@ pub struct SkinVertex {
     /// Spheres of its organ that carry the vertex; an unused place repeats another sphere with
     /// weight 0.
     pub spheres: [u16; SKIN_BINDINGS],
-    /// Weights w of the spheres, with `Σ w = 1`. With rest positions X of the spheres, `Σ w X` is
-    /// that of the vertex, so the vertex follows every affine motion exactly.
+    /// Weights w of the spheres, with `Σ w = 1`. With the rest positions X of the spheres, `Σ w X`
+    /// is the rest position of the vertex, so the vertex follows every affine motion exactly.
     pub weights: [f32; SKIN_BINDINGS],
-    /// Index in `Skin::fans` of the first triangle around the vertex (its fan).
+    /// Index in `Skin::fans` of the first triangle around the vertex. All triangles around it are
+    /// its fan.
     pub fan_start: u32,
     /// Number of triangles around the vertex.
     pub fan_count: u32,
@@ -31,7 +32,7 @@ pub struct SkinVertex {
     pub curvature_per_m: f32,
 }
 
-/// Contact skins of all organs. Organs without tetrahedra have none; tools collide with their
+/// Contact skins of all organs. Organs without tetrahedra have none: tools collide with their
 /// beads.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Skin<'a> {
@@ -69,7 +70,8 @@ impl<'a> Scene<'a> {
     /// Adds the organs' contact skins.
     ///
     /// # Errors
-    /// If a vertex names a sphere or vertex of another organ, or a value is out of range.
+    /// If there are too many vertices, a vertex names a sphere or vertex of another organ, or a
+    /// value is out of range.
     pub fn with_skin(mut self, skin: Skin<'a>) -> Result<Self, SceneError> {
         let too_many = |what, count, limit| SceneError::TooMany { what, count, limit };
         let count = skin.vertices.len();

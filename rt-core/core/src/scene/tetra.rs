@@ -7,8 +7,8 @@ use crate::scene::{RestSphere, SceneError};
 /// Tetrahedra in a batch.
 pub const LANES: usize = 8;
 
-/// Flatness (`6 V / L³`, `L` the longest edge from the first corner) below which a tetrahedron is
-/// refused.
+/// Shape `6 V / L³` (`L` the longest edge from the first corner) below which a tetrahedron is
+/// refused as flat.
 const FLAT: f32 = 1.0e-3;
 
 /// Four spheres of an organ and the tissue that they carry.
@@ -96,8 +96,9 @@ impl TetraBatch {
     }
 }
 
-/// Hands the tetrahedra of one organ to `keep` in batches, in their order. A batch ends where the
-/// next tetrahedron shares a sphere with it; preparation orders them so that batches are full.
+/// Hands the tetrahedra of one organ to `keep` in batches, in their order. A batch ends after
+/// eight, or where the next tetrahedron shares a sphere with it. Preparation orders the tetrahedra
+/// so that most batches are full.
 ///
 /// # Errors
 /// If a tetrahedron is flat or inverted at rest, represents no volume, or names a sphere that does

@@ -1,16 +1,16 @@
-//! An instrument that is inside tissue when its device begins.
+//! An instrument that is inside tissue when its device starts or returns.
 
 use crate::sim::Sim;
 use crate::words::{Event, EventKind};
 
 /// Overlap with a sphere beyond which the instrument counts as inside, m. The skin lies above the
-/// sphere, so that the instrument is at least this deep. A hand that enters tissue at 1 m/s is 1 mm
-/// deep after its first tick.
+/// sphere, so the instrument is at least as deep in the tissue. A hand that enters tissue at 1 m/s
+/// is 1 mm deep after its first tick.
 const BURIED_M: f32 = 0.002;
 
 impl Sim<'_> {
-    /// Raises the event of an instrument that did not come into tissue through its surface, because
-    /// no tick has seen it outside: the device has just begun, or has returned.
+    /// Raises the event of an instrument inside tissue that no tick has seen outside, because its
+    /// device has just started or returned.
     pub(super) fn note_buried(&mut self) {
         if !self.inputs.takes_up() {
             return;

@@ -1,5 +1,5 @@
-//! Checkpoints: a copy of the state between two ticks, from which the simulation can continue.
-//! Copying takes more than a megabyte, so it is not for use within a tick.
+//! Checkpoints: a copy of the state between two ticks, from which the simulation can continue. A
+//! copy takes about 4 MB, so it is not for use within a tick.
 
 use super::Sim;
 use crate::capacity::MAX_ORGANS;
@@ -97,8 +97,8 @@ impl Sim<'_> {
     }
 
     /// Restores a checkpoint of a simulation of the same scene by the same method. Equal inputs
-    /// then give equal results, bit for bit. A checkpoint of another scene restores that scene's
-    /// state, without a panic.
+    /// then give equal results, bit for bit. A checkpoint of another scene does not panic, but
+    /// restores the state of that scene.
     pub fn go_back(&mut self, checkpoint: &Checkpoint) {
         let Checkpoint {
             state,

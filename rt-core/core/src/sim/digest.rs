@@ -1,8 +1,8 @@
 //! Digest of a tick: a few bytes in which two runs with equal inputs agree.
 //!
 //! Every sphere counts in every tick, so a comparison finds the first tick that differs, and the
-//! organ. A hash of all spheres would take longer than a tick has to spare; sums of their bits take
-//! microseconds.
+//! organ. A hash of all numbers would take longer than a tick has to spare; sums of the spheres'
+//! bits take microseconds.
 
 use crate::capacity::MAX_ORGANS;
 use crate::hash::Hash;
@@ -14,7 +14,7 @@ use crate::words::SphereBits;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Digest {
     /// Hash of the tools (poses, jaw, force, torque and opening force on the hand, counts,
-    /// switches) and of the history of cells.
+    /// switches), the clips, the trainee's sutures and the history of cells.
     pub tools: u32,
     /// Hash of all spheres: displacement, velocity and flags.
     pub spheres: u32,

@@ -10,22 +10,21 @@ use crate::tool::Instrument;
 pub enum Command {
     /// Pauses (true) or resumes.
     Pause(bool),
-    /// Puts every organ back to rest, and opens the jaws.
+    /// Puts every organ back to rest, and releases held tissue.
     Reset,
-    /// Prepares the start of this task, and opens the jaws.
+    /// Resets, then prepares the start of this task.
     Start(Task),
-    /// Enables the force (true; also after a trip) or cuts it.
+    /// Enables the force (true), also after a trip, or cuts it.
     EnableForce(bool),
     /// Changes the instrument on the shaft.
     Instrument(Instrument),
 }
 
-/// A task of the operation, named by its work. When a task begins, the work of the earlier tasks is
-/// done.
+/// A task of the operation. When it begins, the work of the earlier tasks is done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Task {
-    /// Begins with nothing done: the sutures that hang an organ are not placed.
+    /// Begins with nothing done: the organ is not hung.
     Hang = 0,
     /// Begins with the organ hung.
     Identify = 1,
@@ -97,9 +96,11 @@ impl Stage {
 /// Work that a late tick may omit, in order of omission. The force is never omitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Optional {
-    /// Contact of organs with each other and themselves: they may overlap for one more tick.
+    /// Contact of organs with each other and themselves: without it, organs may overlap for one
+    /// more tick.
     SelfCollision,
-    /// Organs that no tool is near and the jaws do not hold: they stand still for a tick.
+    /// Motion of organs that no tool is near and the jaws do not hold: without it, they stand still
+    /// for a tick.
     FarOrgans,
 }
 
@@ -107,8 +108,8 @@ pub enum Optional {
 pub trait Ports {
     /// Returns time, newest samples and command.
     fn sample(&mut self) -> Samples;
-    /// Returns the faults that the device's driver found in the samples. Whether the handle leapt
-    /// is an input like a sample: a replay returns the recorded answer.
+    /// Returns the findings of the device's driver in the samples. The findings are an input like a
+    /// sample: a replay returns the recorded findings.
     fn findings(&mut self) -> Findings {
         Findings::default()
     }
@@ -116,11 +117,12 @@ pub trait Ports {
     fn send_force(&mut self, command: ForceCommand);
     /// Publishes the results of the tick.
     fn publish(&mut self, view: &TickView<'_>);
-    /// Returns true if there is time for optional work; called once a tick for each kind, in their
-    /// order. The answer is an input like a sample: a replay returns the recorded one.
+    /// Returns true if there is time for optional work; called once a tick for each kind, in the
+    /// order of [`Optional`]. The answer is an input like a sample: a replay returns the recorded
+    /// answer.
     fn may(&mut self, _work: Optional) -> bool {
         true
     }
-    /// Marks the end of a stage: the process reads its clock.
+    /// Marks the end of a stage, at which the process reads its clock.
     fn stamp(&mut self, stage: Stage);
 }

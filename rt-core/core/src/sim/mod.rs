@@ -7,8 +7,8 @@
 //! | contact | finds the contacts of organs with tools, with each other and with themselves |
 //! | solve | moves the tissue, in substeps, with every constraint |
 //! | force | sums the wrench on the handle, limits it, and sends it to the device at once |
-//! | procedure | moves the jaws; grasps, cuts, clips, burns, tears and leaks; raises the events |
-//! | publish | fills a frame, if an empty one is there |
+//! | procedure | moves the jaws; grasps, cuts, clips, sews, burns, tears and leaks; raises events |
+//! | publish | hands the results to `Ports::publish` |
 //!
 //! # Determinism
 //!
@@ -22,8 +22,8 @@
 //! The digest of a tick holds a hash of the tools, a hash of the checksums of all organs' spheres,
 //! and eight bits of each organ's checksum. Every sphere counts in every tick. So a comparison of
 //! two runs finds the first tick and the organ that differ. The checksums are plain sums, because a
-//! hash over all spheres would take too long for a tick. The digest does not cover results that
-//! affect neither tools nor spheres, such as the flow of a leak.
+//! hash of every number would take too long for a tick. Results that affect neither tools nor
+//! spheres, such as the flow of a leak, are not in the digest.
 //!
 //! # Checkpoints
 //!
@@ -32,8 +32,9 @@
 //!
 //! # Prepared tasks
 //!
-//! `Command::Start` resets the scene and does the work of the earlier tasks: it clears tissue, puts
-//! on clips and divides tubes. The reset raises an event, but the prepared work raises none.
+//! `Command::Start` resets the scene and does the work of the earlier tasks: it removes cells, puts
+//! on clips and divides tubes. (For the first task it takes the sutures down instead.) The reset
+//! raises an event, but the prepared work raises none.
 
 mod buried;
 mod checkpoint;
@@ -89,7 +90,7 @@ const STIR_M: f32 = 0.002;
 pub struct Parameters {
     /// Time in which the force rises from zero to full, s.
     pub force_ramp_s: f32,
-    /// True if force may leave from the start, without [`Command::EnableForce`].
+    /// True if force is enabled from the start, without [`Command::EnableForce`].
     pub force_enabled: bool,
 }
 
@@ -131,8 +132,7 @@ pub struct Sim<'a> {
 }
 
 impl<'a> Sim<'a> {
-    /// A simulation of `scene` at rest, in the storage `state`. It solves tissue as a neo-Hookean
-    /// solid.
+    /// A simulation of `scene` at rest, in the storage `state`, with tissue as a neo-Hookean solid.
     #[must_use]
     pub fn new(
         scene: Scene<'a>,
@@ -252,7 +252,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Puts every organ back to rest without damage, opens the jaws, and takes off all clips.
+    /// Puts every organ back to rest without damage, releases held tissue, and takes off all clips.
     fn reset(&mut self) {
         self.let_go();
         self.contacts.clear();
@@ -273,8 +273,8 @@ impl<'a> Sim<'a> {
         });
     }
 
-    /// Computes the instrument's pose (through the port) and capsules from the device's pose, and
-    /// the endoscope's from the tracker's.
+    /// Computes pose and capsules of the instrument from the device's pose, and pose and capsule of
+    /// the endoscope from the tracker's.
     fn move_tool(&mut self) {
         let room = self.scene.room();
         if let Some(sample) = self.inputs.device.newest() {
@@ -331,7 +331,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Solves every organ that is awake, each in its substeps, with contacts.
+    /// Advances every organ that moves in this tick, each in its substeps, with contacts.
     fn solve(&mut self, far_organs: bool, faults: &mut FaultSet) {
         if self.tool.switches.paused {
             return;
@@ -379,8 +379,8 @@ impl<'a> Sim<'a> {
     }
 
     /// Organs that are simulated in this tick: those near a tool or in the jaws and, if
-    /// `far_organs`, all others that are awake. Wakes organs that breathe, and organs that
-    /// something near them moves.
+    /// `far_organs`, all others that are awake. Wakes organs near a tool, in the jaws, breathing,
+    /// pulled by a suture, or next to a moving organ.
     fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
         let worked = self.worked_organs();
         let mut moves = worked;
@@ -398,7 +398,7 @@ impl<'a> Sim<'a> {
         moves
     }
 
-    /// True if this organ sleeps, and another one that moves is near it or attached to it.
+    /// True if this organ sleeps, and a moving organ is near it or attached to it.
     fn is_stirred(&self, organ: usize) -> bool {
         let Some(own) = self.bounds.get(organ) else {
             return false;
@@ -522,8 +522,8 @@ impl<'a> Sim<'a> {
         math::sqrt(nodes.map(squared).fold(0.0, f32::max))
     }
 
-    /// Hash of the results: spheres, tool, force. Equal inputs give equal hashes, bit for bit, in
-    /// every build.
+    /// Hash of the results (spheres, tool, force, cells, sutures). Equal inputs give equal hashes
+    /// in every build.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
         let mut hash = Hash::new();

@@ -16,8 +16,8 @@ use crate::words::{Event, EventKind};
 const JAW_HOLDS: f32 = 0.35;
 
 impl Sim<'_> {
-    /// Follows the handle's buttons and opening: moves the jaws, which then grasp, cut or clip, and
-    /// changes the instrument. Places sutures.
+    /// Follows the handle's buttons and opening: changes the instrument, and moves the jaws, which
+    /// then grasp, cut or clip. Places sutures.
     pub(super) fn work_instrument(&mut self, faults: &mut FaultSet) {
         let pressed = self.inputs.newly_pressed();
         if pressed.contains(Buttons::CHANGE) {
@@ -42,10 +42,10 @@ impl Sim<'_> {
         self.sew();
     }
 
-    /// Applies the current of the hook's bare tip to the tissue that it touches.
+    /// Applies current to the tissue that the hook's bare tip touches, and raises the burn events.
     pub(super) fn burn(&mut self) {
+        let electrode = Electrode::of(&self.tool, self.electric_pedal());
         let (state, journal) = (&mut *self.state, &mut self.journal);
-        let electrode = Electrode::of(&self.tool);
         if let Some(electrode) = &electrode {
             let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
             let cells = bodies.touched_cells(electrode, &self.scene, &self.bounds);
@@ -90,8 +90,8 @@ impl Sim<'_> {
         }
     }
 
-    /// Holds the tubes between the closing jaws of the applier. Closes a clip in the tick in which
-    /// the jaws bite.
+    /// Holds the tubes between the closing jaws of the applier. Closes a clip if the jaws bite in
+    /// this tick.
     fn clip(&mut self, bites: bool, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let (jaws, at_m) = (jaws(&self.tool), self.tool.tip_m);
@@ -131,14 +131,14 @@ impl Sim<'_> {
         self.tell_of_grasp(EventKind::Grasp, self.grasp.count() as f32);
     }
 
-    /// Updates the grip, and releases tissue when the jaws open or the tissue has slid out. Raises
-    /// the events of tissue that slips, is crushed or is released.
+    /// Updates the grip, and releases tissue if the jaws have opened or the tissue has slid out.
+    /// Raises the events of tissue that slips, is crushed or is released.
     fn hold(&mut self, closing: bool) {
         let Some(first) = self.grasp.first() else {
             return;
         };
         let (held, force_n) = (self.grasp.count(), math::norm(&self.grasp.pull_n()));
-        // Slipping in opening jaws is a release: it raises no slip event.
+        // Tissue that slips in opening jaws is being released: it raises no slip event.
         let most_n = self.drive.grip_max_n(self.tool.instrument);
         let slipped = (self.grasp).hold(&jaws(&self.tool), most_n, &mut self.state.bodies);
         if slipped && closing {

@@ -10,8 +10,9 @@ use crate::words::{Health, Status};
 /// Lower bound of the age above which a device sample is stale, ns. The force falls while the
 /// sample is stale. Raising it tolerates longer gaps, in which an old force acts.
 const DEVICE_STALE_NS: u64 = 5_000_000;
-/// Age above which a device sample is stale, in periods of the device's own rate. With fewer, the
-/// samples of a slow device would always be stale, because they may wait a period in transit.
+/// Age above which a device sample is stale, in periods of the device's own rate. With fewer
+/// periods, the samples of a slow device would always be stale, because a sample may wait a period
+/// in transit.
 const STALE_PERIODS: f32 = 3.0;
 /// Upper bound of the age above which a device sample is stale, ns: as long as a device's own
 /// watchdog may hold a force.
@@ -19,22 +20,22 @@ const DEVICE_STALE_MAX_NS: u64 = 100_000_000;
 /// Time between two ticks above which the force starts from zero again, ns: as long as the force
 /// takes to fall once a sample is stale.
 const STANDSTILL_NS: u64 = 20_000_000;
-/// Time after a standstill, ns, for which no speed is computed from positions and the force does
-/// not rise. Samples that the device sent during the gap arrive all at once. The distance between
-/// them was covered during the gap, not in one tick. A serial line delivers its buffer of 4 kB in a
-/// few milliseconds, or in tens of milliseconds on a busy machine.
+/// Time after a standstill, ns, in which no speed is computed from positions and the force does not
+/// rise. Samples that the device sent during the gap arrive all at once, and the handle covered the
+/// distance between them during the gap, not in one tick. A serial line delivers its buffer of 4 kB
+/// in a few milliseconds, or in tens of milliseconds on a busy machine.
 const SETTLE_NS: u64 = 50_000_000;
 /// Age above which a tracker sample is stale, ns.
 const TRACKER_STALE_NS: u64 = 100_000_000;
 /// Age above which the pedal's state is stale, ns. A stale state raises [`Fault::LostPedal`].
 const PEDAL_STALE_NS: u64 = 500_000_000;
-/// Largest distance of a pose from its device's origin, m.
+/// Largest coordinate of a pose in its device's frame, m.
 const REACH_MAX_M: f32 = 10.0;
-/// Least time by which the distance between two samples is divided to compute a speed, s. Each tick
-/// takes one sample, so two samples are a tick apart even if the first one arrived late.
+/// Least time by which the distance between two samples is divided for a speed, s. Each tick takes
+/// one sample, so two samples are a tick apart even if the first one arrived late.
 const SAMPLE_PERIOD_MIN_S: f32 = 0.001;
 
-/// State of one device's line, and its newest sample.
+/// One device's line: its state and its newest sample.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Line<T> {
     newest: Option<T>,
@@ -108,11 +109,11 @@ pub(crate) struct Inputs {
     pub(crate) device: Line<DeviceSample>,
     pub(crate) tracker: Line<TrackerSample>,
     pedal: Line<PedalSample>,
-    /// Velocity of the handle in the device's frame, m/s: as the device measures it, or else from
-    /// the last two samples.
+    /// Velocity of the handle in the device's frame, m/s: measured by the device, or else from the
+    /// last two samples.
     pub(crate) velocity_m_s: Vec3,
     newly_pressed: Buttons,
-    /// True if this tick's sample is the first one, or the first after a gap.
+    /// True if this tick's sample is the first, or the first after a gap.
     takes_up: bool,
     /// Age at which a device sample is stale, ns.
     stale_ns: u64,
@@ -134,7 +135,7 @@ impl Inputs {
         }
     }
 
-    /// Takes the samples of the ports. An invalid sample is dropped; without a valid one, the line
+    /// Takes the samples of the ports. Invalid samples are dropped; without valid ones, the line
     /// becomes stale.
     pub(crate) fn take(&mut self, samples: &Samples, faults: &mut FaultSet) {
         faults.raise_if(
@@ -198,19 +199,19 @@ impl Inputs {
         self.newly_pressed
     }
 
-    /// True if this tick's sample is the first one, or the first after a gap. The handle may have
-    /// opened or shut unseen before it.
+    /// True if this tick's sample is the first, or the first after a gap, so that the handle may
+    /// have opened or shut unseen.
     pub(crate) const fn takes_up(&self) -> bool {
         self.takes_up
     }
 
-    /// True if the hand may have moved anywhere: no tick ran for long (a stopped process, a stalled
-    /// machine), or the device was unplugged and has returned.
+    /// True if the hand may have moved anywhere: no tick ran for a long time (a stopped process, a
+    /// stalled machine), or the device has returned after a loss.
     pub(crate) const fn has_leapt(&self) -> bool {
         self.stood_still || self.came_back
     }
 
-    /// True for a short time after a standstill: the force must not rise yet.
+    /// True for a short time after a standstill, in which the force must not rise.
     pub(crate) const fn is_settling(&self) -> bool {
         self.now_ns < self.settles_until_ns
     }

@@ -1,6 +1,6 @@
-//! Sewing: the trainee hangs an organ on the abdominal wall. The pedal passes the needle through
-//! the tissue at the grasper's tip; pressed again, it hangs the suture in the direction in which
-//! the tip was carried.
+//! Sewing: the trainee hangs an organ on the abdominal wall. A press of the pedal passes the needle
+//! through the tissue at the grasper's tip; a second press hangs the suture in the direction in
+//! which the tip was carried.
 
 use crate::math::{self, Vec3};
 use crate::port::PedalSample;
@@ -10,11 +10,12 @@ use crate::tissue::suture::{Placed, Suture};
 use crate::tool::{Instrument, Tool};
 use crate::words::{Event, EventKind};
 
-/// Length of the needle, m: tissue touched within this distance of the tip is pierced.
+/// Length of the needle, m: it pierces tissue that the instrument touches within this distance of
+/// the tip.
 const NEEDLE_M: f32 = 0.012;
 /// Least distance that the tip is carried before it shows a direction, m.
 const CARRIED_M: f32 = 0.01;
-/// Least rise of the thread to the wall, as a share of its length.
+/// Least rise of the direction in which the tip was carried: height over length.
 const RISES: f32 = 0.5;
 /// Longest thread, m.
 const THREAD_M: f32 = 0.2;
@@ -72,8 +73,8 @@ impl Sim<'_> {
         });
     }
 
-    /// Passes the suture through its organ at the tip: it then holds the free sphere nearest to the
-    /// place that the tip touches.
+    /// Passes the suture through its organ at the touched or held place nearest to the tip. The
+    /// suture then holds the free sphere nearest to this place.
     fn through(&self, mut suture: Suture) -> Option<(Suture, EventKind, Vec3)> {
         let bodies = &self.state.bodies;
         let own = *bodies.organ.at(suture.sphere);
@@ -99,8 +100,8 @@ impl Sim<'_> {
         Some((suture, EventKind::Stitch, at_m))
     }
 
-    /// Extends the thread past the tip to the wall, which is as high as the scene's anchor of this
-    /// suture.
+    /// Extends the thread from the organ past the tip to the wall, which is as high as the scene's
+    /// anchor of this suture.
     fn to_wall(&self, number: usize, mut suture: Suture) -> Option<(Suture, EventKind, Vec3)> {
         let mut given = self.scene.attachments.iter().filter(|it| is_suture(it));
         let given = given.nth(number)?;

@@ -8,7 +8,7 @@ use crate::tissue::Node;
 use crate::tissue::tubes::Step;
 
 /// Positions of the clips along a prepared tube, from the body's end, 0, to the gallbladder's, 1.
-/// Two stay with the body, one leaves with the gallbladder.
+/// Two clips stay with the body, one leaves with the gallbladder.
 const CLIPS_AT: [f32; 3] = [0.35, 0.5, 0.8];
 /// Distance from the middle of duct and artery within which tissue is dissected before clipping, m.
 const CLEARED_M: f32 = 0.008;
@@ -111,7 +111,7 @@ impl Sim<'_> {
     /// Step (link) at this share of the length of a tube whose spheres are numbered along it. The
     /// share counts from the first sphere if `is_from_low`, else from the last.
     fn step_at(&self, organ: u8, it: &Organ, share: f32, is_from_low: bool) -> Option<Step> {
-        // From both ends alike: preparation numbers the spheres from either.
+        // Counts from both ends alike, because preparation may number the spheres from either end.
         let last = it.sphere_count.saturating_sub(2);
         let from_end = ((share * (last + 1) as f32) as u32).min(last);
         let place = if is_from_low {

@@ -1,4 +1,4 @@
-//! Organs that fall or shake: which of them a tool moves, and the events.
+//! Organs that fall or shake: finds the organs that a tool moves, and raises the events.
 
 use crate::math;
 use crate::port::Buttons;
@@ -22,8 +22,7 @@ impl Sim<'_> {
         self.unrest.start(&self.scene, &self.bounds);
     }
 
-    /// Raises the events of organs that fall or shake. Nothing of this feeds back into the
-    /// simulation.
+    /// Raises the events of organs that fall or shake. Nothing here feeds back into the simulation.
     pub(super) fn note_unrest(&mut self) {
         if self.tool.switches.paused {
             return;
@@ -62,7 +61,7 @@ impl Sim<'_> {
                 Found::Falls(distance_m) => (EventKind::Fall, distance_m),
                 Found::Shakes(speed_m_s) => (EventKind::Shake, speed_m_s),
             };
-            // The events of the operation come first, if the journal has room for few.
+            // If the journal has little room, the events of the operation come first.
             if journal.has_room() && (organ as usize) < organs.len() {
                 journal.raise(Event {
                     kind,
@@ -78,8 +77,8 @@ impl Sim<'_> {
             .look_at_worked(hand_m_s, bounds, fastest, &mut tell);
     }
 
-    /// Speed of the tip over that of the handle, at least 1, because the shaft is a lever about the
-    /// port.
+    /// Speed of the tip over the speed of the handle (the shaft is a lever about the port), at
+    /// least 1.
     fn lever(&self) -> f32 {
         let port_m = self.scene.room.instrument_port_m;
         let [tip_m, handle_m] = [

@@ -38,7 +38,7 @@ pub struct TickView<'a> {
     /// Energy that the hand put into contact and did not get back, J. Below zero, contact has
     /// generated energy.
     pub energy_j: f32,
-    /// True if contact asked for a force in this tick, and the simulation is not paused.
+    /// True if tissue or jaws asked for a force in this tick, and the simulation is not paused.
     pub asks_force: bool,
     /// Share of the demanded force that the ramp let through; 0 while force is cut.
     pub force_share: f32,
@@ -88,8 +88,8 @@ impl<'a> TickView<'a> {
             .map(|link| parted.left_of_link(link) <= 0.0)
     }
 
-    /// Sutures that hang organs on the abdominal wall, in the order of the scene's attachments;
-    /// each with true if it is cut through.
+    /// Sutures that hang organs on the abdominal wall, in the order of the scene's attachments,
+    /// each with true if it is severed.
     pub fn sutures(&self) -> impl Iterator<Item = (&'a Suture, bool)> + use<'a> {
         let parted = &self.bodies.parted;
         let ties = self.scene.attachments.iter().enumerate();

@@ -4,7 +4,7 @@ use crate::capacity::{MAX_LINKS, MAX_SPHERES};
 use crate::scene::Link;
 use crate::tissue::per_sphere::PerSphere;
 
-/// The linked spheres of every sphere, one list after the other.
+/// Lists of the linked spheres of every sphere, one after the other.
 #[derive(Debug, Clone)]
 pub(crate) struct Adjacency {
     /// First of each sphere's list in `linked`, and its length.

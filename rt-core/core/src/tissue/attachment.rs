@@ -1,8 +1,8 @@
 //! Attachments between organs, and between an organ and the world.
 //!
-//! An attachment acts between the substeps of two organs (`multirate`): at least in each substep of
-//! the coarser organ, at most in each of the finer one, and in between as often as its stiffness
-//! needs. Between two solutions, its force on the finer organ stays the same.
+//! An attachment is solved at least in each substep of the coarser organ, at most in each of the
+//! finer one, and in between as often as its stiffness needs (`multirate`). Between two solutions,
+//! its force on the finer organ stays the same.
 
 use heapless::Vec;
 
@@ -14,12 +14,12 @@ use crate::tissue::bar::{self, Bar};
 use crate::tissue::lanes::Lanes;
 use crate::tissue::multirate::{Multirate, Pace, SubstepWindow};
 
-/// Largest share of its stiffness that an attachment may lack. It is solved from zero impulses, in
-/// one pass, so it lacks `k dt² w` with the stiffness `k`, the time between two solutions `dt` and
-/// the sum of the ends' inverse masses `w`.
+/// Largest share of its stiffness that an attachment may lack. An attachment is solved from zero
+/// impulses, in one pass, so it lacks the share `k dt² w`, with the stiffness `k`, the time between
+/// two solutions `dt` and the sum of the ends' inverse masses `w`.
 const SOFTER_MAX: f32 = 0.03;
 
-/// An attachment in the order of solution.
+/// An attachment, in the order of solution.
 #[derive(Debug, Clone, Copy)]
 struct Turn {
     /// Index in the scene.
@@ -37,7 +37,8 @@ struct Turn {
 struct Rhythm {
     /// Number of times that it is solved in a tick.
     times: u32,
-    /// Number of times that its force acts on the finer organ: that organ's substeps.
+    /// Number of times that its force acts on the finer organ in a tick: the substeps of the finer
+    /// organ.
     acts: u32,
     /// Index of the end in the finer organ.
     finer: u8,
@@ -51,8 +52,8 @@ struct Group {
     turns: [u16; 2],
 }
 
-/// Substeps in a tick are 1, 2, 4, 8 or 16, for the solution, for the finer organ, and either end
-/// is the finer one.
+/// Number of rhythms: 1, 2, 4, 8 or 16 solutions, as many substeps of the finer organ, and either
+/// end.
 const MAX_GROUPS: usize = 5 * 5 * 2;
 
 /// Attachments of a scene; those that are solved most often come first.
@@ -60,8 +61,8 @@ const MAX_GROUPS: usize = 5 * 5 * 2;
 pub(crate) struct Ties {
     groups: Vec<Group, MAX_GROUPS>,
     turns: Vec<Turn, MAX_ATTACHMENTS>,
-    /// Impulse of each turn on its finer end in a substep of that end, m kg. Every tick begins with
-    /// new ones.
+    /// Impulse of each turn on its finer end in a substep of the finer organ, m kg. Every tick
+    /// computes it anew.
     held: [Lanes; MAX_ATTACHMENTS],
 }
 
@@ -115,7 +116,7 @@ fn powers_down_from(most: u32) -> impl Iterator<Item = u32> {
 }
 
 impl Rhythm {
-    /// Of an attachment between organs of these `substeps`.
+    /// Rhythm of an attachment between organs of these `substeps`.
     fn of(tie: &Attachment, substeps: [u32; 2], scene: &Scene<'_>) -> Self {
         let weight_per_kg = |sphere: u32| {
             let rest = scene.spheres.get(sphere as usize);
@@ -151,10 +152,10 @@ pub fn solutions_per_tick(
     times
 }
 
-/// Projects every attachment whose window begins with the finest substep `now` as an elastic link,
-/// and repeats the forces of the others in the substeps of their finer organs. A suture acts only
-/// while it is taut; a severed attachment never acts. An attachment of rest length zero draws its
-/// ends together.
+/// Projects every attachment whose window begins with the finest substep `now` as an elastic link.
+/// Repeats the forces of the other attachments in the substeps of their finer organs. A suture acts
+/// only while it is taut; a severed attachment never acts. An attachment of rest length zero draws
+/// its ends together.
 pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
     for group in 0..bodies.ties.groups.len() {
         let Some(Group { rhythm, turns }) = bodies.ties.groups.get(group).copied() else {
@@ -281,8 +282,8 @@ mod tests {
 
     const MASS_KG: f32 = 0.000_03;
 
-    /// A sphere of 0.03 g, of an organ with these substeps, hangs by a tie on a held sphere of an
-    /// organ with those.
+    /// An organ of `held` substeps with a held sphere, and an organ of `free` substeps with a
+    /// sphere that hangs on it by a tie.
     fn organs(held: u32, free: u32) -> [Organ; 2] {
         let mut organs = [organ(0, 1, 0, 0), organ(1, 1, 0, 0)];
         organs[0].substeps = held;
@@ -342,7 +343,7 @@ mod tests {
         assert_eq!(times(1.0e6, [4, 2]), 4, "the finer organ");
     }
 
-    /// The force is that of the tie's stiffness, whatever the substeps of the two organs.
+    /// The stretch follows from the tie's stiffness, with any substeps of the two organs.
     #[test]
     fn a_hanging_sphere_stretches_a_tie_by_its_weight() {
         for (held, free) in [(1, 1), (1, 4), (1, 16), (4, 16), (16, 4), (16, 1)] {

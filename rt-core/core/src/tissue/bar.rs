@@ -35,9 +35,9 @@ impl Bar {
         difference.scaled(self.share(length_m, weight_sum, 0.0, length_m))
     }
 
-    /// Share of the difference of its ends by which a bar of this length pushes them, kg. `last_m`
-    /// is its length after its last projection. `rate` is the retardation time over the substep:
-    /// weight of the strain rate relative to the strain.
+    /// Factor on the difference of its ends that gives the push on a bar of this length, kg.
+    /// `last_m` is its length after its last projection. `rate` is the retardation time over the
+    /// substep: weight of the strain rate relative to the strain.
     #[inline(always)]
     fn share(&self, length_m: f32, weight_sum: f32, rate: f32, last_m: f32) -> f32 {
         let resistance = (1.0 + rate) * weight_sum + self.softness_per_kg;
@@ -50,7 +50,7 @@ impl Bar {
     }
 
     /// Projects the bar between two spheres. `last_m` is its length after its last projection, and
-    /// becomes that after this one.
+    /// receives its length after this one.
     #[inline(always)]
     pub(crate) fn project(
         &self,

@@ -5,8 +5,8 @@ use crate::time::TICK_S;
 use crate::tissue::{Bodies, Vec3};
 
 impl Bodies {
-    /// Leads the held spheres of `organ` along the breath, up to the end of this tick: by
-    /// `breath_m` at full inspiration, on a raised cosine between.
+    /// Leads the held spheres of `organ` to their displacement by the breath at the end of this
+    /// tick. The displacement follows a raised cosine and is `breath_m` at full inspiration.
     pub(crate) fn breathe(&mut self, scene: &Scene<'_>, organ: &Organ, tick: u64) {
         let breath_s = scene.room.breath_s;
         if breath_s <= 0.0 || organ.breath_m == Vec3::zeros() {

@@ -1,10 +1,10 @@
 //! Damage of elastic links and attachments: torn, cut or burnt.
 //!
 //! A link is a bundle of fibres that tear one after another (a cohesive law). Its force rises with
-//! its stiffness `k` up to a stretch `s`, and falls at the same rate to zero at `2 s`. That takes
-//! the energy `k s²`. So `s = √(G c)` follows from the compliance `c` and the energy `G` of the
-//! tear, which is toughness times area. A half-torn link unloads along a straight line to zero,
-//! without the energy that was spent: no cycle yields energy.
+//! its stiffness `k` up to a stretch `s`, in m, and falls at the same rate to zero at `2 s`. The
+//! whole tear takes the energy `k s²`. So `s = √(G c)` follows from the compliance `c` and the
+//! energy `G` of the tear, which is toughness times area. A half-torn link unloads along a straight
+//! line to zero, so no cycle yields energy.
 
 use crate::capacity::{MAX_ATTACHMENTS, MAX_LINKS, MAX_ORGANS};
 use crate::math::{self, Vec3};
@@ -131,7 +131,7 @@ pub(crate) struct BarView {
 }
 
 impl BarView {
-    /// New damage, after current has boiled the share `burnt` of it in a tick; `parted` is the
+    /// Damage after current has boiled the share `burnt` of the bar in a tick; `parted` is the
     /// damage before.
     pub(crate) fn parted_by(&self, parted: f32, burnt: f32) -> f32 {
         parted + burnt.min(TEAR_TICKS.recip())
@@ -164,7 +164,7 @@ impl Apart {
 /// Tears links and attachments that the tick has overstretched. `torn` receives each that was
 /// severed. O(attachments and elastic links of organs that move).
 pub(crate) fn tear_all(scene: &Scene<'_>, bodies: &mut Bodies, torn: impl FnMut(Apart)) {
-    // A stretch below `whole_m` cannot tear: comparing squares avoids the root.
+    // A stretch below √`whole_m2` cannot tear. Comparing squares avoids the root.
     let is_whole = |ends_m: &[Vec3; 2], rest_length_m: f32, whole_m2: f32| {
         let squared_m2 = (ends_m[0] - ends_m[1]).norm_squared();
         squared_m2 <= rest_length_m * rest_length_m + ROUNDED * whole_m2
@@ -186,9 +186,9 @@ pub(crate) fn tear_all(scene: &Scene<'_>, bodies: &mut Bodies, torn: impl FnMut(
 const ROUNDED: f32 = 0.999;
 
 /// Damages every link and attachment of organs that move. `part` receives each with its damage and
-/// returns the new damage. It is not called where `is_spared` holds, which receives the ends, m,
-/// the rest length, m, and the square of the stretch at which tearing begins, m². `apart` receives
-/// each that was severed.
+/// returns the new damage. `part` is not called where `is_spared` is true; `is_spared` receives the
+/// ends, m, the rest length, m, and the square of the stretch at which tearing begins, m². `apart`
+/// receives each that was severed.
 pub(crate) fn damage_all(
     scene: &Scene<'_>,
     bodies: &mut Bodies,
@@ -283,7 +283,7 @@ pub(crate) const fn sparing_none(_ends_m: &[Vec3; 2], _rest_length_m: f32, _whol
 const THREAD_M2: f32 = 3.1e-8;
 
 /// Cross-section of an attachment, m²: its energy of tearing over the toughness of the weaker of
-/// the two organs. One that cannot tear is a suture.
+/// the two organs. An attachment that cannot tear counts as a suture.
 fn tie_area_m2(scene: &Scene<'_>, organs: &PerSphere<u8>, tie: &Attachment) -> f32 {
     let toughness = |sphere| scene.material_of(*organs.at(sphere)).toughness_j_m2;
     let own_j_m2 = toughness(tie.sphere);
@@ -313,10 +313,10 @@ mod tests {
     #[test]
     fn damage_grows_as_computed_by_hand() {
         assert!((intact(0.0) - 1.0).abs() < f32::EPSILON && intact(1.0) <= 0.0);
-        // At one and a half times the stretch that it bears, half the force: a third of the
+        // At one and a half times the stretch `s`, half of the force is left: a third of the
         // stiffness.
         assert!((intact(0.5) - 1.0 / 3.0).abs() < 1.0e-6);
-        // In bounded steps; never back.
+        // Damage grows in bounded steps and never falls.
         assert!((torn_at(0.0, 0.009, 0.003) - 0.02).abs() < 1.0e-6);
         assert!((torn_at(0.4, 0.0, 0.003) - 0.4).abs() < f32::EPSILON);
         assert!(torn_at(0.0, 0.003, 0.003) <= 0.0);

@@ -10,10 +10,10 @@ use crate::tissue::{Bodies, neo_hookean};
 /// Largest speed of a sphere, m/s. An instrument is slower. A faster sphere could pass through its
 /// neighbour in one tick.
 const SPEED_MAX_M_S: f32 = 3.0;
-/// Largest displacement of a sphere from rest, m. A sphere beyond it has diverged.
+/// Largest displacement of a sphere from rest along an axis, m. A sphere beyond it has diverged.
 const DISPLACEMENT_MAX_M: f32 = 10.0;
 
-/// Time constant of the low-pass filter that gives a sphere's trail, ticks. A longer one also
+/// Time constant of the low-pass filter that gives a sphere's trail, ticks. A longer filter also
 /// ignores slower oscillations.
 const TRAIL_TICKS: f32 = 32.0;
 
@@ -73,7 +73,7 @@ impl Bounds {
 impl Bodies {
     /// Predicts the free motion of a substep: damps the velocity, then adds gravity, and sets the
     /// step to velocity times `step_s`. Damping comes first, so that it does not weaken gravity.
-    /// Immovable spheres move with their prescribed velocity.
+    /// Held spheres move with their prescribed velocity.
     pub(crate) fn predict(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) {
         let fall = scene.room.gravity_m_s2 * (organ.gravity_share * step_s);
         let keep = (1.0 - organ.material.damping_per_s * step_s).max(0.0);
@@ -87,10 +87,10 @@ impl Bodies {
         }
     }
 
-    /// Ends a substep: adds the corrected step `d` to the displacement, and sets the velocity to
-    /// `d / dt`, at most [`SPEED_MAX_M_S`]. A sphere that is not finite, or is farther from rest
-    /// than [`DISPLACEMENT_MAX_M`], goes back to its place before the substep, at rest. Returns the
-    /// number of such spheres.
+    /// Ends a substep: adds the corrected step `d` to the displacement, and sets the velocity to `d
+    /// / dt`, at most [`SPEED_MAX_M_S`]. A sphere that is not finite, or is farther from rest than
+    /// [`DISPLACEMENT_MAX_M`] along an axis, goes back to its place before the substep, without
+    /// velocity. Returns the number of such spheres.
     pub(crate) fn advance(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) -> u32 {
         let mut quarantined = 0;
         let per_step = Lanes::splat(step_s.recip());
@@ -147,7 +147,7 @@ impl Bodies {
         behind_m.scaled((TRAIL_TICKS * TICK_S).recip()).vec3()
     }
 
-    /// Number of the free sphere of an organ that is fastest over the last ticks.
+    /// Index of the free sphere of an organ that is fastest over the last ticks.
     pub(crate) fn fastest(&self, organ: &Organ) -> u32 {
         let (start, count) = (organ.sphere_start, organ.sphere_count);
         let trails = self.trail_m.range(start, count).iter();
@@ -162,7 +162,7 @@ impl Bodies {
         sphere
     }
 
-    /// Ends a tick of an organ: sets the prescribed velocity of its immovable spheres to zero.
+    /// Ends a tick of an organ: sets the prescribed velocity of its held spheres to zero.
     pub(crate) fn stop_leading(&mut self, organ: &Organ) {
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             if node.inverse_mass_per_kg() <= 0.0 {
@@ -178,8 +178,8 @@ impl Bodies {
         }
     }
 
-    /// Prescribes the velocity that takes an immovable sphere to the displacement `moved_m`, m,
-    /// within one tick.
+    /// Prescribes the velocity that takes a held sphere to the displacement `moved_m`, m, within
+    /// one tick.
     pub(crate) fn lead(&mut self, sphere: u32, moved_m: &Vec3) {
         let node = self.nodes.at_mut(sphere);
         let step_m = moved_m - node.moved_m();

@@ -84,7 +84,7 @@ impl Lanes {
         self * Self([factor, factor, factor, 0.0])
     }
 
-    /// Lane-wise minimum. Of a number and a NaN it takes the lane of `other`.
+    /// Lane-wise minimum; the lane of `other` if either lane is NaN.
     #[must_use]
     #[inline(always)]
     pub(crate) fn min(self, other: Self) -> Self {
@@ -93,7 +93,7 @@ impl Lanes {
         Self([min(a, e), min(b, f), min(c, g), min(d, h)])
     }
 
-    /// Lane-wise maximum. Of a number and a NaN it takes the lane of `other`.
+    /// Lane-wise maximum; the lane of `other` if either lane is NaN.
     #[must_use]
     #[inline(always)]
     pub(crate) fn max(self, other: Self) -> Self {

@@ -21,9 +21,9 @@ struct Strand {
     shrunk: f32,
 }
 
-/// Projects the elastic links of these organs, each organ's in their order. Links of one organ wait
-/// for each other, because successive links share a sphere. So the organs take turns, link by link,
-/// and the processor works on several at a time.
+/// Projects the elastic links of these organs. The links of each organ keep their order. Links that
+/// share a sphere wait for each other; in a thin tube, links that are close in the list share one.
+/// So the organs take turns, link by link, and the processor works on several at a time.
 pub(crate) fn project(scene: &Scene<'_>, organs: impl Iterator<Item = u8>, bodies: &mut Bodies) {
     let mut strands: Vec<Strand, MAX_ORGANS> = Vec::new();
     let mut longest = 0;

@@ -4,7 +4,7 @@
 //!
 //! A centre is stored as its rest position, its displacement, and the change of the displacement in
 //! this substep. Displacement and change are small, so they keep the bits that a centre far from
-//! the origin would lose. Without them, rounding would keep a resting organ in motion.
+//! the origin would lose. Without these bits, rounding would keep a resting organ in motion.
 //!
 //! # A substep
 //!
@@ -22,27 +22,27 @@
 //! ```
 //!
 //! `F = I + Σ e_a b_aᵀ`, with `e` the displacements of the edges and `b` the shape gradients. XPBD
-//! solves it (Macklin 2016; Macklin and Müller 2021), with two differences. A substep begins with
-//! the impulses of the last one (`warm_start`), so tissue at rest has the stress of the energy,
-//! with any number of substeps. And the shape is solved implicitly for the whole of `F`, not along
-//! one gradient, so flat tetrahedra are stable (`neo_hookean::kernel`, with the equations).
+//! solves it (Macklin 2016; Macklin and Müller 2021), with two differences. First, a substep begins
+//! with the impulses of the last one (`warm_start`), so tissue at rest has the stress of the
+//! energy, with any number of substeps. Second, the shape is solved implicitly for the whole of
+//! `F`, not along one gradient, so flat tetrahedra are stable (equations: `neo_hookean::kernel`).
 //!
-//! Viscosity resists the change of volume from one substep to the next, so neither rigid motion nor
-//! rest is damped. Linear tetrahedra lock beyond a Poisson's ratio of 0.45, so it counts as 0.45 at
-//! most (`POISSON_MAX`). They also resist a little more than the solid that they stand for, so they
-//! get 0.965 of Young's modulus (`STIFFNESS_SHARE`).
+//! Viscosity resists only the change of volume from one substep to the next, so it damps neither
+//! rigid motion nor rest. Linear tetrahedra lock beyond a Poisson's ratio of 0.45, so a larger one
+//! counts as 0.45 (`POISSON_MAX`). Tetrahedra also resist a little more than the solid that they
+//! stand for, so they get 0.965 of Young's modulus (`STIFFNESS_SHARE`).
 //!
-//! Preparation orders the tetrahedra so that eight neighbours share no sphere. `kernel` solves a
-//! batch of eight at a time, in AVX registers or in plain arrays, with the same additions,
-//! multiplications and divisions in the same order. So both give the same bits.
+//! Preparation orders the tetrahedra so that batches of eight share no sphere. `kernel` solves a
+//! batch at a time, in AVX registers or in plain arrays, with equal operations in equal order. So
+//! both give equal bits.
 //!
 //! # Links
 //!
 //! Tubes, and tissue that no tetrahedron joins, have elastic links: `C = |p1 − p2| − L` with a
-//! compliance, solved from zero multipliers. One pass suffices while the stiffness number
-//! `E dt² / (ρ h²)` of a substep is at most 0.2. Preparation chooses the substeps by that bound.
-//! Attachments between organs, threads, the grip of jaws and contact are constraints of the same
-//! kind. The multiplier of each, over `dt²`, is its force.
+//! compliance, solved from zero multipliers. One pass suffices while the stiffness number `E dt² /
+//! (ρ h²)` of a substep is at most 0.2, with the spacing `h` of the spheres. Preparation chooses
+//! the number of substeps by that bound. Attachments between organs, threads, the grip of jaws and
+//! contact are constraints of the same kind. The force of each is its multiplier over `dt²`.
 //!
 //! # Damage
 //!
@@ -56,38 +56,38 @@
 //!
 //! # Organs in unequal substeps
 //!
-//! A constraint between two organs acts in each substep of the finer one. A sphere of the coarser
-//! organ is then in the middle of a longer substep. The constraint uses the position that this
-//! sphere has reached by then, and its impulse acts over the whole of the longer substep. If
-//! attachments were solved once a tick, an organ of 16 substeps would feel them in the last one
-//! only: for a sixteenth of the time, at sixteen times the speed.
+//! A constraint between two organs acts on the finer organ in each of its substeps. A sphere of the
+//! coarser organ is then in the middle of a longer substep. The constraint uses the position of
+//! this sphere at the end of the finer substep, and its impulse acts over the whole of the longer
+//! one. If an attachment acted once a tick, an organ of 16 substeps would feel it in the last
+//! substep only: for a sixteenth of the time, at sixteen times the speed.
 //!
 //! # Sleep
 //!
 //! An organ that stays in place for 50 ticks sleeps until a tool or a moving organ comes near it or
 //! pulls at it. The measure of motion is the distance of a sphere from its low-pass filtered
-//! position (its trail). Its speed would mislead: heavily loaded spheres alternate between places
-//! micrometres apart.
+//! position (its trail). The momentary speed would mislead, because heavily loaded spheres
+//! alternate between places micrometres apart.
 //!
 //! # Cells
 //!
 //! Fat and connective tissue are divided into cells. The organ's spheres carry the cells, and each
 //! cell belongs to the nearest sphere. A cell is removed when it has taken the energy that boils it
 //! away, or when its strand has torn. The effects depend on the set of removed cells, not on the
-//! order of removal. The contact skin sinks by the thickness that is missing under it. A link keeps
-//! the share of stiffness that its spheres have of their cells. A sphere without cells touches
-//! nothing and follows its neighbours. Tetrahedra of fat keep their stiffness.
+//! order of removal. The contact skin sinks by the thickness that is missing under it. The
+//! stiffness of a link falls with the share of cells left at either of its spheres. A sphere that
+//! has lost all cells touches nothing and follows its neighbours. Tetrahedra of fat keep their
+//! stiffness.
 //!
 //! # The paper's method
 //!
 //! `Method::Paper` is the baseline: stretching (Eq. 3–5) and Laplacian coordinates (Eq. 6–8), in a
-//! fixed number of iterations. Its faults are kept because they are the method's. Stiffness depends
-//! on the number of iterations. The vector `L` does not turn with the tissue, so a rotated organ is
-//! pulled back. Only one sphere moves at a time, so momentum is not conserved.
+//! fixed number of iterations. The faults of the method are kept. Stiffness depends on the number
+//! of iterations. The vector `L` does not turn with the tissue, so a rotated organ is pulled back.
+//! Only one sphere moves at a time, so momentum is not conserved.
 //!
-//! Its memory, [`paper::Paper`], is no part of [`Bodies`]. The caller gives it with the method, so
-//! the state of a run of the station does not hold it. Nothing in it outlasts the projection of one
-//! organ: checkpoints leave it out.
+//! Its memory, [`paper::Paper`], is no part of [`Bodies`]: the caller gives it with the method.
+//! Checkpoints leave out this memory, because nothing in it outlasts the projection of one organ.
 
 mod adjacency;
 pub(crate) mod attachment;
@@ -126,14 +126,14 @@ use per_sphere::PerSphere;
 use suture::Sutures;
 use warm_start::WarmStart;
 
-/// Corrects the predicted displacements of one organ by its inner constraints. Contacts are solved
+/// Corrects predicted displacements by the inner constraints of organs. Contacts are solved
 /// elsewhere.
 pub trait Solver {
     /// Projects the constraints of `organ`, except links, in a substep of `step_s`. The organ's
     /// counts bound the cost.
     fn project(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies);
 
-    /// Projects the links of all organs that begin a substep. Their counts bound the cost.
+    /// Projects the links of all organs that begin a substep. The number of links bounds the cost.
     fn project_links(
         &mut self,
         _scene: &Scene<'_>,
@@ -178,16 +178,16 @@ impl Solver for Method<'_> {
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Displacement from rest at the start of this substep, m. Spare lane: inverse mass, 1/kg; 0 if
-    /// immovable.
+    /// Displacement from rest at the start of this substep, m. Spare lane: inverse mass, 1/kg; 0
+    /// for a held sphere.
     moved_m: Lanes,
     /// Change of the displacement in this substep, as predicted and corrected so far, m. Spare
     /// lane: zero.
     step_m: Lanes,
     /// Centre at rest, world frame, m. Spare lane: zero.
     rest_m: Lanes,
-    /// Velocity at the end of the last substep, m/s. An immovable sphere has a prescribed velocity
-    /// instead. Spare lane: zero.
+    /// Velocity at the end of the last substep, m/s; for a held sphere, its prescribed velocity.
+    /// Spare lane: zero.
     velocity_m_s: Lanes,
 }
 
@@ -262,17 +262,17 @@ impl Node {
         self.rest_m + self.moved_m + self.step_m
     }
 
-    /// Predicted centre relative to that of `other`, m. The spare lane has no meaning. Rest
-    /// positions, displacements and steps are subtracted separately: their differences keep bits
-    /// that the difference of two centres has lost.
+    /// Predicted centre relative to the predicted centre of `other`, m. The spare lane has no
+    /// meaning. Rest positions, displacements and steps are subtracted separately: their
+    /// differences keep bits that the difference of two centres has lost.
     #[inline(always)]
     pub(crate) fn from(&self, other: &Self) -> Lanes {
         (self.rest_m - other.rest_m)
             + ((self.moved_m - other.moved_m) + (self.step_m - other.step_m))
     }
 
-    /// Centre relative to that of `other` at the start of this substep, m. The spare lane has no
-    /// meaning.
+    /// Centre relative to the centre of `other` at the start of this substep, m. The spare lane has
+    /// no meaning.
     #[inline(always)]
     pub(crate) fn away_at_start(&self, other: &Self) -> Lanes {
         (self.rest_m - other.rest_m) + (self.moved_m - other.moved_m)
@@ -301,7 +301,7 @@ pub struct Bodies {
     pub(crate) parted: Damage,
     /// Layered tissue.
     pub(crate) cells: Cells,
-    /// Balls by which tools meet organs without a contact skin.
+    /// Balls with which tools collide, of organs without a contact skin.
     pub(crate) beads: Beads,
     /// Sutures that hang organs on the abdominal wall.
     pub(crate) sutures: Sutures,
@@ -349,7 +349,8 @@ impl Bodies {
         self.rest(scene);
     }
 
-    /// Starts a tick: marks every organ as simulated if `is_awake`, and clears the contact flags.
+    /// Starts a tick: if `is_awake`, marks every organ as simulated and draws sutures in. Clears
+    /// the contact flags.
     pub(crate) fn begin(&mut self, scene: &Scene<'_>, is_awake: bool) {
         if is_awake {
             self.sutures.draw_in();

@@ -1,10 +1,11 @@
 //! Multirate coupling: constraints between two organs with unequal numbers of substeps.
 //!
-//! A constraint acts in windows, of which a tick has a power of two. A window begins with a substep
-//! of the finer organ. A sphere of the coarser organ is then in the middle of a longer substep: the
-//! constraint uses the position that the sphere has reached when the window ends, and its impulse
-//! acts over the whole of the longer substep. A window may also contain several substeps of the
-//! finer organ. The position at its end is then extrapolated, and the impulse is spread over them.
+//! A constraint acts in windows; the number of windows in a tick is a power of two. A window begins
+//! with a substep of the finer organ. A sphere of the coarser organ is then in the middle of a
+//! longer substep: the constraint uses the position that the sphere will have at the window's end,
+//! and its impulse acts over the whole of the longer substep. A window may also contain several
+//! substeps of the finer organ: the position at its end is then extrapolated, and the impulse is
+//! spread over the substeps.
 
 use crate::capacity::MAX_ORGANS;
 use crate::scene::Scene;
@@ -12,19 +13,19 @@ use crate::time::TICK_S;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::{Bodies, Node};
 
-/// One step of a constraint between organs. A tick has a fixed number of them.
+/// One step of a constraint between organs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SubstepWindow {
     /// Index of the finest substep with which it begins.
     now: u32,
-    /// Its length, in finest substeps; and the number of finest substeps in a tick.
+    /// Length of the window, and of a tick, in finest substeps.
     length: u32,
     finest: u32,
 }
 
 impl SubstepWindow {
-    /// The window that begins with the finest substep `now`, of a constraint that acts `times` in a
-    /// tick; `None` if none begins there.
+    /// The window that begins with the finest substep `now`, of a constraint that has `times`
+    /// windows in a tick; `None` if none begins there.
     pub(crate) fn due(now: u32, times: u32, scene: &Scene<'_>) -> Option<Self> {
         let finest = scene.finest();
         let length = (finest / times.max(1)).max(1);
@@ -47,18 +48,18 @@ pub(crate) struct Pace {
     /// Share of the organ's substep that has passed when the window ends; above 1 if the window is
     /// longer.
     elapsed: f32,
-    /// Length of the substep over that of the window.
+    /// Length of the substep over the length of the window.
     longer: f32,
 }
 
 impl Pace {
-    /// Of an organ with as many substeps as there are windows.
+    /// Pace of an organ with as many substeps as there are windows.
     pub(crate) const SAME: Self = Self {
         elapsed: 1.0,
         longer: 1.0,
     };
 
-    /// Of an organ with this number of substeps. All lengths are powers of two.
+    /// Pace of an organ with this number of substeps. All lengths are powers of two.
     pub(crate) fn of(substeps: u32, at: &SubstepWindow) -> Self {
         let own = (at.finest / substeps.max(1)).max(1);
         let passed = at.now % own + at.length;
@@ -74,7 +75,7 @@ impl Pace {
         self.longer * self.longer.min(1.0)
     }
 
-    /// Of every organ.
+    /// Paces of all organs.
     pub(crate) fn of_all(scene: &Scene<'_>, at: &SubstepWindow) -> [Self; MAX_ORGANS] {
         let mut all = [Self::SAME; MAX_ORGANS];
         for (pace, organ) in all.iter_mut().zip(scene.organs) {
@@ -93,7 +94,7 @@ pub(crate) struct Multirate {
 }
 
 impl Multirate {
-    /// Of a sphere whose organ has this pace.
+    /// State of a sphere whose organ has this pace.
     #[inline(always)]
     pub(crate) fn of(sphere: u32, pace: Pace, bodies: &Bodies) -> Self {
         Self {
@@ -120,7 +121,7 @@ impl Multirate {
         self.weight_per_kg * self.pace.elapsed * self.pace.longer
     }
 
-    /// Applies an impulse of `push_m_kg` over the window's length. It acts over the whole substep.
+    /// Applies an impulse over the window's length, m kg, which acts over the whole substep.
     #[inline(always)]
     pub(crate) fn push(&self, node: &mut Node, push_m_kg: Lanes) {
         node.step_m = node.step_m + push_m_kg.scaled(self.weight_per_kg * self.pace.longer);

@@ -44,7 +44,7 @@ impl Sleep {
         self.is_asleep(organ)
     }
 
-    /// True if the organ moved in its last tick, or was just woken. It then wakes organs next to
+    /// True if the organ moved in its last tick, or was just woken: it then wakes organs next to
     /// it.
     pub(crate) fn is_stirring(&self, organ: usize) -> bool {
         self.still_ticks.get(organ) == Some(&0)

@@ -11,14 +11,13 @@ pub(crate) trait Coupling {
     /// Projects the constraints between organs that are due in the finest substep `now` of the
     /// tick.
     fn couple(&mut self, _now: u32, _bodies: &mut Bodies) {}
-    /// Called after the constraints of each substep of this organ except the last. The substep ends
-    /// when the share `share` of the tick has passed.
+    /// Called after the constraints of each substep of this organ except the last. `share` is the
+    /// share of the tick that has passed at the substep's end.
     fn post_solve(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies);
 }
 
-/// Advances every organ that `moves` through the tick. The caller ends the last substep
-/// (`Bodies::advance`), after the constraints that act once a tick. Returns the number of spheres
-/// that were reset.
+/// Advances every organ that `moves` through the tick. The caller ends the last substep: it applies
+/// the couplings, then calls `Bodies::advance`. Returns the number of spheres that were put back.
 pub(crate) fn run(
     scene: &Scene<'_>,
     solver: &mut impl Solver,

@@ -1,8 +1,8 @@
 //! State of the sutures that hang organs on the abdominal wall.
 //!
-//! The scene places them. A task can take them down; then the trainee places each one
-//! (`sim/sew.rs`). Only the height of the wall and the shortening of the suture are taken from the
-//! scene then.
+//! The scene places the sutures. A task can take them down; then the trainee places each one
+//! (`sim/sew.rs`), and the scene gives only the height of the wall and the shortening of the
+//! suture.
 
 use heapless::Vec;
 
@@ -12,8 +12,7 @@ use crate::math::{self, Vec3};
 use crate::scene::{Anchor, Attachment, Scene, is_suture};
 use crate::tissue::damage::Damage;
 
-/// Share by which a hung suture is drawn in per tick: it reaches its final length after two
-/// seconds.
+/// Share by which a hung suture is drawn in per tick: it has its final length after two seconds.
 const DRAWN_STEP: f32 = 0.000_5;
 
 /// Stage of placing a suture.
@@ -22,7 +21,7 @@ const DRAWN_STEP: f32 = 0.000_5;
 pub enum Placed {
     /// Not placed.
     Away = 0,
-    /// Through the organ; the other end is at the instrument.
+    /// Passes through the organ; the other end is at the instrument.
     AtHand = 1,
     /// Hangs the organ on the wall.
     Hung = 2,
@@ -33,7 +32,7 @@ pub enum Placed {
 pub struct Suture {
     /// Stage of placing.
     pub placed: Placed,
-    /// Sphere that it holds. While it is not placed: a sphere of its organ.
+    /// Sphere that the suture holds; a sphere of its organ while the suture is not placed.
     pub sphere: u32,
     /// Place at which it passes the wall, world frame, m.
     pub at_m: Vec3,
@@ -43,7 +42,7 @@ pub struct Suture {
     apart_m: f32,
     /// Progress of drawing in, 0 to 1.
     drawn: f32,
-    /// Placed by the trainee.
+    /// True if the trainee has placed the suture or has yet to place it.
     is_own: bool,
     is_cut: bool,
 }
@@ -53,7 +52,7 @@ pub struct Suture {
 pub(crate) struct Sutures {
     all: Vec<Suture, MAX_SUTURES>,
     is_pedal_down: bool,
-    /// The pedal was pressed to lead a needle and is not released yet.
+    /// True from a press of the pedal that leads a needle until the pedal is released.
     leads_needle: bool,
 }
 
@@ -65,7 +64,7 @@ impl Sutures {
         leads_needle: false,
     };
 
-    /// Places all as in the scene, not yet drawn in.
+    /// Hangs all sutures as in the scene, not yet drawn in.
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         self.all.clear();
         for tie in scene.attachments {
@@ -107,8 +106,8 @@ impl Sutures {
         }
     }
 
-    /// The attachment in its present state. `suture` is its number if it is a suture; `None` if it
-    /// holds nothing now.
+    /// The attachment in its present state; `None` if it holds nothing now. `suture` is the
+    /// suture's number if the attachment is one.
     #[inline]
     pub(crate) fn now(&self, tie: &Attachment, suture: Option<u8>) -> Option<Attachment> {
         if let Some(number) = suture {
@@ -129,8 +128,8 @@ impl Sutures {
         &self.all
     }
 
-    /// Records the pedal, and whether the instrument holds a needle. Returns true if the pedal was
-    /// just pressed to lead it.
+    /// Records the pedal, and whether the instrument holds a needle (`is_sewing`). Returns true if
+    /// the pedal was just pressed to lead the needle.
     pub(crate) fn is_pressed(&mut self, is_pedal_down: bool, is_sewing: bool) -> bool {
         let was_down = core::mem::replace(&mut self.is_pedal_down, is_pedal_down);
         let is_pressed = is_pedal_down && !was_down && is_sewing;
@@ -154,8 +153,8 @@ impl Sutures {
         self.all.iter().any(|it| it.placed != Placed::Hung)
     }
 
-    /// Spheres of sutures that wake their organ: those that the trainee's sutures are drawing in,
-    /// and those just cut.
+    /// Spheres that wake their organ: the spheres of the trainee's sutures that are being drawn in,
+    /// and of sutures just cut.
     pub(crate) fn stirring(&mut self, scene: &Scene<'_>, parted: &Damage) -> Vec<u32, MAX_SUTURES> {
         let ties = scene.attachments.iter().enumerate();
         let own = ties.filter(|(_, tie)| is_suture(tie));
@@ -171,7 +170,7 @@ impl Sutures {
         stirring
     }
 
-    /// Adds the sutures that the trainee has placed to `hash`.
+    /// Adds the sutures that the trainee places to `hash`.
     pub(crate) fn add_to(&self, hash: &mut Hash) {
         for suture in self.all.iter().filter(|it| it.is_own) {
             hash.word(u32::from(suture.placed as u8));
@@ -183,7 +182,8 @@ impl Sutures {
 }
 
 impl Suture {
-    /// Hangs it at `at_m`; it will be `drawn_in_m` shorter than the distance `apart_m` of its ends.
+    /// Hangs the suture at `at_m`. When drawn in, the suture is `drawn_in_m` shorter than the
+    /// distance `apart_m` of its ends.
     pub(crate) fn hang(&mut self, at_m: Vec3, apart_m: f32, drawn_in_m: f32) {
         self.placed = Placed::Hung;
         self.at_m = at_m;

@@ -1,4 +1,4 @@
-//! Beads along the tubes: balls by which tools meet organs without a contact skin.
+//! Beads along the tubes: balls with which tools collide, of organs without a contact skin.
 
 use heapless::Vec;
 
@@ -7,8 +7,8 @@ use crate::math::{self, Vec3};
 use crate::scene::{Link, Organ, Scene};
 use crate::tissue::{Adjacency, Bodies};
 
-/// Largest distance between two beads, in radii: the tube is then nearly smooth. Lowering it costs
-/// more beads.
+/// Largest distance between two beads, in radii: the tube is then nearly smooth. A smaller value
+/// costs more beads.
 const SPACING_RADII: f32 = 0.75;
 /// Largest number of beads between two spheres.
 const BETWEEN_MAX: u16 = 4;
@@ -23,7 +23,7 @@ pub(crate) struct Bead {
     pub(crate) share: f32,
     /// Share of a sphere's contact stiffness.
     pub(crate) stiffness_share: f32,
-    /// The link on which it lies, if any.
+    /// The link on which the bead lies, if any.
     pub(crate) link: Option<u32>,
 }
 
@@ -103,11 +103,11 @@ impl Beads {
             let links = (organ.link_start..).zip(scene.links_of(organ));
             links.filter(|(_, link)| is_step(link, scene, adjacency))
         };
-        // A line, even one that forks and closes, has about as many steps as spheres; anything else
-        // is not a tube.
+        // A line, even one that forks and closes, has about as many steps as spheres. An organ with
+        // more steps is not a tube.
         let most = organ.sphere_count + organ.sphere_count / 8 + 1;
         let count = steps().count();
-        // Spheres always find room as single beads, even where the beads between them did not.
+        // Spheres always find room as single beads, even if the beads between them do not.
         let to_come = scene.spheres.len() - (organ.sphere_start as usize).min(scene.spheres.len());
         let beads = self.all.len() + to_come + count * usize::from(BETWEEN_MAX);
         let is_line = organ.batch_count == 0 && count as u32 <= most && beads <= MAX_BEADS;

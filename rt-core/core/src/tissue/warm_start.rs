@@ -4,17 +4,17 @@
 //! out, solves for the whole impulse anew, and applies the difference. At rest nothing changes, so
 //! the impulses balance exactly, in one pass and with any number of substeps. From zero impulses,
 //! one pass would leave tissue too soft: each tetrahedron would see what the earlier ones have
-//! corrected, and not what the later ones will. (Links start from zero impulses: a tube of links is
-//! so light that it would bounce off an instrument.)
+//! corrected, and not what the later ones will. (Links start from zero impulses, because a tube of
+//! links is so light that it would bounce off an instrument.)
 //!
-//! The impulses of the later tetrahedra are those of the last substep, so they act like explicit
-//! forces. That is stable while the stiffness of a sphere times `dt²` over its mass is not too
-//! large. Stiffer organs keep a smaller share of their impulses ([`Limits`]). They are then softer
-//! than their material, but stable at any stiffness.
+//! The impulses of the later tetrahedra come from the last substep, so they act like explicit
+//! forces. Such forces are stable while the stiffness of a sphere times `dt²` over its mass is not
+//! too large. Stiffer organs keep a smaller share of their impulses ([`Limits`]). Such organs are
+//! softer than their material, but stable at any stiffness.
 //!
-//! Links, attachments, contacts and grip act after the tetrahedra, from zero impulses. The
-//! tetrahedra see what these did in the last substep. Otherwise they would see pressed tissue as it
-//! has sprung back for a substep, and it would resist too little.
+//! Links, attachments, contacts and grip act after the tetrahedra. The tetrahedra begin with the
+//! impulses of all these in the last substep. Otherwise the tetrahedra would see pressed tissue as
+//! it has sprung back for a substep, and the tissue would resist too little.
 //!
 //! Viscosity also needs memory. A constraint resists the change of its strain from one of its
 //! projections to the next, so viscosity vanishes at rest.
@@ -31,13 +31,13 @@ use crate::tissue::per_sphere::PerSphere;
 const KEPT: f32 = 0.999;
 /// Share that any organ may keep: stable up to 50 MPa (`stiff_tissue_comes_to_rest`).
 const KEPT_MIN: f32 = 0.5;
-/// Largest stiffness of a sphere, times `dt²` over its mass, up to which an organ keeps `KEPT`. A
-/// cube stays stable at 86 while it is shaken, and at 34 while it is squeezed to 40 % of its
-/// height (`squeezed_tissue_stays_whole`).
+/// Stiffness of a sphere, times `dt²` over its mass, up to which an organ keeps `KEPT`. Tissue
+/// stays stable at 86 while it is shaken, and at 34 while it is squeezed to 40 % of its height
+/// (`squeezed_tissue_stays_whole`).
 const STIFF: f32 = 34.0;
 
-/// Largest weight of the strain rate relative to the strain, times that stiffness. The impulses of
-/// the last substep also contain viscosity, so more of it would shake the tissue
+/// Largest weight of the strain rate relative to the strain, times the stiffness of [`STIFF`]. The
+/// impulses of the last substep also contain viscosity, so more of it would shake the tissue
 /// (`viscosity_does_not_change_a_sag`: 3.4 is stable, 8.5 is not).
 const THICK: f32 = 3.0;
 
@@ -46,8 +46,9 @@ const THICK: f32 = 3.0;
 pub(crate) struct BatchMemory {
     /// Determinant of the deformation after the last projection.
     pub(crate) volume: [f32; LANES],
-    /// First Piola–Kirchhoff stress over the shear modulus: row, column, lane. The impulse on a
-    /// corner over dt is `μ dt² V` times this matrix times the corner's shape gradient.
+    /// Negative first Piola–Kirchhoff stress over the shear modulus (`P` of the kernel): row,
+    /// column, lane. The impulse on a corner over dt is `μ dt² V` times this matrix times the
+    /// corner's shape gradient.
     pub(crate) stress: [[[f32; LANES]; 3]; 3],
     /// `V Σ w b bᵀ` over the corners, entries xx, yy, zz, xy, xz, yz, m/kg: `V` the volume, `w` the
     /// corners' inverse masses, `b` their shape gradients. Follows from the scene and the masses.
@@ -93,9 +94,9 @@ impl BatchMemory {
 /// Impulses on a sphere in the last substep, over dt, m kg.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SphereMemory {
-    /// Of all tetrahedra.
+    /// Impulse of all tetrahedra.
     pub(crate) elastic: Lanes,
-    /// Of everything that acts after the tetrahedra: links, attachments, contacts, grip.
+    /// Impulse of everything that acts after the tetrahedra: links, attachments, contacts, grip.
     pub(crate) outer: Lanes,
     /// Step of the sphere after the tetrahedra, without the outer impulses, m.
     pub(crate) after_m: Lanes,
@@ -117,7 +118,7 @@ pub(crate) struct WarmStart {
     /// Length of each link after its last projection, m.
     links_m: [f32; MAX_LINKS],
     spheres: PerSphere<SphereMemory>,
-    /// Of each organ, as its stiffness and substeps allow.
+    /// Bounds of each organ, as its stiffness and substeps allow.
     limits: [Limits; MAX_ORGANS],
 }
 
@@ -137,7 +138,8 @@ impl Limits {
         rate_max: 0.0,
     };
 
-    /// For a sphere of this stiffness, times `dt²` over its mass. NaN gets the closest bounds.
+    /// Bounds for a sphere of this stiffness, times `dt²` over its mass. NaN gets the tightest
+    /// bounds.
     fn of(stiffness: f32) -> Self {
         let room = (STIFF / stiffness).max(0.0);
         Self {
@@ -150,11 +152,11 @@ impl Limits {
 /// Memory of an organ.
 #[derive(Debug)]
 pub(crate) struct OrganMemory<'a> {
-    /// Of its batches.
+    /// Memory of its batches.
     pub(crate) batches: &'a mut [BatchMemory],
     /// Length of each of its elastic links after its last projection, m.
     pub(crate) links_m: &'a mut [f32],
-    /// Of its spheres.
+    /// Memory of its spheres.
     pub(crate) spheres: &'a mut [SphereMemory],
 }
 
@@ -166,7 +168,7 @@ impl WarmStart {
         limits: [Limits::NONE; MAX_ORGANS],
     };
 
-    /// Computes the bounds of each organ of `scene`. Overwrites its memory.
+    /// Computes the bounds of each organ of `scene`. Overwrites the memory of its spheres.
     pub(crate) fn build(&mut self, scene: &Scene<'_>) {
         for ((i, organ), limits) in (0u8..).zip(scene.organs).zip(&mut self.limits) {
             let step_s = scene.step_s_of(i);

@@ -6,9 +6,9 @@ use crate::tool::Capsule;
 
 /// Position of a sphere's centre, in the cylinder's own coordinates.
 struct Local {
-    /// Along the axis, towards the nearer end.
+    /// Unit vector along the axis, towards the nearer end.
     axis: Vec3,
-    /// Away from the axis.
+    /// Unit vector away from the axis.
     radial: Vec3,
     /// `x − h/2` of the paper: distance beyond the nearer end, m.
     beyond_end_m: f32,
@@ -26,7 +26,7 @@ fn local(center_m: &Vec3, part: &Capsule) -> Local {
     let across = from_middle - u * x;
     Local {
         axis: if x < 0.0 { -u } else { u },
-        // A centre on the axis leaves sideways, in an arbitrary but fixed direction.
+        // A centre on the axis gets an arbitrary but fixed direction.
         radial: math::unit(&across).unwrap_or_else(|| math::across(&u)),
         beyond_end_m: x.abs() - 0.5 * h,
         outside_m: math::norm(&across) - part.radius_m,
@@ -61,10 +61,10 @@ pub struct Touch {
     pub normal: Vec3,
 }
 
-/// Depth and normal, which the paper does not give: from the signed distance of the sphere's centre
-/// to the solid cylinder. Contact (`depth > 0`) agrees with Algorithm 1. The distance differs from
-/// the paper's three cases only for a centre inside the cylinder: there it is that to the nearest
-/// face, lateral surface or end. The depth is then continuous everywhere, and so is the force.
+/// Depth and normal, which the paper does not give, from the signed distance of the sphere's centre
+/// to the solid cylinder. Contact (`depth > 0`) agrees with Algorithm 1. For a centre inside the
+/// cylinder, the distance is that to the nearest face (lateral surface or end), unlike in the
+/// paper. So the depth is continuous everywhere, and so is the force.
 #[must_use]
 pub fn touch(center_m: &Vec3, radius_m: f32, part: &Capsule) -> Touch {
     let Local {

@@ -63,7 +63,7 @@ impl Instrument {
     }
 }
 
-/// Part of an instrument.
+/// Part of a tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Role {
@@ -112,9 +112,9 @@ pub struct Capsule {
     pub role: Role,
 }
 
-/// Capsules of `instrument`, world frame: two jaws and the shaft, as in the inner-sphere paper.
-/// `jaw` is the opening, 0 closed to 1 open. The round ends of jaws reach to their tips. A shaft
-/// that is not in the body yet is omitted.
+/// Capsules of `instrument`, world frame: shaft and two jaws, as in the inner-sphere paper; for the
+/// hook, its straight part and its bent end. `jaw` is the opening, 0 closed to 1 open. The round
+/// ends of jaws reach to their tips. A shaft that is not in the body yet is omitted.
 #[must_use]
 pub fn capsules(
     instrument: Instrument,

@@ -6,7 +6,7 @@
 use crate::math::{self, Pose, Quat, Vec3};
 
 /// Lower bound of the length of the shaft outside the body, m, by which the lever law divides. A
-/// hand that is nearer to the port would hold the trocar itself.
+/// hand nearer to the port would hold the trocar itself.
 const OUTSIDE_MIN_M: f32 = 0.02;
 /// The shaft and the port that it pivots about.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,8 +18,8 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Direction of the shaft, from the handle through the port. For a handle in the port: the
-    /// handle's own −z.
+    /// Direction of the shaft, from the handle through the port; the handle's −z for a handle in
+    /// the port.
     #[must_use]
     pub fn axis(&self, world_from_handle: &Pose) -> Vec3 {
         math::unit(&(self.port_m - world_from_handle.translation.vector))
@@ -46,8 +46,8 @@ impl Kinematics {
     }
 
     /// Handle pose that brings the tip to `tip_m`, rolled so that its y is as close to `up` as the
-    /// shaft allows. It inverts [`Self::tip`] for tips within the shaft's reach. A tip in the port
-    /// has no solution and gives a shaft along −z.
+    /// shaft allows. The inverse of [`Self::tip`] for tips within the shaft's reach. For a tip in
+    /// the port, which fits any direction, the shaft lies along −z.
     #[must_use]
     pub fn handle_from_tip(&self, tip_m: &Vec3, up: &Vec3) -> Pose {
         let axis = math::unit(&(tip_m - self.port_m)).unwrap_or(Vec3::new(0.0, 0.0, -1.0));
@@ -232,7 +232,7 @@ mod tests {
     }
 
     proptest! {
-        /// `handle_from_tip` undoes `tip`, wherever the shaft reaches.
+        /// `handle_from_tip` undoes `tip` at every place that the shaft reaches.
         #[test]
         fn handle_from_tip_is_the_inverse(
             x in -0.1f32..0.1, y in -0.1f32..0.1, z in -0.15f32..0.05,
@@ -277,7 +277,7 @@ mod tests {
             prop_assert!((felt_j - f.dot(&way)).abs() < 1.0e-6 + 1.0e-4 * f.norm() * step.norm());
         }
 
-        /// Invariant under rotation, translation and reflection of the room.
+        /// The lever is invariant under rotation, translation and reflection of the room.
         #[test]
         fn the_lever_knows_no_direction(
             f in vector(3.0), arm in vector(0.05), way in vector(0.1), turn in vector(3.0),

@@ -1,7 +1,7 @@
 //! Tools: the lever about the port, the capsules, and their state in a tick.
 //!
-//! The instrument frame has its origin at the jaw joint and −z along the shaft towards the tip. It
-//! rolls about the shaft with the handle.
+//! The instrument frame has its origin at the jaw joint and −z along the shaft towards the tip. The
+//! frame rolls about the shaft with the handle.
 
 pub mod cylinder;
 mod instrument;
@@ -33,8 +33,8 @@ pub struct ToolState {
     /// Device pose: the handle in the hand.
     pub world_from_handle: Pose,
     /// Proxy pose of the instrument: origin at the jaw joint, −z along the shaft towards the tip.
-    /// When the tissue pushes harder than the device can, this pose lags behind the handle, so that
-    /// the instrument does not press on tissue with more force than the hand feels.
+    /// The pose lags behind the handle while the tissue pushes harder than the device can, so that
+    /// the instrument does not press harder than the hand feels.
     pub world_from_instrument: Pose,
     /// The endoscope's camera: looks along −z, y up.
     pub world_from_camera: Pose,

@@ -1,4 +1,4 @@
-//! Tests of each gate that limits the force.
+//! Tests of the gates that limit the force.
 
 mod stiffness;
 
@@ -34,7 +34,7 @@ const HALF: Demand = Demand {
     paused: false,
 };
 
-/// An enabled limit, ramped up within a tick.
+/// An enabled limit whose ramp takes one tick.
 fn open() -> OutputLimit {
     let mut limit = OutputLimit::new(&DEVICE, 0.0);
     limit.enable(true);
@@ -49,7 +49,7 @@ fn apply(limit: &mut OutputLimit, demand: &Demand) -> (f32, FaultSet) {
     (norm(&out.force_n), faults)
 }
 
-/// Applies `demand` for so many ticks.
+/// Applies `demand` for `ticks` ticks.
 fn repeat(limit: &mut OutputLimit, demand: &Demand, ticks: u32) {
     for _ in 0..ticks {
         apply(limit, demand);
@@ -286,8 +286,8 @@ fn the_gates_stand_in_their_order() {
     assert!(near(force_n, 2.5), "{force_n}");
     assert_eq!(faults, only(Fault::StiffnessCapped));
 
-    // The ramp also comes before the clamp: its beginning is too weak to be clamped, and the slew
-    // bounds the whole rise.
+    // The ramp also comes before the clamp: at its beginning the force is too weak to be clamped,
+    // and the slew bounds the whole rise.
     let mut limit = OutputLimit::new(&DEVICE, 2.0);
     limit.enable(true);
     let soft = Demand {
@@ -527,8 +527,8 @@ fn a_peak_too_small_to_square_lets_nothing_through() {
 }
 
 proptest! {
-    /// For any demand and any device: finite, never above its peak, never a faster rise than the
-    /// slew limit, and zero while the device is lost.
+    /// For any demand and any device, the output is finite, within the device's peak, rises no
+    /// faster than the slew limit, and is zero while the device is lost.
     #[test]
     fn output_is_bounded_on_any_input(
         demands in prop::collection::vec((demand(), any::<bool>()), 1..200),

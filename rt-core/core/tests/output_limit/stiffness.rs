@@ -92,7 +92,7 @@ fn a_slow_device_bears_less_stiffness() {
 }
 
 /// Spheres that stick and slip make the stiffness flicker from tick to tick. The rendered force
-/// does not flicker.
+/// must not flicker.
 #[test]
 fn stiffness_that_flickers_is_not_felt() {
     let mut limit = open();
@@ -121,8 +121,8 @@ fn stiffness_that_flickers_is_not_felt() {
     assert!((forces[1999] - 0.25).abs() < 0.01, "{}", forces[1999]);
 }
 
-/// A cut resets the gate: neither a stiff contact that returns soft, nor a soft one that returns
-/// stiff, keeps its former share.
+/// A cut resets the gate: the next contact begins with the share of its own stiffness, not with
+/// that of the contact before.
 #[test]
 fn contact_after_a_cut_begins_with_its_own_share() {
     let with = |stiffness_n_m: f32| Demand {

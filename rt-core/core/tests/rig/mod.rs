@@ -1,5 +1,5 @@
-//! Rig: synthetic organs and a scripted hand, for tests, the bench and the examples. It uses no
-//! files and no randomness, so it is the same on every machine.
+//! Rig: synthetic organs, and ports that a test fills, for tests, the bench and the examples. It
+//! uses no files and no randomness, so it is equal on every machine.
 
 #![allow(dead_code)] // every user takes what it needs
 
@@ -94,8 +94,9 @@ pub(crate) struct Anatomy {
 }
 
 impl Anatomy {
-    /// Adds an ellipsoid of `count` spheres on a lattice with its `link_count` shortest links,
-    /// ordered so that neighbours share no sphere. The lowest tenth of the spheres is held.
+    /// Adds an ellipsoid of `count` spheres on a lattice with its `link_count` shortest links.
+    /// Links are ordered so that most neighbours in the list share no sphere. The lowest tenth of
+    /// the spheres is held.
     pub(crate) fn with_ellipsoid(
         mut self,
         center_m: Vec3,
@@ -339,7 +340,7 @@ fn lattice_tetrahedra(points: &[[i32; 3]]) -> Vec<[u32; 4]> {
     made
 }
 
-/// Tetrahedra ordered so that eight neighbours share no sphere, as far as possible.
+/// Tetrahedra ordered in batches of eight that share no sphere, as far as possible.
 fn in_batches(mut left: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
     let mut ordered = Vec::new();
     while !left.is_empty() {
@@ -357,7 +358,7 @@ fn in_batches(mut left: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
     ordered
 }
 
-/// Links ordered by colour; those of one colour share no sphere.
+/// Links ordered by colour; links of one colour share no sphere.
 fn in_colours(links: &[(f32, u32, u32)], spheres: usize) -> Vec<(f32, u32, u32)> {
     let mut used = vec![0u64; spheres];
     let mut coloured: Vec<(u32, (f32, u32, u32))> = Vec::new();
@@ -386,7 +387,7 @@ pub(crate) fn at_tip(tip_m: &Vec3, buttons: Buttons, at_ns: u64) -> DeviceSample
 /// Ports that a test fills before each tick and reads after it.
 pub(crate) struct Bench {
     pub(crate) samples: Samples,
-    /// Findings of the device's driver, in every tick.
+    /// Findings of the device's driver, equal in every tick until the test changes them.
     pub(crate) findings: Findings,
     pub(crate) sent: Vec<ForceCommand>,
     pub(crate) stages: Vec<Stage>,

@@ -25,7 +25,7 @@ fn thin_tube() -> Anatomy {
 }
 
 /// The bench after this instrument has gone to `at` and stayed there for `ticks` under this
-/// current, which is off at the end.
+/// current. The current is off at the end.
 fn burnt(
     anatomy: &Anatomy,
     instrument: Instrument,
@@ -44,7 +44,7 @@ fn burnt(
     bench
 }
 
-/// Holds the tip at `at` for `ticks` under this current, which is off at the end.
+/// Holds the tip at `at` for `ticks` under this current. The current is off at the end.
 pub(super) fn under_current(
     sim: &mut Sim<'_>,
     bench: &mut Bench,

@@ -48,7 +48,7 @@ fn a_clip_before_the_cut_keeps_the_blood_in_and_scissors_do_not_cut_it() {
 
 #[test]
 fn both_sides_are_closed_only_after_a_cut_between_clips() {
-    // Places of two cuts (m along the tube), and the open share that each reports. Clips lie at
+    // Places of two cuts along the tube, m, and the open share that each reports. Clips lie at
     // -0.0105 and 0.0105.
     for (at_m, open) in [
         ([-0.0165, 0.0015], [1.0, 0.0]),

@@ -27,8 +27,8 @@ fn anatomy() -> Anatomy {
     tube
 }
 
-/// Number of `Cut` events, and the centres of the spheres, after this instrument went to `at`,
-/// closed its jaws and opened them.
+/// Number of `Cut` events, and centres of the spheres, after this instrument went to `at`, closed
+/// and opened its jaws, and left.
 fn cuts(instrument: Instrument, at: &Vec3) -> (usize, Vec<Vec3>) {
     let anatomy = anatomy();
     let mut state = store();

@@ -1,4 +1,4 @@
-//! The loop of hand, instrument and tissue generates no energy, and behaves alike in any
+//! The loop of hand, instrument and tissue generates no energy, and behaves equally in any
 //! orientation.
 
 use super::tear::{BITTEN, pad};
@@ -7,8 +7,8 @@ use crate::rig::LEVER;
 use proptest::prelude::*;
 use rt_core::math::Quat;
 
-/// Number of random cases of each test. 300 cases have been run once; the hand put energy in every
-/// time.
+/// Number of random cases of each test. 300 cases have been run once; in each, the hand gave
+/// energy.
 const CASES: u32 = 12;
 
 /// A segment of the hand's path: target of the tip, and speed.
@@ -26,7 +26,7 @@ fn leg() -> impl Strategy<Value = Leg> {
     })
 }
 
-/// A hand that sums the energy it gives.
+/// A hand that sums the energy that it gives.
 struct Hand<'a, 's> {
     sim: &'a mut Sim<'s>,
     bench: Bench,

@@ -7,7 +7,7 @@ use rt_core::port::DeviceCapabilities;
 /// A place just below the liver's top, so that tissue lies between the jaws.
 const BITTEN: Vec3 = Vec3::new(0.0, 0.0, 0.0425);
 
-/// A device whose own damping suffices for this stiffness.
+/// A Touch that renders at most this stiffness, N/m.
 fn bearing(stiffness_n_m: f32) -> DeviceCapabilities {
     DeviceCapabilities {
         stiffness_max_n_m: stiffness_n_m,
@@ -70,7 +70,7 @@ fn a_grasp_begins_and_carries_on_without_a_knock() {
     // The jaws bite after 98 ticks; before that, they move against the tissue.
     let step = largest_step(&closing[90..]);
     // Jaws that go on closing push the tissue at 50 mm/s. These spheres have no skin, so their
-    // contact stiffens as that of tubes does.
+    // contact stiffens as the contact of tubes does.
     assert!(step < 0.012, "closing: {step} N in a tick");
     // 10 mm in 2 s.
     let lifting = felt(
@@ -110,7 +110,7 @@ fn the_stiffness_of_a_pull_is_the_tissues_and_not_the_grips() {
     };
     let (free_n_m, capped) = pulled(TOUCH);
     assert!(capped == 0 && free_n_m > 20.0, "{free_n_m} N/m");
-    // The simulation's estimate lies between the true stiffness and three times that.
+    // The simulation's estimate lies between the true stiffness and three times the true stiffness.
     let (_, capped) = pulled(bearing(3.0 * free_n_m));
     assert_eq!(capped, 0, "taken for stiffer than {} N/m", 3.0 * free_n_m);
     let (_, capped) = pulled(bearing(0.95 * free_n_m));

@@ -68,7 +68,7 @@ fn moved_m(bench: &Bench, anatomy: &Anatomy) -> f32 {
         .fold(0.0, f32::max)
 }
 
-/// Spheres without links.
+/// Spheres without links, each an organ of its own.
 fn loose(spheres: &[RestSphere], material: Material) -> Anatomy {
     let organ = |i: usize| organ([i as u32, 1], [0, 0], material);
     Anatomy {

@@ -1,4 +1,5 @@
-//! A handle that opens and shuts: the jaws follow it, and the fingers feel what they hold or cut.
+//! A handle that opens and shuts: the jaws follow it, and the fingers feel what the jaws hold or
+//! cut.
 
 use super::grip::count;
 use super::vessel::{artery, over};
@@ -84,7 +85,7 @@ fn fingers_feel_the_tissue_that_they_squeeze() {
     );
     let closing = move_fingers(&mut sim, &mut bench, &BITTEN, (0.5, 0.0), 260);
     assert!(bench.grasped_count > 0);
-    // By virtual work, 4 mm of jaws at 0.1 N are 30 mm of fingers at 0.013 N.
+    // By virtual work, 0.1 N on the fingers press with 0.1 N · 30 mm / 8 mm on the tissue.
     let last = closing[259];
     assert!(last.jaw > 0.01 && last.opening_n > 0.1, "{last:?}");
     for it in &closing {
@@ -163,8 +164,8 @@ fn a_cut_takes_the_energy_that_parts_the_tissue() {
         .windows(2)
         .map(|pair| pair[0].opening_n * (pair[0].hand - pair[1].hand) * HANDLE.travel_m)
         .sum();
-    // The blades already cut while the spring tightens; the fingers do less work for this part of
-    // the cut.
+    // The blades already cut while the spring tightens, so the fingers do less work for this part
+    // of the cut.
     let peak_n = closing
         .iter()
         .fold(0.0f32, |most, it| most.max(it.opening_n));

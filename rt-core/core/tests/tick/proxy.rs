@@ -1,4 +1,4 @@
-//! Proxy pose: equal to the device pose as long as the device can push as hard as the tissue.
+//! Proxy pose: equal to the device pose while the device can push as hard as the tissue.
 
 use super::grip::felt;
 use super::*;

@@ -1,5 +1,5 @@
-//! The trainee hangs an organ, from the place that the tip touched, in the direction in which the
-//! tip was carried.
+//! The trainee hangs an organ on a suture, from the place that the tip touched, in the direction in
+//! which the tip was carried.
 
 use super::grip::count;
 use super::*;
@@ -101,7 +101,8 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
     let through = bench.sutures[0].0.sphere;
     let off_m = norm(&(bench.centers_m[through as usize] - TOUCHES));
     assert!(off_m < 0.02, "{off_m}");
-    // Without motion there is no direction; along the liver there is no wall.
+    // A tip that has not moved shows no direction; a tip that moves along the liver shows none that
+    // leads to the wall.
     step(&mut sim, &mut bench, &TOUCHES);
     let aside = Vec3::new(0.1, 0.0, 0.055);
     go(&mut sim, &mut bench, &ADJACENT, &aside, 200, NONE);
@@ -119,7 +120,7 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
         (at_m - before_m).normalize().dot(&carried) > 0.999,
         "{at_m}"
     );
-    // The liver sleeps; the suture is drawn in nevertheless.
+    // The suture is drawn in although the liver slept.
     stay(&mut sim, &mut bench, &AWAY, 4000, NONE);
     let now_m = bench.centers_m[through as usize];
     let drawn_m = norm(&(at_m - before_m)) - norm(&(at_m - now_m));
@@ -158,7 +159,7 @@ fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
     );
     go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
     step(&mut sim, &mut bench, &TOUCHES);
-    // Oblique, across the blades that come from above.
+    // The thread is oblique, so it crosses the blades, which come from above.
     let aslant = Vec3::new(0.055, 0.0, 0.07);
     go(&mut sim, &mut bench, &TOUCHES, &aslant, 500, NONE);
     step(&mut sim, &mut bench, &aslant);
@@ -184,6 +185,36 @@ fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
     assert!(!bench.sutures[1].1);
     stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
     assert!(moved_m(&bench, &anatomy) < 2.0e-3, "let go");
+}
+
+#[test]
+fn a_pedal_that_leads_a_needle_feeds_no_hook_until_it_is_pressed_again() {
+    let anatomy = hung_liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    command(&mut sim, &mut bench, Command::Start(Task::Hang));
+    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
+    let mut held = |sim: &mut Sim<'_>, is_down: bool, change: Option<Command>| {
+        let samples = bench.next_at(&TOUCHES, NONE);
+        samples.command = change;
+        samples.pedal = Polled::Fresh(PedalSample {
+            cut: false,
+            coagulate: is_down,
+            camera_lock: false,
+            at_ns: samples.now_ns,
+        });
+        sim.tick(&mut bench);
+        [EventKind::Electro, EventKind::Burn].map(|kind| count(&bench, kind))
+    };
+    for tick in 0..600 {
+        let change = (tick == 100).then_some(Command::Instrument(Instrument::Hook));
+        assert_eq!(held(&mut sim, true, change), [0; 2], "tick {tick}");
+    }
+    held(&mut sim, false, None);
+    let reported = (0..600).map(|_| held(&mut sim, true, None)).last();
+    let [electro, burns] = reported.expect("ticks");
+    assert!(electro > 0 && burns > 0, "{electro}, {burns}");
 }
 
 #[test]

@@ -84,7 +84,7 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
         bench.force_n.z
     );
     let work_j: f32 = forces.iter().map(|f| -f * travel_m / ticks as f32).sum();
-    // Elastic energy of the tissue is lost as well when the bands tear.
+    // When the bands tear, elastic energy of the tissue is lost as well.
     let torn_j = BAND_J * bands as f32;
     assert!(
         (1.0..4.5).contains(&(work_j / torn_j)),
@@ -111,7 +111,7 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
     assert_eq!(again.count(), bands);
 }
 
-/// 21 spheres in a row along x, its ends held; E A = 5 kPa · 28 mm² = 0.141 N.
+/// 21 spheres in a row along x, the ends held; E A = 5 kPa · 28 mm² = 0.141 N.
 pub(super) fn tube(toughness_j_m2: f32) -> Anatomy {
     let area_m2 = std::f32::consts::PI * 0.003 * 0.003;
     let spheres: Vec<RestSphere> = (0..21)

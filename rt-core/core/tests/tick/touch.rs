@@ -78,7 +78,8 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
     assert!(back.fold(0.0, f32::max) < 2.0e-4);
 }
 
-/// The first sample, and the first after the device was gone, may find the instrument anywhere.
+/// At its first sample, and at the first after a loss of the device, the instrument may be
+/// anywhere.
 #[test]
 fn an_instrument_that_begins_inside_an_organ_is_reported_once() {
     let anatomy = Anatomy::liver();

@@ -1,4 +1,4 @@
-//! Organs that fall are reported once; those that the trainee holds are not.
+//! Events of organs that fall or shake.
 
 use super::*;
 use crate::grip::count;
@@ -40,7 +40,7 @@ fn a_whole_liver_that_is_pressed_and_let_go_neither_falls_nor_shakes() {
     assert_eq!(reported, [0, 0]);
 }
 
-/// The memory of falls changes no digest, and a checkpoint keeps it.
+/// A checkpoint holds the memory of reported falls.
 #[test]
 fn a_fall_is_reported_again_from_a_checkpoint_before_it() {
     let anatomy = loose(&[sphere(0.1, 0.0)], SOFT);
@@ -56,7 +56,8 @@ fn a_fall_is_reported_again_from_a_checkpoint_before_it() {
     assert_eq!(count(&bench, EventKind::Fall), 2);
 }
 
-/// A liver without damping that is `factor` times as stiff as tissue, and hangs if it is `heavy`.
+/// A liver without damping that is `factor` times as stiff as soft tissue. Its weight pulls at it
+/// if it is `heavy`.
 fn liver(factor: f32, heavy: bool) -> Anatomy {
     let mut anatomy = Anatomy::liver();
     for organ in &mut anatomy.organs {
@@ -70,7 +71,7 @@ fn liver(factor: f32, heavy: bool) -> Anatomy {
 }
 
 /// A hand strokes the liver at 10 mm/s and never rests. Two livers are stable, one of them as stiff
-/// as cartilage. The third is too soft for its weight: it falls in and shakes.
+/// as cartilage. The third liver is too soft for its weight: it falls in and shakes.
 #[test]
 fn a_liver_that_shakes_under_a_moving_hand_is_reported_once() {
     for (factor, heavy, times) in [(1.0, false, 0), (300.0, false, 0), (0.005, true, 1)] {

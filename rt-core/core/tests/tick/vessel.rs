@@ -17,8 +17,8 @@ pub(super) fn artery() -> Anatomy {
     let mut artery = tube(0.0);
     artery.organs[0].inside = Inside::Blood;
     artery.organs[0].material.young_pa = young_pa;
-    // The chain has no bending stiffness. It is damped as in fluid, because its stumps would swing
-    // otherwise.
+    // The chain has no bending stiffness. The chain is damped as in fluid; otherwise its stumps
+    // would swing.
     artery.organs[0].material.damping_per_s = 60.0;
     for sphere in &mut artery.spheres {
         sphere.radius_m = 0.001_2;
@@ -186,7 +186,8 @@ fn a_bag_that_is_burnt_through_leaks_once() {
     assert_eq!(self::leaks(&bench).len(), 1);
 }
 
-/// The bent end lies on top of a bag or of gut, and coagulates for this time, ticks.
+/// Number of perforations after the hook's bent end has coagulated the top of an organ with this
+/// content for so many ticks.
 fn coagulated(inside: Inside, ticks: u32) -> usize {
     let mut bag = Anatomy::liver().with_skins();
     bag.organs[0].inside = inside;

@@ -19,7 +19,7 @@ pub(crate) struct View {
     right: Vec3,
     up: Vec3,
     forward: Vec3,
-    /// Half of the visible height: in perspective per unit of distance, otherwise in metres.
+    /// Half of the visible height: in perspective as a share of the distance, otherwise in metres.
     half: f64,
     perspective: bool,
 }
@@ -52,7 +52,8 @@ impl View {
         }
     }
 
-    /// Right, up and depth of a point. Within the panel, right and up are in -1..1.
+    /// Coordinates of a point in the panel, to the right and up, from −1 to 1 inside the panel; and
+    /// its depth, m.
     fn project(&self, p: &Vec3) -> Option<[f64; 3]> {
         let q = p - self.eye;
         let depth = q.dot(&self.forward);

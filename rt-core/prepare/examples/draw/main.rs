@@ -1,8 +1,8 @@
-//! Draws meshes and their spheres into a PNG, so that one sees what preparation built: `cargo run
-//! -p scene-prepare --example draw -- OUT.png RECIPE|built-in [MESHES_DIR]`.
+//! Draws a prepared scene into a PNG: `cargo run -p scene-prepare --example draw -- OUT.png
+//! RECIPE|MESH|built-in|triangle|variant [MESHES_DIR]`.
 //!
 //! There are four views: the endoscope's, from the front, from below, from the right. The first row
-//! shows the skins, the second row the spheres and links.
+//! shows the skins, the second row the spheres and links. Held spheres are blue.
 
 mod canvas;
 

@@ -31,8 +31,8 @@ const COLORS: [&str; 9] = [
     "#7b3f9e",
 ];
 
-/// Draws two panels in a row, and the legend below. Points beyond the end of an axis are drawn at
-/// that end.
+/// Draws the panels, two in a row, and the legend below. Points beyond the end of an axis are drawn
+/// at this end.
 pub(crate) fn draw(panels: &[Panel]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for series in panels.iter().flat_map(|panel| &panel.series) {

@@ -2,11 +2,11 @@
 //! scene-prepare --example packing -- [--out DIR] [--quick]` writes `packing.csv` and
 //! `packing.svg`, by default into `tests/results`.
 //!
-//! Coverage and mechanics conflict. A few large spheres on the medial axis cover best, but their
-//! links point along the axis (isotropy 0.1 to 0.35), and a large sphere cannot follow a small
-//! dent. So preparation packs evenly, caps the radii at 1.15 spacings, and accepts less coverage in
-//! exchange for isotropic links. The last panel shows coverage against isotropy at the paper's 581
-//! spheres. It also shows eight algorithms that a prototype study measured on another liver.
+//! Coverage and mechanics conflict. Large spheres on the medial axis cover best. But their links
+//! point along the axis (isotropy 0.1 to 0.35), and a large sphere cannot follow a small dent. So
+//! preparation packs evenly, with radii up to 1.15 spacings: coverage is lower, and links are more
+//! isotropic. The last panel shows coverage against isotropy with the paper's 581 spheres. It also
+//! shows eight algorithms that a prototype study measured on another liver.
 
 mod chart;
 
@@ -32,10 +32,10 @@ const ORGANS: [(&str, Form, usize); 4] = [
     ("stomach", Form::Stomach, 452),
 ];
 const COUNTS: [usize; 7] = [100, 200, 400, 1000, 2000, 4000, 8000];
-/// The paper's packing tests each pair of spheres against all spheres. Beyond this count that takes
-/// minutes.
+/// Largest count for the paper's packing, which tests each pair of spheres against all spheres and
+/// would take minutes beyond it.
 const PAPER_MAX: usize = 1000;
-/// Coverage and isotropy of the study's algorithms at 581 spheres.
+/// Coverage and isotropy of the study's algorithms with 581 spheres.
 const FRONT: [(&str, f64, f64); 8] = [
     ("medial axis and filling", 0.975, 0.13),
     ("greedy inscribed", 0.983, 0.35),
@@ -62,12 +62,12 @@ struct Row {
     isotropy: f64,
     /// Worst `V/L³` of a tetrahedron.
     shape_min: f64,
-    /// Volume that the tetrahedra carry over the organ's volume.
+    /// Sum of the tetrahedra's volumes over the organ's volume.
     volume_share: f64,
     build_s: f64,
 }
 
-/// Packs every organ with every count.
+/// Packs every organ with every count; if `quick`, with counts up to 1000.
 ///
 /// # Errors
 /// When an organ cannot be packed. The error gives the reason in words.
@@ -176,8 +176,8 @@ fn csv(rows: &[Row]) -> String {
     text
 }
 
-/// Draws gap, coverage, isotropy and time over the number of spheres, and coverage over isotropy at
-/// equal count.
+/// Draws gap, coverage, isotropy and time against the number of spheres, and coverage against
+/// isotropy with 581 spheres.
 fn svg(rows: &[Row]) -> String {
     const SPHERES: &[f64] = &[100.0, 200.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0];
     let over = |title, axis, is_log, marks, value: fn(&Row) -> f64| {

@@ -1,5 +1,5 @@
-//! Body of the fuzz target for meshes: no input may make the reader panic, hang or take far more
-//! memory than the input's size justifies.
+//! Body of the fuzz target for meshes. No input may make the reader panic, hang, or take far more
+//! memory than the size of the input justifies.
 
 use std::path::Path;
 
@@ -7,8 +7,7 @@ use scene_prepare::mesh::{self, Format};
 use scene_prepare::recipe::Closing;
 
 /// Reads the bytes as a mesh file of the format that the first byte chooses, and mends the mesh if
-/// it can be read. Wrapping, which builds a new surface around a mesh and takes seconds, has tests
-/// of its own.
+/// it can be read. Wrapping is left out, because it takes seconds; it has tests of its own.
 pub(crate) fn read(bytes: &[u8]) {
     let Some((&first, content)) = bytes.split_first() else {
         return;

@@ -1,28 +1,27 @@
-//! The course: the line through the middles of the parallel cross-sections of layered tissue.
+//! The course: the line through the middles of the cross-sections, the midline of the inner organ.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 
 use crate::Vec3;
 use crate::mesh::Mesh;
 
-/// The middle of a section is the mean of the inner organ's vertices up to this far on either side
-/// of the section, in cell sizes.
+/// The middle of a section is the mean of the inner organ's vertices within this distance of the
+/// section, in cell sizes.
 const SLAB_CELLS: f64 = 2.0;
-/// Number of rounds that smooth the line of the middles.
+/// Number of rounds that smooth the course.
 const ROUNDS: usize = 4;
 
 /// Parallel cross-sections at equal distances along a line.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct CrossSections {
-    /// Unit vectors: the first along the course, the other two across; together right-handed.
+    /// Unit vectors, right-handed: the first is normal to the sections, the other two lie in them.
     pub(super) axes: [Vec3; 3],
     /// Middle of each section, where its rays start, m.
     pub(super) middles: Vec<Vec3>,
 }
 
-/// Lays sections perpendicular to the longest axis of the inner organ `around`, about `cell_m`
-/// apart, from one end of the layered tissue `own` to the other. Parallel sections never cut each
-/// other.
+/// Lays sections perpendicular to the longest principal axis of the inner organ `around`, about
+/// `cell_m` apart, from one end of the layered tissue `own` to the other.
 pub(super) fn course(around: &Mesh, own: &Mesh, cell_m: f64) -> CrossSections {
     let mean = around.vertices.iter().sum::<Vec3>() / around.vertices.len().max(1) as f64;
     let spread = around.vertices.iter().fold(Matrix3::zeros(), |sum, p| {
@@ -34,7 +33,7 @@ pub(super) fn course(around: &Mesh, own: &Mesh, cell_m: f64) -> CrossSections {
         .eigenvectors
         .column(eigen.eigenvalues.imax())
         .into_owned();
-    // Both signs are valid; choose the same one every time.
+    // Both directions along the axis are valid. Always choose the same one.
     let along = if along[along.iamax()] < 0.0 {
         -along
     } else {

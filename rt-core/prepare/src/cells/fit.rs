@@ -1,4 +1,4 @@
-//! Moves the outer corners of the cells onto the organ's surface.
+//! Moves the corners of faces without a neighbour towards the organ's surface.
 
 use super::{Cells, hexa};
 use crate::Vec3;
@@ -6,16 +6,16 @@ use crate::field::Nearest;
 
 /// Corners farther from the surface than this stay where they are, in cell sizes.
 const REACH_CELLS: f64 = 0.75;
-/// A move is refused if the triple product of the edges at a corner of a cell falls below this
-/// share of its value before all moves.
+/// A move is refused if it makes the triple product of the edges at any corner of a cell smaller
+/// than this share of its first value, or than 2 % of the product of the edges' lengths.
 const LEFT: f64 = 0.2;
 /// Shares of the way to the surface that are tried, the largest first.
 const TRIES: [f64; 4] = [1.0, 0.7, 0.4, 0.2];
-/// Rounds over all corners.
+/// Number of rounds over the corners of faces without a neighbour.
 const ROUNDS: usize = 2;
 
-/// Moves each outer corner towards the surface, as far as all cells at that corner keep their
-/// shape.
+/// Moves each corner of a face without a neighbour towards the surface, by the largest of [`TRIES`]
+/// that flattens none of the cells at the corner.
 pub(super) fn onto_surface(cells: &mut Cells, surface: &Nearest<'_>, cell_m: f64) {
     let mut is_outside = vec![false; cells.corners.len()];
     let mut of_corner = vec![Vec::new(); cells.corners.len()];

@@ -1,10 +1,10 @@
-//! One hexahedron. Bit `k` of a corner's number, 0 to 7, says on which side along direction `k` the
-//! corner lies.
+//! One hexahedron. A corner has a number from 0 to 7. Bit `k` of the number is set if the corner
+//! lies on the far side along direction `k`.
 
 use crate::Vec3;
 
-/// Corners of the faces, anticlockwise seen from outside: for each bit in turn, the face where it
-/// is 0, then the face where it is 1.
+/// Corners of the faces, anticlockwise seen from outside: for bits 0, 1 and 2 in turn, the face
+/// where the bit is 0, then the face where it is 1.
 pub(super) const FACES: [[usize; 4]; 6] = [
     [0, 4, 6, 2],
     [1, 3, 7, 5],
@@ -14,13 +14,13 @@ pub(super) const FACES: [[usize; 4]; 6] = [
     [4, 5, 7, 6],
 ];
 
-/// The face on the other side of the cell.
+/// The face opposite to this face.
 pub(super) const fn opposite(face: usize) -> usize {
     face ^ 1
 }
 
-/// The point with these shares (trilinear coordinates, 0 to 1) along the directions of bits 0, 1
-/// and 2.
+/// The point with these trilinear coordinates (shares from 0 to 1) along the directions of bits 0,
+/// 1 and 2.
 pub(super) fn at(p: &[Vec3; 8], [u, v, w]: [f64; 3]) -> Vec3 {
     let mut sum = Vec3::zeros();
     for (i, corner) in p.iter().enumerate() {
@@ -44,7 +44,7 @@ fn jacobian(p: &[Vec3; 8], [u, v, w]: [f64; 3]) -> f64 {
     ways[0].dot(&ways[1].cross(&ways[2]))
 }
 
-/// Volume, m³. Exact for faces that are bilinear.
+/// Volume, m³, of a cell with bilinear faces.
 pub(super) fn volume_m3(p: &[Vec3; 8]) -> f64 {
     let low = 0.5 - (1.0f64 / 12.0).sqrt();
     let places = [low, 1.0 - low];
@@ -71,7 +71,8 @@ pub(super) fn corners(p: &[Vec3; 8]) -> [(f64, f64); 8] {
     })
 }
 
-/// Shape of the worst corner: 1 in a box, 0 where it is flat, negative where it is inside out.
+/// Shape of the worst corner, the ratio of the two products: 1 in a box, 0 if flat, negative if
+/// inside out.
 pub(super) fn shape(p: &[Vec3; 8]) -> f64 {
     let share = |(product, lengths): (f64, f64)| product / lengths.max(f64::MIN_POSITIVE);
     corners(p).into_iter().map(share).fold(1.0, f64::min)
@@ -85,14 +86,13 @@ pub(super) fn extents_m(p: &[Vec3; 8]) -> [f64; 3] {
     })
 }
 
-/// The box around the cell.
+/// Smallest and largest coordinates of the cell.
 pub(super) fn bounds(p: &[Vec3; 8]) -> [Vec3; 2] {
     let all = p.iter().skip(1);
     all.fold([p[0]; 2], |[low, high], q| [low.inf(q), high.sup(q)])
 }
 
-/// True if the point lies inside the cell. Newton's method finds the point's shares along the three
-/// directions.
+/// True if the point lies inside the cell. Newton's method finds the point's trilinear coordinates.
 pub(super) fn holds(p: &[Vec3; 8], point: &Vec3) -> bool {
     let mut share = Vec3::repeat(0.5);
     let step = 1e-4;

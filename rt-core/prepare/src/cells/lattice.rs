@@ -1,5 +1,5 @@
-//! Outlines of the cross-sections, layers between them, and the hexahedra that join the layers'
-//! points.
+//! Outlines of the cross-sections, layers between the outlines, and hexahedra between the points of
+//! the layers' borders.
 
 use rayon::prelude::*;
 
@@ -13,28 +13,28 @@ use crate::recipe::Layers;
 const RAYS: (f64, f64) = (18.0, 96.0);
 /// Length of a step along a ray, in cell sizes.
 const STEP_CELLS: f64 = 0.1;
-/// Rays start this far from the course, m. All rays of a section meet at the course, so a cell that
-/// began there would have no width.
+/// Distance from the course at which rays start, m. At the course all rays of a section meet, so a
+/// cell that began there would have an edge without length.
 const INNERMOST_M: f64 = 0.000_4;
-/// The first and the last section look for tissue this far inside the organ, in cell sizes, because
-/// at the very end of the organ they would find none.
+/// The first and the last section lie at the organ's ends, where there is no tissue. Their outlines
+/// are found this far inside the organ, in cell sizes.
 const INSET_CELLS: f64 = 0.3;
-/// Number of rounds in which rays that meet no tissue take the outlines of neighbouring rays.
+/// Number of rounds in which rays without tissue take the mean outline of neighbouring rays.
 const CARRIED: usize = 2;
 /// A cell is tested for tissue at this number of points along each of its three directions.
 const SAMPLES: usize = 4;
-/// Bounds of the threshold of `Lattice::cells`: cells with a smaller share of tissue are left
-/// out.
+/// Bounds of the threshold that `Lattice::cells` chooses. Cells with a smaller share of tissue are
+/// left out.
 const TISSUE: (f64, f64) = (0.2, 0.8);
 
-/// Radii at which tissue begins and ends along every ray of every section.
+/// Outlines of the tissue: the radii at which it begins and ends along every ray of every section.
 pub(super) struct Lattice<'a> {
     course: &'a CrossSections,
     field: &'a Field,
     rays: usize,
     layers: usize,
-    /// Inner and outer radius by section and ray, m; `None` where neither the ray nor a neighbour
-    /// meets tissue.
+    /// Inner and outer radius by section and ray, m. `None` if neither the ray nor a ray within
+    /// [`CARRIED`] places meets tissue.
     outline: Vec<Option<[f64; 2]>>,
 }
 
@@ -92,7 +92,7 @@ impl<'a> Lattice<'a> {
                 let radius = |k: usize| INNERMOST_M + step_m * k as f64;
                 let first = (0..steps).find(|&k| depth(radius(k)))?;
                 let last = (first..steps).rev().find(|&k| depth(radius(k)))?;
-                // The outline lies half a step beyond the last point in tissue.
+                // The outlines lie half a step outside of the first and the last point in tissue.
                 let inner = radius(first) - if first > 0 { 0.5 * step_m } else { 0.0 };
                 Some([inner, radius(last) + 0.5 * step_m])
             })
@@ -107,7 +107,7 @@ impl<'a> Lattice<'a> {
         in_grid && self.field.at(p) < 0.0
     }
 
-    /// Gives a ray that meets no tissue the mean outline of those neighbours that have one.
+    /// Gives each ray without an outline the mean outline of its neighbours that have one.
     fn carry_on(&mut self) {
         let (sections, rays) = (self.sections(), self.rays);
         let old = self.outline.clone();
@@ -131,7 +131,8 @@ impl<'a> Lattice<'a> {
     }
 
     /// Joins the points to hexahedra and keeps those with enough tissue. The threshold for the
-    /// share of tissue is chosen so that the kept cells together have the organ's volume.
+    /// share of tissue is chosen so that the kept cells together have the organ's volume, as far
+    /// as [`TISSUE`] allows.
     pub(super) fn cells(&self, volume_m3: f64) -> Cells {
         let (rays, layers) = (self.rays, self.layers);
         let points = layers + 1;

@@ -2,15 +2,18 @@
 //! filled with hexahedra in layers between the inner organ and its own surface (the paper's
 //! multi-layer hexahedral model).
 //!
-//! 1. Parallel cross-sections are laid along the inner organ ([`course`]).
-//! 2. In each section, rays from the course find where tissue begins and where it ends
+//! 1. Parallel cross-sections are laid along the inner organ. The course is the line through their
+//!    middles ([`course`]).
+//! 2. In each section, rays from the course find the inner and the outer outline of the tissue
 //!    ([`lattice`]).
-//! 3. Layers lie evenly between the two outlines. Each layer has a point on every ray.
-//! 4. Neighbouring points of neighbouring layers, rays and sections are joined to hexahedra. Cells
-//!    with hardly any tissue are left out. Corners that then lie on the outside are moved onto the
-//!    organ's surface ([`fit`]).
+//! 3. Layers lie evenly between the two outlines. The borders of the layers have a point on every
+//!    ray.
+//! 4. Eight points make a hexahedron: two neighbouring borders, on two neighbouring rays, in two
+//!    neighbouring sections. Cells with little tissue are left out, so many that the others have
+//!    the organ's volume, and then small groups of cells.
+//! 5. Corners of faces without a neighbour are moved towards the organ's surface ([`fit`]).
 //!
-//! The organ's spheres carry each cell.
+//! Each cell follows the organ's spheres near the cell's middle.
 
 mod course;
 mod fit;
@@ -35,9 +38,11 @@ use crate::skin;
 
 pub(crate) use region::Regions;
 
-/// Smallest connected group of cells that is kept. A smaller group would hang in the air.
+/// Fewest cells of a connected group that is kept. A smaller group would hang in the air.
 const GROUP_MIN: usize = 8;
-/// Distance from a contact vertex up to which cells count as lying under the vertex, in cell sizes.
+/// Cells with a face without a neighbour lie under a contact vertex up to this distance from the
+/// face, in cell sizes. A face turned away from the skin's normal counts as up to two cell sizes
+/// farther. The nearest cell always lies under the vertex.
 const OVER_CELLS: f64 = 2.5;
 
 /// Layered tissue at rest. Indices count within the organ.
@@ -45,8 +50,8 @@ const OVER_CELLS: f64 = 2.5;
 pub(crate) struct Cells {
     /// Corners, world frame, m.
     pub(crate) corners: Vec<Vec3>,
-    /// Corners of each cell. In the number of a corner, bit 0 is the side along the course, bit 1
-    /// the side around it, bit 2 is set on the outer side.
+    /// Corners of each cell. In a corner's place in the list, bit 0 is set forwards along the
+    /// course, bit 1 forwards around it, bit 2 outwards.
     pub(crate) cells: Vec<[u32; 8]>,
     /// Neighbours of each cell: backwards and forwards along the course, backwards and forwards
     /// around it, inwards, outwards.
@@ -62,16 +67,16 @@ pub struct Filling {
     pub cells: usize,
     /// Volume of all cells over the organ's volume.
     pub volume_share: f64,
-    /// Share of the organ's volume that lies in some cell.
+    /// Share of the organ's volume that lies in a cell.
     pub covered: f64,
     /// Shape of the worst cell: the smallest triple product of the three edges at a corner over the
-    /// product of their lengths; 1 in a box, 0 where it is flat.
+    /// product of their lengths. A box has 1, a flat corner 0.
     pub shape_min: f64,
 }
 
 impl Cells {
-    /// Fills `own` with cells around the organ `around`. The result is empty if no ray meets
-    /// tissue.
+    /// Fills `own` with cells around the organ `around`. There are none if no ray meets tissue, or
+    /// only small groups remain.
     pub(crate) fn new(own: &Mesh, around: &Mesh, plan: &Layers) -> Self {
         let grid = Grid::around(own.bounds(), plan.cell_m / 4.0, 2);
         let field = Field::new(own, grid, Sign::Closed);
@@ -207,7 +212,8 @@ pub(crate) fn append(
     };
     let bound: Vec<VertexRecord> = bind::bind(&outside, &balls, first);
     scene.cell_corners.extend(bound);
-    // The scene's own check reports numbers that do not fit.
+    // The casts wrap only in scenes that the scene's check refuses for their number of cells or
+    // corners.
     let number = |cell: Option<u32>| cell.map_or(NO_CELL, |i| (first_cell + i as usize) as u16);
     let records: Vec<CellRecord> = (0..cells.cells.len())
         .into_par_iter()
@@ -238,16 +244,18 @@ pub(crate) fn append(
 
 /// Share of the water in loose tissue that has boiled when the tissue parts. Steam bursts tissue
 /// under an electrode (Honig 1975, 10.1109/tbme.1975.324541) long before all of its water has
-/// boiled: the steam of one hundredth of the water fills ten times the volume of connective tissue.
-/// No source says how much steam escapes; a fifth of the water is assumed. Organ walls and cords
-/// are dense, so a larger share of their water must boil (`rt_core::procedure::cautery`).
+/// boiled: in connective tissue, the steam of one hundredth of the water has ten times the tissue's
+/// volume. Some steam escapes, and no source says how much. So a fifth of the water is assumed to
+/// boil. Organ walls and cords are dense, so a larger share of their water must boil
+/// (`rt_core::procedure::cautery`).
 const STEAM_BURSTS: f64 = 0.2;
 
-/// Energy that parts loose tissue, J/kg: the energy that heats the tissue from 37 to 100 °C and
-/// boils [`STEAM_BURSTS`] of its water. Fat is one fifth water and connective tissue seven tenths
-/// (Duck, *Physical Properties of Tissue*, 1990). Fat fills its whole space. The connective tissue
-/// around a hung organ is drawn out to strands and sheets with gaps between them: half of its space
-/// is taken to be tissue.
+/// Energy that parts a cell of loose tissue, J per kg that the cell would weigh if tissue filled
+/// it: the energy that heats the tissue from 37 to 100 °C and boils [`STEAM_BURSTS`] of its water.
+/// Fat is one fifth water and connective tissue seven tenths (Duck, *Physical Properties of
+/// Tissue*, 1990). Fat fills its cells. While sutures hang the gallbladder up, the connective
+/// tissue around it is drawn out to strands and sheets with gaps between them: it is taken to fill
+/// half of its cells.
 fn parts_j_kg(kind: OrganKind) -> f64 {
     const LATENT_J_KG: f64 = 2.26e6;
     const RISE_K: f64 = 63.0;
@@ -258,7 +266,7 @@ fn parts_j_kg(kind: OrganKind) -> f64 {
     solid * (STEAM_BURSTS * water * LATENT_J_KG + RISE_K * heat_j_kg_k)
 }
 
-/// Triangles of all faces without a neighbour, their corners anticlockwise from outside.
+/// Triangles of all faces without a neighbour. Corners run anticlockwise seen from outside.
 fn surface(cells: &Cells) -> Vec<[u32; 3]> {
     let mut triangles = Vec::new();
     for (cell, neighbours) in cells.cells.iter().zip(&cells.neighbours) {
@@ -337,7 +345,7 @@ fn append_columns(
                 .iter()
                 .enumerate()
                 .map(|(i, f)| {
-                    // Of two equally near cells, take the one whose face is turned like the skin.
+                    // A face turned away from the skin's normal counts as farther (`OVER_CELLS`).
                     let turned = 1.0 - f.outward.dot(&outward);
                     ((f.center - at).norm() + cell_m * turned, i)
                 })

@@ -1,4 +1,4 @@
-//! The region of the operation's field to which a cell belongs.
+//! Regions of the operation's field: Calot's triangle and the gallbladder's bed.
 
 use shared_mem::scene::{CellRecord, OrganKind};
 
@@ -6,19 +6,19 @@ use crate::Vec3;
 use crate::mesh::Mesh;
 use crate::recipe::OrganPlan;
 
-/// Tissue up to this far outside the triangle's sides still belongs to the triangle, m.
+/// Tissue up to this far outside of the triangle's sides belongs to the triangle, m.
 const MARGIN_M: f64 = 0.003;
-/// Length of the lower part of the gallbladder's bed, from the neck, as a share of the bed's
-/// length.
+/// The lower bed reaches from the neck over this share of the bed's length.
 const LOWER: f64 = 1.0 / 3.0;
 
-/// Calot's triangle and the gallbladder's bed; `None` for what the scene does not have.
+/// Calot's triangle and the gallbladder's bed; `None` if the scene lacks an organ that bounds the
+/// region.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Regions {
-    /// Corners: where the cystic duct joins the bile duct, the gallbladder's neck, and where the
-    /// bile duct leaves the liver.
+    /// Corners, m: the cystic duct's end at the bile duct, the gallbladder's neck, and the bile
+    /// duct's end at the liver.
     triangle: Option<[Vec3; 3]>,
-    /// The bed's end at the neck and its other end.
+    /// The bed's end at the neck and its other end, m.
     bed: Option<[Vec3; 2]>,
 }
 
@@ -57,7 +57,7 @@ impl Regions {
         Self { triangle, bed }
     }
 
-    /// The region of a place in tissue of this kind of organ.
+    /// Region of a place in tissue of this kind of organ ([`CellRecord::region`]).
     pub(crate) fn of(&self, kind: OrganKind, p: &Vec3) -> u8 {
         match kind {
             OrganKind::Fat => match self.triangle {
@@ -92,7 +92,8 @@ fn nearest_of(mesh: &Mesh, other: &Mesh) -> Vec3 {
     nearest.map_or_else(Vec3::zeros, |(_, p)| *p)
 }
 
-/// True if a place lies over or under a triangle, or at most [`MARGIN_M`] outside its sides.
+/// True if the place, projected onto the triangle's plane, lies in the triangle or at most
+/// [`MARGIN_M`] outside of its sides.
 fn is_over(corners: &[Vec3; 3], p: &Vec3) -> bool {
     let [a, b, c] = *corners;
     let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-12) else {

@@ -9,7 +9,7 @@ const PLAN: Layers = Layers {
     cell_m: 0.002,
 };
 
-/// A bent bar along x with round ends and lumps.
+/// A bent bar along x with round ends and a lumpy surface.
 fn bar(half_m: f64, radius_m: f64, bend_per_m: f64, lump_m: f64) -> Mesh {
     let distance = move |p: &Vec3| {
         let x = p.x.clamp(-half_m, half_m);
@@ -47,8 +47,8 @@ fn a_box_by_hand() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
-    /// Between any two surfaces of this sort no cell is flat, the cells together fill the organ,
-    /// and neighbours name each other.
+    /// With bars of any such shape, no cell is flat, the cells fill the organ, and neighbours name
+    /// each other.
     #[test]
     fn cells_fill_what_lies_around_a_bar(
         thick_m in 0.004f64..0.010, bend_per_m in -8.0f64..8.0, lump_m in 0.0f64..0.0008,

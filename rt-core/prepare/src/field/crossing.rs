@@ -1,18 +1,18 @@
-//! Finds which points of a grid lie inside a closed surface. For each grid line parallel to x, it
-//! counts how often the line enters and leaves the body.
+//! Crossings of grid lines with closed surfaces. Along each grid line parallel to x, the winding
+//! number rises by one where the line enters a body and falls by one where it leaves.
 
 use super::Grid;
 use crate::Vec3;
 use crate::mesh::Mesh;
 
-/// Grid lines are shifted along y and z by these shares of a cell, so that they miss the vertices
+/// Shares of a cell by which grid lines are shifted along y and z, so that they miss the vertices
 /// and edges of meshes with round coordinates.
 const SHIFT: [f64; 2] = [1.234_567e-4, -2.345_678e-4];
 
-/// A crossing: its place along the line, in cells, and the change of the winding number.
+/// A crossing: its place along the line, in cells, and the change of the winding number there.
 type Crossing = (f64, i32);
 
-/// Marks the grid points that lie inside (winding number above zero).
+/// For each grid point, true if it lies inside (winding number above zero).
 pub(super) fn inside(mesh: &Mesh, grid: &Grid) -> Vec<bool> {
     let mut inside = vec![false; grid.len()];
     let rows = crossings(mesh, grid);
@@ -29,19 +29,19 @@ pub(super) fn inside(mesh: &Mesh, grid: &Grid) -> Vec<bool> {
     inside
 }
 
-/// Extent to which a closed surface encloses space more than once, or inside out.
+/// Volumes that a closed surface encloses, and that it encloses more than once or inside out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Overlap {
     /// Volume with a winding number above zero, m³.
     pub(crate) enclosed_m3: f64,
-    /// Volume that is enclosed more than once, counted once for each further time, or that lies
-    /// inside a part turned inside out, m³.
+    /// Volume that is enclosed more than once, added for each further time, and volume inside a
+    /// part turned inside out, m³.
     pub(crate) doubled_m3: f64,
-    /// Middle of the longest stretch of a grid line within doubled volume.
+    /// Middle of the longest stretch of a grid line in this doubled volume, m.
     pub(crate) at: Vec3,
 }
 
-/// Measures the overlap along the grid lines. The lengths along x are exact.
+/// Measures how a surface overlaps itself, along the grid lines. The lengths along x are exact.
 #[must_use]
 pub(crate) fn overlap(mesh: &Mesh, grid: &Grid) -> Overlap {
     let (mut enclosed, mut doubled, mut longest) = (0.0, 0.0, 0.0);
@@ -73,7 +73,7 @@ pub(crate) fn overlap(mesh: &Mesh, grid: &Grid) -> Overlap {
     }
 }
 
-/// Stretches of the grid lines that lie inside both surfaces: the middle of each and its length, m.
+/// Stretches of the grid lines that lie inside both surfaces: the middle and the length of each, m.
 #[must_use]
 pub(crate) fn shared_stretches(one: &Mesh, other: &Mesh, grid: &Grid) -> Vec<(Vec3, f64)> {
     let rows = crossings(one, grid).into_iter().zip(crossings(other, grid));
@@ -99,7 +99,8 @@ pub(crate) fn shared_stretches(one: &Mesh, other: &Mesh, grid: &Grid) -> Vec<(Ve
     found
 }
 
-/// For each grid line, its crossings in the line's order: +1 enters, −1 leaves.
+/// For each grid line, its crossings in order. The winding number changes by +1 where the line
+/// enters the body, by −1 where it leaves.
 fn crossings(mesh: &Mesh, grid: &Grid) -> Vec<Vec<Crossing>> {
     let mut crossings: Vec<Vec<Crossing>> = vec![Vec::new(); grid.size[1] * grid.size[2]];
     let shift = [SHIFT[0] * grid.cell_m, SHIFT[1] * grid.cell_m];
@@ -143,8 +144,8 @@ fn crossings(mesh: &Mesh, grid: &Grid) -> Vec<Vec<Crossing>> {
 }
 
 /// Twice the signed area between a triangle's edge and a point, in the yz plane. The sign says on
-/// which side of the edge the point lies. Both triangles at an edge compute it from the same end,
-/// so that no point falls between them or into both.
+/// which side of the edge the point lies. Both triangles at an edge compute the area from the same
+/// end of the edge, so that no point falls between the triangles or into both.
 fn edge(p: &[Vec3; 3], triangle: [u32; 3], i: usize, j: usize, at: [f64; 2]) -> f64 {
     let area = |a: &Vec3, b: &Vec3| (b.y - a.y) * (at[1] - a.z) - (b.z - a.z) * (at[0] - a.y);
     if triangle[i] < triangle[j] {

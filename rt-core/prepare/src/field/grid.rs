@@ -14,7 +14,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Covers the box and `margin` cells around it.
+    /// A grid that covers the box and `margin` cells around it.
     #[must_use]
     pub fn around([min, max]: [Vec3; 2], cell_m: f64, margin: usize) -> Self {
         let points = |k: usize| ((max[k] - min[k]) / cell_m).ceil() as usize + 2 * margin + 1;
@@ -43,7 +43,7 @@ impl Grid {
         x + self.size[0] * (y + self.size[1] * z)
     }
 
-    /// Coordinates of a numbered point, in cells.
+    /// Coordinates of the point with this number, in cells.
     #[must_use]
     pub fn coordinates(&self, index: usize) -> [usize; 3] {
         let row = index / self.size[0];
@@ -56,7 +56,7 @@ impl Grid {
         self.origin + Vec3::new(x as f64, y as f64, z as f64) * self.cell_m
     }
 
-    /// The neighbours of a point, up to six.
+    /// Numbers of the up to six neighbours of a point.
     pub(crate) fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
         let at = self.coordinates(index);
         let size = self.size;
@@ -68,7 +68,7 @@ impl Grid {
         })
     }
 
-    /// Range of coordinates along one axis whose points lie between two positions.
+    /// Range of the grid's coordinates along one axis that lie between two positions.
     pub(crate) fn span(&self, axis: usize, from_m: f64, to_m: f64) -> std::ops::Range<usize> {
         let low = ((from_m - self.origin[axis]) / self.cell_m).ceil().max(0.0) as usize;
         let high = ((to_m - self.origin[axis]) / self.cell_m).floor();

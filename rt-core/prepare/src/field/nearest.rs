@@ -1,4 +1,4 @@
-//! Exact nearest point of a mesh, and rays, with parry's bounding volume hierarchy.
+//! Nearest points of a mesh, and lines that meet it, with parry's bounding volume hierarchy.
 
 use parry3d::glamx;
 use parry3d::query::{PointQueryWithLocation, Ray, RayCast};
@@ -8,7 +8,7 @@ use super::closest_on_triangle;
 use crate::Vec3;
 use crate::mesh::Mesh;
 
-/// Finds the nearest point of a mesh.
+/// Finds the points of a mesh that are nearest to given places.
 pub struct Nearest<'a> {
     mesh: &'a Mesh,
     tree: TriMesh,
@@ -27,8 +27,8 @@ impl<'a> Nearest<'a> {
         Some(Self { mesh, tree })
     }
 
-    /// The nearest point of the surface. Its triangle is found in single precision, the point on it
-    /// is computed in double.
+    /// The nearest point of the surface. Single precision finds the triangle, double precision the
+    /// point on the triangle.
     #[must_use]
     pub fn point(&self, p: &Vec3) -> Vec3 {
         let (_, (triangle, _)) = self

@@ -1,20 +1,19 @@
-//! Signed distance on a grid. It is computed exactly near the surface and carried inwards and
-//! outwards from there.
+//! Signed distance on a grid: exact near the surface, approximate farther away.
 
 use super::{Grid, closest_on_triangle, crossing};
 use crate::Vec3;
 use crate::mesh::Mesh;
 
 const NONE: u32 = u32::MAX;
-/// A triangle is tried for all points within this many cells of its box.
+/// Width of the near band, in cells: a triangle is tried for all points this close to its box.
 const BAND: f64 = 1.5;
 
-/// Method that tells inside from outside.
+/// Method that tells the inside from the outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sign<'a> {
-    /// Count crossings of the mesh, which is closed.
+    /// Count the crossings of grid lines with the mesh, which must be closed.
     Closed,
-    /// Take a value for each grid point: true is inside.
+    /// Take this value for each grid point: true is inside.
     Given(&'a [bool]),
 }
 
@@ -23,8 +22,8 @@ pub enum Sign<'a> {
 pub struct Field {
     /// The points.
     pub grid: Grid,
-    /// Signed distance of each point from the mesh, m. Outside of a closed mesh the distance is
-    /// capped at one and a half cells, the width of [`Field::new`]'s near band.
+    /// Signed distance of each point from the mesh, m. With [`Sign::Closed`], distances outside are
+    /// at most one and a half cells, the width of the near band.
     pub distance_m: Vec<f32>,
 }
 
@@ -40,7 +39,7 @@ impl Field {
                 (computed.as_slice(), false)
             }
         };
-        // Far outside a closed mesh only a lower bound is needed: the width of the near band.
+        // Far outside a closed mesh only a lower bound is needed.
         let unknown = (BAND * grid.cell_m).powi(2);
         let start = |&inside: &bool| {
             if inside || everywhere {
@@ -74,7 +73,8 @@ impl Field {
         self.distance_m[index] < 0.0
     }
 
-    /// Signed distance anywhere, interpolated. Beyond the grid it is that of the grid's border.
+    /// Signed distance at a place, interpolated, m. A place beyond the grid has the distance of the
+    /// nearest place of the grid's border.
     #[must_use]
     pub fn at(&self, p: &Vec3) -> f64 {
         let (low, share) = self.cell_of(p);
@@ -98,8 +98,8 @@ impl Field {
         sum
     }
 
-    /// Direction in which the distance grows fastest, outward near the surface; a unit vector or
-    /// zero.
+    /// Direction in which the distance grows fastest: near the surface the outward normal. A unit
+    /// vector, or zero.
     #[must_use]
     pub fn outward(&self, p: &Vec3) -> Vec3 {
         let step = self.grid.cell_m;
@@ -160,7 +160,8 @@ impl Sweep<'_> {
         }
     }
 
-    /// Lets each point try the nearest triangles of its neighbours, in eight sweeping directions.
+    /// Lets each point beyond the near band try the nearest triangles of its neighbours, in sweeps
+    /// of eight directions.
     fn carry(&mut self) {
         let [nx, ny, nz] = self.grid.size;
         let far = (BAND * self.grid.cell_m).powi(2);
@@ -176,7 +177,7 @@ impl Sweep<'_> {
                 for j in 0..ny {
                     for i in 0..nx {
                         let at = [order(0, nx, i), order(1, ny, j), order(2, nz, k)];
-                        // Distances within the near band are exact already.
+                        // Distances up to the width of the near band are exact already.
                         if self.squared[self.grid.index(at)] > far {
                             self.try_neighbours(at, direction);
                         }

@@ -44,7 +44,7 @@ pub(crate) fn closest_on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// An edge of length zero once gave 0 / 0, and with it spheres whose radius was no number.
+    /// An edge of length zero must not give 0 / 0: a sphere's radius would be NaN.
     #[test]
     fn a_triangle_without_area_has_a_nearest_point() {
         let [a, b] = [Vec3::zeros(), Vec3::x()];

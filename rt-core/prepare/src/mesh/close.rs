@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{Mesh, sides};
 use crate::Vec3;
 
-/// Loops of open edges: their vertices in the order in which a patch runs along them.
+/// Loops of open edges. Each has its vertices in the order in which a patch runs along them.
 pub(super) fn open_loops(mesh: &Mesh) -> Vec<Vec<u32>> {
     let mut edges: Vec<[u32; 2]> = mesh.triangles.iter().flat_map(|&t| sides(t)).collect();
     edges.sort_unstable();
@@ -23,7 +23,7 @@ pub(super) fn open_loops(mesh: &Mesh) -> Vec<Vec<u32>> {
     for start in starts {
         let mut walk: Vec<u32> = vec![start];
         while let Some(to) = next.get_mut(&walk[walk.len() - 1]).and_then(Vec::pop) {
-            // Loops may touch in a vertex. Cut off the loop that is complete.
+            // Loops may touch in a vertex, so a loop is complete when the walk meets itself.
             match walk.iter().position(|&v| v == to) {
                 Some(at) => {
                     let ring = walk.split_off(at);
@@ -37,7 +37,7 @@ pub(super) fn open_loops(mesh: &Mesh) -> Vec<Vec<u32>> {
     loops
 }
 
-/// Closes every loop: a loop of three edges with a triangle, a longer one with rings of vertices
+/// Closes every loop: a loop of three edges with a triangle, a longer loop with rings of vertices
 /// that shrink towards the middle and are then smoothed.
 pub(super) fn fill(mesh: &mut Mesh, loops: &[Vec<u32>]) {
     for ring in loops {
@@ -85,7 +85,7 @@ fn fill_with_rings(mesh: &mut Mesh, outer: &[u32]) {
     smooth(mesh, first_new, first_triangle);
 }
 
-/// Adds triangles between two rings that start at the same angle.
+/// Adds triangles between two rings whose first vertices lie at the same angle.
 fn zip_rings(triangles: &mut Vec<[u32; 3]>, outer: &[u32], inner: &[u32]) {
     let (n, m) = (outer.len(), inner.len());
     let (mut i, mut j) = (0, 0);

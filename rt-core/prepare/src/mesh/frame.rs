@@ -4,13 +4,13 @@
 //! packed alike wherever it lies in the room and however it is turned there.
 //!
 //! The axes are the principal axes of the surface. The third moment tells on which side of an axis
-//! the longer tail is: the longest axis points there, and the middle one points away. A symmetric
-//! body has axes or tails that are equal: a cube, a cylinder, a ball. Then the order of the
-//! triangles decides, because it turns with the mesh too.
+//! the surface reaches farther (its longer tail). The longest axis points to that side, the middle
+//! axis away from it. In a symmetric body, such as a cube, a cylinder or a ball, axes or tails are
+//! equal. Then the order of the triangles decides, which does not change when the mesh is turned.
 //!
-//! Another rule would give other packings. Pressed at one place, twelve turns of the built-in
-//! liver's axes gave forces that scatter by 6 % with 250 spheres and by 3 % with 581. Those of this
-//! rule were among the closest to the force of 1800 spheres.
+//! Another rule would give other packings. A tool pressed the built-in liver at one place, packed
+//! along twelve other turns of its axes: the forces scattered by 6 % with 250 spheres and by 3 %
+//! with 581. The forces of this rule were among the closest to the force with 1800 spheres.
 
 use nalgebra::Matrix3;
 
@@ -18,13 +18,14 @@ use super::{Mesh, scaled_normal};
 use crate::Vec3;
 use crate::delaunay::jitter;
 
-/// Principal moments that differ by less than this share of the largest count as equal. Rounding to
-/// the six digits of a mesh file then turns an axis by less than a ten-thousandth.
+/// Principal moments that differ by less than this share of the largest moment count as equal. So
+/// rounding to the six digits of a mesh file turns an axis by less than 1e-4 rad.
 const EQUAL_SHARE: f64 = 1e-2;
-/// A third moment below this share of the deviation's cube tells no side, for the same reason.
+/// A third moment below this share of area times the cube of the standard deviation tells no side,
+/// because rounding could change its sign.
 const SKEW_MIN: f64 = 1e-2;
-/// Places in the mesh's own frame are rounded to this length, m: about a nanometre. So the rounding
-/// errors of a turn do not reach the packing.
+/// Places in the mesh's own frame are rounded to multiples of this length, m: about a nanometre. So
+/// the rounding errors of a turn do not change the packing.
 const GRAIN_M: f64 = 1.0 / (1u64 << 30) as f64;
 
 /// A frame that moves and turns with a mesh.
@@ -32,7 +33,7 @@ const GRAIN_M: f64 = 1.0 / (1u64 << 30) as f64;
 pub struct OwnFrame {
     /// Middle of the surface, world frame, m.
     origin_m: Vec3,
-    /// Unit vectors along the axes, one a column.
+    /// Unit vectors along the axes, in columns, world frame.
     axes: Matrix3<f64>,
 }
 
@@ -40,15 +41,15 @@ pub struct OwnFrame {
 struct Moments {
     area_m2: f64,
     middle_m: Vec3,
-    /// `∫ x xᵀ dA` about the middle.
+    /// `∫ x xᵀ dA` about the middle, m⁴.
     second: Matrix3<f64>,
-    /// Sums over the triangles of `(x − middle) dA`, each with weights of its own. They tell apart
-    /// whatever symmetry leaves equal.
+    /// Two sums over the triangles of `(x − middle) dA`, m³, with a fixed irregular weight for each
+    /// triangle. They tell directions apart that are equal by symmetry.
     odd: [Vec3; 2],
 }
 
 impl OwnFrame {
-    /// The frame of a mesh. It exists for every mesh, closed or not.
+    /// The frame of a mesh. Every mesh has one, closed or not.
     #[must_use]
     pub fn of(mesh: &Mesh) -> Self {
         let moments = Moments::of(mesh);
@@ -92,19 +93,20 @@ impl OwnFrame {
         }
     }
 
-    /// A place in the world, in this frame.
+    /// Converts a place from the world frame to this frame.
     #[must_use]
     pub fn own(&self, world: &Vec3) -> Vec3 {
         self.axes.tr_mul(&(world - self.origin_m))
     }
 
-    /// A place in this frame, in the world.
+    /// Converts a place from this frame to the world frame.
     #[must_use]
     pub fn world(&self, own: &Vec3) -> Vec3 {
         self.origin_m + self.axes * own
     }
 
-    /// The mesh in this frame, its vertices rounded to a nanometre.
+    /// Converts a mesh from the world frame to this frame, and rounds its vertices to about a
+    /// nanometre.
     #[must_use]
     pub fn own_mesh(&self, world: &Mesh) -> Mesh {
         let rounded = |p: &Vec3| self.own(p).map(|x| (x / GRAIN_M).round() * GRAIN_M);
@@ -114,7 +116,7 @@ impl OwnFrame {
         }
     }
 
-    /// A mesh of this frame, in the world.
+    /// Converts a mesh from this frame to the world frame.
     #[must_use]
     pub fn world_mesh(&self, own: &Mesh) -> Mesh {
         Mesh {
@@ -153,8 +155,8 @@ impl Moments {
         }
     }
 
-    /// 1 if the surface has its longer tail along `axis`, −1 if it has it on the other side, `None`
-    /// if the tails are equal.
+    /// 1 if the surface has its longer tail in the direction of `axis`, −1 if in the opposite
+    /// direction, `None` if the tails are equal.
     fn tail(&self, mesh: &Mesh, axis: &Vec3, moment: f64) -> Option<f64> {
         let third: f64 = (mesh.triangles.iter())
             .map(|&t| {
@@ -172,7 +174,7 @@ impl Moments {
         is_skew.then(|| third.signum())
     }
 
-    /// A side of `axis` that follows from the order of the triangles: 1 or −1.
+    /// A direction along `axis`, 1 or −1, that follows from the order of the triangles.
     fn odd_side(&self, axis: &Vec3) -> f64 {
         let odd = self.odd.map(|v| v.dot(axis));
         odd[usize::from(odd[1].abs() > odd[0].abs())].signum()

@@ -15,10 +15,10 @@ pub use repair::{Mended, mend};
 
 use crate::Vec3;
 
-/// A triangle surface. Corners run anticlockwise seen from outside once the mesh is mended.
+/// A triangle surface. In a mended mesh, corners run anticlockwise seen from outside.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
-    /// Corners, m.
+    /// Corners of the triangles, m.
     pub vertices: Vec<Vec3>,
     /// Indices into `vertices`.
     pub triangles: Vec<[u32; 3]>,
@@ -31,7 +31,7 @@ impl Mesh {
         triangle.map(|i| self.vertices[i as usize])
     }
 
-    /// Signed volume, m³: positive when oriented outward. Meaningful for closed meshes.
+    /// Signed volume of a closed mesh, m³: positive if the mesh is oriented outward.
     #[must_use]
     pub fn volume(&self) -> f64 {
         let Some(&origin) = self.vertices.first() else {
@@ -48,7 +48,7 @@ impl Mesh {
         six / 6.0
     }
 
-    /// Surface, m².
+    /// Area of the surface, m².
     #[must_use]
     pub fn area(&self) -> f64 {
         let normals = self
@@ -68,8 +68,8 @@ impl Mesh {
         all.fold([first; 2], |[min, max], p| [min.inf(p), max.sup(p)])
     }
 
-    /// Unit normals of the vertices: the mean normal of each vertex's triangles, weighted by their
-    /// angles at the vertex.
+    /// Unit normals of the vertices: the mean of the normals of each vertex's triangles, weighted
+    /// by the triangles' angles at the vertex.
     #[must_use]
     pub fn vertex_normals(&self) -> Vec<Vec3> {
         let mut normals = vec![Vec3::zeros(); self.vertices.len()];
@@ -89,7 +89,8 @@ impl Mesh {
         normals
     }
 
-    /// True if every edge joins exactly two triangles, which run along it in opposite directions.
+    /// True if every edge joins exactly two triangles, which run along the edge in opposite
+    /// directions.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         let mut edges: Vec<[u32; 2]> = self.triangles.iter().flat_map(|&t| sides(t)).collect();
@@ -101,8 +102,8 @@ impl Mesh {
                 .all(|&[a, b]| edges.binary_search(&[b, a]).is_ok())
     }
 
-    /// The mesh without the vertices that no triangle uses. A mesh whose triangles use vertices
-    /// that do not exist stays as it is.
+    /// The mesh without the vertices that no triangle uses. If a triangle uses a vertex that does
+    /// not exist, the mesh stays as it is.
     #[must_use]
     pub(crate) fn without_unused(self) -> Self {
         let mut used = vec![false; self.vertices.len()];

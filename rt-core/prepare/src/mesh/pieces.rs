@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use super::{Mesh, sides};
 use crate::field::Nearest;
 
-/// The piece to which each triangle belongs, and the number of pieces. Triangles that share an edge
-/// belong to one piece. Bodies that touch in a corner only are pieces of their own.
+/// Number of the piece to which each triangle belongs, and number of pieces. Triangles that share
+/// an edge belong to one piece. Bodies that touch only in a corner are separate pieces.
 pub(super) fn pieces(mesh: &Mesh) -> (Vec<usize>, usize) {
     fn root(parent: &mut [u32], mut i: u32) -> u32 {
         while parent[i as usize] != i {
@@ -42,8 +42,8 @@ pub(super) fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
     for (t, &piece) in mesh.triangles.iter().zip(&of_triangle) {
         triangles[piece].push(*t);
     }
-    // All pieces share one table. A scanned organ may have thousands of specks, and a table for
-    // each would take too long.
+    // All pieces share one table of new indices. A scanned organ may have thousands of specks, and
+    // a table for each would take too long.
     let mut new_index = vec![0u32; mesh.vertices.len()];
     let mut alone = |triangles: Vec<[u32; 3]>| {
         let mut used = triangles.as_flattened().to_vec();
@@ -61,8 +61,8 @@ pub(super) fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
     triangles.into_iter().map(&mut alone).collect()
 }
 
-/// Distance of each piece except the largest from the nearest larger piece, m, measured from the
-/// piece's vertices to the surface of the larger piece.
+/// For each piece except the largest, the smallest distance of its vertices from the surfaces of
+/// larger pieces, m.
 pub(super) fn gaps(mesh: &Mesh) -> Vec<f64> {
     let mut all = piece_meshes(mesh);
     all.sort_by(|a, b| b.volume().total_cmp(&a.volume()));

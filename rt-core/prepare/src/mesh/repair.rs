@@ -1,4 +1,4 @@
-//! Makes a closed surface, oriented outward, from triangles as they come.
+//! Makes a closed surface, oriented outward, from the triangles of a mesh file.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt;
@@ -15,35 +15,36 @@ use crate::recipe::Closing;
 const EXTENT_MIN_M: f64 = 0.002;
 /// Largest extent of an organ, m.
 const EXTENT_MAX_M: f64 = 2.0;
-/// Vertices nearer to each other than this share of the mesh's extent become one vertex.
+/// Vertices that are at most this share of the mesh's extent apart become one.
 const WELD_SHARE: f64 = 1e-6;
-/// Least volume over area^1.5; a ball has 0.094, a sheet of paper 1e-5.
+/// Least volume over area^1.5. A ball has 0.094, a sheet of paper 1e-5.
 const VOLUME_SHARE_MIN: f64 = 2e-5;
 /// Pieces with less than this share of the largest piece's volume are dust.
 const DUST_SHARE: f64 = 1e-3;
-/// Inner pieces that together have at least this share of the organ's volume are a cavity, and a
-/// warning says that it was filled. Smaller ones are specks of a segmentation.
+/// If inner pieces together have at least this share of the organ's volume, they are a cavity, and
+/// a warning says that it was filled. Otherwise they are specks of a segmentation.
 const CAVITY_SHARE: f64 = 0.05;
-/// Pieces whose volumes differ by less than this share are equally large. Single precision and the
-/// order of a sum change a volume by less.
+/// Pieces whose volumes differ by less than this share count as equally large. Single precision and
+/// the order of a sum change a volume by less.
 const EQUAL_SHARE: f64 = 1e-5;
 /// Largest number of vertices of a piece that are tested for lying inside another piece.
 const LOOKED_AT: usize = 64;
-/// Largest number of pieces larger than dust. Each of them is tested against all larger ones.
+/// Largest number of pieces larger than dust. Each is tested against all larger pieces.
 const PIECES_MAX: usize = 256;
 
-/// A mesh may be hollow if twice its volume over its area is below this share of its extent.
+/// A mesh is thin, and may be hollow, if twice its volume over its area is below this share of its
+/// extent.
 const THIN_SHARE: f64 = 0.05;
-/// A thin mesh is hollow if its outer surface alone holds more than this many times its volume.
+/// A thin mesh is hollow if its outer surface encloses more than this many times the mesh's volume.
 const HOLLOW_GAIN: f64 = 1.6;
-/// A thin mesh is hollow too if its volume is more than this many times that of its outer surface,
-/// because walls inside walls count twice.
+/// A thin mesh is also hollow if its volume is more than this many times the volume in its outer
+/// surface, because walls inside walls count twice.
 const TWICE_SHARE: f64 = 1.3;
 
-/// Share of its volume that a surface may enclose twice before it counts as overlapping itself.
+/// A surface overlaps itself if it encloses more than this share of its volume twice.
 const OVERLAP_SHARE: f64 = 0.02;
-/// Lids larger than this share of an open surface's own area suggest that the surface is a sheet,
-/// not a body with holes. Half a ball has a lid of one half of its area, and a flat sheet one of 1.
+/// Lids larger than this share of an open surface's area suggest that the surface is a sheet, not a
+/// body with holes. The lid of half a ball has 0.5 of its area, the lid of a flat sheet 1.
 const LID_SHARE_MAX: f64 = 0.6;
 /// Number of grid cells along the mesh's longest side when the overlap is measured.
 const OVERLAP_LINES: f64 = 120.0;
@@ -53,7 +54,7 @@ const OVERLAP_LINES: f64 = 120.0;
 pub struct Mended {
     /// The closed surface, oriented outward.
     pub mesh: Mesh,
-    /// Its volume, m³.
+    /// Volume inside the surface, m³.
     pub volume_m3: f64,
     welded: Welded,
     turned: bool,
@@ -67,7 +68,7 @@ pub struct Mended {
     unwanted: Dropped,
 }
 
-/// A piece that was dropped because it lay inside another.
+/// A piece that was dropped because it lay inside another piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Inner {
     /// One of its vertices.
@@ -121,7 +122,7 @@ fn millilitres(volume_m3: f64) -> String {
 }
 
 impl Mended {
-    /// Keeps only the largest of its separate pieces, and the notes about cavities inside that
+    /// Keeps only the largest of the separate pieces, and the notes about cavities inside that
     /// piece.
     #[must_use]
     pub fn largest_piece(mut self) -> Self {
@@ -149,7 +150,8 @@ impl Mended {
         self
     }
 
-    /// A sentence about a filled inside, for a person who wanted a hollow organ.
+    /// A sentence that says that the inside was filled, for a person who wanted a hollow organ.
+    /// `None` if nothing but specks was filled.
     #[must_use]
     pub fn filled(&self) -> Option<String> {
         let inner_m3 = Dropped::of(&self.inner).volume_m3;
@@ -168,7 +170,8 @@ impl Mended {
         })
     }
 
-    /// Distance of each separate piece from the larger ones, m; empty for a surface in one piece.
+    /// Distance of each separate piece except the largest from the larger pieces, m. Empty for a
+    /// surface in one piece.
     #[must_use]
     pub fn gaps_m(&self) -> Vec<f64> {
         gaps(&self.mesh)
@@ -207,10 +210,10 @@ impl fmt::Display for Mended {
 }
 
 /// Mends a mesh: welds seams, drops degenerate triangles, orients every piece outward, closes or
-/// wraps an open surface.
+/// wraps an open surface, and drops dust and inner pieces.
 ///
 /// # Errors
-/// When the mesh cannot be mended; the error names the fault.
+/// When the mesh cannot be mended, or `closing` does not allow it. The error names the fault.
 pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
     check_numbers(mesh)?;
     let [min, max] = mesh.bounds();
@@ -304,7 +307,8 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
     once_only(mended, closing)
 }
 
-/// Share of its volume that a surface encloses twice, and the place where it does so most.
+/// Share of its volume that a surface encloses more than once or inside out, and the place where it
+/// does so most, m.
 fn doubled(mesh: &Mesh) -> (f64, Vec3) {
     let [min, max] = mesh.bounds();
     let cell_m = (max - min).max() / OVERLAP_LINES;
@@ -313,7 +317,8 @@ fn doubled(mesh: &Mesh) -> (f64, Vec3) {
     (share, found.at)
 }
 
-/// Wraps or refuses a surface that encloses space twice: its volume and inside would be wrong.
+/// If a surface overlaps itself, wraps it (`Closing::Auto`) or refuses it: its volume and inside
+/// would be wrong.
 fn once_only(mended: Mended, closing: Closing) -> Result<Mended, MeshProblem> {
     let (share, at) = doubled(&mended.mesh);
     if share <= OVERLAP_SHARE {
@@ -335,13 +340,13 @@ fn once_only(mended: Mended, closing: Closing) -> Result<Mended, MeshProblem> {
     finish(once, wrapped)
 }
 
-/// True if the mesh is a wall, a sheet or a tube rather than a body.
+/// True if the mesh is thin: a wall, a sheet or a tube rather than a body.
 fn is_thin(mended: &Mended) -> bool {
     let [min, max] = mended.mesh.bounds();
     2.0 * mended.volume_m3 / mended.mesh.area() < THIN_SHARE * (max - min).max()
 }
 
-/// Takes the outer surface of a hollow organ. Any other mesh stays as it is.
+/// The outer surface of a hollow organ. Any other mesh stays as it is.
 fn solid_if_hollow(mended: Mended) -> Mended {
     let sealed = wrap::seal(&mended.mesh);
     let solid = sealed.and_then(|sealed| {
@@ -370,13 +375,13 @@ fn solid_if_hollow(mended: Mended) -> Mended {
 fn finish(mut mended: Mended, mut mesh: Mesh) -> Result<Mended, MeshProblem> {
     let turned = orient_pieces_outward(&mut mesh);
     let kept = drop_pieces(&mut mesh, &mut mended)?;
-    // The triangles of a cavity face the other way than its body's, so dropped pieces do not count.
-    // A wrapped surface was made here, so its direction is no fault of the file.
+    // Inner pieces do not count, because a cavity is inside out. Nor does a wrapped surface, which
+    // was made here and not in the file.
     if !mended.wrapped {
         mended.turned |= kept.iter().any(|piece| turned[*piece]);
     }
     mended.volume_m3 = mesh.volume();
-    // A surface whose triangles are all without area encloses nothing, too.
+    // `>` also refuses a surface without area.
     let is_solid = mended.volume_m3 > VOLUME_SHARE_MIN * mesh.area() * mesh.area().sqrt();
     if !is_solid {
         return Err(MeshProblem::NoVolume {
@@ -450,7 +455,7 @@ fn edges_of_many_triangles(mesh: &Mesh) -> usize {
 }
 
 /// Turns triangles until neighbours agree, starting from the first triangle of each piece.
-/// Triangles at an edge with more than two of them do not count as neighbours.
+/// Triangles at an edge of more than two triangles do not count as neighbours.
 fn orient_consistently(mesh: &mut Mesh) -> Result<(), MeshProblem> {
     let mut by_edge: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
     for (i, &t) in mesh.triangles.iter().enumerate() {
@@ -508,9 +513,9 @@ fn orient_pieces_outward(mesh: &mut Mesh) -> Vec<bool> {
     volume.iter().map(|v| *v < 0.0).collect()
 }
 
-/// Returns a vertex of `piece` if the piece lies wholly inside `other`. All vertices of the piece
-/// are tested, or about `LOOKED_AT` spread over it. One vertex is not enough, because overlapping
-/// bodies have some vertices in each other. Vertices in which the two touch do not count.
+/// Returns a vertex of `piece` if the piece lies wholly inside `other`. Up to `LOOKED_AT` vertices,
+/// spread over the piece, are tested. One vertex is not enough, because overlapping bodies have
+/// some vertices in each other. Vertices that the two pieces share do not count.
 fn lies_inside(piece: &Mesh, other: &Mesh) -> Option<Vec3> {
     let [[low, high], [least, most]] = [piece, other].map(Mesh::bounds);
     if !(0..3).all(|k| least[k] <= low[k] && high[k] <= most[k]) {
@@ -526,11 +531,11 @@ fn lies_inside(piece: &Mesh, other: &Mesh) -> Option<Vec3> {
     apart.first().filter(|_| is_inside).map(|p| **p)
 }
 
-/// Drops dust, and pieces that lie inside a larger one, such as the inner side of a wall. Both are
-/// noted in `mended`. Returns the numbers of the pieces that are left.
+/// Drops dust, and pieces that lie inside a larger piece, such as the inner side of a wall. Notes
+/// both in `mended`. Returns the numbers of the pieces that are left.
 ///
 /// # Errors
-/// When too many pieces are left to find out which lies inside which.
+/// When more than `PIECES_MAX` pieces are larger than dust.
 fn drop_pieces(mesh: &mut Mesh, mended: &mut Mended) -> Result<Vec<usize>, MeshProblem> {
     let mut all: Vec<(usize, Mesh)> = piece_meshes(mesh).into_iter().enumerate().collect();
     if all.len() < 2 {

@@ -1,12 +1,13 @@
-//! Parts bodies that touch along an edge or in a corner, as voxels of a segmentation do: an edge of
-//! four triangles becomes two edges of two.
+//! Parts bodies that touch along an edge, as voxels of a segmentation do: an edge of four triangles
+//! becomes two edges of two triangles.
 
 use std::collections::{HashMap, HashSet};
 
 use super::{Mesh, sides};
 use crate::Vec3;
 
-/// A triangle at an edge: its number, its direction along the edge, and its angle about the edge.
+/// A triangle at an edge: its number, its direction along the edge, and its angle about the edge,
+/// rad.
 struct Leaf {
     triangle: u32,
     forward: bool,
@@ -14,7 +15,8 @@ struct Leaf {
 }
 
 /// Parts the bodies at every edge of more than two triangles. Returns the number of these edges. If
-/// walls rather than bodies meet at one of them, the mesh stays as it was, and the number is 0.
+/// walls without an inside meet at one of these edges, the mesh stays as it was, and the number is
+/// 0.
 pub(super) fn part(mesh: &mut Mesh) -> usize {
     let mut around: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
     for (i, &t) in mesh.triangles.iter().enumerate() {
@@ -38,10 +40,10 @@ pub(super) fn part(mesh: &mut Mesh) -> usize {
             [_] => {}
             &[a, b] => join(a, b),
             many => {
-                // The first try gives all triangles the direction of the whole mesh, because a
+                // The first try takes all triangles to face as the whole mesh does, because a
                 // cavity that touches its body's skin has a negative volume of its own. The second
-                // try gives each shell its own direction, because bodies side by side may be
-                // oriented differently.
+                // try takes each shell to face as its own volume tells, because bodies side by side
+                // may be oriented differently.
                 let found = pairs(mesh, edge, many, &outward);
                 let Some(pairs) = found.or_else(|| pairs(mesh, edge, many, &own)) else {
                     return 0;
@@ -60,8 +62,8 @@ pub(super) fn part(mesh: &mut Mesh) -> usize {
     edges
 }
 
-/// True for the triangles of each shell that encloses a positive volume. A shell is connected
-/// across edges of exactly two triangles.
+/// For each triangle, true if its shell encloses a positive volume. A shell is connected across
+/// edges of exactly two triangles.
 fn each_outward(mesh: &Mesh, around: &HashMap<[u32; 2], Vec<u32>>) -> Vec<bool> {
     let mut shells = Corners::new(mesh.triangles.len());
     for triangles in around.values() {
@@ -88,8 +90,8 @@ fn corner(mesh: &Mesh, triangle: u32, vertex: u32) -> usize {
     3 * triangle as usize + k
 }
 
-/// Triangles at an edge, in pairs with a body between the two. `outward` is true for triangles that
-/// face out of their body. `None` if one of them is a wall without an inside.
+/// The triangles at an edge, in pairs with a body between the two. `outward` is true for triangles
+/// that face out of their body. `None` if one of the triangles is a wall without an inside.
 fn pairs(mesh: &Mesh, [a, b]: [u32; 2], all: &[u32], outward: &[bool]) -> Option<Vec<[u32; 2]>> {
     let [from, to] = [a, b].map(|i| mesh.vertices[i as usize]);
     let axis = (to - from).try_normalize(0.0)?;
@@ -116,8 +118,8 @@ fn pairs(mesh: &Mesh, [a, b]: [u32; 2], all: &[u32], outward: &[bool]) -> Option
             .total_cmp(&b.angle)
             .then(a.triangle.cmp(&b.triangle))
     });
-    // A turn about the edge enters a body through a triangle that runs back along the edge. It
-    // leaves the body through one that runs forward.
+    // A turn about the edge enters a body through an outward triangle that runs back along the
+    // edge. It leaves the body through an outward triangle that runs forward.
     let enters = |leaf: &Leaf| leaf.forward != outward[leaf.triangle as usize];
     let count = leaves.len();
     let alternate = (0..count).all(|i| enters(&leaves[i]) != enters(&leaves[(i + 1) % count]));
@@ -129,7 +131,7 @@ fn pairs(mesh: &Mesh, [a, b]: [u32; 2], all: &[u32], outward: &[bool]) -> Option
     Some((0..count / 2).map(pair).collect())
 }
 
-/// Corners of triangles, and which of them are one vertex.
+/// Sets of triangles' corners that are one vertex.
 struct Corners {
     parent: Vec<usize>,
 }
@@ -149,14 +151,14 @@ impl Corners {
         i
     }
 
-    /// The smaller root wins, so that the order of joining does not matter.
+    /// Joins two sets. The smaller root wins, so that the order of joining does not matter.
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b)] = a.min(b);
     }
 
-    /// Splits these vertices. The first set of joined corners at a vertex keeps the vertex. Each
-    /// other set gets a copy.
+    /// Splits the vertices `parted`. The first set of corners at a vertex keeps the vertex. Each
+    /// other set gets a copy of the vertex.
     fn rename(&mut self, mesh: &mut Mesh, parted: &HashSet<u32>) {
         let mut taken: HashSet<u32> = HashSet::new();
         let mut names: HashMap<usize, u32> = HashMap::new();

@@ -13,8 +13,9 @@ pub(super) struct Welded {
     pub(super) duplicate: usize,
 }
 
-/// Merges vertices nearer than `tolerance_m`. Then drops triangles of which two corners merged,
-/// triangles that repeat another (in either direction), and vertices that no triangle uses.
+/// Merges vertices that are at most `tolerance_m` apart. Then drops triangles of which two corners
+/// merged, triangles that repeat another one (in either direction), and vertices that no triangle
+/// uses.
 pub(super) fn weld(mesh: &Mesh, tolerance_m: f64) -> (Mesh, Welded) {
     let mut report = Welded::default();
     let mut kept: Vec<Vec3> = Vec::new();

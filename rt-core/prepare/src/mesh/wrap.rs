@@ -1,6 +1,6 @@
-//! A new closed surface around triangles that cannot be closed. It lies where the generalised
-//! winding number (Jacobson et al. 2013) passes one half, and is pulled onto the triangles where
-//! they are near.
+//! Makes a new closed surface around triangles that cannot be closed. Wrapping puts the surface
+//! where the generalised winding number (Jacobson et al. 2013) passes one half; sealing puts it
+//! where a ball that comes from outside is stopped. Both pull the surface onto near triangles.
 
 use rayon::prelude::*;
 
@@ -9,18 +9,17 @@ use crate::Vec3;
 use crate::field::{Field, Grid, Nearest, Sign};
 use crate::surface_nets;
 
-/// Cells along the longest side of the mesh.
+/// Number of grid cells along the longest side of the mesh.
 const CELLS: f64 = 90.0;
-/// Points of the grid, at most.
+/// Largest number of points of the grid, approximately.
 const POINTS_MAX: f64 = 2.5e6;
-/// Triangles in a leaf of the tree, at most.
+/// Largest number of triangles in a leaf of the tree.
 const LEAF: usize = 12;
-/// A group of triangles more than this many of its radii away counts as one dipole (Barill et al.
-/// 2018).
+/// A group of triangles counts as one dipole from this many of its radii away (Barill et al. 2018).
 const FAR: f64 = 2.3;
 
-/// Winding number of the surface around a point: 1 inside, 0 outside, in between where the surface
-/// is open.
+/// Winding number of the surface around a point: 1 inside, 0 outside, between 0 and 1 near an
+/// opening.
 pub(super) fn winding(mesh: &Mesh, p: &Vec3) -> f64 {
     let all = mesh.triangles.iter();
     all.map(|&t| solid_angle(mesh.corners(t), p)).sum::<f64>() / (4.0 * std::f64::consts::PI)
@@ -35,7 +34,8 @@ fn solid_angle(corners: [Vec3; 3], p: &Vec3) -> f64 {
     2.0 * libm::atan2(numerator, denominator)
 }
 
-/// A closed surface around the triangles, or `None` if they enclose nothing.
+/// A closed surface around the space with a winding number above one half. `None` if there is no
+/// such space.
 pub(super) fn wrap(mesh: &Mesh) -> Option<Mesh> {
     let frame = OwnFrame::of(mesh);
     wrap_own(&frame.own_mesh(mesh)).map(|own| frame.world_mesh(&own))
@@ -60,8 +60,8 @@ fn wrap_own(mesh: &Mesh) -> Option<Mesh> {
     Some(wrapped)
 }
 
-/// The outermost surface, closed. The inside is all that a ball as wide as a tenth of the mesh
-/// cannot reach from outside. `None` if the inside is empty.
+/// A closed surface around everything that a ball cannot reach from outside. The ball's diameter is
+/// a tenth of the mesh's extent. `None` if the ball reaches everything.
 pub(super) fn seal(mesh: &Mesh) -> Option<Mesh> {
     let frame = OwnFrame::of(mesh);
     seal_own(&frame.own_mesh(mesh)).map(|own| frame.world_mesh(&own))
@@ -70,7 +70,7 @@ pub(super) fn seal(mesh: &Mesh) -> Option<Mesh> {
 fn seal_own(mesh: &Mesh) -> Option<Mesh> {
     let [min, max] = mesh.bounds();
     let extent = (max - min).max();
-    // A thin tube needs finer cells. Its radius is area/(4π·length) if its wall has two sides.
+    // A thin tube needs finer cells. Its radius is area / (4π length) if its wall has two sides.
     let tube_radius = mesh.area() / (4.0 * std::f64::consts::PI * extent);
     let finest = libm::cbrt((max - min).add_scalar(0.1 * extent).product() / POINTS_MAX);
     let cell_m = (extent / CELLS).min(0.25 * tube_radius).max(finest);
@@ -90,7 +90,7 @@ fn seal_own(mesh: &Mesh) -> Option<Mesh> {
     if sealed.triangles.is_empty() {
         return None;
     }
-    // Settle onto the outer triangles only, because the inner side of a thin wall is as near.
+    // Settle onto the outer triangles only: the inner side of a thin wall is about as near.
     let is_outer = |&t: &[u32; 3]| {
         let corners = mesh.corners(t);
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
@@ -117,8 +117,8 @@ fn seal_own(mesh: &Mesh) -> Option<Mesh> {
     Some(sealed)
 }
 
-/// Grid points that a ball of this radius covers on its way in from the border, as far as it gets
-/// without touching the surface.
+/// For each grid point, true if a ball of this radius that comes from the grid's border and does
+/// not touch the surface can cover the point.
 fn reached_from_outside(field: &Field, radius_m: f64) -> Vec<bool> {
     let grid = &field.grid;
     let free = |i: usize| f64::from(field.distance_m[i]) > radius_m;
@@ -134,7 +134,7 @@ fn reached_from_outside(field: &Field, radius_m: f64) -> Vec<bool> {
         }
     }
     let mut reached = core.clone();
-    // The ball reaches half a cell more, because its true path lies between the points.
+    // The ball reaches half a cell farther, because its centre may lie between grid points.
     let reach_m = radius_m + 0.5 * grid.cell_m;
     for i in (0..grid.len()).filter(|&i| core[i] && grid.neighbours(i).any(|next| !core[next])) {
         let p = grid.position(grid.coordinates(i));
@@ -177,7 +177,7 @@ fn settle(wrapped: &mut Mesh, nearest: &Nearest<'_>, cell_m: f64) {
     }
 }
 
-/// The triangles in nested groups, each with its dipole.
+/// The triangles in nested groups. Each group has a dipole.
 struct Tree<'a> {
     mesh: &'a Mesh,
     order: Vec<u32>,

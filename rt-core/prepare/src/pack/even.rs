@@ -1,41 +1,40 @@
 //! Even packing: a centroidal Voronoi tessellation by Lloyd's iteration on the grid. Then the outer
 //! layer of spheres is moved to one depth just under the skin.
 //!
-//! Spheres at even spacing, with an outer layer at one depth, carry mechanics better than spheres
-//! on the medial axis, which are large and cannot follow a small dent. The price is less coverage
-//! of the volume.
+//! Evenly spaced spheres with an outer layer at one depth model mechanics better than spheres on
+//! the medial axis, which are large and cannot follow a small dent. They cover less of the volume.
 
 use super::{Ball, Interior};
 use crate::Vec3;
 
 /// Lloyd iterations before the outer layer is set.
 const ITERATIONS: usize = 12;
-/// Further iterations. Each also moves the outer layer to its depth, so that the other spheres
-/// follow.
+/// Further Lloyd iterations. Each also moves the outer layer to its depth, and the next iteration
+/// lets the other spheres follow.
 const SETTING: usize = 8;
-/// Centres move this many times the way to the middle of their points, which halves the number of
+/// Factor by which centres move farther than to the middle of their points. It halves the number of
 /// iterations needed.
 const OVERSTEP: f64 = 1.4;
 /// Depth of the outer layer, in spacings. A deeper layer covers more and leaves smaller gaps (depth
-/// 0.55: 88 % of the liver, 95 % gap 0.27 spacings; 0.65: 90 %, 0.24; 0.75: 92 %, 0.21), but takes
-/// mass and nodes away from the skin.
+/// 0.55: 88 % of the liver, 95 % gap 0.27 spacings; 0.65: 90 %, 0.24; 0.75: 92 %, 0.21). It takes
+/// mass and spheres away from the skin.
 const LAYER_DEPTH: f64 = 0.65;
 /// Centres nearer to the skin than this belong to the outer layer, in spacings.
 const LAYER_LIMIT: f64 = 0.95;
 /// Largest radius, in spacings. Larger spheres would hide dents.
 const RADIUS_MAX: f64 = 1.15;
-/// Centres claim points up to this far, in spacings. For each point that no centre claims, all
-/// centres are searched.
+/// Centres claim points up to this far, in spacings. For a point that no centre claims, all centres
+/// are searched.
 const REACH: f64 = 1.45;
 
 /// Squared distances that differ by less than this count as equal, cells². Starting points lie on
-/// the grid, so many distances are equal, and rounding must not decide who owns a point: single
-/// precision errs by 5e-6 at the largest distance.
+/// the grid, so many distances are equal, and rounding must not decide which centre owns a point.
+/// Single precision errs by 5e-6 at the largest distance.
 const EQUAL: f32 = 1e-3;
 
 const NONE: u32 = u32::MAX;
 
-/// Packs this many spheres, or one for each grid point inside if there are fewer points.
+/// Packs `count` spheres, or as many as there are grid points inside, if these are fewer.
 #[must_use]
 pub fn pack_evenly(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     let mut owners = Owners::new(interior);
@@ -55,8 +54,9 @@ pub fn pack_evenly(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     balls.collect()
 }
 
-/// Moves a centre of the outer layer, in the organ's own frame, along the surface's normal to the
-/// layer's depth or, where the organ is too thin, by a smaller step.
+/// Moves a centre of the outer layer along the surface's normal to the layer's depth or, if the
+/// organ is too thin there, by a smaller step. Other centres stay. Centres are places in the
+/// organ's own frame.
 fn set_to_layer(interior: &Interior<'_>, center: Vec3, h: f64) -> Vec3 {
     let depth = -interior.field.at(&center);
     if depth > LAYER_LIMIT * h {
@@ -93,7 +93,7 @@ fn spread(interior: &Interior<'_>, count: usize) -> Vec<Vec3> {
     (0..count).map(|i| interior.own_position(pick(i))).collect()
 }
 
-/// Spreads the low 21 bits so that two zeros lie between neighbouring bits.
+/// Spreads the low 21 bits, with two zeros between neighbouring bits.
 fn interleave(x: u64) -> u64 {
     let mut x = x & 0x1f_ffff;
     for (shift, mask) in [
@@ -111,7 +111,7 @@ fn interleave(x: u64) -> u64 {
 /// Assigns each grid point inside to its nearest centre.
 pub(super) struct Owners<'a, 'm> {
     interior: &'a Interior<'m>,
-    /// Squared distance of each grid point to its owner (the nearest centre), in cells; negative
+    /// Squared distance of each grid point from its owner (the nearest centre), cells²; negative
     /// infinity outside.
     best: Vec<f32>,
     owner: Vec<u32>,
@@ -129,8 +129,8 @@ impl<'a, 'm> Owners<'a, 'm> {
         }
     }
 
-    /// The nearest centre of each point of [`Interior::points`], and of about equally near ones
-    /// the first. Centres are places in the organ's own frame.
+    /// The nearest centre of each point of [`Interior::points`]; of equally near centres the first.
+    /// Centres are places in the organ's own frame.
     pub(super) fn assign(&mut self, centers: &[Vec3]) -> &[u32] {
         for &i in &self.interior.points {
             self.best[i as usize] = f32::INFINITY;
@@ -177,8 +177,9 @@ impl<'a, 'm> Owners<'a, 'm> {
         }
     }
 
-    /// Lloyd's step: moves each centre to the middle of the points that it owns. Points at the skin
-    /// count by the share of their cell that is inside.
+    /// Lloyd's step: moves each centre towards the middle of the points that it owns, by
+    /// [`OVERSTEP`] or, if that place lies outside, to the middle. Points at the skin count by the
+    /// share of their cell that is inside.
     fn move_to_middles(&mut self, centers: &mut [Vec3]) {
         self.assign(centers);
         let field = &self.interior.field;

@@ -6,20 +6,21 @@ use std::collections::{BinaryHeap, HashMap};
 use super::{Ball, Interior};
 use crate::Vec3;
 
-/// Pieces of a slice with less than this share of the mean piece's points are bumps, not branches.
+/// A piece of a slice with less than this share of the mean piece's points is a bump, not a branch.
 const BUMP_SHARE: f64 = 0.2;
 
-/// Spheres along a tube, numbered from one of its ends, and which spheres follow each other.
+/// Spheres along a tube, numbered from one end of the tube, and pairs that follow each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
-    /// Spheres as wide as the tube.
+    /// The spheres. Each is as wide as the tube.
     pub balls: Vec<Ball>,
     /// Pairs of spheres that follow each other.
     pub steps: Vec<[u32; 2]>,
 }
 
-/// Cuts the tube into slices by the length of the way from one of its ends through the inside. Each
-/// piece of a slice becomes a sphere. There are at most `count` spheres.
+/// Cuts the tube into slices by the length of the way through the inside from one end. Each
+/// connected piece of a slice becomes a sphere, unless it is a bump. There are at most `count`
+/// spheres, unless even two slices give more.
 #[must_use]
 pub fn pack_line(interior: &Interior<'_>, count: usize) -> Line {
     let way_m = way_from_end(interior);
@@ -34,7 +35,7 @@ pub fn pack_line(interior: &Interior<'_>, count: usize) -> Line {
     }
 }
 
-/// Length of the shortest way from one end of the tube, through the inside, to each grid point.
+/// Length of the shortest way through the inside from one end of the tube to each grid point, m.
 fn way_from_end(interior: &Interior<'_>) -> HashMap<u32, f64> {
     let from = |start: u32| {
         let way = ways(interior, start);
@@ -65,7 +66,8 @@ impl PartialOrd for Reached {
     }
 }
 
-/// Dijkstra's shortest ways over the grid points inside, with steps to all 26 neighbours.
+/// Lengths of Dijkstra's shortest ways from `start` to the grid points inside, with steps to all 26
+/// neighbours, m.
 fn ways(interior: &Interior<'_>, start: u32) -> HashMap<u32, f64> {
     let mut way = HashMap::from([(start, 0.0)]);
     let mut heap = BinaryHeap::from([Reached(0.0, start)]);
@@ -84,7 +86,7 @@ fn ways(interior: &Interior<'_>, start: u32) -> HashMap<u32, f64> {
     way
 }
 
-/// Neighbours inside the organ, with their distance.
+/// The up to 26 neighbours of a grid point inside the organ, and their distances, m.
 fn around<'a>(interior: &'a Interior<'_>, i: u32) -> impl Iterator<Item = (u32, f64)> + 'a {
     let grid = &interior.field.grid;
     let at = grid.coordinates(i as usize);
@@ -134,8 +136,8 @@ fn slice(interior: &Interior<'_>, way_m: &HashMap<u32, f64>, longest: f64, slice
         }
         pieces.push(members);
     }
-    // Number the spheres in their order along the line, because callers find a place along a tube
-    // by counting spheres.
+    // Number the spheres in their order along the line, because `Sim::start` finds a place along a
+    // tube by counting spheres.
     pieces.sort_by_key(|members| (slice_of(members[0]), members[0]));
     for (number, members) in pieces.iter().enumerate() {
         for &member in members {

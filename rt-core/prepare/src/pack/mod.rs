@@ -16,13 +16,13 @@ use crate::mesh::{Mesh, OwnFrame};
 
 /// Grid points along the mean spacing of the spheres.
 const POINTS_PER_SPACING: f64 = 4.5;
-/// Grid points of one organ, at most.
+/// Largest number of grid points of one organ, approximately.
 const POINTS_MAX: f64 = 8e6;
-/// Share of a cell by which grids lie off a mesh's outermost points. A flat side never lies on
-/// points of the grid, where rounding would decide whether they are inside.
+/// Share of a cell by which grids are shifted off a mesh's outermost points. Points of the grid
+/// would otherwise lie on a flat side, and rounding would decide whether they are inside.
 pub(crate) const OFF_SHARE: f64 = 0.38;
 
-/// Smallest radius of a sphere, m. The realtime process takes no smaller one.
+/// Smallest radius of a sphere, m. The realtime process refuses a smaller one.
 const RADIUS_MIN_M: f64 = 1e-5;
 
 /// A sphere at rest.
@@ -34,22 +34,22 @@ pub struct Ball {
     pub radius_m: f64,
 }
 
-/// The inside of an organ, ready to be packed.
+/// The inside of an organ, on a grid.
 pub struct Interior<'a> {
     /// Frame of the grid.
     pub frame: OwnFrame,
-    /// Signed distance to the skin, on a grid of the organ's own frame.
+    /// Signed distance to the skin, on a grid in the organ's own frame.
     pub field: Field,
-    /// Exact distance to the skin.
+    /// Search for the exactly nearest point of the skin, world frame.
     pub nearest: Nearest<'a>,
     /// Numbers of the grid points inside.
     pub points: Vec<u32>,
-    /// Mean spacing of the wanted spheres, the cube root of a sphere's share of the volume, m.
+    /// Mean spacing of the wanted spheres, m: the cube root of a sphere's share of the volume.
     pub spacing_m: f64,
 }
 
 impl<'a> Interior<'a> {
-    /// Prepares a closed mesh for this many spheres. `None` when no grid point lies inside.
+    /// Prepares a closed mesh for this many spheres. `None` if no grid point lies inside.
     #[must_use]
     pub fn new(mesh: &'a Mesh, volume_m3: f64, spheres: usize) -> Option<Self> {
         let spacing_m = libm::cbrt(volume_m3 / spheres as f64);
@@ -73,7 +73,8 @@ impl<'a> Interior<'a> {
         })
     }
 
-    /// `D(c)` of paper Eq. 1, m: the exact distance to the skin, negative outside.
+    /// `D(c)` of paper Eq. 1, m: the exact distance of a place from the skin, world frame; negative
+    /// outside.
     #[must_use]
     pub fn depth(&self, p: &Vec3) -> f64 {
         let distance = self.nearest.distance(p);
@@ -84,14 +85,14 @@ impl<'a> Interior<'a> {
         }
     }
 
-    /// True if a place in the world lies inside.
+    /// True if a place lies inside, world frame.
     #[must_use]
     pub fn is_inside(&self, p: &Vec3) -> bool {
         self.field.at(&self.frame.own(p)) < 0.0
     }
 
-    /// A sphere that touches the surface from inside (paper Eq. 1). Its radius is at most
-    /// `radius_max_m` and at least a hundredth of the spacing, or 0.01 mm.
+    /// A sphere that touches the surface from inside (paper Eq. 1), world frame. Its radius is at
+    /// least a hundredth of the spacing and 0.01 mm, and at most `radius_max_m`.
     #[must_use]
     pub fn inscribed(&self, center: Vec3, radius_max_m: f64) -> Ball {
         let least_m = (0.01 * self.spacing_m).max(RADIUS_MIN_M).min(radius_max_m);

@@ -1,20 +1,20 @@
-//! The paper's packing: spheres on an approximate medial axis, their radii reduced to touch the
-//! surface from inside (Eq. 1), and further spheres in the gaps between neighbours (Eq. 2).
+//! The paper's packing: spheres on an approximate medial axis, which touch the surface from inside
+//! (Eq. 1), and further spheres in the gaps between neighbours (Eq. 2).
 
 use super::{Ball, Interior};
 use crate::Vec3;
 
-/// Share of the spheres that stand on the medial axis. Filling adds the others.
+/// Share of the spheres that lie on the medial axis. The others fill gaps.
 const AXIS_SHARE: f64 = 0.5;
-/// A new centre on the medial axis is at least this share of an earlier sphere's radius away from
-/// that sphere's centre.
+/// A new centre on the medial axis is farther from each earlier sphere's centre than this share of
+/// the earlier sphere's radius.
 const AXIS_SPACING: f64 = 0.6;
-/// Number of neighbours with which filling pairs each sphere.
+/// Number of neighbours of each sphere towards which gaps are filled.
 const NEIGHBOURS: usize = 6;
 
 /// Paper Eq. 2: the sphere in the middle of the gap between two spheres, on the line of their
-/// centres. Its centre is `c = c1 + (c2 − c1)·(d + r1 − r2)/(2d)`, its radius `depth(c)`. `None`
-/// when the two centres coincide.
+/// centres, which are `d` apart. Its centre is `c = c1 + (c2 − c1)·(d + r1 − r2)/(2d)`, its radius
+/// `depth(c)`. `None` if the two centres coincide.
 pub fn filling_sphere(a: &Ball, b: &Ball, depth: impl Fn(&Vec3) -> f64) -> Option<Ball> {
     let between = b.center - a.center;
     let d = between.norm();
@@ -34,8 +34,8 @@ pub fn pack_as_paper(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     balls
 }
 
-/// Takes large inscribed spheres first, each with its centre outside of the cores
-/// (`AXIS_SPACING`) of the earlier ones.
+/// Takes inscribed spheres, the largest first. A sphere whose centre lies too close to an earlier
+/// one's is left out ([`AXIS_SPACING`]).
 fn medial_axis(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
     let field = &interior.field;
     let mut deepest: Vec<u32> = interior.points.clone();
@@ -51,7 +51,7 @@ fn medial_axis(interior: &Interior<'_>, count: usize) -> Vec<Ball> {
         let center = interior.position(point);
         let free = |b: &Ball| (b.center - center).norm() > AXIS_SPACING * b.radius_m;
         if balls.iter().all(free) {
-            // Reduce the radius (Eq. 1) to the exact distance, not to the grid's.
+            // The radius (Eq. 1) is the exact distance from the surface, not the grid's.
             balls.push(interior.inscribed(center, f64::INFINITY));
         }
     }
@@ -74,7 +74,7 @@ fn fill(interior: &Interior<'_>, balls: &mut Vec<Ball>, count: usize) {
             for &(_, j) in near.iter().take(NEIGHBOURS).filter(|(_, j)| *j > i) {
                 let offer = filling_sphere(a, &balls[j], |c| interior.depth(c));
                 if let Some(new) = offer.filter(|new| new.radius_m > smallest) {
-                    // Depth to which the new sphere's centre lies in an old sphere.
+                    // Depth of the new sphere's centre below an old sphere's surface.
                     let inside = |b: &Ball| b.radius_m - (b.center - new.center).norm();
                     let hidden = balls.iter().map(inside).fold(f64::NEG_INFINITY, f64::max);
                     offers.push((new.radius_m - hidden, new));
@@ -88,7 +88,7 @@ fn fill(interior: &Interior<'_>, balls: &mut Vec<Ball>, count: usize) {
             if balls.len() == before + room || gain <= 0.1 * interior.spacing_m {
                 break;
             }
-            // Of two offers for the same gap, take the first.
+            // Of offers for one gap, take the first.
             let apart = |b: &Ball| (b.center - new.center).norm() > 0.3 * interior.spacing_m;
             if balls[before..].iter().all(apart) {
                 balls.push(new);
@@ -104,7 +104,7 @@ fn fill(interior: &Interior<'_>, balls: &mut Vec<Ball>, count: usize) {
 mod tests {
     use super::*;
 
-    /// Two balls of radius 1 and 2 have their centres 6 apart. From the first centre, the gap
+    /// The centres of two balls of radius 1 and 2 are 6 apart. From the first centre, the gap
     /// reaches from 1 to 4, and its middle is at 2.5.
     #[test]
     fn equation_2_puts_the_new_sphere_into_the_middle_of_the_gap() {

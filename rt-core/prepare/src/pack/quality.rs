@@ -14,7 +14,7 @@ pub struct Quality {
     pub coverage: f64,
     /// Mean distance from the skin to the nearest sphere, m.
     pub gap_mean_m: f64,
-    /// 95 % of the skin is no farther than this from the nearest sphere, m.
+    /// Distance from the nearest sphere within which 95 % of the skin lies, m.
     pub gap_95_m: f64,
     /// Largest distance from the skin to the nearest sphere, m.
     pub gap_max_m: f64,
@@ -23,8 +23,8 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Measures spheres against the skin that they fill. Gaps are measured at the triangles'
-    /// middles and weighted by area.
+    /// Measures the fit of spheres to the skin `mesh`. Gaps are measured at the triangles' middles
+    /// and weighted by the triangles' areas.
     #[must_use]
     pub fn measure(interior: &Interior<'_>, mesh: &Mesh, balls: &[Ball]) -> Self {
         let gap = |p: &Vec3| {
@@ -91,8 +91,8 @@ fn coverage(interior: &Interior<'_>, balls: &[Ball]) -> f64 {
     inside as f64 / interior.points.len() as f64
 }
 
-/// Evenness of the links' directions: λmin/λmax of Σddᵀ over the unit directions `d` of a sphere's
-/// links, as a mean over the spheres.
+/// Isotropy of the links' directions: λmin/λmax of Σddᵀ over the unit directions `d` of a sphere's
+/// links, mean over the spheres.
 #[must_use]
 pub fn isotropy(balls: &[Ball], links: &[[u32; 2]]) -> f64 {
     let mut sums = vec![Matrix3::<f64>::zeros(); balls.len()];

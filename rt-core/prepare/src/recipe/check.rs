@@ -1,4 +1,4 @@
-//! Checks a recipe as it is written.
+//! Checks a recipe's text, and makes the recipe.
 
 use std::path::Path;
 
@@ -14,10 +14,10 @@ use crate::Vec3;
 use crate::error::RecipeError;
 use crate::shape::{Anatomy, Shape};
 
-/// Organs of a scene, at most.
+/// Largest number of organs of a scene.
 const ORGANS_MAX: usize = rt_core::capacity::MAX_ORGANS;
 
-/// Allowed time budget of a tick, µs. The period is 1000.
+/// Allowed time budgets of a tick, µs. The period is 1000 µs.
 const TICK_US: std::ops::RangeInclusive<f64> = 5.0..=1000.0;
 
 const KINDS: [(&str, OrganKind, usize); 11] = [
@@ -34,7 +34,7 @@ const KINDS: [(&str, OrganKind, usize); 11] = [
     ("vessel", OrganKind::Vessel, 32),
 ];
 
-/// The kind of this name.
+/// The kind of organ with this name.
 pub(super) fn organ_kind(name: &str) -> Result<OrganKind, String> {
     let found = KINDS.iter().find(|(known, _, _)| *known == name);
     let known = || KINDS.map(|(name, _, _)| name).join(", ");
@@ -43,14 +43,14 @@ pub(super) fn organ_kind(name: &str) -> Result<OrganKind, String> {
         .ok_or_else(|| format!("'{name}' is unknown; write one of {}", known()))
 }
 
-/// Spheres of this kind of organ when the recipe gives no count. The liver's is the paper's (Table
-/// 1).
+/// Number of spheres of this kind of organ if the recipe gives none. The liver's is from the paper
+/// (Table 1).
 fn default_spheres(kind: OrganKind) -> usize {
     let row = KINDS.iter().find(|(_, k, _)| *k == kind);
     row.map_or(240, |(_, _, spheres)| *spheres)
 }
 
-/// Packing of this kind of organ when the recipe names none. Tubes are packed along their centre
+/// Packing of this kind of organ if the recipe names none. Tubes are packed along their centre
 /// line.
 fn default_packing(kind: OrganKind) -> Packing {
     use OrganKind::{BileDuct, CysticArtery, CysticDuct, Vessel};
@@ -60,7 +60,7 @@ fn default_packing(kind: OrganKind) -> Packing {
     }
 }
 
-/// Text to which an error refers, and its file's name.
+/// Text to which errors refer, and the name of its file.
 struct Source<'a> {
     text: &'a str,
     file: &'a str,
@@ -525,7 +525,7 @@ pub(super) fn from_mesh(path: &Path, options: &MeshOptions) -> Result<Recipe, Re
         });
     }
     let kind = options.kind;
-    // Without a unit, a scale other than 1 applies to metres.
+    // If there is a scale but no unit, the unit is not guessed: it is the metre.
     let is_scaled = options.scale.to_bits() != 1f64.to_bits();
     let unit = options.unit.or(is_scaled.then_some(Unit::Metre));
     Ok(Recipe {

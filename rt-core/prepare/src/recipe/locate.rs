@@ -9,7 +9,8 @@ pub(super) enum Step<'a> {
     Index(usize),
 }
 
-/// Line, from 1, of the value at the path, or of the nearest parent that is written down.
+/// Line, from 1, of the value at the path. If the text does not have this value, the line of its
+/// nearest parent in the text.
 pub(super) fn line_of_path(text: &str, path: &[Step<'_>]) -> usize {
     let Ok(document) = DeTable::parse(text) else {
         return 1;

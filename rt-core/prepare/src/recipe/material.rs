@@ -2,7 +2,7 @@
 
 use shared_mem::scene::{MaterialRecord, OrganKind};
 
-/// A material: the tissue's SI values, and the stiffnesses of the paper's method.
+/// A material: the tissue's SI values, and the two stiffnesses of the inner-sphere paper's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material {
     /// Density, kg/m³.
@@ -11,23 +11,24 @@ pub struct Material {
     pub young_pa: f64,
     /// Poisson's ratio.
     pub poisson: f64,
-    /// Share of a link's stretch that an iteration corrects (paper Eq. 4–5).
+    /// Share of a link's stretch that one iteration corrects (paper Eq. 4–5).
     pub stretch_stiffness: f64,
-    /// Share of the way to the Laplacian target that an iteration moves (paper Eq. 8).
+    /// Share of the way to a sphere's Laplacian target (paper Eq. 8) by which one iteration moves
+    /// the sphere.
     pub laplacian_stiffness: f64,
-    /// Share of the velocity that is lost per second.
+    /// Rate at which the velocity decays, 1/s.
     pub damping_per_s: f64,
-    /// Viscosity over Young's modulus, s: damping of the strain rate.
+    /// Retardation time of the viscous damping: viscosity over Young's modulus, s.
     pub retardation_s: f64,
-    /// Stiffness of the paper's haptic force, N/m.
+    /// Stiffness of a sphere's wall under a tool, N/m, in organs without a contact skin.
     pub contact_stiffness_n_m: f64,
-    /// Coulomb friction on a moist steel tool: tangential over normal force.
+    /// Coefficient of Coulomb friction on a moist steel tool.
     pub friction: f64,
-    /// Energy that tears or cuts a unit of area, J/m²; 0 if the tissue does not tear.
+    /// Energy of a tear or cut per area, J/m²; 0: the tissue does not tear.
     pub toughness_j_m2: f64,
 }
 
-/// Viscosity of all tissue, Pa s. It damps vibration, but not the swing of an organ as a whole.
+/// Viscosity of all tissue, Pa s. It damps vibration and not the swing of an organ as a whole.
 const VISCOSITY_PA_S: f64 = 5.0;
 
 impl Material {
@@ -36,11 +37,11 @@ impl Material {
     /// Young's moduli follow from measured shear moduli (E = 3 G for a nearly incompressible
     /// tissue; collected in PMC6925591, Table 1): liver G 1.8 kPa, stomach 0.64 kPa, bile duct 166
     /// kPa, hepatic artery 210 kPa; fat 0.53 kPa (porcine; Sims 2010). A gallbladder is a stiff
-    /// wall (G 85 kPa, 2 mm) around bile; a solid body of the same bending has about 15 kPa.
-    /// Intestine, connective tissue and abdominal wall have no source. The first two are taken to
-    /// lie between stomach and liver, the wall to be stiff. Poisson's ratio is 0.45 for all,
-    /// because the solver's linear tetrahedra lock above that. The paper gives no stiffness; the
-    /// dimensionless ones here keep its method stable at 1 kHz.
+    /// wall (G 85 kPa, 2 mm) around bile. A solid body that bends as much has a Young's modulus of
+    /// about 15 kPa. Intestine, connective tissue and abdominal wall have no source: the first two
+    /// are taken to lie between stomach and liver, the wall to be stiff. Poisson's ratio is 0.45
+    /// for all, because the solver's linear tetrahedra lock above that. The paper gives no
+    /// stiffness; the two shares here keep its method stable at 1 kHz.
     ///
     /// Toughness (measured values collected in 10.1186/s10033-022-00767-4, Table 2): liver 164 J/m²
     /// (needles in bovine liver, 10.1016/j.medengphy.2011.09.030), artery 1700 (aorta, trouser
@@ -48,8 +49,8 @@ impl Material {
     /// tough as other thin walls (amnion, 960 and more). Loose connective tissue has 75, because it
     /// takes 51 to 76 to peel the layers of an aorta apart (10.1115/1.2898733). No source fits fat
     /// and abdominal wall: loose fat parts under a probe, while subcutaneous fat with its septa
-    /// bears 4100 and muscle 550 to 8000. A sharp blade takes less than a tear (aorta: 290), but
-    /// one value serves for both.
+    /// bears 4100 and muscle 550 to 8000. A cut by a sharp blade takes less than a tear (aorta:
+    /// 290). Here one value serves for both.
     ///
     /// Friction on steel: organs under their serous cover have 0.1. (A caecum that smooth jaws
     /// pinch with 22 N slips out at a pull of 5 N, 10.1007/s00464-003-9153-2; the inside of small
@@ -66,8 +67,8 @@ impl Material {
             OrganKind::ConnectiveTissue => (0.3, 75.0),
             OrganKind::AbdominalWall => (0.1, 2000.0),
         };
-        // Tubes lie in fat and fluid. An undamped chain without bending stiffness would swing
-        // about.
+        // Tubes lie in fat and fluid, which damp them. Without damping, a tube would swing, because
+        // it hardly resists bending.
         let damping_per_s = match kind {
             OrganKind::CysticDuct | OrganKind::BileDuct => 200.0,
             OrganKind::CysticArtery | OrganKind::Vessel => 200.0,

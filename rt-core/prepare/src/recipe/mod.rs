@@ -1,7 +1,7 @@
-//! The recipe: a TOML file that names organs, the sources of their surfaces, their materials, their
+//! The recipe: a TOML file with the organs, the sources of their surfaces, their materials, their
 //! attachments, and the room around them.
 //!
-//! Everything except `name` and the organs' names, kinds and surfaces has a default. An unknown key
+//! Every key has a default, except `name` and the organs' names, kinds and surfaces. An unknown key
 //! is an error. Axes are those of the Human Reference Atlas: x to the patient's left, y to the
 //! head, z to the front.
 
@@ -22,10 +22,10 @@ use crate::shape::Shape;
 
 /// Fewest spheres of one organ.
 pub const SPHERES_MIN: usize = 8;
-/// Largest number of spheres of one organ. The realtime process holds no more in a whole scene.
+/// Largest number of spheres of one organ, and of a whole scene in the realtime process.
 pub const SPHERES_MAX: usize = rt_core::capacity::MAX_SPHERES;
 
-/// Bytes of a recipe's file, at most.
+/// Largest number of bytes of a recipe's file.
 const BYTES_MAX: u64 = 1 << 20;
 
 /// A checked recipe.
@@ -33,11 +33,12 @@ const BYTES_MAX: u64 = 1 << 20;
 pub struct Recipe {
     /// The scene's name.
     pub name: String,
-    /// Time budget of a tick, µs on one core ([`crate::cost`]). The scene gets as many spheres as
-    /// the budget allows, in the proportions of the organs' counts. Tubes and organs with an error
-    /// budget keep their counts.
+    /// Time budget of a tick, µs on one core ([`crate::cost`]). The scene gets about as many
+    /// spheres as the budget allows, in the proportions of the organs' counts. Tubes and organs
+    /// with an error budget keep their counts.
     pub tick_us: Option<f64>,
-    /// The room around the organs. A value that is `None` is derived from the organs.
+    /// The room around the organs. A value that is `None` has a default, or follows from the
+    /// organs.
     pub room: RoomPlan,
     /// The organs, at least one, with unique names.
     pub organs: Vec<OrganPlan>,
@@ -48,15 +49,15 @@ pub struct Recipe {
 /// The room as the recipe gives it, world frame, SI.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RoomPlan {
-    /// Gravity, m/s². Default: supine, head 20° up.
+    /// Gravity, m/s². By default, the patient lies on her back, head 20° up.
     pub gravity_m_s2: Option<Vec3>,
-    /// The instrument's trocar.
+    /// The instrument's port, m.
     pub instrument_port_m: Option<Vec3>,
-    /// Length from handle to tip, m.
+    /// Length of the instrument from handle to tip, m.
     pub instrument_length_m: Option<f64>,
-    /// The endoscope's port.
+    /// The endoscope's port, m.
     pub endoscope_port_m: Option<Vec3>,
-    /// Point in the middle of the picture.
+    /// Point in the middle of the picture, m.
     pub look_at_m: Option<Vec3>,
     /// Distance from the camera to `look_at_m`, m.
     pub camera_distance_m: Option<f64>,
@@ -70,7 +71,7 @@ pub struct RoomPlan {
     pub tracker: Option<Frame>,
     /// Index of the organ on which the scripted hand works.
     pub target_organ: Option<usize>,
-    /// Wanted place of the scripted hand's target. The best reachable point near it is taken.
+    /// Wanted place of the scripted hand's target, m. The best reachable point near it is taken.
     pub target_near_m: Option<Vec3>,
 }
 
@@ -90,7 +91,7 @@ pub struct OrganPlan {
     pub name: String,
     /// Kind of organ.
     pub kind: OrganKind,
-    /// Source of its surface.
+    /// Source of the surface.
     pub surface: Surface,
     /// Treatment of an open surface.
     pub closing: Closing,
@@ -99,7 +100,7 @@ pub struct OrganPlan {
     /// Number of spheres. With an error budget it is the first guess.
     pub spheres: usize,
     /// Error budget: distance from the spheres within which 95 % of the skin must lie, m. The
-    /// smallest count that keeps the budget is taken.
+    /// smallest tried count that keeps the budget is taken.
     pub gap_95_m: Option<f64>,
     /// Counts of spheres at the scene's coarser levels of detail, finest first. A level beyond the
     /// last count uses the last count. Without counts, every level uses the count of the finest
@@ -107,16 +108,15 @@ pub struct OrganPlan {
     pub coarser: Vec<usize>,
     /// Packing of the spheres.
     pub packing: Packing,
-    /// Share of gravity that acts on the organ. With the default 0 the surface is the organ's shape
-    /// in the body, with its weight already in balance. With 1 the surface is the shape without
-    /// load.
+    /// Share of gravity that acts on the organ. 0, the default: the surface is the organ's shape in
+    /// the body, in balance with its weight. 1: the surface is the unloaded shape.
     pub gravity_share: f64,
-    /// Displacement of the organ's held spheres at full inspiration, m.
+    /// Displacement of the organ's held spheres at full inspiration, world frame, m.
     pub breath_m: Vec3,
     /// Material.
     pub material: Material,
-    /// Regions of space. A sphere is held by its surroundings if its centre (for a region near an
-    /// organ, its surface) lies in one.
+    /// Regions of space. A sphere is held if its centre lies in one of them. In a
+    /// [`Region::Near`], the sphere's surface counts instead of its centre.
     pub held: Vec<Region>,
     /// Other organs to which this one is attached.
     pub attached: Vec<Attached>,
@@ -128,7 +128,7 @@ pub struct OrganPlan {
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layers {
-    /// Name of the inner organ. Cross-sections are laid along its longest axis.
+    /// Name of the inner organ. Cross-sections are perpendicular to its longest axis.
     pub around: String,
     /// Number of layers.
     pub count: usize,
@@ -142,7 +142,7 @@ pub struct Layers {
 pub struct Attached {
     /// The other organ's name.
     pub to: String,
-    /// Spheres whose surface is no farther than this from the other organ's skin are tied to it, m.
+    /// Spheres whose surface is no farther than this from the other organ's skin are attached, m.
     pub within_m: f64,
 }
 
@@ -153,13 +153,13 @@ pub struct Tie {
     pub from: Place,
     /// The other end.
     pub to: Place,
-    /// Length when slack, m. By default it is the distance between the ends.
+    /// Length at rest before the tie is shortened, m. By default it is the distance of the ends.
     pub length_m: Option<f64>,
     /// Length by which the tie is shortened, m. A suture to the world is shortened over the first
     /// two seconds.
     pub drawn_m: f64,
-    /// Force per stretch, N/m. By default a suture is a 3-0 thread, and a band is a bar of the
-    /// first organ's tissue, as thick as the sphere at which it starts.
+    /// Stiffness, N/m. By default, a suture is a 3-0 thread, and a band is a bar of the first
+    /// organ's tissue, as thick as the sphere at which it starts.
     pub stiffness_n_m: Option<f64>,
     /// True for a suture, which pulls and never pushes.
     pub is_thread: bool,
@@ -208,15 +208,15 @@ pub enum Surface {
 pub enum Closing {
     /// Refuse it.
     Refuse,
-    /// Close each loop with a patch. Refuse a surface that is still open.
+    /// Close each loop with a patch. Refuse a surface that is still open or overlaps itself.
     Fill,
-    /// Close each loop with a patch. Wrap a surface that is still open, and make a hollow wall
-    /// solid.
+    /// Close each loop with a patch. Wrap a surface that is still open or overlaps itself. Make a
+    /// hollow wall solid.
     Auto,
     /// Build a new closed surface around the mesh.
     Wrap,
-    /// Build a new closed surface from the side that is seen from outside. Hollow organs become
-    /// solid, and openings narrower than a tenth of the organ are closed.
+    /// Build a new closed surface from the parts that can be reached from outside. A hollow organ
+    /// becomes solid, and openings narrower than a tenth of the organ are closed.
     Solid,
 }
 
@@ -224,7 +224,8 @@ pub enum Closing {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pieces {
-    /// Link pieces that are no farther apart than the spacing of the spheres. Refuse others.
+    /// Link the pieces. Refuse a piece farther from the larger ones than the spacing of the
+    /// spheres.
     #[default]
     Near,
     /// Link all pieces, however far apart they are.
@@ -233,12 +234,12 @@ pub enum Pieces {
     Largest,
 }
 
-/// Directions of the three axes of a mesh file, named as in radiology by the directions in which
-/// they point.
+/// Directions of the three axes of a mesh file. The names are radiology's: the letters are the
+/// directions in which the axes point.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
 pub enum Axes {
-    /// The scene's own axes: to the patient's left, to her head, to her front. Figures in glTF
-    /// files stand like this, with y up.
+    /// The scene's own axes: to the patient's left, to her head, to her front. People in glTF files
+    /// stand like this, with y up.
     #[default]
     #[serde(rename = "LSA")]
     Lsa,
@@ -262,7 +263,7 @@ impl Axes {
     }
 }
 
-/// Options of a single mesh, by the names that a recipe gives them.
+/// Options of a single mesh. The fields have the names of a recipe's keys.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshOptions {
     /// Unit of the mesh's numbers; `None`: metres, or millimetres for a mesh more than 2 m across.
@@ -271,7 +272,7 @@ pub struct MeshOptions {
     pub scale: f64,
     /// Directions of the mesh's axes.
     pub axes: Axes,
-    /// Kind of organ: its material, its colour, its usual size.
+    /// Kind of organ. It decides material, number of spheres, colour and usual size.
     pub kind: OrganKind,
     /// Treatment of separate pieces.
     pub pieces: Pieces,
@@ -337,7 +338,7 @@ impl Unit {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Packing {
-    /// Even spacing (Lloyd) with the outer layer just under the skin: best for mechanics.
+    /// Even spacing (Lloyd) with the outer layer just under the skin, for good mechanics.
     Even,
     /// Along the centre line, for ducts and vessels.
     Line,
@@ -374,10 +375,10 @@ pub enum Region {
     Near {
         /// The other organ's name.
         organ: String,
-        /// Largest distance from that skin to a sphere's surface.
+        /// Largest distance from that skin to the surface of a held sphere.
         within_m: f64,
     },
-    /// The lowest part of the organ along gravity, as a share of its height, 0..=1.
+    /// The lowest part of the organ along gravity, as a share of the organ's height, 0..=1.
     Base(f64),
 }
 
@@ -425,8 +426,9 @@ impl Recipe {
         Self::parse(BUILT_IN, "built-in recipe", Path::new("."))
     }
 
-    /// Calot's triangle: the built-in scene with ducts, arteries, stomach and intestine. With
-    /// `variant`, duct and artery take their variant course.
+    /// Calot's triangle: liver, gallbladder, ducts, arteries, fat, connective tissue, stomach,
+    /// duodenum and intestine. With `variant`, cystic duct and cystic artery take their variant
+    /// courses.
     ///
     /// # Errors
     /// Never in a build whose tests pass.
@@ -456,8 +458,8 @@ impl Recipe {
         1 + coarser.unwrap_or(0)
     }
 
-    /// Level `level` of the recipe, 0 the finest, as a recipe of one level. Budgets apply to the
-    /// finest level only.
+    /// Level `level` of the recipe, 0 the finest, as a recipe of one level. The time budget applies
+    /// to the finest level only. A coarser count replaces an organ's error budget.
     #[must_use]
     pub fn level(&self, level: usize) -> Self {
         let mut recipe = self.clone();
@@ -476,7 +478,7 @@ impl Recipe {
     }
 
     /// Returns the recipe with `levels` levels, each with half the spheres of the one before.
-    /// `finest` are the organs' counts. Tubes have few spheres and keep them at every level.
+    /// `finest` has the organs' counts at the finest level. Tubes keep their counts at every level.
     #[must_use]
     pub fn with_levels(mut self, levels: usize, finest: &[usize]) -> Self {
         for (organ, &count) in self.organs.iter_mut().zip(finest) {
@@ -489,8 +491,8 @@ impl Recipe {
         self
     }
 
-    /// Returns the recipe with this many spheres in all, shared among the organs as before, and
-    /// without its budgets.
+    /// Returns the recipe with this many spheres in all and without its budgets. The organs keep
+    /// their shares of the spheres.
     ///
     /// # Errors
     /// When an organ would get too few spheres, or the scene too many.

@@ -9,24 +9,28 @@ use crate::Vec3;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Course {
-    /// The usual course: the duct joins halfway, the artery crosses behind the bile duct.
+    /// The usual course: the cystic duct joins the bile duct halfway down, and the cystic artery
+    /// crosses behind the bile duct.
     #[default]
     Usual,
-    /// A variant: the duct runs along the bile duct and joins low; the artery crosses in front.
+    /// A variant: the cystic duct runs along the bile duct and joins it low, and the cystic artery
+    /// crosses in front of the bile duct.
     Variant,
 }
 
-/// Size and place of one organ, relative to its usual ones.
+/// Size and place of one organ, relative to its usual size and place.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Build {
-    /// Factor of all lengths, about the organ's middle; 0.7..=1.4.
+    /// Factor of all lengths, about the organ's middle; 0.7..=1.4. Of cystic duct and cystic artery
+    /// it scales only the thickness, because other organs give their ends.
     pub size: f64,
     /// Factor of the thickness alone; 0.5..=2. It applies to organs with a centre line and to the
-    /// layer of connective tissue, which gets no thicker above 1.
+    /// layer of connective tissue. For that layer, values above 1 count as 1.
     pub width: f64,
-    /// Shift from the usual place, mm; each within 30. The ends of cystic duct and cystic artery
-    /// stay where they join other organs, so a shift moves only the middles of these two.
+    /// Shift from the usual place along x, y and z, mm; −30..=30. The ends of cystic duct and
+    /// cystic artery stay at the organs that they join, so a shift moves only the middles of these
+    /// two.
     pub shift_mm: [f64; 3],
 }
 
@@ -45,7 +49,7 @@ impl Build {
         Vec3::from(self.shift_mm) * 1e-3
     }
 
-    /// Moves a point of an organ with this middle to the point's place in this build.
+    /// Place of point `p` of an organ in this build; `middle` is the organ's usual middle, m.
     pub(super) fn place(&self, p: &Vec3, middle: &Vec3) -> Vec3 {
         middle + (p - middle) * self.size + self.shift_m()
     }
@@ -60,8 +64,9 @@ impl Build {
         usual.iter().map(place).collect()
     }
 
-    /// A centre line whose ends follow the organs that they join. `first` and `last` move the ends,
-    /// and the organ's own shift moves the middle as well.
+    /// A centre line whose ends follow the organs that they join. `first` and `last` are the
+    /// displacements of its ends, m. Between the ends the displacement is interpolated, and the
+    /// organ's own shift is added, in full at the middle.
     pub(super) fn line_between(&self, usual: &[Through], first: Vec3, last: Vec3) -> Vec<Through> {
         let steps = (usual.len() - 1) as f64;
         let place = |(i, &(p, radius)): (usize, &Through)| {
@@ -97,7 +102,7 @@ pub struct Anatomy {
 }
 
 impl Anatomy {
-    /// Every organ's build, by the name of its form.
+    /// Every organ's build, with the name of the organ's form in a recipe.
     #[must_use]
     pub fn builds(&self) -> [(&'static str, &Build); 11] {
         [

@@ -1,10 +1,10 @@
-//! The organs' bodies.
+//! Bodies of the built-in organs.
 
 use super::anatomy::Anatomy;
 use super::primitive::Tube;
 use crate::Vec3;
 
-/// The organs' bodies, to which distances are measured.
+/// Bodies of the built-in organs in one anatomy, to which distances are measured.
 pub(super) struct Bodies {
     pub(super) anatomy: Anatomy,
     pub(super) gallbladder: Tube,

@@ -6,12 +6,13 @@ use super::liver;
 use super::primitive::meet;
 use crate::Vec3;
 
-/// Length of a triangle's side, m. The tissue is thin.
+/// Length of a triangle's side, m. It is short, because the tissue is thin.
 pub(super) const EDGE_M: f64 = 0.0012;
-/// Gap between the connective tissue and the gallbladder, and between it and the liver, m.
+/// Gap between the connective tissue and the gallbladder, and between the tissue and the liver, m.
 const GAP_M: f64 = 0.0002;
 
-/// Distance to the layer of connective tissue in the fossa, out to the liver's surface.
+/// Distance to the layer of connective tissue in the fossa. The layer ends 3 mm below the surface
+/// that the liver would have without the fossa.
 pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     let room = FOSSA_GAP_M - 2.0 * GAP_M;
     let thickness = room * bodies.anatomy.connective_tissue.width.min(1.0);

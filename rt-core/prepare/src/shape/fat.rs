@@ -1,5 +1,5 @@
-//! The fat in and over Calot's triangle: lumps around the bile duct and towards the gallbladder's
-//! neck. The ducts emerge from the fat.
+//! Fat in and over Calot's triangle: lumps around the bile duct and towards the gallbladder's neck.
+//! The ducts emerge from the fat.
 
 use super::bodies::Bodies;
 use super::primitive::{Through, carve};
@@ -16,7 +16,7 @@ const LUMP_M: f64 = 0.0009;
 /// Width of a lump, m.
 const LUMP_WIDTH_M: f64 = 0.0060;
 
-/// Centre line and radius: along the bile duct and back up to the gallbladder's neck.
+/// Centre line and radius, from the gallbladder's neck to the bile duct and down along it.
 pub(super) const LINE: &[Through] = &[
     ([-0.0400, 0.3005, -0.0725], 0.0036),
     ([-0.0370, 0.2985, -0.0755], 0.0058),

@@ -1,5 +1,4 @@
-//! The gallbladder, a pear 8 cm long that hangs under the liver with its fundus to the front, and
-//! the connective tissue between it and its bed.
+//! The gallbladder, a pear 8 cm long that hangs under the liver with its fundus to the front.
 
 use super::bodies::Bodies;
 use super::primitive::{Through, ball, join};
@@ -24,7 +23,7 @@ pub(super) const LINE: &[Through] = &[
     ([-0.0428, 0.3052, -0.0625], 0.0036),
     ([-0.0405, 0.3062, -0.0655], 0.0026),
 ];
-/// Hartmann's pouch: the infundibulum's bulge towards the duodenum; centre and radius.
+/// Centre and radius of Hartmann's pouch, the infundibulum's bulge towards the duodenum.
 pub(super) const POUCH: ([f64; 3], f64) = ([-0.0470, 0.2925, -0.0545], 0.0072);
 
 pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {

@@ -16,9 +16,9 @@ const POINTS: usize = 8;
 /// Half the length of a row, m.
 const HALF_M: f64 = 0.076;
 
-/// The centre line, from the right end of the uppermost row to the lower end. The waves of
-/// neighbouring rows fit into each other. Rows bulge to the front in the middle, and round bends
-/// join them.
+/// The centre line, from the right end of the uppermost row to the end of the lowest. Rows wave up
+/// and down alike, so that neighbouring rows fit into each other. Rows bulge to the front in the
+/// middle, and round bends join them.
 pub(super) fn line() -> Vec<Through> {
     let mut line = Vec::new();
     for row in 0..ROWS {

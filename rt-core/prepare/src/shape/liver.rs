@@ -13,12 +13,12 @@ use std::sync::LazyLock;
 /// Length of a triangle's side, m.
 pub(super) const EDGE_M: f64 = 0.0037;
 
-/// The body is modelled by `drawn` first, then scaled about this point, m.
+/// Point about which the body that `drawn` models is scaled, m.
 const MIDDLE: [f64; 3] = [-0.062, 0.290, -0.030];
-/// Scale that gives the modelled body a healthy adult's volume.
+/// Scale that gives the body a healthy adult's volume.
 const SIZE: f64 = 0.94;
 
-/// Spine and vena cava, which lie behind the liver.
+/// Spine and vena cava, behind the liver.
 static SPINE: LazyLock<Tube> = LazyLock::new(|| {
     Tube::new(
         &[([-0.005, 0.2, -0.14], 0.03), ([-0.005, 0.45, -0.14], 0.03)],
@@ -68,7 +68,7 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     )
 }
 
-/// Distance to the liver without its fossa.
+/// Distance to the liver as it would be without the gallbladder's fossa.
 pub(super) fn body(p: &Vec3, build: &Build) -> f64 {
     let middle = Vec3::from(MIDDLE);
     let size = SIZE * build.size;
@@ -80,13 +80,13 @@ fn drawn(p: &Vec3) -> f64 {
     let middle = ellipsoid(p, [-0.012, 0.338, -0.040], [0.070, 0.066, 0.048]);
     let left = ellipsoid(p, [0.060, 0.345, -0.028], [0.070, 0.037, 0.030]);
     let mut d = join(join(right, middle, 0.035), left, 0.035);
-    // The visceral side is a plane that rises to the left and to the back. The organs below hollow
-    // it: stomach on the left, colon and kidney on the right.
+    // The visceral side is a plane that rises to the left and to the back. The organs below it make
+    // hollows: the stomach on the left, colon and kidney on the right.
     let visceral = half_space(p, [-0.060, 0.268, 0.000], [0.22, -0.82, -0.52]);
     d = meet(d, visceral, 0.006);
     d = carve(d, ball(p, [0.080, 0.255, -0.095], 0.090), 0.015);
     d = carve(d, ball(p, [-0.115, 0.225, -0.110], 0.080), 0.015);
-    // The heart rests on top of the left lobe.
+    // The heart makes a hollow on top of the left lobe.
     d = carve(d, ball(p, [0.045, 0.480, -0.030], 0.095), 0.03);
     // Vena cava and spine behind.
     d = carve(d, SPINE.distance(p), 0.03);

@@ -1,7 +1,7 @@
 //! Built-in organs, made from signed distance functions.
 //!
 //! Axes are those of the Human Reference Atlas: x to the patient's left, y to the head, z to the
-//! front; metres.
+//! front. Lengths are in metres.
 
 mod anatomy;
 mod bodies;
@@ -25,7 +25,7 @@ use crate::Vec3;
 use crate::mesh::Mesh;
 use bodies::Bodies;
 
-/// An organ that can be built in.
+/// A built-in organ's form: the key `form` of a recipe's `shape` table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {
@@ -53,7 +53,7 @@ pub enum Form {
     ConnectiveTissue,
 }
 
-/// A built-in organ: the recipe's `shape` table with its `[anatomy]`.
+/// A built-in organ: the form from a recipe's `shape` table, in the anatomy of `[anatomy]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
     /// The organ.
@@ -62,7 +62,7 @@ pub struct Shape {
     pub anatomy: Anatomy,
 }
 
-/// The `shape` table as it is written.
+/// The `shape` table of a recipe.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ShapeRaw {

@@ -1,24 +1,25 @@
-//! Pieces from which organs are put together. Distances are negative inside.
+//! Bodies from which organs are made, and operations on their distances. Distances are in m,
+//! negative inside.
 
 use crate::Vec3;
 
-/// Smooth minimum: joins two bodies; the seam is rounded over about `k` metres.
+/// Union of two bodies (smooth minimum). The seam is rounded over about `k` metres.
 pub(super) fn join(a: f64, b: f64, k: f64) -> f64 {
     let h = (k - (a - b).abs()).max(0.0) / k;
     a.min(b) - h * h * k / 4.0
 }
 
-/// Smooth maximum: what two bodies have in common; the edge is rounded over about `k` metres.
+/// Intersection of two bodies (smooth maximum). The edge is rounded over about `k` metres.
 pub(super) fn meet(a: f64, b: f64, k: f64) -> f64 {
     -join(-a, -b, k)
 }
 
-/// Smooth difference: takes `b` away from `a`; the edge is rounded over about `k` metres.
+/// Body `a` without body `b`. The edge is rounded over about `k` metres.
 pub(super) fn carve(a: f64, b: f64, k: f64) -> f64 {
     meet(a, -b, k)
 }
 
-/// Distance to an ellipsoid, about: of first order, exact on the surface.
+/// Distance to an ellipsoid, exact to first order near the surface.
 pub(super) fn ellipsoid(p: &Vec3, center: [f64; 3], radii: [f64; 3]) -> f64 {
     let q = p - Vec3::from(center);
     let radii = Vec3::from(radii);
@@ -44,15 +45,15 @@ pub(super) fn half_space(p: &Vec3, point: [f64; 3], outward: [f64; 3]) -> f64 {
 /// A point of a centre line and the radius there.
 pub(super) type Through = ([f64; 3], f64);
 
-/// A tube along a Catmull–Rom curve through points that each have a radius. It is approximated by
-/// round cones.
+/// A tube along a Catmull–Rom curve through points that each have a radius, approximated by round
+/// cones.
 #[derive(Debug, Clone)]
 pub(super) struct Tube {
     points: Vec<(Vec3, f64)>,
-    /// A ball around the whole tube.
+    /// Middle and radius of a ball around the whole tube.
     around: Ball,
-    /// Groups of up to [`TOGETHER`] cones with a ball around each group. A group whose ball is too
-    /// far away is skipped.
+    /// Groups of up to [`TOGETHER`] cones, each with a ball around the group. A group is skipped if
+    /// its ball is farther away than the nearest cone found.
     parts: Vec<(Ball, Vec<Cone>)>,
 }
 
@@ -69,10 +70,10 @@ struct Cone {
 
 /// Largest number of cones in a part of a tube.
 const TOGETHER: usize = 6;
-/// Largest error by which rounding makes a part's ball too small, m.
+/// Largest error by which rounding makes the ball around a group too small, m.
 const ROUNDING_M: f64 = 1e-9;
 
-/// A ball around points with radii, and hence around the cones between them.
+/// A ball around points with radii. It also contains the cones between the points.
 fn ball_around(points: &[(Vec3, f64)]) -> Ball {
     let middle = points.iter().map(|(p, _)| p).sum::<Vec3>() / points.len() as f64;
     let reach = points
@@ -82,11 +83,11 @@ fn ball_around(points: &[(Vec3, f64)]) -> Ball {
     (middle, reach)
 }
 
-/// Farther away than this from a tube, a lower bound of the distance is enough, m.
+/// Beyond this distance from a tube's ball, a lower bound of the distance is enough, m.
 const FAR_M: f64 = 0.03;
 
 impl Tube {
-    /// A tube through these points with these radii, with `steps` cones from one to the next.
+    /// A tube through these points with these radii, with `steps` cones from each to the next.
     pub(super) fn new(through: &[Through], steps: usize) -> Self {
         let knot = |i: isize| {
             let i = i.clamp(0, through.len() as isize - 1) as usize;
@@ -143,8 +144,9 @@ impl Tube {
         self.points.iter().map(|(_, r)| *r).fold(0.0, f64::max)
     }
 
-    /// Approximate distance to the tube: for the nearest cone, the distance to the cone's axis less
-    /// its radius at the foot of the perpendicular. Farther than `FAR_M` it is a lower bound.
+    /// Approximate distance to the tube: that of the nearest cone. A cone's distance is the
+    /// distance to its axis less its radius at the nearest point of the axis. Farther than
+    /// [`FAR_M`] from the tube's ball, the result is a lower bound.
     pub(super) fn distance(&self, p: &Vec3) -> f64 {
         let (middle, reach) = self.around;
         let at_least = (p - middle).norm() - reach;
@@ -190,7 +192,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Skipping parts gives the same bits as looking at every cone.
+        /// Skipping groups gives the same bits as the distance to every cone.
         #[test]
         fn what_is_left_out_is_never_nearest(
             through in prop::collection::vec((prop::array::uniform3(-0.1f64..0.1), 0.001f64..0.03), 2..9),

@@ -1,4 +1,4 @@
-//! Makes an even triangle surface from a distance function.
+//! Makes a surface of even triangles from a distance function.
 
 use rayon::prelude::*;
 
@@ -7,12 +7,12 @@ use crate::field::Grid;
 use crate::mesh::{Mesh, sides};
 use crate::surface_nets;
 
-/// Rounds in which vertices slide along the surface and are put back onto it.
+/// Number of rounds in which vertices slide along the surface and are put back onto it.
 const ROUNDS: usize = 12;
 
-/// The surface of `distance` within the bounds, with triangles' sides about `edge_m` long. Surface
-/// nets give the first mesh. Then vertices slide along the surface until they are evenly spaced,
-/// and Newton steps put them back onto the surface, so that the grid leaves no pattern.
+/// The surface where `distance` is zero within the bounds. The triangles' sides are about `edge_m`
+/// long. Surface nets give the first mesh. Then vertices slide along the surface until they are
+/// evenly spaced, so that the grid leaves no pattern, and Newton steps put them back onto it.
 #[must_use]
 pub fn skin(distance: &(dyn Fn(&Vec3) -> f64 + Sync), bounds: [Vec3; 2], edge_m: f64) -> Mesh {
     let grid = Grid::around(bounds, edge_m, 1);
@@ -43,7 +43,7 @@ pub fn skin(distance: &(dyn Fn(&Vec3) -> f64 + Sync), bounds: [Vec3; 2], edge_m:
     mesh
 }
 
-/// Moves a point onto the surface by Newton steps, none longer than half a triangle's side.
+/// Moves a point onto the surface by two Newton steps, none longer than half a triangle's side.
 fn onto(distance: &(dyn Fn(&Vec3) -> f64 + Sync), mut p: Vec3, edge_m: f64) -> Vec3 {
     for _ in 0..2 {
         let gradient = slope(distance, &p, edge_m);

@@ -11,7 +11,7 @@ pub(super) const EDGE_M: f64 = 0.0045;
 /// Length of a triangle's side of the duodenum, m.
 pub(super) const DUODENUM_EDGE_M: f64 = 0.0036;
 
-/// Gap between the liver and the organs that it rests on, m.
+/// Gap between the liver and the organs under it, m.
 const GAP_M: f64 = 0.002;
 /// Gap between the pylorus and the duodenum, m.
 const PYLORUS_GAP_M: f64 = 0.0003;

@@ -7,9 +7,9 @@ use super::patch::Rest;
 
 /// Width of the Gaussian over which the curvature is averaged, m. A tip's contact is about as wide.
 const WIDTH_M: f64 = 0.005;
-/// Vertices farther away than this do not count, in multiples of `WIDTH_M`.
+/// Vertices farther away than this multiple of `WIDTH_M` do not count.
 const REACH_WIDTHS: f64 = 2.5;
-/// Largest curvature that is stored, of either sign, 1/m.
+/// Largest curvature, of either sign, 1/m.
 const CURVATURE_MAX_PER_M: f64 = 500.0;
 
 /// Sets the mean curvature of every vertex.
@@ -23,9 +23,9 @@ pub(super) fn bake(skin: &mut ContactSkin, rest: &Rest) {
     }
 }
 
-/// Mean curvature at vertex `i` over the vertices around it. Each of these contributes the
-/// curvature of the circle through both vertices that is tangent to the skin at `i`. On a ball's
-/// skin the mean is exactly 1 / radius.
+/// Mean curvature at vertex `i`. Each vertex around it contributes the curvature of the circle that
+/// passes through both vertices and is tangent to the skin at `i`. On a ball's skin the mean is
+/// exactly 1 / radius.
 fn curvature_per_m(i: usize, rest: &Rest) -> f64 {
     let (at, normal) = (rest.places[i], rest.normals[i]);
     let (mut sum, mut shares) = (0.0, 0.0);
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
     use crate::Vec3;
 
-    /// The places are a golden spiral on a ball, each with the same area.
+    /// The places lie on a golden spiral on a ball, each with the same area.
     #[test]
     fn a_ball_is_as_curved_as_it_is_and_a_hollow_the_other_way() {
         let radius_m = 0.02;

@@ -1,5 +1,5 @@
-//! The contact skin, against which tools collide. It is a closed surface, coarser than the surface
-//! that the display draws. Its vertices follow the spheres exactly under every affine motion.
+//! The contact skin, against which tools collide: a closed surface, coarser than the skin that the
+//! display draws. Under an affine motion of the spheres, its vertices follow exactly.
 
 mod curve;
 mod patch;
@@ -17,22 +17,22 @@ use crate::tetra::Tetra;
 
 /// Edge of the skin's triangles, as a multiple of the spheres' spacing.
 const EDGE_SPACINGS: f64 = 0.4;
-/// Shortest edge, m: jaws cannot feel details that are finer than the jaws are wide.
+/// Shortest edge, m: jaws do not feel details that are finer than the jaws are wide.
 const EDGE_MIN_M: f64 = 0.0025;
 /// Longest edge, m: over an edge of this length, an organ with a radius of 3 cm bulges by 0.1 mm.
 const EDGE_MAX_M: f64 = 0.005;
-/// Approximate upper limit for the number of vertices of an organ's skin.
+/// Largest number of vertices of an organ's skin, approximately.
 const VERTICES_MAX: f64 = 6000.0;
-/// Width of the Gaussian that weights near spheres, as a multiple of their spacing.
+/// Width of the Gaussian that weights near spheres, as a multiple of the spheres' spacing.
 const CARRY_SPACINGS: f64 = 1.2;
 /// Largest weight of a sphere. With a larger one, a small motion of the sphere would swing the
 /// vertex.
 const WEIGHT_MAX: f64 = 2.0;
 
-/// Fewest vertices of a skin: as many as surface nets have around 2 × 2 × 2 grid points inside.
+/// Fewest vertices of a skin: the number that surface nets have around 2 × 2 × 2 grid points.
 const VERTICES_MIN: usize = 26;
-/// Number of edges tried for an organ that is too small, each half of the one before: from 2.5 mm
-/// to 0.04 mm.
+/// Number of edges that are tried, each half of the one before: in a small organ from 2.5 mm to
+/// 0.04 mm.
 const EDGES_TRIED: usize = 7;
 /// Numbers of triangles around a vertex that the realtime process accepts.
 const FAN: std::ops::RangeInclusive<u32> = 3..=32;
@@ -46,15 +46,15 @@ const CURVATURE_MAX_PER_M: f32 = 1e4;
 pub struct ContactSkin {
     /// Vertices.
     pub vertices: Vec<SkinVertex>,
-    /// For each vertex, the two other corners of every triangle around it.
+    /// The two other corners of every triangle around each vertex, vertex by vertex.
     pub fans: Vec<[u16; 2]>,
-    /// The vertex nearest to each sphere.
+    /// For each sphere, the nearest vertex.
     pub nearest: Vec<u16>,
 }
 
 impl ContactSkin {
-    /// Makes the skin around `mesh`. The spheres `balls` carry the skin. Between the spheres lie
-    /// the tetrahedra `tets`, of a material with this Poisson's ratio.
+    /// Makes the skin around `mesh`. Its vertices follow the spheres `balls`. Between the spheres
+    /// lie the tetrahedra `tets`, of a material with this Poisson's ratio.
     #[must_use]
     pub fn new(
         interior: &Interior<'_>,
@@ -73,7 +73,7 @@ impl ContactSkin {
             poisson,
             spacing_m: interior.spacing_m,
         };
-        // An organ of a few millimetres is too small for the shortest edge.
+        // An organ of a few millimetres needs an edge below `EDGE_MIN_M`.
         for _ in 0..EDGES_TRIED {
             if let Some(skin) = Self::with_edge(interior, mesh, &tissue, edge_m) {
                 return skin;
@@ -83,7 +83,9 @@ impl ContactSkin {
         Self::default()
     }
 
-    /// The skin with triangles of this edge; `None` if they are too large for the organ.
+    /// The skin with triangles of this edge. `None` if a shorter edge is needed: there are too few
+    /// vertices, or a vertex has too many or too few triangles. The skin is empty if there are more
+    /// vertices than indices.
     fn with_edge(
         interior: &Interior<'_>,
         mesh: &Mesh,
@@ -176,8 +178,7 @@ impl ContactSkin {
     }
 }
 
-/// For each vertex, the two other corners of its triangles, in order around it. Projection onto the
-/// skin leaves some triangles without area. They are kept, because they only cost time.
+/// For each vertex, the two other corners of its triangles, in order around the vertex.
 fn fans(mesh: &Mesh, places: &[Vec3]) -> Vec<Vec<[u32; 2]>> {
     let mut fans = vec![Vec::new(); places.len()];
     for &[a, b, c] in &mesh.triangles {
@@ -197,8 +198,9 @@ fn fans(mesh: &Mesh, places: &[Vec3]) -> Vec<Vec<[u32; 2]>> {
     fans
 }
 
-/// The spheres nearest to a place and their weights ω, which minimise `Σ ω²/φ` with `Σ ω = 1` and
-/// `Σ ω X` the place itself. φ is a Gaussian of the distance.
+/// The spheres that a place follows: the nearest ones, with weights ω that minimise `Σ ω²/φ` under
+/// the conditions that `Σ ω = 1` and that `Σ ω X` is the place. `X` is a sphere's centre, φ a
+/// Gaussian of its distance from the place.
 pub(crate) fn carriers(
     place: &Vec3,
     balls: &[Ball],
@@ -222,7 +224,7 @@ pub(crate) fn carriers(
         .collect();
     let mut weights = [0.0; SKIN_BINDINGS];
     // If the near spheres lie in a plane, no weights give a place outside of that plane. So the
-    // condition on `Σ ω X` is softened a little, and more until no weight is large.
+    // condition on `Σ ω X` is softened, step by step until no weight is too large.
     let mut stay = 1e-6;
     loop {
         let mut moment = Matrix4::from_diagonal(&Vector4::new(0.0, stay, stay, stay));

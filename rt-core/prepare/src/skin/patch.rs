@@ -1,9 +1,9 @@
-//! Width of the patch over which the spheres themselves spread a force on the skin.
+//! Width of the patch over which the spheres spread a force on a vertex of the contact skin.
 //!
-//! The spheres yield to a force on one vertex by `c_patch`, and to the same force spread over a
-//! Gaussian of the skin, of width `A`, by `c_wide`. The spheres are fine enough for the Gaussian,
-//! whose local compliance on a half-space is `0.399 / (E* A)`. The local compliance of the spheres
-//! at the vertex is therefore `c = c_patch − c_wide + 0.399 / (E* A)`, and they act as if they
+//! The spheres have the compliance `c_patch` under a force on the vertex, and `c_wide` under the
+//! same force spread over a Gaussian of width `A` on the skin. The spheres are fine enough for the
+//! Gaussian, whose local compliance on a half-space is `0.399 / (E* A)`. So the local compliance of
+//! the spheres at the vertex is `c = c_patch − c_wide + 0.399 / (E* A)`, and they act as if they
 //! spread the force over a patch of width `0.399 / (E* c)`. Distant influences (the organ's shape,
 //! its attachments) are in both compliances and cancel, so a neighbourhood of a few spacings is
 //! enough.
@@ -23,7 +23,7 @@ use crate::tetra::Tetra;
 const WIDE_SPACINGS: f64 = 1.5;
 /// Radius of the neighbourhood, in spacings.
 const NEIGHBOURHOOD_SPACINGS: f64 = 3.2;
-/// Mean of `A / (π r)`, where r is the distance between two random points of a Gaussian
+/// Mean of `A / (π d)`, where d is the distance between two random points of a Gaussian
 /// `exp(−r²/A²)`: `1 / √(2π)`.
 const GAUSSIAN: f64 = 0.398_942_3;
 /// Smallest and largest patch, in spacings.
@@ -77,11 +77,12 @@ fn elements(tissue: &Tissue<'_>) -> Vec<Vec<u32>> {
     of_sphere
 }
 
-/// The tissue around a sphere. Everything beyond it is held.
+/// The tissue around a sphere. Everything outside of it counts as held.
 struct Neighbourhood {
-    /// First row of each sphere of the neighbourhood; a sphere has three rows.
+    /// First of the three rows of each sphere of the neighbourhood.
     rows: BTreeMap<u32, usize>,
-    /// Stiffness of the neighbourhood at a Young's modulus of 1; `None` if nothing holds it.
+    /// Stiffness of the neighbourhood for a Young's modulus of 1 Pa, factorised. `None` if nothing
+    /// holds the neighbourhood.
     stiffness: Option<Cholesky<f64, Dyn>>,
 }
 
@@ -102,8 +103,8 @@ impl Neighbourhood {
         for tet in tets {
             add(&mut stiffness, &tissue.tets[tet as usize], &rows, tissue);
         }
-        // A sphere in no tetrahedron carries nothing. It gets a stiffness, because the matrix would
-        // be singular otherwise.
+        // A sphere in no tetrahedron has no stiffness. It gets some, so that the matrix is not
+        // singular.
         for i in 0..stiffness.nrows() {
             if stiffness[(i, i)] <= 0.0 {
                 stiffness[(i, i)] = 1.0;
@@ -145,7 +146,7 @@ impl Neighbourhood {
         }
     }
 
-    /// Load on the spheres from a unit force along `normal` that is shared among vertices.
+    /// Forces on the spheres from a unit force along `normal` that is shared among vertices.
     fn load(
         &self,
         shares: impl Iterator<Item = (usize, f64)>,
@@ -167,8 +168,9 @@ impl Neighbourhood {
     }
 }
 
-/// Adds a tetrahedron's stiffness, with the solver's own modulus and Poisson's ratio: `V (λ a bᵀ +
-/// μ b aᵀ + μ a·b)` between corners whose shape functions have the slopes a and b.
+/// Adds a tetrahedron's stiffness, with the solver's share of Young's modulus and its limit of
+/// Poisson's ratio. Between two corners it is `V (λ a bᵀ + μ b aᵀ + μ a·b)`, where a and b are the
+/// gradients of the corners' shape functions.
 fn add(
     stiffness: &mut DMatrix<f64>,
     tet: &Tetra,

@@ -5,7 +5,7 @@ use scene_prepare::mesh::read;
 
 use super::{CORNERS, assert_is_cube, assert_refused, measured, read_as, triangles};
 
-/// Bytes of the cube's corners, in millimetres, and then of its indices, 16 bits each.
+/// Bytes of the cube's corners, in millimetres, then of its indices of 16 bits.
 fn data() -> Vec<u8> {
     let corners = CORNERS.iter().flatten().map(|x| *x as f32);
     let mut bytes: Vec<u8> = corners.flat_map(f32::to_le_bytes).collect();
@@ -14,8 +14,8 @@ fn data() -> Vec<u8> {
     bytes
 }
 
-/// A glTF file with its data at `uri`. `positions` are fields of the accessor of the positions,
-/// `root` fields of the root.
+/// A glTF file with its data at `uri`. `positions` has fields of the positions' accessor, `root`
+/// fields of the root.
 fn file(uri: &str, positions: &str, root: &str) -> String {
     let length = data().len();
     format!(
@@ -142,7 +142,7 @@ fn extensions_about_pictures_are_no_obstacle_and_others_are_named() {
             &["uses the glTF extension", name, option],
         );
     }
-    // The file does not require the extension, and yet the data are missing without it.
+    // The file does not require the extension, but has no data without it.
     let used = requiring("EXT_meshopt_compression")
         .replace(r#""extensionsRequired":["EXT_meshopt_compression"],"#, "")
         .replace(&format!(r#","uri":"{}""#, embedded()), "");
@@ -153,7 +153,7 @@ fn extensions_about_pictures_are_no_obstacle_and_others_are_named() {
     );
 }
 
-/// The triangles of a mirrored node are turned over, so that the surface still faces outward.
+/// The triangles of a mirrored node are turned, so that the surface faces outward.
 #[test]
 fn mirrored_nodes_keep_their_winding() {
     let root = SCENE.replace(r#"{"mesh":0}"#, r#"{"mesh":0,"scale":[-1,1,1]}"#);
@@ -163,7 +163,7 @@ fn mirrored_nodes_keep_their_winding() {
     assert_eq!(measured(&mesh), [64_000, 9_600]);
 }
 
-/// A side of the cube as a strip and as a fan has the two triangles that it has as a list.
+/// A side of the cube has two triangles as a list, as a strip and as a fan.
 #[test]
 fn strips_and_fans_are_read() {
     for (mode, order, count) in [

@@ -1,5 +1,5 @@
-//! Mesh files as real programs write them, generated here: every dialect gives the right surface,
-//! or is refused with the cause.
+//! Mesh files in the dialects of real programs, written by the tests. Every dialect gives the right
+//! surface, or is refused with the cause.
 
 mod gltf;
 mod obj;
@@ -49,7 +49,7 @@ fn read_parts(name: &str, content: &[u8], parts: &[String]) -> Result<Mesh, Mesh
     read(&path, parts)
 }
 
-/// Volume, mm³, and surface, mm², of a mesh in millimetres, which has to be closed as it is.
+/// Volume, mm³, and area, mm², of a mesh in millimetres, which must be closed.
 fn measured(mesh: &Mesh) -> [i64; 2] {
     let mut metres = mesh.clone();
     for p in &mut metres.vertices {

@@ -52,7 +52,7 @@ fn text_of_every_program_is_read() {
     assert_is_cube("latin1.obj", &latin1);
 }
 
-/// A point that no face uses says nothing about the size of the organ.
+/// A vertex that no face uses must not count for the size of the organ.
 #[test]
 fn unused_vertices_are_left_out() {
     let text = cube() + "v 9000 9000 9000\n";

@@ -53,7 +53,7 @@ fn text_of_every_program_is_read() {
     assert_is_cube("latin1.ply", &latin1);
 }
 
-/// Every type of number, in both byte orders, after headers with each line end.
+/// Several types of numbers, in both byte orders, after headers with each line end.
 #[test]
 fn binary_of_every_program_is_read() {
     for (big, line_end) in [(false, "\n"), (true, "\n"), (false, "\r\n"), (true, "\r")] {
@@ -82,7 +82,7 @@ fn binary_of_every_program_is_read() {
     }
 }
 
-/// Strips as in the files of the Stanford scans: -1 separates one strip from the next.
+/// Strips as in the files of the Stanford scans: −1 separates strips.
 #[test]
 fn triangle_strips_are_read() {
     let strips = SIDES.map(|[a, b, c, d]| format!("{a} {b} {d} {c}"));

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{measured, read_as};
 
-/// A prism of 10 mm over a polygon, each cap one face, as an OBJ and a PLY file.
+/// A prism of 10 mm over a polygon, as an OBJ and a PLY file. Each cap is one face.
 fn prism(rim: &[[f64; 2]]) -> [(&'static str, String); 2] {
     let count = rim.len();
     let vertices: Vec<String> = [0, 10]
@@ -35,7 +35,7 @@ fn prism(rim: &[[f64; 2]]) -> [(&'static str, String); 2] {
     [("prism.obj", obj), ("prism.ply", ply)]
 }
 
-/// Volume, mm³, and surface, mm², of a prism over a polygon of millimetres.
+/// Volume, mm³, and area, mm², of the prism over a polygon in millimetres.
 fn expected(rim: &[[f64; 2]]) -> [f64; 2] {
     let next = |i: usize| rim[(i + 1) % rim.len()];
     let (mut area, mut length) = (0.0, 0.0);
@@ -75,7 +75,7 @@ fn letters_keep_their_gaps() {
         [0.0, 60.0],
     ];
     assert_is_exact(&c);
-    // The first corner of a face may be any of them.
+    // A face may begin with any of its corners.
     for first in 0..c.len() {
         assert_is_exact(&[&c[first..], &c[..first]].concat());
     }
@@ -84,7 +84,8 @@ fn letters_keep_their_gaps() {
     assert_is_exact(&[arrow[3], arrow[0], arrow[1], arrow[2]]);
 }
 
-/// A corner on a straight edge stays, because the neighbour's edge ends there.
+/// A corner in a straight line with its neighbours stays, because an edge of the next face ends
+/// there.
 #[test]
 fn corners_in_a_straight_line_stay() {
     let side = |from: [f64; 2], to: [f64; 2]| {
@@ -115,7 +116,7 @@ proptest! {
     }
 }
 
-/// A face with a hole is cut open by a bridge, whose corners occur twice.
+/// A bridge cuts a face with a hole open. The bridge's corners occur twice.
 #[test]
 fn a_hole_cut_in_by_a_bridge_stays_a_hole() {
     let outer = [[0.0, 0.0], [40.0, 0.0], [40.0, 40.0], [0.0, 40.0]];

@@ -2,7 +2,7 @@
 
 use super::{CORNERS, assert_is_cube, assert_refused, measured, read_as, read_parts, triangles};
 
-/// The facets of some triangles of the cube, moved along x.
+/// The facets of some triangles of the cube, shifted along x, mm.
 fn facets(which: std::ops::Range<usize>, shift: i32, normal: &str) -> String {
     let mut text = String::new();
     for t in &triangles()[which] {
@@ -63,7 +63,7 @@ fn text_of_every_program_is_read() {
     assert_is_cube("latin1.stl", &latin1);
 }
 
-/// A reader that stops at the first `endsolid` gets half an organ.
+/// A reader that stopped at the first `endsolid` would get half an organ.
 #[test]
 fn every_solid_is_read() {
     let (a, b) = (facets(0..5, 0, "0 0 1"), facets(5..12, 0, "0 0 1"));
@@ -100,7 +100,7 @@ fn binary_is_told_by_its_length() {
     assert_is_cube("padded.stl", &padded);
 }
 
-/// A count of 266 triangles contains the byte 0A, which a reader may take for the end of a line.
+/// A count of 266 triangles has the byte 0A, which a reader could take for the end of a line.
 #[test]
 fn count_with_a_line_end_in_it_is_read() {
     let mut bytes = binary(b"solid", 266);

@@ -8,7 +8,7 @@ use rt_core::port::Buttons;
 use rt_core::tool::Instrument;
 use scene_prepare::Prepared;
 
-/// The target of a scene, with the instrument with which the scene begins.
+/// The target of a scene, and the instrument that the hand has at the start.
 fn target(built: &Prepared) -> Site {
     let room = built.scene.room.expect("a room");
     let (target_m, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
@@ -21,14 +21,14 @@ fn target(built: &Prepared) -> Site {
     }
 }
 
-/// Largest step of the force from a tick to the next where a hand works slowly, N.
+/// Largest step of the force from one tick to the next while a hand works slowly, N.
 const STEP_N: f32 = 0.005;
-/// Largest step while jaws close, N. The ends of the jaws move through tissue at 50 mm/s, and each
-/// tick's step is similar to the one before.
+/// Largest step while jaws close, N. The ends of the jaws move through tissue at 50 mm/s. Each step
+/// must be similar to the one before.
 const BITE_N: f32 = 0.008;
 
-/// Force that at least one leg of the hand's motion must reach, N. A tool that touches nothing
-/// would have no step either.
+/// Force that the hand must feel at least once, N. A tool that touches nothing would have no step
+/// either.
 const FELT_N: f32 = 0.1;
 
 fn assert_smooth(built: &Prepared, hand: &Hand) {
@@ -45,8 +45,8 @@ fn assert_smooth(built: &Prepared, hand: &Hand) {
     }
 }
 
-/// Deep in Calot's triangle the shaft lies on the liver's edge and on the layer of tissue next to
-/// the liver.
+/// Deep in Calot's triangle, the shaft lies on the liver's edge and on the connective tissue next
+/// to the liver.
 #[test]
 fn force_deep_in_the_triangle_has_no_step() {
     let hand = Hand::new()
@@ -83,7 +83,7 @@ fn force_on_the_built_in_organs_has_no_step() {
     assert_smooth(prepared_built_in(), &hand);
 }
 
-/// A fast press is felt. Nothing is felt when the tool has gone.
+/// A fast press is felt, and nothing is felt when the tool is gone.
 #[test]
 fn fast_press_leaves_no_force_behind() {
     let hand = Hand::new()
@@ -115,8 +115,8 @@ fn scenes_that_are_left_alone_sleep() {
     }
 }
 
-/// A thin duct that a hand gently holds aside comes to rest. It would flutter if the direction of
-/// the tool's push followed the duct's turn at once.
+/// A thin duct that a tool gently holds aside comes to rest. If the direction of the tool's push
+/// followed the duct's turn at once, the duct would flutter.
 #[test]
 fn a_duct_under_a_tool_does_not_flutter() {
     let built = prepared_triangle(false);

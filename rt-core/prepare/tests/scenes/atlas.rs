@@ -1,4 +1,4 @@
-//! Tests with real organ meshes. A machine without the meshes skips these tests.
+//! Tests with meshes of real organs. A machine without the meshes skips them.
 
 use scene_prepare::mesh::mend;
 use scene_prepare::pack::{Interior, Quality, pack_as_paper, pack_evenly};
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use crate::sound::check;
 
-/// The folder of real organ meshes, if this machine has it.
+/// The folder of the meshes, if this machine has it.
 fn anatomy() -> Option<PathBuf> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/anatomy");
     let folder = std::env::var_os("CALOT_ANATOMY").map_or(beside, PathBuf::from);
@@ -36,7 +36,7 @@ fn atlas_scene_is_sound() {
     );
 }
 
-/// The left end and the margin of a real liver are thin for few spheres.
+/// The left end and the margin of a real liver are thin for 250 spheres.
 #[test]
 fn thin_parts_of_the_atlas_liver_are_warned_of() {
     let Some(folder) = anatomy() else { return };
@@ -120,7 +120,7 @@ fn atlas_tubes_and_patches_prepare() {
             report.name
         );
     }
-    // The ducts are hollow walls in the atlas. The volume that they enclose counts.
+    // In the atlas the ducts are hollow walls. The volume that they enclose counts.
     for (name, low_ml, high_ml) in [("cystic duct", 0.03, 0.06), ("bile duct", 0.12, 0.19)] {
         let report = prepared
             .report

@@ -60,7 +60,7 @@ fn time_budget_chooses_the_largest_count_that_keeps_it() {
     assert!(2 * coarse.spheres < fine.spheres);
     let because = &fine.organs[0].spheres_because;
     assert!(because.contains("of 90 µs allowed"), "{because}");
-    // The error budget comes first, and its spheres cannot keep the time budget.
+    // The error budget comes first. The spheres that it needs exceed the time budget.
     let both = liver("tick_us = 25\n[[organ]]\ngap_95_mm = 4.5");
     let refused = both.unwrap_err().to_string();
     assert!(refused.contains("cannot keep tick_us = 25"), "{refused}");

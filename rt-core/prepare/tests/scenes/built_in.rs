@@ -1,4 +1,4 @@
-//! The built-in organs: they are sound, as large as in an atlas, and the same on any number of
+//! The built-in organs: they are sound, as large as in an atlas, and the same with any number of
 //! threads.
 
 use std::path::Path;
@@ -36,7 +36,7 @@ fn built_in_scene_is_sound_and_anatomical() {
     assert_json_has_all_keys(&prepared.report);
 }
 
-/// Volumes, lengths and widths of the organs that the procedure is about are as in an atlas.
+/// Volumes, lengths and widths of the organs of the operation are as in an atlas.
 #[test]
 fn organs_are_as_large_as_in_an_atlas() {
     let prepared = crate::prepared_triangle(false);
@@ -111,7 +111,7 @@ fn organs_are_as_large_as_in_an_atlas() {
     }
 }
 
-/// The recipe's parameters change sizes and places, and neighbours make room.
+/// The table `[anatomy]` changes sizes and places. Organs still hardly overlap.
 #[test]
 fn sizes_and_places_are_parameters() {
     let changed = scene_prepare::recipe::TRIANGLE.replace(
@@ -174,7 +174,7 @@ fn tetrahedra_carry_the_whole_volume_and_stand_upright() {
     let prepared = crate::prepared_built_in();
     for (organ, tets) in prepared.scene.organs.iter().zip(&prepared.tetrahedra) {
         let carried: f64 = tets.iter().map(|t| t.volume_m3).sum();
-        // Tissue between a free and a held sphere counts as more, because it is stiffer.
+        // Tissue between a free and a held sphere counts more, because it is stiffer.
         let share = carried / f64::from(organ.volume_m3);
         assert!((1.0 - 1e-6..1.1).contains(&share), "{share}");
         let [first, count] = organ.spheres.map(|x| x as usize);

@@ -1,5 +1,5 @@
-//! The hook removes layered tissue. Fat disappears cell by cell at the hook's tip, the force on the
-//! hand has no step, and the same motion gives the same bits.
+//! The hook with current removes layered tissue: fat disappears cell by cell at the hook's tip, the
+//! force on the hand has no step, and the same motion gives the same bits.
 
 use crate::support::LoadedScene;
 use std::path::Path;
@@ -77,16 +77,16 @@ impl Ports for Hand {
     fn stamp(&mut self, _: Stage) {}
 }
 
-/// Results for a hand that comes down on the fat, stays on it with or without current, waits and
-/// leaves.
+/// Results of a motion: the hand comes down on the fat, stays there with or without current, waits
+/// without current, and leaves.
 struct Found {
     removed: Vec<u16>,
     cells: Vec<u8>,
     digest: u64,
     largest_step_n: f32,
-    /// Force on the hand before the current, N.
+    /// Force on the hand at the fat before the current, N.
     before_n: f32,
-    /// Force on the hand after the current, at the same place, N.
+    /// Force on the hand at the same place after the current, N.
     after_n: f32,
     /// State of the cells after a reset.
     reset: Vec<u8>,
@@ -259,7 +259,7 @@ fn fat_goes_under_the_hook_and_only_there() {
     let mut told = hot.removed.clone();
     told.sort_unstable();
     assert_eq!(told, gone.map(|(i, _)| i).collect::<Vec<u16>>());
-    // All removed cells together took less energy than 15 W give in 2.5 s.
+    // All removed cells together took less energy than 15 W give in the 2.5 s of the current.
     let energy_j: f32 = told
         .iter()
         .map(|&i| scene.cells[usize::from(i)].energy_j)

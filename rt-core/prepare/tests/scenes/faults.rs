@@ -1,5 +1,5 @@
-//! Faults of scenes that a recipe's author makes: supports that hold nothing or everything, organs
-//! that overlap, organs of a few millimetres, organs that fall or shake.
+//! Scenes with an author's mistakes: supports that hold nothing or everything, organs that overlap,
+//! organs of a few millimetres, organs that fall or shake.
 
 use crate::support::LoadedScene;
 use rt_core::port::{DeviceCapabilities, ForceCommand, Polled};
@@ -9,7 +9,7 @@ use rt_core::words::{Event, EventKind};
 use scene_prepare::mesh::Mesh;
 use scene_prepare::{Prepared, Recipe, Vec3, prepare, shape};
 
-/// A ball of this radius around a place, m.
+/// A ball of this radius around a place.
 fn ball(at: [f64; 3], radius_m: f64) -> Mesh {
     let at = Vec3::from(at);
     let margin = Vec3::repeat(1.2 * radius_m);
@@ -32,7 +32,7 @@ fn plate(up_m: f64) -> Mesh {
     )
 }
 
-/// Prepares organs, each a mesh and the lines of its table.
+/// Prepares organs. Each is a mesh and the further lines of its table in the recipe.
 fn prepared(organs: &[(Mesh, &str)]) -> Result<Prepared, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let mut text = String::from(
@@ -168,7 +168,7 @@ fn a_support_that_holds_everything_is_refused() {
     }
 }
 
-/// The warnings, except those of thin parts: these plates are about two spheres thick.
+/// The warnings, without those about thin parts: these plates are about two spheres thick.
 fn warnings(built: &Prepared) -> Vec<&str> {
     let all = built.report.warnings.iter().map(String::as_str);
     all.filter(|it| !it.contains(" has thin parts")).collect()
@@ -238,7 +238,8 @@ fn an_organ_that_is_held_neither_falls_nor_shakes() {
     assert_eq!(left_alone(&built, 12), []);
 }
 
-/// Breath keeps an organ moving for ever. Preparation must not reduce the organ's weight for that.
+/// Breath keeps an organ moving for ever. Preparation must not reduce the organ's weight because of
+/// that.
 #[test]
 fn an_organ_that_breathes_keeps_its_weight() {
     let lines = "spheres = 60\nheld = [{ base = 0.2 }]\ngravity_share = 1.0\n\
@@ -248,8 +249,8 @@ fn an_organ_that_breathes_keeps_its_weight() {
     assert!((built.scene.organs[0].gravity_share - 1.0).abs() < 1.0e-6);
 }
 
-/// Soft and stiff tissue comes to rest. Tissue that cannot bear its own weight does so with less
-/// weight.
+/// Soft and stiff tissue comes to rest under its weight. Tissue that does not gets less weight, and
+/// then comes to rest.
 #[test]
 fn an_organ_that_cannot_bear_its_weight_gets_less_of_it() {
     let built = |young_pa: u32| {
@@ -268,7 +269,7 @@ fn an_organ_that_cannot_bear_its_weight_gets_less_of_it() {
     }
 }
 
-/// The reported depth is measured between the skins and does not depend on the spheres.
+/// The reported depth is that of the skins and does not depend on the spheres.
 #[test]
 fn organs_that_overlap_are_reported_with_place_and_depth() {
     let at = |gap_m: f64| {
@@ -297,8 +298,8 @@ fn organs_that_overlap_are_reported_with_place_and_depth() {
     }
 }
 
-/// An organ of 3 mm once got a contact skin without vertices, and its spheres named vertices of the
-/// organ before.
+/// Organs of a few millimetres need a contact skin of their own: their spheres must not name
+/// vertices of the organ before.
 #[test]
 fn organs_of_a_few_millimetres_run_alone_and_beside_another() {
     for (radius_m, spheres) in [(0.0015, 200), (0.002, 60), (0.0012, 400), (0.004, 8)] {
@@ -319,7 +320,8 @@ fn organs_of_a_few_millimetres_run_alone_and_beside_another() {
     }
 }
 
-/// A scene that the realtime process would refuse is refused here, with the organ and the remedy.
+/// Preparation refuses a scene that the realtime process would refuse, with the organ and the
+/// remedy.
 #[test]
 fn an_organ_too_small_for_the_realtime_process_is_refused() {
     let lines = "spheres = 3000\nheld = [{ base = 0.3 }]";

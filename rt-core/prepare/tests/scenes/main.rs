@@ -1,5 +1,5 @@
-//! Whole scenes, prepared and at work: the built-in ones, those from the Human Reference Atlas, and
-//! random blobs.
+//! Prepared scenes: the built-in ones, those from the Human Reference Atlas, and others; some with
+//! an instrument at work.
 
 mod at_work;
 mod atlas;
@@ -23,7 +23,7 @@ use std::sync::OnceLock;
 
 use scene_prepare::{Prepared, Recipe, prepare};
 
-/// Calot's triangle or its variant, prepared once for all tests because it takes a while.
+/// Calot's triangle or its variant, prepared once for all tests, because it takes a while.
 fn prepared_triangle(variant: bool) -> &'static Prepared {
     static BOTH: [OnceLock<Prepared>; 2] = [OnceLock::new(), OnceLock::new()];
     BOTH[usize::from(variant)].get_or_init(|| {

@@ -1,4 +1,4 @@
-//! Prepared scenes in the core's own solver: they stay at rest, and organs hold each other.
+//! Prepared scenes in the core's solver: they stay at rest, and organs hold each other.
 
 use crate::support::LoadedScene;
 use std::collections::BTreeMap;
@@ -47,7 +47,7 @@ fn triangle_rests_and_its_organs_hold_each_other() {
     let moved_m = largest(&tissue, 0..spheres);
     assert!(moved_m < 5e-6, "at rest it moves by {moved_m} m");
 
-    // The cystic duct is pulled 6 mm towards the feet. Gallbladder and bile duct come along, and go
+    // The cystic duct is pulled 6 mm towards the feet. Gallbladder and bile duct follow, and go
     // back when the duct is let go.
     let duct = organ("cystic duct");
     let led = middle_of(&loaded, duct);
@@ -75,7 +75,7 @@ fn triangle_rests_and_its_organs_hold_each_other() {
     for _ in 0..3 * TICKS {
         tissue.step();
     }
-    // The duct itself may stay kinked, because a row of spheres has no stiffness against a kink.
+    // The duct itself may stay kinked, because a row of spheres hardly resists a kink.
     for (name, limit_m) in [
         ("gallbladder", 0.002),
         ("bile duct", 0.002),
@@ -108,7 +108,7 @@ fn without(scene: &SceneData, organ: usize, is_cut: impl Fn(&LinkRecord) -> bool
     left
 }
 
-/// Distance of each of a tube's spheres from an end of the tube, along its links, m.
+/// Distance of each sphere of a tube from one end of the tube, along the tube's links, m.
 fn way_along(scene: &SceneData, organ: usize) -> BTreeMap<u32, f32> {
     let o = &scene.organs[organ];
     let own = o.spheres[0]..o.spheres[0] + o.spheres[1];
@@ -134,7 +134,7 @@ fn way_along(scene: &SceneData, organ: usize) -> BTreeMap<u32, f32> {
 }
 
 /// A tube may be cut between any two spheres that follow each other. Each stump stays with the
-/// organ at its own end, and does not follow the other stump.
+/// organ at its end, and does not follow the other stump.
 #[test]
 fn tubes_are_cut_at_any_place() {
     let built = crate::prepared_triangle(false);
@@ -158,8 +158,8 @@ fn tubes_are_cut_at_any_place() {
             }
             tissue.displacement_m(seen).norm()
         };
-        // The ends that are tied to other organs cannot be cut off. Every place between the ends
-        // can be cut.
+        // The spheres at the ends that are attached to other organs are not cut apart. Every place
+        // between them is cut.
         let first_free = along.iter().position(|(i, _)| !tied(*i)).unwrap();
         let last_free = along.iter().rposition(|(i, _)| !tied(*i)).unwrap();
         for k in first_free..=last_free {

@@ -1,4 +1,4 @@
-//! Organs that lie on each other: their skins meet, and they lie still.
+//! An organ that lies on another: their skins meet, and it lies still.
 
 use crate::support::LoadedScene;
 use rt_core::math::{self, Vec3};
@@ -10,19 +10,19 @@ use scene_prepare::mesh::Mesh;
 use scene_prepare::pack::Interior;
 use scene_prepare::{Prepared, Recipe, prepare, shape};
 
-/// Half the length, width and height of the bed, and of the cushion, m.
+/// Halves of the length, width and height of the bed, then of the cushion, m.
 const HALF_M: [[f64; 3]; 2] = [[0.04, 0.04, 0.012], [0.022, 0.018, 0.012]];
 /// Radius of the rounded edges, m.
 const ROUND_M: f64 = 0.009;
 /// Gap between the two before the cushion falls, m.
 const FALL_M: f64 = 0.002;
-/// Skins whose depth in each other is below this, of either sign, meet, m. With spheres alone, the
-/// skins would be 0.7 mm inside each other.
+/// Two skins meet if their depth in each other, or the gap between them, is below this, m. With
+/// spheres alone, the skins would be at least 0.7 mm inside each other.
 const NEAR_M: f64 = 0.00055;
-/// A cushion whose spheres are all slower than this lies still, m/s. The limit is not zero, because
-/// the cushion still slides on the bed.
+/// The cushion lies still if all its spheres are slower than this, m/s. The limit is not zero,
+/// because the cushion still slides on the bed.
 const STILL_M_S: f32 = 0.03;
-/// Number of ticks after which the cushion lies.
+/// Number of ticks after which the cushion lies on the bed.
 const TICKS: u64 = 3000;
 
 /// A bed of a liver's tissue, held at its base, and a free cushion of the same tissue above it.
@@ -98,7 +98,7 @@ impl Ports for Nobody {
     fn stamp(&mut self, _: Stage) {}
 }
 
-/// The two skins at the end, and the speed of the fastest sphere, m/s.
+/// The two contact skins at the end, and the speed of the fastest sphere, m/s.
 fn lie(built: &Prepared) -> ([Mesh; 2], f32) {
     let loaded = LoadedScene::new(&built.scene);
     let mut state = Box::new(State::new());
@@ -152,7 +152,7 @@ fn deepest(of: &Mesh, within: &Mesh) -> f64 {
     depths.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The organs' spheres alone would let the skins go 0.7 to 1.1 mm into each other.
+/// Contact of the spheres alone would let the skins go 0.7 to 1.1 mm into each other.
 #[test]
 fn organs_lie_on_each_other_at_their_skins() {
     for spheres in [250, 600, 1200] {

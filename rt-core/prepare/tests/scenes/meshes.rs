@@ -48,7 +48,7 @@ fn a_sheet_whose_spheres_lie_in_one_layer_is_refused() {
     }
 }
 
-/// A very coarse mesh: none of its vertices is suitable as the target of the scripted hand.
+/// In this very coarse mesh, no vertex is suitable as the target of the scripted hand.
 #[test]
 fn a_box_of_twelve_triangles_becomes_a_scene() {
     let (_folder, cube) = box_of(100);
@@ -58,7 +58,7 @@ fn a_box_of_twelve_triangles_becomes_a_scene() {
     assert!((prepared.report.volume_ml - 1000.0).abs() < 0.01);
 }
 
-/// Two equal balls of 2 cm radius, 6 cm from middle to middle, in millimetres.
+/// A mesh file, in millimetres, of two equal balls of 2 cm radius, 6 cm from middle to middle.
 fn two_balls() -> (tempfile::TempDir, PathBuf) {
     let ball = |x: f64| {
         let bounds = [
@@ -145,7 +145,7 @@ fn a_guessed_unit_is_said() {
     assert_eq!(*unit_m, Some(0.01));
 }
 
-/// A mesh in inches, or with the axes of a segmentation, becomes the same organ.
+/// A mesh read in inches, or with other axes, gives an organ of the same size.
 #[test]
 fn units_and_axes_lead_to_the_same_organ() {
     let (_folder, path) = two_balls();

@@ -7,8 +7,8 @@ use scene_prepare::recipe::Closing;
 use scene_prepare::{Vec3, bind, links};
 use shared_mem::scene::WEIGHT_SUM;
 
-/// Equation 1 by hand: in a box of 2 × 4 × 6 cm the middle is 1 cm from the nearest side, and a
-/// point 3 mm from a side has D = 3 mm.
+/// Eq. 1 by hand: in a box of 2 × 4 × 6 cm, the middle is 1 cm from the nearest side, and a point 3
+/// mm from a side has D = 3 mm.
 #[test]
 fn equation_1_by_hand() {
     let sides = [
@@ -75,8 +75,8 @@ fn links_join_overlapping_balls_and_reach_a_far_one() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
-    /// In random blobs, spheres lie inside, links join them in one piece with three links each, and
-    /// weights sum to one.
+    /// In random blobs, spheres lie inside, links join them in one piece with at least three links
+    /// each, and the weights of a vertex have the right sum.
     #[test]
     fn blobs_are_packed_soundly(
         lumps in prop::collection::vec(
@@ -87,7 +87,7 @@ proptest! {
         let blob = |p: &Vec3| {
             let lump = |(x, y, z, r): &(f64, f64, f64, f64)| (p - Vec3::new(*x, *y, *z)).norm() - r;
             let nearest = lumps.iter().map(lump).fold(f64::INFINITY, f64::min);
-            // A core joins the lumps, so that there is one blob in any case.
+            // A core joins lumps that would not meet.
             nearest.min(p.norm() - 0.02)
         };
         let bounds = [Vec3::repeat(-0.065), Vec3::repeat(0.065)];

@@ -1,5 +1,5 @@
-//! A round tip against the contact skin. The force on the tip depends on the tissue and not on the
-//! number of spheres, and changes without steps.
+//! A round tip presses on the contact skin. The force on the tip depends on the tissue and not on
+//! the number of spheres, and changes without steps.
 
 use crate::support::LoadedScene;
 use rt_core::math::{Vec3, norm};
@@ -12,7 +12,8 @@ fn liver(spheres: usize) -> Prepared {
     organ("liver", spheres, 0.2)
 }
 
-/// An organ of this form and of a liver's stiffness, held up to this share of its height.
+/// An organ of this form and of a liver's stiffness. It is held up to the share `base` of its
+/// height.
 fn organ(form: &str, spheres: usize, base: f64) -> Prepared {
     let text = format!(
         "name = \"one organ\"\n[[organ]]\nname = \"organ\"\nkind = \"{form}\"\nspheres = {spheres}\n\
@@ -32,8 +33,8 @@ fn ball(center_m: Vec3, radius_m: f32) -> Capsule {
     }
 }
 
-/// Forces on a ball that is pressed to `depth_m` at the target within `ticks`, then held there for
-/// as many ticks.
+/// Force along the normal, at each tick, on a ball that is pressed to `depth_m` at the target
+/// within `ticks`, then held there for as many ticks, N.
 fn press(built: &Prepared, radius_m: f32, depth_m: f32, ticks: u16) -> Vec<f32> {
     let room = built.scene.room.expect("a room");
     let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
@@ -78,8 +79,8 @@ fn the_force_is_the_tissues_and_not_the_spheres() {
     }
 }
 
-/// Spheres this close together move much in a tick, so that one pass over the constraints is not
-/// exact. The contact force must be exact nevertheless.
+/// With spheres this close together, one pass over the constraints in a substep is not exact. The
+/// contact force must be exact nevertheless.
 #[test]
 fn the_force_is_that_of_many_more_substeps() {
     let mut built = organ("gallbladder", 250, 0.6);
@@ -174,7 +175,7 @@ fn a_shaft_and_a_tip_behind_each_other_count_once() {
 }
 
 /// Presses a ball of 3 mm radius `depth_m` deep, draws it 6 mm along the skin at 6 mm/s, and draws
-/// it back. Returns the force along the normal and along the skin at every tick.
+/// it back. Returns the forces along the normal and along the skin at each tick, N.
 fn slide(tissue: &mut Tissue<'_>, site: Vec3, normal: Vec3, depth_m: f32) -> Vec<[f32; 2]> {
     let radius_m = 0.003;
     let along = normal.cross(&Vec3::x()).normalize();
@@ -203,8 +204,8 @@ fn friction_holds_back_both_ways_and_has_no_step() {
         let step_n = libm::hypotf(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
         assert!(step_n < 0.005, "tick {tick}: {step_n} N");
     }
-    // At the same place on the way there and on the way back, the skin's slope gives the same
-    // force, and friction gives the opposite one.
+    // Each pair is at one place on the way there and on the way back. The force of the skin's slope
+    // is equal, and that of friction is opposite.
     let mut shares = Vec::new();
     for off in (100..600).step_by(50) {
         let (there, back) = (felt[1400 - off], felt[1400 + off]);

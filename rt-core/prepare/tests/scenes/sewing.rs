@@ -12,7 +12,7 @@ const TICKS: usize = 2400;
 /// Folder for the meshes of these tests.
 const MESHES: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// Writes an ellipsoid of 4 × 3 × 3 cm around a point.
+/// Writes the mesh of an ellipsoid of 4 × 3 × 3 cm around a point.
 fn pebble(name: &str, center_m: Vec3) {
     const RINGS: usize = 12;
     const ROUND: usize = 24;
@@ -39,15 +39,15 @@ fn pebble(name: &str, center_m: Vec3) {
             text += &format!("f {a} {c} {d}\nf {a} {d} {b}\n");
         }
     }
-    // The tests run in parallel and write the same files. The rename makes sure that each of them
-    // reads a whole file.
+    // The tests run in parallel and write the same files. Because of the rename, each test reads a
+    // whole file.
     let path = std::path::Path::new(MESHES).join(format!("{name}.obj"));
     let own = path.with_extension(format!("{:?}", std::thread::current().id()));
     std::fs::write(&own, text).expect("writable");
     std::fs::rename(&own, &path).expect("writable");
 }
 
-/// Two pebbles, 2 cm apart, with their far ends held, and the ties between them.
+/// Recipe of two pebbles, 2 cm apart, with their far ends held, and with these ties.
 fn sewn(ties: &str) -> String {
     let mut recipe = String::from(
         "name = \"sewn\"\n[room]\ninstrument_port_m = [-0.03, 0, 0.19]\n\
@@ -102,7 +102,7 @@ fn sutures_and_bands_of_a_recipe_hold_what_they_are_sewn_to() {
     let [now_m, rest_m] = lengths[0];
     assert!((now_m - rest_m).abs() < 5e-4, "{now_m} {rest_m}");
     assert!(moved_m > 0.003, "{moved_m}");
-    // A slack suture does nothing. A band of that length pushes.
+    // A slack suture does nothing. A band that is as long pushes.
     let (_, moved_m) = settled(&tie("suture", 70.0, ""));
     assert!(moved_m < 5e-6, "slack: {moved_m}");
     let (lengths, moved_m) = settled(&tie("band", 70.0, "stiffness_n_m = 5.0"));
@@ -136,8 +136,8 @@ fn a_place_far_from_its_organ_is_a_slip_that_is_named() {
     );
 }
 
-/// Both sutures pull the gallbladder by some millimetres, then it hangs still. Ties between organs
-/// are stretched by less than they bear.
+/// Both sutures pull the gallbladder by some millimetres, then it hangs still. Attachments between
+/// organs stretch too little to tear.
 #[test]
 fn the_triangle_s_gallbladder_is_hung_and_nothing_tears() {
     let built = crate::prepared_triangle(false);

@@ -11,9 +11,9 @@ pub(crate) fn check(prepared: &Prepared) {
         assert_eq!(report.components, 1, "{}", report.name);
         assert!(report.min_degree >= 3, "{}", report.name);
         assert!(report.protrusion_max_mm < 0.1, "{}", report.name);
-        // A tube is packed along its line: it has no tetrahedra, and all links point one way.
+        // A tube is a row of spheres: it has no tetrahedra, and all its links point one way.
         let is_tube = report.tetrahedra == 0;
-        // A layer two millimetres thick is one sphere thick. Spheres cannot fill it.
+        // A layer of connective tissue is one sphere thick, and spheres cannot fill it.
         let is_layer = organ.kind == OrganKind::ConnectiveTissue as u32;
         let least = match (is_tube, is_layer) {
             (_, true) => 0.35,
@@ -105,7 +105,7 @@ pub(crate) fn check(prepared: &Prepared) {
     check_room(&file);
 }
 
-/// The instrument can work on the target, and the handle stays within the device's reach.
+/// Checks that the instrument can work on the target, and that the handle stays near the device.
 fn check_room(file: &SceneFile) {
     let room = file.room();
     let port = Vec3::from(room.instrument_port_m.map(f64::from));

@@ -1,4 +1,4 @@
-//! Calot's triangle: its tubes, its cells, and the ties between organs.
+//! Calot's triangle: tubes, cells, and attachments between organs.
 
 use rt_core::capacity::MAX_ATTACHMENTS;
 use scene_prepare::{Recipe, Vec3, prepare};
@@ -7,8 +7,8 @@ use shared_mem::scene::{CellRecord, OrganKind, WORLD};
 use crate::built_in::deepest_overlap;
 use crate::sound::check;
 
-/// Duct and artery have two courses. In both, each tube is a row of 12 to 80 spheres, and at least
-/// two of them are held or tied to other organs. No organ lies inside another.
+/// In both courses of cystic duct and cystic artery, each tube is a row of 12 to 80 spheres, of
+/// which at least two are held or attached to other organs. Spheres of two organs hardly overlap.
 #[test]
 fn triangle_of_calot_is_sound_in_both_courses() {
     for variant in [false, true] {
@@ -45,8 +45,8 @@ fn triangle_of_calot_is_sound_in_both_courses() {
     }
 }
 
-/// The spheres of duct and artery are numbered from end to end. Prepared tasks need that: they put
-/// clips at given shares of the length.
+/// The spheres of cystic duct and cystic artery are numbered from end to end. The start of a task
+/// needs this to put clips at given shares of the length.
 fn check_order(scene: &shared_mem::scene::SceneData) {
     for kind in [OrganKind::CysticDuct, OrganKind::CysticArtery] {
         let organ = scene.organs.iter().find(|organ| organ.kind == kind as u32);
@@ -62,7 +62,7 @@ fn check_order(scene: &shared_mem::scene::SceneData) {
     }
 }
 
-/// Fat and connective tissue are filled by 3000 to 6000 cells. Each region has over 200 of them.
+/// Fat and connective tissue together have 3000 to 6000 cells, and each region over 200 of them.
 fn check_cells(prepared: &scene_prepare::Prepared) {
     let scene = &prepared.scene;
     assert!(
@@ -92,18 +92,17 @@ fn check_cells(prepared: &scene_prepare::Prepared) {
             let center_m = scene.spheres[usize::from(sphere)].center_m;
             at += Vec3::from(center_m.map(f64::from)) * f64::from(weight);
         }
-        // The weighted mean of a cell's spheres is the cell's middle. In fat this is almost exact,
-        // because spheres fill it. Connective tissue has a single sheet of spheres,
-        // and the mean of spheres in a sheet does not leave the sheet.
+        // The weighted mean of a cell's spheres is the cell's middle. This is almost exact in fat,
+        // which spheres fill. Connective tissue has a single sheet of spheres, and their mean lies
+        // in the sheet.
         let off = (at - Vec3::from(cell.center_m.map(f64::from))).norm();
         let fat = cell.region <= CellRecord::TRIANGLE;
         assert!(off < if fat { 0.000_1 } else { 0.002 }, "{off} {cell:?}");
     }
 }
 
-/// Two threads hang from the world. Every other tie joins two organs, and its rest length is the
-/// distance between its ends. Its compliance is that of a bar of tissue: above zero, and not above
-/// that of fat, the softest tissue.
+/// Two threads lead to the world. Every other tie joins two organs, and its rest length is the
+/// distance between its ends. Its compliance lies in the range of bars of tissue.
 fn check_ties(scene: &shared_mem::scene::SceneData) {
     assert!(!scene.attachments.is_empty());
     let organ_of = |i: u32| {
@@ -127,7 +126,8 @@ fn check_ties(scene: &shared_mem::scene::SceneData) {
     }
 }
 
-/// Of 3200 spheres, more lie near other organs than the realtime process has room for ties.
+/// With 3200 spheres, more would be attached to other organs than the realtime process has room
+/// for.
 #[test]
 fn triangle_of_many_spheres_has_fewer_ties_for_a_sphere() {
     let recipe = Recipe::triangle(false).unwrap().with_spheres(3200).unwrap();

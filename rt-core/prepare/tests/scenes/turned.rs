@@ -11,7 +11,7 @@ use scene_prepare::{Prepared, Recipe, Vec3, prepare};
 
 use crate::support::LoadedScene;
 
-/// Ticks until a loaded organ has come to rest: three seconds.
+/// Ticks in which a loaded organ comes to rest: three seconds.
 const TICKS: usize = 3000;
 
 /// A turn and a shift of the whole scene.
@@ -22,7 +22,7 @@ struct Turn {
 }
 
 impl Turn {
-    /// The pose number `number`; the first one moves nothing.
+    /// Pose number `number`. Pose 0 moves nothing.
     fn new(number: u32) -> Self {
         let around = Vec3::new(0.36, -0.48, 0.8) + Vec3::new(0.3, 0.1, -0.2) * f64::from(number);
         let angle = 1.1 * f64::from(number);
@@ -42,9 +42,9 @@ struct Case {
     name: &'static str,
     mesh: Mesh,
     held: fn(&Turn) -> String,
-    /// The place that is pressed lies farthest this way.
+    /// Direction in which the vertex that is pressed lies farthest.
     pressed: Vec3,
-    /// Acceleration, m/s².
+    /// Acceleration of gravity in the first pose, m/s².
     gravity: Vec3,
 }
 
@@ -55,7 +55,7 @@ struct Found {
     sag_m: f64,
     /// Force on a ball of 5 mm radius, 4 mm deep, N.
     force_n: f64,
-    /// Figures of the report.
+    /// Figures of the report, as are the next two.
     gap_95_mm: f64,
     coverage: f64,
     held: usize,
@@ -98,7 +98,7 @@ fn measure(case: &Case, turn: &Turn) -> Found {
     let moved = (0..built.scene.spheres.len() as u32).map(|i| tissue.displacement_m(i).norm());
     let sag_m = f64::from(moved.fold(0.0, f32::max));
 
-    // The same organ without weight, for its surface is where the mesh says.
+    // The organ without weight is pressed, because its surface stays where the mesh has it.
     let mut weightless = built.scene.clone();
     weightless.organs[0].gravity_share = 0.0;
     let loaded = LoadedScene::new(&weightless);
@@ -193,7 +193,7 @@ fn cases() -> [Case; 5] {
             pressed: Vec3::new(0.1, -0.3, 1.0),
             gravity: Vec3::new(0.0, -0.3, -0.2),
         },
-        // Free but for a few spheres.
+        // Only a few spheres are held.
         Case {
             name: "hung liver",
             mesh: Shape::from(Form::Liver).mesh(),

@@ -1,4 +1,4 @@
-//! A scripted hand that works slowly with an instrument in a whole scene, and what it feels.
+//! A scripted hand that works with an instrument in a whole scene, and the forces that it feels.
 
 use super::LoadedScene;
 use rt_core::fault::Fault;
@@ -34,24 +34,24 @@ pub(crate) fn s(seconds: f32) -> Time {
     Time { ticks }
 }
 
-/// Place of the tip relative to the target, mm.
+/// Place of the tip relative to the target.
 #[derive(Debug, Clone, Copy)]
 struct Place {
-    /// Out of the tissue, along the normal.
+    /// Distance out of the tissue, along the normal, mm.
     height_mm: f32,
-    /// Along the tissue.
+    /// Distance along the tissue, mm.
     along_mm: f32,
 }
 
-/// Every script begins here, with open jaws.
+/// Place at which every script begins, with open jaws.
 const START: Place = Place {
     height_mm: 20.0,
     along_mm: 0.0,
 };
 
 impl Place {
-    /// Place after this share of the time of a motion from here to `end`. The motion has zero speed
-    /// at its beginning and end.
+    /// Place in a motion from here to `end`, after this share of the motion's time. The motion has
+    /// zero speed at its beginning and end.
     fn towards(&self, end: &Self, share: f32) -> Self {
         let share = share * share * (3.0 - 2.0 * share);
         let between = |from: f32, to: f32| from + (to - from) * share;
@@ -72,7 +72,7 @@ pub(crate) struct Leg {
     pub(crate) buttons: Buttons,
 }
 
-/// A script: `Hand::new().press(mm(20.0), s(3.6)).rest(s(2.0))`. It begins 20 mm above the target.
+/// A script, such as `Hand::new().press(mm(20.0), s(3.6)).rest(s(2.0))`. It begins at [`START`].
 #[derive(Debug, Clone)]
 pub(crate) struct Hand {
     legs: Vec<Leg>,
@@ -92,7 +92,7 @@ impl Hand {
         self.go("press", end, within)
     }
 
-    /// Goes straight to this height above the target's.
+    /// Goes straight to this height above the target's height.
     pub(crate) fn lift(self, height: Length, within: Time) -> Self {
         let end = Place {
             height_mm: height.mm,
@@ -110,7 +110,7 @@ impl Hand {
         self.go("slide", end, within)
     }
 
-    /// Goes to the target itself, this deep.
+    /// Goes to this depth below the target itself.
     pub(crate) fn return_to_depth(self, depth: Length, within: Time) -> Self {
         let end = Place {
             height_mm: -depth.mm,
@@ -130,7 +130,7 @@ impl Hand {
         self.go("rest", end, time)
     }
 
-    /// Keeps its place and closes the jaws, which stay closed.
+    /// Keeps its place and closes the jaws. They stay closed in the legs that follow.
     pub(crate) fn grasp(self, time: Time) -> Self {
         let end = self.end();
         let mut hand = self.go("grasp", end, time);
@@ -138,7 +138,7 @@ impl Hand {
         hand
     }
 
-    /// Names the last leg, which otherwise has the name of its verb.
+    /// Names the last leg. Without this, a leg has the name of its verb.
     pub(crate) fn named(mut self, name: &'static str) -> Self {
         self.last().name = name;
         self
@@ -205,7 +205,7 @@ pub(crate) struct Site {
 }
 
 impl Site {
-    /// The place where a line from the port meets sphere number `sphere` of a scene.
+    /// The place where a line from the port to the centre of sphere `sphere` meets this sphere.
     pub(crate) fn facing_port(built: &Prepared, sphere: u32, instrument: Instrument) -> Self {
         let room = built.scene.room.expect("a room");
         let sphere = &built.scene.spheres[sphere as usize];
@@ -236,7 +236,8 @@ pub(crate) struct Felt {
     pub(crate) largest_n: f32,
     /// Largest force in the first ticks ([`FIRST`]) of the leg, N.
     pub(crate) first_n: f32,
-    /// Trips so far. A trip switches the force off because something was too fast.
+    /// Number of speed trips so far. A trip switches the force off, because the handle was too
+    /// fast.
     pub(crate) trips: u64,
     /// Number of spheres that are awake at the leg's end.
     pub(crate) awake: usize,
@@ -260,7 +261,7 @@ impl Work {
 }
 
 impl Hand {
-    /// Performs the script in a scene.
+    /// Performs the script in a scene. Panics if an organ shakes.
     pub(crate) fn work(&self, built: &Prepared, site: &Site) -> Work {
         let room = built.scene.room.expect("a room");
         let loaded = LoadedScene::new(&built.scene);

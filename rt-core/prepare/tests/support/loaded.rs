@@ -1,4 +1,4 @@
-//! A prepared scene in the form that the core's solver takes.
+//! A prepared scene as the core's records.
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{

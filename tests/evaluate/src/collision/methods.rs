@@ -289,7 +289,7 @@ pub(crate) struct Exact<'a> {
 const STEP_M: f32 = 0.000_25;
 
 impl<'a> Exact<'a> {
-    /// Prepares a closed mesh.
+    /// Prepares a closed mesh; `None` if it has no faces.
     pub(crate) fn new(mesh: &'a Mesh) -> Option<Self> {
         let bounds = mesh.bounds();
         let cell_m = (bounds[1] - bounds[0]).max() / 120.0;
@@ -309,8 +309,8 @@ impl<'a> Exact<'a> {
             while i <= places {
                 let at: Vector3<f64> = (part.a_m + (part.b_m - part.a_m) * (i / places)).cast();
                 let signed = self.inside.at(&at);
-                // The field errs by less than a cell. Places that are surely free within this
-                // distance can be skipped.
+                // The field errs by less than a cell, so places within this distance are surely
+                // free.
                 let skip_m = signed as f32 - 2.0 * self.inside.grid.cell_m as f32 - part.radius_m;
                 if skip_m > 0.0 {
                     i += (skip_m / STEP_M).max(1.0).floor();

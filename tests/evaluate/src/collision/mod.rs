@@ -27,9 +27,10 @@ pub(crate) enum Way {
     Ours,
     /// The paper's kernel on one thread of the CPU.
     Spheres,
-    /// The paper's kernel on a graphics card. Spheres are sent and depths are read back.
+    /// The paper's kernel on a graphics card. Each tick sends the spheres and reads their depths
+    /// back.
     Card,
-    /// Mesh vertices against cylinders.
+    /// Mesh vertices against the parts.
     Vertices,
     /// An octree over the faces.
     Octree,
@@ -74,7 +75,7 @@ pub(crate) struct Row {
     /// Time of a tick, median and 99th percentile, µs.
     pub(crate) us: [f64; 2],
     /// Median time to follow a moving organ, µs a tick: to move its mesh with the spheres, and to
-    /// update the structure that is built over the mesh.
+    /// update the structure that is built over the mesh. 0 for ways without a mesh.
     pub(crate) follow_us: f64,
     /// Precision: share of the reported touches that are true. Recall: share of the true touches
     /// that are reported.

@@ -1,8 +1,9 @@
-//! `evaluate calculix`: the same press by CalculiX, a finite-element program that others wrote, on
-//! the same mesh of the organ. Contact and solver are its own. It has another neo-Hookean law than
-//! Calot, so our elements solve the press with both laws.
+//! `evaluate calculix`: two presses by the finite-element program CalculiX and by the reference's
+//! elements, on the same mesh of the organ. CalculiX has its own contact and solver. Its
+//! neo-Hookean law differs from Calot's, so the reference's elements solve each press with both
+//! laws.
 //!
-//! It needs the program `ccx` (Debian's package calculix-ccx).
+//! The command needs the program `ccx` (Debian's package calculix-ccx).
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -20,13 +21,13 @@ type Point = Vector3<f64>;
 
 /// The presses, by name.
 const CASES: [&str; 2] = ["liver left lobe: tip 5 mm", "stomach front: tip 10 mm"];
-/// Depths, mm. CalculiX ends before 8.
+/// Depths, mm. CalculiX ends before 8 mm.
 const DEPTHS_MM: [f64; 3] = [1.0, 2.0, 4.0];
-/// Size of the elements over that of the finer reference.
+/// Size of the elements as a multiple of the finer reference's.
 const LARGER: f64 = 1.7;
-/// Divisions of each triangle of an octahedron: facets of the ball.
+/// Parts into which each edge of an octahedron is divided to make the ball's facets.
 const DIVISIONS: usize = 12;
-/// Penalty of the contact, Pa per metre of penetration, in Young's moduli per millimetre.
+/// Contact pressure per penetration, in Young's moduli per millimetre.
 const PENALTY_MODULI_PER_MM: f64 = 10.0;
 
 /// One depth of one press.
@@ -214,7 +215,7 @@ fn ball(setup: &Setup, nodes: usize, elements: usize) -> String {
         .filter(|f| f.iter().any(|&i| points[i].dot(&down) > -0.1))
         .collect();
     let mut text = String::from("*NODE, NSET=GRIP\n");
-    // Facets lie inside their ball. These are half inside, half outside.
+    // Facets with corners on a ball lie inside it. These lie half inside, half outside.
     let outside = 1.0 + 0.25 * (std::f64::consts::FRAC_PI_4 / DIVISIONS as f64).powi(2);
     for (layer, share) in [0.8, outside].into_iter().enumerate() {
         for (i, p) in points.iter().enumerate() {
@@ -293,7 +294,7 @@ mod tests {
         assert_eq!(forces(text), [Point::new(-1.5e-3, 2e-3, -5.5e-2)]);
     }
 
-    /// Names of cases are those of the list.
+    /// [`CASES`] names cases of [`Case::all`].
     #[test]
     fn presses_exist() {
         for name in CASES {

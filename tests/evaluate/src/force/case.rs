@@ -1,4 +1,4 @@
-//! Cases: the tool, the organ and the site.
+//! Cases: a tool at a site of an organ.
 
 use fem_reference::Bar;
 use nalgebra::{Rotation3, Vector3};
@@ -153,12 +153,12 @@ const NECK: Site = Site {
         (2, -0.006),
     )
 };
-/// The stomach is held up to its middle. A plane 10 mm lower would cut a few millimetres off the
-/// fundus. There the finite elements would be held, but the spheres would not: their centres lie
-/// half a spacing under the skin.
+/// The stomach is held up to its middle. A plane 10 mm lower would have a few millimetres of the
+/// fundus below it. There finite elements would be held, but no spheres: their centres lie half a
+/// spacing under the skin.
 const WALL: Site = site(Subject::Stomach, "front", TOP, [0.0, 0.0, 0.0], (2, 0.0));
 
-/// A rigid tool. Sizes are radii.
+/// A rigid tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shaped {
     /// A round bar of this radius, mm, with a round end first.
@@ -229,7 +229,7 @@ pub(crate) struct Placed {
     pub(crate) outward: Point,
     /// Unit vector along the surface.
     pub(crate) along: Point,
-    /// The tool's parts at first contact, m. Of each part's ends, the one that touches comes first.
+    /// The tool's parts at first contact, m. In each part the end that touches comes first.
     pub(crate) bars: Vec<Bar>,
     /// Unit vector along the line on which the tool touches.
     pub(crate) line: Point,
@@ -244,14 +244,14 @@ impl Placed {
         [self.outward, self.along, across]
     }
 
-    /// The port as seen from the site, in these axes, m.
+    /// The port as seen from the site, in [`Self::axes`], m.
     pub(crate) fn port_from_site_m(&self) -> Point {
         let arm_m = self.port_m - self.at_m;
         Point::from(self.axes().map(|axis| axis.dot(&arm_m)))
     }
 
-    /// Lines on which the tool touches, near the surface, if the whole is `2 half_m` long. The ends
-    /// of a point are equal.
+    /// Lines near the surface on which the tool touches, `2 half_m` long in all. A contact at a
+    /// point is a line with equal ends.
     pub(crate) fn lines(&self, tool: Shaped, half_m: f64) -> Vec<[Point; 2]> {
         let at = |share: f64| self.at_m + self.line * (share * half_m);
         match tool {
@@ -289,7 +289,7 @@ impl Case {
             (NECK, Shaped::Tip(5.0)),
             (LEFT_LOBE, Shaped::Shaft),
             (WALL, Shaped::Shaft),
-            // The lobe ends under it, so the shaft lies off its middle.
+            // The lobe ends under the shaft, so the shaft touches beside its middle.
             (LOBE_END, Shaped::Shaft),
             (LEFT_LOBE, Shaped::TwoTips),
             (LEFT_LOBE, Shaped::Jaws),

@@ -8,9 +8,10 @@ pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 /// Force and torque over depth by finite elements.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Curve {
-    /// At the first depths of [`DEPTHS_MM`], up to the last equilibrium.
+    /// Wrenches on the finer mesh, at the first depths of [`DEPTHS_MM`], up to the last
+    /// equilibrium.
     pub(crate) fine: Vec<Wrench>,
-    /// Likewise on the coarser mesh.
+    /// Wrenches on the coarser mesh.
     pub(crate) coarse: Vec<Wrench>,
     /// Nodes of the coarser and the finer mesh.
     pub(crate) nodes: [usize; 2],
@@ -23,5 +24,11 @@ impl Curve {
     /// mesh, %.
     pub(crate) fn doubt_pct(&self) -> f64 {
         force_rms_pct(&self.coarse, &self.fine)
+    }
+
+    /// True if the torque was solved with the force.
+    pub(crate) fn has_torque(&self) -> bool {
+        let is_known = |wrench: &Wrench| wrench.torque_nm.norm().is_finite();
+        self.fine.first().is_some_and(is_known)
     }
 }

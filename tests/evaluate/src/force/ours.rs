@@ -25,7 +25,8 @@ pub(crate) enum Law {
     Ours,
     /// Each inner sphere pushes through a spring of 500 N/m, as in earlier versions of Calot.
     Spheres,
-    /// The vertices of the contact skin are rigid, and the force is the constraint's multiplier.
+    /// Contact at the vertices of the contact skin has no compliance, and the force is the
+    /// constraint's multiplier.
     RigidSkin,
 }
 

@@ -7,8 +7,8 @@ use super::case::{PORT_M, Placed};
 type Point = Vector3<f64>;
 
 /// Force on a tool, and torque about its port, in the axes of [`Placed`]: out of the body, along
-/// the surface, across both. At the handle, a hand feels the torque about the port over the length
-/// outside as the force across the shaft.
+/// the surface, across both. Across the shaft, a hand feels this torque divided by the length
+/// outside the body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Wrench {
     /// Force, N.
@@ -83,7 +83,7 @@ pub(crate) fn line_rms_mm(felt: &[Wrench], truth: &[Wrench], port_m: &Point) -> 
     let pairs = felt.iter().zip(truth);
     let known = pairs.filter(|(_, t)| t.out_n() >= TOUCHES_N && t.torque_nm.norm().is_finite());
     let off_m = known.map(|(f, t)| (f.line_m(port_m) - t.line_m(port_m)).norm());
-    rms_pct(off_m).map(|pct| pct * 10.0) // a hundred metres are 1e5 mm
+    rms_pct(off_m).map(|pct| pct * 10.0) // % of a metre to mm
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::trial::Trial;
 /// Longest time between two rows over which a curve is drawn, s. Longer ones stay gaps, as in a
 /// session.
 const GAP_S: f64 = 0.25;
-/// Entries per second that stand for the rows as they are, in tables.
+/// Rate that tables give for the rows as they are, Hz.
 const NATIVE_HZ: f64 = 10.0;
 
 /// Rate of samples, and noise that is added to them.
@@ -40,7 +40,7 @@ impl Condition {
         }
         all
     };
-    /// The condition of a session: 100 Hz, no noise added.
+    /// Index of the condition of a session: 100 Hz, no noise added.
     pub(super) const SESSION: usize = 6;
 
     pub(super) fn rate_hz(self) -> f64 {
@@ -140,7 +140,8 @@ pub(super) fn measure(trial: &Trial, condition: Condition) -> Vec<f64> {
             *x += 1e-3 * condition.noise_mm * noise.next();
         }
     }
-    // A session has the straightness of one hand only, so the hands take turns.
+    // A session has path, movements, smoothness and economy of one hand only, so the hands take
+    // turns.
     let metrics = [[0, 1], [1, 0]].map(|order| assess(&course, order));
     let values = Measure::ALL.iter().map(|it| it.of(&metrics));
     values.collect()
@@ -230,8 +231,8 @@ fn hermite(from: (f64, f64), to: (f64, f64), at: f64) -> f64 {
         + at * rest * (from.1 * rest - to.1 * at)
 }
 
-/// Normal random numbers of standard deviation 1: sums of twelve uniform ones. A name always has
-/// the same.
+/// Normal random numbers of standard deviation 1: sums of twelve uniform ones. The same name always
+/// gives the same numbers.
 struct Noise(u64);
 
 impl Noise {
@@ -282,7 +283,8 @@ mod tests {
                 let index = Measure::ALL.iter().position(|it| *it == measure);
                 values[index.unwrap()]
             };
-            // Fifteen turns of 20 cm; each of the thirty reversals takes the leash up once.
+            // Fifteen turns of 20 cm. At each of the thirty reversals, the leash of the path (0.8
+            // mm) shortens the path.
             let path_m = of(Measure::Path);
             assert!((2.8..3.1).contains(&path_m), "{path_m} m {condition:?}");
             assert!((of(Measure::Time) - 60.0).abs() < 0.01);

@@ -6,7 +6,8 @@
 //! ```
 //!
 //! The course of a trial goes through [`assess::Assessment`] as the course of a session does: the
-//! first instrument as the tip, the second as the lens. Nothing is measured here a second time.
+//! first instrument as the tip, the second as the lens; then once more with the hands exchanged.
+//! Metrics of sessions are not implemented here a second time.
 
 mod course;
 mod page;
@@ -51,12 +52,12 @@ fn unit(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Whose values one comparison takes.
+/// Units of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Of {
     /// The median of each person's trials.
     Persons,
-    /// Each trial, as if its trials were independent.
+    /// Each trial, as if the trials of a person were independent.
     Trials,
 }
 

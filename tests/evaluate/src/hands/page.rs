@@ -11,8 +11,7 @@ use crate::page::{Section, number, strings, table};
 
 /// Probability below which a measure counts as telling the groups apart.
 const SIGNIFICANT: f64 = 0.05;
-/// Median change of a trial's value from that at 100 Hz without noise above which a measure counts
-/// as dependent on rate or noise.
+/// A measure depends on rate or noise if, under a condition, the median [`change`] exceeds this.
 const STEADY: f64 = 0.05;
 
 /// The page's sections.
@@ -174,7 +173,7 @@ other rates are curves through them. A measure that may be believed has one colo
     })
 }
 
-/// Median over the trials of a value's change from that at 100 Hz without noise.
+/// Median over the trials of a value's relative change from its value at 100 Hz without noise.
 fn change(measured: &Measured, condition: usize, measure: usize) -> f64 {
     let ratios = measured.trials.iter().map(|(_, values)| {
         let reference = values[Condition::SESSION][measure];
@@ -264,8 +263,8 @@ does faster than 5 Hz is in none of these figures.</p>",
     }
 }
 
-/// The most frequent length of a step from row to row up to 0.03 units, mm: that of one count of a
-/// device's encoders.
+/// The most frequent length of a step from row to row up to 0.03 units, mm: presumably one count of
+/// a device's encoders.
 fn frequent_step_mm(measured: &Measured) -> f64 {
     let bin_mm = 0.0005 * measured.unit_mm;
     let mut counts = [0u32; 60];

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-/// Number of columns up to the time.
+/// Fewest columns of a row: those up to the time.
 const COLUMNS: usize = 17;
-/// Columns of the first place, the second place and the time. The angles between them are checked
-/// and not used.
+/// Columns that must have a number: places and angles of both instruments, and the time. The angles
+/// are only checked.
 const READ: [usize; 13] = [0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, TIME];
 const TIME: usize = 16;
-/// Largest coordinate, angle or time that is believed.
+/// Largest coordinate, angle or time that is accepted, in the file's units.
 const LARGEST: f64 = 1e5;
 /// Fewest rows of a trial.
 const ROWS_MIN: usize = 20;
@@ -21,7 +21,7 @@ pub(super) enum Group {
 }
 
 impl Group {
-    /// The group that a person's name tells.
+    /// Group of a person, from the first letter of the name.
     pub(super) fn of(person: &str) -> Option<Self> {
         match person.as_bytes().first() {
             Some(b'E') => Some(Self::Expert),
@@ -134,9 +134,10 @@ fn names(folder: &Path) -> Result<Vec<String>, String> {
     Ok(names)
 }
 
-/// Times and places of a trial's text. An error begins with its line.
+/// Times, s, and places of both instruments, m.
 type Course = (Vec<f64>, [Vec<[f64; 3]>; 2]);
 
+/// Reads a trial's text. An error begins with its line.
 fn parse(text: &str, unit_m: f64) -> Result<Course, String> {
     let (mut times_s, mut hands): Course = Default::default();
     let mut columns = None;

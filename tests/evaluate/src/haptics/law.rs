@@ -207,7 +207,8 @@ impl Law for Product<'_> {
 
 /// Capabilities that a device built like `device` would state.
 pub(super) fn stated(device: &Device) -> DeviceCapabilities {
-    // Viscous damping that takes as much energy from a tremor of 0.2 m/s as the dry friction does.
+    // Viscous damping that takes as much energy from a tremor of 0.2 m/s peak speed as the dry
+    // friction does.
     let friction_n_s_m = 4.0 * device.friction_n / (std::f64::consts::PI * 0.2);
     DeviceCapabilities {
         opening: Opening::NONE,
@@ -223,7 +224,8 @@ pub(super) fn stated(device: &Device) -> DeviceCapabilities {
     }
 }
 
-/// Capabilities of a device that could do anything, so that no limit acts except the clamp.
+/// The stated capabilities without limits on stiffness and damping, so that only the force's clamp
+/// acts.
 pub(super) fn boundless(device: &Device) -> DeviceCapabilities {
     DeviceCapabilities {
         stiffness_max_n_m: 1e9,

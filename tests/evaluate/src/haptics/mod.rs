@@ -1,5 +1,5 @@
-//! Tests whether contact is stable under a hand. The device and the hand move along one axis at 20
-//! kHz. The force comes from Calot's own tick, or from a law with which it is compared.
+//! Tests whether contact is stable under a hand. Device and hand move along one axis, in steps of
+//! 1/20 ms. The force comes from Calot's own tick, or from a law with which it is compared.
 
 mod device;
 mod law;
@@ -17,7 +17,7 @@ use law::{Coupling, Hooke, Law, LimitRecord, Product, START_M, boundless, stated
 use scene::Meets;
 use trial::{TrialOutcome, press, respond, wave};
 
-/// Quantity of a row.
+/// Kind of test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Test {
     /// The stiffest wall up to which all walls are stable.
@@ -41,7 +41,7 @@ pub(crate) enum LawKind {
     Coupling,
     /// Calot's contact without its output limits.
     Bare,
-    /// As `Bare`, but the tool meets the spheres rigidly instead of a skin.
+    /// As `Bare`, but the tool meets wide, nearly rigid spheres instead of the skin.
     Rigid,
 }
 
@@ -66,11 +66,11 @@ pub(crate) struct Row {
     hand: Hand,
     device: Device,
     /// Parameter of the test: stiffness of a wall, N/m; modulus of tissue, Pa; frequency of a
-    /// response, Hz.
+    /// response, Hz; 0 in free space.
     pub(crate) of: f64,
     /// Stiffness of the stiffest stable wall, or the gain of a response, N/m.
     stiffness_n_m: f64,
-    /// Force over depth at rest, for a wall test in the stiffest stable wall, N/m.
+    /// Force over depth at the end of a press, N/m: for a wall test in the stiffest stable wall.
     rendered_n_m: f64,
     outcome: TrialOutcome,
     limits: LimitRecord,
@@ -189,7 +189,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// Runs `law` against a wall of this stiffness.
+    /// Runs `ask` with a law of this kind, at a wall of this stiffness.
     fn with_wall<T>(
         &mut self,
         kind: LawKind,

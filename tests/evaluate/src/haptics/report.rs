@@ -5,7 +5,7 @@ use super::{LawKind, Row, SOFTEST_N_M, STIFFEST_N_M, Test};
 use crate::page::Section;
 use figures::panels::{Cell, heat_map};
 
-/// All rows.
+/// The rows as `haptics.csv`.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = "test,law,hand,device_damping_n_s_m,friction_n,delay_ms,rate_hz,lost,late_ms,of,\
 stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_least_mj,damped_ticks,capped_ticks,lag_ms\n"
@@ -113,8 +113,7 @@ pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
     heat_map(&columns, &names, &lines)
 }
 
-/// A cell of the map. For Calot it also has the rendered stiffness; the other laws render the
-/// wall's own.
+/// A cell of the map. For Calot it also has the rendered stiffness.
 fn wall_cell(r: &Row) -> Cell {
     let limit = if r.stiffness_n_m >= STIFFEST_N_M {
         "all".to_owned()

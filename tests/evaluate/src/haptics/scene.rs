@@ -75,12 +75,12 @@ const HELD_BELOW_M: f64 = -0.02;
 pub(super) enum Meets {
     /// The contact skin, as in Calot.
     Skin,
-    /// The spheres, made so wide that there are no gaps, and rigid.
+    /// The spheres, made so wide that there are no gaps, and nearly rigid.
     Spheres,
 }
 
-/// A liver with this number of spheres and this modulus, its lower part held, and the height at
-/// which the tip meets it, m.
+/// A liver with this number of spheres and this modulus, Pa, whose lower part is held; and the
+/// height at which the tip meets it, m.
 pub(super) fn liver(spheres: usize, young_pa: f64, meets: Meets) -> Result<(Parts, f64), String> {
     let tissue = Tissue {
         young_pa,

@@ -7,7 +7,7 @@ use super::law::{Law, START_M};
 const APPROACH_S: f64 = 0.3;
 /// Time in which the handle may come to rest, s.
 const SETTLE_S: f64 = 1.2;
-/// Time in which it is then watched, s.
+/// Time in which the handle is then watched, s.
 const WATCH_S: f64 = 0.5;
 /// Largest swing that is neither felt nor seen, m: five encoder steps of a Touch.
 pub(super) const STILL_M: f64 = 0.275e-3;
@@ -25,8 +25,8 @@ pub(super) struct TrialOutcome {
     pub(super) force_n: f64,
     /// Place of the handle at the end, m.
     pub(super) x_m: f64,
-    /// Largest net work of the motors on the hand during the trial, J. A passive system does no net
-    /// work from rest to rest.
+    /// Largest net work of the motors on the handle during the trial, J. A passive system does no
+    /// net work from rest to rest.
     pub(super) given_j: f64,
     /// True if the law switched its force off.
     pub(super) gave_up: bool,
@@ -118,8 +118,8 @@ pub(super) fn wave(law: &mut dyn Law, device: Device) -> f64 {
 }
 
 /// Gain (N/m) of the force on a handle that is led sinusoidally by 0.5 mm at `hz` around `depth_m`,
-/// and the delay of the force (s). The delay includes that of the device, and half a tick during
-/// which a command is held.
+/// and the delay of the force (s). The delay includes the device's own, and half a tick because a
+/// command is held for a tick.
 pub(super) fn respond(law: &mut dyn Law, device: Device, depth_m: f64, hz: f64) -> [f64; 2] {
     const AMPLITUDE_M: f64 = 0.5e-3;
     let turn = std::f64::consts::TAU * hz * 1e-3;

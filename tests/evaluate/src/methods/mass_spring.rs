@@ -6,8 +6,8 @@ use crate::body::{Body, V3};
 /// Springs on every edge. Together they are as stiff in shear as the tissue.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MassSpring {
-    /// True for explicit Euler, the paper's comparator. Otherwise the velocity is updated before
-    /// the position (semi-implicit).
+    /// True for explicit Euler, the paper's comparator. Otherwise the new velocity moves the
+    /// position (semi-implicit).
     pub(crate) explicit: bool,
 }
 

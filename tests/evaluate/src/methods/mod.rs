@@ -31,7 +31,7 @@ pub(crate) struct State {
     pub(crate) v_m_s: Vec<V3>,
     /// This step's displacement so far, m.
     pub(crate) d_m: Vec<V3>,
-    /// Inverse mass, 1/kg; 0 for spheres that are moved from outside.
+    /// Inverse mass, 1/kg; 0 for held spheres.
     pub(crate) w_per_kg: Vec<f32>,
     /// Displacement of the held spheres from rest at the end of the step, m.
     pub(crate) target_m: Vec<V3>,
@@ -43,7 +43,7 @@ pub(crate) struct State {
     pub(crate) put_back: u32,
     /// The ball that presses, at the end of the step.
     pub(crate) ball: Option<Ball>,
-    /// Force on the ball, as a running mean over some ticks, N.
+    /// Force on the ball, as a running mean over steps, N.
     pub(crate) ball_force_n: V3,
 }
 
@@ -56,7 +56,7 @@ pub(crate) struct Ball {
     pub(crate) radius_m: f32,
 }
 
-/// Weight of one tick in [`State::ball_force_n`].
+/// Weight of one step in [`State::ball_force_n`].
 const FORCE_SHARE: f32 = 0.02;
 
 impl Ball {
@@ -80,7 +80,7 @@ pub(crate) struct Env {
     pub(crate) damping_per_s: f32,
 }
 
-/// Loads that act on a body all the time.
+/// Gravity and damping, which act on a body all the time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Surroundings {
     /// Gravity, m/s².
@@ -106,7 +106,7 @@ pub(crate) trait Method {
 }
 
 impl State {
-    /// A body at rest. Held spheres are moved from outside.
+    /// A body at rest. Spheres marked in `held` follow `target_m`.
     pub(crate) fn at_rest(body: &Body, held: &[bool]) -> Self {
         let n = body.rest_m.len();
         let weight = |(m, held): (&f32, &bool)| if *held { 0.0 } else { 1.0 / m };
@@ -150,8 +150,8 @@ impl State {
         self.u_m[i] + self.d_m[i]
     }
 
-    /// Moves a sphere by `impulse` (kg m) times its inverse mass. A held sphere feels it as a
-    /// force.
+    /// Moves a sphere by `impulse` (kg m) times its inverse mass. For a held sphere the impulse
+    /// adds to the force on it.
     #[inline]
     fn push(&mut self, i: usize, impulse: V3, dt_s: f32) {
         self.d_m[i] += impulse * self.w_per_kg[i];
@@ -173,7 +173,7 @@ impl State {
         }
     }
 
-    /// Second half of such a step: the displacement becomes the velocity.
+    /// Second half of such a step: velocities follow from the displacements.
     fn advance(&mut self, env: &Env) {
         for i in 0..self.u_m.len() {
             self.v_m_s[i] = self.d_m[i] / env.dt_s;
@@ -192,7 +192,7 @@ pub(crate) fn edge_stiffness(body: &Body, edge: &crate::body::Edge) -> f32 {
 pub(crate) enum Way {
     /// Springs on every edge, explicit Euler.
     ExplicitSprings,
-    /// Springs on every edge, velocity before position.
+    /// Springs on every edge, semi-implicit Euler.
     Springs,
     /// The paper's inner spheres as Calot computes them: stiffness and iterations.
     Paper(f32, u32),
@@ -248,8 +248,8 @@ impl Way {
         }
     }
 
-    /// Parts that the method borrows. Only Calot's method collides with tools at a contact skin, if
-    /// there is one.
+    /// Parts that the method borrows, if it borrows any. Only Calot's method collides with tools at
+    /// a contact skin, if there is one.
     ///
     /// # Errors
     /// The message with which Calot refuses the scene.

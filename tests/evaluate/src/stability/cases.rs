@@ -104,7 +104,7 @@ fn time_step(lab: &Lab, way: Way, ms: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// The organ is bent like a lever and let go.
+/// One half of the organ is bent upwards and let go.
 fn bent(lab: &Lab, rig: &mut Rig<'_>) -> bool {
     rig.place(|_, x| V3::new(0.0, 0.0, 0.3 * (x.x - lab.middle_m.x).max(0.0)));
     rig.comes_back()
@@ -145,7 +145,7 @@ fn mass_ratio(lab: &Lab, way: Way, ratio: f64) -> bool {
     hung.unwrap_or(false)
 }
 
-/// The organ is turned as a whole, with its holds, so nothing should resist.
+/// The organ is turned as a whole, with its holds. It must stay so within 1 mm.
 fn rotation(lab: &Lab, way: Way, degrees: f64) -> bool {
     let stand = lab.stand(way);
     let axis = Unit::new_normalize(V3::new(0.3, 1.0, 0.2));
@@ -178,8 +178,8 @@ fn rotation(lab: &Lab, way: Way, degrees: f64) -> bool {
     stays.unwrap_or(false)
 }
 
-/// The organ spins freely for two seconds. Its momentum must stay within 1 % of the sum of the
-/// spheres' momenta, its angular momentum within 15 %, and it must gain no energy.
+/// The organ spins freely for two seconds. Its momentum must stay below 1 % of the sum of the
+/// spheres' momenta. Its angular momentum may change by 15 %, and its energy may grow by 1 %.
 fn spin(lab: &Lab, way: Way, rad_s: f64) -> bool {
     let mut stand = lab.stand(way);
     stand.held.fill(false);
@@ -315,9 +315,9 @@ fn duct(lab: &Lab, way: Way, share: f64) -> bool {
     back.unwrap_or(false)
 }
 
-/// Four neighbouring spheres are led through each other, held until a second is over and let go.
-/// (When they are led by 100 mm, five times their distance, the tissue gets into a knot in which no
-/// tetrahedron is inverted, and stays in it.)
+/// Four neighbouring spheres are led through each other, held until one second has passed, and let
+/// go. (If they are led by 100 mm, five times their spacing, the tissue stays in a knot in which no
+/// tetrahedron is inverted.)
 fn conflict(lab: &Lab, way: Way, mm: f64) -> bool {
     let stand = lab.stand(way);
     let back = stand.run(way, |rig| {
@@ -367,7 +367,7 @@ fn cut(lab: &Lab, way: Way, share: f64) -> bool {
     sound.unwrap_or(false)
 }
 
-/// Grasps jump about, a tool beats, and the organ is let go suddenly.
+/// A grasp jumps about, a tool beats the organ, and the organ is let go suddenly.
 fn violence(lab: &Lab, way: Way, minutes: f64) -> bool {
     let stand = lab.stand(way);
     let back = stand.run(way, |rig| {

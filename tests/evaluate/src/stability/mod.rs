@@ -120,9 +120,9 @@ impl Lab {
         Stand::new(self.body(way), self.fixed(way))
     }
 
-    /// Copy of the body with slivers. Every eighth tetrahedron is divided by a new sphere, which
-    /// lies so near to the middle of a face that the new tetrahedron on this face is `times` as
-    /// flat as the divided one.
+    /// Copy of the body with slivers. Every eighth tetrahedron is divided by a new sphere near the
+    /// middle of a face. The new tetrahedron on this face is lower than the divided one by the
+    /// factor `times`.
     fn with_slivers(&self, way: Way, times: f64) -> Body {
         let body = self.body(way);
         if way == Way::Hexahedra {
@@ -199,7 +199,7 @@ pub(crate) fn run(quick: bool, only: &str) -> Result<Vec<Row>, String> {
     Ok(rows)
 }
 
-/// Searches for the largest value that a method survives, in steps of equal ratio.
+/// Searches for the largest value that a method survives, by bisection on a logarithmic scale.
 fn limit(lab: &Lab, case: &Case, way: Way, quick: bool) -> Row {
     let [low, mut high] = case.sweep;
     if quick && case.unit == "min" {
@@ -261,9 +261,9 @@ pub(crate) fn csv(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// In the quick run, ours survives every case except one, and others do not. The tissue of 80
-    /// scrambled spheres gets into a knot in which no tetrahedron is inverted (that of 250 does
-    /// not). Such a knot stays in any elastic solid.
+    /// In the quick run Calot survives every case except “scrambled”, and other methods fail. The
+    /// tissue of 80 scrambled spheres gets into a knot in which no tetrahedron is inverted (that of
+    /// 250 does not). Such a knot stays in any elastic solid.
     #[test]
     fn ours_survives_where_others_fail() {
         let rows = run(true, "").expect("a run");

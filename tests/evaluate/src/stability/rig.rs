@@ -46,9 +46,9 @@ impl<'a> Stand<'a> {
         let substeps = way.substeps();
         let mut dt_s = self.dt_s / substeps as f32;
         if matches!(way, Way::Ours | Way::Paper(..)) {
-            // Calot's tick is 1 ms. A longer tick is the same as 1 ms in stiffer and more
-            // damped tissue under more gravity, because only E dt², c dt (c is the damping) and g
-            // dt² count. The scene's check bounds these values.
+            // Calot's tick is 1 ms. Another length is replaced by scaled stiffness, damping and
+            // gravity, because only E dt², c dt (c is the damping) and g dt² count. The scene's
+            // check bounds these values.
             let ratio = self.dt_s / TICK_S;
             body.tissue.young_pa *= f64::from(ratio * ratio);
             around.gravity_m_s2 *= ratio * ratio;
@@ -88,7 +88,7 @@ pub(super) struct Rig<'a> {
 }
 
 impl Rig<'_> {
-    /// Runs one tick. False if the state is not finite or has left the room.
+    /// Runs one tick. False if the state is not sound ([`Self::is_sound`]).
     pub(super) fn tick(&mut self) -> bool {
         for _ in 0..self.substeps {
             self.method.step(self.body, &mut self.state, &self.env);
@@ -134,7 +134,7 @@ impl Rig<'_> {
         self.state.u_m.iter().map(|u| u.norm()).fold(0.0, f32::max)
     }
 
-    /// Puts every free sphere to a place, at rest.
+    /// Displaces every free sphere and stops it.
     pub(super) fn place(&mut self, displacement: impl Fn(usize, &V3) -> V3) {
         for i in 0..self.state.u_m.len() {
             if self.state.w_per_kg[i] > 0.0 {
@@ -157,7 +157,7 @@ impl Rig<'_> {
         }
     }
 
-    /// Leaves the body alone. True if it comes back to rest.
+    /// Leaves the body alone. True if every sphere comes back to its place at rest, within 0.5 mm.
     pub(super) fn comes_back(&mut self) -> bool {
         self.ball = None;
         for i in 0..self.back_ticks {

@@ -14,22 +14,24 @@ use shared_mem::words::EventKind;
 use super::ends::{End, ends};
 use super::walls::opposites;
 
-/// Length of an edge, as a multiple of that at rest, from which on it counts as stretched.
+/// An edge that is longer than this multiple of its length at rest counts as stretched.
 const STRETCHED: f32 = 2.5;
-/// Edges that are shorter at rest are not judged, m: their ends differ by rounding.
+/// Edges that are shorter at rest never count as stretched, m: their ends differ by rounding.
 const EDGE_MIN_M: f32 = 2e-4;
-/// Cosine of the angle between neighbouring normals from which on they count as folded (120°).
+/// Neighbours count as folded if the cosine of the angle between their normals is below this
+/// (120°).
 const FOLDED: f32 = -0.5;
-/// Cosine below which neighbours count as folded at rest already, and are not judged.
+/// Neighbours whose normals have a smaller cosine at rest are not judged for folds.
 const SHARP_AT_REST: f32 = 0.0;
-/// Area of a triangle below which its normal is not judged, m²: 0.2 mm on a side. A picture of 70°
-/// from 5 cm has no such triangle larger than two pixels.
+/// Area of a triangle below which its normal is not judged, m²: 0.2 mm on a side. In a picture of
+/// 70° from 5 cm, such a triangle is about two pixels wide.
 const AREA_MIN_M2: f32 = 2e-8;
 /// Depth by which opposite walls count as passed, m.
 const PASSED_M: f32 = 2e-4;
 /// Distance from a cut or tear within which tissue is not judged, m.
 const CUT_M: f32 = 0.015;
-/// Distance from a dent's middle up to which triangles are searched, m.
+/// Distance from a dent's middle up to which triangles are searched, beyond half the dent's length,
+/// m.
 const NEAR_M: f32 = 0.012;
 
 /// Faults of one organ in one frame.
@@ -43,7 +45,8 @@ pub(crate) struct Faults {
 }
 
 impl Faults {
-    /// One number to compare frames by: each fault at its own limit counts as 1.
+    /// One number to compare frames by. Each edge and triangle counts as 1, and so does each length
+    /// at its limit.
     pub(crate) fn weight(&self) -> f32 {
         let lengths = [
             self.in_tool_m / 5e-4,
@@ -93,7 +96,7 @@ pub(crate) struct Drawn<'a> {
     pieces: Pieces,
     now: Vec<SkinnedVertex>,
     organs: Vec<Organ>,
-    /// Places of cuts and tears on the tissue at rest, with their organ, m.
+    /// Cuts and tears: index of the organ, and rest position of the nearest vertex, m.
     cuts: Vec<(usize, Vec3)>,
 }
 
@@ -115,7 +118,7 @@ impl<'a> Drawn<'a> {
         }
     }
 
-    /// Notes cuts and tears, after which tissue near them is not judged, and resets.
+    /// Notes cuts and tears, near which tissue is not judged from now on. A reset clears them.
     pub(crate) fn note(&mut self, events: &[EventMsg]) {
         for event in events {
             let kind = EventKind::try_from(event.kind);
@@ -220,7 +223,7 @@ impl<'a> Drawn<'a> {
                 faults.off_tool_m = faults.off_tool_m.max(gap_m);
             }
         }
-        // A divided tube may hang where it likes.
+        // Ends of a divided tube are not judged.
         if cuts.is_empty() {
             let sphere = |i: u32| spheres.get(i as usize).map(|s| Vec3::from(s.center_m));
             for end in &organ.ends {

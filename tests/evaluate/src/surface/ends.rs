@@ -16,7 +16,8 @@ pub(super) struct End {
     pub(super) rest_m: f32,
 }
 
-/// The ends of an organ's tubes: spheres with one neighbour, where a joining organ is near.
+/// The ends of a tube: spheres whose neighbours all lie on one side, with the skin of a joining
+/// organ near. Empty for an organ that is no tube.
 pub(super) fn ends(scene: &SceneFile, organ: usize) -> Vec<End> {
     let tubes = [
         OrganKind::BileDuct,
@@ -40,7 +41,7 @@ pub(super) fn ends(scene: &SceneFile, organ: usize) -> Vec<End> {
         others
     };
     let at = |sphere: u32| Vec3::from(scene.spheres()[sphere as usize].center_m);
-    // Links also join each sphere with the one after next; an end has all neighbours on one side.
+    // Links also join each sphere with the sphere after next, so an end may have two neighbours.
     let is_end = |sphere: &u32| {
         let others = neighbours(*sphere);
         let ways = others

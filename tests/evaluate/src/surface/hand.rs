@@ -8,7 +8,7 @@ use shared_mem::words::{Instrument, Switches};
 
 /// Ticks between two looks at the surface.
 pub(crate) const LOOK_EVERY: u64 = 40;
-/// Start of a place's work: distance from the skin, m.
+/// Distance from the skin at which the work at a place starts, m.
 const AWAY_M: f32 = 0.025;
 /// Distance of the slide along the skin, m.
 const SLIDE_M: f32 = 0.008;
@@ -42,7 +42,7 @@ impl Manner {
         }
     }
 
-    /// Way of a pull, m.
+    /// Length of a pull, m.
     const fn pull_m(self) -> f32 {
         match self {
             Self::Gentle => 0.010,
@@ -108,7 +108,7 @@ pub(crate) fn place(scene: &SceneFile, organ: usize, seeded: &mut Seeded) -> Opt
 pub(crate) struct SeededHand<'a, 'b> {
     rehearsal: &'a mut Rehearsal<'b>,
     asked: HandMsg,
-    /// Place of the tip for which `asked` has no movement, m.
+    /// Place of the tip at which `asked.moved_m` is zero, m.
     from_m: Option<Vec3>,
     at_m: Vec3,
     manner: Manner,
@@ -210,7 +210,7 @@ impl<'a, 'b> SeededHand<'a, 'b> {
     }
 }
 
-/// Tip of the instrument, m.
+/// Tip of the instrument: the end of a capsule that is farthest from the joint, m.
 pub(crate) fn tip_m(tools: &ToolFrame) -> Vec3 {
     let pose = &tools.world_from_instrument;
     let ends = tools

@@ -29,7 +29,8 @@ use hand::{LOOK_EVERY, Manner, Seeded, SeededHand, place};
 /// Simulated time of the seeded hand in a scene, s.
 const HAND_S: f64 = 600.0;
 const QUICK_HAND_S: f64 = 20.0;
-/// Levels of detail of a scene; the coarsest has half of the spheres.
+/// Levels of detail of a scene; the coarsest has half of the spheres (not for organs packed along a
+/// line).
 const LEVELS: usize = 2;
 /// Size of the pictures, pixels.
 const PICTURE: [u32; 2] = [800, 600];
@@ -193,7 +194,7 @@ fn judged<'a>(scene: &'a SceneFile, name: &str) -> Result<Judge<'a>, String> {
     Ok(judge)
 }
 
-/// A seeded hand at every organ with every instrument, in turn, until its time is over.
+/// Lets a seeded hand work at every organ with every instrument, in turn, until its time is over.
 fn worked(
     scene: &SceneFile,
     scene_name: &str,

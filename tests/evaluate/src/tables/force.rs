@@ -37,7 +37,7 @@ pub(super) fn by_law(csv: &Csv) -> Table {
     table
 }
 
-/// Calot's torque about the port and line of action, by tool.
+/// Errors of Calot's torque about the port and of its line of action, by tool.
 pub(super) fn torque(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "tool",
@@ -56,7 +56,7 @@ pub(super) fn torque(csv: &Csv) -> Table {
         };
         let (torques, lines) = (values("torque_error_pct"), values("line_off_mm"));
         if lines.is_empty() {
-            continue; // its references are older than the torque
+            continue; // its references have no torque
         }
         let or_none = |x: f64, digits: usize| {
             if x.is_finite() {
@@ -121,7 +121,7 @@ pub(super) fn reference(csv: &Csv) -> Table {
     table
 }
 
-/// CalculiX beside our elements.
+/// Forces by CalculiX and by the reference's own elements.
 pub(super) fn calculix(csv: &Csv) -> Table {
     let mut table = Table::new(&[
         "press",
@@ -182,8 +182,8 @@ mod tests {
         table(&csv.expect("as many cells as columns")).markdown()
     }
 
-    /// Only Calot's rows count. A tool whose references are older than the torque is left out, and
-    /// so is a torque that is too small.
+    /// Only Calot's rows count. A tool whose references have no torque is left out, and so is a row
+    /// without one.
     #[test]
     fn a_torque_is_shown_where_it_is_known() {
         let text = "tool,law,torque_error_pct,line_off_mm\n\

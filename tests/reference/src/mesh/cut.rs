@@ -7,7 +7,7 @@ use super::Mesh;
 use crate::Vec3;
 
 /// A lattice point is moved onto the surface if the surface crosses one of the point's edges nearer
-/// to it than this share of the edge.
+/// to the point than this share of the edge.
 const WARP: f64 = 0.25;
 
 /// The part of some tetrahedra between `points` that lies where `distance` is negative. `value` is
@@ -32,7 +32,8 @@ pub(super) fn cut(
     compact(&cut.points, &cut.tets)
 }
 
-/// Share of the edge from `a` to `b`, whose signs differ, at which the surface crosses it.
+/// Share of the edge from `a` to `b` at which the surface crosses it. The distances `va` and `vb`
+/// differ in sign.
 fn crossing(a: &Vec3, b: &Vec3, va: f64, vb: f64, distance: &impl Fn(&Vec3) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     let (mut vl, mut vh) = (va, vb);

@@ -33,7 +33,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Makes quadratic elements of straight-edged ones, and turns those that are inside out.
+    /// Makes quadratic elements from linear ones, and turns those that are inside out.
     #[must_use]
     pub fn from_linear(corners: Vec<Vec3>, tets: &[[u32; 4]]) -> Self {
         let mut mesh = Self {
@@ -253,7 +253,7 @@ impl Mesh {
         (0..self.nodes.len() as u32).filter(chosen).collect()
     }
 
-    /// Numbers of the boundary faces whose corners `pick` all accepts.
+    /// Numbers of the boundary faces of which `pick` accepts every corner's rest position.
     #[must_use]
     pub fn faces_where(&self, pick: impl Fn(&Vec3) -> bool) -> Vec<u32> {
         let inside = |f: &[u32; 6]| f[..3].iter().all(|&n| pick(&self.nodes[n as usize]));

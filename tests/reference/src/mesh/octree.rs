@@ -8,7 +8,7 @@ use super::Mesh;
 use super::cut::cut;
 use crate::{FemError, Vec3};
 
-/// Cubes this many doublings larger than the finest, at most.
+/// Most doublings from the finest cube's edge to the largest's.
 const DOUBLINGS_MAX: u32 = 12;
 
 /// A cube is divided where elements smaller than this share of its edge are wanted. So its edge is
@@ -105,7 +105,8 @@ impl Octree {
         self.origin + Vec3::from(place.map(|p| p as f64)) * (0.5 * self.finest_m)
     }
 
-    /// The cube that covers a place given as a cube; `None` outside, or if it is divided.
+    /// The cube that is or contains the given cube; `None` outside, or if the given cube is
+    /// divided.
     fn cover(&self, (doublings, at): Cube) -> Option<Cube> {
         (doublings..=self.largest)
             .map(|d| (d, at.map(|a| a >> (d - doublings))))
@@ -144,7 +145,7 @@ impl Octree {
         (places.into_iter().zip(0..).collect(), points)
     }
 
-    /// Tetrahedra between the middles of neighbouring cubes and what lies between them.
+    /// Tetrahedra between the middles of neighbouring cubes and the face between them.
     fn tets(&self, numbers: &HashMap<Place, usize>) -> Vec<[usize; 4]> {
         let mut tets = Vec::new();
         for &cube in &self.cubes {

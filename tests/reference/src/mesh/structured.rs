@@ -26,8 +26,8 @@ pub fn block(min_m: Vec3, max_m: Vec3, cells: [usize; 3]) -> Mesh {
     for k in 0..cells[2] {
         for j in 0..cells[1] {
             for i in 0..cells[0] {
-                // Each of Kuhn's six tetrahedra goes from one corner of the brick to the opposite
-                // one, along one axis at a time, in its own order of axes.
+                // Kuhn's six tetrahedra: each follows the brick's edges from one corner to the
+                // opposite corner, in another order of axes.
                 for order in [
                     [0, 1, 2],
                     [1, 2, 0],

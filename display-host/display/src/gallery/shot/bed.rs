@@ -1,5 +1,6 @@
-//! The gallbladder's bed, which is the connective tissue between gallbladder and liver. It is half
-//! dissected from the neck, and the gallbladder is drawn away to show the rest of it.
+//! The gallbladder's bed, which is the connective tissue between gallbladder and liver. The half of
+//! the bed at the gallbladder's neck is dissected. The gallbladder is pulled away to show the other
+//! half.
 
 use glam::Vec3;
 use shared_mem::message::{SphereState, StateFrame};
@@ -12,9 +13,9 @@ use crate::render::camera::looking;
 const DRAWN_M: f32 = 0.020;
 /// Share of the bed's length that is dissected, from the neck.
 const GONE: f32 = 0.45;
-/// Share of the bed's length, from the neck, over which the gallbladder is drawn away.
+/// Share of the bed's length, from the neck, over which the gallbladder is pulled away.
 const OPENS: f32 = 0.75;
-/// Other organs within this distance of the gallbladder are drawn along with it, m.
+/// Distance from the gallbladder over which other organs follow it less and less, m.
 const FOLLOWS_M: f32 = 0.018;
 /// Distance of the camera from the cells at the edge of the dissection, m.
 const FAR_M: f32 = 0.055;
@@ -67,7 +68,8 @@ pub(super) fn open(scene: &SceneFile) -> Option<Shot> {
     let home = (eye - middle).normalize_or(Vec3::Z);
     let seen = |from: Vec3| {
         let free = front.iter().filter(|at| is_free(**at, from, &hides));
-        // Prefer a direction that looks into the gap from the neck.
+        // Prefer an eye near the endoscope's usual direction, on the side of the neck, where it
+        // looks into the gap.
         (1.0 + free.count() as f32) * (1.0 + 0.2 * from.dot(home) - 0.7 * from.dot(bed.axis))
     };
     let from = sides().map(|side| (seen(side), side));
@@ -145,8 +147,8 @@ impl<'a> Bed<'a> {
         DRAWN_M * ((OPENS - self.along(at)) / OPENS).clamp(0.0, 1.3)
     }
 
-    /// Share of the gallbladder's motion that a place in the bed follows, from the layer of the
-    /// nearest cell.
+    /// Share of the gallbladder's displacement at a place in the bed, by the layer of the nearest
+    /// cell: near 1 at the gallbladder, near 0 at the liver.
     fn share_of_bladder(&self, at: Vec3) -> f32 {
         let off = |cell: &CellRecord| Vec3::from(cell.center_m).distance_squared(at);
         let nearest = self

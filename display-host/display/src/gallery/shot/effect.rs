@@ -15,8 +15,7 @@ const HOOK_TIP_M: Vec3 = Vec3::new(0.0, -0.0042, -0.0119);
 const CLEAR_M: f32 = 0.004;
 
 /// A picture of each effect at its usual site, some time after its start. The hook touches the
-/// tissue that burns. Blood and bile come from their vessels and are seen from the side of the
-/// flow.
+/// tissue that burns. Blood and bile are seen from the side of the flow.
 pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
     use OrganKind as Organ;
     let burns = Site::on(scene, &[Organ::Fat, Organ::ConnectiveTissue, Organ::Liver]);
@@ -68,7 +67,7 @@ struct Site {
 }
 
 impl Site {
-    /// A site on the first of these organs that the scene has, or else at the scene's target.
+    /// A visible site on the first of these organs that the scene has, or else the scene's target.
     fn on(scene: &SceneFile, kinds: &[OrganKind]) -> Self {
         let room = scene.room();
         let organs = scene.organs();

@@ -1,4 +1,4 @@
-//! Tissue in the jaws: a fold of the gallbladder, grasped and drawn away.
+//! Tissue in the jaws: a fold of the gallbladder, grasped and pulled away.
 
 use glam::Vec3;
 use shared_mem::message::SphereState;
@@ -8,7 +8,7 @@ use super::{Chapter, Shot, is_free, judges, near, others};
 
 /// Displacement of the fold, m.
 const DRAWN_M: f32 = 0.008;
-/// Radius of the tissue that follows the fold, m.
+/// Distance from the fold at which tissue follows it by 1/e, m.
 const FOLLOWS_M: f32 = 0.014;
 /// Depth of the tips below the displaced skin, m.
 const UNDER_M: f32 = 0.002;

@@ -13,7 +13,7 @@ use crate::skinning::{RestVertex, pairs};
 const ANCHORED_M: f32 = 0.006;
 
 /// Anchors of fibres on the skins inwards and outwards of the cells' corners. A corner far from any
-/// skin has none.
+/// skin has no anchor.
 #[derive(Default)]
 pub(in crate::render) struct Anchors {
     pub(super) places: Vec<RestVertex>,
@@ -57,7 +57,8 @@ impl Anchors {
                     else {
                         continue;
                     };
-                    // The anchor is straight across from the corner, in the skin's plane.
+                    // The anchor is the corner, projected onto the plane of the nearest skin along
+                    // its normal.
                     let normal = Vec3::from(skin.normal);
                     let across = normal * (at - Vec3::from(skin.position_m)).dot(normal);
                     anchors.places.push(RestVertex {

@@ -55,7 +55,7 @@ impl Piece {
         let ends = self.ends.map(|end| end.on_side(place) + off * end.off_m);
         let along = ends[1] - ends[0];
         let across = off.cross(along).normalize_or(off.any_orthonormal_vector());
-        // `slack` < 1: the piece is stretched, straight and thin. `slack` > 1: it bows.
+        // `slack` < 1: the piece is stretched, straighter and thinner. `slack` > 1: it bows more.
         let slack = (length_m / along.length().max(1e-6)).clamp(0.2, 1.15);
         PieceShape {
             ends,

@@ -8,9 +8,9 @@ use super::anchors::Anchors;
 use super::weave::Weave;
 use crate::effects::chance;
 
-/// Largest number of pieces. Further ones are not shown.
+/// Largest number of pieces. Further pieces are not shown.
 pub(super) const PIECES: usize = 4000;
-/// Largest number of films. Further ones are not shown.
+/// Largest number of films. Further films are not shown.
 pub(super) const FILMS: usize = 1500;
 /// Radius of the thinnest fibre, m. Most fibres are thin.
 const THIN_M: f32 = 0.000_028;
@@ -26,7 +26,7 @@ const FREE_M: f32 = 0.001_1;
 const BOW: f32 = 0.30;
 /// Width of the range of an anchor's lateral offset, as a share of the cell's width.
 const ASKEW: f32 = 1.2;
-/// Number of nodes, at which fibres meet, between two cells.
+/// Number of nodes on a side between two cells of a column. Fibres meet at nodes.
 const NODES: u32 = 2;
 /// Range of a film's height along the two fibres of a fork, as shares of their length.
 const FILM: [f32; 2] = [0.25, 0.65];
@@ -34,7 +34,7 @@ const FILM: [f32; 2] = [0.25, 0.65];
 const ARCH: f32 = 0.6;
 /// Longest gap that fibres span, in cells.
 const SPAN: usize = 2;
-/// A fibre along one cell, or across a gap.
+/// A piece of a fibre: along a cell, to an anchor, to the next column, or across a gap.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
     /// Corners of the side of a cell along which the piece runs.
@@ -47,7 +47,8 @@ pub(super) struct Piece {
 /// An end of a piece: position between corners, and distance from the side.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct End {
-    /// Two pairs of corners: the near ones, then the opposite ones.
+    /// Two pairs of corners. `shares[0]` divides each pair; `shares[1]` divides the line between
+    /// the two points so found.
     pub(super) corners: [u32; 4],
     pub(super) shares: [f32; 2],
     pub(super) off_m: f32,
@@ -69,14 +70,14 @@ impl End {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Film {
     pub(super) pieces: [usize; 2],
-    /// Index of the two fibres' ends between which the film lies.
+    /// End of both fibres, 0 or 1, at which they fork.
     pub(super) end: usize,
     pub(super) height: f32,
 }
 
 impl Film {
-    /// Place along the fibres, as a share of their length, of a point across the film: in the fork
-    /// or at its free edge.
+    /// Place along the fibres, as a share of their length, of a point of the film. The point lies
+    /// at the share `across` between the fibres, in the fork or at the film's free edge.
     pub(super) fn height_at(&self, across: f32, is_edge: bool) -> f32 {
         let arch = 1.0 - ARCH * (across * core::f32::consts::PI).sin();
         let up = if is_edge { self.height * arch } else { 0.0 };
@@ -171,7 +172,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         [inner.next().unwrap_or(0), inner.next().unwrap_or(0)]
     }
 
-    /// True if the same side of the next cell in the column also borders on a removed cell.
+    /// True if the next cell of the column remains and its same side borders on a removed cell.
     fn goes_on(&self, cell: usize, side: usize, way: usize) -> bool {
         let beyond = self.cells[cell].neighbours[way];
         let beside = self.cells.get(usize::from(beyond));
@@ -184,8 +185,8 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         Self::inner_edge(side).map(|k| u32::from(self.cells[cell].corners[k | outer]))
     }
 
-    /// Seed from a column's side, a level and a further number. It does not depend on other removed
-    /// cells, so that their removal moves no fibre.
+    /// Seed from a column, its side, a level and a further number. It does not depend on which
+    /// cells are removed, so a removal moves no fibre.
     fn seed(&self, cell: usize, side: usize, level: u32, more: u32) -> u32 {
         let root = foot(self.cells, cell) as u32;
         (root * 4 + side as u32)
@@ -218,7 +219,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         let level = u32::from(it.layer);
         let (most, there) = self.weave(cell).fibres();
         // Last piece of each kind: along the cell, to its inward anchors, to its outward anchors.
-        // The next piece of a kind is joined with it.
+        // Films may join the next piece of the kind to it.
         let mut last = [None; 3];
         for fibre in 0..most {
             let own = chance(self.seed(cell, side, 0, fibre)) * 0.5 + 0.5;
@@ -432,7 +433,7 @@ mod tests {
         let most = Weave::Dense.fibres().0 as usize;
         assert!((1..=most).contains(&one.len()), "{}", one.len());
         // The fibre is on the side of the removed cell and runs from the cell's inner edge to its
-        // outer.
+        // outer edge.
         let [inner, outer] = one[0].ends;
         assert_eq!(inner.corners[..2], [1, 4]);
         assert_eq!(outer.corners[..2], [7, 10]);

@@ -125,8 +125,8 @@ struct Nearest {
     shares: [f32; 3],
 }
 
-/// Closest point that a walk of falling distance reaches from vertex `from`. It is a local minimum,
-/// so a tool that went in on one side stays on that side.
+/// Closest point that a walk with falling distance reaches from vertex `from`. The distance is a
+/// local minimum there, so a tool that went in on one side stays on that side.
 pub(crate) fn walk(
     place_m: &Vec3,
     from: u16,
@@ -166,7 +166,7 @@ fn nearest(
 }
 
 impl Nearest {
-    /// The nearest of the three corners.
+    /// The corner with the largest share.
     fn corner(&self) -> u16 {
         let [a, b, c] = self.shares;
         let [i, j, k] = self.corners;

@@ -30,8 +30,8 @@ const UNKNOWN: Corner = Corner {
 /// Direct-mapped cache: vertices with equal low bits evict each other. A miss costs a sum over the
 /// vertex's twelve spheres.
 ///
-/// Call [`Corners::begin`] in each tick before the first lookup. Before the first `begin`, empty
-/// rows count as hits: vertex 0 lies at the origin.
+/// Call [`Corners::begin`] in each tick before the first lookup. Before the first `begin`, the
+/// empty row 0 counts as a hit: vertex 0 would lie at the origin.
 #[derive(Debug, Clone)]
 pub(crate) struct Corners {
     rows: [Corner; SIZE],
@@ -139,9 +139,8 @@ mod tests {
     }
 
     proptest! {
-        /// The table gives the same position and normal as a fresh computation, whatever was asked
-        /// for before and whichever vertex shares the row. 3000 vertices with random fans share
-        /// 1024 rows.
+        /// The table gives the position and normal of a fresh computation, after any earlier
+        /// lookups. 3000 vertices with random fans share 1024 rows.
         #[test]
         fn table_holds_what_a_fresh_computation_gives(
             seed in 1u32..u32::MAX, asked in prop::collection::vec((0u16..3000, any::<bool>()), 1..200),

@@ -32,7 +32,7 @@ use tool_points::{ToolPoint, tool_points};
 const NEAR_M: f32 = 0.003;
 /// Separation from which on skin is not tracked, m.
 const TRACKING_RANGE_M: f32 = 0.012;
-/// Travel of tissue in a tick, m, that is assumed when the search for distant skin is put off.
+/// Travel of tissue in a tick, m, that is assumed while the search for distant skin is put off.
 /// Faster tissue is found late, and its contact then begins at zero depth.
 const TISSUE_M: f32 = 0.0005;
 /// Slip over the skin that a tick allows beyond twice the tool's travel, m, so that even a still
@@ -204,8 +204,8 @@ impl SkinContacts {
         }
     }
 
-    /// Finds the skin near `parts`, before the solve. `near_spheres` are the spheres near the
-    /// tools.
+    /// Finds the skin near `parts` and adds its constraints, before the solve. `near_spheres` are
+    /// the spheres near the tools.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
@@ -278,9 +278,9 @@ impl SkinContacts {
     }
 }
 
-/// The skin of an organ nearest to a tool point, and its separation, m. If the point touches the
-/// skin, its contact is followed. Otherwise a walk from the sphere nearest to the point finds skin
-/// that may be nearer.
+/// The closest point of an organ's skin to a tool point, and its separation, m. If the tool point
+/// touches the skin, its contact is followed. Otherwise a walk from the sphere nearest to the tool
+/// point finds skin that may be nearer.
 fn look(
     point: &ToolPoint,
     contact: &PersistentContact,
@@ -293,8 +293,8 @@ fn look(
         let over_m = found.normal.dot(&(center_m - found.at_m)) - point.radius_m;
         over_m + found.sunk_m(scene, bodies)
     };
-    // For a place under the skin, the nearest point of the skin jumps. A tool in contact is lifted
-    // onto the skin along the last normal and followed there, as a god-object is (Zilles and
+    // The skin's nearest point to a place under the skin may jump. So a tool point near skin is
+    // lifted onto the skin along the last normal and followed there, as a god-object is (Zilles and
     // Salisbury 1995).
     let lifted_m = if contact.is_near {
         let lift_m = contact.normal.dot(&(contact.at_m - center_m));
@@ -327,8 +327,8 @@ fn look(
     Some((found, separation_m))
 }
 
-/// Least width of the patch under a tool point, in radii of the tool. A contact that is wider than
-/// its patch would push the patch in ahead of the skin around it. A wider patch softens tips.
+/// Least width of the patch under a tool point, in radii of the tool. A contact wider than its
+/// patch would push the patch in ahead of the skin around it. A larger value softens tips.
 const PATCH_RADII: f32 = 0.8;
 /// Least width of the patch under a thin round end, in its radii; at most [`THIN_M`]. Under a dent
 /// of a few millimetres, spheres as close together as the end is wide strain in a way that the law

@@ -213,8 +213,8 @@ fn spheres_under_a_wide_ball_share_its_load() {
 }
 
 proptest! {
-    /// Newton's third law: the impulse on the tool in a tick is opposite to that on the spheres,
-    /// friction included.
+    /// Newton's third law: the impulse on the tool in a tick is opposite to the impulse on the
+    /// spheres, friction included.
     #[test]
     fn spheres_and_tool_take_equal_momentum(
         ways in prop::collection::vec(vector(2.0e-4), 1..40), inward in 0.0f32..2.0e-4,

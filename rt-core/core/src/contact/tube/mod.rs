@@ -1,5 +1,4 @@
-//! Tools against organs without a contact skin: ducts and vessels, modelled as beads (balls) along
-//! a line.
+//! Tools against organs without a contact skin: ducts and vessels, as beads (balls) along a line.
 //!
 //! Stage `contact` ([`TubeContacts::find`]) follows every part of a tool past every bead near it
 //! through the whole motion of a tick, so that a fast part does not jump through a tube. O(beads of
@@ -36,12 +35,11 @@ const FOLLOW_M: f32 = 0.0065;
 /// the travel of the fastest sphere in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// Share of its lag that the direction of the push makes up in a tick, when the tube turns under a
+/// Share of its lag that the direction of a tube makes up in a tick, when the tube turns under a
 /// tool. A push that turned at once would be a follower load, under which a thin tube flutters
 /// (Beck's column, Bolotin 1963). A larger share follows faster, and comes nearer to flutter.
 const TURNS: f32 = 0.02;
-/// Compression at which a tube is flat, in its radii. The rest of its diameter is the thickness of
-/// its walls.
+/// Compression at which a tube is flat, in its radii. Its walls take the rest of its diameter.
 const FLAT_RADII: f32 = 1.6;
 /// Depth at which a part counts as having passed through a tube, in multiples of the sum of both
 /// radii. [`AHEAD`] adds to this depth.
@@ -53,7 +51,7 @@ const AHEAD: f32 = 2.0;
 const OPENING_MAX_M: f32 = 0.000_3;
 
 /// Share of the remaining way by which a tick fades the push on a bead that the jaws hold, or
-/// restores it after they release the bead: three quarters of the way within 0.2 s.
+/// restores the push on a released bead: three quarters of the way within 0.2 s.
 const LOOSEN: f32 = 0.007;
 
 /// Contact of a part of a tool with a bead near it, at the end of a tick.
@@ -63,13 +61,14 @@ struct PersistentContact {
     part: Role,
     side: Side,
     bead_m: Vec3,
-    /// Direction of the tube at the bead. It lags behind the true direction ([`TURNS`]).
+    /// Direction of the tube at the bead, which lags behind the true direction ([`TURNS`]).
     along: Vec3,
     separation: FilteredSeparation,
     cached: CachedForce,
-    /// Share of the bead's stiffness that acts: 1, but fades to 0 while the jaws hold the bead.
+    /// Share of the bead's stiffness that acts: 1; it fades to 0 while the jaws hold the bead.
     loose: f32,
-    /// `loose` × [`Side::weight`] × the share that damage has left of the tissue.
+    /// `loose` × [`Side::weight`] × the share of the tissue that damage and removed cells have
+    /// left.
     weight: f32,
 }
 
@@ -123,7 +122,7 @@ impl TubeContacts {
         beads.flat_map(|bead| [u32::from(bead.a), u32::from(bead.b)])
     }
 
-    /// Finds the beads near `parts`, before the solve.
+    /// Finds the beads near `parts` and adds their constraints, before the solve.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
@@ -242,9 +241,9 @@ impl TubeContacts {
         let travel_m = before.map_or_else(Vec3::zeros, |before| {
             travel_m(before, part, side.unwrap_or(first).share)
         });
-        // All of a tube lies on one side of a tool. Of the two neighbours of a bead, the one under
-        // the larger load leads. It gives the bead its side if the bead has the opposite side and
-        // less load, or if the bead had no side or no weight.
+        // All of a tube lies on one side of a tool. Of the two neighbours of a bead, the neighbour
+        // under the larger load leads. The bead takes the leader's side if it has the opposite side
+        // and less load, or if it had no side or no weight.
         let leader = leading(last_tick, (number, bead), part.role, bodies);
         let led = leader.map(|it| {
             it.side
@@ -345,7 +344,7 @@ fn lagging(last: &Vec3, now: &Vec3) -> Vec3 {
     math::unit(&(last + (now - last) * TURNS)).unwrap_or(*now)
 }
 
-/// Contact of the same part with a neighbour of this bead on its tube; of two neighbours, the one
+/// Last contact of this part with a neighbour of this bead on its tube; of two neighbours, the one
 /// under the larger load.
 fn leading<'a>(
     last_tick: LastTick<'a>,
@@ -413,8 +412,8 @@ fn candidate(
 }
 
 /// Compliance of the tissue behind a bead within a tick, m/N. Each sphere of the bead counts with
-/// its mass. It also counts as held twice as stiffly as a ball embedded in its tissue, because it
-/// may lie on other tissue.
+/// its mass. The sphere also counts as held twice as stiffly as a ball embedded in its tissue,
+/// because it may lie on other tissue.
 fn behind_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
     let yields = |(sphere, weight): (u32, f32)| {
         let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();

@@ -89,7 +89,7 @@ impl Motion {
 }
 
 impl Side {
-    /// Side of a tool that is seen for the first time.
+    /// Side of a tool at its first tick near the bead.
     pub(crate) fn first(axis: &Axis, bead_m: &Vec3, along: &Vec3) -> Self {
         let share = axis.nearest_share(bead_m);
         let away_m = across(&(axis.at(share) - bead_m), along);
@@ -130,7 +130,7 @@ impl Side {
         }
     }
 
-    /// True while a tool overlaps the tube at this bead, or within a margin along the tube.
+    /// True while a tool overlaps the tube, at this bead or within a margin along the tube.
     fn is_engaged(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> bool {
         let away_m = axis.at(self.share) - bead_m;
         // With the margin, the beads next to those that the tool touches keep the same side.
@@ -138,7 +138,7 @@ impl Side {
         self.normal.dot(&away_m) < reach_m && is_abreast
     }
 
-    /// The axis; if the tool overlaps the tube, lifted out to where it touches.
+    /// The axis, lifted out to where it touches if the tool overlaps the tube.
     fn lifted(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Axis {
         if !self.is_engaged(axis, bead_m, along, reach_m) {
             return *axis;
@@ -210,9 +210,10 @@ impl Side {
         self.normal.dot(&(axis.at(self.share) - bead_m)) - reach_m
     }
 
-    /// Share of the bead's stiffness that acts. It falls to zero where the tool's point is a reach
-    /// away from the bead along the tube. So a tool that slides along the tube passes from bead to
-    /// bead without a step, and a tool that presses on it does not push along it.
+    /// Share of the bead's stiffness that acts. The share falls to zero where the tool's point is a
+    /// reach away from the bead along the tube. So a tool that slides along the tube passes from
+    /// bead to bead without a step, and a tool that presses on the tube does not push along the
+    /// tube.
     pub(crate) fn weight(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> f32 {
         let off = along.dot(&(axis.at(self.share) - bead_m)) / reach_m.max(1.0e-6);
         (1.0 - off * off).max(0.0)
@@ -292,9 +293,9 @@ mod tests {
             prop_assert!(side.separation_m(&to, &Vec3::zeros(), REACH_M) > 0.0, "{side:?}");
         }
 
-        /// A bead that takes its neighbour's side gets the place on the tool that [`Side::follow`]
-        /// would settle at. Otherwise its separation would jump when its weight rises above zero,
-        /// because from then on the bead is followed.
+        /// A bead that takes its neighbour's side gets the place on the tool at which
+        /// [`Side::follow`] would settle. Otherwise the bead's separation would jump when its
+        /// weight rises above zero, because from then on the bead is followed.
         #[test]
         fn led_bead_lies_where_a_followed_one_does(deep_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
             let leader = Side { normal: Vec3::z(), share: 0.5 };

@@ -10,8 +10,8 @@ use crate::tissue::{Bodies, Bounds};
 
 /// Largest number of cells under a tip; further ones take no heat in this tick.
 const UNDER: usize = 48;
-/// Distance from the electrode's middle within which a cell is tested, m. This first check moves
-/// the cell with its nearest sphere alone, as an estimate of its centre.
+/// Distance from the electrode's middle within which a cell is tested, m. For this first check, the
+/// cell moves with its nearest sphere alone.
 const MAYBE_M: f32 = 0.010;
 
 /// Radius of the ball that stands for a cell, as a share of its longest side.

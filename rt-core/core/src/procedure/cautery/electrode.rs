@@ -1,6 +1,7 @@
 //! The bare tip of the hook under current: its position, its contact area, its energy.
 
 use crate::math::{self, Vec3};
+use crate::port::PedalSample;
 use crate::scene::{Inside, Organ};
 use crate::time::TICK_S;
 use crate::tool::{Instrument, Role, ToolState};
@@ -8,8 +9,8 @@ use crate::tool::{Instrument, Role, ToolState};
 /// Power of the generator, W, for both currents. Cholecystectomies are done at 25 to 35 W.
 const POWER_W: f32 = 30.0;
 /// Share of the power that becomes heat near the tip. Of the resistance around a small ball in
-/// tissue, `(1/a − 1/r) / 4πσ`, half lies within one radius of its surface. The rest of the power
-/// hardly warms the organ.
+/// tissue, `(1/a − 1/r) / 4πσ`, half lies within one radius of the ball's surface. The rest of the
+/// power hardly warms the organ.
 const NEAR: f32 = 0.5;
 /// Share of the heat that divides tissue at the tip under a cutting current, which boils cells at
 /// once; the rest desiccates the tissue around the tip. The share is assumed.
@@ -39,7 +40,7 @@ pub(crate) struct Electrode {
     current: Current,
 }
 
-/// Energy of a tick's current per contact area, J/m². It falls as the contact area grows.
+/// Energy of a tick's current per contact area, J/m², which falls as the contact area grows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Dose {
     /// Part of the energy that divides the touched tissue, J/m².
@@ -63,8 +64,7 @@ impl Electrode {
 
     /// Electrode of this tick; `None` without current or with another instrument. Both pedals
     /// together give no current.
-    pub(crate) fn of(tool: &ToolState) -> Option<Self> {
-        let pedal = &tool.switches.pedal;
+    pub(crate) fn of(tool: &ToolState, pedal: PedalSample) -> Option<Self> {
         let current = match (pedal.cut, pedal.coagulate) {
             (true, false) => Current::Cut,
             (false, true) => Current::Coagulate,
@@ -94,8 +94,8 @@ impl Electrode {
         math::norm(&(self.ends_m[1] - self.ends_m[0])) * self.diameter_m()
     }
 
-    /// Contact with a ball of tissue: 1 if the electrode touches it, falling to 0 at the gap that
-    /// the current bridges.
+    /// Contact with a ball of tissue: 1 if the electrode touches the ball; it falls to 0 at the gap
+    /// that the current bridges.
     pub(crate) fn touches_ball(&self, center_m: &Vec3, radius_m: f32) -> f32 {
         self.touches_bar(&[*center_m; 2], radius_m)
     }
@@ -134,9 +134,10 @@ impl Dose {
         self.parting_j_m2 + self.drying_j_m2
     }
 
-    /// Part of the energy that opens the wall of this organ, J/m². All heat near the tip does: half
-    /// of the power stays within 0.8 mm of its surface, so within the wall, and a wall that has
-    /// lost its water gives way. The wall of an artery shrinks and seals instead as it dries.
+    /// Part of the energy that opens the wall of this organ, J/m². All heat near the tip opens a
+    /// wall: half of the power stays within 0.8 mm of the tip's surface, so within the wall, and a
+    /// wall that has lost its water gives way. The wall of an artery shrinks and seals instead as
+    /// it dries.
     pub(super) fn opening_j_m2(&self, organ: Option<&Organ>) -> f32 {
         match organ.map(|it| it.inside) {
             Some(Inside::Blood) => self.parting_j_m2,
@@ -171,8 +172,9 @@ fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
             0.0
         }
     };
-    // First the point of the first line that is nearest to the second line; then the point of the
-    // second segment nearest to that; then again the point of the first segment.
+    // First the point of the own line nearest to the other line; then the point of the other
+    // segment nearest to this point; then the point of the own segment nearest to that of the
+    // other.
     let s = share(
         along * on_other - on_own * other2,
         own2 * other2 - along * along,
@@ -186,7 +188,6 @@ fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
 mod tests {
     use super::*;
     use crate::math::{Pose, Quat};
-    use crate::port::PedalSample;
     use crate::tool::capsules;
     use proptest::prelude::*;
 
@@ -204,6 +205,11 @@ mod tests {
         tool
     }
 
+    /// Electrode of a tool whose pedal is no needle's.
+    fn electrode(tool: &ToolState) -> Option<Electrode> {
+        Electrode::of(tool, tool.switches.pedal)
+    }
+
     #[test]
     fn current_flows_at_the_hook_s_bent_end_alone() {
         for (instrument, cut, coagulate) in [
@@ -211,21 +217,21 @@ mod tests {
             (Instrument::Hook, false, false),
             (Instrument::Hook, true, true),
         ] {
-            assert_eq!(Electrode::of(&hook(instrument, cut, coagulate)), None);
+            assert_eq!(electrode(&hook(instrument, cut, coagulate)), None);
         }
         let mut tool = hook(Instrument::Hook, true, false);
-        let electrode = Electrode::of(&tool).expect("current");
+        let electrode = electrode(&tool).expect("current");
         // The bend lies 12 mm beyond the joint, and its end 4 mm to the side.
         assert!(electrode.touches_ball(&Vec3::new(0.0, -0.004, -0.0135), 0.000_8) >= 1.0);
         assert!(electrode.touches_ball(&Vec3::new(0.0, 0.0, -0.006), 0.003) <= 0.0);
         tool.switches.paused = true;
-        assert_eq!(Electrode::of(&tool), None);
+        assert_eq!(electrode(&tool), None);
     }
 
     #[test]
     fn the_power_is_shared_out_and_cutting_parts_more_than_it_dries() {
         let dose = |cut| {
-            let electrode = Electrode::of(&hook(Instrument::Hook, cut, !cut));
+            let electrode = electrode(&hook(Instrument::Hook, cut, !cut));
             electrode.and_then(|it| it.dose(2.0e-6)).expect("current")
         };
         for cut in [true, false] {
@@ -272,7 +278,7 @@ mod tests {
 
         #[test]
         fn electrode_survives_any_input(points in prop::array::uniform2(any::<[f32; 3]>()), m2 in any::<f32>()) {
-            let electrode = Electrode::of(&hook(Instrument::Hook, true, false)).expect("current");
+            let electrode = electrode(&hook(Instrument::Hook, true, false)).expect("current");
             let share = electrode.touches_bar(&points.map(Vec3::from), 0.001);
             prop_assert!((0.0..=1.0).contains(&share));
             let parts = electrode.dose(m2).map_or(0.0, |dose| dose.parts());

@@ -1,10 +1,10 @@
-//! Electrosurgery: the current of the hook's bare tip divides or desiccates the tissue that it
-//! touches.
+//! Electrosurgery: current through the hook's bare tip divides or desiccates the tissue that the
+//! tip touches.
 //!
 //! First the contact area is summed over everything touched: links of tubes, bands and sutures,
 //! cells, and surfaces of organs. Then each area takes its share of the tick's energy
 //! ([`electrode`]). The damage of a link grows by the energy that it takes, divided by the energy
-//! that boils it away over the width of the electrode. A vessel is desiccated, a wall is burnt
+//! that boils it away over the width of the electrode. Vessels are desiccated, walls are burnt
 //! through ([`wall`]). Current without contact does nothing. O(attachments and elastic links of
 //! organs that move, contacts) while current flows.
 
@@ -48,8 +48,8 @@ pub(crate) struct Cautery {
 }
 
 impl Cautery {
-    /// Applies a tick of current at `electrode`, whose contacts with tissue and cells are
-    /// `contacts` and `cells`.
+    /// Applies a tick of current at `electrode`, which touches tissue at `contacts` and touches
+    /// `cells`.
     pub(crate) fn burn(
         &mut self,
         electrode: &Electrode,
@@ -131,7 +131,7 @@ impl Cautery {
         }
     }
 
-    /// Raises the burn events: when they are due, and when the current `is_off`.
+    /// Raises the burn events when they are due, and when the current `is_off`.
     pub(crate) fn tell(&mut self, is_off: bool, journal: &mut Journal) {
         self.quiet = self.quiet.saturating_sub(1);
         if self.quiet > 0 && !is_off {

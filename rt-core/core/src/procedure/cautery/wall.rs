@@ -1,7 +1,7 @@
-//! Walls that current burns through: the energy that each place has absorbed.
+//! Walls that current burns through, place by place.
 //!
-//! A place moves with the sphere that was nearest to it at its first burn. The damage of a place
-//! does not heal.
+//! A place moves with the sphere that was nearest to it at its first burn, and keeps the energy
+//! that it has absorbed.
 
 use heapless::Vec;
 
@@ -40,7 +40,8 @@ pub(super) struct Hole {
 }
 
 impl Walls {
-    /// Heats the wall of the organ with this index at `at_m`. O(spheres of the organ).
+    /// Heats the wall of the organ with this index at `at_m`. Returns the hole if this burns it
+    /// through. O(spheres of the organ).
     pub(super) fn burn(
         &mut self,
         organ: u8,

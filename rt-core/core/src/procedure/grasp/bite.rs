@@ -1,5 +1,5 @@
 //! Tissue between two jaws: its resistance to the squeeze, its friction on the jaws, and the
-//! stiffness of the tissue behind it.
+//! stiffness of the tissue behind the bite.
 
 use crate::math::{self, Vec3};
 use crate::scene::{Inside, Scene};
@@ -9,8 +9,9 @@ use crate::tissue::Bodies;
 /// jaws need 3 N, and smooth jaws 22 N. A force of 15 N and more harms bowel
 /// (10.1007/s00464-003-9153-2).
 pub(crate) const GRIP_MAX_N: f32 = 4.0;
-/// Friction of a profiled jaw, relative to that of a smooth one. It lies between 1 and the value of
-/// the best profile (22 N / 3 N, the source above), and stands for the teeth of an atraumatic jaw.
+/// Friction of a profiled jaw, relative to that of a smooth jaw. The value stands for the teeth of
+/// an atraumatic jaw, and lies between 1 and that of the best profile (22 N / 3 N, the source
+/// above).
 const PROFILE: f32 = 4.0;
 /// Width of a jaw, m.
 const JAW_WIDTH_M: f32 = 0.003;

@@ -1,9 +1,9 @@
 //! Grasp: spheres between closed jaws move with the instrument until the jaws open or the spheres
 //! slip out.
 //!
-//! The jaws squeeze the tissue between them ([`bite`]); the resulting friction holds the tissue
-//! against a pull, and the tissue keeps the jaws open. A handle that closes by a button does not
-//! render the squeeze. A handle that opens and shuts does ([`crate::procedure::opening`]).
+//! The jaws squeeze the tissue between them ([`bite`]). The friction then holds the tissue against
+//! a pull, and the tissue keeps the jaws open. A handle that opens and shuts renders the squeeze
+//! ([`crate::procedure::opening`]); a handle with a button does not.
 
 mod bite;
 
@@ -27,8 +27,8 @@ use bite::{Bite, GRIP_N_M, crushed_by_pa};
 const REACH_M: f32 = 0.005;
 /// Distance beyond `REACH_M` at which a held sphere counts as slid out, m.
 const OUT_M: f32 = 0.001;
-/// Share of the grip that a sphere which has slid out loses per tick: it is free after 0.2 s. A
-/// larger share ends the pull more abruptly.
+/// Share of the grip that a sphere loses per tick after it has slid out: the sphere is free after
+/// 0.2 s. A larger share ends the pull more abruptly.
 const OUT_STEP: f32 = 0.005;
 /// Distance that tissue slides through the jaws until a slip is reported, m.
 const SLIP_M: f32 = 0.002;
@@ -39,7 +39,7 @@ struct Held {
     sphere: u32,
     /// Place of the sphere in the jaws, in the instrument's frame, m.
     in_instrument_m: Vec3,
-    /// That place at the end of the last tick, world frame, m.
+    /// The place at the end of the last tick, world frame, m.
     was_at_m: Vec3,
     /// Remaining share of the grip on it.
     share: f32,
@@ -50,9 +50,9 @@ struct Held {
 pub(crate) struct Grasp {
     held: Vec<Held, MAX_GRASPED>,
     bite: Bite,
-    /// True for blades and the clip applier: held tissue does not slip, and does not stop the jaws.
+    /// True for scissors and clip applier: held tissue does not slip, and does not stop the jaws.
     is_sharp: bool,
-    /// Reciprocal of the number of spheres grasped.
+    /// Reciprocal of the number of spheres that were grasped.
     part: f32,
     /// Force of the jaws on the tissue, N.
     grip_n: f32,
@@ -75,8 +75,8 @@ pub(crate) struct Jaws<'a> {
     pub(crate) jaw: f32,
 }
 
-/// Thickness of the jaws between their axes, m. Jaws meet tissue when the distance between their
-/// axes is less than the thickness of the tissue plus this.
+/// Thickness of the jaws between their axes, m. Jaws meet tissue when their axes are less than the
+/// tissue's thickness plus this value apart.
 const MEET_M: f32 = 0.001;
 
 /// Crossing of a link between the jaws.
@@ -95,8 +95,8 @@ impl Jaws<'_> {
         self.instrument.jaw_opening_m() * self.jaw
     }
 
-    /// Crossing of a link with these ends (world frame, m) between the jaws. A thick link counts as
-    /// long as part of it is between them.
+    /// Crossing of a link with these ends (world frame, m) between the jaws. A thick link counts
+    /// while part of it is between the jaws.
     pub(crate) fn crossing(&self, ends_m: &[Vec3; 2], radius_m: f32) -> Option<Crossing> {
         let instrument_from_world = self.world_from_instrument.inverse();
         let local = |end: &Vec3| (instrument_from_world * nalgebra::Point3::from(*end)).coords;
@@ -222,7 +222,7 @@ impl Grasp {
         open
     }
 
-    /// Updates the force of the jaws, at most `most_n`, N, after the jaws have moved, and releases
+    /// Updates the force of the jaws after they have moved, N, at most `most_n`, and releases
     /// spheres that have slid out. Returns true if tissue has slipped by `SLIP_M`.
     pub(crate) fn hold(&mut self, jaws: &Jaws<'_>, most_n: f32, bodies: &mut Bodies) -> bool {
         self.grip_n = self.bite.squeeze_n(jaws.gap_m()).min(most_n);
@@ -250,7 +250,7 @@ impl Grasp {
     }
 
     /// A sphere of an organ that the jaws crush now and had not crushed before in this grip, and
-    /// their force, N. Blades and the clip applier do not crush.
+    /// the jaws' force, N. Scissors and clip applier do not crush.
     pub(crate) fn crush(&mut self, scene: &Scene<'_>, bodies: &Bodies) -> Option<(u32, f32)> {
         let pressure_pa = self.bite.pressure_pa(self.grip_n);
         for held in self.held.iter().filter(|_| !self.is_sharp) {

@@ -36,8 +36,8 @@ impl Vessels {
         }
     }
 
-    /// Spreads pressure across every link of every tube once, in the order of the links, and across
-    /// every attachment. Returns true if that changed anything.
+    /// Spreads pressure once across every link of every tube, in the order of the links, and across
+    /// every attachment. Returns true if any pressure changed.
     pub(super) fn spread(&mut self, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> bool {
         let mut has_spread = false;
         for (organ, it) in (0u8..).zip(scene.organs) {
@@ -63,7 +63,8 @@ impl Vessels {
         has_spread
     }
 
-    /// Equalises pressure between two spheres across a passage of which the share `open` is open.
+    /// Raises the lower pressure of two spheres to what passes from the other, through a passage of
+    /// which the share `open` is open. Returns true if it rose.
     fn join(&mut self, [a, b]: [u32; 2], open: f32, scene: &Scene<'_>, bodies: &Bodies) -> bool {
         let (at_a, at_b) = (*self.pressure.at(a), *self.pressure.at(b));
         let dried = |sphere| self.open(sphere, scene, bodies);

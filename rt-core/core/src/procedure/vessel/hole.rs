@@ -14,7 +14,7 @@ use crate::tissue::tubes::Step;
 /// neck.
 const NECK_RADIUS_M: f32 = 0.003;
 
-/// Share of the arriving flow that leaves a tube which is half parted.
+/// Share of the arriving flow that leaves a half-parted tube.
 const HALF_OPEN: f32 = 0.5;
 
 /// An opening to the outside.
@@ -26,7 +26,7 @@ pub(super) enum Opening {
     Off { sphere: u32 },
     /// Hole in the wall at this sphere.
     Wall { sphere: u32, area_m2: f32 },
-    /// Link beside this sphere that is parted half, and not through.
+    /// Link at this sphere that is half parted.
     Slit { link: u32, sphere: u32 },
 }
 
@@ -94,8 +94,8 @@ impl Hole {
 }
 
 impl Vessels {
-    /// Finds new divisions, and calls `divided` with each. If `divided` returns false, the division
-    /// is left for a later call. Returns true if none was left.
+    /// Finds new divisions, and calls `divided` with each. A division for which `divided` returns
+    /// false is left for a later call. Returns true if none was left.
     pub(super) fn find_holes(
         &mut self,
         scene: &Scene<'_>,
@@ -127,8 +127,8 @@ impl Vessels {
         self.find_torn_off(scene, bodies, divided) && is_all
     }
 
-    /// Finds tubes that have lost all attachments to an organ. Attachments to fat and other solid
-    /// tissue do not count, because they hold no end of a tube.
+    /// Finds tubes that have lost all their attachments to an organ. Attachments to fat and other
+    /// solid tissue do not count, because they hold no end of a tube.
     fn find_torn_off(
         &mut self,
         scene: &Scene<'_>,
@@ -182,7 +182,7 @@ impl Vessels {
         self.holes.iter().any(|hole| hole.opening == opening)
     }
 
-    /// Adds an opening. If there is no room, no events report the leak, and `Vessels::is_overrun`
+    /// Adds an opening. If there is no room, no event reports the leak, and `Vessels::is_overrun`
     /// reports the lack of room.
     pub(super) fn open_up(&mut self, opening: Opening) {
         if !self.is_open(opening) {
@@ -205,7 +205,7 @@ pub(super) fn unclosed(opening: Opening, scene: &Scene<'_>, clips: &Clips, bodie
 }
 
 /// Share of a tube's lumen that clips leave open between this sphere of the divided link `from` and
-/// the tube's end. An earlier division closes the rest. O(beads of the organ, squared).
+/// the tube's end; 0 if another division lies in between. O(beads of the organ, squared).
 fn unclosed_from(mut sphere: u32, from: u32, clips: &Clips, bodies: &Bodies) -> f32 {
     let organ = *bodies.organ.at(sphere);
     let (mut open, mut last) = (clips.open(from), from);

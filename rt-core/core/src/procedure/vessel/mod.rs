@@ -2,9 +2,9 @@
 //!
 //! Pressure spreads from its sources ([`flow`]) along intact links, and across attachments between
 //! organs of equal content. Clips and desiccated walls reduce it. A change restarts the
-//! computation. Each tick makes one pass over all tubes and attachments, until a pass changes
-//! nothing. Then every divided end and every hole leaks at the pressure that reaches it. Changes of
-//! a leak raise events.
+//! computation. Each tick then makes one pass over all tubes and attachments, until a pass changes
+//! nothing. After that, every divided end and every hole leaks at the pressure that reaches it.
+//! Changes of a leak raise events.
 
 mod flow;
 mod hole;
@@ -21,8 +21,8 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::words::{Event, EventKind};
 use hole::{Hole, Opening, unclosed};
 
-/// Shortening of a divided artery, as a share of its length: about the in-situ stretch. The aorta
-/// of old people is stretched by 5 %, that of young people by far more
+/// Shortening of a divided artery, as a share of its length: about the artery's stretch in the
+/// body. The aorta of old people is stretched by 5 %, the aorta of young people by far more
 /// (10.1007/s00414-011-0549-9).
 const ARTERY_SHORTENS: f32 = 0.1;
 /// Shortening of a divided duct, as a share of its length. Assumed: half the artery's.
@@ -33,10 +33,11 @@ const SHORTENS_STEP: f32 = ARTERY_SHORTENS / 300.0;
 /// Change of flow below which no event is raised.
 const REPORTED: f32 = 0.01;
 /// Largest radius of a vessel that desiccation can close, m. In larger vessels blood carries the
-/// heat away. Clinical limit with one electrode: radius 1 mm. Plus 0.5 mm for the sphere radii.
+/// heat away. The clinical limit with one electrode is 1 mm; 0.5 mm are added for the radii of the
+/// spheres.
 const DRIED_RADIUS_M: f32 = 0.001_5;
-/// Energy to heat tissue to 100 °C and boil a third of its water, J/m³; the wall then seals: `1060
-/// kg/m³ (3600 J/kg K · 63 K + 0.25 · 2.26 MJ/kg)`.
+/// Energy that seals a wall, J/m³: it heats the tissue to 100 °C and boils a third of its water,
+/// `1060 kg/m³ (3600 J/kg K · 63 K + 0.25 · 2.26 MJ/kg)`.
 const CLOSES_J_M3: f32 = 8.4e8;
 
 /// Progress of the flow computation.
@@ -58,7 +59,7 @@ pub(crate) struct Vessels {
     /// Energy that has desiccated each sphere's piece of vessel, J.
     dried_j: PerSphere<f32>,
     holes: Vec<Hole, MAX_HOLES>,
-    /// True if a leak has found no room in `holes`.
+    /// True if a leak has found no room in `holes` since `is_overrun` was last called.
     is_overrun: bool,
     /// True for organs that are divided somewhere.
     divided: [bool; MAX_ORGANS],
@@ -82,7 +83,7 @@ impl Vessels {
         *self = Self::new();
     }
 
-    /// Marks present divisions as prepared: they raise no event `Divided`. Leaks from them raise
+    /// Marks present divisions as prepared: they raise no event `Divided`, but their leaks raise
     /// events.
     pub(crate) fn note_prepared(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
         self.find_holes(scene, bodies, |_| true);

@@ -1,4 +1,4 @@
-//! Slits: tubes that are torn, cut or burnt half through, and stay so.
+//! Slits: tubes that are torn, cut or burnt half through, and stay half parted.
 
 use crate::procedure::vessel::hole::{Hole, Opening};
 use crate::procedure::vessel::{Progress, Vessels};
@@ -8,8 +8,8 @@ use crate::tissue::Bodies;
 /// Share of its stiffness that a tube's link has left when half of its fibres are parted: `(1 − p)
 /// / (1 + p)` with `p = 1/2` (`tissue::damage`).
 const HALF_LEFT: f32 = 1.0 / 3.0;
-/// Time for which a link is half parted before it leaks, ticks. A division that goes on is through
-/// by then: fibres tear in 50 ms, and the jaws of a button close in 150 ms.
+/// Time for which a link is half parted before it leaks, ticks. A division that goes on is complete
+/// by then: fibres tear in 50 ms, and jaws that a button closes shut in 150 ms.
 const HALF_TICKS: u32 = 100;
 
 impl Vessels {
@@ -58,8 +58,8 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec;
 
-    /// An artery of eleven spheres, held at its left end. Link 5 has this share of its stiffness
-    /// left, and is divided after some ticks if `parts`. Returns the events' kinds and values.
+    /// Events (kind and value) of an artery of eleven spheres, held at its left end. Link 5 has
+    /// this share of its stiffness left, and is divided after half of the ticks if `parts`.
     fn reported(left: f32, ticks: u32, parts: bool) -> Vec<(EventKind, f32)> {
         let spheres: Vec<_> = (0..11)
             .map(|i| crate::scene::RestSphere {

@@ -1,10 +1,10 @@
 //! Layered tissue (fat, connective tissue) that is removed cell by cell.
 //!
-//! A cell is removed when it has taken the energy that boils it away (`burn`), or when the strand
-//! that it represents has torn (`strand`). The contact skin sinks by the thickness that is missing
-//! under it (`Cells::sunk_m`). A sphere without cells meets nothing, and the links of a sphere keep
-//! the share of its cells that remains. All of this is a function of the set of removed cells, not
-//! of their order.
+//! A cell is removed when it has taken the energy that boils it away (`burn`), or when the
+//! attachments of its sphere have torn (`strand`). The contact skin sinks by the thickness that is
+//! missing under it (`Cells::sunk_m`). A sphere that has lost all cells meets nothing. The
+//! stiffness of a sphere's links and attachments falls with the share of its cells that is left.
+//! All of this depends on the set of removed cells, not on their order.
 
 mod strand;
 #[cfg(test)]
@@ -21,8 +21,8 @@ use crate::words::{Event, EventKind, SphereBits};
 /// Value in `Cells::shown` of a removed cell.
 pub const REMOVED: u8 = u8::MAX;
 
-/// Depth of a contact skin under which nothing is left, m: more than the distance at which tools
-/// are tracked.
+/// Depth added to a contact skin under which nothing is left, m: more than the distance at which
+/// tools are tracked.
 const OPEN_M: f32 = 0.015;
 /// Largest number of cells behind each other under a contact vertex.
 const DEEP: usize = 32;
@@ -37,9 +37,9 @@ pub(crate) struct Cells {
     taken_j: [f32; MAX_CELLS],
     /// Share of the energy taken, 0 to 254, or [`REMOVED`].
     shown: [u8; MAX_CELLS],
-    /// A neighbour is missing or removed: the cell is exposed.
+    /// True if a neighbour is missing or removed.
     is_exposed: [bool; MAX_CELLS],
-    /// Volume of the cells of each sphere: at first, and remaining.
+    /// Volume of the cells of each sphere, at first and remaining, in [`UNIT_M3`].
     whole: PerSphere<u32>,
     left: PerSphere<u32>,
     removed: u32,
@@ -52,7 +52,7 @@ pub(crate) struct Cells {
 pub(crate) struct Removed {
     pub(crate) cell: u16,
     pub(crate) organ: u8,
-    /// Its last position, m.
+    /// Its last position, world frame, m.
     pub(crate) at_m: Vec3,
 }
 
@@ -165,7 +165,8 @@ impl Cells {
         if count > 0.0 { sum_m / count } else { 0.0 }
     }
 
-    /// Gives heat to a cell. Returns true if that removes it; [`Bodies::remove_cell`] then does so.
+    /// Gives heat to a cell. Returns true if the heat suffices to remove the cell, which the caller
+    /// then does ([`Bodies::remove_cell`]).
     pub(crate) fn give(&mut self, index: u16, cell: &Cell, energy_j: f32) -> bool {
         let place = usize::from(index);
         let (Some(taken_j), Some(shown)) = (self.taken_j.get_mut(place), self.shown.get_mut(place))
@@ -239,7 +240,8 @@ impl Bodies {
         }
     }
 
-    /// Removes a cell, and its share of the links at its sphere.
+    /// Removes a cell, and weakens the links and attachments of its sphere; `None` if the cell was
+    /// removed before.
     pub(crate) fn remove_cell(&mut self, index: u16, scene: &Scene<'_>) -> Option<Removed> {
         let cell = scene.layers.cell(index)?;
         if !self.cells.take(index, cell, scene) {

@@ -1,5 +1,5 @@
-//! Strands of a layered sheet. Where all attachments of a sphere to another organ have torn, its
-//! cells are no longer connected and are removed.
+//! Strands of a layered sheet. When all attachments of a sphere to another organ have torn, its
+//! cells hang on nothing and are removed.
 
 use super::Removed;
 use crate::math::Vec3;
@@ -7,15 +7,16 @@ use crate::scene::{Anchor, Attachment, Scene};
 use crate::tissue::Bodies;
 use crate::words::SphereBits;
 
-/// Share of the distance to its neighbours that a sphere without cells moves in a tick.
+/// Share of the difference to a neighbour's displacement by which a sphere without cells moves in a
+/// tick.
 const FOLLOWS: f32 = 0.25;
-/// Largest number of cells removed in one tick: as many as events allow; the rest follow in the
-/// next.
+/// Largest number of cells removed in one tick, so that their events find room; the rest follow in
+/// later ticks.
 const IN_A_TICK: usize = 8;
 
 impl Bodies {
-    /// Removes the cells of a torn strand, of one strand in a tick. O(attachments), and O(cells)
-    /// where one has torn.
+    /// Removes the cells of a torn strand, one strand at a time. O(attachments), and O(cells) where
+    /// one has torn.
     pub(crate) fn tear_cells(&mut self, scene: &Scene<'_>, mut removed: impl FnMut(Removed)) {
         if scene.layers.cells.is_empty() {
             return;
@@ -37,9 +38,9 @@ impl Bodies {
         }
     }
 
-    /// Moves each sphere without cells with its neighbours. It is attached to nothing and would
-    /// fall, while its neighbour cells and the picture still follow it in part. Where there are
-    /// tetrahedra, they hold it. O(links of organs without tetrahedra).
+    /// Moves each sphere without cells with its neighbours. Such a sphere is attached to nothing
+    /// and would fall, while neighbouring cells and the picture still follow it in part. In organs
+    /// with tetrahedra, the tetrahedra hold the sphere. O(links of organs without tetrahedra).
     pub(crate) fn carry_removed(&mut self, scene: &Scene<'_>) {
         if self.cells.removed == 0 {
             return;
@@ -68,8 +69,8 @@ impl Bodies {
         }
     }
 
-    /// A sphere with cells whose attachments to another organ are all severed. Attachments of a
-    /// sphere to an organ follow each other.
+    /// A sphere with cells whose attachments to another organ are all severed. The scene lists
+    /// attachments of one sphere to one organ together.
     fn torn_strand(&self, scene: &Scene<'_>) -> Option<u32> {
         let other = |tie: &Attachment| match tie.to {
             Anchor::Sphere(sphere) => Some(*self.organ.at(sphere)),

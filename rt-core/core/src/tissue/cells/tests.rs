@@ -13,10 +13,10 @@ use crate::scene::{
 
 const SIDE: u16 = 10;
 const LAYERS: u16 = 8;
-/// Spheres of the sheet; one of another organ comes after them.
+/// Spheres of the sheet; a sphere of another organ follows.
 const SPHERES: u32 = 16;
 
-/// A block of cells over a row of spheres that are linked, and attached to another organ's.
+/// A block of cells over a row of linked spheres, each attached to a sphere of another organ.
 struct Block {
     organs: [Organ; 2],
     spheres: List<RestSphere>,
@@ -109,7 +109,7 @@ fn loaded(scene: &Scene<'_>) -> Box<Bodies> {
     bodies
 }
 
-/// Asserts the state that follows from the set of removed cells.
+/// The state that follows from the set of removed cells, bit for bit.
 fn outcome(bodies: &Bodies, scene: &Scene<'_>) -> List<u32> {
     let mut all = List::new();
     for i in 0..scene.layers.cells.len() as u16 {
@@ -126,7 +126,7 @@ fn outcome(bodies: &Bodies, scene: &Scene<'_>) -> List<u32> {
     all
 }
 
-/// Expected exposure, computed from the neighbours.
+/// Asserts that exposure, volumes and flags agree with the set of removed cells.
 fn check(bodies: &Bodies, scene: &Scene<'_>) {
     let mut left = [0u64; SPHERES as usize];
     for (i, cell) in (0u16..).zip(scene.layers.cells) {
@@ -163,8 +163,8 @@ impl Dice {
     }
 }
 
-/// Removes the whole block repeatedly, in random order, some cells twice, some by heat (any
-/// number), and restores it.
+/// Removes the whole block again and again in random order, and restores it. Some cells are removed
+/// twice, some by heat; the heat may be any number.
 #[test]
 fn a_million_random_deletions_never_break_it() {
     let block = Block::new();
@@ -242,7 +242,7 @@ fn cells_that_hang_on_nothing_go_and_no_others() {
     check(&bodies, &scene);
 }
 
-/// Otherwise the cells that it carries in part would fall with it.
+/// A sphere that did not follow would fall, and with it the cells that it carries in part.
 #[test]
 fn a_sphere_without_cells_goes_with_its_neighbours() {
     let block = Block::new();
@@ -271,7 +271,8 @@ fn a_sphere_without_cells_goes_with_its_neighbours() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
-    /// Any order of removal leaves equal state, to the bit; a reset leaves nothing of it.
+    /// The state does not depend on the order of removal, bit for bit. A reset restores the first
+    /// state.
     #[test]
     fn the_order_does_not_matter(
         order in Just((0..SIDE * SIDE * LAYERS).collect::<List<u16>>()).prop_shuffle(),

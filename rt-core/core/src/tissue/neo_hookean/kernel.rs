@@ -1,9 +1,10 @@
 //! One pass over the tetrahedra of an organ, eight at a time.
 //!
 //! Cost: a tetrahedron takes about 430 additions and multiplications and three divisions, eight to
-//! an instruction. It reads 72 bytes of its own in order, reads and writes 40 bytes of memory, and
-//! per corner gathers 32 bytes and scatters 16, from nodes that stay in the second-level cache. The
-//! rate at which a core issues instructions bounds the kernel, not memory. To count them:
+//! an instruction. It reads 72 bytes of its own in order, and reads and writes 40 bytes of its
+//! memory (`BatchMemory`). Per corner it gathers 32 bytes from nodes in the second-level cache, and
+//! scatters 16. The rate at which a core issues instructions bounds the kernel, not memory. To
+//! count them:
 //!
 //! ```text
 //! cargo build --release -p rt-core --example cost
@@ -17,14 +18,15 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::tissue::warm_start::BatchMemory;
 
 /// Squared norm of the cofactor matrix (3 at rest) below which a tetrahedron counts as crushed to a
-/// line or a point. Its volume constraint has no gradient there that leads out.
+/// line or a point. Its volume constraint then has no gradient that would open it.
 const CRUSHED: f32 = 0.2;
-/// Share by which a crushed tetrahedron is treated as more open than it is.
+/// Largest addition to the diagonal of `F` by which a crushed tetrahedron counts as more open than
+/// it is.
 const OPENING: f32 = 0.5;
 
-/// Share by which the corners of an inverted tetrahedron are drawn towards their mean displacement
-/// in a pass. 0.1 leaves knots in a scrambled liver (`scrambled_it_comes_back`), and 0.8 shakes one
-/// that was pulled to five times its length.
+/// Largest share by which the corners of an inverted tetrahedron are drawn towards their mean
+/// displacement in a pass. 0.1 leaves knots in a scrambled liver (`scrambled_it_comes_back`), and
+/// 0.8 shakes one that was pulled to five times its length.
 const DRAWN_MAX: f32 = 0.4;
 
 /// An organ's elasticity for one substep.
@@ -34,7 +36,7 @@ pub(super) struct Moduli {
     pub(super) shear: f32,
     /// `μ/λ` with `λ = λ₀ + μ`.
     pub(super) shear_over_bulk: f32,
-    /// `γ = 1 + μ/λ`: the determinant at which both constraints balance at rest.
+    /// `γ = 1 + μ/λ`: with it, the stress of an undeformed tetrahedron is zero.
     pub(super) rest_volume: f32,
     /// Retardation time over dt: weight of the strain rate relative to the strain.
     pub(super) rate: f32,
@@ -42,7 +44,7 @@ pub(super) struct Moduli {
     pub(super) kept: f32,
 }
 
-/// Projects every batch in order, with the widest registers that this processor has.
+/// Projects every batch in order, in AVX registers if the processor has them, else in plain arrays.
 pub(super) fn project(
     nodes: &mut PerSphere<Node>,
     batches: &[TetraBatch],
@@ -51,7 +53,7 @@ pub(super) fn project(
 ) {
     #[cfg(target_arch = "x86_64")]
     if has_avx::get() {
-        #[allow(unsafe_code)] // the other named place is `wide::avx`
+        #[allow(unsafe_code)] // as in `wide::avx` and `math::sqrt`
         // SAFETY: the processor has just said that it has AVX.
         return unsafe { project_avx(nodes, batches, last, moduli) };
     }
@@ -94,8 +96,9 @@ type Symmetric<W> = [W; 6];
 
 /// The stable neo-Hookean energy `V (μ/2 F:F + λ/2 (det F − γ)²)` (Smith 2018) of each tetrahedron,
 /// solved by XPBD (Macklin 2016; Macklin and Müller 2021) from its last impulse. `F = I + Σ e bᵀ`,
-/// with `e` the displacements of the edges and `b` the shape gradients, contains that impulse.
-/// A stress `μ P` moves each corner by `w μ dt² V P b`, and so changes `F` by `P M`:
+/// with `e` the displacements of the edges and `b` the shape gradients, contains the kept share of
+/// that impulse, `P'`. A stress `μ P` moves each corner by `w μ dt² V P b`, and so changes `F` by
+/// `P M`:
 ///
 /// ```text
 /// M = μ dt² V Σ w b bᵀ          mobility, over the four corners
@@ -105,7 +108,7 @@ type Symmetric<W> = [W; 6];
 /// p = −λ/μ (J⁺ − γ + r (J⁺ − J'))         J⁺ = det F + cof F : (F⁺ − F)
 /// ```
 ///
-/// At rest `F⁺ = F`, so `μ P` is the first Piola–Kirchhoff stress of the energy, not of its
+/// At rest `F⁺ = F`, so `−μ P` is the first Piola–Kirchhoff stress of the energy, not of its
 /// linearisation. Solved for `P`, with `B = (1 + (1 + s) M)⁻¹`:
 ///
 /// ```text
@@ -114,11 +117,11 @@ type Symmetric<W> = [W; 6];
 /// ```
 ///
 /// `s` weighs the change of `F` in this projection, and has no effect at rest. The direction `cof
-/// F` of the pressure turns with `F`, by at most `|p|` times that change. So `s` is the pressure at
-/// `F`, and at least 1: that of a tetrahedron without load. `r` is the retardation time over dt,
-/// and `J'` is `J⁺` of the last substep.
+/// F` of the pressure turns with `F`, by at most `|p|` times that change. So `s` is the size of the
+/// pressure `p` at `F`, but at least 1, which is its size without load. `r` is the retardation time
+/// over dt, and `J'` is `J⁺` of the last substep.
 ///
-/// No closure here: one that is not inlined would be compiled without the wide registers.
+/// No closure here: a closure that is not inlined would be compiled without the wide registers.
 #[inline(always)]
 fn project_batch<W: Wide>(
     nodes: &mut PerSphere<Node>,
@@ -210,9 +213,8 @@ fn stress<W: Wide>(
 }
 
 /// Draws the displacements of an inverted tetrahedron's corners together, without moving their
-/// common centre of mass. Elasticity alone leaves an inverted tetrahedron by ways that wind tissue
-/// around itself, and such a knot is an equilibrium. The mean of the neighbours' displacements is
-/// not.
+/// common centre of mass. Elasticity alone turns an inverted tetrahedron back in ways that wind
+/// tissue into knots, and a knot is an equilibrium. Corners that are drawn together leave the knot.
 #[inline(always)]
 fn drawn_together<W: Wide>(edges: &[Vec3<W>; 3], weights: &[W; 4], volume: W) -> [Vec3<W>; 4] {
     let zero = W::splat(0.0);
@@ -381,8 +383,8 @@ fn row<W: Wide>(edges: &[Vec3<W>; 3], gradients: &[Vec3<W>; 3], i: usize) -> Vec
     add(second, scale(gradients[2], edges[2][i]))
 }
 
-/// `det F` and the cofactor matrix, by rows. A crushed tetrahedron gets those of a matrix that is a
-/// little more open in every direction: they lead out.
+/// `det F` and the cofactor matrix, by rows. A crushed tetrahedron gets the values of a matrix that
+/// is a little more open in every direction, and so opens.
 #[inline(always)]
 fn volume_and_cofactor<W: Wide>(f: &[Vec3<W>; 3]) -> (W, [Vec3<W>; 3]) {
     let closed = cofactor(f);

@@ -1,7 +1,7 @@
 //! Tissue as a neo-Hookean solid over the tetrahedra between sphere centres.
 //!
-//! Its constraints follow from Young's modulus, Poisson's ratio and density. At rest its stress is
-//! that of the energy, whatever the substeps.
+//! The constraints follow from Young's modulus, Poisson's ratio and density. At rest the stress is
+//! the stress of the energy, with any number of substeps.
 
 mod kernel;
 mod wide;
@@ -15,15 +15,15 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::tissue::warm_start::{Limits, SphereMemory};
 use crate::tissue::{Bodies, Node, Solver};
 
-/// Largest Poisson's ratio that is used. Linear tetrahedra lock beyond it: at 0.49 they sag a fifth
-/// too little. A liver of 0.49, computed with 0.45, hangs 0.64 mm rms off finite elements; with
-/// 0.49 it is 2.3 mm.
+/// Largest Poisson's ratio that is used. Linear tetrahedra lock at a larger ratio: at 0.49 they sag
+/// a fifth too little. A liver of 0.49 hangs 0.64 mm rms off finite elements if it is computed with
+/// 0.45, and 2.3 mm if it is computed with 0.49.
 pub const POISSON_MAX: f32 = 0.45;
 
-/// Share of Young's modulus that the tetrahedra use. They resist more than the solid that they
-/// represent: they are linear, span sphere centres, and carry the tissue up to the skin. Fitted on
-/// one scene, the sag of the liver of 581 spheres against finite elements (`evaluate`), as one
-/// number for every organ, material and resolution.
+/// Share of Young's modulus that the tetrahedra use. Tetrahedra resist more than the solid that
+/// they represent, because they are linear, span sphere centres, and carry the tissue up to the
+/// skin. Fitted to the sag of one liver (581 spheres) against finite elements (`evaluate`). Every
+/// organ, material and resolution uses this number.
 pub const STIFFNESS_SHARE: f32 = 0.965;
 
 /// XPBD stable neo-Hookean tetrahedra and elastic links. O(tetrahedra + links).
@@ -59,7 +59,7 @@ impl Solver for NeoHookean {
     }
 }
 
-/// Adds the impulses of the last substep to the prediction, which it leaves in `after_m`.
+/// Keeps the prediction in `after_m`, and adds the impulses of the last substep to the steps.
 fn begin(nodes: &mut PerSphere<Node>, organ: &Organ, kept: f32, memory: &mut [SphereMemory]) {
     let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
     for (node, last) in nodes.iter_mut().zip(memory) {
@@ -69,7 +69,7 @@ fn begin(nodes: &mut PerSphere<Node>, organ: &Organ, kept: f32, memory: &mut [Sp
     }
 }
 
-/// Keeps the tetrahedra's impulses of this substep, and takes the outer ones out of the steps.
+/// Takes the outer impulses out of the steps, and keeps the tetrahedra's impulses of this substep.
 fn end(nodes: &mut PerSphere<Node>, organ: &Organ, kept: f32, memory: &mut [SphereMemory]) {
     let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
     for (node, last) in nodes.iter_mut().zip(memory) {
@@ -89,8 +89,8 @@ pub(crate) fn impulse(step_m: Lanes, weight_per_kg: f32) -> Lanes {
     }
 }
 
-/// Weight of the strain rate relative to the strain: retardation time over dt, as far as it is
-/// stable.
+/// Weight of the strain rate relative to the strain: retardation time over dt, at most
+/// `Limits::rate_max`.
 fn rate(material: &Material, step_s: f32, limits: Limits) -> f32 {
     (material.retardation_s / step_s).min(limits.rate_max)
 }

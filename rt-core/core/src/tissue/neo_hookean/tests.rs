@@ -30,7 +30,7 @@ fn grid() -> Vec<RestSphere> {
     (0..64).map(|i| sphere(at(i) * 0.01, 0.006)).collect()
 }
 
-/// Six tetrahedra a cell.
+/// Six tetrahedra in each cube of the grid.
 fn cells() -> Vec<Tetra> {
     let mut made = Vec::new();
     for i in 0..27 {
@@ -129,7 +129,7 @@ fn deformed(nodes: &PerSphere<Node>, corners: [u32; 4]) -> [Matrix3<f64>; 3] {
 }
 
 /// The equations of the kernel's documentation in `f64`, as a linear system for `F⁺`, one
-/// tetrahedron after the other, from no impulse.
+/// tetrahedron after the other. The last impulse is zero.
 fn project_by_formula(nodes: &mut PerSphere<Node>, moduli: &Moduli) {
     let volume_m3 = 1.0e-6 / 6.0;
     let (shear, ratio) = (f64::from(moduli.shear), f64::from(moduli.shear_over_bulk));
@@ -229,7 +229,7 @@ fn a_rigid_motion_is_left_alone() {
 }
 
 /// One tetrahedron under a constant force comes to the stress of the energy, not of its
-/// linearisation, however far it is deformed.
+/// linearisation, even when it is deformed far.
 #[test]
 fn a_tetrahedron_in_balance_has_the_stress_of_its_energy() {
     let one = [Tetra {

@@ -1,6 +1,5 @@
 //! Eight numbers at once: in plain arrays, and in the registers of a processor with AVX. Both do
-//! the same additions, multiplications, divisions and roots in the same order and never fuse two
-//! of them: the same bits.
+//! equal operations in equal order and never fuse two of them, so they give equal bits.
 
 use crate::scene::LANES;
 use crate::tissue::lanes::Lanes;
@@ -9,20 +8,20 @@ use crate::tissue::lanes::Lanes;
 pub(super) trait Wide: Copy {
     /// One value in every lane.
     fn splat(x: f32) -> Self;
-    /// From memory.
+    /// Reads from memory.
     fn load(x: &[f32; LANES]) -> Self;
-    /// To memory.
+    /// Writes to memory.
     fn store(self) -> [f32; LANES];
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
     fn div(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
-    /// True if any lane is below that of `other`.
+    /// True if any lane is below the lane of `other`.
     fn any_below(self, other: Self) -> bool;
-    /// Eight rows of four as four columns of eight.
+    /// Turns eight rows of four into four columns of eight.
     fn columns(rows: [&Lanes; LANES]) -> [Self; 4];
-    /// Three columns of eight, and zeros, as eight rows of four.
+    /// Turns three columns of eight, and zeros, into eight rows of four.
     fn rows(columns: [Self; 3]) -> [Lanes; LANES];
 }
 
@@ -84,7 +83,7 @@ impl Wide for Plain {
         self.zip(other, |a, b| a / b)
     }
 
-    /// As the processor's instruction has it: `other` where one is not a number.
+    /// As the processor's instruction does: takes `other` if either is not a number.
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })

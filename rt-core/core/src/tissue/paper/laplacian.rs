@@ -7,13 +7,14 @@
 //! where its neighbours have gone on average. `L` need not be stored, and no large coordinates
 //! are subtracted.
 //!
-//! Known faults, kept because this is the paper's method: `L` does not turn with the tissue, so
-//! a rotated organ is pulled back; only the one sphere moves, so momentum is not conserved.
+//! Known faults, kept because this is the paper's method: `L` does not turn with the tissue, so a
+//! rotated organ is pulled back; only one sphere moves at a time, so momentum is not conserved.
 
 use crate::tissue::lanes::Lanes;
 
-/// The step of a sphere displaced by `own` whose `linked` spheres' displacements sum to `sum`,
-/// over the share `stiffness` of the way (paper Eq. 8). No neighbours, no step.
+/// Step of a sphere with the displacement `own` over the share `stiffness` of the way to its
+/// Laplacian target (paper Eq. 8). The displacements of its `linked` neighbours sum to `sum`. A
+/// sphere without neighbours stays.
 #[must_use]
 #[inline(always)]
 pub fn laplacian(own: Lanes, sum: Lanes, linked: usize, stiffness: f32) -> Lanes {

@@ -19,8 +19,8 @@ use crate::tissue::{Adjacency, Bodies, Solver};
 ///
 /// An iteration visits all links in the scene's order, then all spheres in theirs. Each correction
 /// sees the corrections before it (Gauss–Seidel). Preparation orders the links so that neighbours
-/// in the list share no sphere, so the processor can work on several at a time. O(iterations ·
-/// links).
+/// in the list share no sphere where possible, so the processor can work on several at a time.
+/// O(iterations · links).
 #[derive(Debug, Clone)]
 pub struct Paper {
     /// Iterations in a tick. Raising it stiffens the tissue: the known fault of the paper's method.
@@ -84,8 +84,8 @@ impl Solver for Paper {
     }
 }
 
-/// Projects the links. A damaged link pulls with its remaining stiffness. The Laplacian knows
-/// spheres and no links, so it still counts the two ends as neighbours.
+/// Projects the links. A damaged link pulls with its remaining stiffness. The Laplacian still
+/// counts the ends of a severed link as neighbours.
 fn project_stretch(
     scene: &Scene<'_>,
     organ: &Organ,
@@ -148,7 +148,7 @@ mod tests {
         let scene = Scene::new(&organs, &spheres, &links, room()).unwrap();
         let mut bodies = Box::new(Bodies::new());
         let mut paper = Box::new(Paper::new(1));
-        // 4 mm too long: the share of it that one projection removes.
+        // Length that one projection takes off a link that is 4 mm too long, m.
         let mut taken_m = |parted: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);

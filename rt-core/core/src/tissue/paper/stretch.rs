@@ -1,6 +1,6 @@
 //! Stretching (paper Eq. 3–5).
 
-/// Displacement of the two spheres of a link along `p1 − p2`, per inverse mass.
+/// Displacement of the two spheres of a link per inverse mass, as a factor on `p1 − p2`.
 ///
 /// | paper | here |
 /// |---|---|

@@ -1,8 +1,8 @@
 //! Cuts polygons into triangles by clipping ears (Meisters 1975).
 //!
-//! Every corner stays a corner of some triangle, also where it lies in a straight line with its
-//! neighbours. Libraries such as earcut leave such corners out, and the surface would be open where
-//! the next face uses them.
+//! Every corner of the polygon stays a corner of a triangle, even if it lies in a straight line
+//! with its neighbours. Libraries such as earcut leave such corners out. The surface would then be
+//! open where the next face uses them.
 
 use robust::{Coord, orient2d};
 
@@ -10,13 +10,13 @@ use super::malformed;
 use crate::Vec3;
 use crate::error::MeshProblem;
 
-/// Largest number of corners of a polygon. The work grows with the square of their number.
+/// Largest number of corners of a polygon. The work grows with the square of this number.
 const CORNERS_MAX: usize = 10_000;
 
 type Point = Coord<f64>;
 
-/// Adds a polygon's triangles, with the polygon's orientation. A corner that follows itself counts
-/// once; a polygon of fewer than three corners has no triangles.
+/// Adds a polygon's triangles, with the polygon's orientation. A corner that is repeated at once
+/// counts once. A polygon of fewer than three corners has no triangles.
 ///
 /// # Errors
 /// When the polygon has too many corners.
@@ -46,8 +46,8 @@ pub(super) fn push_polygon(
     }
     match flat(&corners, vertices) {
         Some(points) => clip(triangles, &corners, &points),
-        // A vertex does not exist, which mending refuses later, or the polygon has no area and so
-        // no ears.
+        // A vertex does not exist, and mending refuses the mesh later; or the polygon has no area
+        // and so no ears.
         None => fan(triangles, &corners),
     }
     Ok(())
@@ -59,9 +59,9 @@ fn fan(triangles: &mut Vec<[u32; 3]>, corners: &[u32]) {
     }
 }
 
-/// The corners projected along the coordinate axis nearest to the polygon's normal, anticlockwise.
-/// Coordinates are not rounded, so that the predicates are exact. `None` if the polygon has no
-/// area, or a vertex does not exist.
+/// The corners in two dimensions, anticlockwise: without the coordinate along the axis nearest to
+/// the polygon's normal. The others are not rounded, so that the predicates are exact. `None` if
+/// the polygon has no area, or a vertex does not exist.
 fn flat(corners: &[u32], vertices: &[Vec3]) -> Option<Vec<Point>> {
     let points: Option<Vec<Vec3>> = corners
         .iter()
@@ -87,17 +87,18 @@ fn flat(corners: &[u32], vertices: &[Vec3]) -> Option<Vec<Point>> {
     Some(points.iter().map(seen).collect())
 }
 
-/// A ring of the corners that are left.
+/// Ring of the corners that are left. Corners are numbers of `points`.
 struct Ring<'a> {
     points: &'a [Point],
     before: Vec<usize>,
     after: Vec<usize>,
-    /// Ears as far as they are known. Clipping one may make others, which a new search finds.
+    /// True for corners that are known to be ears. Clipping an ear may make others, which a new
+    /// search finds.
     ear: Vec<bool>,
     left: usize,
 }
 
-/// Clips ears until one triangle is left. A polygon that crosses itself may have no ear left; then
+/// Clips ears until one triangle is left. If no ear is left, as in a polygon that crosses itself,
 /// any corner is clipped, so that every edge is used.
 fn clip(triangles: &mut Vec<[u32; 3]>, corners: &[u32], points: &[Point]) {
     let count = corners.len();
@@ -141,7 +142,7 @@ impl Ring<'_> {
         self.corners(at).find(|&i| self.ear[i])
     }
 
-    /// Looks at every corner. Returns true if one is an ear.
+    /// Looks for ears among all corners. Returns true if there is one.
     fn search(&mut self, at: usize) -> bool {
         let ears: Vec<usize> = self.corners(at).filter(|&i| self.is_ear(i)).collect();
         for &i in &ears {
@@ -168,7 +169,7 @@ impl Ring<'_> {
         let blocks = |i: usize| {
             let p = self.points[i];
             let near = p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y;
-            // A hole is connected to the outline by a bridge, whose corners occur twice.
+            // A bridge connects a hole to the outline, and its corners occur twice.
             let corner = [a, b, c].contains(&p);
             near && !corner
                 && orient2d(a, b, p) >= 0.0

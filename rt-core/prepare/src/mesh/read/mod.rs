@@ -1,5 +1,5 @@
-//! Readers of mesh files: OBJ, STL, PLY, glTF. They do not trust a file's contents: they check
-//! counts before they take memory, and indices and numbers before they use them.
+//! Readers of mesh files: OBJ, STL, PLY, glTF. They do not trust a file: they check counts before
+//! they take memory, and indices before they use them. Mending checks the coordinates.
 
 mod ears;
 mod gltf;
@@ -13,15 +13,15 @@ use std::path::Path;
 use super::Mesh;
 use crate::error::MeshProblem;
 
-/// Triangles of one file, at most.
+/// Largest number of triangles of one file.
 pub(super) const TRIANGLES_MAX: u64 = 4_000_000;
-/// Bytes of one file, at most.
+/// Largest number of bytes of one file.
 const BYTES_MAX: u64 = 1 << 30;
 
-/// Names of parts, at most, that an error lists.
+/// Largest number of names of parts that an error lists.
 const NAMES_MAX: usize = 40;
 
-/// The parts that are wanted, and the parts that a file has.
+/// Names of the parts that are wanted, and of the parts that a file has.
 struct Parts<'a> {
     wanted: &'a [String],
     found: Vec<bool>,
@@ -37,7 +37,7 @@ impl<'a> Parts<'a> {
         }
     }
 
-    /// True if a part with these names is to be taken.
+    /// True if the part with these names is wanted. Records that the file has it.
     fn take(&mut self, names: &[&str]) -> bool {
         if self.wanted.is_empty() {
             return true;
@@ -56,7 +56,7 @@ impl<'a> Parts<'a> {
         taken
     }
 
-    /// Checks that every wanted part was there.
+    /// Checks that the file has every wanted part.
     fn check(self) -> Result<(), MeshProblem> {
         let Some(missing) = self.found.iter().position(|found| !found) else {
             return Ok(());
@@ -101,8 +101,9 @@ impl Format {
     }
 }
 
-/// Reads the triangles of a file, in its own units. `parts` names the solids (text STL), objects or
-/// groups (OBJ) or nodes (glTF, with all below them) to take; if it is empty, all are taken.
+/// Reads the triangles of a file, in the file's own units. `parts` names the solids (text STL),
+/// objects or groups (OBJ), or nodes or meshes (glTF, with all nodes below them) to take; if it is
+/// empty, all are taken.
 ///
 /// # Errors
 /// The error says what is wrong with the file.
@@ -130,7 +131,7 @@ fn content(path: &Path) -> Result<Vec<u8>, MeshProblem> {
     std::fs::read(path).map_err(unreadable)
 }
 
-/// Parses a file's content as [`read`] does. glTF looks for its data in `folder`.
+/// Parses a file's content as [`read`] does. A glTF file's data are looked for in `folder`.
 ///
 /// # Errors
 /// As for [`read`].
@@ -156,7 +157,7 @@ pub fn parse(
     Ok(mesh.without_unused())
 }
 
-/// Adds a strip of triangles: each corner after the second makes a triangle with the two corners
+/// Adds a strip of triangles: each corner from the third on makes a triangle with the two corners
 /// before it.
 fn push_strip(triangles: &mut Vec<[u32; 3]>, strip: &[u32]) {
     for (i, &[a, b, c]) in strip.array_windows().enumerate() {

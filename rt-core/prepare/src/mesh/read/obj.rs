@@ -1,5 +1,5 @@
-//! Wavefront OBJ: vertices, faces, and the names of objects and groups. Materials, textures,
-//! normals, points and lines are no part of a surface and are skipped.
+//! Wavefront OBJ: vertices, faces, and the names of objects and groups. Everything else is skipped:
+//! materials, textures, normals, points, lines.
 
 use super::ears::push_polygon;
 use super::text::{at_line, lines, name, point, shown, without_mark, words};
@@ -8,7 +8,7 @@ use crate::Vec3;
 use crate::error::MeshProblem;
 use crate::mesh::Mesh;
 
-/// Faces as they are written. They are cut into triangles when all vertices are known, because a
+/// Faces, before they are cut into triangles. They are cut when all vertices are known, because a
 /// face may stand before its vertices.
 #[derive(Default)]
 struct Faces {
@@ -67,8 +67,8 @@ pub(super) fn parse(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshP
     Ok(mesh)
 }
 
-/// A statement without its comment, joined with the next line for as long as the last one ends with
-/// a backslash.
+/// A statement without its comment. As long as a line ends with a backslash, the next line is part
+/// of the statement.
 fn continued<'a>(first: &[u8], lines: &mut impl Iterator<Item = (usize, &'a [u8])>) -> Vec<u8> {
     let mut line = first.trim_ascii_end().to_vec();
     while line.last() == Some(&b'\\') {
@@ -82,8 +82,8 @@ fn continued<'a>(first: &[u8], lines: &mut impl Iterator<Item = (usize, &'a [u8]
     line
 }
 
-/// Index of a face's vertex, from 0, of `v`, `v/vt`, `v//vn` or `v/vt/vn`. A negative number counts
-/// back from the last vertex so far.
+/// Index, from 0, of a face's vertex written as `v`, `v/vt`, `v//vn` or `v/vt/vn`. A negative
+/// number counts back from the last vertex so far.
 fn corner(word: &[u8], vertices: usize) -> Result<u32, String> {
     let vertex = word.split(|b| *b == b'/').next().unwrap_or_default();
     let text = std::str::from_utf8(vertex).ok();

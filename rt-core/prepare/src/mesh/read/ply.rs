@@ -1,5 +1,5 @@
-//! PLY, text and binary, through ply-rs. The crate's grammar takes plain names and UTF-8 only, so
-//! the header is rewritten before the crate reads it.
+//! PLY, text and binary, through ply-rs. The crate reads only headers with plain names in UTF-8, so
+//! the header is rewritten first.
 
 use std::io::{Cursor, Read};
 
@@ -51,8 +51,8 @@ const INDICES: [&str; 4] = [
     "indices",
 ];
 
-/// A face's or strip's indices as they are written. An index that no `u32` holds becomes
-/// `u32::MAX`, which is out of range.
+/// Indices of a face or strip. An index that does not fit `u32` becomes `u32::MAX`, which is out of
+/// range.
 #[derive(Debug, Default)]
 struct Face(Vec<u32>);
 
@@ -87,7 +87,7 @@ fn bad(error: impl std::error::Error) -> MeshProblem {
     malformed("PLY", &error)
 }
 
-/// The header with plain names and LF, without comments; and what follows it.
+/// The header with plain names and LF, without comments, and the bytes after the header.
 fn header(content: &[u8]) -> Result<(Vec<u8>, &[u8]), MeshProblem> {
     let endless = || malformed("PLY", "its header has no line 'end_header'");
     let first = content.iter().position(|b| matches!(b, b'\n' | b'\r'));
@@ -123,14 +123,14 @@ fn header(content: &[u8]) -> Result<(Vec<u8>, &[u8]), MeshProblem> {
     }
 }
 
-/// Checks the header's counts before memory is taken, and that faces have a list of vertices.
+/// Checks the header's counts, before memory is taken, and that faces have a list of vertices.
 fn check(header: &Header, bytes: usize) -> Result<(), MeshProblem> {
     for (name, element) in &header.elements {
         if name == "vertex" || name == "face" {
             check_size(bytes as u64, element.count as u64)?;
         } else if element.count > bytes || element.properties.is_empty() {
-            // Elements without properties take no bytes, so any count of them would fit into any
-            // file.
+            // Elements without properties take no bytes, so a file of any size could have any
+            // number of them.
             let detail = format!(
                 "announces {} of element '{name}' with {} properties in {bytes} bytes",
                 element.count,
@@ -194,7 +194,7 @@ pub(super) fn parse(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshP
         push_polygon(&mut mesh.triangles, &polygon, &mesh.vertices)?;
     }
     for Face(strips) in strips {
-        // -1, read as `u32::MAX`, separates one strip from the next.
+        // −1, read as `u32::MAX`, separates strips.
         for strip in strips.split(|i| *i == u32::MAX) {
             push_strip(&mut mesh.triangles, strip);
         }

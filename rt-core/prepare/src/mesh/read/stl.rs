@@ -1,8 +1,8 @@
 //! STL, text and binary.
 //!
-//! Binary files are recognised by their length, because the headers of many begin with the word
-//! "solid". Normals are ignored: the order of the corners gives them, and some programs write zeros
-//! or NaN.
+//! A file of just the length that a binary file of its count has is binary, even if it begins with
+//! the word "solid", as many do. Normals are ignored: the order of the corners gives them, and some
+//! programs write zeros or NaN.
 
 use super::ears::push_polygon;
 use super::text::{at_line, lines, point, without_mark, words};
@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 
 /// Bytes of a binary file's header and count.
 const BINARY_HEAD: usize = 84;
-/// Bytes of a triangle of a binary file.
+/// Bytes of a triangle in a binary file.
 const BINARY_TRIANGLE: usize = 50;
 
 pub(super) fn parse(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshProblem> {
@@ -53,13 +53,13 @@ fn announced(content: &[u8]) -> Option<u64> {
     Some(u64::from(u32::from_le_bytes(count.try_into().ok()?)))
 }
 
-/// The triangles' bytes of a binary file.
+/// The bytes of a binary file's triangles.
 fn binary(content: &[u8]) -> Result<&[u8], MeshProblem> {
     let (Some(announced), Some(data)) = (announced(content), content.get(BINARY_HEAD..)) else {
         return Err(malformed("STL", "shorter than its header"));
     };
     let whole = data.len().is_multiple_of(BINARY_TRIANGLE);
-    // Exporters that stream their output never come back to fill in the count.
+    // Exporters that stream their output cannot fill in the count at the end.
     if whole && (announced == 0 || announced == u64::from(u32::MAX)) {
         return Ok(data);
     }
@@ -91,8 +91,8 @@ fn push_corners(mesh: &mut Mesh, corners: impl Iterator<Item = Vec3>) -> Result<
     push_polygon(&mut mesh.triangles, &polygon, &mesh.vertices)
 }
 
-/// Reads the facets of all solids. Corners stand only within loops; unknown words outside of loops
-/// are skipped.
+/// Reads the facets of the wanted solids. Corners stand only within loops. Unknown words outside of
+/// loops are skipped.
 fn parse_text(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshProblem> {
     let mut mesh = Mesh::default();
     let mut name = String::new();
@@ -137,7 +137,8 @@ fn parse_text(content: &[u8], parts: &mut Parts<'_>) -> Result<Mesh, MeshProblem
     }
 }
 
-/// Number of words before the next facet of the line. The name of a solid may consist of any words.
+/// Number of words before the next "facet normal" of the line. The name of a solid may have any
+/// words.
 fn facet(words: &[&[u8]]) -> usize {
     let is_facet = |pair: &[&[u8]]| {
         pair[0].eq_ignore_ascii_case(b"facet") && pair[1].eq_ignore_ascii_case(b"normal")

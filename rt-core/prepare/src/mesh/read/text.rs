@@ -1,4 +1,4 @@
-//! Lines, words and numbers of text formats. Text is bytes: names may be in any encoding.
+//! Lines, words and numbers of text formats. Text is bytes, because names may be in any encoding.
 
 use super::malformed;
 use crate::error::MeshProblem;
@@ -17,7 +17,7 @@ pub(super) fn without_mark<'a>(
     Ok(content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content))
 }
 
-/// Lines with their numbers, from 1. They end with LF, CR LF, or CR in a file without LF.
+/// Lines with their numbers, from 1. Lines end with LF or CR LF, or, in a file without LF, with CR.
 pub(super) fn lines(content: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
     let end = if content.contains(&b'\n') {
         b'\n'
@@ -42,7 +42,7 @@ pub(super) fn name(line: &[u8]) -> String {
         .into()
 }
 
-/// A finite number, or the reason that it is none.
+/// The finite number that a word says, or the word's fault.
 pub(super) fn number(word: &[u8]) -> Result<f64, String> {
     let text = std::str::from_utf8(word).ok();
     let value = text.and_then(|text| text.parse::<f64>().ok());

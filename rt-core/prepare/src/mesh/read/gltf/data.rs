@@ -1,5 +1,5 @@
-//! The data of a glTF file: buffers from the GLB, from a file beside it, or embedded as text; and
-//! the elements of accessors, sparse ones too.
+//! Data of a glTF file: buffers (from the GLB, from a file beside it, or embedded as text), and the
+//! elements of accessors, sparse accessors included.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -15,7 +15,7 @@ use super::malformed;
 use crate::error::MeshProblem;
 use crate::mesh::read::{BYTES_MAX, content};
 
-/// Base64 with or without its padding, as programs write it.
+/// Base64 with or without padding: programs write both.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new()
@@ -23,7 +23,8 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
-/// Buffers, and the names of the extensions that the file uses, which may explain missing data.
+/// Buffers, and the names of the extensions that the file uses. An extension may explain missing
+/// data.
 pub(super) struct Data {
     buffers: Vec<Vec<u8>>,
     used: Vec<String>,
@@ -63,8 +64,8 @@ impl Data {
                 );
                 return Err(data.blamed(malformed("glTF", &detail)));
             }
-            // Data beyond the announced length are unused. Cut them off: many buffers may name one
-            // large file.
+            // Bytes beyond the announced length are unused. They are cut off, because many buffers
+            // may name one large file.
             bytes.truncate(buffer.length());
             bytes.shrink_to_fit();
             data.buffers.push(bytes);
@@ -123,7 +124,7 @@ impl Data {
                 let elements = self.strided(&view, accessor.offset(), count, size);
                 elements.ok_or_else(outside)?
             }
-            // All are zero except for those that the sparse list names.
+            // All elements are zero, except those that the sparse list names.
             (None, Some(_)) => vec![0; count.saturating_mul(size)],
             (None, None) => return Err(outside()),
         };
@@ -201,7 +202,7 @@ fn decoded(embedded: &str) -> Result<Vec<u8>, MeshProblem> {
         .map_err(|error| bad(&error.to_string()))
 }
 
-/// Data of a file beside the glTF file, or below its folder. Its name may be percent-encoded.
+/// Data of a file in the glTF file's folder or below. The file's name may be percent-encoded.
 fn beside(uri: &str, folder: &Path) -> Result<Vec<u8>, MeshProblem> {
     let name = percent_decode_str(uri).decode_utf8_lossy();
     let mut path = PathBuf::from(&*name);
@@ -213,7 +214,7 @@ fn beside(uri: &str, folder: &Path) -> Result<Vec<u8>, MeshProblem> {
         let detail = format!("its data '{uri}' are not below its folder; put the file beside it");
         return Err(malformed("glTF", &detail));
     }
-    // Some programs write a name that has percent signs without encoding it.
+    // Some programs do not encode a name, even if it has percent signs.
     if !folder.join(&path).exists() && is_below(Path::new(uri)) {
         path = uri.into();
     }

@@ -2,7 +2,8 @@
 
 use crate::error::MeshProblem;
 
-/// Extensions that change the surface, and the exporters' options that avoid them.
+/// Extensions that change the surface. The second text of each says how, and names an exporter's
+/// option that avoids the extension.
 const REFUSED: [(&str, &str); 5] = [
     (
         "KHR_draco_mesh_compression",
@@ -28,7 +29,7 @@ const REFUSED: [(&str, &str); 5] = [
     ),
 ];
 
-/// An extension whose name has one of these words leaves surfaces as they are.
+/// An extension whose name contains one of these words does not change surfaces.
 const HARMLESS: [&str; 9] = [
     "texture",
     "material",
@@ -50,8 +51,8 @@ pub(super) fn check(root: &gltf::json::Root) -> Result<(), MeshProblem> {
             return Err(refuse(extension));
         }
     }
-    // A reader that ignores instancing sees one copy only, and a file may use instancing without
-    // requiring it.
+    // A file may use instancing without requiring it. A reader that ignores instancing would see
+    // one copy only.
     match root
         .extensions_used
         .iter()
@@ -62,7 +63,8 @@ pub(super) fn check(root: &gltf::json::Root) -> Result<(), MeshProblem> {
     }
 }
 
-/// The error of data that cannot be read: an extension that compresses them, or `otherwise`.
+/// The error of data that cannot be read: that of a used extension which changes the surface, else
+/// `otherwise`.
 pub(super) fn blame<'a>(
     used: impl Iterator<Item = &'a str>,
     otherwise: MeshProblem,

@@ -1,6 +1,6 @@
-//! glTF and GLB, through the gltf crate. The crate checks the file's structure; buffers and
-//! accessors are read here, because the crate's own readers trust them and accept neither embedded
-//! text nor percent-encoded names.
+//! glTF and GLB, through the gltf crate. The crate checks the file's structure. Buffers and
+//! accessors are read here, because the crate's readers trust them and accept neither embedded data
+//! nor percent-encoded names.
 
 mod data;
 mod extensions;
@@ -23,8 +23,8 @@ const DEPTH_MAX: usize = 64;
 struct Reading<'a, 'b> {
     data: Data,
     parts: &'a mut Parts<'b>,
-    /// Nodes that were met. A second visit is an error: nodes with two parents would let a short
-    /// file have endless paths.
+    /// True for nodes that were visited. A second visit is an error: with nodes of two parents, a
+    /// short file could have endless paths.
     met: Vec<bool>,
     mesh: Mesh,
     bytes: u64,
@@ -41,8 +41,8 @@ pub(super) fn parse(
     let blob = file.blob;
     let mut root = file.document.into_json();
     extensions::check(&root)?;
-    // The required extensions are checked already. The crate would also refuse those about
-    // textures.
+    // The required extensions are checked already. The crate would refuse even those that concern
+    // only textures.
     root.extensions_required.clear();
     check_positions(&root)?;
     let file = gltf::Document::from_json(root).map_err(bad)?;
@@ -65,7 +65,8 @@ pub(super) fn parse(
 }
 
 impl Reading<'_, '_> {
-    /// Takes a file without a scene: its nodes, or its meshes if it has no nodes.
+    /// Takes a file without a scene: the nodes without a parent, or all meshes if there are no
+    /// nodes.
     fn visit_library(&mut self, file: &gltf::Document) -> Result<(), MeshProblem> {
         let mut is_child = vec![false; file.nodes().len()];
         for child in file.nodes().flat_map(|node| node.children()) {
@@ -121,7 +122,7 @@ impl Reading<'_, '_> {
         for primitive in mesh.primitives() {
             self.take_primitive(&primitive, world)?;
         }
-        // A node that mirrors its mesh would turn it inside out.
+        // A node that mirrors its mesh turns the mesh inside out, so its triangles are turned back.
         if world.fixed_view::<3, 3>(0, 0).determinant() < 0.0 {
             for triangle in &mut self.mesh.triangles[first..] {
                 triangle.swap(1, 2);
@@ -143,7 +144,7 @@ impl Reading<'_, '_> {
             .as_ref()
             .map_or(positions.count(), gltf::Accessor::count);
         check_size(self.bytes, (self.mesh.triangles.len() + count / 3) as u64)?;
-        // Many primitives may share one accessor, so their vertices are counted each time.
+        // Many primitives may share one accessor, so its vertices are counted each time.
         let vertices = (self.mesh.vertices.len() as u64).saturating_add(positions.count() as u64);
         check_size(self.bytes, vertices / 3)?;
         let first = self.mesh.vertices.len() as u32;
@@ -175,8 +176,8 @@ impl Reading<'_, '_> {
     }
 }
 
-/// Checks that the accessors of all positions exist. The crate's own validation uses their numbers
-/// before it checks them.
+/// Checks that the accessors of all positions exist. The crate's validation uses the accessors'
+/// numbers before it checks them.
 fn check_positions(root: &gltf::json::Root) -> Result<(), MeshProblem> {
     let wanted = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
