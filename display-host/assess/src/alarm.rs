@@ -52,6 +52,8 @@ impl AlarmKind {
 pub struct Alarm {
     /// Counted time since the task began, s. Pauses and gaps do not count.
     pub at_s: f64,
+    /// Time since the recording began, s, at which a replay shows the error.
+    pub session_s: f64,
     /// Kind of error.
     pub kind: AlarmKind,
     /// The organ concerned, if any.

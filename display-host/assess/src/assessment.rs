@@ -2,7 +2,7 @@
 //! and gives a status at any time and a result at the end.
 
 use session::{Entry, EntryContent, Movement};
-use shared_mem::message::EventMsg;
+use shared_mem::message::{EventMsg, PoseMsg};
 use shared_mem::words::EventKind;
 
 use crate::alarm::Alarm;
@@ -14,7 +14,7 @@ use crate::rules::{Lost, Rules};
 use crate::step::{Hint, Reason, Step, plain_steps, plainly};
 use crate::tally::Tally;
 use crate::task::{Difficulty, Outcome, Task};
-use crate::vector::{Vec3, distance, looking_off, wide};
+use crate::vector::{Vec3, axis, distance, looking_off, wide};
 use crate::view::{Cvs, Views};
 
 /// Version of the metrics' definitions and of the tasks' built-in requirements.
@@ -39,6 +39,17 @@ pub struct Moment {
     pub organ: Option<String>,
     /// The event's value.
     pub value: f32,
+}
+
+/// Hands at the moment of an alarm, for a close picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hands {
+    /// View of the endoscope: it looks along −z, with y up.
+    pub world_from_camera: PoseMsg,
+    /// Middle of the instrument's tips, world frame, m.
+    pub tip_m: [f32; 3],
+    /// Direction of the instrument's shaft, from the tip to the handle, world frame.
+    pub shaft: [f64; 3],
 }
 
 /// A path for pictures: x, y, z in the world frame, m, and the time since the first movement, s.
@@ -102,6 +113,9 @@ pub struct Assessed {
     /// Paths of instrument and endoscope.
     #[serde(skip)]
     pub paths: [Path; 2],
+    /// Hands at the moment of each alarm, as far as they were known.
+    #[serde(skip)]
+    pub hands: Vec<Option<Hands>>,
 }
 
 /// The running assessment of an operation.
@@ -115,8 +129,12 @@ pub struct Assessment {
     procedure: Procedure,
     views: Views,
     alarms: Vec<Alarm>,
+    /// Hands at each alarm.
+    hands: Vec<Option<Hands>>,
     moments: Vec<Moment>,
     paths: [Path; 2],
+    /// Time of the first entry, ns.
+    first_ns: Option<u64>,
     began_ns: Option<u64>,
     newest: Option<Movement>,
     /// Angle between the endoscope's view and its shaft, and the turn of the view about the shaft,
@@ -143,8 +161,10 @@ impl Assessment {
             views: Views::default(),
             anatomy,
             alarms: Vec::new(),
+            hands: Vec::new(),
             moments: Vec::new(),
             paths: [Vec::new(), Vec::new()],
+            first_ns: None,
             began_ns: None,
             newest: None,
             sight_rad: [0.0; 2],
@@ -158,6 +178,7 @@ impl Assessment {
 
     /// Takes the next entry. Entries after the end of the task change nothing.
     pub fn take(&mut self, entry: &Entry) {
+        let first_ns = *self.first_ns.get_or_insert(entry.at_ns);
         if self.over.is_some() {
             return;
         }
@@ -184,7 +205,10 @@ impl Assessment {
                 turned_rad,
             } => self.sight_rad = [*off_rad, *turned_rad].map(f64::from),
             EntryContent::Moved(moved) => self.moved(entry.at_ns, moved),
-            EntryContent::Event(event) => self.event(event),
+            EntryContent::Event(event) => {
+                let session_s = entry.at_ns.saturating_sub(first_ns) as f64 * 1e-9;
+                self.event(session_s, event);
+            }
         }
         self.judge();
     }
@@ -194,6 +218,7 @@ impl Assessment {
         self.procedure = Procedure::new(self.task, &self.anatomy);
         self.views = Views::default();
         self.alarms.clear();
+        self.hands.clear();
         self.moments.clear();
         self.paths = [Vec::new(), Vec::new()];
         self.began_ns = None;
@@ -217,7 +242,8 @@ impl Assessment {
         let seconds = self.tally.moved(at_ns, moved, anatomy, rules);
         self.procedure.moved(moved, seconds, anatomy, rules);
         // Clips and divisions end the view.
-        if seconds > 0.0 && self.task != Task::Scope && self.procedure.is_untouched() {
+        let has_view = !matches!(self.task, Task::Scope | Task::Basics);
+        if seconds > 0.0 && has_view && self.procedure.is_untouched() {
             let tally = &self.tally;
             let is_gone = |cell| tally.is_removed(cell);
             let camera = &moved.world_from_camera;
@@ -236,7 +262,7 @@ impl Assessment {
         self.newest = Some(*moved);
     }
 
-    fn event(&mut self, event: &EventMsg) {
+    fn event(&mut self, session_s: f64, event: &EventMsg) {
         // A number below the expected one comes from another controller, and counts as no loss.
         let expected = self.next_event.unwrap_or(event.sequence);
         let lost = event.sequence.saturating_sub(expected);
@@ -249,7 +275,15 @@ impl Assessment {
             .procedure
             .event(at_s, event, &self.anatomy, &self.rules, &self.tally);
         let room = KEPT_MAX.saturating_sub(self.alarms.len());
-        self.alarms.extend(wrong.0.into_iter().take(room));
+        let wrong = wrong.0.into_iter().take(room);
+        self.alarms
+            .extend(wrong.map(|alarm| Alarm { session_s, ..alarm }));
+        let hands = self.newest.as_ref().map(|moved| Hands {
+            world_from_camera: moved.world_from_camera,
+            tip_m: moved.tip_m,
+            shaft: axis(&moved.world_from_instrument, 2),
+        });
+        self.hands.resize(self.alarms.len(), hands);
         let shown = [
             EventKind::Hung,
             EventKind::Grasp,
@@ -346,7 +380,10 @@ impl Assessment {
     pub fn status(&self) -> Status {
         let steps = self.steps();
         let is_beginner = self.difficulty == Difficulty::Beginner && self.over.is_none();
-        let hint = is_beginner.then(|| self.procedure.hint(&steps, self.newest.as_ref()));
+        let hint = is_beginner.then(|| {
+            let state = (&self.anatomy, &self.rules, &self.tally);
+            self.procedure.hint(&steps, self.newest.as_ref(), state)
+        });
         let (outcome, reasons) = self.over.clone().unwrap_or((Outcome::Running, Vec::new()));
         Status {
             time_s: self.tally.time_s(),
@@ -375,7 +412,8 @@ impl Assessment {
                 (Outcome::Aborted, open.collect())
             }
         });
-        let has_view = self.task != Task::Scope && self.anatomy.has_cells(Region::Triangle);
+        let has_view = !matches!(self.task, Task::Scope | Task::Basics);
+        let has_view = has_view && self.anatomy.has_cells(Region::Triangle);
         let cvs = has_view.then(|| self.views.cvs());
         let score = match outcome {
             Outcome::Aborted => 0.0,
@@ -397,6 +435,7 @@ impl Assessment {
             force_histogram_s: self.tally.force_histogram(),
             moments: self.moments,
             paths: self.paths,
+            hands: self.hands,
         }
     }
 }

@@ -37,6 +37,7 @@
 mod alarm;
 mod anatomy;
 mod assessment;
+mod basics;
 mod injury;
 mod means;
 pub mod metrics;
@@ -53,7 +54,7 @@ mod view;
 
 pub use alarm::{Alarm, AlarmKind};
 pub use anatomy::{Anatomy, Region};
-pub use assessment::{Assessed, Assessment, Moment, Path, Status, VERSION};
+pub use assessment::{Assessed, Assessment, Hands, Moment, Path, Status, VERSION};
 pub use injury::{Cause, Injury, InjuryKind, Severity};
 pub use metrics::{Metric, Values};
 pub use rules::{PassRule, Reference, Rules, RulesError};

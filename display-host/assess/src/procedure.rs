@@ -6,16 +6,19 @@ use shared_mem::scene::OrganKind;
 
 use crate::alarm::{Alarm, AlarmKind};
 use crate::anatomy::{Anatomy, Region};
+use crate::basics::Basics;
 use crate::injury::{Injuries, Injury, InjuryKind, Severity};
 use crate::means::Means;
 use crate::metrics::{Metric, Values};
 use crate::rules::Rules;
 use crate::scope_drill::ScopeDrill;
-use crate::step::{Advice, Hint, Reason, Step};
+use crate::step::{Reason, Step};
 use crate::tally::{Tally, is_target};
 use crate::task::Task;
 use crate::vector::wide;
 use crate::vessel::Vessel;
+
+mod hint;
 
 /// The vessels of the procedure and their names, in the order of [`Procedure::vessels`].
 const VESSELS: [(OrganKind, &str); 2] = [
@@ -45,6 +48,7 @@ pub(crate) struct Procedure {
     /// The critical view of safety has been achieved.
     had_view: bool,
     drill: ScopeDrill,
+    basics: Basics,
     touches: u32,
     touches_wrong: u32,
     burns_wrong: u32,
@@ -73,6 +77,7 @@ impl Procedure {
             hung: 0,
             had_view: false,
             drill: ScopeDrill::new(anatomy),
+            basics: Basics::default(),
             touches: 0,
             touches_wrong: 0,
             burns_wrong: 0,
@@ -111,6 +116,10 @@ impl Procedure {
         if self.task == Task::Scope {
             self.drill.moved(moved, seconds, anatomy, rules.done.look_s);
         }
+        if self.task == Task::Basics {
+            self.basics
+                .moved(moved, seconds, anatomy, rules.done.look_s);
+        }
     }
 
     /// Takes an event, `at_s` after the task began.
@@ -123,6 +132,9 @@ impl Procedure {
         tally: &Tally,
     ) -> Wrong {
         self.had_view |= self.view(anatomy, rules, tally);
+        if self.task == Task::Basics {
+            self.basics.event(event, anatomy);
+        }
         self.find_injury(at_s, event, anatomy, rules);
         let mut wrong = Wrong::default();
         let kind = anatomy.kind(event.organ);
@@ -130,6 +142,7 @@ impl Procedure {
         let mut say = |what| {
             wrong.0.push(Alarm {
                 at_s,
+                session_s: 0.0,
                 kind: what,
                 organ: anatomy.organ(event.organ).map(|organ| organ.name.clone()),
                 at_m: event.at_m,
@@ -418,6 +431,9 @@ impl Procedure {
         if self.task == Task::Scope {
             steps = self.drill.steps(anatomy);
         }
+        if self.task == Task::Basics {
+            steps = Basics::steps(anatomy, self.basics.done());
+        }
         steps
     }
 
@@ -471,18 +487,5 @@ impl Procedure {
         ] {
             values.set(metric, value);
         }
-    }
-
-    /// Next instruction for a beginner.
-    pub(crate) fn hint(&self, steps: &[(Step, bool)], moved: Option<&Movement>) -> Option<Hint> {
-        let (step, _) = steps.iter().find(|(_, done)| !done)?;
-        let held = moved.and_then(Movement::instrument);
-        let advice = match step.instrument() {
-            Some(it) if held == Some(it) => Advice::Use(it),
-            Some(it) => Advice::Take(it),
-            None => Advice::Hold,
-        };
-        let step = step.clone();
-        Some(Hint { step, advice })
     }
 }

@@ -20,11 +20,11 @@ pub const DRILL_ORGANS: [OrganKind; 6] = [
 ];
 /// Largest angle between the axis of view and an organ that counts as shown, as a share of the
 /// view's half angle.
-const MIDDLE: f64 = 0.5;
+pub(crate) const MIDDLE: f64 = 0.5;
 /// Least distance between the lens and an organ that counts as shown, m.
-const NEAR_M: f64 = 0.01;
+pub(crate) const NEAR_M: f64 = 0.01;
 /// Largest distance between the lens and an organ that counts as shown, m.
-const FAR_M: f64 = 0.25;
+pub(crate) const FAR_M: f64 = 0.25;
 /// Distance before the lens at which the sway of the picture is measured, m: a usual distance of
 /// work, from which a picture of 70° is 14 cm wide.
 const WORK_M: f64 = 0.1;
@@ -77,6 +77,11 @@ impl ScopeDrill {
             self.shown += 1;
             self.held_s = 0.0;
         }
+    }
+
+    /// Share of the time for which the present organ has been held.
+    pub(crate) fn share(&self, look_s: f64) -> f64 {
+        self.held_s / look_s
     }
 
     /// Mean speed of the picture's middle while the shown organs were held, mm/s; NaN before one is

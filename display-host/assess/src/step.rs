@@ -42,6 +42,15 @@ pub enum Step {
         /// The organ's name in the scene.
         organ: String,
     },
+    /// Bring the instrument's tip into the middle of the picture.
+    Meet,
+    /// Grasp an organ.
+    Grasp {
+        /// The organ's name in the scene.
+        organ: String,
+    },
+    /// Coagulate a strand of tissue between gallbladder and liver.
+    Coagulate,
 }
 
 impl fmt::Display for Step {
@@ -55,6 +64,9 @@ impl fmt::Display for Step {
             Self::Divide { organ } => write!(to, "Divide the {organ} between clips"),
             Self::Free => to.write_str("Free the gallbladder from the liver"),
             Self::Show { organ } => write!(to, "Show the {organ}"),
+            Self::Meet => to.write_str("Bring the tip into the middle of the picture"),
+            Self::Grasp { organ } => write!(to, "Grasp the {organ}"),
+            Self::Coagulate => to.write_str("Coagulate a strand of tissue"),
         }
     }
 }
@@ -63,11 +75,13 @@ impl Step {
     /// Instrument for the step. `None` if the endoscope does it, or if there is nothing to do.
     pub(crate) fn instrument(&self) -> Option<Instrument> {
         match self {
-            Self::Hang { .. } => Some(Instrument::Grasper),
-            Self::Triangle | Self::LowerBed | Self::Free => Some(Instrument::Hook),
+            Self::Hang { .. } | Self::Grasp { .. } => Some(Instrument::Grasper),
+            Self::Triangle | Self::LowerBed | Self::Free | Self::Coagulate => {
+                Some(Instrument::Hook)
+            }
             Self::Clip { .. } => Some(Instrument::ClipApplier),
             Self::Divide { .. } => Some(Instrument::Scissors),
-            Self::LeaveWhole | Self::Show { .. } => None,
+            Self::LeaveWhole | Self::Show { .. } | Self::Meet => None,
         }
     }
 }
@@ -89,6 +103,9 @@ pub struct Hint {
     pub step: Step,
     /// Advice for the step.
     pub advice: Advice,
+    /// Share of the step that is done, per cent, if it can be measured.
+    #[serde(default)]
+    pub percent: Option<u8>,
 }
 
 /// Advice for a step.
@@ -186,6 +203,15 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// The step that was not done, if that is the reason.
+    #[must_use]
+    pub fn open_step(&self) -> Option<&Step> {
+        match self {
+            Self::NotDone { step } => Some(step),
+            _ => None,
+        }
+    }
+
     /// The task is not passed because of this injury.
     pub(crate) fn injured(injury: &Injury) -> Self {
         Self::Injured {
@@ -259,6 +285,7 @@ mod tests {
         let hint = |advice| Hint {
             step: clip(),
             advice,
+            percent: None,
         };
         for (said, told) in [
             (clip().to_string(), "Place 2 clips on the cystic duct"),

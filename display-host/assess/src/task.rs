@@ -22,18 +22,21 @@ pub enum Task {
     Free,
     /// Show one organ after the other with the endoscope.
     Scope,
+    /// The first steps with camera and instrument, each with its goal.
+    Basics,
 }
 
 impl Task {
-    /// All tasks.
-    pub const ALL: [Self; 7] = [
+    /// All tasks, in the order in which they are learnt.
+    pub const ALL: [Self; 8] = [
+        Self::Basics,
+        Self::Scope,
         Self::Identify,
         Self::Clamp,
         Self::Cut,
         Self::Disconnect,
         Self::Full,
         Self::Free,
-        Self::Scope,
     ];
 
     /// Name on the command line.
@@ -47,6 +50,7 @@ impl Task {
             Self::Full => "full",
             Self::Free => "free",
             Self::Scope => "scope",
+            Self::Basics => "basics",
         }
     }
 
@@ -67,6 +71,7 @@ impl Task {
             Self::Full => "The whole operation",
             Self::Free => "Free practice",
             Self::Scope => "Endoscope: show each organ in turn",
+            Self::Basics => "First steps: camera, tip, grasp, clip, current",
         }
     }
 
@@ -91,6 +96,7 @@ impl Task {
         };
         match self {
             Self::Clamp | Self::Cut => vessel,
+            Self::Basics => vessel.or_else(|| layer(&[Region::UpperBed])),
             Self::Identify => layer(&[Region::Triangle, Region::LowerBed]),
             Self::Disconnect => layer(&[Region::LowerBed, Region::UpperBed]),
             Self::Full => vessel.or_else(|| layer(&Region::COUNTED)),

@@ -24,6 +24,28 @@ pub(crate) fn distance(a: Vec3, b: Vec3) -> f64 {
     norm(sub(a, b))
 }
 
+pub(crate) fn sum(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+pub(crate) fn scaled(a: Vec3, by: f64) -> Vec3 {
+    a.map(|x| x * by)
+}
+
+pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// Direction of a vector; `None` if it has none.
+pub(crate) fn unit(a: Vec3) -> Option<Vec3> {
+    let length = norm(a);
+    (length > 1e-12).then(|| scaled(a, 1.0 / length))
+}
+
 /// Point between two: `share` of the way from the first to the second.
 pub(crate) fn blend(from: Vec3, to: Vec3, share: f64) -> Vec3 {
     [0, 1, 2].map(|i| from[i] + (to[i] - from[i]) * share)

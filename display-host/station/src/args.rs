@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use assess::{Difficulty, Task};
 use clap::{Args, ValueEnum};
+use display_host::ui::Look;
 use display_host::words::Language;
 use store::{Store, StoreError};
 
@@ -14,7 +15,8 @@ use crate::problem::Problem;
 use crate::say;
 
 /// Tasks that need duct, artery and layered tissue.
-pub(crate) const IN_TRIANGLE: [&str; 5] = ["identify", "clamp", "cut", "disconnect", "full"];
+pub(crate) const IN_TRIANGLE: [&str; 6] =
+    ["basics", "identify", "clamp", "cut", "disconnect", "full"];
 
 /// Scene to run.
 #[derive(Debug, Clone, Default, Args)]
@@ -128,6 +130,49 @@ impl LanguageName {
                 let locale = set("LC_ALL").or_else(|| set("LC_MESSAGES"));
                 Language::of_locale(&locale.or_else(|| set("LANG")).unwrap_or_default())
             }
+        }
+    }
+}
+
+/// Look of a window, and lead of mouse and keyboard.
+#[derive(Debug, Clone, Copy, Args)]
+#[command(next_help_heading = "Window")]
+pub(crate) struct LookArgs {
+    /// Size of all text, per cent of the usual one
+    #[arg(long, value_name = "PERCENT", default_value = "100",
+          value_parser = clap::value_parser!(u16).range(80..=200))]
+    pub(crate) text_size: u16,
+    /// Theme of high contrast
+    #[arg(long)]
+    pub(crate) high_contrast: bool,
+    /// Layout for a left hand at the mouse: its buttons and the panel change sides
+    #[arg(long)]
+    pub(crate) left_handed: bool,
+    /// Motion of the instrument for a motion of mouse or key, per cent of the usual one
+    #[arg(long, value_name = "PERCENT", default_value = "100",
+          value_parser = clap::value_parser!(u16).range(25..=400))]
+    pub(crate) sensitivity: u16,
+}
+
+impl LookArgs {
+    pub(crate) fn look(self) -> Look {
+        Look {
+            text_percent: self.text_size,
+            high_contrast: self.high_contrast,
+            left_handed: self.left_handed,
+            sensitivity_percent: self.sensitivity,
+        }
+    }
+}
+
+impl Default for LookArgs {
+    fn default() -> Self {
+        let usual = Look::default();
+        Self {
+            text_size: usual.text_percent,
+            high_contrast: false,
+            left_handed: false,
+            sensitivity: usual.sensitivity_percent,
         }
     }
 }

@@ -48,6 +48,7 @@ documents! {
     EXPORT = "export", 1;
     TRAINEE = "trainee", 1;
     SESSION = "session", 1;
+    PROGRESS = "progress", 1;
     MERGED = "merged", 1;
     FORM = "form", 1;
     SHEET = "sheet", 1;

@@ -7,6 +7,7 @@ mod check;
 mod children;
 mod cli;
 mod clock;
+mod curriculum;
 mod devices;
 mod document;
 mod emulate;

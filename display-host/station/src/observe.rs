@@ -10,7 +10,9 @@ use display_host::headless::Observed;
 use display_host::window::{self, WindowConfig};
 use shared_mem::service::Station;
 
-use crate::args::{LanguageName, SceneArgs, ScopeName, parse_seconds, parse_size, parse_station};
+use crate::args::{
+    LanguageName, LookArgs, SceneArgs, ScopeName, parse_seconds, parse_size, parse_station,
+};
 use crate::folder::{Folder, running_scene};
 use crate::problem::Problem;
 use crate::say;
@@ -46,6 +48,8 @@ pub(crate) struct ObserveArgs {
     /// Language of the interface [default: that of LANG]
     #[arg(long, value_enum)]
     pub(crate) language: Option<LanguageName>,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
     /// Size of the window, pixels, e.g. 1280x720
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<[u32; 2]>,
@@ -76,6 +80,7 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
         lose_device_after: None,
         tick_cpu: None,
         language: LanguageName::or_users(args.language),
+        look: args.look.look(),
         task: None,
         instructor: true,
         replay: None,

@@ -16,6 +16,9 @@ use crate::say;
 /// Bytes at the start of a file in which Calot's name is looked for.
 const HEAD_BYTES: u64 = 1 << 20;
 
+/// Begin of the name of a close picture's file. A debrief draws these pictures itself.
+pub(crate) const CLOSE: &str = "close_";
+
 /// The option that allows to replace files.
 #[derive(Debug, Clone, Copy, Default, Args)]
 pub(crate) struct Overwrite {
@@ -45,6 +48,7 @@ impl Format {
     pub(crate) fn of_result(name: &str) -> Option<Self> {
         let numbered = name
             .strip_prefix("frame_")
+            .or_else(|| name.strip_prefix(CLOSE))
             .and_then(|it| it.strip_suffix(".png"));
         match name {
             "session.mcap" => Some(Self::Session),

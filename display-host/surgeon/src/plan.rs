@@ -108,6 +108,9 @@ impl Surgeon {
                 if task == Task::Scope {
                     plan.extend(DRILL_ORGANS.map(Act::Show));
                 }
+                if task == Task::Basics {
+                    plan.extend(basics());
+                }
             }
             Self::Unclamped => {
                 // The place is not between the clips with which task `cut` begins.
@@ -160,6 +163,23 @@ fn grasping(kind: OrganKind, share: f64, act: Act) -> [Act; 3] {
     [Act::Take(Instrument::Grasper), Act::Reach(kind, share), act]
 }
 
+/// The first steps: camera, tip, grasp, clip, current.
+fn basics() -> [Act; 11] {
+    [
+        Act::Take(Instrument::Grasper),
+        Act::Show(OrganKind::Stomach),
+        Act::Show(OrganKind::Gallbladder),
+        Act::Reach(OrganKind::Gallbladder, 0.5),
+        Act::Close,
+        Act::Retreat,
+        Act::Take(Instrument::ClipApplier),
+        Act::Work(OrganKind::CysticDuct, 0.45),
+        Act::Take(Instrument::Hook),
+        Act::Dissect(&[CellRecord::UPPER_BED], STRAND),
+        Act::Retreat,
+    ]
+}
+
 /// The hook at this organ, with this current until its wall is gone.
 fn burning(kind: OrganKind, pedal: u32) -> [Act; 4] {
     [
@@ -186,6 +206,8 @@ pub(crate) const CUT: f64 = 0.65;
 /// Share of the tissue of the triangle and of the lower bed that is removed, a little more than the
 /// pass rules require (`rules.toml`).
 const VIEW: f64 = 0.91;
+/// Share of the tissue of the upper bed that the first strand is.
+const STRAND: f64 = 0.02;
 /// Share of the tissue of the whole bed that is removed, a little more than the pass rules require.
 const WHOLE: f64 = 0.985;
 

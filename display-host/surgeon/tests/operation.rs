@@ -79,6 +79,11 @@ fn the_careful_shows_every_organ_of_the_endoscope_drill() {
 }
 
 #[test]
+fn the_careful_shows_the_first_steps() {
+    assert_passed(Task::Basics, 120);
+}
+
+#[test]
 fn the_hurried_tears_where_the_careful_clamps() {
     let result = operate(Surgeon::Hurried, Task::Clamp, 30);
     let mut alarms = result.assessed.alarms.iter();

@@ -121,16 +121,15 @@ impl Mark {
         None
     }
 
-    /// True if a living process holds this file, or if the file cannot be opened to find out. False
-    /// if the file can be locked, is gone, or is a link.
+    /// True if a living process holds this file, or if opening or locking it fails for another
+    /// reason: a doubtful file is not swept. False if the file can be locked, is gone, or is a link.
     fn is_held(path: &Path) -> bool {
         let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let file = match rustix::fs::open(path, flags, Mode::empty()) {
             Ok(file) => file,
             Err(error) => return !matches!(error, Errno::NOENT | Errno::LOOP),
         };
-        let locked = rustix::fs::flock(&file, FlockOperation::NonBlockingLockShared);
-        locked == Err(Errno::WOULDBLOCK)
+        rustix::fs::flock(&file, FlockOperation::NonBlockingLockShared).is_err()
     }
 }
 

@@ -70,6 +70,17 @@ struct Asked {
     kept: bool,
 }
 
+/// Options of `solve-force`.
+#[derive(Args)]
+struct AskedSolve {
+    #[command(flatten)]
+    all: Asked,
+    /// Makes elements as large as the contact: a case then takes minutes. Its table says mesher 3.
+    /// References without torque are solved again.
+    #[arg(long, conflicts_with = "quick")]
+    large: bool,
+}
+
 #[derive(Subcommand)]
 enum Command {
     /// Measures the reference: the same scenes on ever finer meshes.
@@ -81,7 +92,7 @@ enum Command {
     /// Measures force and torque over depth under rigid tools, against finite elements.
     Force(Asked),
     /// Solves the references of `force` that are missing, and keeps them in OUT/reference.
-    SolveForce(Asked),
+    SolveForce(AskedSolve),
     /// Compares two references of `force` with CalculiX (`ccx`).
     Calculix(Asked),
     /// Measures time and agreement of the methods that find the spheres, vertices or faces that the
@@ -178,7 +189,14 @@ fn perform(command: Command) -> Result<(), String> {
         Command::Stability(asked) => run(&asked, &[Chart::Stability]),
         Command::Force(asked) => run(&asked, &[Chart::Force]),
         Command::Calculix(asked) => compare_with_calculix(&asked),
-        Command::SolveForce(asked) => force::solve(&asked.out, asked.quick, asked.only()),
+        Command::SolveForce(asked) => {
+            let meshes = match (asked.all.quick, asked.large) {
+                (true, _) => force::Meshes::Quick,
+                (false, true) => force::Meshes::Large,
+                (false, false) => force::Meshes::Fine,
+            };
+            force::solve(&asked.all.out, meshes, asked.all.only())
+        }
         Command::Collision(asked) => run(&asked, &[Chart::Collision]),
         Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
         Command::Surface(asked) => run(&asked, &[Chart::Surface]),
@@ -195,7 +213,7 @@ impl Command {
         | Self::Accuracy(asked)
         | Self::Stability(asked)
         | Self::Calculix(asked)
-        | Self::SolveForce(asked)
+        | Self::SolveForce(AskedSolve { all: asked, .. })
         | Self::Collision(asked)
         | Self::Haptics(asked)
         | Self::Surface(asked)) = self

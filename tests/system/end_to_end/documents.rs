@@ -89,6 +89,11 @@ fn what_is_stored_follows_its_schemas(store: &Path, folder: &Path) {
     follows(&json(&mut ask(&["list", "--json"])), "urn:calot:trainee:1");
     let sessions = json(&mut ask(&["list", "Ada", "--json"]));
     follows(&sessions, "urn:calot:session:1");
+    let progress = json(&mut ask(&["progress", "Ada", "--json"]));
+    follows(&progress, "urn:calot:progress:1");
+    assert_eq!(progress["next"]["task"], "basics", "{progress:#}");
+    let built_in = finish(&mut ask(&["curriculum"]));
+    assert!(said(&built_in).is_empty() && !built_in.stdout.is_empty());
     let id = sessions[0]["id"].as_str().expect("a name");
     let enrol = ["trainee", "Ada", "--cohort", "novices"];
     follows(&json(&mut ask(&enrol)), "urn:calot:trainee:1");

@@ -4,6 +4,8 @@ use core::fmt::Write as _;
 
 use figures::html::escape;
 
+use super::words::Words;
+use crate::alarm::Alarm;
 use crate::assessment::Assessed;
 use crate::tally::BIN_N;
 
@@ -56,7 +58,7 @@ pub(super) fn step(length: f64, count: f64) -> f64 {
 }
 
 /// Time line of the events, with a lane for each kind.
-pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
+pub(super) fn time_line(assessed: &Assessed, seconds: f64, words: &dyn Words) -> String {
     let shown = [
         "hung",
         "electro",
@@ -73,33 +75,29 @@ pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
     let happened = |lane: &&str| assessed.moments.iter().any(|moment| moment.what == **lane);
     let lanes: Vec<&str> = shown.into_iter().filter(|lane| happened(lane)).collect();
     let end_s = seconds.max(1.0);
-    let (left, right) = (92.0, WIDTH - 12.0);
+    let (left, right) = (128.0, WIDTH - 12.0);
     let x = |at_s: f64| left + (right - left) * (at_s / end_s).clamp(0.0, 1.0);
     let height = 26.0 * (lanes.len() + 1) as f64 + 34.0;
-    let mut svg = Svg::new(WIDTH, height, "Time line");
+    let mut svg = Svg::new(WIDTH, height, &words.say("page-time-line"));
     let every = step(end_s, 8.0);
     for tick in 0..=(end_s / every) as u32 {
         let at_s = f64::from(tick) * every;
         svg.line([x(at_s), 8.0, x(at_s), height - 26.0], "#ddd");
         svg.text(x(at_s), height - 10.0, "middle", &format!("{at_s:.0} s"));
     }
-    svg.text(left - 8.0, 26.0, "end", "alarm");
+    svg.text(left - 8.0, 26.0, "end", &words.say("metric-alarms"));
     for alarm in &assessed.alarms {
         let at = x(alarm.at_s);
         svg.add(format_args!(
             "<path d=\"M{at:.1} 12 l7 13 h-14 z\" fill=\"{BAD}\"><title>{:.1} s: {}</title></path>",
             alarm.at_s,
-            escape(&alarm.text())
+            escape(&told(words, alarm))
         ));
     }
     for (number, lane) in lanes.iter().enumerate() {
         let y = 22.0 + 26.0 * (number + 1) as f64;
-        svg.text(
-            left - 8.0,
-            y + 4.0,
-            "end",
-            if *lane == "electro" { "current" } else { lane },
-        );
+        let name = words.say(&format!("lane-{lane}"));
+        svg.text(left - 8.0, y + 4.0, "end", &name);
         let moments = assessed
             .moments
             .iter()
@@ -112,7 +110,7 @@ pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
                     let (from, to) = (x(moment.at_s), x(until_s));
                     svg.add(format_args!(
                         "<rect x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"10\" fill=\"{LENS}\">\
-                         <title>{:.1} to {until_s:.1} s</title></rect>",
+                         <title>{:.1} – {until_s:.1} s</title></rect>",
                         y - 5.0,
                         (to - from).max(1.0),
                         moment.at_s
@@ -122,18 +120,26 @@ pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
             continue;
         }
         for moment in moments {
-            let organ = moment.organ.as_deref().unwrap_or("nothing");
+            let organ = moment.organ.as_deref();
+            let organ = organ.map(|it| words.organ(it)).unwrap_or_default();
             svg.add(format_args!(
                 "<circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"5\" fill=\"{TIP}\" fill-opacity=\"0.75\"><title>{:.1} s: \
                  {} {}</title></circle>",
                 x(moment.at_s),
                 moment.at_s,
-                escape(&moment.what),
-                escape(organ)
+                escape(&name),
+                escape(&organ)
             ));
         }
     }
     svg.end()
+}
+
+/// Text of an alarm.
+fn told(words: &dyn Words, alarm: &Alarm) -> String {
+    let organ = words.organ(alarm.organ.as_deref().unwrap_or("?"));
+    let id = format!("alarm-{}", alarm.kind.name().replace('_', "-"));
+    words.say_with(&id, &[("organ", &organ)])
 }
 
 /// Most bars of the histogram of the force, which keeps each wide enough to point at.
@@ -142,7 +148,7 @@ const BARS_MAX: usize = 60;
 const FORCE_SHOWN_N: f64 = 2.0;
 
 /// Histogram of the force on the hand.
-pub(super) fn force_histogram(seconds: &[f64]) -> Option<String> {
+pub(super) fn force_histogram(seconds: &[f64], words: &dyn Words) -> Option<String> {
     let least = (FORCE_SHOWN_N / BIN_N).ceil() as usize;
     let shown = seconds.len().max(least);
     let together = shown.div_ceil(BARS_MAX);
@@ -152,7 +158,7 @@ pub(super) fn force_histogram(seconds: &[f64]) -> Option<String> {
         return None;
     }
     let (left, right, top, bottom) = (60.0, WIDTH - 12.0, 10.0, 180.0);
-    let mut svg = Svg::new(WIDTH, 220.0, "Time at each force");
+    let mut svg = Svg::new(WIDTH, 220.0, &words.say("page-force"));
     let bar_n = together as f64 * BIN_N;
     let span_n = shown.div_ceil(together) as f64 * bar_n;
     let width = (right - left) * bar_n / span_n;
@@ -167,7 +173,7 @@ pub(super) fn force_histogram(seconds: &[f64]) -> Option<String> {
         let height = (bottom - top) * bin / tallest;
         let force_n = number as f64 * bar_n;
         svg.add(format_args!(
-            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{height:.1}\" fill=\"{TIP}\"><title>{} to {} N: \
+            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{height:.1}\" fill=\"{TIP}\"><title>{} – {} N: \
              {bin:.1} s</title></rect>",
             left + width * number as f64,
             bottom - height,
@@ -182,7 +188,7 @@ pub(super) fn force_histogram(seconds: &[f64]) -> Option<String> {
         let x = left + (right - left) * force_n / span_n;
         svg.text(x, bottom + 18.0, "middle", &short(force_n));
     }
-    svg.text(right, bottom + 34.0, "end", "force on the hand, N");
+    svg.text(right, bottom + 34.0, "end", &words.say("page-force-axis"));
     Some(svg.end())
 }
 
@@ -193,14 +199,20 @@ fn short(value: f64) -> String {
 
 /// Curve of a quantity from session to session, with a line at the pass rule.
 #[must_use]
-pub(super) fn curve(values: &[f64], rule: Option<f64>, name: &str) -> Option<String> {
+pub(super) fn curve(
+    values: &[f64],
+    rule: Option<f64>,
+    name: &str,
+    words: &dyn Words,
+) -> Option<String> {
+    let name = words.metric(name);
     if values.len() < 2 {
         return None;
     }
     let (left, right, top, bottom) = (60.0, WIDTH - 12.0, 12.0, 170.0);
     let all = || values.iter().copied().chain(rule);
     let most = all().fold(0.0f64, f64::max).max(1e-9) * 1.08;
-    let mut svg = Svg::new(WIDTH, 210.0, name);
+    let mut svg = Svg::new(WIDTH, 210.0, &name);
     let y = |value: f64| bottom - (bottom - top) * (value / most).clamp(0.0, 1.0);
     let x = |number: usize| left + (right - left) * number as f64 / (values.len() - 1) as f64;
     let every = step(most, 4.0);
@@ -233,19 +245,24 @@ pub(super) fn curve(values: &[f64], rule: Option<f64>, name: &str) -> Option<Str
     }
     if let Some(rule) = rule {
         svg.line([left, y(rule), right, y(rule)], BAD);
-        svg.text(right, y(rule) - 4.0, "end", "pass rule");
+        svg.text(right, y(rule) - 4.0, "end", &words.say("page-pass-rule"));
     }
     svg.text(
         right,
         bottom + 32.0,
         "end",
-        &format!("{name}, session by session"),
+        &words.say_with("page-by-session", &[("name", &name)]),
     );
     Some(svg.end())
 }
 
-/// Learning curve as a file of its own.
+/// Learning curve of a metric, or of the score, as a file of its own.
 #[must_use]
-pub fn learning_curve(values: &[f64], rule: Option<f64>, name: &str) -> Option<String> {
-    curve(values, rule, name)
+pub fn learning_curve(
+    values: &[f64],
+    rule: Option<f64>,
+    name: &str,
+    words: &dyn Words,
+) -> Option<String> {
+    curve(values, rule, name, words)
 }

@@ -20,6 +20,9 @@ struct Outline {
     triangles: Vec<[[f32; 3]; 3]>,
 }
 
+/// Name, kind and triangles of an organ.
+pub(super) type Surface<'a> = (&'a str, Option<OrganKind>, &'a [[[f32; 3]; 3]]);
+
 /// One view: two axes of the world, and the range of each that the view shows, m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct View {
@@ -65,6 +68,34 @@ impl Outlines {
     /// True if there is an organ to draw.
     pub(super) const fn is_any(&self) -> bool {
         !self.0.is_empty()
+    }
+
+    /// Name, kind and triangles of each organ.
+    pub(super) fn surfaces(&self) -> impl Iterator<Item = Surface<'_>> {
+        self.0
+            .iter()
+            .map(|it| (it.name.as_str(), it.kind, it.triangles.as_slice()))
+    }
+
+    /// One organ of these triangles.
+    #[cfg(test)]
+    pub(super) fn test(kind: OrganKind, triangles: Vec<[[f32; 3]; 3]>) -> Self {
+        Self(vec![Outline {
+            name: "liver".to_owned(),
+            kind: Some(kind),
+            triangles,
+        }])
+    }
+
+    /// These organs, and one more.
+    #[cfg(test)]
+    pub(super) fn with(mut self, name: &str, kind: OrganKind, own: Vec<[[f32; 3]; 3]>) -> Self {
+        self.0.push(Outline {
+            name: name.to_owned(),
+            kind: Some(kind),
+            triangles: own,
+        });
+        self
     }
 
     /// The organs that a view shows, in the order in which they are drawn.

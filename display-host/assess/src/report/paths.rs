@@ -6,6 +6,7 @@ use figures::html::escape;
 
 use super::drawing::{INK, LENS, Svg, TIP, WIDTH, step};
 use super::outline::{CELLS, Outlines, View};
+use super::words::Words;
 use crate::assessment::Path;
 
 /// Side of a view.
@@ -19,16 +20,16 @@ const EXTENT_MIN_M: f64 = 0.01;
 /// Size of an organ's name, and the room that one of its letters takes.
 const NAME_SIZE: f64 = 10.0;
 
-/// The three views: caption and the axes to the right and upwards.
+/// The three views: message of the caption, and the axes to the right and upwards.
 const VIEWS: [(&str, [usize; 2]); 3] = [
-    ("from the front (x, y)", [0, 1]),
-    ("from the side (z, y)", [2, 1]),
-    ("from above (x, z)", [0, 2]),
+    ("page-front", [0, 1]),
+    ("page-side", [2, 1]),
+    ("page-above", [0, 2]),
 ];
 
 /// Both paths over the organs at rest, projected along the three world axes.
-pub(super) fn projections(paths: &[Path; 2], organs: &Outlines) -> String {
-    let mut svg = Svg::new(WIDTH, SIDE + 40.0, "Paths of instrument and endoscope");
+pub(super) fn projections(paths: &[Path; 2], organs: &Outlines, words: &dyn Words) -> String {
+    let mut svg = Svg::new(WIDTH, SIDE + 40.0, &words.say("page-paths"));
     let ranges = [0, 1, 2].map(|axis| range(paths, axis));
     let extents = ranges.iter().map(|[least, most]| most - least);
     let width_m = extents.fold(EXTENT_MIN_M, f64::max) * (1.0 + MARGIN);
@@ -43,20 +44,18 @@ pub(super) fn projections(paths: &[Path; 2], organs: &Outlines) -> String {
             from_m,
             width_m,
         };
-        background(&mut svg, corner, caption);
-        silhouettes(&mut svg, corner, view, organs);
+        background(&mut svg, corner, &words.say(caption));
+        silhouettes(&mut svg, corner, view, organs, words);
         lines(&mut svg, corner, view, paths);
         if number == 0 {
             scale(&mut svg, corner, width_m);
         }
     }
-    let legend = match organs.is_any() {
-        true => {
-            "blue: the instrument's tip; orange: the endoscope's lens; behind them the organs at rest"
-        }
-        false => "blue: the instrument's tip; orange: the endoscope's lens",
-    };
-    svg.text(6.0, SIDE + 37.0, "start", legend);
+    let legend = words.say(match organs.is_any() {
+        true => "page-legend-organs",
+        false => "page-legend",
+    });
+    svg.text(6.0, SIDE + 37.0, "start", &legend);
     svg.end()
 }
 
@@ -83,9 +82,9 @@ fn background(svg: &mut Svg, [left, top]: [f64; 2], caption: &str) {
 }
 
 /// The organs, and the names of those whose name has room.
-fn silhouettes(svg: &mut Svg, corner: [f64; 2], view: View, organs: &Outlines) {
+fn silhouettes(svg: &mut Svg, corner: [f64; 2], view: View, organs: &Outlines, words: &dyn Words) {
     let cell = SIDE / CELLS as f64;
-    let mut names: Vec<([f64; 2], f64, &str)> = Vec::new();
+    let mut names: Vec<([f64; 2], f64, String)> = Vec::new();
     for organ in organs.seen(view) {
         svg.add(format_args!(
             "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{:.1}\" stroke-opacity=\"0.7\"/>",
@@ -96,7 +95,8 @@ fn silhouettes(svg: &mut Svg, corner: [f64; 2], view: View, organs: &Outlines) {
         let Some([column, row]) = organ.middle else {
             continue;
         };
-        let half = 0.25 * NAME_SIZE * organ.name.chars().count() as f64;
+        let name = words.organ(organ.name);
+        let half = 0.25 * NAME_SIZE * name.chars().count() as f64;
         let [left, right] = [corner[0] + half, corner[0] + SIDE - half];
         let x = (corner[0] + cell * column).clamp(left, right.max(left));
         let y =
@@ -105,14 +105,14 @@ fn silhouettes(svg: &mut Svg, corner: [f64; 2], view: View, organs: &Outlines) {
             (other_x - x).abs() > half + other_half || (other_y - y).abs() > NAME_SIZE
         });
         if is_free {
-            names.push(([x, y], half, organ.name));
+            names.push(([x, y], half, name));
         }
     }
     for ([x, y], _, name) in names {
         svg.add(format_args!(
             "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" font-size=\"{NAME_SIZE}\" \
              fill=\"#6b5b55\">{}</text>",
-            escape(name)
+            escape(&name)
         ));
     }
 }

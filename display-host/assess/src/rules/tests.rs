@@ -130,7 +130,7 @@ fn rules_and_published_values_say_where_they_come_from() {
         (
             "task = \"cut\"",
             "task = \"dance\"",
-            "a task is dance; allowed is identify,",
+            "a task is dance; allowed is basics, scope,",
         ),
         (
             "metric = \"movements\"\n",

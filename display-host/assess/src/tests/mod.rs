@@ -1,3 +1,4 @@
+mod basics;
 mod clips;
 mod course;
 mod endoscope;
@@ -202,7 +203,7 @@ proptest! {
     #[test]
     fn hostile_entries_are_assessed(
         raw in prop::collection::vec((0u8..5, any::<u64>(), any::<[f32; 4]>(), 0u32..24, 0u32..7), 0..200),
-        task in 0usize..7,
+        task in 0..Task::ALL.len(),
     ) {
         let entries: Vec<Entry> = raw.iter().map(|&(kind, at_ns, [x, y, z, value], event, organ)| {
             let what = match kind {

@@ -199,9 +199,9 @@ fn events_and_currents_show_what_they_do() {
     tools.world_from_camera = tools.world_from_handle;
     (tools.instrument, tools.contact_count, tools.capsule_count) = (1, 1, 2);
     // The hook's straight part ends 20 mm from the electrode's end.
-    tools.capsules[0].role = CapsuleRole::UpperJaw as u8;
+    tools.capsules[0].role = CapsuleRole::UpperJaw as u32;
     tools.capsules[0].b_m = [0.02, 0.0, 0.0];
-    tools.capsules[1].role = CapsuleRole::Tip as u8;
+    tools.capsules[1].role = CapsuleRole::Tip as u32;
     let mut kinds = |switches, distance_m| {
         tools.switches = switches;
         let touched = [(Vec3::new(distance_m, 0.0, 0.0), 0.004)];

@@ -163,6 +163,8 @@ pub struct TaskSummary {
     pub score: f64,
     /// All alarms.
     pub alarms: Vec<TaskAlarm>,
+    /// Lost points, by metric.
+    pub lost: Vec<TaskLost>,
     /// All injuries: structure, kind, cause, severity, time.
     pub injuries: Vec<assess::Injury>,
     /// The critical view of safety, with the visible share of each criterion.
@@ -180,10 +182,23 @@ pub struct TaskSummary {
 pub struct TaskAlarm {
     /// Time since the task began, s.
     pub at_s: f64,
+    /// Time since the recording began, s, at which a replay shows the error.
+    pub session_s: f64,
     /// Kind of error.
     pub kind: String,
     /// The organ concerned, if any.
     pub organ: Option<String>,
+}
+
+/// Points lost by a metric, in `summary.json`.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct TaskLost {
+    /// The metric.
+    pub metric: String,
+    /// Value of the metric.
+    pub value: f64,
+    /// Lost points.
+    pub points: f64,
 }
 
 /// Range of a quantity.

@@ -5,7 +5,7 @@ use egui::{RichText, Ui};
 use super::station::{controller, devices, passes, ticks};
 use super::task::{self, alarm};
 use super::widgets::{Mark, fine, line};
-use super::{Asked, TaskNote, TaskView, UiState};
+use super::{Asked, TaskNote, TaskView, UiState, alarms};
 
 /// Number of alarms in a [`Bulletin`], the newest ones.
 pub const BULLETIN_ALARMS: usize = 12;
@@ -42,13 +42,14 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let station = state.station.as_str().into();
     ui.heading(words.say_with("observe-title", &[("station", station)]));
     ui.label(&state.scene);
+    alarms::show(ui, state, true, asked);
     match &state.bulletin {
         Some(bulletin) => assessment(ui, state, bulletin),
         None => line(ui, Mark::Off, &words.say("observe-no-task")),
     }
     ui.separator();
     controller(ui, state);
-    devices(ui, state);
+    devices(ui, state, true);
     ui.separator();
     fine(ui, |ui| {
         ticks(ui, state);

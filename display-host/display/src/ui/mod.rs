@@ -1,5 +1,7 @@
 //! The panel: a pure function from the state to widgets and the user's requests.
 
+mod alarms;
+mod arrow;
 mod asked;
 pub mod feel;
 mod health;
@@ -11,10 +13,13 @@ mod panel;
 mod recording;
 mod replay;
 mod screens;
+mod sketch;
 mod station;
 mod task;
+mod theme;
 mod widgets;
 
+pub(crate) use arrow::towards_tip;
 pub use asked::{Asked, FreeView};
 pub use health::TickHealth;
 pub use instructor::{BULLETIN_ALARMS, Bulletin};
@@ -22,7 +27,7 @@ pub use overlay::{Circle, Line, Mark, Notes, Overlay};
 pub use panel::ui;
 pub use recording::RecordingView;
 pub use replay::ReplayView;
-pub use screens::Settings;
+pub use screens::{Look, Settings};
 pub use task::{TaskEnd, TaskNote, TaskView};
 
 use crate::render::timing::PassTimes;
@@ -79,8 +84,12 @@ pub struct UiState {
     pub frames_per_second: f32,
     /// Graphics adapter.
     pub adapter: String,
-    /// Alarm for the user; shown until acknowledged.
+    /// Alarm that concerns the user's hand; shown until acknowledged.
     pub alarm: Option<String>,
+    /// Alarm of the machine, for instructors and engineers; shown until acknowledged.
+    pub machine_alarm: Option<String>,
+    /// Direction in the picture, right and up, towards an instrument that is out of view.
+    pub tip_away: Option<[f32; 2]>,
     /// The endoscope's picture, and its ratio of width to height.
     pub picture: Option<(egui::TextureId, f32)>,
     /// The engineering view, if on.

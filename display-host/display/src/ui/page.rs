@@ -47,16 +47,10 @@ pub(super) fn screen<Wish: Clone>(
     egui::CentralPanel::default().show(ui, |ui| {
         egui::ScrollArea::vertical().id_salt(name).show(ui, |ui| {
             legible(ui);
-            bright(ui);
             ui.set_width(ui.available_width());
             add(ui, wishes);
         });
     });
-}
-
-/// Text bright enough to be read from a distance.
-fn bright(ui: &mut Ui) {
-    ui.visuals_mut().widgets.noninteractive.fg_stroke.color = Color32::from_gray(215);
 }
 
 /// The default button: Enter presses it unless another widget has the focus.

@@ -7,7 +7,9 @@ use shared_mem::words::{Instrument, Switches};
 use super::screens;
 use super::station::{controller, devices, passes, ticks};
 use super::widgets::{CARE, Mark, fine, line, sized};
-use super::{Asked, Link, UiState, asked, instructor, instrument_id, recording, replay, task};
+use super::{
+    Asked, Link, UiState, alarms, asked, instructor, instrument_id, recording, replay, task, theme,
+};
 
 /// Width of the panel as a share of the window's width.
 const PANEL_SHARE: f32 = 0.28;
@@ -16,21 +18,28 @@ const PANEL: [f32; 2] = [240.0, 350.0];
 /// Size of the text for the trainee, points.
 const TEXT: f32 = 17.0;
 
+/// Pictures a second below which nobody can train: the eye follows a hand at ten or more.
+const RATE_MIN: f32 = 10.0;
 /// Haze that obscures the view, 1/m: a seventh of the light from tissue 5 cm away is lost.
 const HAZY_PER_M: f32 = 4.0;
 
 /// Shows the state. Returns the user's requests, and the size of the picture's area, pixels.
 pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
-    let zoom = f32::from(state.settings.text_percent) * 0.01;
-    ui.ctx().set_zoom_factor(zoom);
+    let look = state.settings.look;
+    ui.ctx()
+        .set_zoom_factor(f32::from(look.text_percent) * 0.01);
+    theme::apply(ui.ctx(), look.high_contrast);
     let mut asked = screens::keys(ui, state).unwrap_or_else(|| asked::keys(ui, state));
     if !state.settings_open {
         asked.extend(replay::keys(ui, state));
     }
     if !state.panel_hidden && !state.settings_open {
         let width = ui.available_width();
-        egui::Panel::right("panel")
-            .default_size((PANEL_SHARE * width).clamp(PANEL[0], PANEL[1]))
+        let side = match look.left_handed {
+            true => egui::Panel::left("panel"),
+            false => egui::Panel::right("panel"),
+        };
+        side.default_size((PANEL_SHARE * width).clamp(PANEL[0], PANEL[1]))
             .max_size(0.5 * width)
             .show(ui, |ui| {
                 sized(ui, TEXT);
@@ -108,12 +117,17 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
             ui.label(&state.task);
         }
     }
-    alarm(ui, state, asked);
+    let is_engineering = state.overlay.is_some();
+    alarms::show(ui, state, is_engineering, asked);
+    too_slow(ui, state);
     recording::show(ui, state);
     ui.separator();
     replay::show(ui, state, asked);
-    controller(ui, state);
-    devices(ui, state);
+    // A trainee sees of the machine only what fails.
+    if is_engineering || state.link != Link::Live || state.is_paused() {
+        controller(ui, state);
+    }
+    devices(ui, state, is_engineering);
     ui.separator();
     instruments(ui, state, asked);
     ui.separator();
@@ -122,7 +136,9 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     switches(ui, state, asked);
     ui.separator();
     force(ui, state);
-    fine(ui, |ui| station(ui, state));
+    if is_engineering {
+        fine(ui, |ui| station(ui, state));
+    }
     for (text, what) in [
         ("settings", Asked::ShowSettings(true)),
         ("quit", Asked::Quit),
@@ -130,6 +146,16 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         if ui.button(words.say(text)).clicked() {
             asked.push(what);
         }
+    }
+}
+
+/// Says so if the computer draws too few pictures to train with.
+fn too_slow(ui: &mut Ui, state: &UiState) {
+    let rate = state.frames_per_second;
+    if rate > 0.0 && rate < RATE_MIN && state.replay.is_none() {
+        let rate = state.words.number(rate.into(), 1).into();
+        let text = state.words.say_with("slow-computer", &[("rate", rate)]);
+        line(ui, Mark::Care, &text);
     }
 }
 
@@ -150,21 +176,6 @@ fn station(ui: &mut Ui, state: &UiState) {
     ui.label(words.say_with("picture", &values));
     passes(ui, state);
     ui.label(RichText::new(&state.adapter).weak());
-}
-
-fn alarm(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
-    let Some(text) = &state.alarm else { return };
-    let words = &state.words;
-    egui::Frame::new()
-        .fill(Color32::from_rgb(120, 20, 20))
-        .inner_margin(8)
-        .show(ui, |ui| {
-            let text = words.say_with("alarm", &[("text", text.as_str().into())]);
-            ui.colored_label(Color32::WHITE, text);
-            if ui.button(words.say("alarm-acknowledge")).clicked() {
-                asked.push(Asked::Acknowledge);
-            }
-        });
 }
 
 fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {

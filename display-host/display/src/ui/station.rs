@@ -24,9 +24,14 @@ pub(super) fn controller(ui: &mut Ui, state: &UiState) {
     line(ui, mark, &text);
 }
 
-pub(super) fn devices(ui: &mut Ui, state: &UiState) {
+/// Shows the devices: `all`, or only those that fail.
+pub(super) fn devices(ui: &mut Ui, state: &UiState, all: bool) {
     let words = &state.words;
     for (name, health) in state.devices() {
+        let is_lost = health.is_some_and(|it| it.status == DeviceHealth::LOST);
+        if !all && !is_lost {
+            continue;
+        }
         let (mark, text) = device(words, &words.say(name), health);
         line(ui, mark, &text);
     }

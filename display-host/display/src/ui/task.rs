@@ -103,6 +103,9 @@ pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
         line(ui, mark, &words.say_with(id, &[("step", step)]));
     }
     if let Some(hint) = &task.hint {
+        if let Some(left) = words.left(hint) {
+            ui.label(left);
+        }
         let hint = words.say_with("task-hint", &[("text", words.hint(hint).into())]);
         ui.label(RichText::new(hint).italics());
     }

@@ -8,7 +8,7 @@ const FINE: f32 = 13.5;
 
 pub(super) const GOOD: Color32 = Color32::from_rgb(120, 205, 130);
 pub(super) const CARE: Color32 = Color32::from_rgb(240, 190, 80);
-const BAD: Color32 = Color32::from_rgb(245, 115, 105);
+pub(super) const BAD: Color32 = Color32::from_rgb(245, 115, 105);
 
 /// State of a thing. Each state has a mark of its own shape and colour.
 #[derive(Clone, Copy, PartialEq)]

@@ -34,7 +34,7 @@ use crate::patch::Patch;
 use crate::render::camera::Scope;
 use crate::render::lens::Lens;
 use crate::sound::Sound;
-use crate::ui::{RecordingView, ReplayView, TaskView};
+use crate::ui::{Look, RecordingView, ReplayView, TaskView};
 use crate::words::Language;
 
 /// Pause between the frames of an invisible window.
@@ -65,6 +65,8 @@ pub struct WindowConfig {
     pub tick_cpu: Option<usize>,
     /// The interface's language.
     pub language: Language,
+    /// Look of the interface, and lead of mouse and keyboard.
+    pub look: Look,
     /// State of the task, updated by its assessor.
     pub task: Option<Arc<Mutex<TaskView>>>,
     /// True for an instructor's window: it shows the assessor's bulletins, and sends no commands to
@@ -108,7 +110,7 @@ pub fn run(
             &config.station,
             (!config.muted).then(|| Sound::start(config.tick_cpu)),
             config.task.clone(),
-            config.language,
+            (config.language, config.look),
         )
         .showing(config.replay.clone(), config.recording.clone())
         .with_patch(config.patch.clone())

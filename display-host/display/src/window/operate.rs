@@ -65,6 +65,25 @@ struct Leading {
     mouse_coagulates: bool,
     /// True while the middle button makes the mouse move the endoscope.
     mouse_scope: bool,
+    lead: Lead,
+}
+
+/// Lead of mouse and keyboard.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Lead {
+    /// True if the left and right buttons of the mouse change places.
+    pub(super) left_handed: bool,
+    /// Factor of every motion.
+    pub(super) sensitivity: f64,
+}
+
+impl Default for Lead {
+    fn default() -> Self {
+        Self {
+            left_handed: false,
+            sensitivity: 1.0,
+        }
+    }
 }
 
 impl Leading {
@@ -78,6 +97,7 @@ impl Leading {
             mouse_jaws: false,
             mouse_coagulates: false,
             mouse_scope: false,
+            lead: Lead::default(),
         }
     }
 
@@ -102,16 +122,21 @@ impl Leading {
     }
 
     fn button(&mut self, button: MouseButton, down: bool) {
+        let is_jaws = match self.lead.left_handed {
+            true => MouseButton::Right,
+            false => MouseButton::Left,
+        };
         match button {
-            MouseButton::Left => self.mouse_jaws = down,
-            MouseButton::Right => self.mouse_coagulates = down,
+            MouseButton::Left | MouseButton::Right if button == is_jaws => self.mouse_jaws = down,
+            MouseButton::Left | MouseButton::Right => self.mouse_coagulates = down,
             MouseButton::Middle => self.mouse_scope = down,
             _ => {}
         }
     }
 
     /// Takes a motion of the mouse: right and down are positive.
-    fn mouse(&mut self, [right, down]: [f64; 2]) {
+    fn mouse(&mut self, motion: [f64; 2]) {
+        let [right, down] = motion.map(|it| it * self.lead.sensitivity);
         if self.mouse_scope {
             self.message.scope_turned_rad[0] -= right * SCOPE_RAD_COUNT;
             self.message.scope_turned_rad[1] -= down * SCOPE_RAD_COUNT;
@@ -123,6 +148,7 @@ impl Leading {
 
     /// Takes a turn of the wheel away from the user, in notches.
     fn wheel(&mut self, notches: f64) {
+        let notches = notches * self.lead.sensitivity;
         if self.mouse_scope {
             self.message.scope_advanced_m += notches * SCOPE_M_NOTCH;
         } else {
@@ -135,7 +161,7 @@ impl Leading {
         use KeyCode as Key;
         let controls = self.holds_either(Key::ControlLeft, Key::ControlRight);
         let slow = self.holds_either(Key::ShiftLeft, Key::ShiftRight);
-        let seconds = if slow { 0.25 * seconds } else { seconds };
+        let seconds = self.lead.sensitivity * if slow { 0.25 * seconds } else { seconds };
         let way = |less, more| {
             seconds * f64::from(i8::from(self.holds(more)) - i8::from(self.holds(less)))
         };
@@ -172,6 +198,7 @@ pub(super) struct Operate {
     /// Sender of the last message, kept until delivery, and the time at which it was sent.
     leaving: Option<(HandSender, Instant)>,
     advanced: Instant,
+    lead: Lead,
 }
 
 impl Operate {
@@ -181,11 +208,20 @@ impl Operate {
             on: None,
             leaving: None,
             advanced: Instant::now(),
+            lead: Lead::default(),
         }
     }
 
     pub(super) fn is_on(&self) -> bool {
         self.on.is_some()
+    }
+
+    /// Sets how mouse and keyboard lead.
+    pub(super) fn set(&mut self, lead: Lead) {
+        self.lead = lead;
+        if let Some((_, leading)) = &mut self.on {
+            leading.lead = lead;
+        }
     }
 
     /// Takes or releases the instrument. Returns the reason if taking it fails.
@@ -196,7 +232,10 @@ impl Operate {
         }
         self.leaving = None;
         let sender = HandSender::open(&self.station).map_err(Refusal::Hand)?;
-        let leading = Leading::new(now_ns());
+        let leading = Leading {
+            lead: self.lead,
+            ..Leading::new(now_ns())
+        };
         let first = HandMsg {
             at_ns: now_ns(),
             ..leading.message
@@ -298,6 +337,29 @@ mod tests {
         assert_eq!(thousandths(&leading), [8, -4, -6, -100, 0, -2]);
         leading.button(MouseButton::Left, true);
         leading.button(MouseButton::Right, true);
+        leading.advance(0.0);
+        assert_eq!((leading.message.buttons, leading.message.switches), (1, 2));
+    }
+
+    #[test]
+    fn a_left_hand_has_its_buttons_and_every_motion_its_sensitivity() {
+        let mut leading = Leading {
+            lead: Lead {
+                left_handed: true,
+                sensitivity: 0.5,
+            },
+            ..Leading::new(1)
+        };
+        leading.mouse([100.0, 50.0]);
+        leading.wheel(2.0);
+        assert_eq!(thousandths(&leading), [4, -2, -3, 0, 0, 0]);
+        leading.key(KeyCode::ArrowRight, true);
+        leading.advance(1.0);
+        assert_eq!(thousandths(&leading), [24, -2, -3, 0, 0, 0]);
+        leading.button(MouseButton::Right, true);
+        leading.advance(0.0);
+        assert_eq!((leading.message.buttons, leading.message.switches), (1, 0));
+        leading.button(MouseButton::Left, true);
         leading.advance(0.0);
         assert_eq!((leading.message.buttons, leading.message.switches), (1, 2));
     }

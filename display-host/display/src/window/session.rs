@@ -11,7 +11,7 @@ use shared_mem::task::TaskMsg;
 use shared_mem::words::{self, EventKind, Fault};
 
 use super::free_view::FreeCamera;
-use super::operate::Operate;
+use super::operate::{Lead, Operate};
 use super::pending::Pending;
 use super::refusal::Refusal;
 use crate::effects::{Causes, Effect};
@@ -23,7 +23,8 @@ use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::{Current, Heard};
 use crate::ui::{
-    Asked, Bulletin, Link, Overlay, RecordingView, ReplayView, Settings, TaskView, UiState,
+    Asked, Bulletin, Link, Look, Overlay, RecordingView, ReplayView, Settings, TaskView, UiState,
+    towards_tip,
 };
 use crate::words::{Language, Words};
 
@@ -74,6 +75,8 @@ pub(super) struct Session {
     alarmed: Option<Instant>,
     /// Number of the newest closed clip. It clicks once, even if it lies on several organs.
     newest_clip: Option<u32>,
+    /// True if the settings have paused the task, which goes on when they close.
+    paused_for_settings: bool,
     /// Mouse and keyboard as the hand.
     pub(super) operate: Operate,
     /// State of the panel.
@@ -87,7 +90,7 @@ impl Session {
         station: &Station,
         sound: Option<Sound>,
         task: Option<Arc<Mutex<TaskView>>>,
-        language: Language,
+        (language, look): (Language, Look),
     ) -> Self {
         let mut ui = UiState {
             station: station.name().to_owned(),
@@ -96,8 +99,11 @@ impl Session {
         };
         ui.set(Settings {
             language,
+            look,
             ..Settings::default()
         });
+        let mut operate = Operate::new(station);
+        operate.set(lead(look));
         ui.task = ui.words.say("task-none");
         Self {
             host,
@@ -127,7 +133,8 @@ impl Session {
             alarmed: None,
             heard: Heard::default(),
             newest_clip: None,
-            operate: Operate::new(station),
+            operate,
+            paused_for_settings: false,
             ui,
         }
     }
@@ -191,8 +198,11 @@ impl Session {
         self.free.map_or(*tools, |free| free.seen(tools))
     }
 
-    /// Updates the engineering view, if on.
+    /// Updates the arrow towards the instrument, and the engineering view, if on.
     pub(super) fn update_overlay(&mut self, scene: &SceneFile, scope: &Scope) {
+        let works = self.free.is_none() && self.replay.is_none();
+        let tools = self.feed.tools().filter(|_| works);
+        self.ui.tip_away = tools.and_then(|tools| towards_tip(tools, scope));
         if self.ui.overlay.is_none() {
             return;
         }
@@ -262,12 +272,21 @@ impl Session {
             {
                 heard.clips = heard.clips.wrapping_add(1);
             }
-            if let Some(alarm) = alarm(event) {
-                ui.alarm = Some(ui.words.say(alarm));
+            if let Some((id, concerns_hand)) = alarm(event) {
+                let text = Some(ui.words.say(id));
+                match concerns_hand {
+                    true => ui.alarm = text,
+                    false => ui.machine_alarm = text,
+                }
             }
             if let Some((id, organ)) = unrest(event).zip(organs.get(event.organ as usize)) {
                 let organ = ui.words.organ(organ).into();
-                ui.alarm = Some(ui.words.say_with(id, &[("organ", organ)]));
+                let text = Some(ui.words.say_with(id, &[("organ", organ)]));
+                // Only the hand can draw the instrument out; the scene is to blame for the others.
+                match event.is(EventKind::Buried) {
+                    true => ui.alarm = text,
+                    false => ui.machine_alarm = text,
+                }
             }
             if let Some(effect) = causes.event(event).filter(|_| ui.link == Link::Live) {
                 pending.push(now, effect);
@@ -392,7 +411,7 @@ impl Session {
                 Asked::EnableForce(on) => (CommandMsg::ENABLE_FORCE, u32::from(on)),
                 Asked::Instrument(number) => (CommandMsg::INSTRUMENT, number),
                 Asked::Acknowledge => {
-                    self.ui.alarm = None;
+                    (self.ui.alarm, self.ui.machine_alarm) = (None, None);
                     continue;
                 }
                 Asked::ToggleEngineering => {
@@ -415,10 +434,12 @@ impl Session {
                         self.carry_out(&[Asked::ToggleHand], observer);
                     }
                     self.ui.settings_open = open;
+                    self.pause_for_settings(open, observer);
                     continue;
                 }
                 Asked::Set(settings) => {
                     self.ui.set(settings);
+                    self.operate.set(lead(settings.look));
                     continue;
                 }
                 Asked::Seek(at_ms) => (CommandMsg::SEEK, at_ms),
@@ -470,6 +491,17 @@ impl Session {
                 Err(error) => Refusal::Command { command, error },
             };
             self.refuse(&refusal, observer);
+        }
+    }
+
+    /// Pauses a task while the settings are open.
+    fn pause_for_settings(&mut self, open: bool, observer: &mut dyn FnMut(Observed<'_>)) {
+        let works = !self.ui.instructor && self.replay.is_none() && self.is_live();
+        if open && works && !self.ui.is_paused() {
+            self.paused_for_settings = true;
+            self.carry_out(&[Asked::Pause(true)], observer);
+        } else if !open && core::mem::take(&mut self.paused_for_settings) {
+            self.carry_out(&[Asked::Pause(false)], observer);
         }
     }
 
@@ -544,27 +576,35 @@ fn unrest(event: &EventMsg) -> Option<&'static str> {
     }
 }
 
-/// Message for an event that the trainee must know at once.
-fn alarm(event: &EventMsg) -> Option<&'static str> {
+/// Lead of mouse and keyboard by a look.
+fn lead(look: Look) -> Lead {
+    Lead {
+        left_handed: look.left_handed,
+        sensitivity: 0.01 * f64::from(look.sensitivity_percent),
+    }
+}
+
+/// Message for a fault that switches off the force or the current. True if the hand at the station
+/// can do something about it; an instructor and an engineer see the others.
+fn alarm(event: &EventMsg) -> Option<(&'static str, bool)> {
     let Ok(Event::Fault(fault)) = event.decode() else {
         return None;
     };
-    // Faults that switch off the force or the current.
     match fault {
-        Fault::BadForce => Some("fault-no-number"),
-        Fault::StaleDevice => Some("fault-late"),
-        Fault::LostDevice => Some("fault-gone"),
-        Fault::SpeedTrip => Some("fault-fast"),
-        Fault::BothElectrodes => Some("fault-both"),
-        Fault::SilentDevice => Some("fault-silent"),
-        Fault::FrozenDevice => Some("fault-frozen"),
-        Fault::DeviceClock => Some("fault-clock"),
-        Fault::DeviceBundles => Some("fault-bundles"),
-        Fault::DeafDevice => Some("fault-deaf"),
-        Fault::LostPedal => Some("fault-pedal"),
-        Fault::HeldPedal => Some("fault-held"),
-        Fault::DeviceFault => Some("fault-device"),
-        Fault::DeviceWatchdog => Some("fault-watchdog"),
+        Fault::BadForce => Some(("fault-no-number", false)),
+        Fault::StaleDevice => Some(("fault-late", false)),
+        Fault::LostDevice => Some(("fault-gone", true)),
+        Fault::SpeedTrip => Some(("fault-fast", true)),
+        Fault::BothElectrodes => Some(("fault-both", true)),
+        Fault::SilentDevice => Some(("fault-silent", false)),
+        Fault::FrozenDevice => Some(("fault-frozen", false)),
+        Fault::DeviceClock => Some(("fault-clock", false)),
+        Fault::DeviceBundles => Some(("fault-bundles", false)),
+        Fault::DeafDevice => Some(("fault-deaf", false)),
+        Fault::LostPedal => Some(("fault-pedal", true)),
+        Fault::HeldPedal => Some(("fault-held", true)),
+        Fault::DeviceFault => Some(("fault-device", false)),
+        Fault::DeviceWatchdog => Some(("fault-watchdog", false)),
         _ => None,
     }
 }

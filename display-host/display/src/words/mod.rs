@@ -1,6 +1,7 @@
 //! Words of the interface in the user's language: a Fluent file for each language.
 
 mod number;
+mod page;
 mod told;
 
 use std::fmt;

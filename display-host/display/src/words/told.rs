@@ -18,6 +18,7 @@ impl Words {
             Step::Triangle => self.say("step-triangle"),
             Step::LowerBed => self.say("step-lower-bed"),
             Step::LeaveWhole => self.say("step-leave-whole"),
+            Step::Clip { organ, count: 1 } => with_organ("step-clip-one", organ),
             Step::Clip { organ, count } => {
                 let organ = self.organ(organ).into();
                 let values = [("count", count.to_string().into()), ("organ", organ)];
@@ -26,7 +27,35 @@ impl Words {
             Step::Divide { organ } => with_organ("step-divide", organ),
             Step::Free => self.say("step-free"),
             Step::Show { organ } => with_organ("step-show", organ),
+            Step::Meet => self.say("step-meet"),
+            Step::Grasp { organ } => with_organ("step-grasp", organ),
+            Step::Coagulate => self.say("step-coagulate"),
         }
+    }
+
+    /// The place where a step begins, and the plane in which it goes on.
+    #[must_use]
+    pub fn place(&self, step: &Step) -> String {
+        self.say(match step {
+            Step::Hang { .. } => "place-hang",
+            Step::Triangle => "place-triangle",
+            Step::LowerBed => "place-lower-bed",
+            Step::LeaveWhole => "place-leave-whole",
+            Step::Clip { .. } => "place-clip",
+            Step::Divide { .. } => "place-divide",
+            Step::Free => "place-free",
+            Step::Show { .. } => "place-show",
+            Step::Meet => "place-meet",
+            Step::Grasp { .. } => "place-grasp",
+            Step::Coagulate => "place-coagulate",
+        })
+    }
+
+    /// Share of a step that is left. `None`: that cannot be measured.
+    #[must_use]
+    pub fn left(&self, hint: &Hint) -> Option<String> {
+        let left = 100 - hint.percent?.min(100);
+        Some(self.say_with("hint-left", &[("percent", left.to_string().into())]))
     }
 
     /// Text of a hint.
@@ -45,10 +74,13 @@ impl Words {
                 let values = [step, ("instrument", self.say(name).into()), ("key", key)];
                 return self.say_with("hint-take", &values);
             }
+            Advice::Use(_) if matches!(hint.step, Step::Grasp { .. }) => "hint-grasp",
+            Advice::Use(_) if hint.step == Step::Coagulate => "hint-coagulate",
             Advice::Use(Instrument::Grasper) => "hint-grasper",
             Advice::Use(Instrument::Hook) => "hint-hook",
             Advice::Use(Instrument::Scissors) => "hint-scissors",
             Advice::Use(Instrument::ClipApplier) => "hint-clip-applier",
+            Advice::Hold if hint.step == Step::Meet => "hint-meet",
             Advice::Hold => "hint-hold",
         };
         self.say_with(id, &[step])
@@ -139,6 +171,13 @@ mod tests {
             Step::Divide { organ: organ() },
             Step::Free,
             Step::Show { organ: organ() },
+            Step::Meet,
+            Step::Grasp { organ: organ() },
+            Step::Coagulate,
+            Step::Clip {
+                organ: organ(),
+                count: 1,
+            },
         ];
         let tools = [
             Instrument::Grasper,
@@ -151,7 +190,18 @@ mod tests {
         let hints = advice.map(|advice| Hint {
             step: Step::Free,
             advice,
+            percent: None,
         });
+        let special = [
+            (Step::Meet, Advice::Hold),
+            (Step::Grasp { organ: organ() }, Advice::Use(tools[0])),
+            (Step::Coagulate, Advice::Use(tools[1])),
+        ];
+        let hints = hints.chain(special.map(|(step, advice)| Hint {
+            step,
+            advice,
+            percent: Some(30),
+        }));
         let beyond = (Some(Metric::Blood), 30.0, 20.0);
         let (metric, value, limit) = beyond;
         let reasons = vec![
@@ -193,13 +243,20 @@ mod tests {
             let steps = steps.iter().map(|it| words.step(it));
             let hints = hints.iter().map(|it| words.hint(it));
             let reasons = reasons.iter().map(|it| words.reason(it));
-            steps.chain(hints).chain(reasons).collect::<Vec<_>>()
+            let places = all().0;
+            let places: std::collections::BTreeSet<_> =
+                places.iter().map(|it| words.place(it)).collect();
+            steps
+                .chain(places)
+                .chain(hints)
+                .chain(reasons)
+                .collect::<Vec<_>>()
         };
         let english = said(Language::English);
         for (english, german) in english.iter().zip(said(Language::German)) {
             assert_ne!(*english, german);
             // A missing message is shown as its id.
-            for id in ["step-", "hint-", "reason-", "metric-", "organ-"] {
+            for id in ["step-", "hint-", "reason-", "metric-", "organ-", "place-"] {
                 assert!(
                     !english.contains(id) && !german.contains(id),
                     "{english} {german}"
@@ -216,6 +273,7 @@ mod tests {
     fn values_stand_where_they_belong() {
         let german = Words::new(Language::German);
         let take = Hint {
+            percent: Some(30),
             step: clip("cystic artery"),
             advice: Advice::Take(Instrument::ClipApplier),
         };

@@ -1,10 +1,11 @@
 //! Screens of the launcher by accessible name, by pointer and by keyboard alone.
 
-use display_host::ui::TaskNote;
 use display_host::ui::launcher::{
-    Asking, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, MetricRow, Points,
-    Running, Screen, Start, StartForm, Wish, launcher,
+    Asking, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, LessonView, LevelView,
+    MetricRow, Points, ProgressView, Running, Screen, Start, StartForm, TaskProgress, Wish,
+    launcher,
 };
+use display_host::ui::{Look, TaskNote};
 use display_host::words::{Language, Words};
 use egui::Key;
 use egui::accesskit::Role;
@@ -20,6 +21,7 @@ fn harness_in(language: Language, screen: Screen) -> Harness<'static, Seen> {
     let seen = Seen {
         state: Launcher {
             words: Words::new(language),
+            look: Look::default(),
             screen,
         },
         wishes: Vec::new(),
@@ -98,13 +100,16 @@ fn debrief() -> Debrief {
         outcome: "failed".into(),
         reasons: vec![assess::Reason::TooLong { seconds: 600.0 }],
         score: 61.0,
-        alarms: vec![(
-            75.5,
-            TaskNote {
+        lessons: vec![LessonView {
+            note: TaskNote {
                 kind: "burnt".into(),
                 organ: Some("liver".into()),
             },
-        )],
+            moments: vec![[75.5, 80.0], [90.0, 94.5]],
+            close: None,
+        }],
+        lost: vec![("blood_ml".into(), 4.5)],
+        can_replay: true,
         metrics: vec![
             MetricRow {
                 name: "time_s".into(),
@@ -387,7 +392,8 @@ fn a_debrief_tells_outcome_errors_and_what_counts() {
         "Failed",
         "Score: 61 of 100",
         "it took longer than 600 s",
-        "1:15  burnt: liver",
+        "burnt: liver  2×",
+        "Blood loss: −4.5 points",
         "yesterday  Passed, Score: 88 of 100",
         "700 s",
         "≤ 600 s",
@@ -398,6 +404,109 @@ fn a_debrief_tells_outcome_errors_and_what_counts() {
     ] {
         assert!(desk.query_all_by_label(told).count() > 0, "{told}");
     }
+}
+
+fn progress() -> ProgressView {
+    let task = |task: &str, passes: usize| TaskProgress {
+        task: task.into(),
+        difficulty: "beginner".into(),
+        passes: [passes, 2],
+        is_proficient: passes == 2,
+    };
+    ProgressView {
+        done: [1, 12],
+        levels: vec![LevelView {
+            title: "First steps".into(),
+            tasks: vec![task("basics", 2), task("scope", 1)],
+        }],
+        next: Some(("scope".into(), "beginner".into())),
+    }
+}
+
+#[test]
+fn whoever_is_new_is_offered_the_guided_first_steps() {
+    for is_first in [true, false] {
+        let mut desk = harness(Screen::Start(Start {
+            is_first,
+            ..start()
+        }));
+        desk.run();
+        desk.key_press(Key::G);
+        desk.run();
+        assert_eq!(desk.state().wishes.contains(&Wish::Guided), is_first);
+    }
+    let mut desk = harness(Screen::Start(Start {
+        is_first: true,
+        ..start()
+    }));
+    desk.run();
+    desk.get_by_label("Begin the first steps (G)").click();
+    desk.run();
+    assert_eq!(desk.state().wishes, [Wish::Guided]);
+}
+
+#[test]
+fn progress_is_shown_and_leads_to_the_next_task() {
+    let mut desk = harness(Screen::Start(Start {
+        progress: Some(progress()),
+        ..start()
+    }));
+    desk.run();
+    desk.get_by_label("Proficient in 1 of 12 tasks");
+    desk.get_by_label("All levels").click();
+    desk.run();
+    desk.get_by_label("Endoscope, Beginner: 1 of 2 passes in a row");
+    desk.get_by_label("Next: Endoscope, Beginner").click();
+    desk.run();
+    assert_eq!(
+        (&*form(&desk).task, &*form(&desk).difficulty),
+        ("scope", "beginner")
+    );
+    let after = || Debrief {
+        progress: Some(progress()),
+        ..debrief()
+    };
+    let mut desk = harness(Screen::Debrief(after()));
+    desk.run();
+    desk.get_by_label("Next: Endoscope, Beginner (N)").click();
+    desk.run();
+    desk.key_press(Key::N);
+    desk.run();
+    assert_eq!(desk.state().wishes, [Wish::Next, Wish::Next]);
+    let mut desk = harness(Screen::Debrief(Debrief {
+        progress: Some(ProgressView {
+            next: None,
+            ..progress()
+        }),
+        ..debrief()
+    }));
+    desk.run();
+    desk.get_by_label("The curriculum is complete.");
+    desk.key_press(Key::N);
+    desk.run();
+    assert!(desk.state().wishes.is_empty());
+}
+
+#[test]
+fn an_error_is_replayed_where_it_was_recorded() {
+    let mut desk = harness(Screen::Debrief(debrief()));
+    desk.run();
+    for told in [
+        "See the whole bare tip of the hook",
+        "Next time: Clip or coagulate",
+    ] {
+        assert!(desk.query_all_by_label_contains(told).count() > 0, "{told}");
+    }
+    desk.get_by_label("Replay 1:30").click();
+    desk.run();
+    assert_eq!(desk.state().wishes, [Wish::Replay(94.5)]);
+    let mut desk = harness(Screen::Debrief(Debrief {
+        can_replay: false,
+        ..debrief()
+    }));
+    desk.run();
+    assert_eq!(desk.query_all_by_label_contains("Replay").count(), 0);
+    desk.get_by_label("1:30");
 }
 
 #[test]
@@ -555,6 +664,7 @@ fn every_screen_speaks_every_language_and_fits_a_small_one() {
         ] {
             let title = Launcher {
                 words: Words::new(language),
+                look: Look::default(),
                 screen: screen.clone(),
             }
             .title();
@@ -576,6 +686,10 @@ fn every_screen_speaks_every_language_and_fits_a_small_one() {
                 "difficulty-",
                 "outcome-",
                 "alarm-",
+                "advice-",
+                "page-",
+                "progress-",
+                "settings-",
             ] {
                 let shown = desk.query_all_by_label_contains(id).count();
                 assert_eq!(shown, 0, "{language:?}: {id}");

@@ -2,8 +2,8 @@
 
 use assess::{Advice, Hint, Instrument, Step};
 use display_host::ui::{
-    Asked, Bulletin, Link, RecordingView, ReplayView, Settings, TaskEnd, TaskNote, TaskView,
-    TickHealth, UiState, ui,
+    Asked, Bulletin, Link, Look, Overlay, RecordingView, ReplayView, Settings, TaskEnd, TaskNote,
+    TaskView, TickHealth, UiState, ui,
 };
 use display_host::words::{Language, Words};
 use egui_kittest::Harness;
@@ -45,6 +45,54 @@ fn live() -> UiState {
         link: Link::Live,
         tools: Some(tools),
         ..UiState::default()
+    }
+}
+
+/// The engineering view shows the machine, of which a trainee sees nothing while it works.
+fn engineering() -> UiState {
+    UiState {
+        overlay: Some(Overlay::default()),
+        ..live()
+    }
+}
+
+#[test]
+fn a_trainee_sees_of_the_machine_only_what_fails() {
+    let alarmed = |state: UiState| UiState {
+        alarm: Some("draw it out".into()),
+        machine_alarm: Some("the device is late".into()),
+        frames_per_second: 3.0,
+        ..state
+    };
+    let mut panel = harness(alarmed(live()));
+    panel.run();
+    panel.get_by_label("Alarm: draw it out");
+    panel.get_by_label("Foot pedal: connection lost; plug it in again");
+    panel.get_by_label(
+        "This computer draws only 3.0 pictures a second: too few to train with. A graphics card helps.",
+    );
+    for machine in [
+        "is late",
+        "Safety chain",
+        "Ticks",
+        "last reading",
+        "Controller",
+    ] {
+        let shown = panel.query_all_by_label_contains(machine).count();
+        assert_eq!(shown, 0, "{machine}");
+    }
+    for state in [
+        engineering(),
+        UiState {
+            instructor: true,
+            ..live()
+        },
+    ] {
+        let mut panel = harness(alarmed(state));
+        panel.run();
+        panel.get_by_label("Alarm: the device is late");
+        panel.get_by_label("Alarm: draw it out");
+        panel.get_by_label("Acknowledge (A)");
     }
 }
 
@@ -113,7 +161,7 @@ fn a_button_is_reached_and_pressed_by_keyboard_alone() {
 
 #[test]
 fn devices_and_force_are_told_in_words() {
-    let mut panel = harness(live());
+    let mut panel = harness(engineering());
     panel.run();
     panel.get_by_label("Haptic device: ready, last reading 0.4 ms ago");
     panel.get_by_label("Endoscope tracker: delayed, last reading 81 ms ago");
@@ -133,7 +181,10 @@ fn ticks_that_are_not_realtime_say_what_they_lack() {
     batch.missed_periods = 3;
     batch.realtime = TimingBatch::LOCKED;
     health.take(&batch);
-    let mut panel = harness(UiState { health, ..live() });
+    let mut panel = harness(UiState {
+        health,
+        ..engineering()
+    });
     panel.run();
     panel.get_by_label("Not real time: missing SCHED_FIFO, a core of its own");
     panel.get_by_label("Missed 3, late 0, allocations 0, page faults 0");
@@ -181,7 +232,10 @@ fn the_safety_chain_tells_what_each_gate_did() {
     batch.faults[5] = 2;
     batch.faults[7] = 40;
     health.take(&batch);
-    let mut panel = harness(UiState { health, ..live() });
+    let mut panel = harness(UiState {
+        health,
+        ..engineering()
+    });
     panel.run();
     panel
         .get_by_label("Safety chain: intervened 42 times")
@@ -204,6 +258,7 @@ fn hint() -> Hint {
     Hint {
         step: Step::Free,
         advice: Advice::Take(Instrument::Hook),
+        percent: Some(40),
     }
 }
 
@@ -241,6 +296,52 @@ fn a_task_shows_time_instrument_clips_pedal_and_what_was_wrong() {
     panel.get_by_label("Camera locked");
     panel.get_by_label("Alarm: burnt: bile duct");
     panel.get_by_label("Next: Free the gallbladder from the liver: take the cautery hook (2).");
+}
+
+#[test]
+fn a_guided_step_has_a_sentence_a_picture_a_goal_and_a_next_step() {
+    let clip = Step::Clip {
+        organ: "cystic duct".into(),
+        count: 1,
+    };
+    let mut panel = harness(at_work(TaskView {
+        task: "basics".into(),
+        steps: vec![
+            (Step::Meet, true),
+            (clip.clone(), false),
+            (Step::Coagulate, false),
+        ],
+        hint: Some(Hint {
+            step: clip,
+            advice: Advice::Use(Instrument::ClipApplier),
+            percent: Some(0),
+        }),
+        ..clamp()
+    }));
+    panel.run_steps(4);
+    let sentence = "Place a clip on the cystic duct: pass both jaws around it, keep the tips in view, then close.";
+    assert!(
+        panel.query_all_by_label(sentence).count() >= 2,
+        "picture and sentence"
+    );
+    for told in [
+        "Step 2 of 3",
+        "Goal: one clip closes the tube.",
+        "Then: Coagulate a strand of tissue",
+    ] {
+        panel.get_by_label(told);
+    }
+}
+
+#[test]
+fn a_hint_says_where_to_begin_and_how_much_is_left() {
+    let mut panel = harness(at_work(TaskView {
+        hint: Some(hint()),
+        ..clamp()
+    }));
+    panel.run();
+    panel.get_by_label_contains("Begin at the neck and go towards the fundus.");
+    panel.get_by_label_contains("  60 % left");
 }
 
 #[test]
@@ -309,7 +410,10 @@ fn settings_are_chosen_and_left_by_pointer_and_key() {
         (
             "125 %",
             Settings {
-                text_percent: 125,
+                look: Look {
+                    text_percent: 125,
+                    ..Look::default()
+                },
                 ..usual
             },
         ),

@@ -7,11 +7,13 @@ use std::path::PathBuf;
 use assess::{Advice, Hint, Instrument, Metric, Reason, Step};
 use display_host::ui::feel::{View, feel};
 use display_host::ui::launcher::{
-    Asking, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, MetricRow, Points,
-    Running, Screen, Start, StartForm, launcher,
+    Asking, ClosePicture, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, LessonView,
+    LevelView, MetricRow, Points, ProgressView, Running, Screen, Start, StartForm, TaskProgress,
+    launcher,
 };
 use display_host::ui::{
-    Bulletin, Link, Notes, Overlay, Settings, TaskEnd, TaskNote, TaskView, TickHealth, UiState, ui,
+    Bulletin, Link, Look, Notes, Overlay, Settings, TaskEnd, TaskNote, TaskView, TickHealth,
+    UiState, ui,
 };
 use display_host::words::{Language, Words};
 use egui::accesskit::Role;
@@ -26,7 +28,7 @@ use crate::feel::views;
 const SIZES: [[u16; 3]; 4] = [
     [800, 600, 100],
     [1280, 720, 100],
-    [1280, 720, 150],
+    [1280, 720, 200],
     [1920, 1080, 100],
 ];
 
@@ -64,6 +66,7 @@ fn start(problem: bool) -> Screen {
             station_file: "/home/ada/station.toml".into(),
             ..StartForm::default()
         },
+        progress: Some(progress()),
         trainees: texts(&["Ada", "Bo", "Cy", "Dagmar", "Emil"]),
         tasks: texts(&[
             "identify",
@@ -102,6 +105,35 @@ fn start(problem: bool) -> Screen {
     })
 }
 
+fn progress() -> ProgressView {
+    let task = |task: &str, passes: usize| TaskProgress {
+        task: task.into(),
+        difficulty: "beginner".into(),
+        passes: [passes, 2],
+        is_proficient: passes == 2,
+    };
+    ProgressView {
+        done: [1, 12],
+        levels: vec![LevelView {
+            title: "First steps".into(),
+            tasks: vec![task("basics", 2), task("scope", 1)],
+        }],
+        next: Some(("disconnect".into(), "beginner".into())),
+    }
+}
+
+/// The first start of all.
+fn first() -> Screen {
+    let Screen::Start(usual) = start(false) else {
+        unreachable!("it is the start");
+    };
+    Screen::Start(Start {
+        is_first: true,
+        trainees: Vec::new(),
+        ..usual
+    })
+}
+
 fn debrief() -> Screen {
     let row = |name: &str, unit: &str, value: f64, most: Option<f64>| MetricRow {
         name: name.into(),
@@ -110,6 +142,7 @@ fn debrief() -> Screen {
         passes: most.map(|most| [f64::NEG_INFINITY, most]),
         best: Some(value / 2.0),
     };
+    let close = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/close.png"));
     Screen::Debrief(Debrief {
         trainee: "Ada".into(),
         task: "full".into(),
@@ -117,13 +150,20 @@ fn debrief() -> Screen {
         outcome: "failed".into(),
         reasons: vec![unclamped()],
         score: 31.0,
-        alarms: [
+        lessons: [
             ("touched", "duodenum"),
             ("burnt", "liver"),
             ("too_early", "cystic duct"),
         ]
-        .map(|(kind, organ)| (75.5, note(kind, organ)))
+        .map(|(kind, organ)| LessonView {
+            note: note(kind, organ),
+            moments: vec![[75.5, 80.0], [90.0, 94.5]],
+            close: ClosePicture::read(&close),
+        })
         .into(),
+        progress: Some(progress()),
+        lost: vec![("cautery_air_s".into(), 6.0)],
+        can_replay: true,
         metrics: vec![
             row("clips_misplaced", "n", 2.0, Some(0.0)),
             row("burn_gallbladder_j", "J", 41.0, Some(20.0)),
@@ -139,7 +179,7 @@ fn debrief() -> Screen {
             score: 0.0,
         }],
         report: Some("/home/ada/out/debrief.html".into()),
-        warnings: texts(&["not realtime: lacks SCHED_FIFO"]),
+        machine: texts(&["not realtime: lacks SCHED_FIFO"]),
         ..Debrief::default()
     })
 }
@@ -174,6 +214,7 @@ fn task() -> TaskView {
         hint: Some(Hint {
             step: Step::LowerBed,
             advice: Advice::Take(Instrument::Hook),
+            percent: Some(40),
         }),
         end: None,
         start: None,
@@ -232,6 +273,7 @@ fn screens() -> Vec<(&'static str, Shown)> {
     let goals = ["depth", "hands", "efficiency", "tissue", "autonomy"];
     vec![
         ("start", page(start(false))),
+        ("start-first", page(first())),
         ("start-problem", page(start(true))),
         ("running", page(running)),
         ("failed", page(failed)),
@@ -287,6 +329,29 @@ fn screens() -> Vec<(&'static str, Shown)> {
             }),
         ),
         ("settings", with(|state| state.settings_open = true)),
+        (
+            "contrast-left",
+            with(|state| {
+                state.settings.look.high_contrast = true;
+                state.settings.look.left_handed = true;
+                state.tip_away = Some([0.6, -0.8]);
+            }),
+        ),
+        (
+            "guide",
+            with(|state| {
+                if let Some(task) = &mut state.task_view {
+                    task.task = "basics".into();
+                    task.alarm = None;
+                    task.steps = vec![(Step::Meet, true), (Step::Coagulate, false)];
+                    task.hint = Some(Hint {
+                        step: Step::Coagulate,
+                        advice: Advice::Use(Instrument::Hook),
+                        percent: Some(40),
+                    });
+                }
+            }),
+        ),
         ("waiting", with(|state| state.link = Link::Waiting)),
         (
             "instructor",
@@ -314,12 +379,15 @@ fn harness(language: Language, shown: Shown, size: [u16; 3]) -> Harness<'static,
     let words = Words::new(language);
     let show = move |area: &mut egui::Ui, (shown, words, picture): &mut Desk| match shown {
         Shown::Launcher(screen) => {
-            area.ctx().set_zoom_factor(f32::from(text_percent) * 0.01);
             if let Screen::Start(start) = &mut **screen {
                 start.form.language = words.language();
             }
             let state = Launcher {
                 words: words.clone(),
+                look: Look {
+                    text_percent,
+                    ..Look::default()
+                },
                 screen: (**screen).clone(),
             };
             launcher(area, &state);
@@ -335,9 +403,13 @@ fn harness(language: Language, shown: Shown, size: [u16; 3]) -> Harness<'static,
                 area.ctx()
                     .load_texture("picture", red, TextureOptions::default())
             });
+            let look = Look {
+                text_percent,
+                ..state.settings.look
+            };
             state.set(Settings {
                 language: words.language(),
-                text_percent,
+                look,
                 ..Settings::default()
             });
             state.picture = Some((texture.id(), 4.0 / 3.0));
@@ -360,8 +432,12 @@ fn words_are_not_cut_off_and_do_not_cover_each_other() {
             for (name, shown) in screens().into_iter().chain(feel) {
                 let is_window = matches!(shown, Shown::Window(_));
                 let mut desk = harness(language, shown, size);
-                desk.run_steps(4);
                 let [width, height, percent] = size.map(f32::from);
+                desk.run_steps(2);
+                // The larger the text, the fewer points has the window of this size.
+                let [wide, high] = [width, height].map(|it| it * 100.0 / percent);
+                desk.set_size(egui::vec2(wide, high));
+                desk.run_steps(4);
                 let place = format!("{name} {} {width}x{height} {percent} %", language.code());
                 let roles = [Role::Label, Role::Button, Role::RadioButton];
                 let nodes = roles
@@ -371,12 +447,12 @@ fn words_are_not_cut_off_and_do_not_cover_each_other() {
                 for node in nodes {
                     let (rect, node) = (node.rect(), node.accesskit_node());
                     let text = node.label().or_else(|| node.value()).unwrap_or_default();
-                    if rect.left() < -1.0 || rect.right() > width + 1.0 {
+                    if rect.left() < -1.0 || rect.right() > wide + 1.0 {
                         wrong.push(format!("{place}: cut off: {text} {rect}"));
                     }
                     // A launcher's page is left out, because it scrolls above buttons that do not.
                     // So is the part of the panel that is scrolled out of the window.
-                    if is_window && rect.bottom() <= height {
+                    if is_window && rect.bottom() <= high {
                         texts.push((text, rect));
                     }
                 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::{parse_seconds, parse_station};
+use crate::args::{LanguageName, LookArgs, parse_seconds, parse_station};
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -18,6 +18,7 @@ Examples:
   calot replay out/session.mcap
   calot replay out/session.mcap --repair           close what a kill left open
   calot replay out/session.mcap --show --speed 0.25 --from 4
+  calot replay out/session.mcap --at 75            the window at an error, as the debrief says
   calot replay out/session.mcap --what-if triangle-variant --out what-if
   calot replay out/session.mcap --what-if-iterations 10 --out what-if   the paper's solver")]
 pub(crate) struct ReplayArgs {
@@ -54,6 +55,16 @@ pub(crate) struct ReplayArgs {
     /// Start of the show in the session, s
     #[arg(long, value_name = "S", default_value = "0", value_parser = parse_from)]
     pub(crate) from: f64,
+    /// Show the moment at this time of the session, s, from 3 s before it. A debrief names it for
+    /// each error
+    #[arg(long, value_name = "S", value_parser = parse_from,
+          conflicts_with_all = ["from", "frames", "what_if", "what_if_iterations", "repair"])]
+    pub(crate) at: Option<f64>,
+    /// Language of the window [default: that of LANG]
+    #[arg(long, value_enum)]
+    pub(crate) language: Option<LanguageName>,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
     /// Name by which other displays join the show (`calot run --attach --station NAME`)
     #[arg(long, value_name = "NAME", default_value = "replay", value_parser = parse_station)]
     pub(crate) station: String,
@@ -70,6 +81,21 @@ pub(crate) struct ReplayArgs {
     /// Print one JSON object on standard output
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Time shown before the moment of `--at`, s.
+const BEFORE_S: f64 = 3.0;
+
+impl ReplayArgs {
+    /// True for a window.
+    pub(super) const fn is_shown(&self) -> bool {
+        self.show || self.at.is_some()
+    }
+
+    /// Start of the show, s.
+    pub(super) fn start_s(&self) -> f64 {
+        self.at.map_or(self.from, |at| (at - BEFORE_S).max(0.0))
+    }
 }
 
 fn parse_speed(text: &str) -> Result<f64, String> {

@@ -70,7 +70,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
     if args.what_if.is_some() || args.what_if_iterations.is_some() {
         return what_if::run(args, &session, &scene, &out()?);
     }
-    if args.show {
+    if args.is_shown() {
         return show::run(args, &session, &scene, std::path::Path::new(""));
     }
     if args.frames.is_some() {

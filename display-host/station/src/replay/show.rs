@@ -45,7 +45,7 @@ pub(super) fn run(
     let replay = Replay::new(scene, &session.setup)?;
     let pace = Pace {
         speed: args.speed,
-        from_s: args.from,
+        from_s: args.start_s(),
     };
     let played = session.path();
     // With a window, the replay starts at once. For pictures, it waits until the renderer exists.
@@ -89,7 +89,11 @@ pub(super) fn run(
                 &stop,
                 &mut observe,
             ),
-            None => window::run(&window_config(&station, &path, &view), &stop, &mut observe),
+            None => window::run(
+                &window_config(args, &station, &path, &view),
+                &stop,
+                &mut observe,
+            ),
         };
         stop.store(true, Relaxed);
         (played.map(std::thread::ScopedJoinHandle::join), watched)
@@ -129,7 +133,12 @@ fn headless_config(
 }
 
 /// Settings for a window on the session.
-fn window_config(station: &Station, path: &Path, view: &Arc<Mutex<ReplayView>>) -> WindowConfig {
+fn window_config(
+    args: &ReplayArgs,
+    station: &Station,
+    path: &Path,
+    view: &Arc<Mutex<ReplayView>>,
+) -> WindowConfig {
     WindowConfig {
         station: station.clone(),
         scene: path.to_owned(),
@@ -140,7 +149,8 @@ fn window_config(station: &Station, path: &Path, view: &Arc<Mutex<ReplayView>>) 
         seconds: None,
         lose_device_after: None,
         tick_cpu: None,
-        language: LanguageName::or_users(None),
+        language: LanguageName::or_users(args.language),
+        look: args.look.look(),
         task: None,
         instructor: false,
         replay: Some(view.clone()),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use assess::Task;
 use clap::Args;
 
-use crate::args::parse_task;
+use crate::args::{LanguageName, parse_task};
 use crate::output::Overwrite;
 
 #[derive(Debug, Clone, Args)]
@@ -35,6 +35,9 @@ pub(crate) struct ReportArgs {
     /// speed
     #[arg(long, conflicts_with = "json")]
     pub(crate) pictures: bool,
+    /// Language of the page [default: that of LANG]
+    #[arg(long, value_enum, conflicts_with = "json")]
+    pub(crate) language: Option<LanguageName>,
     /// Assess by these pass rules (TOML) instead of those of each session
     #[arg(long, value_name = "FILE")]
     pub(crate) rules: Option<PathBuf>,

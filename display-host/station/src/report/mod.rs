@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use assess::report::{Chapter, Outlines, Ticks, html};
+use assess::report::{CLOSE_MAX, Chapter, Lesson, Outlines, Ticks, close_picture, html};
 use assess::{Anatomy, Assessment, Difficulty, Metric, Rules, Task};
 use display_host::words::{Language, Words};
 use session::{Assignment, End, Operation};
@@ -15,8 +15,9 @@ use store::Hand;
 
 use self::args::ReportArgs;
 pub(crate) use self::pictures::Wanted;
+use crate::args::LanguageName;
 use crate::document;
-use crate::output::{self, Format};
+use crate::output::{self, CLOSE, Format};
 use crate::problem::Problem;
 use crate::say;
 
@@ -57,6 +58,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
             )?)
         }
     };
+    let words = Words::new(LanguageName::or_users(args.language));
     let mut chapters = Vec::new();
     let (mut found, mut whole) = (Vec::new(), true);
     for session in &args.sessions {
@@ -70,7 +72,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
         if args.pictures {
             chapter
                 .pictures
-                .splice(0..0, pictures::draw(&file, &wanted)?);
+                .splice(0..0, pictures::draw(&file, &wanted, &words)?);
         }
         for warning in left_out.in_words() {
             say::note(format_args!("warning: {}: {warning}", chapter.name));
@@ -83,7 +85,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
     }
     match &out {
         None => document::REPORT.array(found)?,
-        Some(out) => write(&chapters, out)?,
+        Some(out) => write(&chapters, words.language(), out)?,
     }
     Ok(if whole {
         ExitCode::SUCCESS
@@ -184,10 +186,9 @@ pub(crate) fn hand(is_scripted: bool) -> Hand {
     }
 }
 
-/// Writes the page and prints its path.
-pub(crate) fn write(chapters: &[Chapter], out: &Path) -> Result<(), Problem> {
-    let words = Words::new(Language::English);
-    let page = html(chapters, &|name| words.metric(name));
+/// Writes the page in a language, and prints its path.
+pub(crate) fn write(chapters: &[Chapter], language: Language, out: &Path) -> Result<(), Problem> {
+    let page = html(chapters, &Words::new(language));
     let write = || {
         let mut file = session::create_private(out)?;
         std::io::Write::write_all(&mut file, page.as_bytes())
@@ -200,6 +201,39 @@ pub(crate) fn write(chapters: &[Chapter], out: &Path) -> Result<(), Problem> {
     })?;
     say::note(format_args!("wrote {}", out.display()));
     Ok(())
+}
+
+/// Writes close pictures of the first error of each lesson beside the page, for the launcher. A
+/// picture that cannot be written is left out.
+pub(crate) fn write_close(chapter: &Chapter, folder: &Path) {
+    let it = &chapter.assessed;
+    for lesson in Lesson::of(&it.alarms).iter().take(CLOSE_MAX) {
+        let Some((number, alarm)) = lesson
+            .alarms
+            .first()
+            .and_then(|number| Some((*number, it.alarms.get(*number)?)))
+        else {
+            continue;
+        };
+        let hands = it.hands.get(number).and_then(Option::as_ref);
+        let picture = close_picture(
+            &chapter.outlines,
+            (alarm.organ.as_deref(), alarm.at_m),
+            hands,
+        );
+        let written = picture.map_or(Ok(()), |picture| {
+            let file = session::create_private(&close_file(folder, number))?;
+            display_host::picture::write_png(&picture, file)
+        });
+        if let Err(error) = written {
+            say::note(format_args!("calot: a close picture is missing: {error}"));
+        }
+    }
+}
+
+/// Close picture of the alarm with this number.
+pub(crate) fn close_file(folder: &Path, number: usize) -> PathBuf {
+    folder.join(format!("{CLOSE}{number:04}.png"))
 }
 
 /// Path of a recording: the session itself, or the file in its folder.
@@ -295,7 +329,9 @@ pub(crate) fn chosen(files: impl Iterator<Item = PathBuf>) -> Vec<(String, Vec<u
         let small = path
             .metadata()
             .is_ok_and(|it| it.len() <= PICTURE_MAX_BYTES);
-        path.extension().is_some_and(|it| it == "png") && small
+        let name = path.file_name().map(|it| it.to_string_lossy());
+        let is_close = name.is_some_and(|it| it.starts_with(CLOSE));
+        path.extension().is_some_and(|it| it == "png") && small && !is_close
     };
     let mut paths: Vec<PathBuf> = files.filter(is_picture).collect();
     paths.sort();
@@ -394,6 +430,7 @@ mod tests {
             std::fs::write(path, [number]).unwrap();
         }
         std::fs::write(folder.path().join("summary.json"), "{}").unwrap();
+        std::fs::write(close_file(folder.path(), 1), [1]).unwrap();
         let found = left_beside(folder.path());
         assert_eq!(found.len(), 10);
         assert_eq!(found[1], ("frame 0003".to_owned(), vec![3]));

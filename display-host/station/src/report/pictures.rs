@@ -4,8 +4,9 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use assess::Assessment;
+use assess::{Alarm, Assessment};
 use display_host::album::Album;
+use display_host::words::Words;
 use rt_process::replay::Replay;
 use session::Session;
 use shared_mem::inputs::InputRecord;
@@ -31,9 +32,34 @@ const PROGRESS: Duration = Duration::from_secs(1);
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Wanted {
     tick: u64,
-    caption: String,
+    /// Time of the task, as minutes and seconds.
+    at: String,
+    shows: Shows,
     /// Rotation of the camera, rad; see [`Album::draw`].
     turned_rad: f32,
+}
+
+/// Content of a picture.
+#[derive(Debug, Clone, PartialEq)]
+enum Shows {
+    /// An error.
+    Alarm(Alarm),
+    /// The critical view of safety; the message names the side.
+    View(&'static str),
+}
+
+impl Wanted {
+    fn caption(&self, words: &Words) -> String {
+        match &self.shows {
+            Shows::Alarm(alarm) => {
+                let id = format!("alarm-{}", alarm.kind.name().replace('_', "-"));
+                let organ = words.organ(alarm.organ.as_deref().unwrap_or("?"));
+                let text = words.say_with(&id, &[("organ", organ.into())]);
+                format!("{}: {text}", self.at)
+            }
+            Shows::View(id) => words.say_with(id, &[("at", self.at.as_str().into())]),
+        }
+    }
 }
 
 /// Notes the moments to draw while a session is assessed.
@@ -54,22 +80,25 @@ impl Watch {
         }
         let at = clock(assessment.time_s());
         for alarm in alarms.iter().skip(self.alarms) {
-            self.want(tick, format!("{at}: {}", alarm.text()), 0.0);
+            self.want(tick, &at, Shows::Alarm(alarm.clone()), 0.0);
         }
         self.alarms = alarms.len();
         if has_view && !self.had_view {
-            for (side, turned_rad) in [("left", -DOUBLET_RAD), ("right", DOUBLET_RAD)] {
-                let caption = format!("{at}: the critical view of safety, from the {side}");
-                self.want(tick, caption, turned_rad);
+            for (id, turned_rad) in [
+                ("picture-cvs-left", -DOUBLET_RAD),
+                ("picture-cvs-right", DOUBLET_RAD),
+            ] {
+                self.want(tick, &at, Shows::View(id), turned_rad);
             }
         }
         self.had_view |= has_view;
     }
 
-    fn want(&mut self, tick: u64, caption: String, turned_rad: f32) {
+    fn want(&mut self, tick: u64, at: &str, shows: Shows, turned_rad: f32) {
         self.wanted.push(Wanted {
             tick,
-            caption,
+            at: at.to_owned(),
+            shows,
             turned_rad,
         });
     }
@@ -94,7 +123,11 @@ fn clock(seconds: f64) -> String {
 
 /// Draws the moments and returns a caption and a PNG for each. Omits moments after a gap in the
 /// session.
-pub(super) fn draw(session: &Path, wanted: &[Wanted]) -> Result<Vec<(String, Vec<u8>)>, Problem> {
+pub(super) fn draw(
+    session: &Path,
+    wanted: &[Wanted],
+    words: &Words,
+) -> Result<Vec<(String, Vec<u8>)>, Problem> {
     let Some(last) = wanted.last() else {
         return Ok(Vec::new());
     };
@@ -125,7 +158,7 @@ pub(super) fn draw(session: &Path, wanted: &[Wanted]) -> Result<Vec<(String, Vec
         }
         while let Some(it) = left.next_if(|it| it.tick <= record.tick) {
             match album.draw(&state, &tools, it.turned_rad) {
-                Ok(png) => pictures.push((it.caption.clone(), png)),
+                Ok(png) => pictures.push((it.caption(words), png)),
                 Err(error) => problem = Some(error),
             }
         }
@@ -150,16 +183,42 @@ fn is_restart(record: &InputRecord) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use assess::AlarmKind;
+    use display_host::words::Language;
+
     use super::*;
+
+    fn burnt() -> Shows {
+        Shows::Alarm(Alarm {
+            at_s: 1.0,
+            session_s: 2.0,
+            kind: AlarmKind::Burnt,
+            organ: Some("liver".to_owned()),
+            at_m: [0.0; 3],
+        })
+    }
+
+    #[test]
+    fn captions_are_in_the_language() {
+        let mut watch = Watch::default();
+        watch.want(1, "0:01.0", burnt(), 0.0);
+        watch.want(2, "0:02.0", Shows::View("picture-cvs-left"), 0.5);
+        let words = Words::new(Language::German);
+        let captions = watch.end().into_iter().map(|it| it.caption(&words));
+        let captions: Vec<_> = captions.collect();
+        assert_eq!(captions[0], "0:01.0: verbrannt: Leber");
+        assert!(captions[1].starts_with("0:02.0: der Critical View"));
+    }
 
     #[test]
     fn of_many_moments_few_are_drawn_and_the_first_is_among_them() {
         let mut watch = Watch::default();
         for tick in 0..100 {
-            watch.want(tick, String::new(), 0.0);
+            watch.want(tick, "", burnt(), 0.0);
         }
-        watch.want(33, String::new(), -0.5);
-        watch.want(33, String::new(), 0.5);
+        for (id, turned_rad) in [("picture-cvs-left", -0.5), ("picture-cvs-right", 0.5)] {
+            watch.want(33, "0:33.0", Shows::View(id), turned_rad);
+        }
         let wanted = watch.end();
         let both = wanted
             .iter()

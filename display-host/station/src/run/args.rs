@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser};
 
 use crate::args::{
-    ControllerArgs, GamepadArgs, LanguageName, SceneArgs, ScopeName, parse_seconds, parse_size,
-    parse_station,
+    ControllerArgs, GamepadArgs, LanguageName, LookArgs, SceneArgs, ScopeName, parse_seconds,
+    parse_size, parse_station,
 };
 use crate::output::Overwrite;
 use crate::task::args::TaskArgs;
@@ -61,9 +61,11 @@ pub(crate) struct RunArgs {
     /// changes it
     #[arg(long, value_enum, default_value_t = ScopeName::Straight, conflicts_with = "headless")]
     pub(crate) scope: ScopeName,
-    /// Language of the interface [default: that of LANG]
-    #[arg(long, value_enum, conflicts_with = "headless")]
+    /// Language of the interface and of the debrief [default: that of LANG]
+    #[arg(long, value_enum)]
     pub(crate) language: Option<LanguageName>,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
     /// Play no sound
     #[arg(long)]
     pub(crate) mute: bool,

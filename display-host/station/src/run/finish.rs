@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use display_host::headless::{Ended, RunOutcome};
 use display_host::report::{DeviceSummary, HeldBack, Summary, write};
+use display_host::words::Language;
 use figures::Machine;
 use hardware::station::{HapticDriver, StationFile};
 use rt_process::notice::Held;
 use session::Recorded;
 
 use super::show::Shown;
-use crate::args::DeviceArgs;
+use crate::args::{DeviceArgs, LanguageName};
 use crate::document;
 use crate::problem::Problem;
 use crate::report;
@@ -130,7 +131,8 @@ impl Shown<'_> {
             written.report.display()
         ));
         let recording = summary.recording.as_ref().map(|it| it.file.clone());
-        let debriefed = |assessed| debrief(assessed, recording, out, &self.outcome);
+        let language = LanguageName::or_users(self.args.language);
+        let debriefed = |assessed| debrief(assessed, recording, language, out, &self.outcome);
         Ok(self.assessed.as_ref().is_none_or(debriefed))
     }
 }
@@ -197,6 +199,7 @@ fn animate(outcome: &RunOutcome, gif: &Path) -> Result<(), Problem> {
 fn debrief(
     assessed: &task::Ended,
     session: Option<PathBuf>,
+    language: Language,
     out: &Path,
     outcome: &RunOutcome,
 ) -> bool {
@@ -212,7 +215,8 @@ fn debrief(
                     "calot: debrief.html without earlier sessions: {problem}"
                 ));
             }
-            report::write(&[chapter], &out.join("debrief.html"))
+            report::write_close(&chapter, out);
+            report::write(&[chapter], language, &out.join("debrief.html"))
         });
     if let Err(problem) = &made {
         say::note(format_args!("calot: no debrief.html: {problem}"));

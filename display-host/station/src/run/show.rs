@@ -140,6 +140,7 @@ impl<'a> Started<'a> {
             lose_device_after: None,
             tick_cpu: args.controller.realtime.core,
             language: LanguageName::or_users(args.language),
+            look: args.look.look(),
             task: self.live.as_ref().map(|task| task.view.clone()),
             instructor: false,
             replay: None,

@@ -32,6 +32,9 @@ pub(crate) struct StartArgs {
     /// Pass rules and weights (TOML) [default: the built-in ones]
     #[arg(long, value_name = "FILE")]
     pub(crate) rules: Option<PathBuf>,
+    /// Curriculum (TOML) [default: the built-in one; `calot store curriculum` prints it]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) curriculum: Option<PathBuf>,
     /// Questionnaire (TOML) [default: the paper's fourteen items]
     #[arg(long, value_name = "FILE")]
     pub(crate) questionnaire: Option<PathBuf>,

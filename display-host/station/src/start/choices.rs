@@ -1,6 +1,9 @@
 //! Choices of the launcher, and rules for combining them.
 
+use std::ffi::OsString;
+
 use assess::{Difficulty, Task};
+use display_host::ui::Look;
 use display_host::ui::launcher::StartForm;
 
 use crate::args::IN_TRIANGLE;
@@ -15,7 +18,7 @@ pub(super) const SCOPES: [u16; 3] = [0, 30, 45];
 /// Initial choices.
 pub(super) fn usual() -> StartForm {
     StartForm {
-        task: Task::Identify.name().to_owned(),
+        task: Task::Basics.name().to_owned(),
         difficulty: Difficulty::Beginner.name().to_owned(),
         scene: TRIANGLE.to_owned(),
         emulated: true,
@@ -31,6 +34,31 @@ pub(super) fn hanging() -> Vec<&'static str> {
 
 /// The scripted surgeon whom a trainee may watch.
 pub(super) const EXPERT: &str = "careful";
+
+/// Arguments of a run for a look, as far as it differs from the usual one.
+pub(super) fn look(look: &Look) -> Vec<OsString> {
+    let usual = Look::default();
+    let mut words: Vec<OsString> = Vec::new();
+    for (name, value, usual) in [
+        ("--text-size", look.text_percent, usual.text_percent),
+        (
+            "--sensitivity",
+            look.sensitivity_percent,
+            usual.sensitivity_percent,
+        ),
+    ] {
+        if value != usual {
+            words.extend([name.into(), value.to_string().into()]);
+        }
+    }
+    for (name, is_on) in [
+        ("--high-contrast", look.high_contrast),
+        ("--left-handed", look.left_handed),
+    ] {
+        words.extend(is_on.then(|| name.into()));
+    }
+    words
+}
 
 /// Tasks that the expert shows: all but free practice, which has no aim.
 pub(super) fn shown() -> Vec<&'static str> {
@@ -66,6 +94,20 @@ pub(super) fn fitting(before: &StartForm, mut form: StartForm) -> StartForm {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_run_is_told_the_look_that_differs() {
+        assert!(look(&Look::default()).is_empty());
+        let own = Look {
+            text_percent: 150,
+            high_contrast: true,
+            left_handed: true,
+            sensitivity_percent: 50,
+        };
+        let words = look(&own).join(" ".as_ref());
+        let expected = "--text-size 150 --sensitivity 50 --high-contrast --left-handed";
+        assert_eq!(words, expected);
+    }
 
     #[test]
     fn the_expert_operates_for_nobodys_record_at_emulated_devices() {

@@ -16,22 +16,27 @@ use std::time::{Duration, Instant};
 
 use assess::{Difficulty, Rules, Task};
 use display_host::ui::launcher::{
-    Asking, Debrief, Failed, Launcher, Points, Running, Screen, Start, StartForm, Wish, launcher,
+    Asking, Debrief, Failed, Launcher, Points, ProgressView, Running, Screen, Start, StartForm,
+    Wish, launcher,
 };
 use display_host::window::{self, Page, show_page};
 use display_host::words::Words;
 use store::{GOALS, Questionnaire, Store};
 
 use self::args::StartArgs;
+use self::choices::TRIANGLE;
 use self::operation::Operation;
 use crate::args::LanguageName;
 use crate::clock::now_unix_s;
+use crate::curriculum::Curriculum;
 use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
 /// Inner size of the window, pixels.
-const SIZE: [u32; 2] = [1280, 860];
+const SIZE: [u32; 2] = [1180, 720];
+/// Begin of the messages that a trainee waits with; the others are an engineer's.
+const PREPARING: &str = "preparing";
 /// Interval of the search for devices.
 const LOOK_EVERY: Duration = Duration::from_secs(3);
 /// Time that the window may freeze while another program writes to the store.
@@ -42,11 +47,13 @@ pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
     window::answers()?;
     let stop = stop::flag()?;
     let rules = args.rules.as_deref().map(Rules::read).transpose()?;
+    let curriculum = Curriculum::read(args.curriculum.as_deref())?;
     let questions = args.questionnaire.as_deref().map(Questionnaire::read);
     let mut desk = Desk::new(
         args.clone(),
         rules.unwrap_or_default(),
         questions.transpose()?.unwrap_or_default(),
+        curriculum,
     );
     let shown = show_page(SIZE, &stop, &mut desk);
     if let Some(operation) = &mut desk.operation {
@@ -54,6 +61,7 @@ pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
         operation.stop();
         operation.wait();
     }
+    desk.end_replay();
     shown?;
     Ok(ExitCode::SUCCESS)
 }
@@ -63,6 +71,7 @@ struct Desk {
     args: StartArgs,
     rules: Rules,
     questions: Questionnaire,
+    curriculum: Curriculum,
     /// Path of the store. `None`: there is no home folder.
     store: Option<PathBuf>,
     view: Launcher,
@@ -71,13 +80,22 @@ struct Desk {
     operation: Option<Operation>,
     /// The newest debrief and its session's id, for a return to it.
     debrief: Option<(Debrief, String)>,
+    /// Folder of the session of the debrief.
+    folder: Option<PathBuf>,
     looked: Instant,
     opening: Option<Child>,
+    /// The replay of a moment, if any.
+    replay: Option<Child>,
     over: bool,
 }
 
 impl Desk {
-    fn new(args: StartArgs, rules: Rules, questions: Questionnaire) -> Self {
+    fn new(
+        args: StartArgs,
+        rules: Rules,
+        questions: Questionnaire,
+        curriculum: Curriculum,
+    ) -> Self {
         let mut form = choices::usual();
         form.language = LanguageName::or_users(args.language);
         if let Some(file) = &args.station_file {
@@ -97,17 +115,21 @@ impl Desk {
         let mut desk = Self {
             view: Launcher {
                 words: Words::new(form.language),
+                look: form.look,
                 screen: Screen::Start(Start::default()),
             },
             args,
             rules,
             questions,
+            curriculum,
             store,
             form,
             operation: None,
             debrief: None,
+            folder: None,
             looked: Instant::now(),
             opening: None,
+            replay: None,
             over: false,
         };
         desk.show_start();
@@ -152,6 +174,8 @@ impl Desk {
             Ok(trainees) => start.trainees = trainees.into_iter().map(|it| it.name).collect(),
             Err(problem) => start.problem = Some(problem),
         }
+        start.is_first = start.trainees.is_empty() && !self.has_sessions();
+        start.progress = self.progress(&self.form.trainee);
         stations::look(&mut start, words);
         self.looked = Instant::now();
         self.view.screen = Screen::Start(start);
@@ -161,6 +185,15 @@ impl Desk {
         match wish {
             Wish::Form(form) => self.choose(form),
             Wish::Begin | Wish::Again => self.begin(false),
+            Wish::Guided => {
+                Task::Basics.name().clone_into(&mut self.form.task);
+                Difficulty::Beginner
+                    .name()
+                    .clone_into(&mut self.form.difficulty);
+                TRIANGLE.clone_into(&mut self.form.scene);
+                self.begin(false);
+            }
+            Wish::Next => self.begin_next(),
             Wish::Watch => self.begin(true),
             Wish::AgainEmulated => {
                 self.form.emulated = true;
@@ -178,6 +211,7 @@ impl Desk {
             }
             Wish::Another => self.show_start(),
             Wish::OpenReport => self.open_report(),
+            Wish::Replay(at_s) => self.replay(at_s),
             Wish::Ask(asking) => self.ask(asking),
             Wish::Answer(_) | Wish::Previous => self.answer(&wish),
             Wish::Keep => self.keep(),
@@ -191,22 +225,77 @@ impl Desk {
         let devices = |it: &StartForm| (it.emulated, it.station_file.clone());
         let look = devices(&form) != devices(&self.form);
         let speaks_anew = form.language != self.form.language;
+        let is_another = form.trainee != self.form.trainee;
         self.form = form;
+        self.view.look = self.form.look;
+        let progress = match is_another {
+            true => self.progress(&self.form.trainee),
+            false => None,
+        };
         if speaks_anew {
             self.view.words = Words::new(self.form.language);
             // The messages on the screen are in the old language: build them again.
             self.show_start();
         } else if let Screen::Start(start) = &mut self.view.screen {
             start.form = self.form.clone();
+            if is_another {
+                start.progress = progress;
+            }
             if look {
                 stations::look(start, &self.view.words);
             }
         }
     }
 
+    /// Folder of the sessions.
+    fn sessions(&self) -> PathBuf {
+        let beside = self.store.as_ref().and_then(|store| store.parent());
+        let sessions = self.args.sessions.clone();
+        let sessions = sessions.or_else(|| Some(beside?.join("sessions")));
+        sessions.unwrap_or_else(|| "out".into())
+    }
+
+    /// True if somebody has worked here before.
+    fn has_sessions(&self) -> bool {
+        let entries = std::fs::read_dir(self.sessions());
+        entries.is_ok_and(|mut it| it.next().is_some())
+    }
+
+    /// Progress of a trainee in the curriculum; `None` for a guest, and for somebody whom the store
+    /// does not know.
+    fn progress(&self, trainee: &str) -> Option<ProgressView> {
+        if trainee.trim().is_empty() {
+            return None;
+        }
+        let store = self.open_store().ok()?;
+        let sessions = store.sessions(trainee.trim(), None).ok()?;
+        let language = self.form.language;
+        Some(
+            self.curriculum
+                .progress(trainee, &sessions, language)
+                .view(),
+        )
+    }
+
+    /// Starts the next task of the debriefed trainee.
+    fn begin_next(&mut self) {
+        let debrief = self.debrief.as_ref();
+        let next = debrief.and_then(|(it, _)| it.progress.as_ref()?.next.clone());
+        if let Some((task, difficulty)) = next {
+            let form = StartForm {
+                task,
+                difficulty,
+                ..self.form.clone()
+            };
+            self.form = choices::fitting(&self.form, form);
+            self.begin(false);
+        }
+    }
+
     /// Starts an operation, of the expert if `watched`. If that fails, shows the reason on the
     /// start screen.
     fn begin(&mut self, watched: bool) {
+        self.end_replay();
         let form = match watched {
             true => Ok(choices::of_expert(&self.form)),
             false => self.checked(),
@@ -259,12 +348,7 @@ impl Desk {
 
     /// Makes a folder for the next session.
     fn new_folder(&self) -> Result<PathBuf, String> {
-        let beside = self.store.as_ref().and_then(|store| store.parent());
-        let sessions = self.args.sessions.clone();
-        let sessions = sessions.or_else(|| Some(beside?.join("sessions")));
-        let out = sessions
-            .unwrap_or_else(|| "out".into())
-            .join(store::new_id());
+        let out = self.sessions().join(store::new_id());
         std::fs::create_dir_all(&out)
             .map_err(|it| problem::of_folder(&self.view.words, &out, &it))?;
         Ok(out)
@@ -291,6 +375,7 @@ impl Desk {
         .map(Into::into)
         .to_vec();
         words.push(out.into());
+        words.extend(choices::look(&form.look));
         let mut option = |name: &str, value: &dyn AsRef<std::ffi::OsStr>| {
             words.extend([name.into(), value.as_ref().to_owned()]);
         };
@@ -326,7 +411,10 @@ impl Desk {
             watched: operation.watched,
             task: operation.form.task.clone(),
             seconds: operation.seconds().floor(),
-            said: operation.said().pop(),
+            said: operation
+                .said()
+                .pop()
+                .filter(|it| it.starts_with(PREPARING)),
             ending: operation.is_ending(),
             overdue: operation.is_overdue(),
         });
@@ -344,8 +432,16 @@ impl Desk {
             &self.view.words,
         );
         match found {
-            Some(found) => {
-                self.debrief = Some(found);
+            Some((debrief, session)) => {
+                let progress = self.progress(&form.trainee);
+                self.debrief = Some((
+                    Debrief {
+                        progress,
+                        ..debrief
+                    },
+                    session,
+                ));
+                self.folder = Some(operation.out.clone());
                 self.show_debrief();
             }
             None => {
@@ -377,6 +473,42 @@ impl Desk {
         }
         if let Screen::Debrief(_) = self.view.screen {
             self.show_debrief();
+        }
+    }
+
+    /// Replays a moment of the debriefed session in its own window, in place of an earlier replay.
+    fn replay(&mut self, at_s: f64) {
+        let Some(folder) = self.folder.clone() else {
+            return;
+        };
+        self.end_replay();
+        let begun = std::env::current_exe().and_then(|calot| {
+            Command::new(calot)
+                .args(["replay", "--at", &format!("{at_s:.1}"), "--language"])
+                .arg(self.form.language.code())
+                .args(["--station", &format!("replay-{}", std::process::id()), "--"])
+                .arg(folder)
+                .stdin(Stdio::null())
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+        });
+        let notice = match begun {
+            Ok(child) => {
+                self.replay = Some(child);
+                self.view.words.say("debrief-replays")
+            }
+            Err(error) => problem::of_start(&self.view.words, &error),
+        };
+        self.note(notice);
+    }
+
+    /// Ends the replay, if one runs.
+    fn end_replay(&mut self) {
+        if let Some(mut child) = self.replay.take() {
+            // It may have ended by itself.
+            let _ = child.kill();
+            let _ = child.wait();
         }
     }
 

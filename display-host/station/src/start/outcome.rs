@@ -2,15 +2,17 @@
 
 use std::path::Path;
 
-use assess::{Metric, Reason, Rules, Task};
+use assess::report::Lesson;
+use assess::{Alarm, AlarmKind, Metric, Reason, Rules, Task};
 use display_host::ui::TaskNote;
-use display_host::ui::launcher::{Debrief, Earlier, MetricRow};
+use display_host::ui::launcher::{ClosePicture, Debrief, Earlier, LessonView, MetricRow};
 use display_host::words::Words;
 use serde::Deserialize as _;
 use serde_json::Value;
 use store::Store;
 
 use super::problem;
+use crate::report::close_file;
 use crate::store::{SessionCriteria, past};
 
 /// Metrics shown for an operation, in addition to those of its pass rule.
@@ -86,9 +88,9 @@ pub(super) fn read(
         outcome: text("outcome").unwrap_or_default(),
         reasons: reasons(&summary),
         score,
-        alarms: summary["alarms"]
-            .as_array()
-            .map_or_else(Vec::new, |all| all.iter().map(note).collect()),
+        lessons: lessons(out, &summary),
+        lost: lost(&summary, words),
+        can_replay: crate::report::recording(out).exists(),
         metrics: rows(&task, rules, &summary, &past),
         earlier: past
             .into_iter()
@@ -103,7 +105,10 @@ pub(super) fn read(
         warnings: problem
             .into_iter()
             .chain(unrest(&summary, words))
-            .chain(other_warnings(&summary))
+            .take(WARNINGS_MAX)
+            .collect(),
+        machine: other_warnings(&summary)
+            .into_iter()
             .take(WARNINGS_MAX)
             .collect(),
         task,
@@ -159,12 +164,49 @@ fn reasons(summary: &Value) -> Vec<Reason> {
     all.filter_map(|it| Reason::deserialize(it).ok()).collect()
 }
 
-fn note(alarm: &Value) -> (f64, TaskNote) {
-    let note = TaskNote {
-        kind: alarm["kind"].as_str().unwrap_or_default().to_owned(),
-        organ: alarm["organ"].as_str().map(str::to_owned),
+/// Errors of the summary, each lesson with its close picture if there is one.
+fn lessons(out: &Path, summary: &Value) -> Vec<LessonView> {
+    let all = summary["alarms"].as_array().into_iter().flatten();
+    let alarm = |(number, it): (usize, &Value)| {
+        let seconds = |key: &str| it[key].as_f64().unwrap_or(0.0);
+        let alarm = Alarm {
+            at_s: seconds("at_s"),
+            session_s: seconds("session_s"),
+            kind: AlarmKind::deserialize(&it["kind"]).ok()?,
+            organ: it["organ"].as_str().map(str::to_owned),
+            at_m: [0.0; 3],
+        };
+        Some((number, alarm))
     };
-    (alarm["at_s"].as_f64().unwrap_or(0.0), note)
+    // Close pictures have the numbers of all alarms, also of those that this program does not know.
+    let (numbers, alarms): (Vec<usize>, Vec<Alarm>) = all.enumerate().filter_map(alarm).unzip();
+    let view = |lesson: Lesson| {
+        let own = lesson.alarms.iter().filter_map(|it| alarms.get(*it));
+        let first = lesson.alarms.first().and_then(|it| numbers.get(*it));
+        LessonView {
+            note: TaskNote {
+                kind: lesson.kind.name().to_owned(),
+                organ: lesson.organ.clone(),
+            },
+            moments: own.map(|it| [it.at_s, it.session_s]).collect(),
+            close: first.and_then(|it| ClosePicture::read(&close_file(out, *it))),
+        }
+    };
+    Lesson::of(&alarms).into_iter().map(view).collect()
+}
+
+/// Lost points that no error explains, and for which there is advice.
+fn lost(summary: &Value, words: &Words) -> Vec<(String, f64)> {
+    let all = summary["lost"].as_array().into_iter().flatten();
+    let found = all.filter_map(|it| {
+        let metric = it["metric"].as_str()?.to_owned();
+        Some((metric, it["points"].as_f64()?))
+    });
+    let has_advice = |metric: &str| {
+        let id = format!("advice-metric-{}", metric.replace('_', "-"));
+        assess::report::Words::has(words, &id)
+    };
+    found.filter(|(metric, _)| has_advice(metric)).collect()
 }
 
 fn rows(
@@ -244,15 +286,22 @@ mod tests {
             r#"{"task": "clamp", "difficulty": "exam", "outcome": "failed",
                 "reason_kinds": [{"kind": "bored"}, {"kind": "too-long", "seconds": 60.0}],
                 "score": 61.0, "session": "s", "metrics_version": 1, "warnings": ["\u001b[31mred"],
-                "alarms": [{"at_s": 75.5, "kind": "burnt", "organ": "liver"}],
+                "alarms": [{"at_s": 75.5, "session_s": 80.0, "kind": "burnt", "organ": "liver"},
+                           {"at_s": 80.5, "session_s": 85.0, "kind": "bored", "organ": "liver"},
+                           {"at_s": 90.0, "session_s": 95.0, "kind": "burnt", "organ": "liver"}],
+                "lost": [{"metric": "blood_ml", "value": 9.0, "points": 4.5},
+                         {"metric": "burns_wrong", "value": 2.0, "points": 10.0}],
                 "metrics": {"time_s": 80.0, "economy": null, "paused_s": 0.2, "gaps_s": 0.05}}"#,
         );
         let (debrief, session) = read_it(folder.path(), "").unwrap();
         assert_eq!((&*session, &*debrief.outcome), ("s", "failed"));
         assert_eq!(debrief.reasons, [Reason::TooLong { seconds: 60.0 }]);
-        assert_eq!(debrief.alarms[0].1.organ.as_deref(), Some("liver"));
+        assert_eq!(debrief.lessons[0].note.organ.as_deref(), Some("liver"));
+        assert_eq!(debrief.lessons[0].moments, [[75.5, 80.0], [90.0, 95.0]]);
+        assert_eq!(debrief.lost, [("blood_ml".to_owned(), 4.5)]);
+        assert!(!debrief.can_replay, "there is no recording");
         assert_eq!(debrief.report, None, "there is no page in the folder");
-        assert!(!debrief.warnings[0].contains('\u{1b}'));
+        assert!(!debrief.machine[0].contains('\u{1b}'));
         let ruled = debrief.metrics.iter().take_while(|it| it.passes.is_some());
         assert!(ruled.count() >= 2, "{:?}", debrief.metrics);
         let named: std::collections::BTreeSet<_> =
@@ -267,9 +316,16 @@ mod tests {
     #[test]
     fn a_store_that_cannot_be_had_is_a_warning_to_those_who_are_in_it() {
         let folder = folder(r#"{"task": "clamp", "session": "s", "warnings": ["late"]}"#);
-        let warnings = |trainee| read_it(folder.path(), trainee).unwrap().0.warnings;
-        assert_eq!(warnings("Ada"), ["it is in use", "late"]);
-        assert_eq!(warnings(""), ["late"]);
+        let warnings = |trainee| {
+            let debrief = read_it(folder.path(), trainee).unwrap().0;
+            (debrief.warnings, debrief.machine)
+        };
+        let late = vec!["late".to_owned()];
+        assert_eq!(
+            warnings("Ada"),
+            (vec!["it is in use".to_owned()], late.clone())
+        );
+        assert_eq!(warnings(""), (Vec::new(), late));
     }
 
     #[test]

@@ -17,6 +17,8 @@ answers and instructors' sheets, but no recordings. Only its user can read the f
 Examples:
   calot store list                          all trainees
   calot store list Ada                      her sessions
+  calot store progress Ada                  what she is proficient in, and what comes next
+  calot store curriculum > own.toml         the curriculum, to be changed
   calot store add Ada out/SESSION           a killed run, from its recording
   calot store curve Ada --task clamp --out ada.svg
   calot store trainee Ada --cohort novice --consent yes
@@ -81,6 +83,20 @@ pub(crate) enum StoreCommand {
         #[arg(long)]
         json: bool,
     },
+    /// Shows a trainee's progress in the curriculum, and the task that comes next
+    Progress {
+        /// Trainee
+        #[arg(value_parser = parse_trainee)]
+        name: String,
+        /// Curriculum (TOML) [default: the built-in one]
+        #[arg(long, value_name = "FILE")]
+        curriculum: Option<PathBuf>,
+        /// Print one JSON object on standard output
+        #[arg(long)]
+        json: bool,
+    },
+    /// Prints the built-in curriculum, to copy and change
+    Curriculum,
     /// Adds sessions afterwards and assesses them from their recordings: those of a run that was
     /// killed, that named no trainee, or that the store refused. A session that breaks off before
     /// its task was decided is kept as cut-short and counts in no curve. A session already in the

@@ -11,13 +11,15 @@ use std::process::ExitCode;
 
 use assess::report::{Past, learning_curve};
 use assess::{Difficulty, Metric, Outcome, Rules, Task};
+use display_host::words::Words;
 use store::{Consent, Hand, OtherOwner, SessionRecord, Sheet, Store, StoreError};
 
 use self::args::{StoreArgs, StoreCommand, Table};
 use self::record::circumstances_beside;
 pub(crate) use self::record::{Made, circumstances_of, record};
-use crate::args::{NewTrainee, StoreFile};
+use crate::args::{LanguageName, NewTrainee, StoreFile};
 use crate::clock::now_unix_s;
+use crate::curriculum::{self, Curriculum};
 use crate::document;
 use crate::output::{self, Format};
 use crate::problem::Problem;
@@ -31,6 +33,15 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
     let file = &args.file;
     match &args.command {
         StoreCommand::List { name, json } => list(file, name.as_deref(), *json)?,
+        StoreCommand::Progress {
+            name,
+            curriculum,
+            json,
+        } => {
+            let curriculum = Curriculum::read(curriculum.as_deref())?;
+            progress(&file.read()?, name, &curriculum, *json)?;
+        }
+        StoreCommand::Curriculum => say::answer(curriculum::BUILT_IN.trim_end()),
         StoreCommand::Add {
             name,
             sessions,
@@ -168,6 +179,18 @@ fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
             merged.differing
         ));
     }
+    Ok(())
+}
+
+/// Prints a trainee's progress.
+fn progress(store: &Store, name: &str, curriculum: &Curriculum, json: bool) -> Result<(), Problem> {
+    let sessions = store.sessions(name, None)?;
+    let language = LanguageName::or_users(None);
+    let progress = curriculum.progress(name, &sessions, language);
+    if json {
+        return document::PROGRESS.answer(&progress);
+    }
+    progress.lines().into_iter().for_each(say::answer);
     Ok(())
 }
 
@@ -355,9 +378,8 @@ fn curve(
         true => it.at_least,
         false => it.at_most,
     });
-    let unit = Metric::from_name(metric).map_or("", Metric::unit);
-    let title = format!("{metric} {unit}").trim_end().to_owned();
-    let drawn = learning_curve(&values, rule, &title).ok_or_else(|| {
+    let words = Words::new(LanguageName::or_users(None));
+    let drawn = learning_curve(&values, rule, metric, &words).ok_or_else(|| {
         format!(
             "{} session of task '{}' with {metric}: a curve needs at least two",
             values.len(),

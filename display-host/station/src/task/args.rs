@@ -12,8 +12,8 @@ use crate::args::{NewTrainee, StoreFile, parse_difficulty, parse_task, parse_tra
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Task")]
 pub(crate) struct TaskArgs {
-    /// Assess this task: identify, clamp, cut, disconnect, full (all four), free (practice) or
-    /// scope (endoscope drill). Writes debrief.html next to the session
+    /// Assess this task: basics (first steps), scope (endoscope drill), identify, clamp, cut,
+    /// disconnect, full (the last four) or free (practice). Writes debrief.html next to the session
     #[arg(long, value_name = "TASK", value_parser = parse_task, conflicts_with = "attach")]
     pub(crate) task: Option<Task>,
     /// Help for the trainee: beginner shows hints, trainee shows alarms and progress, exam shows

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use assess::report::Chapter;
 use assess::{Anatomy, Assessed, Assessment, Difficulty, Reason, Rules, Task};
-use display_host::report::{Summary, TaskAlarm, TaskSummary};
+use display_host::report::{Summary, TaskAlarm, TaskLost, TaskSummary};
 use display_host::ui::TaskView;
 use session::{Assignment, Entry};
 use shared_mem::message::{CommandMsg, ReplyMsg};
@@ -285,7 +285,7 @@ fn follow(
 pub(crate) fn begins(task: Task) -> Option<u32> {
     match task {
         Task::Identify => Some(1),
-        Task::Clamp => Some(2),
+        Task::Clamp | Task::Basics => Some(2),
         Task::Cut => Some(3),
         Task::Disconnect => Some(4),
         Task::Full | Task::Free | Task::Scope => None,
@@ -307,9 +307,15 @@ pub(crate) fn start(argument: u32, station: &Station) -> Result<(), Problem> {
 pub(crate) fn summary(assessed: &Assessed, assignment: &Assignment) -> TaskSummary {
     let alarm = |alarm: &assess::Alarm| TaskAlarm {
         at_s: alarm.at_s,
+        session_s: alarm.session_s,
         kind: alarm.kind.name().to_owned(),
         organ: alarm.organ.clone(),
     };
+    let lost = assessed.lost.iter().map(|it| TaskLost {
+        metric: it.metric.to_owned(),
+        value: it.value,
+        points: it.points,
+    });
     TaskSummary {
         task: assessed.task.name().to_owned(),
         difficulty: assessed.difficulty.name().to_owned(),
@@ -318,6 +324,7 @@ pub(crate) fn summary(assessed: &Assessed, assignment: &Assignment) -> TaskSumma
         reason_kinds: assessed.reasons.clone(),
         score: assessed.score,
         alarms: assessed.alarms.iter().map(alarm).collect(),
+        lost: lost.collect(),
         injuries: assessed.injuries.clone(),
         cvs: assessed.cvs,
         metrics: serde_json::to_value(assessed.metrics).unwrap_or_default(),

@@ -44,8 +44,8 @@ impl Sim<'_> {
 
     /// Applies current to the tissue that the hook's bare tip touches, and raises the burn events.
     pub(super) fn burn(&mut self) {
+        let electrode = Electrode::of(&self.tool, self.electric_pedal());
         let (state, journal) = (&mut *self.state, &mut self.journal);
-        let electrode = Electrode::of(&self.tool);
         if let Some(electrode) = &electrode {
             let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
             let cells = bodies.touched_cells(electrode, &self.scene, &self.bounds);

@@ -188,6 +188,36 @@ fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
 }
 
 #[test]
+fn a_pedal_that_leads_a_needle_feeds_no_hook_until_it_is_pressed_again() {
+    let anatomy = hung_liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    command(&mut sim, &mut bench, Command::Start(Task::Hang));
+    go(&mut sim, &mut bench, &ADJACENT, &TOUCHES, 500, NONE);
+    let mut held = |sim: &mut Sim<'_>, is_down: bool, change: Option<Command>| {
+        let samples = bench.next_at(&TOUCHES, NONE);
+        samples.command = change;
+        samples.pedal = Polled::Fresh(PedalSample {
+            cut: false,
+            coagulate: is_down,
+            camera_lock: false,
+            at_ns: samples.now_ns,
+        });
+        sim.tick(&mut bench);
+        [EventKind::Electro, EventKind::Burn].map(|kind| count(&bench, kind))
+    };
+    for tick in 0..600 {
+        let change = (tick == 100).then_some(Command::Instrument(Instrument::Hook));
+        assert_eq!(held(&mut sim, true, change), [0; 2], "tick {tick}");
+    }
+    held(&mut sim, false, None);
+    let reported = (0..600).map(|_| held(&mut sim, true, None)).last();
+    let [electro, burns] = reported.expect("ticks");
+    assert!(electro > 0 && burns > 0, "{electro}, {burns}");
+}
+
+#[test]
 fn a_checkpoint_keeps_what_is_sewn_and_the_digest_tells_of_it() {
     let anatomy = hung_liver();
     let mut state = store();

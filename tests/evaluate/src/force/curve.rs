@@ -25,4 +25,10 @@ impl Curve {
     pub(crate) fn doubt_pct(&self) -> f64 {
         force_rms_pct(&self.coarse, &self.fine)
     }
+
+    /// True if the torque was solved with the force.
+    pub(crate) fn has_torque(&self) -> bool {
+        let is_known = |wrench: &Wrench| wrench.torque_nm.norm().is_finite();
+        self.fine.first().is_some_and(is_known)
+    }
 }

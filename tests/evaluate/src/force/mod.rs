@@ -19,6 +19,7 @@ use wrench::{Wrench, force_errors, force_rms_pct, line_rms_mm, torque_rms_pct};
 
 pub(crate) use calculix::run as run_calculix;
 pub(crate) use page::{chart, section};
+pub(crate) use reference::Meshes;
 pub(crate) use rows::{csv, depth_csv, motion, steps_csv};
 pub(crate) use wrench::TOUCHES_N;
 
@@ -30,13 +31,13 @@ pub(crate) use wrench::TOUCHES_N;
 fn references(
     cases: &[Case],
     folder: &Path,
-    quick: bool,
+    meshes: Meshes,
     kept: bool,
 ) -> Result<Vec<Result<Curve, String>>, String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let find = |(i, case): (usize, &Case)| {
         eprintln!("reference {} of {}: {}", i + 1, cases.len(), case.name());
-        reference::curve(case, folder, quick, kept)
+        reference::curve(case, folder, meshes, kept)
     };
     Ok(cases.iter().enumerate().map(find).collect())
 }
@@ -119,10 +120,10 @@ pub(crate) struct Measured {
 ///
 /// # Errors
 /// The reason in words.
-pub(crate) fn solve(out: &Path, quick: bool, only: &str) -> Result<(), String> {
+pub(crate) fn solve(out: &Path, meshes: Meshes, only: &str) -> Result<(), String> {
     let mut cases = Case::all();
     cases.retain(|case| case.name().contains(only));
-    for found in references(&cases, &out.join("reference"), quick, false)? {
+    for found in references(&cases, &out.join("reference"), meshes, false)? {
         if let Err(why) = found {
             eprintln!("  no reference: {why}");
         }
@@ -142,7 +143,8 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
     cases.retain(|case| {
         case.name().contains(only) && (!kept || kept::found(case, &folder, quick).is_some())
     });
-    let curves = references(&cases, &folder, quick, kept)?;
+    let meshes = if quick { Meshes::Quick } else { Meshes::Fine };
+    let curves = references(&cases, &folder, meshes, kept)?;
     let known = cases.iter().zip(&curves);
     let known = known.filter_map(|(case, curve)| Some((case, curve.as_ref().ok()?)));
     let references = kept::csv(known);

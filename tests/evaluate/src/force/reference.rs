@@ -35,6 +35,42 @@ const SMALLEST_STEP: f64 = 1.0 / 16.0;
 /// Version of the mesher that makes the meshes now. Versions 1 to 3 made elements as large as the
 /// contact, which are too stiff at small depths.
 const MESHER: usize = 4;
+/// Version that marks references of [`Meshes::Large`], because their elements are as large.
+const LARGE_MESHER: usize = 3;
+
+/// Meshes on which a reference is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Meshes {
+    /// Elements of a third of the contact's radius, six tenths under a line. Minutes to hours.
+    Fine,
+    /// Elements about as large as the contact. Minutes.
+    Large,
+    /// Elements so large that the figures are coarse. Seconds.
+    Quick,
+}
+
+impl Meshes {
+    /// Size of the elements of the finer mesh, as a multiple of that in [`Meshes::Fine`].
+    const fn larger(self) -> f64 {
+        match self {
+            Self::Fine => 1.0,
+            Self::Large => 1.6,
+            Self::Quick => 2.5,
+        }
+    }
+
+    const fn mesher(self) -> usize {
+        match self {
+            Self::Large => LARGE_MESHER,
+            Self::Fine | Self::Quick => MESHER,
+        }
+    }
+
+    /// True if a reference that was found need not be solved again.
+    fn is_met_by(self, found: &Curve) -> bool {
+        found.mesher == MESHER || self == Self::Large && found.has_torque()
+    }
+}
 
 /// The curve of a case. It is taken from `folder` or from the repository if it was found before
 /// with today's mesher, or with any mesher if `any_mesher`. Otherwise it is solved and kept in
@@ -45,21 +81,23 @@ const MESHER: usize = 4;
 pub(crate) fn curve(
     case: &Case,
     folder: &Path,
-    quick: bool,
+    meshes: Meshes,
     any_mesher: bool,
 ) -> Result<Curve, String> {
-    if let Some(curve) = found(case, folder, quick).filter(|c| any_mesher || c.mesher == MESHER) {
+    let quick = meshes == Meshes::Quick;
+    let is_enough = |found: &Curve| any_mesher || meshes.is_met_by(found);
+    if let Some(curve) = found(case, folder, quick).filter(is_enough) {
         return Ok(curve);
     }
     let setup = Setup::new(case)?;
-    let finer = if quick { 2.5 } else { 1.0 };
+    let finer = meshes.larger();
     let (coarse_nodes, coarse) = setup.solve(COARSER * finer)?;
     let (nodes, fine) = setup.solve(finer)?;
     let curve = Curve {
         fine,
         coarse,
         nodes: [coarse_nodes, nodes],
-        mesher: MESHER,
+        mesher: meshes.mesher(),
     };
     keep(case, &curve, folder, quick)?;
     Ok(curve)
@@ -220,5 +258,30 @@ impl Law {
             Self::Calot => calot,
             Self::Isochoric => calot.isochoric(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reference_with_torque_on_large_elements_is_solved_once() {
+        let torque = |x: f64| Curve {
+            fine: vec![Wrench {
+                force_n: Point::x(),
+                torque_nm: Point::repeat(x),
+            }],
+            mesher: LARGE_MESHER,
+            ..Curve::default()
+        };
+        let (known, unknown) = (torque(0.01), torque(f64::NAN));
+        assert!(Meshes::Large.is_met_by(&known) && !Meshes::Large.is_met_by(&unknown));
+        assert!(!Meshes::Fine.is_met_by(&known));
+        let today = Curve {
+            mesher: MESHER,
+            ..unknown
+        };
+        assert!(Meshes::Fine.is_met_by(&today) && Meshes::Large.is_met_by(&today));
     }
 }

@@ -1,9 +1,10 @@
 //! Tables of the debrief that say what was judged, by which rule, and where the rule comes from.
+//! Sources are quoted from the rules, in the language of their file.
 
 use figures::html::escape;
 
-use super::{Page, shown};
-use crate::injury::{Injury, Severity};
+use super::Page;
+use crate::injury::{Cause, Injury, InjuryKind, Severity};
 use crate::metrics::Metric;
 use crate::report::Chapter;
 use crate::view::Shown;
@@ -12,24 +13,37 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
     if injuries.is_empty() {
         return;
     }
-    page.add(format_args!(
-        "<h3>Injuries</h3><table><tr><th>time<th class=\"l\">structure<th class=\"l\">injury<th \
-         class=\"l\">cause<th class=\"l\">consequence<th class=\"l\">source of the rule</tr>"
-    ));
+    page.heading("metric-injuries");
+    page.columns(&[
+        "<page-time",
+        "<page-structure",
+        "<page-injury",
+        "<page-cause",
+        "<page-consequence",
+        "<page-source",
+    ]);
     for injury in injuries {
-        let consequence = match injury.severity {
-            Severity::Grave => "ends the task",
-            Severity::Serious => "rules out a pass",
-            Severity::Minor => "costs points",
-        };
+        let kind = page.say(match injury.kind {
+            InjuryKind::Divided => "injury-divided",
+            InjuryKind::Perforated => "injury-perforated",
+            InjuryKind::Burnt => "injury-burnt",
+        });
+        let cause = page.say(match injury.cause {
+            Cause::Cut => "cause-cut",
+            Cause::Torn => "cause-torn",
+            Cause::Burnt => "cause-burnt",
+        });
+        let consequence = page.say(match injury.severity {
+            Severity::Grave => "page-ends-task",
+            Severity::Serious => "page-rules-out",
+            Severity::Minor => "page-costs-points",
+        });
+        let at = page.words.number(injury.at_s, 1);
+        let organ = escape(&page.words.organ(&injury.organ));
+        let source = source(page, &injury.source);
         page.add(format_args!(
-            "<tr><td>{:.1} s<td class=\"l\">{}<td class=\"l\">{}<td class=\"l\">{}<td \
-             class=\"l\">{consequence}<td class=\"l\">{}</tr>",
-            injury.at_s,
-            escape(&injury.organ),
-            injury.kind,
-            injury.cause,
-            escape(&injury.source)
+            "<tr><td>{at} s<td class=\"l\">{organ}<td class=\"l\">{kind}<td class=\"l\">{cause}<td \
+             class=\"l\">{consequence}<td class=\"l\" lang=\"en\">{source}</tr>"
         ));
     }
     page.add(format_args!("</table>"));
@@ -38,55 +52,79 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
 pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     let pass = chapter.rules.pass(it.task);
-    if !pass.is_empty() {
-        page.add(format_args!(
-            "<h3>Pass rules</h3><table><tr><th>metric<th>value<th>required<th>met<th class=\"l\">source</tr>"
-        ));
-        for rule in pass.into_iter().chain(chapter.rules.time_rule(it.task)) {
-            let (name, least, most) = (rule.name, rule.at_least, rule.at_most);
-            let value = match Metric::from_name(name) {
-                Some(metric) => it.metrics.get(metric),
-                None => it.score,
-            };
-            let asked = match (least.is_finite(), most.is_finite()) {
-                (true, true) => format!("{least} to {most}"),
-                (true, false) => format!("at least {least}"),
-                (false, true) => format!("at most {most}"),
-                (false, false) => "–".to_owned(),
-            };
-            let met = if value < least || value > most {
-                "✗ no"
-            } else {
-                "✓ yes"
-            };
-            let name = page.named(name);
-            page.add(format_args!(
-                "<tr><td>{name}<td>{value:.1}<td>{asked}<td>{met}<td class=\"l\">{}</tr>",
-                escape(rule.source)
-            ));
-        }
-        page.add(format_args!("</table>"));
+    if pass.is_empty() {
+        return;
     }
+    page.heading("page-pass-rules");
+    page.columns(&[
+        "<metric",
+        "page-value",
+        "page-required",
+        "page-met",
+        "<page-source",
+    ]);
+    for rule in pass.into_iter().chain(chapter.rules.time_rule(it.task)) {
+        let (name, least, most) = (rule.name, rule.at_least, rule.at_most);
+        let value = match Metric::from_name(name) {
+            Some(metric) => it.metrics.get(metric),
+            None => it.score,
+        };
+        let [low, high] = [least, most].map(|it| page.words.number(it, decimals(it)));
+        let asked = match (least.is_finite(), most.is_finite()) {
+            (true, true) => format!("{low} – {high}"),
+            (true, false) => page.say_with("page-at-least", &[("limit", &low)]),
+            (false, true) => page.say_with("page-at-most", &[("limit", &high)]),
+            (false, false) => "–".to_owned(),
+        };
+        let [source, met, name, value] = [
+            source(page, rule.source),
+            page.answer(!(value < least || value > most)),
+            page.named(name),
+            page.words.number(value, 1),
+        ];
+        page.add(format_args!(
+            "<tr><td>{name}<td>{value}<td>{asked}<td>{met}<td class=\"l\" lang=\"en\">{source}</tr>"
+        ));
+    }
+    page.add(format_args!("</table>"));
+}
+
+/// Origin of a rule, quoted as the file has it, or that it has none.
+fn source(page: &Page<'_>, text: &str) -> String {
+    match text {
+        "" | NO_SOURCE => page.say("page-no-source"),
+        text => escape(text),
+    }
+}
+
+/// Text of a rule that names no source.
+const NO_SOURCE: &str = "no source";
+
+/// Decimals that a limit needs, at most three.
+fn decimals(limit: f64) -> usize {
+    let is_whole = |digits: usize| {
+        let scaled = limit * 10f64.powi(digits as i32);
+        (scaled - scaled.round()).abs() < 1e-6
+    };
+    (0..3).find(|digits| is_whole(*digits)).unwrap_or(3)
 }
 
 pub(super) fn points(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
-    if !it.lost.is_empty() {
-        page.add(format_args!(
-            "<h3>Points lost</h3><table><tr><th>metric<th>value<th>points<th class=\"l\">source of the \
-             weight</tr>"
-        ));
-        for lost in &it.lost {
-            let name = page.named(lost.metric);
-            page.add(format_args!(
-                "<tr><td>{name}<td>{:.1}<td>{:.1}<td class=\"l\">{}</tr>",
-                lost.value,
-                lost.points,
-                escape(chapter.rules.weight_source(it.task, lost.metric))
-            ));
-        }
-        page.add(format_args!("</table>"));
+    if it.lost.is_empty() {
+        return;
     }
+    page.heading("page-points-lost");
+    page.columns(&["<metric", "page-value", "page-points", "<page-source"]);
+    for lost in &it.lost {
+        let name = page.named(lost.metric);
+        let source = source(page, chapter.rules.weight_source(it.task, lost.metric));
+        let [value, points] = [lost.value, lost.points].map(|it| page.words.number(it, 1));
+        page.add(format_args!(
+            "<tr><td>{name}<td>{value}<td>{points}<td class=\"l\" lang=\"en\">{source}</tr>"
+        ));
+    }
+    page.add(format_args!("</table>"));
 }
 
 /// Writes published values beside the trainee's.
@@ -96,16 +134,21 @@ pub(super) fn published(page: &mut Page<'_>, chapter: &Chapter) {
     if references.peek().is_none() {
         return;
     }
-    page.add(format_args!(
-        "<h3>Published values</h3><p class=\"lead\">They come from other simulators or from operations. They say \
-         what is usual, and judge nothing.</p><table><tr><th>metric<th>here<th>published<th class=\"l\">of whom<th \
-         class=\"l\">source</tr>"
-    ));
+    page.heading("page-published");
+    let note = page.say("page-published-note");
+    page.add(format_args!("<p class=\"lead\">{note}</p>"));
+    page.columns(&[
+        "<metric",
+        "page-here",
+        "page-published-value",
+        "<page-of-whom",
+        "<page-source",
+    ]);
     for reference in references {
         let name = page.named(reference.metric.name());
+        let here = page.shown(&it.metrics, reference.metric);
         page.add(format_args!(
-            "<tr><td>{name}<td>{}<td>{}<td class=\"l\">{}<td class=\"l\">{}</tr>",
-            shown(&it.metrics, reference.metric),
+            "<tr><td>{name}<td>{here}<td>{}<td class=\"l\" lang=\"en\">{}<td class=\"l\" lang=\"en\">{}</tr>",
             reference.value,
             escape(&reference.who),
             escape(&reference.source)
@@ -119,10 +162,14 @@ pub(super) fn critical_view(page: &mut Page<'_>, chapter: &Chapter) {
     let Some(cvs) = &chapter.assessed.cvs else {
         return;
     };
-    page.add(format_args!(
-        "<h3>Critical view of safety</h3><table><tr><th>criterion<th>achieved<th>most seen at once<th>best view from \
-         the front<th>best view from behind</tr>"
-    ));
+    page.heading("page-cvs");
+    page.columns(&[
+        "<page-criterion",
+        "page-achieved",
+        "page-seen",
+        "page-from-front",
+        "page-from-behind",
+    ]);
     let percent = |share: f64| match share.is_finite() {
         true => format!("{:.0} %", 100.0 * share),
         false => "–".to_owned(),
@@ -132,11 +179,12 @@ pub(super) fn critical_view(page: &mut Page<'_>, chapter: &Chapter) {
     };
     let views = of(cvs.front).into_iter().zip(of(cvs.behind));
     let rows = [
-        ("triangle free of tissue", cvs.triangle),
-        ("lower third of the bed free", cvs.lower_bed),
-        ("cystic duct and artery", cvs.two),
+        ("metric-cvs-triangle", cvs.triangle),
+        ("metric-cvs-bed", cvs.lower_bed),
+        ("metric-cvs-two", cvs.two),
     ];
-    for ((name, criterion), (front, behind)) in rows.into_iter().zip(views) {
+    for ((id, criterion), (front, behind)) in rows.into_iter().zip(views) {
+        let name = page.say(id);
         page.add(format_args!(
             "<tr><td>{name}<td>{}<td>{}<td>{}<td>{}</tr>",
             percent(criterion.achieved),
@@ -145,8 +193,17 @@ pub(super) fn critical_view(page: &mut Page<'_>, chapter: &Chapter) {
             percent(behind)
         ));
     }
-    page.add(format_args!(
-        "</table><p class=\"lead\">Structures count as seen where they lie at rest. The view is not scored: the \
-         rules judge what is removed.</p>"
-    ));
+    let note = page.say("page-cvs-note");
+    page.add(format_args!("</table><p class=\"lead\">{note}</p>"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_has_the_decimals_that_it_needs() {
+        let found = [70.0, 0.9, 70.25, 0.125].map(decimals);
+        assert_eq!(found, [0, 1, 2, 3]);
+    }
 }

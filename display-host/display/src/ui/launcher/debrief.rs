@@ -4,10 +4,10 @@
 use assess::Reason;
 use egui::{Grid, Key, Label, RichText, Ui};
 
-use super::{Asking, Wish, minutes, pressed, screen};
-use crate::ui::TaskNote;
+use super::lessons::{self, LessonView, Lessons};
+use super::progress::{self, ProgressView};
+use super::{Asking, Wish, pressed, screen};
 use crate::ui::screens::{BODY, part, title};
-use crate::ui::task::alarm;
 use crate::ui::widgets::{Mark, line, sign};
 use crate::words::Words;
 
@@ -34,20 +34,28 @@ pub struct Debrief {
     pub reasons: Vec<Reason>,
     /// Score, 0 to 100.
     pub score: f64,
-    /// Alarms: time since the task began, s, and the error.
-    pub alarms: Vec<(f64, TaskNote)>,
+    /// Errors, the gravest first.
+    pub lessons: Vec<LessonView>,
+    /// Metrics that cost points without an error in `lessons`, and these points.
+    pub lost: Vec<(String, f64)>,
+    /// True if the recording is there to be replayed.
+    pub can_replay: bool,
     /// Rows of the results.
     pub metrics: Vec<MetricRow>,
     /// Earlier comparable sessions, the oldest first.
     pub earlier: Vec<Earlier>,
+    /// Progress of the trainee in the curriculum; `None` for a guest.
+    pub progress: Option<ProgressView>,
     /// Path of the full report, if written.
     pub report: Option<String>,
     /// True if the questionnaire was answered since the launcher started.
     pub answered: bool,
     /// Sum of the instructor's points, if given.
     pub sheet: Option<u32>,
-    /// Warnings of the run.
+    /// Warnings to the trainee.
     pub warnings: Vec<String>,
+    /// Warnings of the machine, for engineers, in English.
+    pub machine: Vec<String>,
     /// Result of the last request.
     pub notice: Option<String>,
 }
@@ -96,6 +104,8 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
         (again, Wish::Again),
         (words.say("debrief-another"), Wish::Another),
     ];
+    let next = debrief.progress.as_ref();
+    buttons.extend(next.and_then(|it| progress::button(words, it)));
     if debrief.report.is_some() {
         buttons.push((words.say("debrief-report"), Wish::OpenReport));
     }
@@ -107,6 +117,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     }
     let keys = [
         (Key::Escape, Wish::Another),
+        (Key::N, Wish::Next),
         (Key::R, Wish::OpenReport),
         (Key::Q, Wish::Ask(Asking::Questions)),
         (Key::I, Wish::Ask(Asking::Sheet)),
@@ -114,10 +125,16 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     let offered = |wish: &Wish| buttons.iter().any(|(_, it)| it == wish);
     let keyed = keys.into_iter().find(|(key, _)| pressed(ui, *key));
     wishes.extend(keyed.map(|(_, wish)| wish).filter(offered));
-    screen(ui, "debrief", Some(0), &buttons, wishes, |ui, _| {
+    let lessons = Lessons {
+        errors: &debrief.lessons,
+        lost: &debrief.lost,
+        reasons: &debrief.reasons,
+        can_replay: debrief.can_replay,
+    };
+    screen(ui, "debrief", Some(0), &buttons, wishes, |ui, wishes| {
         head(ui, words, debrief);
         if ui.available_width() < SIDE_BY_SIDE {
-            wrong(ui, words, debrief);
+            lessons::show(ui, words, lessons, wishes);
             table(ui, words, debrief);
             past(ui, words, debrief);
             return;
@@ -125,7 +142,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
         ui.columns(2, |columns| {
             if let [left, right] = columns {
                 left.vertical(|ui| {
-                    wrong(ui, words, debrief);
+                    lessons::show(ui, words, lessons, wishes);
                     past(ui, words, debrief);
                 });
                 right.vertical(|ui| table(ui, words, debrief));
@@ -172,20 +189,21 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
     for warning in &debrief.warnings {
         line(ui, Mark::Care, warning);
     }
-}
-
-fn wrong(ui: &mut Ui, words: &Words, debrief: &Debrief) {
-    part(ui, &words.say("debrief-errors"));
-    if debrief.alarms.is_empty() {
-        line(ui, Mark::Good, &words.say("debrief-no-errors"));
-    }
-    for (at_s, note) in &debrief.alarms {
-        let text = format!("{}  {}", minutes(*at_s), alarm(words, note));
-        line(ui, Mark::Bad, &text);
+    if !debrief.machine.is_empty() {
+        egui::CollapsingHeader::new(words.say("debrief-machine"))
+            .id_salt("machine")
+            .show(ui, |ui| {
+                for warning in &debrief.machine {
+                    line(ui, Mark::Care, warning);
+                }
+            });
     }
 }
 
 fn past(ui: &mut Ui, words: &Words, debrief: &Debrief) {
+    if let Some(view) = &debrief.progress {
+        progress::after(ui, words, view);
+    }
     part(ui, &words.say("debrief-past"));
     if debrief.earlier.is_empty() {
         ui.label(words.say("debrief-no-past"));

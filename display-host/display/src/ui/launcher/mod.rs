@@ -3,20 +3,26 @@
 
 mod debrief;
 mod failed;
+mod lessons;
 mod points;
+mod progress;
 mod running;
 mod start;
 
 pub use debrief::{Debrief, Earlier, MetricRow};
 pub use failed::Failed;
+pub use lessons::{ClosePicture, LessonView};
 pub use points::{Asking, Points};
+pub use progress::{LevelView, ProgressView, TaskProgress};
 pub use running::Running;
 pub use start::{DeviceLine, DeviceState, Start, StartForm};
 
 use egui::Ui;
 
 use super::page::{drop_repeats, pressed, screen, typed};
+use super::screens::Look;
 use super::task::minutes;
+use super::theme;
 use crate::words::Words;
 
 /// State of the launcher.
@@ -24,6 +30,8 @@ use crate::words::Words;
 pub struct Launcher {
     /// Words in the user's language.
     pub words: Words,
+    /// Look of the interface.
+    pub look: Look,
     /// The present screen.
     pub screen: Screen,
 }
@@ -50,6 +58,10 @@ pub enum Wish {
     Form(StartForm),
     /// Start the operation.
     Begin,
+    /// Start the guided first steps.
+    Guided,
+    /// Start the next task of the curriculum.
+    Next,
     /// Watch the expert, a scripted surgeon, in the chosen task.
     Watch,
     /// End the operation, with its report.
@@ -62,6 +74,8 @@ pub enum Wish {
     AgainEmulated,
     /// Return to the start screen.
     Another,
+    /// Replay this moment of the recording, s.
+    Replay(f64),
     /// Open the full report.
     OpenReport,
     /// Open the questionnaire or the sheet.
@@ -98,6 +112,10 @@ impl Launcher {
 pub fn launcher(ui: &mut Ui, state: &Launcher) -> Vec<Wish> {
     let mut wishes = Vec::new();
     drop_repeats(ui);
+    let look = state.look;
+    ui.ctx()
+        .set_zoom_factor(f32::from(look.text_percent) * 0.01);
+    theme::apply(ui.ctx(), look.high_contrast);
     let words = &state.words;
     match &state.screen {
         Screen::Start(it) => start::show(ui, words, it, &mut wishes),

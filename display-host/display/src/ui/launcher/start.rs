@@ -1,9 +1,11 @@
 //! Choice of trainee, task, help, endoscope and devices.
 
-use egui::{Id, Key, RichText, TextEdit, Ui};
+use egui::{Frame, Id, Key, RichText, TextEdit, Ui, Vec2, vec2};
 
+use super::progress::{self, ProgressView};
 use super::{Wish, pressed, screen, typed};
-use crate::ui::screens::{part, title};
+use crate::ui::screens::{self, Look, part, title};
+use crate::ui::sketch;
 use crate::ui::widgets::{Mark, line};
 use crate::words::{Language, Words};
 
@@ -19,6 +21,10 @@ const NUMBERS: [Key; 9] = [
     Key::Num8,
     Key::Num9,
 ];
+/// Size of the moving picture of a task, points.
+const PICTURE: Vec2 = vec2(160.0, 120.0);
+/// Width of a page below which everything stands in one column, points.
+const SIDE_BY_SIDE: f32 = 680.0;
 /// Height from which the list of names scrolls, points.
 const NAMES_HEIGHT: f32 = 110.0;
 
@@ -43,6 +49,8 @@ pub struct StartForm {
     pub emulated: bool,
     /// The interface's language.
     pub language: Language,
+    /// Look of the interface, and lead of mouse and keyboard.
+    pub look: Look,
 }
 
 /// The start screen.
@@ -72,6 +80,10 @@ pub struct Start {
     pub plugged_in: Vec<String>,
     /// Path of the store.
     pub store: String,
+    /// True if nobody has worked here yet: the guided first steps are offered.
+    pub is_first: bool,
+    /// Progress of the chosen trainee; `None` for a guest.
+    pub progress: Option<ProgressView>,
     /// Problem of the store or of the name, if any.
     pub problem: Option<String>,
 }
@@ -113,6 +125,9 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         if is_shown && pressed(ui, Key::W) {
             wishes.push(Wish::Watch);
         }
+        if start.is_first && pressed(ui, Key::G) {
+            wishes.push(Wish::Guided);
+        }
         if pressed(ui, Key::N) {
             ui.memory_mut(|memory| memory.request_focus(name));
             // The letter that selected the field is not part of the name.
@@ -128,29 +143,64 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         buttons.push((words.say("start-watch"), Wish::Watch));
     }
     buttons.push((words.say("quit"), Wish::Quit));
-    screen(ui, "start", Some(0), &buttons, wishes, |ui, _| {
+    screen(ui, "start", Some(0), &buttons, wishes, |ui, wishes| {
+        if start.is_first {
+            first(ui, words, wishes);
+        }
         title(ui, &words.say("start-title"));
         if let Some(problem) = &start.problem {
             line(ui, Mark::Care, problem);
         }
+        let is_narrow = ui.available_width() < SIDE_BY_SIDE;
+        let left = |ui: &mut Ui, form: &mut StartForm| {
+            trainee(ui, words, start, form, name);
+            task(ui, words, start, form);
+        };
+        let right = |ui: &mut Ui, form: &mut StartForm| {
+            if let Some(view) = &start.progress {
+                progress::show(ui, words, view, form);
+            }
+            help(ui, words, start, form);
+            scope_and_scene(ui, words, start, form);
+            devices(ui, words, start, form, file);
+            languages(ui, words, form);
+            egui::CollapsingHeader::new(words.say("start-look"))
+                .id_salt("look")
+                .show(ui, |ui| screens::look(ui, words, &mut form.look));
+        };
+        if is_narrow {
+            left(ui, &mut form);
+            right(ui, &mut form);
+            return;
+        }
         ui.columns(2, |columns| {
-            if let [left, right] = columns {
-                left.vertical(|ui| {
-                    trainee(ui, words, start, &mut form, name);
-                    task(ui, words, start, &mut form);
-                });
-                right.vertical(|ui| {
-                    help(ui, words, start, &mut form);
-                    scope_and_scene(ui, words, start, &mut form);
-                    devices(ui, words, start, &mut form, file);
-                    languages(ui, words, &mut form);
-                });
+            if let [one, other] = columns {
+                one.vertical(|ui| left(ui, &mut form));
+                other.vertical(|ui| right(ui, &mut form));
             }
         });
     });
     if form != start.form {
         wishes.push(Wish::Form(form));
     }
+}
+
+/// Offers the guided first steps to whoever is here for the first time.
+fn first(ui: &mut Ui, words: &Words, wishes: &mut Vec<Wish>) {
+    Frame::group(ui.style()).inner_margin(10).show(ui, |ui| {
+        ui.horizontal_top(|ui| {
+            let text = words.say("start-first");
+            sketch::task(ui, "basics", PICTURE, &text);
+            ui.vertical(|ui| {
+                ui.label(RichText::new(words.say("start-first-title")).strong());
+                ui.label(&text);
+                if ui.button(words.say("start-guided")).clicked() {
+                    wishes.push(Wish::Guided);
+                }
+            });
+        });
+    });
+    ui.add_space(8.0);
 }
 
 fn keys(ui: &Ui, start: &Start, form: &mut StartForm, wishes: &mut Vec<Wish>) {
@@ -205,7 +255,10 @@ fn task(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm) {
         ui.radio_value(&mut form.task, task.clone(), text);
     }
     let asks = words.say(&format!("start-asks-{}", form.task));
-    ui.label(RichText::new(asks).italics());
+    ui.horizontal_top(|ui| {
+        sketch::task(ui, &form.task, PICTURE, &asks);
+        ui.vertical(|ui| ui.label(&asks));
+    });
     if start.hanging.contains(&form.task) {
         ui.checkbox(&mut form.own_sutures, words.say("start-own-sutures"));
     }

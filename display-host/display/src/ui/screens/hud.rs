@@ -5,18 +5,23 @@ use shared_mem::words::Switches;
 
 use super::super::task::{self, TaskEnd, TaskNote, TaskView};
 use super::super::widgets::{Mark, line};
-use super::super::{Asked, Link, UiState, instrument_id};
-use super::legible;
+use super::super::{Asked, Link, UiState, arrow, instrument_id};
+use super::{guide, legible};
 use crate::words::Words;
 
 /// Size of the text, points.
 const TEXT: f32 = 22.0;
+/// Size of the second line of a hint, points.
+const HINT: f32 = 17.0;
 /// Size of help text, points.
 const HELP: f32 = 14.0;
 /// Width of the left column, points: the alarm stays clear of it.
 const SIDE: f32 = 236.0;
 /// Space between the left column and the alarm, including margins and frames, points.
 const CLEAR: f32 = 62.0;
+/// Width of the picture, points. On a narrower one, as with large text, cards hold only what
+/// changes.
+const TIGHT: f32 = 480.0;
 /// Width of the picture, points. On a narrower one, a result or pause in the middle hides the other
 /// cards, which it would cover.
 const NARROW: f32 = 900.0;
@@ -26,17 +31,22 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
     let end = task.and_then(|task| Some((task, task.end.as_ref()?)));
     let is_paused = state.link == Link::Live && state.is_paused();
     let is_covered = (end.is_some() || is_paused) && !state.instructor;
+    if let Some(direction) = state.tip_away.filter(|_| !is_covered) {
+        arrow::paint(ui.ctx(), place, direction);
+    }
     if place.width() >= NARROW || !is_covered {
         foot(ui, place, state);
         if let Some(task) = task {
             stands(ui, place, state, task);
         }
-        if let Some(note) = task.and_then(|task| task.alarm.as_ref()) {
+        // In a tight place the panel has the alarm.
+        let alarmed = task.filter(|_| !is_tight(place));
+        if let Some(note) = alarmed.and_then(|task| task.alarm.as_ref()) {
             alarm(ui, place, &state.words, note);
         }
     }
     if let Some(end) = end {
-        over(ui, place, state, end, asked);
+        over(ui, roomy(ui, place), state, end, asked);
     }
 }
 
@@ -47,6 +57,10 @@ fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
         legible(ui);
         ui.set_max_width(SIDE);
         big(ui, &task::time(words, task));
+        let is_guided = guide::is_of(task) && place.width() < NARROW;
+        if is_tight(place) || is_guided {
+            return;
+        }
         ui.label(task::title(words, task));
         let Some(tools) = &state.tools else { return };
         big(ui, &words.say(instrument_id(tools.instrument)));
@@ -93,6 +107,7 @@ fn over(
     let words = &state.words;
     card(ui, "hud over", place, Align2::CENTER_CENTER, |ui| {
         legible(ui);
+        ui.set_max_width(place.width() - 48.0);
         let outcome = words.say(&format!("outcome-{}", end.outcome));
         ui.label(RichText::new(outcome).size(1.8 * TEXT).strong());
         if let Some(score) = task.score {
@@ -119,14 +134,40 @@ fn foot(ui: &Ui, place: Rect, state: &UiState) {
     }
     card(ui, "hud foot", place, Align2::CENTER_BOTTOM, |ui| {
         ui.set_max_width(place.width() - 48.0);
-        if let Some(hint) = hint {
-            let hint = words.hint(hint).into();
-            big(ui, &words.say_with("hud-hint", &[("text", hint)]));
+        let is_guided = task.is_some_and(|task| guide::show(ui, state, task, is_tight(place)));
+        if let Some(hint) = hint.filter(|_| !is_guided) {
+            let text = words.hint(hint).into();
+            let text = words.say_with("hud-hint", &[("text", text)]);
+            if is_tight(place) {
+                ui.label(RichText::new(text).size(HINT));
+                return;
+            }
+            big(ui, &text);
+            let left = words.left(hint).map(|it| format!("  {it}"));
+            let place = words.place(&hint.step);
+            let text = format!("{place}{}", left.unwrap_or_default());
+            ui.label(RichText::new(text).size(HINT));
         }
-        if state.in_hand {
-            ui.label(RichText::new(words.say("help")).size(HELP));
+        if state.in_hand && !is_tight(place) {
+            let help = match state.settings.look.left_handed {
+                true => "help-left",
+                false => "help",
+            };
+            ui.label(RichText::new(words.say(help)).size(HELP));
         }
     });
+}
+
+/// Place of a card in the middle: in a tight picture, also the black around it.
+pub(super) fn roomy(ui: &Ui, place: Rect) -> Rect {
+    match is_tight(place) {
+        true => ui.max_rect(),
+        false => place,
+    }
+}
+
+fn is_tight(place: Rect) -> bool {
+    place.width() < TIGHT
 }
 
 fn big(ui: &mut Ui, text: &str) {

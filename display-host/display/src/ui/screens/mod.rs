@@ -1,11 +1,13 @@
 //! Screens over the picture: running task, pause, settings. Each is a pure function from the state
 //! to widgets and requests.
 
+mod guide;
 mod hud;
 mod pause;
 mod settings;
 
-pub use settings::Settings;
+pub(super) use settings::look;
+pub use settings::{Look, Settings};
 
 use egui::{FontId, Frame, Key, RichText, TextStyle, Ui};
 
@@ -39,7 +41,7 @@ pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<
     // The pause screen must not cover a paused replay.
     let covers = !state.instructor && state.replay.is_none();
     if state.link == Link::Live && state.is_paused() && covers {
-        pause::show(ui, place, state, asked);
+        pause::show(ui, hud::roomy(ui, place), state, asked);
     }
 }
 

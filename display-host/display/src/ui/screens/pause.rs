@@ -10,6 +10,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
     let words = &state.words;
     card(ui, "pause", place, Align2::CENTER_CENTER, |ui| {
         legible(ui);
+        ui.set_max_width(place.width() - 48.0);
         title(ui, &words.say("pause-title"));
         ui.label(words.say("pause-note"));
         let choices = [

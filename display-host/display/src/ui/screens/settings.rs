@@ -4,18 +4,44 @@ use egui::Ui;
 
 use super::super::{Asked, UiState};
 use super::{part, title};
-use crate::words::Language;
+use crate::words::{Language, Words};
 
 /// Text sizes to choose from, per cent.
-const SIZES: [u16; 4] = [80, 100, 125, 150];
+const SIZES: [u16; 5] = [80, 100, 125, 150, 200];
+/// Sensitivities of mouse and keyboard to choose from, per cent.
+const SENSITIVITIES: [u16; 5] = [50, 75, 100, 150, 200];
+
+/// Choices of how the interface looks and how the hand leads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Look {
+    /// Size of all text, per cent of the default.
+    pub text_percent: u16,
+    /// True for the theme of high contrast.
+    pub high_contrast: bool,
+    /// True for a left hand at the mouse: its buttons and the panel change sides.
+    pub left_handed: bool,
+    /// Motion of the instrument for a motion of mouse or key, per cent of the default.
+    pub sensitivity_percent: u16,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self {
+            text_percent: 100,
+            high_contrast: false,
+            left_handed: false,
+            sensitivity_percent: 100,
+        }
+    }
+}
 
 /// The choices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
     /// The interface's language.
     pub language: Language,
-    /// Size of all text, per cent of the default.
-    pub text_percent: u16,
+    /// Look of the interface, and lead of the hand.
+    pub look: Look,
     /// True if sound is on.
     pub sound: bool,
 }
@@ -24,7 +50,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             language: Language::default(),
-            text_percent: 100,
+            look: Look::default(),
             sound: true,
         }
     }
@@ -40,12 +66,7 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
             ui.radio_value(&mut settings.language, language, language.name());
         }
     });
-    part(ui, &words.say("settings-text"));
-    ui.horizontal(|ui| {
-        for percent in SIZES {
-            ui.radio_value(&mut settings.text_percent, percent, format!("{percent} %"));
-        }
-    });
+    look(ui, words, &mut settings.look);
     part(ui, &words.say("settings-sound"));
     ui.horizontal(|ui| {
         for (on, text) in [(true, "settings-sound-on"), (false, "settings-sound-off")] {
@@ -62,6 +83,45 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         }
         if ui.button(words.say("settings-close")).clicked() {
             asked.push(Asked::ShowSettings(false));
+        }
+    });
+}
+
+/// Adds the choices of the look.
+pub(in crate::ui) fn look(ui: &mut Ui, words: &Words, look: &mut Look) {
+    part(ui, &words.say("settings-text"));
+    ui.horizontal_wrapped(|ui| {
+        for percent in SIZES {
+            ui.radio_value(&mut look.text_percent, percent, format!("{percent} %"));
+        }
+    });
+    part(ui, &words.say("settings-contrast"));
+    ui.horizontal_wrapped(|ui| {
+        for (high, text) in [
+            (false, "settings-contrast-usual"),
+            (true, "settings-contrast-high"),
+        ] {
+            ui.radio_value(&mut look.high_contrast, high, words.say(text));
+        }
+    });
+    part(ui, &words.say("settings-hand"));
+    ui.horizontal_wrapped(|ui| {
+        for (left, text) in [(false, "settings-hand-right"), (true, "settings-hand-left")] {
+            ui.radio_value(&mut look.left_handed, left, words.say(text));
+        }
+    });
+    part(ui, &words.say("settings-sensitivity"));
+    ui.horizontal_wrapped(|ui| {
+        for percent in SENSITIVITIES {
+            // Other choices have per cents, too; a screen reader needs to tell them apart.
+            let digits = match percent {
+                _ if percent.is_multiple_of(100) => 0,
+                _ if percent.is_multiple_of(10) => 1,
+                _ => 2,
+            };
+            let times = words.number(0.01 * f64::from(percent), digits).into();
+            let text = words.say_with("settings-times", &[("times", times)]);
+            ui.radio_value(&mut look.sensitivity_percent, percent, text);
         }
     });
 }

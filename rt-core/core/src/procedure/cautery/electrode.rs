@@ -1,6 +1,7 @@
 //! The bare tip of the hook under current: its position, its contact area, its energy.
 
 use crate::math::{self, Vec3};
+use crate::port::PedalSample;
 use crate::scene::{Inside, Organ};
 use crate::time::TICK_S;
 use crate::tool::{Instrument, Role, ToolState};
@@ -63,8 +64,7 @@ impl Electrode {
 
     /// Electrode of this tick; `None` without current or with another instrument. Both pedals
     /// together give no current.
-    pub(crate) fn of(tool: &ToolState) -> Option<Self> {
-        let pedal = &tool.switches.pedal;
+    pub(crate) fn of(tool: &ToolState, pedal: PedalSample) -> Option<Self> {
         let current = match (pedal.cut, pedal.coagulate) {
             (true, false) => Current::Cut,
             (false, true) => Current::Coagulate,
@@ -188,7 +188,6 @@ fn distance_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
 mod tests {
     use super::*;
     use crate::math::{Pose, Quat};
-    use crate::port::PedalSample;
     use crate::tool::capsules;
     use proptest::prelude::*;
 
@@ -206,6 +205,11 @@ mod tests {
         tool
     }
 
+    /// Electrode of a tool whose pedal is no needle's.
+    fn electrode(tool: &ToolState) -> Option<Electrode> {
+        Electrode::of(tool, tool.switches.pedal)
+    }
+
     #[test]
     fn current_flows_at_the_hook_s_bent_end_alone() {
         for (instrument, cut, coagulate) in [
@@ -213,21 +217,21 @@ mod tests {
             (Instrument::Hook, false, false),
             (Instrument::Hook, true, true),
         ] {
-            assert_eq!(Electrode::of(&hook(instrument, cut, coagulate)), None);
+            assert_eq!(electrode(&hook(instrument, cut, coagulate)), None);
         }
         let mut tool = hook(Instrument::Hook, true, false);
-        let electrode = Electrode::of(&tool).expect("current");
+        let electrode = electrode(&tool).expect("current");
         // The bend lies 12 mm beyond the joint, and its end 4 mm to the side.
         assert!(electrode.touches_ball(&Vec3::new(0.0, -0.004, -0.0135), 0.000_8) >= 1.0);
         assert!(electrode.touches_ball(&Vec3::new(0.0, 0.0, -0.006), 0.003) <= 0.0);
         tool.switches.paused = true;
-        assert_eq!(Electrode::of(&tool), None);
+        assert_eq!(electrode(&tool), None);
     }
 
     #[test]
     fn the_power_is_shared_out_and_cutting_parts_more_than_it_dries() {
         let dose = |cut| {
-            let electrode = Electrode::of(&hook(Instrument::Hook, cut, !cut));
+            let electrode = electrode(&hook(Instrument::Hook, cut, !cut));
             electrode.and_then(|it| it.dose(2.0e-6)).expect("current")
         };
         for cut in [true, false] {
@@ -274,7 +278,7 @@ mod tests {
 
         #[test]
         fn electrode_survives_any_input(points in prop::array::uniform2(any::<[f32; 3]>()), m2 in any::<f32>()) {
-            let electrode = Electrode::of(&hook(Instrument::Hook, true, false)).expect("current");
+            let electrode = electrode(&hook(Instrument::Hook, true, false)).expect("current");
             let share = electrode.touches_bar(&points.map(Vec3::from), 0.001);
             prop_assert!((0.0..=1.0).contains(&share));
             let parts = electrode.dose(m2).map_or(0.0, |dose| dose.parts());

@@ -1,0 +1,128 @@
+//! The first steps: hold the camera, bring the tip into the middle of the picture, grasp, place a
+//! clip, coagulate a strand. Each begins when the one before is done.
+
+use session::Movement;
+use shared_mem::message::{Event, EventMsg, PoseMsg};
+use shared_mem::scene::OrganKind;
+
+use crate::anatomy::Anatomy;
+use crate::scope_drill::{FAR_M, MIDDLE, NEAR_M};
+use crate::step::Step;
+use crate::tally::{VIEW_HALF_RAD, is_target};
+use crate::vector::{axis, distance, dot, off_sight, wide};
+
+/// Organ that the camera shows and the grasper holds.
+const HELD: OrganKind = OrganKind::Gallbladder;
+/// Organs that may be clipped here.
+const CLIPPED: [OrganKind; 2] = [OrganKind::CysticDuct, OrganKind::CysticArtery];
+/// Largest distance between lens and tip that counts as together, m.
+const TOGETHER_M: f64 = 0.12;
+/// Heat that coagulates a strand, J: 0.1 J bring 1 mm³ to 63 °C, so this is a strand of 5 mm³.
+const STRAND_J: f64 = 0.5;
+/// Way and turn of the camera that count as led, m and rad: at the start the organ is in view.
+const LED: [f64; 2] = [0.01, 0.09];
+/// Number of steps.
+const STEPS: usize = 5;
+
+/// Progress of the first steps.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Basics {
+    done: usize,
+    /// Pose of the camera at the start.
+    began: Option<PoseMsg>,
+    /// True once the camera was led.
+    is_led: bool,
+    /// Time for which the present step's target has been in the middle of the picture, s.
+    held_s: f64,
+    /// Heat in fat and connective tissue since the last step began, J.
+    heat_j: f64,
+}
+
+impl Basics {
+    /// Takes a movement of the hands. `seconds` is the counted time since the last one.
+    pub(crate) fn moved(&mut self, moved: &Movement, seconds: f64, anatomy: &Anatomy, look_s: f64) {
+        let camera = &moved.world_from_camera;
+        let is_middle = |place, far_m: f64| {
+            let (angle, distance_m) = off_sight(camera, place);
+            angle <= MIDDLE * VIEW_HALF_RAD && (NEAR_M..=far_m).contains(&distance_m)
+        };
+        let is_held = match self.done {
+            0 => {
+                let began = self.began.get_or_insert(*camera);
+                self.is_led |= is_led(began, camera);
+                let held = organ(anatomy, HELD);
+                self.is_led && held.is_some_and(|it| is_middle(it.middle_m, FAR_M))
+            }
+            1 => is_middle(wide(moved.tip_m), TOGETHER_M),
+            _ => return,
+        };
+        self.held_s = if is_held { self.held_s + seconds } else { 0.0 };
+        if self.held_s >= look_s {
+            self.next();
+        }
+    }
+
+    /// Takes an event.
+    pub(crate) fn event(&mut self, event: &EventMsg, anatomy: &Anatomy) {
+        let kind = anatomy.kind(event.organ);
+        let clips = |kind| CLIPPED.iter().any(|it| Some(*it) == kind);
+        match (self.done, event.decode()) {
+            (2, Ok(Event::Grasp { .. })) if kind == Some(HELD) => self.next(),
+            (3, Ok(Event::Clip { .. })) if clips(kind) => self.next(),
+            (4, Ok(Event::Burn { energy_j })) if is_target(kind) => {
+                self.heat_j += f64::from(energy_j).max(0.0);
+                if self.heat_j >= STRAND_J {
+                    self.next();
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn next(&mut self) {
+        self.done += 1;
+        (self.held_s, self.heat_j) = (0.0, 0.0);
+    }
+
+    /// Number of steps that are done.
+    pub(crate) fn done(&self) -> usize {
+        self.done
+    }
+
+    /// Share of the present step that is done.
+    pub(crate) fn share(&self, look_s: f64) -> f64 {
+        match self.done {
+            0 | 1 => self.held_s / look_s,
+            4 => self.heat_j / STRAND_J,
+            _ => 0.0,
+        }
+    }
+
+    /// The steps, of which the first `done` are done.
+    pub(crate) fn steps(anatomy: &Anatomy, done: usize) -> Vec<(Step, bool)> {
+        let name = |kind| organ(anatomy, kind).map_or_else(String::new, |it| it.name.clone());
+        let steps: [Step; STEPS] = [
+            Step::Show { organ: name(HELD) },
+            Step::Meet,
+            Step::Grasp { organ: name(HELD) },
+            Step::Clip {
+                organ: name(OrganKind::CysticDuct),
+                count: 1,
+            },
+            Step::Coagulate,
+        ];
+        let steps = steps.into_iter().enumerate();
+        steps.map(|(number, step)| (step, number < done)).collect()
+    }
+}
+
+/// True if the camera went or turned from one pose to the other.
+fn is_led(from: &PoseMsg, to: &PoseMsg) -> bool {
+    let way_m = distance(wide(from.position_m), wide(to.position_m));
+    let turn_rad = dot(axis(from, 2), axis(to, 2)).clamp(-1.0, 1.0).acos();
+    way_m >= LED[0] || turn_rad >= LED[1]
+}
+
+fn organ(anatomy: &Anatomy, kind: OrganKind) -> Option<&crate::anatomy::Organ> {
+    anatomy.organs.iter().find(|it| it.kind == Some(kind))
+}

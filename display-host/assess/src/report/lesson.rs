@@ -1,0 +1,92 @@
+//! Lessons of a session: its errors, those of a kind at an organ together, the gravest first.
+
+use core::cmp::Reverse;
+
+use crate::alarm::{Alarm, AlarmKind};
+
+/// Errors of one kind at one organ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lesson {
+    /// Kind of the errors.
+    pub kind: AlarmKind,
+    /// The organ concerned, if any.
+    pub organ: Option<String>,
+    /// Numbers of the alarms, the oldest first.
+    pub alarms: Vec<usize>,
+}
+
+/// Kinds of errors, the gravest first.
+const BY_GRAVITY: [AlarmKind; 10] = [
+    AlarmKind::Unclamped,
+    AlarmKind::Perforated,
+    AlarmKind::Torn,
+    AlarmKind::Cut,
+    AlarmKind::Burnt,
+    AlarmKind::TooEarly,
+    AlarmKind::ClipMisplaced,
+    AlarmKind::Crushed,
+    AlarmKind::Touched,
+    AlarmKind::ClipLost,
+];
+
+impl Lesson {
+    /// Lessons of these alarms, the gravest first; of equal ones, the more frequent first.
+    #[must_use]
+    pub fn of(alarms: &[Alarm]) -> Vec<Self> {
+        let mut lessons: Vec<Self> = Vec::new();
+        for (number, alarm) in alarms.iter().enumerate() {
+            let of_kind = |it: &&mut Self| (it.kind, &it.organ) == (alarm.kind, &alarm.organ);
+            match lessons.iter_mut().find(of_kind) {
+                Some(known) => known.alarms.push(number),
+                None => lessons.push(Self {
+                    kind: alarm.kind,
+                    organ: alarm.organ.clone(),
+                    alarms: vec![number],
+                }),
+            }
+        }
+        let gravity = |it: &Self| BY_GRAVITY.iter().position(|kind| *kind == it.kind);
+        lessons.sort_by_key(|it| (gravity(it), Reverse(it.alarms.len())));
+        lessons
+    }
+
+    /// Id of the message that says how to avoid the error.
+    #[must_use]
+    pub fn advice(&self) -> String {
+        format!("advice-{}", self.kind.name().replace('_', "-"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_a_kind_at_an_organ_are_one_lesson_and_the_gravest_is_first() {
+        let alarm = |kind, organ: &str| Alarm {
+            at_s: 1.0,
+            session_s: 2.0,
+            kind,
+            organ: Some(organ.to_owned()),
+            at_m: [0.0; 3],
+        };
+        let lessons = Lesson::of(&[
+            alarm(AlarmKind::Touched, "liver"),
+            alarm(AlarmKind::Touched, "stomach"),
+            alarm(AlarmKind::Burnt, "bile duct"),
+            alarm(AlarmKind::Touched, "stomach"),
+        ]);
+        let of: Vec<_> = lessons.iter().map(|it| it.alarms.as_slice()).collect();
+        assert_eq!(of, [&[2][..], &[1, 3], &[0]]);
+        assert_eq!(lessons[0].advice(), "advice-burnt");
+        assert_eq!(Lesson::of(&[]), []);
+    }
+
+    #[test]
+    fn every_kind_of_error_has_its_gravity() {
+        let mut names: Vec<_> = BY_GRAVITY.iter().map(|it| it.name()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), 10);
+    }
+}

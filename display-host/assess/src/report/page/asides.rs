@@ -1,0 +1,104 @@
+//! Parts of the debrief beside its judgement: what does not count, the simulation's timing, and the
+//! definitions.
+
+use figures::html::escape;
+
+use super::Page;
+use crate::metrics::{Metric, Values};
+use crate::report::Chapter;
+
+/// Largest noise of the handle that adds less than 5 mm a minute to the path of a resting hand, mm
+/// (`tally/hands`; the test `a_resting_hand_with_a_noisy_device_rests_at_every_rate` measures it).
+const NOISE_MAX_MM: f64 = 0.7;
+
+/// Reports if the simulation kept up with real time.
+pub(super) fn ticks(page: &mut Page<'_>, chapter: &Chapter) {
+    let Some(ticks) = &chapter.ticks else {
+        return;
+    };
+    let title = page.say("page-timing");
+    page.add(format_args!(
+        "<details><summary>{title}</summary><table lang=\"en\"><tr><th>µs<th>p50<th>p99<th>max</tr>"
+    ));
+    let stages = ticks.stage_ns.iter().map(|(name, it)| (name.as_str(), it));
+    for (name, spread) in [("whole tick", &ticks.tick_ns)].into_iter().chain(stages) {
+        let [p50, p99, max] = [spread.p50, spread.p99, spread.max].map(|ns| ns as f64 / 1e3);
+        page.add(format_args!(
+            "<tr><td>{}<td>{p50:.1}<td>{p99:.1}<td>{max:.1}</tr>",
+            escape(name)
+        ));
+    }
+    let [count, late, missed] =
+        [ticks.tick_ns.count, ticks.late_ticks, ticks.missed_periods].map(|it| it.to_string());
+    let values = [
+        ("count", count.as_str()),
+        ("late", late.as_str()),
+        ("missed", missed.as_str()),
+    ];
+    let id = match ticks.realtime {
+        true => "page-timing-realtime",
+        false => "page-timing-otherwise",
+    };
+    let text = page.say_with(id, &values);
+    page.add(format_args!(
+        "</table><p class=\"lead\">{text}</p></details>"
+    ));
+}
+
+/// Writes the times that do not count as the trainee's, and the noise of the handle.
+pub(super) fn not_counted(page: &mut Page<'_>, values: &Values) {
+    let times = [
+        (Metric::Paused, "page-was-paused"),
+        (Metric::Gaps, "page-has-gaps"),
+        (Metric::DeviceLost, "page-lost-device"),
+    ];
+    let times: Vec<String> = times
+        .into_iter()
+        .map(|(metric, id)| (metric, values.get(metric), id))
+        .filter(|(metric, seconds, _)| metric.is_worth_mention(*seconds))
+        .map(|(_, seconds, id)| {
+            let seconds = page.words.number(seconds, 1);
+            page.say_with(id, &[("seconds", &seconds)])
+        })
+        .collect();
+    if !times.is_empty() {
+        let note = page.say("page-not-counted");
+        page.add(format_args!(
+            "<p class=\"open\">{} {note}</p>",
+            times.join(" ")
+        ));
+    }
+    let noise_mm = values.get(Metric::Noise);
+    if noise_mm > 0.0 {
+        let id = match noise_mm <= NOISE_MAX_MM {
+            true => "page-noise-small",
+            false => "page-noise-large",
+        };
+        let noise = page.words.number(noise_mm, 2);
+        let text = page.say_with(id, &[("noise", &noise)]);
+        page.add(format_args!("<p class=\"lead\">{text}</p>"));
+    }
+}
+
+/// Writes the definitions, which are in English: they are part of the program's documentation.
+pub(super) fn definitions(page: &mut Page<'_>) {
+    let [title, metric, definition, source] = [
+        page.say("page-definitions"),
+        page.say("metric"),
+        page.say("page-definition"),
+        page.say("page-source"),
+    ];
+    page.add(format_args!(
+        "<h2>{title}</h2><details><summary>{definition}</summary><table><tr><th>{metric}<th \
+         class=\"l\">{definition}<th class=\"l\">{source}</tr>"
+    ));
+    for metric in Metric::ALL {
+        let name = page.named(metric.name());
+        page.add(format_args!(
+            "<tr><td>{name}<td class=\"l\" lang=\"en\">{}<td class=\"l\" lang=\"en\">{}</tr>",
+            escape(metric.definition()),
+            escape(metric.source())
+        ));
+    }
+    page.add(format_args!("</table></details>"));
+}

@@ -1,0 +1,229 @@
+//! Tests of the debrief. Their words are the ids of messages, with their values.
+
+use super::words::tests::Ids;
+use super::*;
+use crate::alarm::{Alarm, AlarmKind};
+use crate::assessment::Moment;
+use crate::injury::{Cause, Injury, InjuryKind, Severity};
+use crate::metrics::Metric;
+use crate::rules::Lost;
+use crate::{Anatomy, Assessment, Difficulty, Task};
+use shared_mem::scene::OrganKind;
+
+const SPREAD: Spread = Spread {
+    count: 1000,
+    p50: 210_000,
+    p99: 480_000,
+    max: 912_300,
+};
+
+fn chapter(name: &str) -> Chapter {
+    let rules = Rules::default();
+    let assessment = Assessment::new(
+        Task::Cut,
+        Difficulty::Exam,
+        rules.clone(),
+        Anatomy::default(),
+    );
+    let mut assessed = assessment.end();
+    assessed.force_histogram_s = vec![0.0, 1.5, 0.25];
+    assessed.paths[0] = vec![[0.0; 4], [0.1, 0.2, 0.3, 1.0]];
+    Chapter {
+        name: name.to_owned(),
+        scene: "triangle".to_owned(),
+        build: "a test".to_owned(),
+        when: "2026-11-22 01:00".to_owned(),
+        assessed,
+        rules,
+        outlines: Outlines::default(),
+        pictures: vec![("frame".to_owned(), vec![1, 2, 3])],
+        ticks: Some(Ticks {
+            tick_ns: SPREAD,
+            stage_ns: [("solve".to_owned(), SPREAD)].into(),
+            missed_periods: 3,
+            late_ticks: 5,
+            realtime: false,
+        }),
+        is_scripted: false,
+        cut_short: None,
+        past: vec![Past {
+            when: String::new(),
+            outcome: "failed".to_owned(),
+            score: 40.0,
+            metrics: [("time_s".to_owned(), 12.0)].into(),
+        }],
+        sheet: vec![("Depth perception".to_owned(), 4)],
+    }
+}
+
+fn burnt() -> Alarm {
+    Alarm {
+        at_s: 75.5,
+        session_s: 80.25,
+        kind: AlarmKind::Burnt,
+        organ: Some("bile duct".to_owned()),
+        at_m: [0.0; 3],
+    }
+}
+
+#[test]
+fn an_error_has_advice_a_close_picture_and_its_replay() {
+    let mut taught = chapter("out/session.mcap");
+    taught.assessed.alarms = vec![burnt(), burnt()];
+    let corners = [[-0.02, -0.02, 0.0], [0.02, -0.02, 0.0], [0.0, 0.02, 0.0]];
+    taught.outlines = Outlines::test(OrganKind::BileDuct, vec![corners]);
+    let lost = |metric| Lost {
+        metric,
+        value: 9.0,
+        points: 4.5,
+    };
+    taught.assessed.lost = vec![lost("cautery_air_s")];
+    let page = html(&[taught], &Ids);
+    for expected in [
+        "<h4>alarm-burnt organ=bile duct <small>page-times count=2</small></h4>",
+        "<b>page-next-time</b> advice-burnt",
+        "1:15 <code>calot replay &#39;out/session.mcap&#39; --at 80.2</code>",
+        "alt=\"alarm-burnt organ=bile duct\" src=\"data:image/png",
+        "advice-metric-cautery-air-s",
+        "page-cost points=4.5",
+    ] {
+        assert!(page.contains(expected), "{expected}");
+    }
+    // The session ended before a step was done.
+    let page = html(&[chapter("a")], &Ids);
+    assert!(page.contains("<b>page-next-time</b> place of: Divide the cystic duct"));
+    let mut flawless = chapter("a");
+    flawless.assessed.reasons.clear();
+    assert!(html(&[flawless], &Ids).contains("page-no-alarm"));
+}
+
+#[test]
+fn a_page_stands_alone_and_takes_no_markup_from_a_file() {
+    let evil = "<script src=\"http://x\">";
+    let mut hostile = chapter(evil);
+    hostile.assessed.alarms = vec![burnt()];
+    let page = html(&[hostile, chapter("b")], &Ids);
+    assert!(!page.contains("<script") && page.contains("&lt;script"));
+    assert!(!page.contains("href=") && !page.contains("src=\"http"));
+    assert!(page.contains("data:image/png;base64,AQID"));
+    for expected in [
+        "page-pass-rules",
+        "page-paths",
+        "page-force",
+        "page-past",
+        "<td>whole tick<td>210.0<td>480.0<td>912.3",
+        "page-timing-otherwise count=1000 late=5 missed=3",
+        "page-sum<td>points-number number=4 of=5",
+        "outcome-aborted",
+    ] {
+        assert!(page.contains(expected), "{expected}");
+    }
+    for metric in crate::Metric::ALL {
+        assert!(
+            page.contains(&figures::html::escape(metric.definition())),
+            "{}",
+            metric.name()
+        );
+    }
+}
+
+#[test]
+fn an_organ_that_fell_or_shook_is_told_in_a_sentence() {
+    let mut told = chapter("a");
+    for (what, value) in [("fall", 0.25), ("shake", 0.058), ("grasp", 3.0)] {
+        told.assessed.moments.push(Moment {
+            at_s: 7.0,
+            what: what.to_owned(),
+            organ: Some("liver".to_owned()),
+            value,
+        });
+    }
+    let page = html(&[told], &Ids);
+    for sentence in [
+        "page-fell at=7 organ=liver by=250",
+        "page-shook at=7 organ=liver by=58",
+    ] {
+        assert!(page.contains(sentence), "{sentence}");
+    }
+}
+
+#[test]
+fn a_page_says_what_is_not_the_trainees_and_what_noise_adds() {
+    let with = |values: &[(Metric, f64)]| {
+        let mut chapter = chapter("a");
+        for (metric, value) in values {
+            chapter.assessed.metrics.set(*metric, *value);
+        }
+        html(&[chapter], &Ids)
+    };
+    let page = with(&[
+        (Metric::Paused, 60.0),
+        (Metric::DeviceLost, 9.0),
+        (Metric::Gaps, 0.05),
+        (Metric::Noise, 0.3),
+    ]);
+    let sentences = "page-was-paused seconds=60.0 page-lost-device seconds=9.0 page-not-counted";
+    assert!(page.contains(sentences), "no word of a gap of 0.05 s");
+    assert!(page.contains("page-noise-small noise=0.30"));
+    assert!(with(&[(Metric::Noise, 1.0)]).contains("page-noise-large"));
+    assert!(!with(&[]).contains("page-not-counted"));
+}
+
+#[test]
+fn injuries_rules_and_published_values_stand_with_their_source() {
+    let mut injured = chapter("a");
+    injured.assessed.injuries.push(Injury {
+        at_s: 3.0,
+        kind: InjuryKind::Perforated,
+        cause: Cause::Torn,
+        severity: Severity::Grave,
+        organ: "bile duct".to_owned(),
+        ends_task: true,
+        source: "<a book>".to_owned(),
+    });
+    let page = html(&[injured], &Ids);
+    for expected in [
+        "<td>3.0 s<td class=\"l\">bile duct<td class=\"l\">injury-perforated<td \
+         class=\"l\">cause-torn<td class=\"l\">page-ends-task<td class=\"l\" lang=\"en\">&lt;a book&gt;",
+        "page-at-least limit=70<td>✗ page-no<td class=\"l\" lang=\"en\">page-no-source",
+        "page-published",
+        "18 996 runs at LAP Mentor",
+    ] {
+        assert!(page.contains(expected), "{expected}");
+    }
+}
+
+#[test]
+fn a_scripted_session_is_marked_and_in_no_curve() {
+    let of = |scripted: [bool; 2]| {
+        let both = scripted.map(|is_scripted| Chapter {
+            is_scripted,
+            past: Vec::new(),
+            ..chapter("a")
+        });
+        html(&both, &Ids)
+    };
+    let [persons, one] = [of([false; 2]), of([false, true])];
+    for told in ["page-scripted-note", "outcome-aborted, page-scripted<"] {
+        assert_eq!(persons.matches(told).count(), 0);
+        assert_eq!(one.matches(told).count(), 1);
+    }
+    // One session is no curve.
+    let curves = |page: &str| page.matches("<figure>").count();
+    assert_eq!(curves(&persons) - curves(&one), 1);
+}
+
+#[test]
+fn steps_of_an_axis_are_round() {
+    for (length, expected) in [(10.0, 2.0), (0.037, 0.005), (1000.0, 200.0)] {
+        let step = drawing::step(length, 8.0);
+        assert!((step - expected).abs() < 1e-9, "{length}: {step}");
+    }
+}
+
+#[test]
+fn a_curve_needs_two_sessions() {
+    assert!(learning_curve(&[1.0], None, "score", &Ids).is_none());
+    let curve = learning_curve(&[1.0, 2.0], Some(70.0), "score", &Ids);
+    assert!(curve.is_some_and(|curve| curve.contains("page-pass-rule")));
+}

@@ -1,0 +1,88 @@
+//! Card of a guided step: a moving picture, one sentence, the goal, and what comes next.
+
+use assess::Hint;
+use egui::{ProgressBar, RichText, Ui, vec2};
+
+use super::super::UiState;
+use super::super::sketch::{self, Sketch};
+use super::super::task::TaskView;
+use super::super::widgets::GOOD;
+use crate::words::Words;
+
+/// Name of the guided task.
+const TASK: &str = "basics";
+/// Size of the moving picture, points.
+const PICTURE: [f32; 2] = [150.0, 112.0];
+/// Length of the bar, points.
+const BAR: f32 = 240.0;
+/// Size of the sentence, points.
+const SENTENCE: f32 = 19.0;
+/// Size of the other lines, points.
+const OTHER: f32 = 15.0;
+
+/// True for a guided task with a present step.
+pub(super) fn is_of(task: &TaskView) -> bool {
+    task.task == TASK && task.hint.is_some()
+}
+
+/// Shows the present step of a guided task, only its sentence if the place is tight. Returns false
+/// if there is none.
+pub(super) fn show(ui: &mut Ui, state: &UiState, task: &TaskView, is_tight: bool) -> bool {
+    let words = &state.words;
+    let Some(hint) = task.hint.as_ref().filter(|_| task.task == TASK) else {
+        return false;
+    };
+    if is_tight {
+        small(ui, &words.hint(hint));
+        return true;
+    }
+    ui.horizontal_top(|ui| {
+        let size = vec2(PICTURE[0], PICTURE[1]);
+        sketch::show(ui, Sketch::of_step(&hint.step), size, &words.hint(hint));
+        ui.vertical(|ui| {
+            told(ui, words, task, hint);
+            if !state.in_hand {
+                small(ui, &words.say("guide-take"));
+            }
+        });
+    });
+    true
+}
+
+fn told(ui: &mut Ui, words: &Words, task: &TaskView, hint: &Hint) {
+    let number = task.steps.iter().take_while(|(_, done)| *done).count();
+    let of = [
+        ("number", (number + 1).to_string().into()),
+        ("of", task.steps.len().to_string().into()),
+    ];
+    small(ui, &words.say_with("guide-step", &of));
+    ui.label(RichText::new(words.hint(hint)).size(SENTENCE).strong());
+    small(ui, &words.place(&hint.step));
+    small(ui, &goal(words, &hint.step));
+    if let Some(percent) = hint.percent {
+        let bar = ProgressBar::new(0.01 * f32::from(percent)).fill(GOOD);
+        ui.add(bar.desired_height(8.0).desired_width(BAR));
+    }
+    let next = task.steps.get(number + 1);
+    let next = match next.map(|(step, _)| words.step(step)) {
+        Some(step) => words.say_with("guide-next", &[("step", step.into())]),
+        None => words.say("guide-last"),
+    };
+    small(ui, &next);
+}
+
+fn small(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).size(OTHER));
+}
+
+/// When the step is done.
+fn goal(words: &Words, step: &assess::Step) -> String {
+    use assess::Step;
+    words.say(match step {
+        Step::Show { .. } => "guide-goal-show",
+        Step::Meet => "guide-goal-meet",
+        Step::Grasp { .. } => "guide-goal-grasp",
+        Step::Clip { .. } => "guide-goal-clip",
+        _ => "guide-goal-current",
+    })
+}

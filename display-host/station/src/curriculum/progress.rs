@@ -1,0 +1,276 @@
+//! A trainee's progress in a curriculum, and the task that comes next.
+
+use assess::{Difficulty, Outcome};
+use display_host::ui::launcher::{LevelView, ProgressView, TaskProgress};
+use display_host::words::Language;
+use store::{Hand, SessionRecord};
+
+use super::{Aim, Curriculum};
+
+/// Progress of a trainee, as JSON.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub(crate) struct Progress {
+    /// Name of the trainee.
+    trainee: String,
+    /// Number of tasks in which the trainee is proficient.
+    proficient: usize,
+    /// Number of tasks of the curriculum.
+    of: usize,
+    levels: Vec<LevelProgress>,
+    /// First task in which the trainee is not proficient. `None`: the curriculum is complete.
+    next: Option<Next>,
+}
+
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+struct LevelProgress {
+    title: String,
+    tasks: Vec<AimProgress>,
+}
+
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+struct AimProgress {
+    task: &'static str,
+    difficulty: &'static str,
+    /// Least score of a pass that counts.
+    benchmark: f64,
+    /// Sessions that count for it.
+    sessions: usize,
+    /// Best score of them.
+    best: Option<f64>,
+    /// Passes at the benchmark since the last other session; at most `needed`, once reached.
+    in_a_row: usize,
+    needed: usize,
+    proficient: bool,
+}
+
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+struct Next {
+    task: &'static str,
+    difficulty: &'static str,
+}
+
+impl Curriculum {
+    /// Progress by a trainee's sessions, the oldest first.
+    pub(crate) fn progress(
+        &self,
+        trainee: &str,
+        sessions: &[SessionRecord],
+        language: Language,
+    ) -> Progress {
+        let level = |level: &super::Level| LevelProgress {
+            title: level.title(language).to_owned(),
+            tasks: level
+                .tasks
+                .iter()
+                .map(|aim| aim.progress(sessions))
+                .collect(),
+        };
+        let levels: Vec<LevelProgress> = self.levels.iter().map(level).collect();
+        let all = || levels.iter().flat_map(|it| &it.tasks);
+        let next = all().find(|it| !it.proficient).map(|it| Next {
+            task: it.task,
+            difficulty: it.difficulty,
+        });
+        Progress {
+            trainee: trainee.to_owned(),
+            proficient: all().filter(|it| it.proficient).count(),
+            of: all().count(),
+            next,
+            levels,
+        }
+    }
+}
+
+impl Aim {
+    fn progress(&self, sessions: &[SessionRecord]) -> AimProgress {
+        let mut found = AimProgress {
+            task: self.task.name(),
+            difficulty: self.difficulty.name(),
+            benchmark: self.score,
+            sessions: 0,
+            best: None,
+            in_a_row: 0,
+            needed: self.passes,
+            proficient: false,
+        };
+        for session in sessions.iter().filter(|it| self.takes(it)) {
+            found.sessions += 1;
+            found.best = Some(found.best.map_or(session.score, |it| it.max(session.score)));
+            let is_pass = session.outcome == Outcome::Passed.name() && session.score >= self.score;
+            match (found.proficient, is_pass) {
+                // What was reached once stays.
+                (true, _) => {}
+                (false, true) => found.in_a_row += 1,
+                (false, false) => found.in_a_row = 0,
+            }
+            found.proficient |= found.in_a_row >= self.passes;
+        }
+        found
+    }
+
+    /// True for a person's session of this task with this help or less, unless its recording broke
+    /// off.
+    fn takes(&self, session: &SessionRecord) -> bool {
+        let rank = |of: Difficulty| Difficulty::ALL.iter().position(|it| *it == of);
+        let given = Difficulty::from_name(&session.difficulty);
+        let outcomes = [Outcome::Passed, Outcome::Failed, Outcome::Aborted];
+        session.hand == Hand::Person
+            && session.task == self.task.name()
+            && given.is_some_and(|it| rank(it) >= rank(self.difficulty))
+            && outcomes.iter().any(|it| it.name() == session.outcome)
+    }
+}
+
+impl Progress {
+    /// The progress as the launcher shows it.
+    pub(crate) fn view(&self) -> ProgressView {
+        let task = |it: &AimProgress| TaskProgress {
+            task: it.task.to_owned(),
+            difficulty: it.difficulty.to_owned(),
+            passes: [it.in_a_row, it.needed],
+            is_proficient: it.proficient,
+        };
+        let level = |it: &LevelProgress| LevelView {
+            title: it.title.clone(),
+            tasks: it.tasks.iter().map(task).collect(),
+        };
+        let next = self.next.as_ref();
+        ProgressView {
+            done: [self.proficient, self.of],
+            levels: self.levels.iter().map(level).collect(),
+            next: next.map(|it| (it.task.to_owned(), it.difficulty.to_owned())),
+        }
+    }
+
+    /// Lines for a terminal.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        let mut lines = vec![format!(
+            "{}: proficient in {} of {} tasks",
+            self.trainee, self.proficient, self.of
+        )];
+        for level in &self.levels {
+            lines.push(level.title.clone());
+            for it in &level.tasks {
+                let mark = if it.proficient { "done" } else { "    " };
+                let best = it
+                    .best
+                    .map_or_else(|| "–".to_owned(), |it| format!("{it:.0}"));
+                lines.push(format!(
+                    "  {mark}  {:<10} {:<8}  {} of {} passes in a row at {:.0}; {} sessions, best {best}",
+                    it.task, it.difficulty, it.in_a_row, it.needed, it.benchmark, it.sessions
+                ));
+            }
+        }
+        lines.push(self.next.as_ref().map_or_else(
+            || "the curriculum is complete".to_owned(),
+            |it| format!("next: --task {} --difficulty {}", it.task, it.difficulty),
+        ));
+        lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use store::Circumstances;
+
+    use super::*;
+
+    fn session(task: &str, difficulty: &str, outcome: &str, score: f64) -> SessionRecord {
+        SessionRecord {
+            id: String::new(),
+            began_unix_s: 0,
+            task: task.to_owned(),
+            difficulty: difficulty.to_owned(),
+            outcome: outcome.to_owned(),
+            score,
+            alarms: 0,
+            metrics_version: 1,
+            metrics: BTreeMap::new(),
+            scene: String::new(),
+            program: String::new(),
+            file: None,
+            hand: Hand::Person,
+            circumstances: Circumstances::default(),
+        }
+    }
+
+    fn progress(sessions: &[SessionRecord]) -> Progress {
+        let curriculum = Curriculum::read(None).unwrap();
+        curriculum.progress("Ada", sessions, Language::English)
+    }
+
+    fn of(progress: &Progress, task: &str, difficulty: &str) -> (usize, bool) {
+        let mut all = progress.levels.iter().flat_map(|it| &it.tasks);
+        let found = all.find(|it| (it.task, it.difficulty) == (task, difficulty));
+        found.map(|it| (it.in_a_row, it.proficient)).unwrap()
+    }
+
+    #[test]
+    fn nobody_begins_anywhere_but_at_the_first_steps() {
+        let next = progress(&[]).next.unwrap();
+        assert_eq!((next.task, next.difficulty), ("basics", "beginner"));
+    }
+
+    #[test]
+    fn two_passes_in_a_row_at_the_benchmark_make_proficient() {
+        let pass = |score| session("scope", "beginner", "passed", score);
+        let failed = session("scope", "beginner", "failed", 90.0);
+        let scope = |sessions: &[SessionRecord]| of(&progress(sessions), "scope", "beginner");
+        assert_eq!(scope(&[pass(80.0)]), (1, false));
+        assert_eq!(scope(&[pass(80.0), pass(79.9)]), (0, false), "below it");
+        assert_eq!(scope(&[pass(80.0), failed.clone(), pass(95.0)]), (1, false));
+        assert_eq!(
+            scope(&[pass(80.0), pass(80.0), failed]),
+            (2, true),
+            "it stays"
+        );
+        let aborted = session("scope", "beginner", "aborted", 0.0);
+        assert_eq!(scope(&[pass(80.0), aborted, pass(80.0)]), (1, false));
+        let cut_short = session("scope", "beginner", "cut-short", 0.0);
+        assert_eq!(scope(&[pass(80.0), cut_short, pass(80.0)]), (2, true));
+    }
+
+    #[test]
+    fn less_help_counts_for_more_and_a_script_for_nobody() {
+        let alone = session("clamp", "trainee", "passed", 85.0);
+        let all = progress(&[alone.clone(), alone.clone()]);
+        assert_eq!(of(&all, "clamp", "beginner"), (2, true));
+        assert_eq!(of(&all, "clamp", "trainee"), (2, true));
+        let helped = session("clamp", "beginner", "passed", 85.0);
+        let all = progress(&[helped.clone(), helped]);
+        assert_eq!(of(&all, "clamp", "trainee"), (0, false));
+        let scripted = SessionRecord {
+            hand: Hand::Scripted,
+            ..alone
+        };
+        let all = progress(&[scripted.clone(), scripted]);
+        assert_eq!(of(&all, "clamp", "beginner"), (0, false));
+    }
+
+    #[test]
+    fn it_is_told_in_a_terminal_and_in_the_window() {
+        let all = progress(&[session("basics", "beginner", "passed", 100.0)]);
+        let lines = all.lines().join("\n");
+        for told in [
+            "Ada: proficient in 1 of 12 tasks",
+            "done  basics",
+            "0 of 2 passes in a row at 80; 0 sessions, best –",
+            "next: --task scope --difficulty beginner",
+        ] {
+            assert!(lines.contains(told), "{told}: {lines}");
+        }
+        let view = all.view();
+        assert_eq!(view.done, [1, 12]);
+        assert_eq!(view.next, Some(("scope".to_owned(), "beginner".to_owned())));
+        assert!(view.levels[0].tasks[0].is_proficient);
+        let whole = Progress { next: None, ..all };
+        assert!(
+            whole
+                .lines()
+                .join("")
+                .contains("the curriculum is complete")
+        );
+    }
+}
