@@ -80,9 +80,14 @@ fn assert_seen(json: &Value, kind: &str, rows: &[(&str, &str)]) {
             .is_some_and(|it| it.starts_with("Fifo"))
     );
     let places = json["places"].as_array().expect("places");
+    let word = |row: &'_ Value, key: &str| row[key].as_str().expect("a word").to_owned();
     let names: Vec<_> = places
         .iter()
-        .map(|it| (it["place"].as_str().unwrap(), it["from"].as_str().unwrap()))
+        .map(|it| (word(it, "place"), word(it, "from")))
+        .collect();
+    let rows: Vec<_> = rows
+        .iter()
+        .map(|(place, from)| ((*place).to_owned(), (*from).to_owned()))
         .collect();
     assert_eq!(names, rows);
     for row in places.iter().filter(|row| row["from"] == "tick") {

@@ -45,6 +45,10 @@ pub(crate) fn measure(args: &[String]) -> Result<(), String> {
             format!("{target}/release/calot")
         }
     };
+    // One compiled scene for all turns: a recipe would be compiled more coarsely in a busy moment.
+    let scene = format!("{FOLDER}/triangle.calot");
+    std::fs::create_dir_all(FOLDER).map_err(|error| format!("{FOLDER}: {error}"))?;
+    ran(Command::new(&program).args(["prepare", "triangle", "--overwrite", "--out", &scene]))?;
     let mut runs: [Vec<Run>; KINDS.len()] = Default::default();
     for turn in 0..TURNS {
         // Each turn begins with another one, so that none always follows a rest.
@@ -52,7 +56,11 @@ pub(crate) fn measure(args: &[String]) -> Result<(), String> {
             let of = (turn + i) % KINDS.len();
             if let (Some((name, words)), Some(runs)) = (KINDS.get(of), runs.get_mut(of)) {
                 let out = format!("{FOLDER}/{name}-{turn}");
-                runs.push(run(&program, seconds, words, &out)?);
+                let begin = ["jitter", "--scene", &scene, "--seconds", seconds];
+                let place = ["--station", "jitter-guide", "--overwrite", "--out", &out];
+                println!("\n== {out}");
+                ran(Command::new(&program).args(begin).args(place).args(*words))?;
+                runs.push(read(&Path::new(&out).join("jitter.csv"))?);
             }
         }
     }
@@ -65,24 +73,21 @@ pub(crate) fn measure(args: &[String]) -> Result<(), String> {
     )
 }
 
-fn run(program: &str, seconds: &str, words: &[&str], out: &str) -> Result<Run, String> {
-    println!("\n== {out}");
-    let status = Command::new(program)
-        .args(["jitter", "--scene", "triangle", "--seconds", seconds])
-        .args(["--station", "jitter-guide", "--overwrite", "--out", out])
-        .args(words)
-        .status()
-        .map_err(|error| format!("{program}: {error}"))?;
-    if !status.success() {
-        return Err(format!("{out}: {program} failed ({status})"));
+fn ran(command: &mut Command) -> Result<(), String> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{command:?} failed ({status})")),
+        Err(error) => Err(format!("{command:?}: {error}")),
     }
-    let path = Path::new(out).join("jitter.csv");
-    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    Ok(read(&text))
+}
+
+fn read(path: &Path) -> Result<Run, String> {
+    let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    Ok(parsed(&text))
 }
 
 /// Reads a `jitter.csv`.
-fn read(text: &str) -> Run {
+fn parsed(text: &str) -> Run {
     let mut lines = text.lines().map(|line| line.split(','));
     let header: Vec<&str> = lines.next().into_iter().flatten().collect();
     let mut run = Run::new();
@@ -148,7 +153,7 @@ mod tests {
         }
         text += "ticks,999000,,,\n";
         text += &format!("deadline_misses,{},,,\n", 1000.0 * times);
-        read(&text)
+        parsed(&text)
     }
 
     #[test]

@@ -18,6 +18,7 @@ use std::time::Duration;
 
 use display_host::headless::Observed;
 use display_host::patch::{By, Patch, Place, Surface};
+use display_host::ui::Look;
 use display_host::window::{self, WindowConfig};
 use figures::Machine;
 use jitter::photon::{self, FILE, Figures, Light, Pairs, Report, Screen};
@@ -123,6 +124,7 @@ fn show_and_measure(
         lose_device_after: None,
         tick_cpu: args.controller.realtime.core,
         language: LanguageName::or_users(None),
+        look: Look::default(),
         task: None,
         instructor: false,
         replay: None,
