@@ -230,8 +230,8 @@ pub(crate) fn put_state(to: &mut Vec<u8>, frame: &StateFrame) -> Option<u32> {
 
 /// Number of bytes with the links in use. `None` if the frame claims too many links.
 fn parted_bytes(frame: &StateFrame) -> Option<usize> {
-    frame.parted()?;
-    Some((frame.link_count as usize).div_ceil(8))
+    let links = frame.parted()?.count();
+    Some(links.div_ceil(8))
 }
 
 fn state(mut bytes: &[u8]) -> Result<Box<StateFrame>, LinkError> {

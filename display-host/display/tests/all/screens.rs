@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use assess::{Advice, Hint, Instrument, Metric, Reason, Step};
+use assess::{Advice, Hint, Hold, Instrument, Lack, Metric, Reason, Step};
 use display_host::ui::feel::{View, feel};
 use display_host::ui::launcher::{
     Asking, ClosePicture, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, LessonView,
@@ -216,6 +216,11 @@ fn task() -> TaskView {
             advice: Advice::Take(Instrument::Hook),
             percent: Some(40),
         }),
+        hold: Some(Hold {
+            share: 0.6,
+            lack: Some(Lack::Tilt),
+        }),
+        views_held: [true, false],
         end: None,
         start: None,
     }

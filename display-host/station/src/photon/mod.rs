@@ -129,6 +129,7 @@ fn show_and_measure(
         instructor: false,
         replay: None,
         recording: None,
+        pictures: None,
         patch: Some(Arc::clone(patch)),
     };
     // Set by Ctrl-C, by the end of the window, and by that of the measurement.
