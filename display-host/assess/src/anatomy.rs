@@ -45,21 +45,6 @@ impl Region {
 pub(crate) struct Organ {
     pub(crate) name: String,
     pub(crate) kind: Option<OrganKind>,
-    /// Centroid of its spheres at rest, m.
-    pub(crate) middle_m: Vec3,
-}
-
-/// A ball of a structure at rest: a sphere of an organ, or a cell of layered tissue.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ball {
-    /// Middle, world frame, m.
-    pub(crate) at_m: Vec3,
-    /// Radius, m.
-    pub(crate) radius_m: f64,
-    /// Index of the organ.
-    pub(crate) organ: u32,
-    /// Index of the cell, if it is one.
-    pub(crate) cell: Option<usize>,
 }
 
 /// A scene's organs and its layered tissue.
@@ -72,10 +57,6 @@ pub struct Anatomy {
     pub(crate) cleared: Vec<usize>,
     /// Volume of each region, m³.
     pub(crate) volume_in: [f64; Region::COUNT],
-    /// Everything that can be seen or hide something.
-    pub(crate) balls: Vec<Ball>,
-    /// The endoscope's port, m.
-    pub(crate) scope_port_m: Vec3,
     /// Number of sutures that hang organs on the abdominal wall.
     pub(crate) sutures: usize,
     /// Unit vector opposite to gravity; zero without gravity.
@@ -89,15 +70,9 @@ impl Anatomy {
         let gravity = wide(scene.room().gravity_m_s2);
         let is_suture = |tie: &&AttachmentRecord| tie.is_thread != 0 && tie.b == WORLD;
         let sutures = scene.attachments().iter().filter(is_suture).count();
-        let organs = scene.organs().iter().map(|record| {
-            let [first, count] = record.spheres.map(|number| number as usize);
-            let spheres = scene.spheres().iter().skip(first).take(count);
-            let centers: Vec<Vec3> = spheres.map(|it| wide(it.center_m)).collect();
-            Organ {
-                name: str_from_name(&record.name).unwrap_or_default().to_owned(),
-                kind: OrganKind::from_u32(record.kind),
-                middle_m: middle(&centers),
-            }
+        let organs = scene.organs().iter().map(|record| Organ {
+            name: str_from_name(&record.name).unwrap_or_default().to_owned(),
+            kind: OrganKind::from_u32(record.kind),
         });
         let cells = scene.cells().iter().map(|cell| {
             let volume_m3 = f64::from(cell.volume_m3).max(0.0);
@@ -109,8 +84,6 @@ impl Anatomy {
             cleared: cleared(scene),
             volume_in: volumes(&cells),
             cells,
-            balls: balls(scene),
-            scope_port_m: wide(scene.room().endoscope_port_m),
             sutures,
             up: unit(gravity.map(|x| -x)),
         }
@@ -122,7 +95,6 @@ impl Anatomy {
         let organs = organs.iter().map(|&(name, kind)| Organ {
             name: name.to_owned(),
             kind: Some(kind),
-            middle_m: [0.0; 3],
         });
         let cells: Vec<_> = cells.iter().map(|region| (*region, 1.0)).collect();
         Self {
@@ -130,8 +102,6 @@ impl Anatomy {
             cleared: Vec::new(),
             volume_in: volumes(&cells),
             cells,
-            balls: Vec::new(),
-            scope_port_m: [0.0; 3],
             sutures: 0,
             up: [0.0, 0.0, 1.0],
         }
@@ -157,14 +127,12 @@ impl Anatomy {
         self.organs.iter().any(|organ| organ.kind == Some(kind))
     }
 
-    /// Places of the spheres of the first organ of this kind, in their order.
-    pub(crate) fn places_of(&self, kind: OrganKind) -> impl Iterator<Item = Vec3> {
-        let mut organs = (0u32..).zip(&self.organs);
-        let found = organs.find(|(_, organ)| organ.kind == Some(kind));
-        let index = found.map(|(index, _)| index);
-        let own = self.balls.iter();
-        let own = own.filter(move |it| Some(it.organ) == index && it.cell.is_none());
-        own.map(|it| it.at_m)
+    /// Cystic duct and cystic artery, by their index.
+    pub(crate) fn two(&self) -> [Option<usize>; 2] {
+        [OrganKind::CysticDuct, OrganKind::CysticArtery].map(|kind| {
+            let mut organs = self.organs.iter();
+            organs.position(|organ| organ.kind == Some(kind))
+        })
     }
 
     /// True if a region has layered tissue.
@@ -173,40 +141,6 @@ impl Anatomy {
             .get(region as usize)
             .is_some_and(|it| *it > 0.0)
     }
-}
-
-/// Spheres of the organs, and cells. The spheres of an organ that consists of cells are left out.
-fn balls(scene: &SceneFile) -> Vec<Ball> {
-    let organs = (0u32..).zip(scene.organs());
-    let owner = |sphere: u32| {
-        let holds = |record: &[u32; 2]| sphere.wrapping_sub(record[0]) < record[1];
-        let found = (0u32..)
-            .zip(scene.organs())
-            .find(|(_, it)| holds(&it.spheres));
-        found.map_or(u32::MAX, |(index, _)| index)
-    };
-    let cells: Vec<Ball> = (scene.cells().iter().enumerate())
-        .map(|(index, cell)| Ball {
-            at_m: wide(cell.center_m),
-            radius_m: f64::from(cell.extent_m.iter().fold(0.0f32, |a, b| a.max(*b))) / 2.0,
-            organ: owner(cell.spheres[0].into()),
-            cell: Some(index),
-        })
-        .collect();
-    let layered: Vec<u32> = cells.iter().map(|it| it.organ).collect();
-    let solid = organs.filter(|(index, _)| !layered.contains(index));
-    let spheres = solid.flat_map(|(organ, record)| {
-        let [first, count] = record.spheres.map(|number| number as usize);
-        let own = scene.spheres().iter().skip(first).take(count);
-        own.map(move |sphere| Ball {
-            at_m: wide(sphere.center_m),
-            radius_m: sphere.radius_m.into(),
-            organ,
-            cell: None,
-        })
-    });
-    let spheres: Vec<Ball> = spheres.collect();
-    [spheres, cells].concat()
 }
 
 /// Cells whose centre at rest is within the controller's clearing distance of cystic duct or
@@ -248,9 +182,4 @@ fn unit(v: Vec3) -> Vec3 {
         true => v.map(|x| x / length),
         false => [0.0; 3],
     }
-}
-
-fn middle(points: &[Vec3]) -> Vec3 {
-    let count = points.len().max(1) as f64;
-    [0, 1, 2].map(|i| points.iter().map(|point| point[i]).sum::<f64>() / count)
 }

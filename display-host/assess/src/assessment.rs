@@ -1,12 +1,14 @@
 //! Assessment of an operation. It takes the entries that the session records, one after the other,
 //! and gives a status at any time and a result at the end.
 
+use session::identity::Seen;
 use session::{Entry, EntryContent, Movement};
 use shared_mem::message::{EventMsg, PoseMsg};
 use shared_mem::words::EventKind;
 
 use crate::alarm::Alarm;
 use crate::anatomy::{Anatomy, Region};
+use crate::hold::Hold;
 use crate::injury::Injury;
 use crate::metrics::{Metric, Values};
 use crate::procedure::Procedure;
@@ -15,10 +17,10 @@ use crate::step::{Hint, Reason, Step, plain_steps, plainly};
 use crate::tally::Tally;
 use crate::task::{Difficulty, Outcome, Task};
 use crate::vector::{Vec3, axis, distance, looking_off, wide};
-use crate::view::{Cvs, Views};
+use crate::view::Cvs;
 
 /// Version of the metrics' definitions and of the tasks' built-in requirements.
-pub const VERSION: u32 = 8;
+pub const VERSION: u32 = 9;
 /// Least task number in `CommandMsg::START` at which the controller has cleared the triangle.
 const START_CLAMP: u8 = 2;
 /// Largest number of alarms that are kept. The same limit holds for moments.
@@ -72,6 +74,10 @@ pub struct Status {
     pub alarms: usize,
     /// Next thing to do, for beginners.
     pub hint: Option<Hint>,
+    /// The running hold, while the next step is to show something and hold it.
+    pub hold: Option<Hold>,
+    /// True for each side, front and behind, from which the critical view was held.
+    pub views_held: [bool; 2],
     /// Reasons why the task is over.
     pub reasons: Vec<Reason>,
 }
@@ -127,7 +133,6 @@ pub struct Assessment {
     anatomy: Anatomy,
     tally: Tally,
     procedure: Procedure,
-    views: Views,
     alarms: Vec<Alarm>,
     /// Hands at each alarm.
     hands: Vec<Option<Hands>>,
@@ -158,7 +163,6 @@ impl Assessment {
             rules,
             tally: Tally::default(),
             procedure: Procedure::new(task, &anatomy),
-            views: Views::default(),
             anatomy,
             alarms: Vec::new(),
             hands: Vec::new(),
@@ -204,6 +208,7 @@ impl Assessment {
                 off_rad,
                 turned_rad,
             } => self.sight_rad = [*off_rad, *turned_rad].map(f64::from),
+            EntryContent::Seen(seen) => self.seen(seen),
             EntryContent::Moved(moved) => self.moved(entry.at_ns, moved),
             EntryContent::Event(event) => {
                 let session_s = entry.at_ns.saturating_sub(first_ns) as f64 * 1e-9;
@@ -216,7 +221,6 @@ impl Assessment {
     fn restart(&mut self) {
         self.tally = self.tally.again();
         self.procedure = Procedure::new(self.task, &self.anatomy);
-        self.views = Views::default();
         self.alarms.clear();
         self.hands.clear();
         self.moments.clear();
@@ -241,15 +245,7 @@ impl Assessment {
         let (rules, anatomy) = (&self.rules, &self.anatomy);
         let seconds = self.tally.moved(at_ns, moved, anatomy, rules);
         self.procedure.moved(moved, seconds, anatomy, rules);
-        // Clips and divisions end the view.
-        let has_view = !matches!(self.task, Task::Scope | Task::Basics);
-        if seconds > 0.0 && has_view && self.procedure.is_untouched() {
-            let tally = &self.tally;
-            let is_gone = |cell| tally.is_removed(cell);
-            let camera = &moved.world_from_camera;
-            self.views
-                .look(tally.time_s(), camera, &self.anatomy, &is_gone);
-        }
+        self.procedure.know(&self.tally, &self.anatomy);
         let at_s = self.seconds(at_ns) as f32;
         let places = [moved.tip_m, moved.world_from_camera.position_m];
         for (path, place) in self.paths.iter_mut().zip(places) {
@@ -260,6 +256,14 @@ impl Assessment {
             }
         }
         self.newest = Some(*moved);
+    }
+
+    /// Takes an identity image. It has no meaning before the hands have moved.
+    fn seen(&mut self, seen: &Seen) {
+        if self.began_ns.is_some() {
+            let at_s = self.tally.time_s();
+            self.procedure.look(at_s, seen, &self.anatomy, &self.rules);
+        }
     }
 
     fn event(&mut self, session_s: f64, event: &EventMsg) {
@@ -321,7 +325,7 @@ impl Assessment {
             let (score, _) = self.rules.score(self.task, &values);
             let injuries = self.procedure.serious().map(Reason::injured);
             let mut unmet: Vec<Reason> = injuries.collect();
-            unmet.extend(self.rules.unmet(self.task, score, &values));
+            unmet.extend(self.rules.unmet(self.task, self.difficulty, score, &values));
             self.over = Some(match unmet.is_empty() {
                 true => (Outcome::Passed, Vec::new()),
                 false => (Outcome::Failed, unmet),
@@ -363,6 +367,12 @@ impl Assessment {
         self.over.is_some()
     }
 
+    /// True for each side, front and behind, from which the critical view was held.
+    #[must_use]
+    pub fn views_held(&self) -> [bool; 2] {
+        self.procedure.views_held()
+    }
+
     /// The metrics so far.
     #[must_use]
     pub fn metrics(&self) -> Values {
@@ -384,6 +394,8 @@ impl Assessment {
             let state = (&self.anatomy, &self.rules, &self.tally);
             self.procedure.hint(&steps, self.newest.as_ref(), state)
         });
+        let is_open = self.over.is_none();
+        let hold = is_open.then(|| self.procedure.hold(&steps, &self.rules));
         let (outcome, reasons) = self.over.clone().unwrap_or((Outcome::Running, Vec::new()));
         Status {
             time_s: self.tally.time_s(),
@@ -393,6 +405,8 @@ impl Assessment {
             alarm: self.alarms.last().cloned(),
             alarms: self.alarms.len(),
             hint: hint.flatten(),
+            hold: hold.flatten(),
+            views_held: self.procedure.views_held(),
             reasons,
         }
     }
@@ -414,7 +428,7 @@ impl Assessment {
         });
         let has_view = !matches!(self.task, Task::Scope | Task::Basics);
         let has_view = has_view && self.anatomy.has_cells(Region::Triangle);
-        let cvs = has_view.then(|| self.views.cvs());
+        let cvs = has_view.then(|| self.procedure.cvs());
         let score = match outcome {
             Outcome::Aborted => 0.0,
             _ => score,

@@ -2,11 +2,15 @@
 //! clip, coagulate a strand. Each begins when the one before is done.
 
 use session::Movement;
+use session::identity::Seen;
 use shared_mem::message::{Event, EventMsg, PoseMsg};
 use shared_mem::scene::OrganKind;
 
 use crate::anatomy::Anatomy;
-use crate::scope_drill::{FAR_M, MIDDLE, NEAR_M};
+use crate::hold::{Hold, Lack, Timer};
+use crate::rules::ShowRule;
+use crate::scope_drill::lack;
+use crate::steady::Held;
 use crate::step::Step;
 use crate::tally::{VIEW_HALF_RAD, is_target};
 use crate::vector::{axis, distance, dot, off_sight, wide};
@@ -15,8 +19,11 @@ use crate::vector::{axis, distance, dot, off_sight, wide};
 const HELD: OrganKind = OrganKind::Gallbladder;
 /// Organs that may be clipped here.
 const CLIPPED: [OrganKind; 2] = [OrganKind::CysticDuct, OrganKind::CysticArtery];
-/// Largest distance between lens and tip that counts as together, m.
-const TOGETHER_M: f64 = 0.12;
+/// Distance between lens and tip that counts as together, m.
+const TOGETHER_M: core::ops::RangeInclusive<f64> = 0.01..=0.12;
+/// Largest angle between the line of sight and the tip that counts as the middle, as a share of the
+/// view's half angle.
+const MIDDLE: f64 = 0.5;
 /// Heat that coagulates a strand, J: 0.1 J bring 1 mm³ to 63 °C, so this is a strand of 5 mm³.
 const STRAND_J: f64 = 0.5;
 /// Way and turn of the camera that count as led, m and rad: at the start the organ is in view.
@@ -32,7 +39,9 @@ pub(crate) struct Basics {
     began: Option<PoseMsg>,
     /// True once the camera was led.
     is_led: bool,
-    /// Time for which the present step's target has been in the middle of the picture, s.
+    /// Hold of the organ that the camera shows.
+    timer: Timer,
+    /// Time for which the tip has been in the middle of the picture, s.
     held_s: f64,
     /// Heat in fat and connective tissue since the last step began, J.
     heat_j: f64,
@@ -40,26 +49,52 @@ pub(crate) struct Basics {
 
 impl Basics {
     /// Takes a movement of the hands. `seconds` is the counted time since the last one.
-    pub(crate) fn moved(&mut self, moved: &Movement, seconds: f64, anatomy: &Anatomy, look_s: f64) {
+    pub(crate) fn moved(&mut self, moved: &Movement, seconds: f64, look_s: f64) {
         let camera = &moved.world_from_camera;
-        let is_middle = |place, far_m: f64| {
-            let (angle, distance_m) = off_sight(camera, place);
-            angle <= MIDDLE * VIEW_HALF_RAD && (NEAR_M..=far_m).contains(&distance_m)
-        };
-        let is_held = match self.done {
+        match self.done {
             0 => {
                 let began = self.began.get_or_insert(*camera);
                 self.is_led |= is_led(began, camera);
-                let held = organ(anatomy, HELD);
-                self.is_led && held.is_some_and(|it| is_middle(it.middle_m, FAR_M))
             }
-            1 => is_middle(wide(moved.tip_m), TOGETHER_M),
-            _ => return,
+            1 => {
+                let (angle, distance_m) = off_sight(camera, wide(moved.tip_m));
+                let is_held = angle <= MIDDLE * VIEW_HALF_RAD && TOGETHER_M.contains(&distance_m);
+                self.held_s = if is_held { self.held_s + seconds } else { 0.0 };
+                if self.held_s >= look_s {
+                    self.next();
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Takes an identity image, and how the picture was held since the last one.
+    pub(crate) fn look(
+        &mut self,
+        seen: &Seen,
+        held: &Held,
+        anatomy: &Anatomy,
+        rule: &ShowRule,
+        look_s: f64,
+    ) {
+        if self.done > 0 || !self.is_led {
+            return;
+        }
+        let mut organs = anatomy.organs.iter();
+        let index = organs.position(|it| it.kind == Some(HELD));
+        let lack = match index.and_then(|index| seen.organs.get(index)) {
+            Some(organ) => lack(organ, rule),
+            None => Some(Lack::OutOfView),
         };
-        self.held_s = if is_held { self.held_s + seconds } else { 0.0 };
-        if self.held_s >= look_s {
+        let done = self.timer.look(lack, held, &rule.steadiness, look_s);
+        if done.is_some() {
             self.next();
         }
+    }
+
+    /// The hold of the first step.
+    pub(crate) fn hold(&self, look_s: f64) -> Hold {
+        self.timer.hold(look_s)
     }
 
     /// Takes an event.
@@ -92,7 +127,8 @@ impl Basics {
     /// Share of the present step that is done.
     pub(crate) fn share(&self, look_s: f64) -> f64 {
         match self.done {
-            0 | 1 => self.held_s / look_s,
+            0 => self.hold(look_s).share,
+            1 => self.held_s / look_s,
             4 => self.heat_j / STRAND_J,
             _ => 0.0,
         }

@@ -23,8 +23,10 @@
 //!
 //! When a vessel is divided, the controller reports how far clips leave its worse side open. The
 //! vessel counts as divided unclamped if that side is not closed, if it had too few clips, or if it
-//! leaks. The critical view of safety is judged by the share of removed cells in each region
-//! (`CellRecord::region`). How much of it the endoscope showed is told beside it, and not scored.
+//! leaks. The critical view of safety is achieved when enough of each region's cells is removed
+//! (`CellRecord::region`), and shown when the endoscope held it in its picture from both sides. The
+//! recorder measures the picture in identity images ([`session::identity`]), so that the assessment
+//! needs no graphics card. Its organs lie where they lay then, the instrument among them.
 //!
 //! The display's panel gets each alarm, the score and the end of the task as a `TaskView`. A
 //! `TaskView` names steps and reasons by their kind, so the display needs no rules.
@@ -38,6 +40,7 @@ mod alarm;
 mod anatomy;
 mod assessment;
 mod basics;
+mod hold;
 mod injury;
 mod means;
 pub mod metrics;
@@ -45,6 +48,7 @@ mod procedure;
 pub mod report;
 mod rules;
 mod scope_drill;
+mod steady;
 mod step;
 mod tally;
 mod task;
@@ -55,15 +59,16 @@ mod view;
 pub use alarm::{Alarm, AlarmKind};
 pub use anatomy::{Anatomy, Region};
 pub use assessment::{Assessed, Assessment, Hands, Moment, Path, Status, VERSION};
+pub use hold::{Hold, Lack};
 pub use injury::{Cause, Injury, InjuryKind, Severity};
 pub use metrics::{Metric, Values};
-pub use rules::{PassRule, Reference, Rules, RulesError};
+pub use rules::{Least, PassRule, Reference, Rules, RulesError, ShowRule, Steadiness, ViewRule};
 pub use scope_drill::DRILL_ORGANS;
 pub use shared_mem::words::Instrument;
 pub use step::{Advice, Hint, Reason, Step};
 pub use tally::BIN_N;
 pub use task::{Difficulty, Outcome, Task};
-pub use view::{Criterion, Cvs, Shown};
+pub use view::{Criterion, Cvs, Shares, Shown, ViewSide};
 
 #[cfg(test)]
 mod tests;

@@ -1,22 +1,26 @@
 //! Progress of a task: its finished steps, its errors, and its end.
 
 use session::Movement;
+use session::identity::Seen;
 use shared_mem::message::{Event, EventMsg};
 use shared_mem::scene::OrganKind;
 
 use crate::alarm::{Alarm, AlarmKind};
 use crate::anatomy::{Anatomy, Region};
 use crate::basics::Basics;
+use crate::hold::Hold;
 use crate::injury::{Injuries, Injury, InjuryKind, Severity};
 use crate::means::Means;
 use crate::metrics::{Metric, Values};
 use crate::rules::Rules;
 use crate::scope_drill::ScopeDrill;
+use crate::steady::Steady;
 use crate::step::{Reason, Step};
 use crate::tally::{Tally, is_target};
 use crate::task::Task;
 use crate::vector::wide;
 use crate::vessel::Vessel;
+use crate::view::{Cvs, ViewSide, Views};
 
 mod hint;
 
@@ -49,6 +53,8 @@ pub(crate) struct Procedure {
     had_view: bool,
     drill: ScopeDrill,
     basics: Basics,
+    views: Views,
+    steady: Steady,
     touches: u32,
     touches_wrong: u32,
     burns_wrong: u32,
@@ -78,6 +84,8 @@ impl Procedure {
             had_view: false,
             drill: ScopeDrill::new(anatomy),
             basics: Basics::default(),
+            views: Views::default(),
+            steady: Steady::default(),
             touches: 0,
             touches_wrong: 0,
             burns_wrong: 0,
@@ -113,12 +121,57 @@ impl Procedure {
         rules: &Rules,
     ) {
         self.means.moved(moved);
-        if self.task == Task::Scope {
-            self.drill.moved(moved, seconds, anatomy, rules.done.look_s);
-        }
+        self.steady.moved(moved, seconds, anatomy.up);
         if self.task == Task::Basics {
-            self.basics
-                .moved(moved, seconds, anatomy, rules.done.look_s);
+            self.basics.moved(moved, seconds, rules.done.look_s);
+        }
+    }
+
+    /// Takes an identity image, `at_s` after the task began.
+    pub(crate) fn look(&mut self, at_s: f64, seen: &Seen, anatomy: &Anatomy, rules: &Rules) {
+        let held = self.steady.take();
+        let look_s = rules.done.look_s;
+        if self.task == Task::Scope {
+            self.drill.look(seen, &held, &rules.show, look_s);
+        } else if self.task == Task::Basics {
+            self.basics.look(seen, &held, anatomy, &rules.show, look_s);
+        } else if let Some(rule) = rules.view.as_ref().filter(|_| self.is_untouched()) {
+            self.views.look(at_s, seen, &held, anatomy, rule);
+        }
+    }
+
+    /// Notes the model's truth of the critical view: clips and divisions end it.
+    pub(crate) fn know(&mut self, tally: &Tally, anatomy: &Anatomy) {
+        if self.is_untouched() {
+            let removed = |region| tally.removed(anatomy, &[region]);
+            let truth = [removed(Region::Triangle), removed(Region::LowerBed), 1.0];
+            self.views.know(truth);
+        }
+    }
+
+    /// The critical view, as far as it was achieved and shown.
+    pub(crate) fn cvs(&self) -> Cvs {
+        self.views.cvs()
+    }
+
+    /// True for each side from which the critical view was held.
+    pub(crate) fn views_held(&self) -> [bool; 2] {
+        self.views.held()
+    }
+
+    /// The running hold of the next thing to be shown, if it is its turn.
+    pub(crate) fn hold(&self, steps: &[(Step, bool)], rules: &Rules) -> Option<Hold> {
+        let mut open = steps.iter().filter(|(step, done)| {
+            // Whatever must not happen is no step to do.
+            !done && *step != Step::LeaveWhole
+        });
+        match open.next()? {
+            (Step::Show { .. }, _) if self.task == Task::Basics => {
+                Some(self.basics.hold(rules.done.look_s))
+            }
+            (Step::Show { .. }, _) => self.drill.hold(rules.done.look_s),
+            (Step::ShowView { .. }, _) => self.views.hold(rules.view.as_ref()?),
+            _ => None,
         }
     }
 
@@ -401,6 +454,13 @@ impl Procedure {
             let had = self.task == Task::Full && self.had_view;
             steps.push((Step::Triangle, triangle || had));
             steps.push((Step::LowerBed, lower_bed || had));
+            // After the first clip there is nothing to show any more. A pass rule asks for it.
+            if rules.view.is_some() && anatomy.has_cells(Region::Triangle) {
+                let is_past = self.task == Task::Full && !self.is_untouched();
+                for (side, held) in ViewSide::BOTH.into_iter().zip(self.views.held()) {
+                    steps.push((Step::ShowView { side }, held || is_past));
+                }
+            }
             if self.task == Task::Identify {
                 steps.push((Step::LeaveWhole, self.are_whole()));
             }
@@ -470,6 +530,7 @@ impl Procedure {
         let spacing_m = spacings.min_by(f64::total_cmp).unwrap_or(f64::NAN);
         let whole = self.vessels.iter().filter(|it| it.is_whole()).count();
         let unclamped = self.unclamped.iter().filter(|it| **it).count();
+        let held = self.views.held().into_iter().filter(|it| *it).count();
         for (metric, value) in [
             (Metric::Touches, self.touches.into()),
             (Metric::TouchesWrong, self.touches_wrong.into()),
@@ -483,6 +544,7 @@ impl Procedure {
             (Metric::Unclamped, unclamped as f64),
             (Metric::Injuries, self.serious().count() as f64),
             (Metric::CvsTwo, whole as f64 / 2.0),
+            (Metric::ViewsHeld, held as f64),
             (Metric::ScopeSway, self.drill.sway_mm_s()),
         ] {
             values.set(metric, value);

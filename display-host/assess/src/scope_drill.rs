@@ -1,13 +1,16 @@
-//! The endoscope drill: organs to be held in the middle of the picture, one after the other. While
-//! one is held, the picture should not sway.
+//! The endoscope drill: organs to be shown, one after the other, and held. An organ counts as shown
+//! if enough of it is in the picture, nothing hides it, and it is large enough and near the middle.
+//! Identity images of the recording tell ([`session::identity`]). While it is held, the picture
+//! must not sway, and its horizon must be level.
 
-use session::Movement;
+use session::identity::{OrganSeen, Seen};
 use shared_mem::scene::OrganKind;
 
 use crate::anatomy::Anatomy;
+use crate::hold::{Hold, Lack, Timer};
+use crate::rules::ShowRule;
+use crate::steady::Held;
 use crate::step::Step;
-use crate::tally::{Sight, VIEW_HALF_RAD};
-use crate::vector::{axis, off_sight, sub, wide};
 
 /// Organs to show in the endoscope drill, in this order; those missing from a scene are left out.
 pub const DRILL_ORGANS: [OrganKind; 6] = [
@@ -18,26 +21,13 @@ pub const DRILL_ORGANS: [OrganKind; 6] = [
     OrganKind::Intestine,
     OrganKind::CysticArtery,
 ];
-/// Largest angle between the axis of view and an organ that counts as shown, as a share of the
-/// view's half angle.
-pub(crate) const MIDDLE: f64 = 0.5;
-/// Least distance between the lens and an organ that counts as shown, m.
-pub(crate) const NEAR_M: f64 = 0.01;
-/// Largest distance between the lens and an organ that counts as shown, m.
-pub(crate) const FAR_M: f64 = 0.25;
-/// Distance before the lens at which the sway of the picture is measured, m: a usual distance of
-/// work, from which a picture of 70° is 14 cm wide.
-const WORK_M: f64 = 0.1;
 
 /// Progress of the drill.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ScopeDrill {
     targets: Vec<usize>,
     shown: usize,
-    held_s: f64,
-    sight: Sight,
-    /// The sight's path at which the present organ came into the middle, m.
-    held_from_m: f64,
+    timer: Timer,
     /// Path of the picture's middle while the shown organs were held, m, and that time, s.
     swayed: [f64; 2],
 }
@@ -54,34 +44,25 @@ impl ScopeDrill {
         }
     }
 
-    pub(crate) fn moved(&mut self, moved: &Movement, seconds: f64, anatomy: &Anatomy, look_s: f64) {
-        let target = self.targets.get(self.shown);
-        let Some(organ) = target.and_then(|index| anatomy.organs.get(*index)) else {
+    pub(crate) fn look(&mut self, seen: &Seen, held: &Held, rule: &ShowRule, look_s: f64) {
+        let Some(organ) = self.targets.get(self.shown) else {
             return;
         };
-        let camera = &moved.world_from_camera;
-        let ahead = axis(camera, 2).map(|x| x * WORK_M);
-        let before_m = self.sight.path_m();
-        let middle = sub(wide(camera.position_m), ahead);
-        self.sight.step(middle, seconds);
-        let (angle, distance_m) = off_sight(camera, organ.middle_m);
-        let seen = angle <= MIDDLE * VIEW_HALF_RAD && (NEAR_M..=FAR_M).contains(&distance_m);
-        if self.held_s <= 0.0 {
-            self.held_from_m = before_m;
-        }
-        self.held_s = if seen { self.held_s + seconds } else { 0.0 };
-        if self.held_s >= look_s {
-            let [path_m, time_s] = &mut self.swayed;
-            *path_m += self.sight.path_m() - self.held_from_m;
-            *time_s += self.held_s;
+        let lack = match seen.organs.get(*organ) {
+            Some(organ) => lack(organ, rule),
+            None => Some(Lack::OutOfView),
+        };
+        if let Some([path_m, time_s]) = self.timer.look(lack, held, &rule.steadiness, look_s) {
+            let [path_sum, time_sum] = &mut self.swayed;
+            *path_sum += path_m;
+            *time_sum += time_s;
             self.shown += 1;
-            self.held_s = 0.0;
         }
     }
 
     /// Share of the time for which the present organ has been held.
     pub(crate) fn share(&self, look_s: f64) -> f64 {
-        self.held_s / look_s
+        self.timer.hold(look_s).share
     }
 
     /// Mean speed of the picture's middle while the shown organs were held, mm/s; NaN before one is
@@ -89,6 +70,11 @@ impl ScopeDrill {
     pub(crate) fn sway_mm_s(&self) -> f64 {
         let [path_m, time_s] = self.swayed;
         path_m / time_s * 1e3
+    }
+
+    /// The running hold; `None` at the end.
+    pub(crate) fn hold(&self, look_s: f64) -> Option<Hold> {
+        (self.shown < self.targets.len()).then(|| self.timer.hold(look_s))
     }
 
     /// The organs as steps, and whether each has been shown.
@@ -101,4 +87,18 @@ impl ScopeDrill {
         };
         targets.map(step).collect()
     }
+}
+
+/// What the picture of an organ lacks. An organ that fills enough of the picture need not be in it
+/// as a whole.
+pub(crate) fn lack(organ: &OrganSeen, rule: &ShowRule) -> Option<Lack> {
+    let is_large = organ.size() >= rule.large;
+    [
+        (!is_large && organ.in_view() < rule.visible, Lack::OutOfView),
+        (!is_large && organ.visible() < rule.visible, Lack::Hidden),
+        (organ.size() < rule.small, Lack::Small),
+        (organ.off() > rule.off, Lack::Aside),
+    ]
+    .into_iter()
+    .find_map(|(lacks, what)| lacks.then_some(what))
 }

@@ -7,6 +7,7 @@ use shared_mem::words::Instrument;
 
 use crate::injury::{Injury, InjuryKind};
 use crate::metrics::Metric;
+use crate::view::ViewSide;
 
 /// A step of a task.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -21,6 +22,11 @@ pub enum Step {
     Triangle,
     /// Free the lower third of the gallbladder's bed.
     LowerBed,
+    /// Show the critical view of safety to the endoscope and hold it.
+    ShowView {
+        /// Side of the triangle from which it is shown.
+        side: ViewSide,
+    },
     /// Leave cystic duct and artery intact.
     LeaveWhole,
     /// Clip a vessel.
@@ -59,6 +65,12 @@ impl fmt::Display for Step {
             Self::Hang { count } => write!(to, "Suspend the gallbladder with {count} sutures"),
             Self::Triangle => to.write_str("Clear Calot's triangle"),
             Self::LowerBed => to.write_str("Free the lower third of the gallbladder from its bed"),
+            Self::ShowView {
+                side: ViewSide::Front,
+            } => to.write_str("Show the critical view from the front, and hold it"),
+            Self::ShowView {
+                side: ViewSide::Behind,
+            } => to.write_str("Show the critical view from behind, and hold it"),
             Self::LeaveWhole => to.write_str("Keep cystic duct and artery intact"),
             Self::Clip { organ, count } => write!(to, "Place {count} clips on the {organ}"),
             Self::Divide { organ } => write!(to, "Divide the {organ} between clips"),
@@ -81,7 +93,7 @@ impl Step {
             }
             Self::Clip { .. } => Some(Instrument::ClipApplier),
             Self::Divide { .. } => Some(Instrument::Scissors),
-            Self::LeaveWhole | Self::Show { .. } | Self::Meet => None,
+            Self::LeaveWhole | Self::ShowView { .. } | Self::Show { .. } | Self::Meet => None,
         }
     }
 }

@@ -3,8 +3,7 @@
 
 use std::io::Cursor;
 
-use glam::{Quat, Vec3};
-use shared_mem::message::{EventMsg, PoseMsg, StateFrame, ToolFrame};
+use shared_mem::message::{EventMsg, StateFrame, ToolFrame};
 use shared_mem::scene::SceneFile;
 
 use crate::DisplayError;
@@ -17,8 +16,6 @@ pub struct Album {
     gpu: Gpu,
     renderer: Renderer,
     causes: Causes,
-    /// The scene's target, about which the endoscope turns, world frame, m.
-    target_m: Vec3,
 }
 
 impl core::fmt::Debug for Album {
@@ -46,7 +43,6 @@ impl Album {
             gpu,
             renderer,
             causes: Causes::of(scene),
-            target_m: Vec3::from(scene.room().target_m),
         })
     }
 
@@ -74,19 +70,11 @@ impl Album {
         self.renderer.effects_mut().clear();
     }
 
-    /// Draws this moment as a PNG. The endoscope moves around its target by `turned_rad`, to its
-    /// right.
+    /// Draws this moment as a PNG, as the endoscope showed it.
     ///
     /// # Errors
     /// [`DisplayError::Device`].
-    pub fn draw(
-        &mut self,
-        state: &StateFrame,
-        tools: &ToolFrame,
-        turned_rad: f32,
-    ) -> Result<Vec<u8>, DisplayError> {
-        let mut tools = *tools;
-        tools.world_from_camera = self.turned(&tools.world_from_camera, turned_rad);
+    pub fn draw(&mut self, state: &StateFrame, tools: &ToolFrame) -> Result<Vec<u8>, DisplayError> {
         let spheres = state.spheres().unwrap_or(&[]);
         self.renderer
             .set_cells(&self.gpu, state.cells().unwrap_or(&[]));
@@ -96,7 +84,7 @@ impl Album {
         }
         self.renderer
             .set_clips(state.clips().unwrap_or(&[]), spheres);
-        self.renderer.render(&self.gpu, spheres, &tools, 0.0);
+        self.renderer.render(&self.gpu, spheres, tools, 0.0);
         let picture = self.renderer.read(&self.gpu)?;
         let mut png = Cursor::new(Vec::new());
         let written = picture.write_to(&mut png, image::ImageFormat::Png);
@@ -105,20 +93,5 @@ impl Album {
             detail: error.to_string(),
         })?;
         Ok(png.into_inner())
-    }
-
-    /// A camera that looks at the same target from another side.
-    fn turned(&self, camera: &PoseMsg, angle_rad: f32) -> PoseMsg {
-        let (place, turn) = (
-            Vec3::from(camera.position_m),
-            Quat::from_array(camera.orientation),
-        );
-        let forward = turn * Vec3::NEG_Z;
-        let pivot = place + forward * (self.target_m - place).dot(forward).max(0.0);
-        let about = Quat::from_axis_angle(turn * Vec3::Y, angle_rad);
-        PoseMsg {
-            position_m: (pivot + about * (place - pivot)).to_array(),
-            orientation: (about * turn).to_array(),
-        }
     }
 }

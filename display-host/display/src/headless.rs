@@ -1,8 +1,8 @@
 //! The display without a window: watches a run and saves pictures of it.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
@@ -14,8 +14,10 @@ use shared_mem::words::{CapsuleRole, EventKind};
 use crate::DisplayError;
 use crate::effects::EffectCollector;
 use crate::feed::{Feed, FeedCounters, Offer, hex};
+use crate::kept::Watch;
 use crate::latency::FrameRecord;
 use crate::painter::{Painter, Still};
+use crate::ui::TaskView;
 
 /// Period at which the services are read.
 const POLL: Duration = Duration::from_millis(2);
@@ -51,6 +53,8 @@ pub struct HeadlessConfig {
     pub tick_cpu: Option<usize>,
     /// Set once the outcome of the run's task is decided: the run then ends.
     pub task_over: Option<Arc<AtomicBool>>,
+    /// State of the task, whose critical views are drawn when they were held.
+    pub task: Option<Arc<Mutex<TaskView>>>,
     /// True if a missing graphics driver is an error; otherwise it is a warning, and the run
     /// continues without pictures.
     pub need_pictures: bool,
@@ -167,6 +171,7 @@ pub fn run(
         inbox_tools: bytemuck::Zeroable::zeroed(),
         last_state: Instant::now(),
         warnings: Vec::new(),
+        kept: (config.task.as_ref()).map(|task| Watch::new(task, &config.out_dir)),
     };
     let ended = if run.wait_for_controller(observer)? {
         observer(Observed::Begun);
@@ -196,6 +201,7 @@ struct Run<'a> {
     inbox_tools: ToolFrame,
     last_state: Instant,
     warnings: Vec<String>,
+    kept: Option<Watch>,
 }
 
 impl Run<'_> {
@@ -256,6 +262,11 @@ impl Run<'_> {
             if let (Some(state), Some(tools)) = (self.feed.state(), self.feed.tools()) {
                 let free = self.painter.as_ref().is_some_and(Painter::is_free);
                 self.effects.look(state, tools);
+                if let Some(path) = self.kept.as_mut().and_then(Watch::due)
+                    && let Some(painter) = &mut self.painter
+                {
+                    painter.paint(Still::kept(state, tools, path));
+                }
                 if let Some(mut still) = self.plan.next(elapsed, state, tools, free)
                     && let Some(painter) = &mut self.painter
                 {

@@ -19,6 +19,7 @@ pub mod error;
 pub mod feed;
 pub mod gallery;
 pub mod headless;
+pub mod kept;
 pub mod latency;
 mod painter;
 pub mod patch;

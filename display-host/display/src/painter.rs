@@ -12,7 +12,6 @@ use shared_mem::scene::SceneFile;
 use crate::DisplayError;
 use crate::effects::Stretch;
 use crate::latency::{FrameRecord, now_ns};
-use crate::picture::write_png;
 use crate::render::gpu::Gpu;
 use crate::render::{Quality, Renderer};
 
@@ -223,13 +222,7 @@ fn paint_all(
         let submitted_ns = now_ns();
         let picture = renderer.read(&gpu)?;
         let shown_ns = now_ns();
-        let failed = |detail: String| DisplayError::Write {
-            path: still.path.clone(),
-            detail,
-        };
-        // A trainee's performance is private, so only the user may read the picture.
-        let file = session::create_private(&still.path).map_err(|it| failed(it.to_string()))?;
-        write_png(&picture, file).map_err(|it| failed(it.to_string()))?;
+        crate::kept::write(&picture, &still.path)?;
         let frame = FrameRecord {
             tick: still.state.tick,
             sample_ns: still.state.sample_ns,

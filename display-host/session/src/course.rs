@@ -10,6 +10,8 @@
 //! 4 reset
 //! 5 start:    u8 number of the task, as in `CommandMsg::START`
 //! 6 sight:    f32 angle between view and shaft, f32 turn about the shaft, rad
+//! 7 seen:     f32 side rad; f32 triangle; f32 lower bed; 16 × (u8 in view, u8 clear, u8 √size, u8 off),
+//!             shares × 255, organs in the scene's order
 //! ```
 //!
 //! All little-endian.
@@ -19,6 +21,7 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 use shared_mem::message::{CapsuleMsg, DeviceHealth, EventMsg, PoseMsg, ToolFrame};
 use shared_mem::words::{CapsuleRole, Instrument, Switches};
 
+use crate::identity::{ORGANS_MAX, OrganSeen, Seen};
 use crate::pack::Rest;
 
 const MOVEMENT: u8 = 1;
@@ -27,6 +30,7 @@ const DEVICE: u8 = 3;
 const RESET: u8 = 4;
 const START: u8 = 5;
 const SIGHT: u8 = 6;
+const SEEN: u8 = 7;
 /// Size of the longest entry, bytes.
 #[cfg(test)]
 const LONGEST_BYTES: usize = 17 + 3 * 28 + 2 * 12 + 4 + 5;
@@ -142,6 +146,8 @@ pub enum EntryContent {
         /// Turn of the light cable about the shaft, rad. At 0 an inclined view looks downwards.
         turned_rad: f32,
     },
+    /// The endoscope's picture was measured in an identity image.
+    Seen(Seen),
     /// The organs were prepared for a task: 0 hang, 1 identify, 2 clamp, 3 cut, 4 disconnect.
     Start {
         /// The task's number.
@@ -169,6 +175,7 @@ impl Entry {
             EntryContent::Reset => RESET,
             EntryContent::Start { .. } => START,
             EntryContent::Sight { .. } => SIGHT,
+            EntryContent::Seen(_) => SEEN,
         };
         into.push(kind);
         into.extend(self.tick.to_le_bytes());
@@ -204,6 +211,14 @@ impl Entry {
             } => {
                 into.extend(off_rad.to_le_bytes());
                 into.extend(turned_rad.to_le_bytes());
+            }
+            EntryContent::Seen(seen) => {
+                for number in [seen.side_rad, seen.triangle, seen.lower_bed] {
+                    into.extend(number.to_le_bytes());
+                }
+                for organ in &seen.organs {
+                    into.extend(organ.0);
+                }
             }
         }
     }
@@ -258,6 +273,21 @@ impl Entry {
                 let off_rad = f32::from_le_bytes(rest.take()?);
                 let turned_rad = f32::from_le_bytes(rest.take()?);
                 sight(off_rad, turned_rad)?
+            }
+            SEEN => {
+                let mut number = || rest.take().map(f32::from_le_bytes);
+                let [side_rad, triangle, lower_bed] = [number()?, number()?, number()?];
+                let mut organs = [OrganSeen::default(); ORGANS_MAX];
+                for organ in &mut organs {
+                    organ.0 = rest.take()?;
+                }
+                let seen = Seen {
+                    side_rad,
+                    triangle,
+                    lower_bed,
+                    organs,
+                };
+                EntryContent::Seen(Some(seen).filter(Seen::is_sane)?)
             }
             _ => return None,
         };
@@ -344,12 +374,25 @@ mod tests {
                 off_rad,
                 turned_rad,
             });
+        let seen = (
+            prop::array::uniform3(0.0f32..1.0),
+            prop::array::uniform16(any::<[u8; 4]>()),
+        )
+            .prop_map(|([side_rad, triangle, lower_bed], organs)| {
+                EntryContent::Seen(Seen {
+                    side_rad,
+                    triangle,
+                    lower_bed,
+                    organs: organs.map(OrganSeen),
+                })
+            });
         prop_oneof![
             moved,
             event,
             device,
             start,
             sight,
+            seen,
             Just(EntryContent::Reset)
         ]
     }
@@ -371,7 +414,7 @@ mod tests {
 
         #[test]
         fn any_bytes_are_sane_or_refused(
-            kind in 0u8..8,
+            kind in 0u8..9,
             bytes in prop::collection::vec(any::<u8>(), 0..160),
         ) {
             let message: Vec<u8> = [kind].into_iter().chain(bytes).collect();
@@ -381,6 +424,7 @@ mod tests {
                 Some(EntryContent::Sight { off_rad, turned_rad }) => {
                     prop_assert!((0.0..1.6).contains(&off_rad) && turned_rad.abs() < 6.3);
                 }
+                Some(EntryContent::Seen(seen)) => prop_assert!(seen.is_sane()),
                 _ => {}
             }
         }

@@ -14,6 +14,7 @@ use shared_mem::words::EventKind;
 
 use crate::course::{self, Entry, EntryContent, Movement};
 use crate::describe::{self, Topic};
+use crate::identity::Seen;
 use crate::info::{self, Assignment, Finish, Info};
 use crate::pack::pack;
 use crate::proto;
@@ -299,6 +300,15 @@ impl SessionFile {
     ) -> Result<(), Error> {
         let (tick, at_ns) = (tools.tick, tools.at_ns);
         course::sight(off, turned).map_or(Ok(()), |what| self.course(&Entry { tick, at_ns, what }))
+    }
+
+    /// Writes what an identity image shows, at the tick of `tools`.
+    pub(crate) fn seen(&mut self, seen: Seen, tools: &ToolFrame) -> Result<(), Error> {
+        self.course(&Entry {
+            tick: tools.tick,
+            at_ns: tools.at_ns,
+            what: EntryContent::Seen(seen),
+        })
     }
 
     /// Writes the tools' poses, for viewers. Skips a malformed frame.

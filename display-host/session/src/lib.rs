@@ -61,6 +61,7 @@ mod describe;
 mod error;
 mod file;
 mod health;
+pub mod identity;
 mod index;
 mod info;
 pub mod inputs_file;

@@ -11,13 +11,14 @@ use std::time::{Duration, Instant, SystemTime};
 
 use bytemuck::Zeroable as _;
 use shared_mem::inputs::InputBatch;
-use shared_mem::message::{EventMsg, TimingBatch, ToolFrame};
+use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{ServiceError, Station, Tap};
 
 use crate::course::Entry;
 use crate::file::{Error, SessionFile};
 use crate::health::{Health, Recorded, Standing};
+use crate::identity::Identity;
 use crate::info::{Assignment, Info, hex};
 use crate::storage::{Storage, check_recording, create_recording};
 
@@ -31,6 +32,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(10);
 /// Period at which poses and forces are written for viewers. The course gets every pose that is
 /// read.
 const TOOLS_EVERY: Duration = Duration::from_millis(50);
+/// Period of the identity images that tell what the endoscope shows.
+const SEEN_EVERY: Duration = Duration::from_millis(200);
 /// Period of writing. A killed recorder loses no more than the data of this time.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
 /// Longest silence of a hanging disk for which the end of a recording waits.
@@ -51,6 +54,8 @@ enum Item {
     Inputs(Box<InputBatch>),
     /// The tools. The flag is true if they are also written for viewers.
     Tools(Box<ToolFrame>, bool),
+    /// The organs, for an identity image.
+    State(Box<StateFrame>),
     Event(EventMsg),
     Timing(Box<TimingBatch>),
 }
@@ -322,6 +327,7 @@ impl Recording {
 
 fn listen(tap: &Tap, queue: &Queue, stop: &AtomicBool) {
     let mut shown_at: Option<Instant> = None;
+    let mut seen_at: Option<Instant> = None;
     let mut newest_ns = 0;
     let mut tools = ToolFrame::zeroed();
     let send = |item: Item| queue.send(item);
@@ -338,6 +344,13 @@ fn listen(tap: &Tap, queue: &Queue, stop: &AtomicBool) {
             }
             newest_ns = tools.at_ns;
             send(Item::Tools(Box::new(tools), shown));
+        }
+        if seen_at.is_none_or(|at| at.elapsed() >= SEEN_EVERY) {
+            let mut state: Box<StateFrame> = bytemuck::zeroed_box();
+            if tap.newest_state(&mut state) {
+                seen_at = Some(Instant::now());
+                send(Item::State(state));
+            }
         }
         if last {
             return;
@@ -376,7 +389,7 @@ fn write(
         None => Ok(()),
     };
     let outcome = assigned
-        .and_then(|()| take_all(items, &config.sight, &mut file, health))
+        .and_then(|()| take_all(items, &config, &mut file, health))
         .and_then(|()| file.finish());
     recorded.bytes = file.outbox.written;
     recorded.ticks = file.ticks.on_disk;
@@ -394,11 +407,16 @@ fn write(
 
 fn take_all(
     items: &Items,
-    sight: &Sight,
+    config: &Config,
     file: &mut SessionFile,
     health: &Mutex<Health>,
 ) -> Result<(), Error> {
+    let sight = &config.sight;
     let mut seen = Sight::default().now().map(f32::to_bits);
+    // Only a task is judged.
+    let judged = config.assignment.as_ref();
+    let mut identity = judged.map(|_| Identity::of(&config.scene));
+    let mut newest = Box::new(ToolFrame::zeroed());
     let mut flushed = Instant::now();
     let mut refused = None;
     loop {
@@ -413,6 +431,13 @@ fn take_all(
                 file.moved(&tools)?;
                 if shown {
                     file.tools(&tools)?;
+                }
+                newest = tools;
+            }
+            Ok(Item::State(state)) => {
+                let image = identity.as_mut();
+                if let Some(what) = image.and_then(|it| it.look(sight.now(), &state, &newest)) {
+                    file.seen(what, &newest)?;
                 }
             }
             Ok(Item::Event(event)) => file.event(&event)?,

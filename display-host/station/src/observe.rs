@@ -82,6 +82,7 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
         language: LanguageName::or_users(args.language),
         look: args.look.look(),
         task: None,
+        pictures: None,
         instructor: true,
         replay: None,
         recording: None,

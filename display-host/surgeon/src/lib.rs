@@ -7,6 +7,7 @@
 //!
 //! A [`Theatre`] is either the station's processes in real time or the simulation alone, faster.
 
+mod critical;
 mod dissect;
 mod field;
 mod flaw;

@@ -1,6 +1,6 @@
 //! The surgeons, and their plan for each task.
 
-use assess::{DRILL_ORGANS, Task};
+use assess::{DRILL_ORGANS, Task, ViewSide};
 use clap::ValueEnum;
 use shared_mem::scene::{CellRecord, OrganKind};
 use shared_mem::words::{Instrument, Switches};
@@ -34,6 +34,10 @@ pub enum Surgeon {
     DuctCoagulator,
     /// Takes the hepatic artery for the cystic artery and cuts it
     ArteryCutter,
+    /// Pulls hard at the cystic duct, until what holds it gives way
+    DuctPuller,
+    /// Pulls hard at the cystic artery, until what holds it gives way
+    ArteryPuller,
     /// Holds the cutting current on the hepatic artery until its wall is gone
     ArteryScorcher,
     /// Burns through the gallbladder's wall
@@ -66,6 +70,10 @@ pub(crate) enum Act {
     Retreat,
     /// Turn the endoscope to an organ and hold it in the middle of the picture.
     Show(OrganKind),
+    /// Show the critical view of safety from this side, and hold it.
+    ShowView(ViewSide),
+    /// Turn the endoscope back to where it began.
+    LookBack,
     /// Dissect with the hook until this share of the regions' tissue is gone.
     Dissect(&'static [u8], f64),
 }
@@ -84,6 +92,9 @@ impl Surgeon {
                         Act::Dissect(&[CellRecord::TRIANGLE], VIEW),
                         Act::Dissect(&[CellRecord::LOWER_BED], VIEW),
                         Act::Retreat,
+                        Act::ShowView(ViewSide::Front),
+                        Act::ShowView(ViewSide::Behind),
+                        Act::LookBack,
                     ]);
                 }
                 if does(Task::Clamp) {
@@ -131,6 +142,12 @@ impl Surgeon {
             Self::DuctCutter => plan.extend(cutting(OrganKind::BileDuct)),
             Self::ArteryCutter => plan.extend(cutting(OrganKind::Vessel)),
             Self::DuctTearer => plan.extend(grasping(OrganKind::BileDuct, 0.75, Act::Pull(TORN_M))),
+            Self::DuctPuller => {
+                plan.extend(grasping(OrganKind::CysticDuct, 0.5, Act::Pull(TORN_M)))
+            }
+            Self::ArteryPuller => {
+                plan.extend(grasping(OrganKind::CysticArtery, 0.5, Act::Pull(TORN_M)));
+            }
             Self::DuctScorcher => plan.extend(burning(OrganKind::BileDuct, CUTS)),
             Self::DuctCoagulator => plan.extend(burning(OrganKind::BileDuct, COAGULATE)),
             Self::ArteryScorcher => plan.extend(burning(OrganKind::Vessel, CUTS)),

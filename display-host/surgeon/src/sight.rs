@@ -47,6 +47,15 @@ impl Sight {
         sight
     }
 
+    pub(crate) fn scene(&self) -> &SceneFile {
+        &self.scene
+    }
+
+    /// Cystic duct and cystic artery.
+    pub(crate) fn two(&self) -> [Option<usize>; 2] {
+        [OrganKind::CysticDuct, OrganKind::CysticArtery].map(|kind| self.organ(kind))
+    }
+
     pub(crate) fn port(&self) -> Vec3 {
         wide(self.scene.room().instrument_port_m)
     }

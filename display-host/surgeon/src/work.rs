@@ -178,6 +178,8 @@ impl Work<'_> {
             }
             Act::Retreat => self.retreat(BACK_M),
             Act::Show(kind) => self.show(kind),
+            Act::ShowView(side) => self.show_view(side),
+            Act::LookBack => self.look_back(),
             Act::Dissect(regions, share) => self.dissect(regions, share),
         }
     }

@@ -262,6 +262,7 @@ impl TaskReceiver {
 #[derive(Debug)]
 pub struct Tap {
     inputs: Subscriber<ipc::Service, InputBatch, ()>,
+    state: Subscriber<ipc::Service, StateFrame, ()>,
     tools: Subscriber<ipc::Service, ToolFrame, ()>,
     events: Subscriber<ipc::Service, EventMsg, ()>,
     timing: Subscriber<ipc::Service, TimingBatch, ()>,
@@ -274,10 +275,12 @@ impl Tap {
     /// # Errors
     /// The `ServiceError` of the step that failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
-        let joining = station.join(&[INPUTS, NEWEST, EVENTS, TIMING].map(Need::subscriber))?;
+        let joining =
+            station.join(&[INPUTS, NEWEST, NEWEST, EVENTS, TIMING].map(Need::subscriber))?;
         let node = joining.node();
         Ok(Self {
             inputs: station.subscriber(node, "inputs", INPUTS)?,
+            state: station.subscriber(node, "state", NEWEST)?,
             tools: station.subscriber(node, "tools", NEWEST)?,
             events: station.subscriber(node, "events", EVENTS)?,
             timing: station.subscriber(node, "timing", TIMING)?,
@@ -288,6 +291,11 @@ impl Tap {
     /// Calls `each` with every batch of inputs since the last call, oldest first.
     pub fn drain_inputs(&self, mut each: impl FnMut(&InputBatch)) {
         drain(&self.inputs, &mut each);
+    }
+
+    /// Copies the newest state into `into` and returns true, if one came since the last call.
+    pub fn newest_state(&self, into: &mut StateFrame) -> bool {
+        newest(&self.state, |frame| *into = *frame)
     }
 
     /// Copies the newest frame of the tools into `into` and returns true, if one came since the

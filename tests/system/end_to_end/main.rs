@@ -22,5 +22,6 @@ mod operation;
 mod photon;
 mod replay;
 mod returned;
+mod silenced;
 mod study;
 mod swept;

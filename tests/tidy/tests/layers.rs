@@ -58,8 +58,8 @@ const PACKAGES: &[Layer] = &[
     ),
     tested(
         "surgeon",
-        &["assess", "shared-mem"],
-        &["rt-process", "scene-prepare", "session"],
+        &["assess", "session", "shared-mem"],
+        &["rt-process", "scene-prepare"],
     ),
     layer(
         "evaluate",

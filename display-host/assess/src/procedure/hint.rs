@@ -58,6 +58,7 @@ impl Procedure {
             Step::Show { .. } | Step::Meet | Step::Coagulate => {
                 Some(self.basics.share(done.look_s))
             }
+            Step::ShowView { .. } => Some(self.views.hold(rules.view.as_ref()?)?.share),
             Step::LeaveWhole | Step::Divide { .. } | Step::Grasp { .. } => None,
         }
     }

@@ -203,6 +203,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
             "<figure>{histogram}<figcaption>{caption}</figcaption></figure>"
         ));
     }
+    judged::handling(page, chapter);
     judged::published(page, chapter);
     compared::past(page, chapter);
     compared::sheet(page, chapter);

@@ -1,8 +1,9 @@
 //! Rules and published values for reports, each with its source.
 
-use super::{Condition, Rules};
+use super::Rules;
+use super::limits::Condition;
 use crate::metrics::Metric;
-use crate::task::Task;
+use crate::task::{Difficulty, Task};
 
 /// Text for a rule that names no source.
 pub(super) const NO_SOURCE: &str = "no source";
@@ -47,12 +48,12 @@ impl Condition {
 }
 
 impl Rules {
-    /// Pass rules of a task for reports.
+    /// Pass rules of a task for reports, with those of an exam if it is one.
     #[must_use]
-    pub fn pass(&self, task: Task) -> Vec<PassRule<'_>> {
-        let rules = self.tasks.get(task.name());
-        let pass = rules.map_or(&[][..], |rules| &rules.pass);
-        pass.iter().map(Condition::rule).collect()
+    pub fn pass(&self, task: Task, difficulty: Difficulty) -> Vec<PassRule<'_>> {
+        self.conditions(task, difficulty)
+            .map(Condition::rule)
+            .collect()
     }
 
     /// Time limit of a task as a rule for reports.

@@ -1,8 +1,11 @@
 //! Rules that are read, refused and applied.
 
 use proptest::prelude::*;
+use shared_mem::scene::OrganKind;
 
 use super::*;
+use crate::metrics::{Metric, Values};
+use crate::task::Difficulty;
 
 fn refused(from: &str, to: &str) -> String {
     assert!(BUILT_IN.contains(from), "{from}");
@@ -17,7 +20,11 @@ fn the_built_in_rules_are_sound_and_say_what_every_task_asks() {
     assert_eq!(rules, Rules::default());
     for task in Task::ALL.into_iter().filter(|task| *task != Task::Free) {
         assert!(rules.time_max_s(task).is_finite(), "{}", task.name());
-        assert!(!rules.pass(task).is_empty(), "{}", task.name());
+        assert!(
+            !rules.pass(task, Difficulty::Trainee).is_empty(),
+            "{}",
+            task.name()
+        );
     }
     assert!(rules.must_not_touch(Some(OrganKind::BileDuct)));
     assert!(!rules.must_not_touch(Some(OrganKind::CysticDuct)));
@@ -99,13 +106,77 @@ fn enough_of_any_one_error_fails_an_operation() {
     }
 }
 
+/// A poor surgeon must not pass an exam by starting over, by thinking while the clock stands, or
+/// because the recording misses the errors.
+#[test]
+fn an_exam_has_one_attempt_no_pause_and_a_whole_recording() {
+    let rules = Rules::default();
+    for metric in [
+        Metric::Restarts,
+        Metric::Paused,
+        Metric::Gaps,
+        Metric::LostEvents,
+    ] {
+        let mut values = Values::none();
+        values.set(Metric::ViewsHeld, 2.0);
+        let unmet =
+            |difficulty, values: &Values| rules.unmet(Task::Identify, difficulty, 100.0, values);
+        assert!(unmet(Difficulty::Exam, &values).is_empty());
+        values.set(metric, 6.0);
+        assert_eq!(
+            unmet(Difficulty::Exam, &values).len(),
+            1,
+            "{}",
+            metric.name()
+        );
+        assert!(
+            unmet(Difficulty::Trainee, &values).is_empty(),
+            "{}",
+            metric.name()
+        );
+    }
+}
+
+/// One misplaced clip or wrong cut leaves enough points, and rules out a pass all the same.
+#[test]
+fn one_clip_or_cut_in_the_wrong_place_rules_out_a_pass_in_every_operation() {
+    let rules = Rules::default();
+    for task in [
+        Task::Identify,
+        Task::Clamp,
+        Task::Cut,
+        Task::Disconnect,
+        Task::Full,
+    ] {
+        for metric in [Metric::ClipsMisplaced, Metric::CutsWrong] {
+            let mut values = Values::none();
+            values.set(Metric::ViewsHeld, 2.0);
+            values.set(metric, 1.0);
+            let (score, _) = rules.score(task, &values);
+            let unmet = rules.unmet(task, Difficulty::Trainee, score, &values);
+            assert!(
+                score > 70.0 && unmet.len() == 1,
+                "{} {}",
+                task.name(),
+                metric.name()
+            );
+        }
+    }
+}
+
 #[test]
 fn rules_and_published_values_say_where_they_come_from() {
     let rules = Rules::default();
     let time = rules.time_rule(Task::Full).unwrap();
     assert!(time.source.contains("PMID 11285960"), "{}", time.source);
-    let pass = rules.pass(Task::Full);
-    assert!(pass.iter().all(|rule| rule.source == "no source"));
+    let pass = rules.pass(Task::Full, Difficulty::Trainee);
+    let of = |name: &str| {
+        pass.iter()
+            .find(|rule| rule.name == name)
+            .map(|it| it.source)
+    };
+    assert_eq!(of("score"), Some("no source"));
+    assert!(of("views_held").is_some_and(|it| it.contains("doublet view")));
     assert_eq!(
         rules.weight_source(Task::Full, "touches_wrong"),
         "no source"
@@ -120,7 +191,10 @@ fn rules_and_published_values_say_where_they_come_from() {
         "at_least = 70.0 }",
         "at_least = 70.0, source = \"B 2021\" }",
     );
-    assert_eq!(sourced.pass(Task::Identify)[0].source, "B 2021");
+    assert_eq!(
+        sourced.pass(Task::Identify, Difficulty::Trainee)[0].source,
+        "B 2021"
+    );
     for task in [Task::Identify, Task::Cut, Task::Full] {
         let mut references = rules.references(task);
         assert!(references.all(|it| !it.source.is_empty() && !it.who.is_empty()));
@@ -192,8 +266,16 @@ fn points_are_lost_beyond_what_is_free_and_bounded() {
     assert!((rules.score(Task::Full, &values).0 - 60.0).abs() < 1e-9);
     values.set(Metric::Unclamped, 5.0);
     assert!(rules.score(Task::Full, &values).0 < 1e-9);
-    assert!(!rules.unmet(Task::Clamp, 0.0, &values).is_empty());
-    assert!(rules.unmet(Task::Free, 0.0, &values).is_empty());
+    assert!(
+        !rules
+            .unmet(Task::Clamp, Difficulty::Trainee, 0.0, &values)
+            .is_empty()
+    );
+    assert!(
+        rules
+            .unmet(Task::Free, Difficulty::Exam, 0.0, &values)
+            .is_empty()
+    );
 }
 
 proptest! {

@@ -278,11 +278,6 @@ impl Tally {
         self.leaks.retain(|leak| leak.flow > 0.0);
     }
 
-    /// True if this cell of layered tissue is removed.
-    pub(crate) fn is_removed(&self, cell: usize) -> bool {
-        self.removed.get(cell) == Some(&true)
-    }
-
     /// Removed share of these regions' tissue, by volume; NaN if they have none.
     pub(crate) fn removed(&self, anatomy: &Anatomy, regions: &[Region]) -> f64 {
         let sum = |volumes: &[f64]| -> f64 {

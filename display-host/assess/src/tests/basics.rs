@@ -13,10 +13,7 @@ fn first_steps() -> Assessment {
         ("fat", OrganKind::Fat),
         ("gallbladder", OrganKind::Gallbladder),
     ];
-    let mut anatomy = Anatomy::new(&organs, &[Region::UpperBed]);
-    for organ in &mut anatomy.organs {
-        organ.middle_m = [0.0, 0.0, -0.1];
-    }
+    let anatomy = Anatomy::new(&organs, &[Region::UpperBed]);
     let rules = Rules::default();
     Assessment::new(Task::Basics, Difficulty::Beginner, rules, anatomy)
 }
@@ -27,10 +24,15 @@ fn done(assessment: &Assessment) -> usize {
     steps.iter().filter(|(_, done)| *done).count()
 }
 
-/// Holds the tip there for some time.
-fn hold(assessment: &mut Assessment, from_s: f64, seconds: f64, tip_m: [f32; 3]) {
+/// Holds the tip there for some time, with the gallbladder in the middle of the picture.
+fn rest(assessment: &mut Assessment, from_s: f64, seconds: f64, tip_m: [f32; 3]) {
+    let mut seen = nothing_seen();
+    seen.organs[GALLBLADDER as usize] = OrganSeen::new(1.0, 0.8, 0.05, 0.1);
     for step in 0..=(seconds * 10.0).round() as u32 {
-        assessment.take(&moved(from_s + 0.1 * f64::from(step), here(tip_m)));
+        let entry = moved(from_s + 0.1 * f64::from(step), here(tip_m));
+        assessment.take(&entry);
+        let what = EntryContent::Seen(seen);
+        assessment.take(&Entry { what, ..entry });
     }
 }
 
@@ -44,13 +46,13 @@ fn each_step_has_its_goal_and_begins_after_the_one_before() {
     let far = [0.1, 0.0, -0.05];
     assert_eq!(it.status().hint.unwrap().advice, Advice::Hold);
     // The organ is in the middle from the start, so the camera must be led first.
-    hold(&mut it, 0.0, 3.0, far);
+    rest(&mut it, 0.0, 3.0, far);
     assert_eq!((done(&it), percent(&it)), (0, Some(0)));
     let mut nearer = here(far);
     nearer.world_from_camera.position_m[2] = -0.02;
     it.take(&moved(3.0, nearer));
     // A grasp comes too early for the third step.
-    hold(&mut it, 3.0, 1.0, far);
+    rest(&mut it, 3.0, 1.0, far);
     it.take(&event(
         4.0,
         EventKind::Grasp.number(),
@@ -60,12 +62,12 @@ fn each_step_has_its_goal_and_begins_after_the_one_before() {
     ));
     assert_eq!(done(&it), 0);
     assert_eq!(percent(&it), Some(66), "1 s of 1.5 s");
-    hold(&mut it, 4.1, 1.0, far);
+    rest(&mut it, 4.1, 1.0, far);
     assert_eq!(done(&it), 1, "the organ was in the middle");
     assert_eq!(it.status().hint.unwrap().step, Step::Meet);
-    hold(&mut it, 5.2, 3.0, far);
+    rest(&mut it, 5.2, 3.0, far);
     assert_eq!(done(&it), 1, "the tip is out of view");
-    hold(&mut it, 8.3, 1.7, [0.0, 0.0, -0.05]);
+    rest(&mut it, 8.3, 1.7, [0.0, 0.0, -0.05]);
     assert_eq!(done(&it), 2);
 
     it.take(&event(10.0, EventKind::Grasp.number(), LIVER, 0.0, 3.0));
@@ -95,7 +97,7 @@ fn each_step_has_its_goal_and_begins_after_the_one_before() {
 fn a_hint_says_how_much_of_a_dissection_is_left() {
     let rules = Rules::default();
     let mut it = Assessment::new(Task::Identify, Difficulty::Beginner, rules, anatomy());
-    hold(&mut it, 0.0, 0.5, [0.0; 3]);
+    rest(&mut it, 0.0, 0.5, [0.0; 3]);
     assert_eq!(percent(&it), Some(0));
     remove(&mut it, 0..3);
     // Three of ten cells, of which nine must go.

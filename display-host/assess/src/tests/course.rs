@@ -48,7 +48,7 @@ fn clips_and_divisions_that_the_controller_prepared_count_as_done() {
 }
 
 #[test]
-fn the_critical_view_is_judged_by_what_is_removed() {
+fn the_critical_view_is_judged_by_what_is_removed_and_shown() {
     let mut assessment = begin(Task::Identify);
     rest(&mut assessment, 0.0, 0.1);
     remove(&mut assessment, 0..9);
@@ -58,6 +58,8 @@ fn the_critical_view_is_judged_by_what_is_removed() {
     remove(&mut assessment, 17..18);
     assert!(!assessment.is_over(), "a cell counts only once");
     remove(&mut assessment, 18..19);
+    assert!(!assessment.is_over(), "nobody has seen it");
+    hold_views(&mut assessment, 0.2);
     assert!(assessment.is_over());
     let assessed = assessment.end();
     assert_eq!(assessed.outcome, Outcome::Passed);
@@ -75,11 +77,12 @@ fn the_operation_in_order_passes_without_alarms_and_early_clips_raise_them() {
         }
         remove(&mut assessment, 0..20);
         if order {
+            hold_views(&mut assessment, 0.6);
             clip_both(&mut assessment);
         }
         cut(&mut assessment, 2.0, DUCT);
         cut(&mut assessment, 2.0, ARTERY);
-        rest(&mut assessment, 0.6, 5.0);
+        rest(&mut assessment, 6.0, 10.0);
         assert!(!assessment.is_over());
         remove(&mut assessment, 20..30);
         assessment.end()
@@ -88,6 +91,13 @@ fn the_operation_in_order_passes_without_alarms_and_early_clips_raise_them() {
     assert_eq!((good.outcome, good.alarms.len()), (Outcome::Passed, 0));
     let early = all(false);
     assert_eq!(kinds(&early), [AlarmKind::TooEarly; 4]);
+    assert_eq!(early.outcome, Outcome::Failed);
+    let missed = Reason::TooLittle {
+        metric: Some(Metric::ViewsHeld),
+        value: 0.0,
+        limit: 2.0,
+    };
+    assert!(early.reasons.contains(&missed), "{:?}", early.reasons);
 }
 
 #[test]

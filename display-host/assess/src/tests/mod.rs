@@ -5,9 +5,11 @@ mod endoscope;
 mod errors;
 mod hand;
 mod injuries;
+mod views;
 
 use bytemuck::Zeroable as _;
 use proptest::prelude::*;
+use session::identity::{ORGANS_MAX, OrganSeen, Seen};
 use session::{Entry, EntryContent, Movement};
 use shared_mem::message::{EventMsg, PoseMsg};
 use shared_mem::scene::OrganKind;
@@ -62,6 +64,48 @@ fn moved(at_s: f64, movement: Movement) -> Entry {
         tick: at_ns / 1_000_000,
         at_ns,
         what: EntryContent::Moved(movement),
+    }
+}
+
+/// An identity image that shows nothing.
+fn nothing_seen() -> Seen {
+    Seen {
+        side_rad: 0.0,
+        triangle: 0.0,
+        lower_bed: 0.0,
+        organs: [OrganSeen::default(); ORGANS_MAX],
+    }
+}
+
+/// A good critical view from this side.
+fn good_view(side: ViewSide) -> Seen {
+    let mut seen = Seen {
+        side_rad: if side == ViewSide::Front { 0.3 } else { -0.3 },
+        triangle: 0.5,
+        lower_bed: 0.3,
+        ..nothing_seen()
+    };
+    for organ in [DUCT, ARTERY] {
+        seen.organs[organ as usize] = OrganSeen::new(1.0, 0.75, 0.01, 0.2);
+    }
+    seen
+}
+
+/// Holds a picture from this time on, with five identity images a second.
+fn hold(assessment: &mut Assessment, from_s: f64, seconds: f64, seen: &Seen) {
+    for step in 0..=(seconds * 5.0).round() as u32 {
+        let at_s = from_s + f64::from(step) * 0.2;
+        assessment.take(&moved(at_s, here([0.0, 0.0, -0.1])));
+        let entry = moved(at_s, here([0.0; 3]));
+        let what = EntryContent::Seen(*seen);
+        assessment.take(&Entry { what, ..entry });
+    }
+}
+
+/// Shows the critical view from both sides in five seconds.
+fn hold_views(assessment: &mut Assessment, from_s: f64) {
+    for (number, side) in [0.0, 2.5].into_iter().zip(ViewSide::BOTH) {
+        hold(assessment, from_s + number, 2.2, &good_view(side));
     }
 }
 

@@ -175,7 +175,9 @@ impl Gpu {
     /// [`DisplayError::Device`].
     pub fn read_texture(&self, texture: &wgpu::Texture) -> Result<Vec<u8>, DisplayError> {
         let (width, height) = (texture.width(), texture.height());
-        let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let texel = texture.format().block_copy_size(None).unwrap_or(4);
+        let used = (width * texel) as usize;
+        let row = (width * texel).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let staging = self.staging(u64::from(row) * u64::from(height));
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_texture_to_buffer(
@@ -191,10 +193,10 @@ impl Gpu {
             texture.size(),
         );
         self.queue.submit([encoder.finish()]);
-        let mut pixels = Vec::with_capacity(width as usize * 4 * height as usize);
+        let mut pixels = Vec::with_capacity(used * height as usize);
         self.map(staging, |padded| {
             for padded in padded.chunks_exact(row as usize) {
-                pixels.extend_from_slice(&padded[..width as usize * 4]);
+                pixels.extend_from_slice(&padded[..used]);
             }
         })?;
         Ok(pixels)

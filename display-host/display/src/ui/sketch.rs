@@ -56,7 +56,7 @@ impl Sketch {
     /// Picture of a step.
     pub(super) fn of_step(step: &Step) -> Self {
         match step {
-            Step::Show { .. } => Self::Camera,
+            Step::Show { .. } | Step::ShowView { .. } => Self::Camera,
             Step::Meet => Self::Meet,
             Step::Hang { .. } | Step::Grasp { .. } => Self::Grasp,
             Step::Clip { .. } => Self::Clip,

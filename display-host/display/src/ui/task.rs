@@ -1,6 +1,6 @@
 //! Task in the panel: time, steps, errors. Words and shapes show every state, never colour alone.
 
-use assess::{Hint, Reason, Step};
+use assess::{Hint, Hold, Reason, Step};
 use egui::{Color32, RichText, Ui};
 
 use super::widgets::{Mark, line};
@@ -23,6 +23,10 @@ pub struct TaskView {
     pub score: Option<f64>,
     /// Next instruction, for beginners.
     pub hint: Option<Hint>,
+    /// The running hold of what is to be shown; `None` in an exam.
+    pub hold: Option<Hold>,
+    /// True for each side, front and behind, from which the critical view was held.
+    pub views_held: [bool; 2],
     /// The end of the task, once it is over.
     pub end: Option<TaskEnd>,
     /// Number of the task in `CommandMsg::START`; `None` for one that begins with the organs at

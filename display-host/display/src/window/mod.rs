@@ -69,6 +69,8 @@ pub struct WindowConfig {
     pub look: Look,
     /// State of the task, updated by its assessor.
     pub task: Option<Arc<Mutex<TaskView>>>,
+    /// Folder for pictures of the critical view, taken when it was held.
+    pub pictures: Option<PathBuf>,
     /// True for an instructor's window: it shows the assessor's bulletins, and sends no commands to
     /// the station.
     pub instructor: bool,
@@ -114,6 +116,7 @@ pub fn run(
         )
         .showing(config.replay.clone(), config.recording.clone())
         .with_patch(config.patch.clone())
+        .keeping(config.pictures.as_deref())
         .watched_by_instructor(config.instructor.then_some(&config.station))?,
         scene,
         stop,

@@ -172,6 +172,13 @@ impl Screen {
         if core::mem::take(&mut self.loses_device) {
             self.canvas.gpu.lose();
         }
+        if let Some(path) = drawn.as_ref().and_then(|_| session.picture_due()) {
+            let picture = self.renderer.read(&self.canvas.gpu)?;
+            // A disk that refuses it stops no operation.
+            if let Err(error) = crate::kept::write(&picture, &path) {
+                session.warn_later(error.to_string());
+            }
+        }
         let [width, height] = self.renderer.quality().size;
         let aspect = width as f32 / height as f32;
         session.ui.picture = drawn.as_ref().map(|_| (self.picture, aspect));

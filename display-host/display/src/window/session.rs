@@ -1,6 +1,7 @@
 //! State of a window: the feed, the panel's state, and the user's requests.
 
 use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -17,6 +18,7 @@ use super::refusal::Refusal;
 use crate::effects::{Causes, Effect};
 use crate::feed::{Feed, Offer};
 use crate::headless::{Ended, Observed, RunOutcome, zeroed_state};
+use crate::kept::Watch;
 use crate::latency::FrameRecord;
 use crate::patch::{Lit, Patch};
 use crate::render::camera::Scope;
@@ -69,6 +71,8 @@ pub(super) struct Session {
     replay: Option<Arc<Mutex<ReplayView>>>,
     recording: Option<Arc<Mutex<RecordingView>>>,
     patch: Option<Arc<Patch>>,
+    /// Pictures of the critical view that are to be kept.
+    kept: Option<Watch>,
     /// The free view, if active.
     free: Option<FreeCamera>,
     /// Time of the last task alarm.
@@ -129,6 +133,7 @@ impl Session {
             replay: None,
             recording: None,
             patch: None,
+            kept: None,
             free: None,
             alarmed: None,
             heard: Heard::default(),
@@ -182,6 +187,18 @@ impl Session {
         let patch = self.patch.as_ref()?;
         let (_, tools) = self.moment()?;
         Some((Arc::clone(patch), patch.lit(tools)))
+    }
+
+    /// Keeps pictures of the critical view in this folder, if there is a task.
+    pub(super) fn keeping(mut self, folder: Option<&Path>) -> Self {
+        let task = self.task.as_ref().zip(folder);
+        self.kept = task.map(|(task, folder)| Watch::new(task, folder));
+        self
+    }
+
+    /// Path of a picture that is to be kept now.
+    pub(super) fn picture_due(&mut self) -> Option<PathBuf> {
+        self.kept.as_mut().and_then(Watch::due)
     }
 
     pub(super) fn set_adapter(&mut self, adapter: String) {
@@ -540,6 +557,11 @@ impl Session {
     /// Warns the user and continues.
     pub(super) fn warn(&mut self, warning: String, observer: &mut dyn FnMut(Observed<'_>)) {
         observer(Observed::Warning(&warning));
+        self.warnings.push(warning);
+    }
+
+    /// Warns in the summary alone.
+    pub(super) fn warn_later(&mut self, warning: String) {
         self.warnings.push(warning);
     }
 

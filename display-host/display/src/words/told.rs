@@ -1,7 +1,7 @@
 //! Texts of the assessment (steps, hints, reasons) from their kinds and values, in the user's
 //! language.
 
-use assess::{Advice, Hint, InjuryKind, Instrument, Metric, Reason, Step};
+use assess::{Advice, Hint, Hold, InjuryKind, Instrument, Lack, Metric, Reason, Step, ViewSide};
 
 use super::Words;
 
@@ -17,6 +17,10 @@ impl Words {
             }
             Step::Triangle => self.say("step-triangle"),
             Step::LowerBed => self.say("step-lower-bed"),
+            Step::ShowView { side } => self.say(match side {
+                ViewSide::Front => "step-view-front",
+                ViewSide::Behind => "step-view-behind",
+            }),
             Step::LeaveWhole => self.say("step-leave-whole"),
             Step::Clip { organ, count: 1 } => with_organ("step-clip-one", organ),
             Step::Clip { organ, count } => {
@@ -44,6 +48,7 @@ impl Words {
             Step::Clip { .. } => "place-clip",
             Step::Divide { .. } => "place-divide",
             Step::Free => "place-free",
+            Step::ShowView { .. } => "place-show-view",
             Step::Show { .. } => "place-show",
             Step::Meet => "place-meet",
             Step::Grasp { .. } => "place-grasp",
@@ -56,6 +61,24 @@ impl Words {
     pub fn left(&self, hint: &Hint) -> Option<String> {
         let left = 100 - hint.percent?.min(100);
         Some(self.say_with("hint-left", &[("percent", left.to_string().into())]))
+    }
+
+    /// Text of a running hold: what the picture lacks, or that it is to be held.
+    #[must_use]
+    pub fn hold(&self, hold: &Hold) -> String {
+        self.say(match hold.lack {
+            None => "hold-on",
+            Some(Lack::Side) => "hold-lacks-side",
+            Some(Lack::Triangle) => "hold-lacks-triangle",
+            Some(Lack::LowerBed) => "hold-lacks-lower-bed",
+            Some(Lack::Two) => "hold-lacks-two",
+            Some(Lack::OutOfView) => "hold-lacks-out-of-view",
+            Some(Lack::Hidden) => "hold-lacks-hidden",
+            Some(Lack::Aside) => "hold-lacks-aside",
+            Some(Lack::Small) => "hold-lacks-small",
+            Some(Lack::Sway) => "hold-lacks-sway",
+            Some(Lack::Tilt) => "hold-lacks-tilt",
+        })
     }
 
     /// Text of a hint.
@@ -166,6 +189,12 @@ mod tests {
             Step::Hang { count: 2 },
             Step::Triangle,
             Step::LowerBed,
+            Step::ShowView {
+                side: ViewSide::Front,
+            },
+            Step::ShowView {
+                side: ViewSide::Behind,
+            },
             Step::LeaveWhole,
             clip("cystic duct"),
             Step::Divide { organ: organ() },

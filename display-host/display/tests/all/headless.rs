@@ -40,6 +40,7 @@ fn config(name: &str, seconds: f64, frames: u32) -> (HeadlessConfig, tempfile::T
         patience: Duration::from_secs(20),
         tick_cpu: None,
         task_over: None,
+        task: None,
         need_pictures: frames > 0,
     };
     (config, out)

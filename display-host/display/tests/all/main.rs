@@ -6,6 +6,7 @@ mod feed;
 mod feel;
 mod gallery;
 mod headless;
+mod identity;
 mod inside;
 mod launcher;
 mod overlay;

@@ -41,6 +41,7 @@ pub(super) fn draw(
         patience: Duration::from_secs(30),
         tick_cpu: Some(bench.core),
         task_over: None,
+        task: None,
         need_pictures: true,
     };
     while !done.load(Ordering::Relaxed) && !bench.stop.load(Ordering::Relaxed) {

@@ -128,6 +128,7 @@ fn headless_config(
         patience: PATIENCE,
         tick_cpu: None,
         task_over: None,
+        task: None,
         need_pictures: false,
     }
 }
@@ -152,6 +153,7 @@ fn window_config(
         language: LanguageName::or_users(args.language),
         look: args.look.look(),
         task: None,
+        pictures: None,
         instructor: false,
         replay: Some(view.clone()),
         recording: None,

@@ -20,9 +20,6 @@ use crate::say;
 const PICTURES_MAX: usize = 16;
 /// Size of a picture, pixels.
 const SIZE: [u32; 2] = [640, 480];
-/// Angle by which the camera turns to each side for the two views of the critical view of safety,
-/// rad.
-const DOUBLET_RAD: f32 = 0.5;
 /// Ticks per step of smoke, blood and sparks.
 const EFFECTS_EVERY: u64 = 20;
 /// Interval between progress messages.
@@ -35,8 +32,6 @@ pub(crate) struct Wanted {
     /// Time of the task, as minutes and seconds.
     at: String,
     shows: Shows,
-    /// Rotation of the camera, rad; see [`Album::draw`].
-    turned_rad: f32,
 }
 
 /// Content of a picture.
@@ -44,7 +39,7 @@ pub(crate) struct Wanted {
 enum Shows {
     /// An error.
     Alarm(Alarm),
-    /// The critical view of safety; the message names the side.
+    /// A critical view that was held; the message names the side.
     View(&'static str),
 }
 
@@ -67,45 +62,43 @@ impl Wanted {
 pub(super) struct Watch {
     wanted: Vec<Wanted>,
     alarms: usize,
-    had_view: bool,
+    views_held: [bool; 2],
 }
 
 impl Watch {
     /// Looks at the assessment after an entry of this tick.
     pub(super) fn look(&mut self, tick: u64, assessment: &Assessment) {
-        let (alarms, has_view) = (assessment.alarms(), assessment.has_critical_view());
-        if alarms.len() < self.alarms || (self.had_view && !has_view) {
+        let (alarms, held) = (assessment.alarms(), assessment.views_held());
+        let mut views = self.views_held.into_iter().zip(held);
+        if alarms.len() < self.alarms || views.any(|(before, now)| before && !now) {
             // The task restarted, so the earlier moments do not count.
             *self = Self::default();
         }
         let at = clock(assessment.time_s());
         for alarm in alarms.iter().skip(self.alarms) {
-            self.want(tick, &at, Shows::Alarm(alarm.clone()), 0.0);
+            self.want(tick, &at, Shows::Alarm(alarm.clone()));
         }
         self.alarms = alarms.len();
-        if has_view && !self.had_view {
-            for (id, turned_rad) in [
-                ("picture-cvs-left", -DOUBLET_RAD),
-                ("picture-cvs-right", DOUBLET_RAD),
-            ] {
-                self.want(tick, &at, Shows::View(id), turned_rad);
+        let sides = ["picture-cvs-front", "picture-cvs-behind"];
+        for ((id, held), before) in sides.into_iter().zip(held).zip(self.views_held) {
+            if held && !before {
+                self.want(tick, &at, Shows::View(id));
             }
         }
-        self.had_view |= has_view;
+        self.views_held = held;
     }
 
-    fn want(&mut self, tick: u64, at: &str, shows: Shows, turned_rad: f32) {
+    fn want(&mut self, tick: u64, at: &str, shows: Shows) {
         self.wanted.push(Wanted {
             tick,
             at: at.to_owned(),
             shows,
-            turned_rad,
         });
     }
 
     /// The moments in order of time. Of many alarms, an even selection.
     pub(super) fn end(self) -> Vec<Wanted> {
-        let is_view = |it: &Wanted| it.turned_rad.abs() > 0.0;
+        let is_view = |it: &Wanted| matches!(it.shows, Shows::View(_));
         let (views, alarms): (Vec<_>, Vec<_>) = self.wanted.into_iter().partition(is_view);
         let room = PICTURES_MAX.saturating_sub(views.len()).max(1);
         let every = alarms.len().div_ceil(room).max(1);
@@ -157,7 +150,7 @@ pub(super) fn draw(
             events.clear();
         }
         while let Some(it) = left.next_if(|it| it.tick <= record.tick) {
-            match album.draw(&state, &tools, it.turned_rad) {
+            match album.draw(&state, &tools) {
                 Ok(png) => pictures.push((it.caption(words), png)),
                 Err(error) => problem = Some(error),
             }
@@ -201,8 +194,8 @@ mod tests {
     #[test]
     fn captions_are_in_the_language() {
         let mut watch = Watch::default();
-        watch.want(1, "0:01.0", burnt(), 0.0);
-        watch.want(2, "0:02.0", Shows::View("picture-cvs-left"), 0.5);
+        watch.want(1, "0:01.0", burnt());
+        watch.want(2, "0:02.0", Shows::View("picture-cvs-front"));
         let words = Words::new(Language::German);
         let captions = watch.end().into_iter().map(|it| it.caption(&words));
         let captions: Vec<_> = captions.collect();
@@ -214,15 +207,15 @@ mod tests {
     fn of_many_moments_few_are_drawn_and_the_first_is_among_them() {
         let mut watch = Watch::default();
         for tick in 0..100 {
-            watch.want(tick, "", burnt(), 0.0);
+            watch.want(tick, "", burnt());
         }
-        for (id, turned_rad) in [("picture-cvs-left", -0.5), ("picture-cvs-right", 0.5)] {
-            watch.want(33, "0:33.0", Shows::View(id), turned_rad);
+        for id in ["picture-cvs-front", "picture-cvs-behind"] {
+            watch.want(33, "0:33.0", Shows::View(id));
         }
         let wanted = watch.end();
         let both = wanted
             .iter()
-            .filter(|it| it.tick == 33 && it.turned_rad.abs() > 0.0);
+            .filter(|it| it.tick == 33 && matches!(it.shows, Shows::View(_)));
         assert_eq!(both.count(), 2, "the view is seen from two sides");
         assert!(wanted.len() <= PICTURES_MAX && wanted.len() > PICTURES_MAX / 2);
         assert_eq!(wanted[0].tick, 0);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use display_host::headless::{Ended, RunOutcome};
+use display_host::kept::VIEWS;
 use display_host::report::{DeviceSummary, HeldBack, Summary, write};
 use display_host::words::Language;
 use figures::Machine;
@@ -207,8 +208,12 @@ fn debrief(
         .ok_or_else(|| Problem::from("nothing was recorded"))
         .and_then(|session| report::chapter(&session, None, None))
         .and_then(|report::Found { mut chapter, .. }| {
+            let views = VIEWS.map(|name| out.join(name));
             let drawn = outcome.frames.iter().filter_map(|it| it.path.clone());
-            chapter.pictures = report::chosen(drawn);
+            let others = drawn.filter(|it| !views.contains(it));
+            // The critical view is never left out.
+            chapter.pictures = report::chosen(views.iter().cloned());
+            chapter.pictures.extend(report::chosen(others));
             chapter.ticks = report::ticks(out);
             if let Err(problem) = assessed.add_past(&mut chapter) {
                 say::note(format_args!(

@@ -123,6 +123,7 @@ impl<'a> Started<'a> {
             patience: PATIENCE_FOR_STATE,
             tick_cpu: args.controller.realtime.core,
             task_over: self.live.as_ref().map(|task| task.over.clone()),
+            task: self.live.as_ref().map(|task| task.view.clone()),
             need_pictures: false,
         }
     }
@@ -142,6 +143,7 @@ impl<'a> Started<'a> {
             language: LanguageName::or_users(args.language),
             look: args.look.look(),
             task: self.live.as_ref().map(|task| task.view.clone()),
+            pictures: self.out.clone(),
             instructor: false,
             replay: None,
             recording: self.recording.as_ref().map(Recording::health),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use assess::report::Lesson;
-use assess::{Alarm, AlarmKind, Metric, Reason, Rules, Task};
+use assess::{Alarm, AlarmKind, Difficulty, Metric, Reason, Rules, Task};
 use display_host::ui::TaskNote;
 use display_host::ui::launcher::{ClosePicture, Debrief, Earlier, LessonView, MetricRow};
 use display_host::words::Words;
@@ -216,7 +216,11 @@ fn rows(
     past: &[assess::report::Past],
 ) -> Vec<MetricRow> {
     let task = Task::from_name(task);
-    let pass = task.map_or_else(Vec::new, |task| rules.pass(task));
+    let difficulty = summary["difficulty"]
+        .as_str()
+        .and_then(Difficulty::from_name);
+    let difficulty = difficulty.unwrap_or_default();
+    let pass = task.map_or_else(Vec::new, |task| rules.pass(task, difficulty));
     let ruled = pass.iter().map(|it| it.name);
     let usual = match task {
         Some(Task::Scope) => &OF_DRILL[..],

@@ -373,7 +373,10 @@ fn curve(
     };
     let values: Vec<f64> = sessions.iter().filter_map(value).collect();
     let rules = Rules::default();
-    let pass = rules.pass(task).into_iter().find(|it| it.name == metric);
+    let pass = rules
+        .pass(task, Difficulty::default())
+        .into_iter()
+        .find(|it| it.name == metric);
     let rule = pass.map(|it| match it.at_least.is_finite() {
         true => it.at_least,
         false => it.at_most,

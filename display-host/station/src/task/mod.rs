@@ -349,6 +349,8 @@ mod tests {
             alarm: None,
             alarms: 3,
             hint: None,
+            hold: None,
+            views_held: [false; 2],
             reasons: vec![Reason::NotWhole],
         }
     }

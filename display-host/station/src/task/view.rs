@@ -24,6 +24,8 @@ pub(super) fn view_of(task: Task, difficulty: Difficulty, status: Status) -> Tas
         alarms: status.alarms,
         score: open.then_some(status.score),
         hint: status.hint,
+        hold: status.hold.filter(|_| open),
+        views_held: status.views_held,
         end,
         start: None,
     }

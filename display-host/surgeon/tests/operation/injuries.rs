@@ -141,3 +141,25 @@ fn a_gallbladder_that_is_burnt_through_counts_as_perforated() {
     assert_eq!((injury.severity, injury.cause), (Minor, Cause::Burnt));
     assert_ne!(it.outcome, Outcome::Passed);
 }
+
+/// Traction at cystic duct or artery tents the bile duct, which gives way before they do: the task
+/// ends as for a bile duct that is torn itself.
+#[test]
+fn pulling_hard_at_duct_or_artery_tears_the_bile_duct() {
+    for surgeon in [Surgeon::DuctPuller, Surgeon::ArteryPuller] {
+        let result = operate(surgeon, Task::Clamp, 24);
+        let it = &result.assessed;
+        assert_eq!(it.outcome, Outcome::Failed, "{surgeon:?} {:?}", result.said);
+        let injury = it.injuries.iter().find(|it| it.organ == "bile duct");
+        let injury = injury.expect("it is noted");
+        let what = (injury.kind, injury.cause, injury.severity);
+        assert_eq!(
+            what,
+            (InjuryKind::Divided, Cause::Torn, Grave),
+            "{surgeon:?}"
+        );
+        let torn = |it: &assess::Alarm| it.kind == AlarmKind::Torn;
+        assert!(it.alarms.iter().any(torn), "{:?}", it.alarms);
+        assert!(it.score <= 20.0, "{surgeon:?} {}", it.score);
+    }
+}

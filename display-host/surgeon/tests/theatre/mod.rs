@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use assess::{Anatomy, Assessed, Assessment, Difficulty, Rules, Task};
 use rt_process::rehearsal::{Rehearsal, rehearse};
 use scene_prepare::{Recipe, prepare};
+use session::identity::Identity;
 use session::{Entry, EntryContent, Movement};
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, HandMsg};
@@ -15,6 +16,8 @@ use surgeon::{Seen, Surgeon, Theatre, operate};
 
 /// Ticks between two looks.
 const LOOK_EVERY: u64 = 8;
+/// Looks between two identity images: five images a second.
+const SEEN_EVERY: u64 = 25;
 
 /// A run of a scripted surgeon, and its assessment.
 pub(crate) struct Performance {
@@ -42,6 +45,7 @@ struct Alone<'a, 'b> {
     late_s: f64,
     /// Changes what is recorded of the hands at a time, s.
     spoil: &'a dyn Fn(f64, &mut Movement),
+    identity: Identity,
 }
 
 impl Alone<'_, '_> {
@@ -70,6 +74,11 @@ impl Theatre for Alone<'_, '_> {
         if let Some(mut moved) = Movement::of(&now.tools) {
             (self.spoil)(now.at_s, &mut moved);
             self.note(EntryContent::Moved(moved));
+        }
+        if (self.rehearsal.ticks() / LOOK_EVERY).is_multiple_of(SEEN_EVERY)
+            && let Some(seen) = self.identity.look([0.0; 2], &now.state, &now.tools)
+        {
+            self.note(EntryContent::Seen(seen));
         }
         (self.watch)(&now, &self.assessment);
         let at_s = now.at_s;
@@ -151,6 +160,7 @@ pub(crate) fn work_with(
             unseen: VecDeque::new(),
             late_s,
             spoil,
+            identity: Identity::of(scene),
         };
         if let Some(task) = start {
             alone.command = Some(CommandMsg {

@@ -114,7 +114,7 @@ impl<'a> Judge<'a> {
             let tip_m = hand::tip_m(&tools);
             tools.world_from_camera.position_m = (tip_m + picture * Vec3::Z * VIEW_M).to_array();
             let png = album
-                .draw(&worst.state, &tools, 0.0)
+                .draw(&worst.state, &tools)
                 .map_err(|e| e.to_string())?;
             let organ = str_from_name(&organ.name)
                 .unwrap_or_default()

@@ -37,7 +37,7 @@ pub(super) fn past(page: &mut Page<'_>, chapter: &Chapter) {
     page.heading("page-past");
     let scores = chapter.past.iter().map(|past| past.score);
     let scores: Vec<f64> = scores.chain([it.score]).collect();
-    let pass = chapter.rules.pass(it.task);
+    let pass = chapter.rules.pass(it.task, it.difficulty);
     let rule = pass.iter().find(|rule| rule.name == "score");
     let rule = rule.map(|rule| rule.at_least);
     if let Some(curve) = drawing::curve(&scores, rule, "score", page.words) {

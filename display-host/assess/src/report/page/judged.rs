@@ -7,7 +7,8 @@ use super::Page;
 use crate::injury::{Cause, Injury, InjuryKind, Severity};
 use crate::metrics::Metric;
 use crate::report::Chapter;
-use crate::view::Shown;
+use crate::rules::ViewRule;
+use crate::view::{Shares, Shown};
 
 pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
     if injuries.is_empty() {
@@ -51,7 +52,7 @@ pub(super) fn injuries(page: &mut Page<'_>, injuries: &[Injury]) {
 
 pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
-    let pass = chapter.rules.pass(it.task);
+    let pass = chapter.rules.pass(it.task, it.difficulty);
     if pass.is_empty() {
         return;
     }
@@ -168,32 +169,105 @@ pub(super) fn critical_view(page: &mut Page<'_>, chapter: &Chapter) {
         "page-achieved",
         "page-seen",
         "page-from-front",
+        "page-true-then",
         "page-from-behind",
+        "page-true-then",
     ]);
-    let percent = |share: f64| match share.is_finite() {
-        true => format!("{:.0} %", 100.0 * share),
-        false => "–".to_owned(),
-    };
-    let of = |shown: Option<Shown>| {
-        shown.map_or([f64::NAN; 3], |it| [it.triangle, it.lower_bed, it.two])
-    };
-    let views = of(cvs.front).into_iter().zip(of(cvs.behind));
+    let none = [f64::NAN; 3];
+    let of = |shares: Shares| [shares.triangle, shares.lower_bed, shares.two];
+    let sides = [cvs.front, cvs.behind]
+        .map(|shown| shown.map_or([none; 2], |it| [of(it.seen), of(it.truth)]));
     let rows = [
         ("metric-cvs-triangle", cvs.triangle),
         ("metric-cvs-bed", cvs.lower_bed),
         ("metric-cvs-two", cvs.two),
     ];
-    for ((id, criterion), (front, behind)) in rows.into_iter().zip(views) {
+    for (index, (id, criterion)) in rows.into_iter().enumerate() {
         let name = page.say(id);
         page.add(format_args!(
-            "<tr><td>{name}<td>{}<td>{}<td>{}<td>{}</tr>",
+            "<tr><td>{name}<td>{}<td>{}",
             percent(criterion.achieved),
-            percent(criterion.visible),
-            percent(front),
-            percent(behind)
+            percent(criterion.visible.unwrap_or(f64::NAN)),
         ));
+        for [seen, truth] in sides {
+            let (seen, truth) = (percent(seen[index]), percent(truth[index]));
+            page.add(format_args!("<td>{seen}<td>{truth}"));
+        }
+        page.add(format_args!("</tr>"));
     }
-    let note = page.say("page-cvs-note");
+    page.add(format_args!("</table>"));
+    for (side, shown) in [("front", cvs.front), ("behind", cvs.behind)] {
+        view_shown(page, side, shown);
+    }
+    if let Some(rule) = chapter.rules.view() {
+        view_rule(page, rule);
+    }
+}
+
+fn percent(share: f64) -> String {
+    match share.is_finite() {
+        true => format!("{:.0} %", 100.0 * share),
+        false => "–".to_owned(),
+    }
+}
+
+/// Says of a side whether the critical view was held there, and when.
+fn view_shown(page: &mut Page<'_>, side: &str, shown: Option<Shown>) {
+    let text = match shown {
+        Some(it) => {
+            let [at, off] = [(it.at_s, 1), (it.side_deg.abs(), 0)]
+                .map(|(value, digits)| page.words.number(value, digits));
+            let id = if it.held { "held" } else { "not-held" };
+            let values = [("at", at.as_str()), ("off", off.as_str())];
+            page.say_with(&format!("page-view-{id}-{side}"), &values)
+        }
+        None => page.say(&format!("page-view-not-shown-{side}")),
+    };
+    page.add(format_args!("<p>{text}</p>"));
+}
+
+/// Says what a view must show to count, and where these limits come from.
+fn view_rule(page: &mut Page<'_>, rule: &ViewRule) {
+    let seconds = page.words.number(rule.hold_s, decimals(rule.hold_s));
+    let limits =
+        [&rule.front, &rule.behind].map(|it| [it.triangle, it.lower_bed, it.two].map(percent));
+    let [[a, b, c], [d, e, f]] = &limits;
+    let from = source(page, rule.source.as_deref().unwrap_or(NO_SOURCE));
+    let text = page.say_with(
+        "page-view-rule",
+        &[
+            ("seconds", &seconds),
+            ("front-triangle", a),
+            ("front-bed", b),
+            ("front-two", c),
+            ("behind-triangle", d),
+            ("behind-bed", e),
+            ("behind-two", f),
+        ],
+    );
+    let word = page.say("page-source");
+    page.add(format_args!(
+        "<p class=\"lead\">{text} {word}: <span lang=\"en\">{from}</span></p>"
+    ));
+}
+
+/// Writes how the hand moved: shown, and not scored.
+pub(super) fn handling(page: &mut Page<'_>, chapter: &Chapter) {
+    page.heading("page-handling");
+    page.columns(&["<metric", "page-value"]);
+    for metric in [
+        Metric::Path,
+        Metric::Movements,
+        Metric::Smoothness,
+        Metric::Economy,
+        Metric::Idle,
+        Metric::BothMoving,
+    ] {
+        let values = &chapter.assessed.metrics;
+        let [name, value] = [page.named(metric.name()), page.shown(values, metric)];
+        page.add(format_args!("<tr><td>{name}<td>{value}</tr>"));
+    }
+    let note = page.say("page-handling-note");
     page.add(format_args!("</table><p class=\"lead\">{note}</p>"));
 }
 

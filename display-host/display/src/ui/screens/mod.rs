@@ -2,6 +2,7 @@
 //! to widgets and requests.
 
 mod guide;
+mod hold;
 mod hud;
 mod pause;
 mod settings;
@@ -37,6 +38,7 @@ pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> boo
 
 /// Shows the cards over the picture.
 pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<Asked>) {
+    hold::show(ui, place, state);
     hud::show(ui, place, state, asked);
     // The pause screen must not cover a paused replay.
     let covers = !state.instructor && state.replay.is_none();

@@ -1,0 +1,196 @@
+//! Limits: thresholds of steps, forbidden structures, and the pass rules of the tasks.
+
+use shared_mem::message::Event;
+use shared_mem::scene::OrganKind;
+
+use super::Rules;
+use super::weights::Penalty;
+use crate::hold::Lack;
+use crate::injury::InjuryRule;
+use crate::metrics::{Metric, Values};
+use crate::steady::Held;
+use crate::step::Reason;
+use crate::task::{Difficulty, Task};
+
+/// Thresholds at which steps count as done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Done {
+    pub(crate) triangle: f64,
+    pub(crate) lower_bed: f64,
+    pub(crate) bed: f64,
+    pub(crate) clips: usize,
+    pub(crate) settle_s: f64,
+    pub(crate) leak: f64,
+    pub(crate) look_s: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct TaskRules {
+    pub(super) time_max_s: f64,
+    pub(super) time_source: Option<String>,
+    pub(super) pass: Vec<Condition>,
+    /// The task's own penalties instead of the general ones.
+    pub(super) penalties: Option<Vec<Penalty>>,
+}
+
+impl Default for TaskRules {
+    /// Nothing is required.
+    fn default() -> Self {
+        Self {
+            time_max_s: f64::INFINITY,
+            time_source: None,
+            pass: Vec::new(),
+            penalties: None,
+        }
+    }
+}
+
+/// Required range of the score or of a metric.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Condition {
+    /// The metric; `None`: the score.
+    pub(super) metric: Option<Metric>,
+    pub(super) at_least: f64,
+    pub(super) at_most: f64,
+    pub(super) source: Option<String>,
+}
+
+impl Rules {
+    pub(crate) fn must_not_touch(&self, kind: Option<OrganKind>) -> bool {
+        kind.is_some_and(|kind| self.touch.contains(&kind))
+    }
+
+    pub(crate) fn must_not_burn(&self, kind: Option<OrganKind>) -> bool {
+        kind.is_some_and(|kind| self.burn.contains(&kind))
+    }
+
+    /// Rule for the injuries of this kind of organ.
+    pub(crate) fn injury(&self, kind: OrganKind) -> Option<&InjuryRule> {
+        self.injuries.iter().find(|it| it.organ == kind)
+    }
+
+    /// Flow from an organ of this kind after a complete cut, ml/min.
+    pub(crate) fn flow_ml_min(&self, kind: Option<OrganKind>) -> f64 {
+        let mut flows = self.flow_ml_min.iter();
+        flows
+            .find(|(organ, _)| Some(*organ) == kind)
+            .map_or(0.0, |(_, flow)| *flow)
+    }
+
+    /// Time limit of a task, s; infinite without one.
+    #[must_use]
+    pub fn time_max_s(&self, task: Task) -> f64 {
+        let rules = self.tasks.get(task.name());
+        rules.map_or(f64::INFINITY, |rules| rules.time_max_s)
+    }
+
+    /// Pass rules of a task, and of an exam if it is one, that are not met.
+    #[must_use]
+    pub fn unmet(
+        &self,
+        task: Task,
+        difficulty: Difficulty,
+        score: f64,
+        values: &Values,
+    ) -> Vec<Reason> {
+        let unmet = self.conditions(task, difficulty).filter_map(|condition| {
+            let metric = condition.metric;
+            let value = metric.map_or(score, |it| values.get(it));
+            if value < condition.at_least {
+                return Some(Reason::TooLittle {
+                    metric,
+                    value,
+                    limit: condition.at_least,
+                });
+            }
+            (value > condition.at_most).then_some(Reason::TooMuch {
+                metric,
+                value,
+                limit: condition.at_most,
+            })
+        });
+        unmet.collect()
+    }
+
+    /// What a pass asks for. Free practice has no pass.
+    pub(super) fn conditions(
+        &self,
+        task: Task,
+        difficulty: Difficulty,
+    ) -> impl Iterator<Item = &Condition> {
+        let own = self.tasks.get(task.name()).map_or(&[][..], |it| &it.pass);
+        let is_exam = difficulty == Difficulty::Exam && task != Task::Free;
+        let exam = if is_exam { &self.exam[..] } else { &[] };
+        own.iter().chain(exam)
+    }
+
+    /// True if a touch of a protected structure is hard enough to count.
+    pub(crate) fn is_hard(&self, touch: &Event) -> bool {
+        match touch {
+            Event::Contact { .. } => self.touch_n <= 0.0,
+            Event::Press { force_n } => self.touch_n > 0.0 && f64::from(*force_n) >= self.touch_n,
+            _ => false,
+        }
+    }
+}
+
+/// Least share of each criterion of the critical view that a picture must show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Least {
+    /// The cleared triangle.
+    pub triangle: f64,
+    /// The freed lower third of the bed.
+    pub lower_bed: f64,
+    /// Cystic duct and artery, each.
+    pub two: f64,
+}
+
+/// How still and level a picture must be held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steadiness {
+    /// Fastest sway of the picture's middle, mm/s.
+    pub sway_mm_s: f64,
+    /// Largest tilt of the horizon, degrees.
+    pub tilt_deg: f64,
+}
+
+impl Steadiness {
+    pub(crate) fn lack(&self, held: &Held) -> Option<Lack> {
+        if held.sway_mm_s() > self.sway_mm_s {
+            return Some(Lack::Sway);
+        }
+        (held.tilt_deg > self.tilt_deg).then_some(Lack::Tilt)
+    }
+}
+
+/// How the critical view of safety is to be shown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ViewRule {
+    /// Time for which each view is held, s.
+    pub hold_s: f64,
+    /// Least angle between the line of sight and the plane of duct and artery, degrees.
+    pub side_deg: f64,
+    /// Shares to be seen from the front.
+    pub front: Least,
+    /// Shares to be seen from behind.
+    pub behind: Least,
+    /// Limits of sway and tilt.
+    pub steadiness: Steadiness,
+    /// Origin of the rule.
+    pub source: Option<String>,
+}
+
+/// How an organ of the endoscope drill is to be shown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShowRule {
+    /// Least visible share of the organ.
+    pub visible: f64,
+    /// Share of the picture from which on an organ counts as seen, however much of it is outside.
+    pub large: f64,
+    /// Least share of the picture that it fills.
+    pub small: f64,
+    /// Farthest from the picture's middle, as a share of the picture's radius.
+    pub off: f64,
+    /// Limits of sway and tilt.
+    pub steadiness: Steadiness,
+}

@@ -1,0 +1,64 @@
+//! Something to be shown and held: a reticle in the middle of the picture, a ring around it that
+//! fills, and what the picture still lacks.
+
+use egui::{Align2, Color32, FontId, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
+
+use super::super::UiState;
+
+/// Radius of the ring, as a share of the picture's height.
+const RING: f32 = 0.17;
+/// Widths of the ring, points.
+const WIDTHS: [f32; 2] = [3.0, 6.0];
+/// Half of the gap in the reticle, and the length of its arms, points.
+const GAP: f32 = 6.0;
+const ARM: f32 = 16.0;
+/// Size of the text, points.
+const TEXT: f32 = 18.0;
+/// Corners of a full ring.
+const CORNERS: f32 = 96.0;
+
+pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
+    let task = state.task_view.as_ref().filter(|it| it.end.is_none());
+    let Some(hold) = task.and_then(|it| it.hold.as_ref()) else {
+        return;
+    };
+    let painter = ui.painter().with_clip_rect(place);
+    let (middle, radius) = (place.center(), RING * place.height());
+    // Dark below light is seen on any tissue.
+    for (colour, more) in [(Color32::from_black_alpha(170), 2.0), (Color32::WHITE, 0.0)] {
+        for way in [
+            vec2(1.0, 0.0),
+            vec2(-1.0, 0.0),
+            vec2(0.0, 1.0),
+            vec2(0.0, -1.0),
+        ] {
+            let ends = [middle + way * GAP, middle + way * (GAP + ARM)];
+            painter.line_segment(ends, Stroke::new(1.5 + more, colour));
+        }
+        painter.circle_stroke(middle, radius, Stroke::new(WIDTHS[0] - 1.5 + more, colour));
+    }
+    let filled = arc(middle, radius, hold.share as f32);
+    painter.add(Shape::line(
+        filled,
+        Stroke::new(WIDTHS[1], Color32::from_rgb(90, 230, 140)),
+    ));
+    let text = state.words.hold(hold);
+    let font = FontId::proportional(TEXT);
+    let galley = painter.layout(text, font, Color32::WHITE, (place.width() - 40.0).max(40.0));
+    let at = Align2::CENTER_TOP.anchor_size(middle + vec2(0.0, radius + 10.0), galley.size());
+    painter.rect_filled(at.expand(5.0), 4.0, Color32::from_black_alpha(190));
+    painter.galley(at.min, galley, Color32::WHITE);
+}
+
+/// Part of a circle, clockwise from its top.
+fn arc(middle: Pos2, radius: f32, share: f32) -> Vec<Pos2> {
+    let corners = (CORNERS * share.clamp(0.0, 1.0)).ceil() as u32;
+    let corner = |number: u32| {
+        let turn = share * number as f32 / corners.max(1) as f32 * core::f32::consts::TAU;
+        pos2(
+            middle.x + radius * turn.sin(),
+            middle.y - radius * turn.cos(),
+        )
+    };
+    (0..=corners).map(corner).collect()
+}
