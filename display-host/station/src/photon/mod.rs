@@ -130,6 +130,7 @@ fn show_and_measure(
         replay: None,
         recording: None,
         patch: Some(Arc::clone(patch)),
+        pictures: None,
     };
     // Set by Ctrl-C, by the end of the window, and by that of the measurement.
     let over = Arc::clone(stop);
