@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn slow_changes_of_a_room_are_no_light() {
-        let found = edges(2.0, |t| 10_000.0 * (6.28 * t).sin());
+        let found = edges(2.0, |t| 10_000.0 * (core::f64::consts::TAU * t).sin());
         assert_eq!(found, []);
     }
 }

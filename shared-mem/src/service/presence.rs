@@ -122,7 +122,8 @@ impl Mark {
     }
 
     /// True if a living process holds this file, or if opening or locking it fails for another
-    /// reason: a doubtful file is not swept. False if the file can be locked, is gone, or is a link.
+    /// reason: a doubtful file is not swept. False if the file can be locked, is gone, or is a
+    /// link.
     fn is_held(path: &Path) -> bool {
         let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let file = match rustix::fs::open(path, flags, Mode::empty()) {
