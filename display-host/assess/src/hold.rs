@@ -4,7 +4,7 @@
 use crate::rules::Steadiness;
 use crate::steady::Held;
 
-/// What a picture still lacks.
+/// Fault of a picture that is to be held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lack {
@@ -35,7 +35,7 @@ pub enum Lack {
 pub struct Hold {
     /// Share of the time that is over, 0 to 1.
     pub share: f64,
-    /// What the picture lacks; `None` while it counts.
+    /// Fault of the picture; `None` while it counts.
     pub lack: Option<Lack>,
 }
 

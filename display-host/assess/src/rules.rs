@@ -42,7 +42,7 @@ pub struct Rules {
     /// Force from which on a touch counts, N; 0: any touch.
     touch_n: f64,
     pub(crate) done: Done,
-    /// How the critical view is to be shown; `None`: it need not be shown.
+    /// Rule for the critical view; `None`: it need not be shown.
     pub(crate) view: Option<ViewRule>,
     pub(crate) show: ShowRule,
     flow_ml_min: Vec<(OrganKind, f64)>,
@@ -214,13 +214,13 @@ impl Rules {
         })
     }
 
-    /// How the critical view of safety is to be shown; `None`: it need not be shown.
+    /// Rule for the critical view of safety; `None`: it need not be shown.
     #[must_use]
     pub fn view(&self) -> Option<&ViewRule> {
         self.view.as_ref()
     }
 
-    /// How an organ of the endoscope drill is to be shown.
+    /// Rule for an organ of the endoscope drill.
     #[must_use]
     pub fn show(&self) -> &ShowRule {
         &self.show

@@ -89,7 +89,7 @@ impl ScopeDrill {
     }
 }
 
-/// What the picture of an organ lacks. An organ that fills enough of the picture need not be in it
+/// Fault of an organ's picture. An organ that fills enough of the picture need not be in it
 /// as a whole.
 pub(crate) fn lack(organ: &OrganSeen, rule: &ShowRule) -> Option<Lack> {
     let is_large = organ.size() >= rule.large;

@@ -9,7 +9,7 @@ use crate::vector::{Vec3, axis, dot, sub, wide};
 /// work, from which a picture of 70° is 14 cm wide.
 const WORK_M: f64 = 0.1;
 
-/// How the picture was held since the last identity image.
+/// Movement of the picture since the last identity image.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Held {
     /// Counted time, s.
@@ -47,7 +47,7 @@ impl Steady {
         self.held.tilt_deg = level.asin().abs().to_degrees();
     }
 
-    /// What happened since the last call.
+    /// Movement since the last call.
     pub(crate) fn take(&mut self) -> Held {
         let path_m = self.sight.path_m();
         let held = Held {

@@ -204,7 +204,7 @@ fn shares(seen: &Seen, anatomy: &Anatomy) -> Shares {
     }
 }
 
-/// What a view lacks from this side.
+/// Fault of a view from this side.
 fn lack(side: ViewSide, side_deg: f64, shares: &Shares, rule: &ViewRule) -> Option<Lack> {
     let (towards_deg, least) = match side {
         ViewSide::Front => (side_deg, &rule.front),

@@ -10,8 +10,8 @@
 //! 4 reset
 //! 5 start:    u8 number of the task, as in `CommandMsg::START`
 //! 6 sight:    f32 angle between view and shaft, f32 turn about the shaft, rad
-//! 7 seen:     f32 side rad; f32 triangle; f32 lower bed; 16 × (u8 in view, u8 clear, u8 √size, u8 off),
-//!             shares × 255, organs in the scene's order
+//! 7 seen:     f32 side rad; f32 triangle; f32 lower bed; 16 × (u8 in view, u8 clear, u8 √size,
+//!             u8 off), shares × 255, organs in the scene's order
 //! ```
 //!
 //! All little-endian.

@@ -186,6 +186,59 @@ fn surgeon_who_cuts_the_bile_duct_fails_and_the_summary_says_why() {
     }
 }
 
+/// By rules that anybody's first picture meets, the view from the front is held at once. Its
+/// picture lies beside the session, and in the debrief.
+#[test]
+fn a_critical_view_that_is_held_leaves_its_picture() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().expect("a folder");
+    let rules = finish(calot().args(["report", "--rules-file"]));
+    let mut rules = String::from_utf8(rules.stdout).expect("text");
+    for (from, to) in [
+        ("triangle = 0.9 ", "triangle = 0.0 "),
+        ("lower_bed = 0.9 ", "lower_bed = 0.0 "),
+        (
+            "triangle = 0.4, lower_bed = 0.05, two = 0.3",
+            "triangle = 0.0, lower_bed = 0.0, two = 0.0",
+        ),
+    ] {
+        assert!(rules.contains(from), "{from}");
+        rules = rules.replacen(from, to, 1);
+    }
+    let (file, out) = (folder.path().join("easy.toml"), folder.path().join("out"));
+    std::fs::write(&file, rules).expect("a file");
+    let name = station_name("picture");
+    let output = finish(
+        calot()
+            .args(["run", "--headless", "--frames", "1", "--size", "160x120"])
+            .args(["--station", &name, "--scene", &compiled("triangle", None)])
+            .args([
+                "--task",
+                "identify",
+                "--hand",
+                "careful",
+                "--seconds",
+                "12",
+                "--rules",
+            ])
+            .arg(&file)
+            .arg("--out")
+            .arg(&out),
+    );
+    assert!(output.status.success(), "{}", said(&output));
+    let summary = summary(&out);
+    let front = &summary["cvs"]["front"];
+    assert_eq!(front["held"], true, "{summary:#}");
+    assert_eq!(summary["metrics"]["views_held"].as_f64(), Some(1.0));
+    let picture = std::fs::read(out.join("critical_view_front.png")).expect("a picture");
+    assert!(picture.starts_with(b"\x89PNG"));
+    assert!(!out.join("critical_view_behind.png").exists());
+    let page = std::fs::read_to_string(out.join("debrief.html")).expect("a debrief");
+    for told in ["critical view front", "Shown from the front and held"] {
+        assert!(page.contains(told), "{told}");
+    }
+}
+
 /// The picture wanders off, in the real processes too, and that costs points.
 #[test]
 fn surgeon_whose_picture_wanders_off_loses_points_for_it() {

@@ -112,7 +112,7 @@ impl Rules {
         unmet.collect()
     }
 
-    /// What a pass asks for. Free practice has no pass.
+    /// Conditions of a pass. Free practice has no pass.
     pub(super) fn conditions(
         &self,
         task: Task,
@@ -145,7 +145,7 @@ pub struct Least {
     pub two: f64,
 }
 
-/// How still and level a picture must be held.
+/// Limits of a picture that is held: still and level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steadiness {
     /// Fastest sway of the picture's middle, mm/s.
@@ -163,7 +163,7 @@ impl Steadiness {
     }
 }
 
-/// How the critical view of safety is to be shown.
+/// Rule for showing the critical view of safety.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewRule {
     /// Time for which each view is held, s.
@@ -180,7 +180,7 @@ pub struct ViewRule {
     pub source: Option<String>,
 }
 
-/// How an organ of the endoscope drill is to be shown.
+/// Rule for showing an organ of the endoscope drill.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShowRule {
     /// Least visible share of the organ.

@@ -566,8 +566,8 @@ impl Renderer {
         self.number = self.number.wrapping_add(1);
     }
 
-    /// Waits for the last frame and copies the distance of each pixel's surface before the camera, m,
-    /// row by row from the upper left; 0 where nothing is.
+    /// Waits for the last frame and copies the distance of each pixel's surface before the camera,
+    /// m, row by row from the upper left; 0 where nothing is.
     ///
     /// # Errors
     /// [`DisplayError::Device`].

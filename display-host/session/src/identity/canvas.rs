@@ -2,8 +2,8 @@
 
 use shared_mem::message::{CapsuleMsg, PoseMsg};
 
-use super::seen::ORGANS_MAX;
-use super::surface::{Vec3, dot, norm, sub};
+use super::counted::{Counted, ORGANS_MAX};
+use super::vector::{Vec3, dot, norm, sub};
 
 /// Pixels along each side. At 10 cm a pixel is 0.9 mm wide.
 const SIDE: usize = 160;
@@ -34,30 +34,6 @@ pub(super) struct Canvas {
     covered: Vec<u16>,
     /// True for pixels within the endoscope's round picture.
     is_inside: Vec<bool>,
-}
-
-/// Pixels of each organ.
-pub(super) struct Counted {
-    /// Pixels that show the organ, and pixels that it would fill if nothing hid it.
-    organs: [[u32; 2]; ORGANS_MAX],
-    /// Sum of the places of the pixels that show the organ, from the middle, as shares of the
-    /// radius.
-    places: [[f32; 2]; ORGANS_MAX],
-    /// Pixels of the picture.
-    pub(super) all: u32,
-}
-
-impl Counted {
-    pub(super) fn pixels_of(&self, organ: usize) -> [u32; 2] {
-        self.organs.get(organ).copied().unwrap_or_default()
-    }
-
-    /// Distance of an organ's visible middle from the picture's middle, as a share of the radius.
-    pub(super) fn off(&self, organ: usize) -> f32 {
-        let [x, y] = self.places.get(organ).copied().unwrap_or_default();
-        let [shown, _] = self.pixels_of(organ);
-        x.hypot(y) / shown.max(1) as f32
-    }
 }
 
 impl Canvas {
@@ -92,7 +68,7 @@ impl Canvas {
         let depth_m = -back;
         let scale = 0.5 * SIDE as f32 / (HALF_RAD.tan() * depth_m);
         let middle = 0.5 * SIDE as f32;
-        (depth_m > NEAR_M).then(|| Spot {
+        (depth_m > NEAR_M).then_some(Spot {
             at: [middle + scale * right, middle - scale * up],
             depth_m,
         })

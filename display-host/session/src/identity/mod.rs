@@ -11,15 +11,19 @@
 //! Smoke and dirt on the lens are left out.
 
 mod canvas;
+mod counted;
 mod seen;
 mod surface;
+mod vector;
 
 use shared_mem::message::{PoseMsg, StateFrame, ToolFrame};
 use shared_mem::scene::{CellRecord, OrganKind, SceneFile};
 
 use self::canvas::Canvas;
-pub use self::seen::{ORGANS_MAX, OrganSeen, Seen};
-use self::surface::{Surface, Vec3, cross, dot, mean, norm, sub};
+pub use self::counted::ORGANS_MAX;
+pub use self::seen::{OrganSeen, Seen};
+use self::surface::Surface;
+use self::vector::{Vec3, cross, dot, mean, norm, sub};
 
 /// Place of a removed cell that has moved from rest by more than this is taken at rest, m: its
 /// spheres may have come loose.
@@ -101,8 +105,9 @@ impl Identity {
         }
     }
 
-    /// Draws what the endoscope sees, and measures it. `sight_rad`: angle between view and shaft, and
-    /// the view's turn about the shaft, rad. `None` for a malformed frame, or one of another scene.
+    /// Draws what the endoscope sees, and measures it. `sight_rad`: angle between view and shaft,
+    /// and the view's turn about the shaft, rad. `None` for a malformed frame, or one of another
+    /// scene.
     pub fn look(
         &mut self,
         sight_rad: [f32; 2],

@@ -1,14 +1,11 @@
 //! Measures of an identity image, and their form in the course.
 
-use super::canvas::Counted;
+use super::counted::{Counted, ORGANS_MAX};
 
-/// Number of organs, in the scene's order, whose measures are kept. Further organs are drawn and
-/// hide others, and have no measures.
-pub const ORGANS_MAX: usize = 16;
 /// Steps of a share as it is kept.
 const STEPS: f32 = 255.0;
 
-/// What an identity image shows.
+/// Measures of an identity image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
     /// Angle between the line of sight to Calot's triangle and the plane of cystic duct and artery,
@@ -16,7 +13,7 @@ pub struct Seen {
     pub side_rad: f32,
     /// Share of the triangle's tissue, by volume, that is gone and whose place nothing hides.
     pub triangle: f32,
-    /// The same share of the lower third of the gallbladder's bed.
+    /// Share of the tissue of the lower third of the gallbladder's bed, likewise.
     pub lower_bed: f32,
     /// Each organ, in the scene's order.
     pub organs: [OrganSeen; ORGANS_MAX],
@@ -30,8 +27,8 @@ impl Seen {
     }
 }
 
-/// How an organ is seen. Shares (of the size: its root) are kept in steps of 1/255, so that an assessment of the recording
-/// reads the very numbers of the running one.
+/// View of an organ. Shares, and the root of the size, are kept in steps of 1/255, so that an
+/// assessment of the recording reads the very numbers of the running one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct OrganSeen(pub(crate) [u8; 4]);
 

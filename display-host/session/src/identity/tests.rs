@@ -3,7 +3,8 @@
 use bytemuck::Zeroable as _;
 use shared_mem::message::CapsuleMsg;
 
-use super::canvas::{Canvas, Counted};
+use super::canvas::Canvas;
+use super::counted::Counted;
 use super::*;
 
 fn canvas() -> Canvas {
