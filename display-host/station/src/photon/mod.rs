@@ -131,7 +131,6 @@ fn show_and_measure(
         recording: None,
         pictures: None,
         patch: Some(Arc::clone(patch)),
-        pictures: None,
     };
     // Set by Ctrl-C, by the end of the window, and by that of the measurement.
     let over = Arc::clone(stop);
