@@ -143,7 +143,7 @@ impl Surgeon {
             Self::ArteryCutter => plan.extend(cutting(OrganKind::Vessel)),
             Self::DuctTearer => plan.extend(grasping(OrganKind::BileDuct, 0.75, Act::Pull(TORN_M))),
             Self::DuctPuller => {
-                plan.extend(grasping(OrganKind::CysticDuct, 0.5, Act::Pull(TORN_M)))
+                plan.extend(grasping(OrganKind::CysticDuct, 0.5, Act::Pull(TORN_M)));
             }
             Self::ArteryPuller => {
                 plan.extend(grasping(OrganKind::CysticArtery, 0.5, Act::Pull(TORN_M)));

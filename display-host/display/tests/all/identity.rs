@@ -71,7 +71,7 @@ fn an_identity_image_tells_what_the_picture_shows() {
         let seen = identity
             .look([0.0; 2], &state, &tools)
             .expect("a sound state");
-        for organ in 0..2 {
+        for (organ, hidden) in hidden.iter_mut().enumerate() {
             let [clear, size] = drawn(&scene, organ, &state, &tools);
             let own = seen.organs[organ];
             println!(
@@ -81,7 +81,7 @@ fn an_identity_image_tells_what_the_picture_shows() {
             );
             assert!((own.clear() - clear).abs() < 0.03, "{eye:?} {organ}");
             assert!((own.size() - size).abs() < 0.02, "{eye:?} {organ}");
-            hidden[organ] = hidden[organ].min(clear);
+            *hidden = hidden.min(clear);
         }
     }
     assert!(

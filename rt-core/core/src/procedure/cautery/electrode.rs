@@ -206,7 +206,7 @@ mod tests {
     }
 
     /// Electrode of a tool whose pedal is no needle's.
-    fn electrode(tool: &ToolState) -> Option<Electrode> {
+    fn fed(tool: &ToolState) -> Option<Electrode> {
         Electrode::of(tool, tool.switches.pedal)
     }
 
@@ -217,21 +217,21 @@ mod tests {
             (Instrument::Hook, false, false),
             (Instrument::Hook, true, true),
         ] {
-            assert_eq!(electrode(&hook(instrument, cut, coagulate)), None);
+            assert_eq!(fed(&hook(instrument, cut, coagulate)), None);
         }
         let mut tool = hook(Instrument::Hook, true, false);
-        let electrode = electrode(&tool).expect("current");
+        let electrode = fed(&tool).expect("current");
         // The bend lies 12 mm beyond the joint, and its end 4 mm to the side.
         assert!(electrode.touches_ball(&Vec3::new(0.0, -0.004, -0.0135), 0.000_8) >= 1.0);
         assert!(electrode.touches_ball(&Vec3::new(0.0, 0.0, -0.006), 0.003) <= 0.0);
         tool.switches.paused = true;
-        assert_eq!(electrode(&tool), None);
+        assert_eq!(fed(&tool), None);
     }
 
     #[test]
     fn the_power_is_shared_out_and_cutting_parts_more_than_it_dries() {
         let dose = |cut| {
-            let electrode = electrode(&hook(Instrument::Hook, cut, !cut));
+            let electrode = fed(&hook(Instrument::Hook, cut, !cut));
             electrode.and_then(|it| it.dose(2.0e-6)).expect("current")
         };
         for cut in [true, false] {
@@ -278,7 +278,7 @@ mod tests {
 
         #[test]
         fn electrode_survives_any_input(points in prop::array::uniform2(any::<[f32; 3]>()), m2 in any::<f32>()) {
-            let electrode = electrode(&hook(Instrument::Hook, true, false)).expect("current");
+            let electrode = fed(&hook(Instrument::Hook, true, false)).expect("current");
             let share = electrode.touches_bar(&points.map(Vec3::from), 0.001);
             prop_assert!((0.0..=1.0).contains(&share));
             let parts = electrode.dose(m2).map_or(0.0, |dose| dose.parts());
