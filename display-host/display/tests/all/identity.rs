@@ -79,7 +79,9 @@ fn an_identity_image_tells_what_the_picture_shows() {
                 own.clear(),
                 own.size()
             );
-            assert!((own.clear() - clear).abs() < 0.03, "{eye:?} {organ}");
+            // At the seam of two organs their distances differ by less than `SAME`, so a hidden
+            // organ seems a little clearer in the picture.
+            assert!((own.clear() - clear).abs() < 0.06, "{eye:?} {organ}");
             assert!((own.size() - size).abs() < 0.02, "{eye:?} {organ}");
             *hidden = hidden.min(clear);
         }

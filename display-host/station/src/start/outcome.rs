@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn a_summary_is_a_debrief_with_the_pass_rule_first() {
         let folder = folder(
-            r#"{"task": "clamp", "difficulty": "exam", "outcome": "failed",
+            r#"{"task": "clamp", "difficulty": "trainee", "outcome": "failed",
                 "reason_kinds": [{"kind": "bored"}, {"kind": "too-long", "seconds": 60.0}],
                 "score": 61.0, "session": "s", "metrics_version": 1, "warnings": ["\u001b[31mred"],
                 "alarms": [{"at_s": 75.5, "session_s": 80.0, "kind": "burnt", "organ": "liver"},
