@@ -91,7 +91,7 @@ fn assert_seen(json: &Value, kind: &str, rows: &[(&str, &str)]) {
         .collect();
     assert_eq!(names, rows);
     for row in places.iter().filter(|row| row["from"] == "tick") {
-        assert!(row["changes"].as_u64().is_some_and(|n| n >= 2), "{row}");
+        assert!(row["changes"].as_u64().is_some_and(|n| n >= 1), "{row}");
         let of = |key: &str, what: &str| row[key][what].as_f64().expect("a time");
         let since_ms = of("picture_to_light_ms", "median");
         // The screen shows the picture shortly before the driver's call returns. A busy machine may
