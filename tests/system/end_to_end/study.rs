@@ -1,5 +1,5 @@
-//! A study of scripted surgeons of two levels of skill, and a third that gets to no end: their sessions from the simulation alone,
-//! compared by the real command.
+//! A study of scripted surgeons of two levels of skill, compared by the real command: their
+//! sessions come from the simulation alone. A third hand gets to no end.
 
 use assess::{Assessed, Metric, Outcome, Task};
 use shared_mem::scene::SceneFile;
