@@ -176,7 +176,7 @@ impl Rules {
                 triangle: share("triangle", &done.triangle)?,
                 lower_bed: share("lower_bed", &done.lower_bed)?,
                 bed: share("bed", &done.bed)?,
-                clips: check.whole("clips", &done.clips, 1..=3)? as usize,
+                clips: check.number("clips", &done.clips, 1..=3)? as usize,
                 settle_s: check.number("settle_s", &done.settle_s, 0.0..=60.0)?,
                 leak: share("leak", &done.leak)?,
                 look_s: check.number("look_s", &done.look_s, 0.1..=60.0)?,

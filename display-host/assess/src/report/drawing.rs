@@ -57,23 +57,25 @@ pub(super) fn step(length: f64, count: f64) -> f64 {
     steps.into_iter().find(|it| *it >= raw).unwrap_or(raw)
 }
 
+/// Kinds of events that the time line shows, one lane each, from the top.
+pub const LANES: [&str; 11] = [
+    "hung",
+    "electro",
+    "grasp",
+    "clip",
+    "cut",
+    "tear",
+    "leak",
+    "crush",
+    "perforation",
+    "fall",
+    "shake",
+];
+
 /// Time line of the events, with a lane for each kind.
 pub(super) fn time_line(assessed: &Assessed, seconds: f64, words: &dyn Words) -> String {
-    let shown = [
-        "hung",
-        "electro",
-        "grasp",
-        "clip",
-        "cut",
-        "tear",
-        "leak",
-        "crush",
-        "perforation",
-        "fall",
-        "shake",
-    ];
     let happened = |lane: &&str| assessed.moments.iter().any(|moment| moment.what == **lane);
-    let lanes: Vec<&str> = shown.into_iter().filter(|lane| happened(lane)).collect();
+    let lanes: Vec<&str> = LANES.into_iter().filter(|lane| happened(lane)).collect();
     let end_s = seconds.max(1.0);
     let (left, right) = (128.0, WIDTH - 12.0);
     let x = |at_s: f64| left + (right - left) * (at_s / end_s).clamp(0.0, 1.0);

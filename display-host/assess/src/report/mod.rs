@@ -11,7 +11,7 @@ mod tests;
 mod words;
 
 pub use close::{CLOSE_SIZE, close_picture};
-pub use drawing::learning_curve;
+pub use drawing::{LANES, learning_curve};
 pub use lesson::Lesson;
 pub use outline::Outlines;
 pub use page::html;

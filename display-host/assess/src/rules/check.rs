@@ -1,5 +1,6 @@
 //! Checks of the values that a file of rules holds.
 
+use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use shared_mem::scene::OrganKind;
@@ -37,28 +38,12 @@ impl Check<'_> {
         }
     }
 
-    pub(super) fn number(
+    pub(super) fn number<T: Copy + PartialOrd + Display>(
         &self,
         what: &str,
-        value: &Spanned<f64>,
-        allowed: RangeInclusive<f64>,
-    ) -> Result<f64, RulesError> {
-        let number = *value.get_ref();
-        match allowed.contains(&number) {
-            true => Ok(number),
-            false => {
-                let range = format!("{} to {}", allowed.start(), allowed.end());
-                Err(self.refuse(value, what.to_owned(), &number.to_string(), range))
-            }
-        }
-    }
-
-    pub(super) fn whole(
-        &self,
-        what: &str,
-        value: &Spanned<u32>,
-        allowed: RangeInclusive<u32>,
-    ) -> Result<u32, RulesError> {
+        value: &Spanned<T>,
+        allowed: RangeInclusive<T>,
+    ) -> Result<T, RulesError> {
         let number = *value.get_ref();
         match allowed.contains(&number) {
             true => Ok(number),

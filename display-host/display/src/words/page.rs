@@ -70,19 +70,6 @@ mod tests {
         AlarmKind::TooEarly,
         AlarmKind::Unclamped,
     ];
-    const LANES: [&str; 11] = [
-        "hung",
-        "electro",
-        "grasp",
-        "clip",
-        "cut",
-        "tear",
-        "leak",
-        "crush",
-        "perforation",
-        "fall",
-        "shake",
-    ];
 
     /// A session in which everything happened that a page tells.
     fn chapter(task: Task) -> Chapter {
@@ -98,12 +85,14 @@ mod tests {
             organ: organ(),
             at_m: [0.0; 3],
         }));
-        assessed.moments.extend(LANES.map(|what| Moment {
-            at_s: 7.0,
-            what: what.to_owned(),
-            organ: organ(),
-            value: 0.1,
-        }));
+        assessed
+            .moments
+            .extend(assess::report::LANES.map(|what| Moment {
+                at_s: 7.0,
+                what: what.to_owned(),
+                organ: organ(),
+                value: 0.1,
+            }));
         let kinds = [
             (InjuryKind::Divided, Cause::Cut, Severity::Grave),
             (InjuryKind::Perforated, Cause::Torn, Severity::Serious),
