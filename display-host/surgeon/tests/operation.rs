@@ -5,6 +5,8 @@
 mod clumsy;
 #[path = "operation/injuries.rs"]
 mod injuries;
+#[path = "operation/patients.rs"]
+mod patients;
 mod theatre;
 
 use std::sync::OnceLock;
