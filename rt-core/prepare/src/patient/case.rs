@@ -76,7 +76,7 @@ impl Patient {
     /// Thickness of fat and peritoneum over duct and artery, mm.
     #[must_use]
     pub fn cover_mm(&self) -> f64 {
-        3.0 + 0.05 * (self.bmi - 18.0)
+        3.4 + 0.04 * (self.bmi - 18.0)
     }
 }
 

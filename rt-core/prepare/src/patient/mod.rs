@@ -9,7 +9,7 @@
 //!
 //! - Courses: [`crate::shape::Course`]; sources stand in `shape/vessel.rs`. Half of the seeds have
 //!   the usual course. Each variant is more frequent than in life, so that trainees meet it.
-//! - Habitus: a body mass index of 18 to 45. The cover grows with it from 3.0 to 4.4 mm, and the
+//! - Habitus: a body mass index of 18 to 45. The cover grows with it from 3.4 to 4.5 mm, and the
 //!   lumps of fat by a third. No source measures fat over the triangle: assumed. The liver of the
 //!   obese is fatty and larger; here by up to 5 %.
 //! - Wall: up to 3 mm are normal; a wall with acute inflammation is thicker and oedematous, and the

@@ -33,9 +33,6 @@ pub(super) const LINE: &[Through] = &[
 /// Clearance under a cover around organs at which duct and artery end, m. It is small, so that no
 /// gap shows the two.
 const COVER_GAP_M: f64 = 0.0002;
-/// Clearance under a cover around duct and artery, m: areolar tissue, which the cells leave out, so
-/// that the hook has room beside the two.
-const AREOLAR_M: f64 = 0.0007;
 /// Parts of a cover blend over this distance, m.
 const BLEND_M: f64 = 0.004;
 /// The cover also wraps the hepatic artery up to this far from where the cystic artery rises, m.
@@ -100,15 +97,15 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
     let (sin, cos) = (turn.map(libm::sin), turn.map(libm::cos));
     let lumps = sin.x * cos.y + sin.y * cos.z + sin.z * cos.x;
     let mut d = body - LUMP_M / 2.0 * lumps;
-    let (tube_m, beside_m) = match bodies.cloak {
-        Some(_) => (AREOLAR_M, COVER_GAP_M),
-        None => (GAP_M, GAP_M),
+    let beside_m = match bodies.cloak {
+        Some(_) => COVER_GAP_M,
+        None => GAP_M,
     };
     let tubes = [
         (&bodies.bile_duct, beside_m),
-        (&bodies.cystic_duct, tube_m),
+        (&bodies.cystic_duct, GAP_M),
         (&bodies.hepatic_artery, beside_m),
-        (&bodies.cystic_artery, tube_m),
+        (&bodies.cystic_artery, GAP_M),
     ];
     for (tube, gap_m) in tubes {
         d = carve(d, tube.distance(p) - gap_m, 0.001);
