@@ -10,6 +10,7 @@
 //! surface     scene × hand × organ → faults of the drawn skin under tools
 //! solve-force the references of force that are missing
 //! calculix    two references of force, by CalculiX → forces side by side
+//! measured    published measurement → what Calot gives under the same condition
 //! hands       recorded hands of surgeons and novices → the metrics that tell them apart
 //! all         the first seven, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
@@ -24,6 +25,7 @@ mod focus;
 mod force;
 mod hands;
 mod haptics;
+mod measured;
 mod methods;
 mod organ;
 mod page;
@@ -108,7 +110,10 @@ enum Command {
     /// The repository has no such recordings. Example: evaluate hands TRIALS --out DIR --leave-out
     /// Lung/N4/05
     Hands(hands::HandsArgs),
-    /// Measures everything but `calculix` and `hands`. Real organs are read from the folder that
+    /// Compares Calot with measurements that others published: silicones between plates, a swinging
+    /// beam, organs, instruments.
+    Measured(measured::MeasuredArgs),
+    /// Measures everything but `calculix`, `hands` and `measured`. Real organs are read from the folder that
     /// CALOT_ANATOMY names.
     All(Asked),
     /// Rewrites the tables of README.md in a folder from the CSV files beside it, and those of the
@@ -201,6 +206,7 @@ fn perform(command: Command) -> Result<(), String> {
         Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
         Command::Surface(asked) => run(&asked, &[Chart::Surface]),
         Command::Hands(asked) => measure_hands(&asked),
+        Command::Measured(asked) => compare_with_measured(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
         Command::Tables { folder } => rewrite_tables(&folder),
     }
@@ -348,6 +354,19 @@ fn measure_hands(asked: &hands::HandsArgs) -> Result<(), String> {
     let html = page::titled(title, &hands::sections(&measured)?, "");
     write(out, "hands.html", &html)?;
     println!("{}", out.join("hands.html").display());
+    Ok(())
+}
+
+fn compare_with_measured(asked: &measured::MeasuredArgs) -> Result<(), String> {
+    let out = &asked.out;
+    std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
+    let measured = measured::run(asked)?;
+    write(out, "measured.csv", &measured::csv(&measured))?;
+    let title = "Calot beside published measurements";
+    let warning = if asked.quick { page::QUICK } else { "" };
+    let html = page::titled(title, &measured::sections(&measured)?, warning);
+    write(out, "measured.html", &html)?;
+    println!("{}", out.join("measured.html").display());
     Ok(())
 }
 

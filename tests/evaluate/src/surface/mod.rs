@@ -7,7 +7,7 @@
 
 mod drawn;
 mod ends;
-mod hand;
+pub(crate) mod hand;
 mod walls;
 
 use std::path::Path;
