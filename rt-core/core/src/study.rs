@@ -113,14 +113,17 @@ impl<'a> Tissue<'a> {
         self.step_between(|_, _| (), correct)
     }
 
-    /// Advances one tick as [`Tissue::step_with`]. `lean` is called before the constraints of every
-    /// organ's substep. There a contact of the tick applies a share of its last force.
+    /// Advances one tick as [`Tissue::step_with`]. `warm_start` is called before the constraints of
+    /// every organ's substep. There a contact of the tick applies a share of its last force.
     pub fn step_between(
         &mut self,
-        lean: impl FnMut(&mut Correction<'_>, f32),
+        warm_start: impl FnMut(&mut Correction<'_>, f32),
         correct: impl FnMut(&mut Correction<'_>, f32),
     ) -> u32 {
-        let mut corrected = Corrected { lean, correct };
+        let mut corrected = Corrected {
+            warm_start,
+            correct,
+        };
         self.bodies.begin(&self.scene, true);
         self.breathe();
         let (scene, bodies) = (&self.scene, &mut *self.bodies);
@@ -213,18 +216,18 @@ impl<'a> Tissue<'a> {
 }
 
 /// Calls two corrections in every substep, before and after the constraints.
-struct Corrected<L, F> {
-    lean: L,
+struct Corrected<W, F> {
+    warm_start: W,
     correct: F,
 }
 
-impl<L, F> Coupling for Corrected<L, F>
+impl<W, F> Coupling for Corrected<W, F>
 where
-    L: FnMut(&mut Correction<'_>, f32),
+    W: FnMut(&mut Correction<'_>, f32),
     F: FnMut(&mut Correction<'_>, f32),
 {
     fn pre_solve(&mut self, _: u8, step_s: f32, bodies: &mut Bodies) {
-        (self.lean)(&mut Correction { bodies }, step_s);
+        (self.warm_start)(&mut Correction { bodies }, step_s);
     }
 
     fn post_solve(&mut self, _: u8, _: f32, step_s: f32, bodies: &mut Bodies) {

@@ -1,6 +1,8 @@
 //! The sections of measured.html, for readers who know neither the program nor the tests.
 
 use figures::panels::{self, Panel, Scale, Series};
+use scene_prepare::recipe::sourced;
+use shared_mem::scene::OrganKind;
 
 use super::plates::{Ends, Pressed};
 use super::published::STRAINS_PCT;
@@ -31,6 +33,7 @@ pub(super) fn sections(measured: &Measured) -> Result<Vec<Section>, String> {
     if !measured.tissue.is_empty() {
         all.push(tissue(&measured.tissue));
     }
+    all.push(materials());
     all.push(everything(measured));
     Ok(all)
 }
@@ -257,6 +260,31 @@ hard. There the capsule and the strained network carry, and the force grows expo
 (Kerdok) lies between them. <b>A tool feels both:</b> at a depth of a few millimetres the soft modulus, as Calot gives \
 it; pressed hard, much more than Calot gives, because Calot’s law does not stiffen.</p>{}",
             listed(rows)
+        ),
+    }
+}
+
+/// The materials of the built-in scenes, with their sources.
+fn materials() -> Section {
+    let mut rows = vec![strings(["tissue", "value", "", "source"])];
+    for kind in OrganKind::ALL {
+        let name = format!("{kind:?}");
+        rows.extend(sourced(kind).map(|it| {
+            let value = it.value.to_string();
+            vec![
+                name.clone(),
+                it.name.to_owned(),
+                value,
+                it.source.to_owned(),
+            ]
+        }));
+    }
+    Section {
+        title: "Materials of the built-in scenes".to_owned(),
+        body: format!(
+            "<p>Every value of every material has a source, or says that it is assumed, and why.</p>\
+<details><summary>All values, SI</summary>{}</details>",
+            table(&rows)
         ),
     }
 }
