@@ -113,8 +113,8 @@ enum Command {
     /// Compares Calot with measurements that others published: silicones between plates, a swinging
     /// beam, organs, instruments.
     Measured(measured::MeasuredArgs),
-    /// Measures everything but `calculix`, `hands` and `measured`. Real organs are read from the folder that
-    /// CALOT_ANATOMY names.
+    /// Measures everything but `calculix`, `hands` and `measured`. Real organs are read from the
+    /// folder that CALOT_ANATOMY names.
     All(Asked),
     /// Rewrites the tables of README.md in a folder from the CSV files beside it, and those of the
     /// guide for latency testers.

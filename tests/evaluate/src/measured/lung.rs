@@ -96,7 +96,8 @@ pub(super) struct Found {
 /// Reads the files of a folder and compares their shape with Calot's.
 ///
 /// # Errors
-/// A file that cannot be read, with what to do; or the message with which Calot refuses the specimen.
+/// A file that cannot be read, with what to do; or the message with which Calot refuses the
+/// specimen.
 pub(super) fn run(folder: &Path, quick: bool) -> Result<Found, String> {
     let pressing = read(&folder.join(PRESSING))?;
     let cutting = read(&folder.join(CUTTING))?;
@@ -184,7 +185,7 @@ fn doublings(trials: &[Trial], of: &str, calot: &[[f64; 2]]) -> Vec<Row> {
             source: SOURCE.to_owned(),
             quantity: "force at twice the depth over force at the depth".to_owned(),
             condition: format!(
-                "porcine lung, {of}, {depth} mm, {} trials; Calot: liver between plates, {depth} % \
+                "porcine lung, {of}, {depth} mm, trials: {}; Calot: liver between plates, {depth} % \
                  strain",
                 found.len()
             ),
@@ -207,7 +208,7 @@ fn drops(trials: &[Trial]) -> Vec<Row> {
         source: SOURCE.to_owned(),
         quantity: quantity.to_owned(),
         condition: format!(
-            "porcine lung under a blade, {} trials; Calot's blades return no force",
+            "porcine lung under a blade, trials: {}; Calot's blades return no force",
             trials.len()
         ),
         published: mean(values),

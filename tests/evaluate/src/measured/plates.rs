@@ -71,7 +71,8 @@ pub(super) struct Pressed {
     pub(super) least_volume: f64,
 }
 
-/// Presses the specimen to each of these depths in turn, m, and rests there. A negative depth pulls.
+/// Presses the specimen to each of these depths in turn, m, and rests there. A negative depth
+/// pulls.
 ///
 /// # Errors
 /// The message with which Calot refuses the scene.

@@ -225,7 +225,7 @@ fn indentation(spheres: usize) -> Result<Vec<Row>, String> {
                     "perfused porcine liver; Calot: held {from_m_mm} mm deep for {HOLD_S} s, force \
                      changed by {changed:.2} %",
                     from_m_mm = DEPTHS_MM[DEPTHS_MM.len() - 1],
-                    changed = -lost * 100.0
+                    changed = lost.abs() * 100.0
                 ),
             )
         });
