@@ -1,8 +1,9 @@
 //! Cache of prepared scenes: a station starts at once with a scene that it has prepared before.
 //!
 //! The files lie in `$XDG_CACHE_HOME/calot/scenes` or `~/.cache/calot/scenes`. Their names depend
-//! on the recipe and on the program that prepared them. The cache holds a few scenes and drops the
-//! oldest. A scene that cannot be stored or read is prepared again.
+//! on the recipe, its meshes and the program that prepared them. The cache holds a few scenes and
+//! drops those that were not used for the longest time. A scene that cannot be stored or read is
+//! prepared again.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -32,8 +33,8 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// Place of the scene of `recipe`. `None` if there is no cache folder, or the recipe's meshes
-    /// cannot be read.
+    /// Place of the scene of `recipe`. `None` if there is no cache folder, or a mesh cannot be read
+    /// or has too many files near it.
     pub(crate) fn of(recipe: &Recipe) -> Option<Self> {
         Self::within(&home::cache()?.join("scenes"), recipe)
     }
@@ -87,8 +88,8 @@ impl Kept {
     }
 }
 
-/// Identities of all files in a mesh's folder and below it: any of them may hold its numbers.
-/// `None` if there are too many.
+/// Identities of all files in a mesh's folder and below it, any of which may hold the mesh's
+/// numbers. `None` if there are too many.
 fn buffers_beside(mesh: &Path) -> Option<Vec<(PathBuf, u64, u128)>> {
     let folder = mesh.parent().filter(|it| !it.as_os_str().is_empty());
     let mut folders = vec![folder.unwrap_or(Path::new(".")).to_owned()];

@@ -1,6 +1,6 @@
-//! The wishes of a person who steers the emulated hand, by a display's mouse and keyboard or by a
-//! gamepad. A wish is the motion asked for so far, with the pressed buttons and switches. The
-//! script steers the hand until the first wish.
+//! The wishes of whoever steers the emulated hand through a display or by a gamepad. A wish is the
+//! motion asked for so far, with the pressed buttons and switches. The script steers the hand until
+//! the first wish.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
@@ -78,7 +78,8 @@ impl Steering {
             (said, is_heard(&message))
         });
         let gamepad = self.gamepad(seconds);
-        // A source that falls silent keeps its motion in the sum. So the hand does not jump back.
+        // The motion of a source that falls silent stays in the sum, so that the hand does not jump
+        // back.
         match (display, gamepad) {
             (None, None) | (Some((_, false)), None) => None,
             (None, gamepad) => gamepad,

@@ -12,7 +12,8 @@ use crate::problem::Problem;
 
 /// Largest number of points of a measured course that the chart draws.
 const POINTS: usize = 250;
-/// Time between two points from which on no line joins them, ms: the handle was not seen there.
+/// Time between two samples from which no line joins them, ms, because the handle was not seen in
+/// between.
 const GAP_MS: f64 = 3.0;
 /// First colour of charts with a measurement and its model: green, then black.
 const GREEN: usize = 7;

@@ -1,4 +1,4 @@
-//! Leads a program that has a force sensor through `feel`. Both sides write one JSON object a line.
+//! Leads a program that has a force sensor through `feel`. Both write one JSON object per line.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
@@ -66,7 +66,8 @@ impl Script {
         }
     }
 
-    /// Asks, and waits for an answer that `read` understands.
+    /// Asks, and waits for an answer that `read` understands. `None`: none came in time, or the
+    /// test must end.
     fn ask<T>(&mut self, ask: &Value, read: impl Fn(&Value) -> Option<T>) -> Option<T> {
         self.write(ask);
         let start = Instant::now();
