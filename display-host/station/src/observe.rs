@@ -96,7 +96,7 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Compiled scene of the station, once it runs. `None`: stopped before.
+/// Compiles `--scene`, else waits until the station names its scene. `None`: stopped before.
 fn scene(
     args: &ObserveArgs,
     folder: &Folder,

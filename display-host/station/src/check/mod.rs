@@ -1,6 +1,7 @@
-//! `calot check`: tells whether this machine is fit for realtime. It tries the calls that the
-//! controller will make, and undoes them. It reads the other properties from files. For each
-//! property it prints the current state, the required state and the command that fixes it.
+//! `calot check`: tells if this machine is fit for realtime. It tries the calls that the controller
+//! will make, and undoes them. It reads the other properties from files and limits. It prints the
+//! current state of each property and, if that is not good, the required state and the command that
+//! fixes it.
 
 mod files;
 mod find;

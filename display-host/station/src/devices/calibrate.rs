@@ -293,7 +293,7 @@ fn sections(frames: &[(&str, Pose)]) -> Vec<Section> {
     frames.iter().map(section).collect()
 }
 
-/// Text of a station file with these frames in place of its own. `path` appears in errors.
+/// Text of a station file in which these frames replace the old ones. `path` appears in errors.
 fn with_frames(path: &Path, text: &str, frames: &[(&str, Pose)]) -> Result<String, Problem> {
     with_sections(path, text, &sections(frames))
 }

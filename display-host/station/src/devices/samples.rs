@@ -68,7 +68,7 @@ impl Samples {
         self.lines += 1;
     }
 
-    /// Writes the buffered lines. Returns the first error of any write.
+    /// Writes the buffered lines. Fails with the first error of any write.
     pub(super) fn end(mut self) -> Result<(), Problem> {
         let written = match self.failed.take() {
             Some(error) => Err(error),

@@ -1,4 +1,4 @@
-//! A table in any format: its columns, its cells, and what takes its rows.
+//! A table in any format: its columns, its cells, and the trait that takes its rows.
 
 /// Type of a column. Any column may lack a value in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -16,7 +16,8 @@ use crate::task;
 pub(super) struct Work(Option<AtWork>);
 
 impl Work {
-    /// Brings the organs to the state in which the task begins, and starts the surgeon.
+    /// Brings the organs to the state in which the task begins, and starts the surgeon. Does
+    /// nothing without `hand`.
     pub(super) fn begin(
         hand: Option<(Surgeon, Task)>,
         station: &str,

@@ -18,7 +18,8 @@ use crate::say;
 const LINES_KEPT: usize = 12;
 /// Time that a graceful end may take. After it the user may end the operation without a report.
 const PATIENCE_TO_END: Duration = Duration::from_secs(5);
-/// Longest wait for the last output, because another process may hold the pipe open.
+/// Longest wait for the last output. Without a limit, the wait would last as long as another
+/// process holds the pipe open.
 const PATIENCE_TO_READ: Duration = Duration::from_millis(500);
 
 /// A running operation.
@@ -96,8 +97,8 @@ impl Operation {
         said.iter().cloned().collect()
     }
 
-    /// Exit status, once the operation has ended and its output is read. The wait for the output
-    /// has a limit.
+    /// Exit status, once the operation has ended and its output is read, or
+    /// [`PATIENCE_TO_READ`] is over.
     pub(super) fn ended(&mut self) -> Option<ExitStatus> {
         let status = self.child.try_wait().ok().flatten()?;
         let seen = *self.seen.get_or_insert_with(Instant::now);
@@ -105,7 +106,7 @@ impl Operation {
         (!reads || seen.elapsed() >= PATIENCE_TO_READ).then_some(status)
     }
 
-    /// True after a request to end.
+    /// True if the operation was asked to end.
     pub(super) fn is_ending(&self) -> bool {
         self.asked.is_some()
     }
