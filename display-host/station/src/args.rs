@@ -379,8 +379,8 @@ pub(crate) struct NewTrainee {
 }
 
 impl NewTrainee {
-    /// If a new name looks like that of another trainee, asks in the terminal if it is another
-    /// person. Refuses the name if not, or without a terminal.
+    /// Asks in the terminal if a new name that resembles a trainee's is another person's. Refuses
+    /// the name if not, or without a terminal.
     pub(crate) fn confirm(self, store: &Store, name: &str) -> Result<(), Problem> {
         match store.alike(name)?.filter(|_| !self.new_trainee) {
             None => Ok(()),
@@ -401,8 +401,8 @@ pub(crate) struct NewRater {
 }
 
 impl NewRater {
-    /// If a new rater's name looks like that of another rater, asks in the terminal if it is
-    /// another person. Refuses the name if not, or without a terminal.
+    /// Asks in the terminal if a new name that resembles a rater's is another person's. Refuses the
+    /// name if not, or without a terminal.
     pub(crate) fn confirm(self, store: &Store, rater: &str) -> Result<(), Problem> {
         match store.alike_rater(rater)?.filter(|_| !self.new_rater) {
             None => Ok(()),

@@ -41,7 +41,6 @@ pub(crate) struct BareLoopArgs {
     pub(crate) with_parent: Option<i32>,
 }
 
-/// Measures and prints.
 pub(crate) fn run(args: &BareLoopArgs) -> Result<ExitCode, Problem> {
     if let Some(parent) = args.with_parent {
         stop::end_with_parent(parent)?;

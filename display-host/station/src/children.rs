@@ -44,8 +44,8 @@ pub(crate) const READY: &str = "ready";
 /// Line that a child prints on standard output when a rule, such as `--must-fit`, makes it refuse
 /// its task. A child that fails does not print it.
 pub(crate) const REFUSED: &str = "refused";
-/// Longest wait for each further line of a child that has ended. Without a limit, the wait would
-/// last as long as another process holds the pipe open.
+/// Longest wait for each last line of a child that has ended: another process may hold the pipe
+/// open for longer.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
 impl Process {

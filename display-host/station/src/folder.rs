@@ -8,9 +8,9 @@ use shared_mem::service::{Claim, ServiceError, Station, owner};
 
 use crate::problem::Problem;
 
-/// Number of times that a station's lock is tried again before its state counts.
+/// A station's lock is looked at this often before its state counts.
 const LOCK_LOOKS: u32 = 5;
-/// Pause before another try.
+/// Pause between two looks.
 const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
 /// Folder of a running station.

@@ -70,7 +70,7 @@ pub(crate) struct LoadArgs {
 
 /// Size of one copy, larger than usual caches.
 const COPY_BYTES: usize = 64 << 20;
-/// Size of a file that is written and synced at once.
+/// Bytes that are written before each sync.
 const FILE_BYTES: usize = 4 << 20;
 /// Time after which a display is killed or asked to leave.
 const DISPLAY_LIFE: Duration = Duration::from_secs(1);
@@ -212,7 +212,7 @@ fn display_frame() -> Box<shared_mem::message::StateFrame> {
 #[derive(Debug)]
 pub(crate) struct Loads {
     children: Vec<Child>,
-    /// Thread that starts and ends displays, with its flag to stop. It returns their number.
+    /// Thread that starts and ends displays, with its stop flag.
     churn: Option<(Arc<AtomicBool>, JoinHandle<u64>)>,
 }
 

@@ -19,7 +19,7 @@ use crate::say;
 use crate::scene;
 use crate::stop;
 
-/// Interval of the search for a station that does not run yet.
+/// Interval between two searches for a station that does not run yet.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 #[derive(Debug, Clone, Args)]

@@ -45,7 +45,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// Format of the file that Calot writes under this name to a folder of results.
+    /// Format of a file that Calot writes under this name as a result.
     pub(crate) fn of_result(name: &str) -> Option<Self> {
         let numbered = name
             .strip_prefix("frame_")
@@ -67,7 +67,7 @@ impl Format {
         }
     }
 
-    /// Format of the file that Calot writes under this name to a folder of exported tables.
+    /// Format of a table that Calot exports under this name.
     pub(crate) fn of_export(name: &str) -> Option<Self> {
         let (table, extension) = name.split_once('.')?;
         let is_table = ["ticks", "events", "metrics", "columns"].contains(&table);
@@ -78,7 +78,7 @@ impl Format {
         }
     }
 
-    /// Format of the file that Calot writes under this name to a gallery.
+    /// Format of a file that Calot writes under this name to a gallery.
     pub(crate) fn of_gallery(name: &str) -> Option<Self> {
         match name.ends_with(".png") {
             true => Some(Self::Picture),

@@ -11,7 +11,6 @@ use display_host::words::Language;
 
 use crate::problem::Problem;
 
-/// The built-in curriculum.
 pub(crate) const BUILT_IN: &str = include_str!("built_in.toml");
 /// Version of the file format.
 const VERSION: u32 = 1;

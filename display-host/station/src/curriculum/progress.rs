@@ -10,7 +10,6 @@ use super::{Aim, Curriculum};
 /// Progress of a trainee, as JSON.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(crate) struct Progress {
-    /// Name of the trainee.
     trainee: String,
     /// Number of tasks in which the trainee is proficient.
     proficient: usize,

@@ -39,7 +39,6 @@ impl Samples {
         })
     }
 
-    /// Adds a sample.
     pub(super) fn add(&mut self, sample: &DeviceSample, said_m_s: Option<Vec3>, found: Findings) {
         if self.failed.is_some() {
             return;

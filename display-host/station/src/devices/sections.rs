@@ -21,8 +21,8 @@ impl Section {
     }
 }
 
-/// Text of a station file in which these sections replace the old ones. They stand at the end; lines
-/// of comment in the old sections stay where they are. `path` appears in errors.
+/// Text of a station file with these sections at the end and the old ones removed, except their
+/// lines of comment. `path` appears in errors.
 pub(super) fn with_sections(
     path: &Path,
     text: &str,

@@ -85,8 +85,8 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
         if watched.iter().all(|device| device.is_lost) {
             return Err("every device is gone".into());
         }
-        // The pause is short, because a table takes every sample, of which a device may send 4000 a
-        // second, and because longer pauses would hide how samples arrive.
+        // The pause is short: a table takes every sample, a device may send 4000 a second, and
+        // longer pauses would hide how samples arrive.
         sleep(POLL_EVERY);
     }
     if let Some(table) = table {

@@ -42,8 +42,7 @@ struct ExportOutcome {
     files: Vec<PathBuf>,
     ticks: u64,
     events: u64,
-    /// True if there are ticks, all came out equal to the recorded ones, and none is known to be
-    /// missing.
+    /// True if ticks were computed again, all came out equal, and none is known to be missing.
     same: bool,
     first_difference: Option<Different>,
     #[serde(flatten)]

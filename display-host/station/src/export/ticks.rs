@@ -9,7 +9,6 @@ use shared_mem::message::{PoseMsg, STAGE_NAMES, STAGES};
 use super::columns::seconds;
 use super::table::{Cell, Column, Kind};
 
-/// Columns of the table.
 pub(crate) fn columns() -> Vec<Column> {
     let mut all = Vec::new();
     let mut add = |name: &str, kind, meaning| all.push(Column::new(name, kind, meaning));

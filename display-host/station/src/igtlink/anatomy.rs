@@ -97,9 +97,8 @@ impl Anatomy {
     }
 }
 
-/// Sends all organs in rounds. The organs of a round show the same moment, and are sent one after
-/// another over the interval. Sent at once, they would fill a client's socket, and the client would
-/// miss the same organs in each round.
+/// Sends all organs in rounds. A round shows one moment, and spreads its organs over the interval:
+/// all at once would fill a client's socket, and the client would always miss the same organs.
 struct Surfaces {
     organs: OrganSurfaces,
     state: Box<StateFrame>,

@@ -31,7 +31,7 @@ impl Stamps {
         self.last_ns
     }
 
-    /// Stamp of this moment, for messages that no tick wrote. Later stamps of ticks may be earlier.
+    /// Stamp of this moment, for messages that no tick wrote. The stamps of ticks ignore it.
     pub(super) fn present(&self) -> u64 {
         let unix_ns = i128::from(monotonic_ns()) + self.unix_from_monotonic_ns;
         u64::try_from(unix_ns).unwrap_or_default()

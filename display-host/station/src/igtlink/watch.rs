@@ -43,7 +43,7 @@ impl Condition {
         Message::status(STATION, code, short, &words, unix_ns)
     }
 
-    /// Line for the user about the change from `before`; `None` if the change needs no line.
+    /// Line for the user about the change from `before`, if it needs one.
     pub(super) fn note(self, station: &str, before: Self) -> Option<String> {
         match self {
             Self::Missing => Some(format!(
@@ -81,7 +81,6 @@ impl Watch {
         }
     }
 
-    /// Condition at present.
     pub(super) const fn condition(&self) -> Condition {
         self.condition
     }

@@ -11,8 +11,7 @@ use jitter::{Baseline, Report, kernel, timerlat};
 use super::args::JitterArgs;
 use crate::problem::Problem;
 
-/// Adds `rtla timerlat` to a comparison, if machine and kernel have it. Notes if they lack it, and
-/// the scripted surgeon, if any.
+/// Adds `rtla timerlat` to a comparison, or notes why it cannot. Also notes the scripted surgeon.
 pub(super) fn with_timerlat(args: &JitterArgs, notes: &mut Vec<String>) -> JitterArgs {
     let mut args = args.clone();
     if !args.compare.is_empty() && !args.compare.contains(&Baseline::Timerlat) {

@@ -117,7 +117,7 @@ mod tests {
             if let Some(newest) = came {
                 record.bits = InputRecord::DEVICE_FRESH;
                 record.sequence = newest as u16;
-                // Up to 82 µs of jitter, after the factor 5.
+                // Jitter of up to 82 µs, with the factor 5 below.
                 let jitter_ns = newest.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 50;
                 record.device_at_ns = comes(newest * 1_000_000) + 1000 + 5 * jitter_ns;
                 next = newest + 1;

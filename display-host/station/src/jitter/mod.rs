@@ -259,7 +259,7 @@ fn rounds(
                 work: &work,
             };
             match baseline_turn(baseline, terms, turn_s, round, stop, report) {
-                // Nobody need have asked for timerlat, so the other programs go on without it.
+                // `with_timerlat` may have added this program, so the others go on without it.
                 Err(problem) if baseline == Baseline::Timerlat => {
                     let note = problem.to_string();
                     if !report.about.notes.contains(&note) {
@@ -285,8 +285,8 @@ fn round_count(args: &JitterArgs) -> u32 {
     }
 }
 
-/// Command line in which absolute paths are cut to their last part: this machine's folders mean
-/// nothing to a reader elsewhere.
+/// Command line with the last part of each absolute path: folders of this machine mean nothing to a
+/// reader elsewhere.
 pub(crate) fn command() -> String {
     let words: Vec<String> = std::env::args().skip(1).map(shortened).collect();
     format!("calot {}", words.join(" "))

@@ -34,7 +34,6 @@ impl Work {
         AtWork::begin(surgeon, task, &station, scene).map(|work| Self(Some(work)))
     }
 
-    /// Ends the work.
     pub(super) fn end(self) {
         if let Some(reason) = self.0.and_then(AtWork::end) {
             say::note(format_args!("jitter: the surgeon gave up: {reason}"));

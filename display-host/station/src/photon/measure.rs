@@ -205,8 +205,7 @@ impl Course {
     }
 }
 
-/// Position of `inner` in the frame in which `outer` is given, m. `inner` is given in the frame of
-/// `outer`.
+/// Position of `inner` in the frame in which `outer` is given, m. `inner` is relative to `outer`.
 fn placed(outer: &PoseMsg, inner: &PoseMsg) -> [f32; 3] {
     let [x, y, z, w] = outer.orientation;
     let turned = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));

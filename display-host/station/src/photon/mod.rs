@@ -44,8 +44,8 @@ use crate::stop;
 
 /// Size of a full-screen window before it covers the screen, pixels.
 const SIZE: [u32; 2] = [1280, 720];
-/// Changes follow each other after the longest time to light plus this, ms. With the default of
-/// 400 ms the sum is odd, so that changes fall into all phases of the screen's frames.
+/// Time between changes beyond the longest time to light, ms. Added to the default of 400 ms it is
+/// odd, so that changes fall into all phases of the screen's frames.
 const APART_MS: u64 = 99;
 /// If the sensor's edges are uncertain by ± this or more, a note says so, ms.
 const COARSE_MS: f64 = 1.0;

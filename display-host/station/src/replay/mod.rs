@@ -50,8 +50,7 @@ struct ReplayOutcome {
     left_out: LeftOut,
 }
 
-/// Replays the session and reports if every tick came out equal. As the options say, repairs or
-/// shows the session instead, or runs it on other tissue.
+/// Compares every tick, or, as the options say, repairs, shows or varies the session.
 pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
     let file = recording(&args.session);
     if args.repair {

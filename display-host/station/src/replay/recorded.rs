@@ -82,8 +82,7 @@ impl LeftOut {
     }
 }
 
-/// The scene at `named`, else the scene that the session holds. Fails if the session did not run on
-/// it.
+/// The scene at `named`, else the session's own. Fails if the session ran on another scene.
 pub(crate) fn scene_of(
     session: &mut Session,
     named: Option<&std::path::Path>,

@@ -323,8 +323,8 @@ fn left_beside(folder: &Path) -> Vec<(String, Vec<u8>)> {
     chosen(entries.into_iter().flatten().flatten().map(|it| it.path()))
 }
 
-/// Pictures among these files, sorted by name; an even selection if there are too many. Close
-/// pictures and large files do not count.
+/// Pictures among these files, except close and large ones, sorted by name. If there are too many,
+/// an even selection.
 pub(crate) fn chosen(files: impl Iterator<Item = PathBuf>) -> Vec<(String, Vec<u8>)> {
     let is_picture = |path: &PathBuf| {
         let small = path

@@ -149,7 +149,8 @@ fn by_kind<'a>(
     })
 }
 
-/// Driver of the haptic device: its name in the station file, or `emulated`.
+/// Driver of the haptic device, by its name in station files: `rig` for `--haptic`, `emulated` if
+/// there is neither `--haptic` nor a station file.
 fn driver(devices: &DeviceArgs) -> String {
     if devices.haptic.is_some() {
         return "rig".to_owned();
@@ -211,7 +212,7 @@ fn debrief(
             let views = VIEWS.map(|name| out.join(name));
             let drawn = outcome.frames.iter().filter_map(|it| it.path.clone());
             let others = drawn.filter(|it| !views.contains(it));
-            // The pictures of the critical view are chosen apart, so that none is left out.
+            // Choose the critical view apart, so that it is never left out.
             chapter.pictures = report::chosen(views.iter().cloned());
             chapter.pictures.extend(report::chosen(others));
             chapter.ticks = report::ticks(out);

@@ -216,8 +216,7 @@ fn admitted(ready: &str) -> Option<[u64; STAGES]> {
     serde_json::from_value(ready["admission"]["worst_stage_ns"].clone()).ok()
 }
 
-/// File of the level that the controller took: a level of the scene's own file, or of the files
-/// that the user named.
+/// Level that the controller took, of the scene's own file or of those that the user named.
 fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
     let ready: serde_json::Value = serde_json::from_str(controller.said())?;
     let own = SceneFile::levels(&finest).into_iter().skip(1);

@@ -42,7 +42,7 @@ const LOOK_EVERY: Duration = Duration::from_secs(3);
 /// Time that the window may freeze while another program writes to the store.
 const PATIENCE_FOR_STORE: Duration = Duration::from_millis(300);
 
-/// Opens the launcher and runs it until it is closed.
+/// Opens the launcher and runs it until it is closed. Then ends a running operation and replay.
 pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
     window::answers()?;
     let stop = stop::flag()?;
@@ -326,8 +326,7 @@ impl Desk {
         }
     }
 
-    /// Returns the choices with the trainee's name as the store writes it. An error says why they
-    /// cannot be started.
+    /// Checks the choices. Returns them with the trainee's name as the store writes it.
     fn checked(&self) -> Result<StartForm, String> {
         let mut form = self.form.clone();
         form.trainee = form.trainee.trim().to_owned();
@@ -347,7 +346,6 @@ impl Desk {
         Ok(form)
     }
 
-    /// Makes a folder for the next session.
     fn new_folder(&self) -> Result<PathBuf, String> {
         let out = self.sessions().join(store::new_id());
         std::fs::create_dir_all(&out)
@@ -504,7 +502,6 @@ impl Desk {
         self.note(notice);
     }
 
-    /// Ends the replay, if one runs.
     fn end_replay(&mut self) {
         if let Some(mut child) = self.replay.take() {
             // It may have ended by itself.

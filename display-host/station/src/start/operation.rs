@@ -18,14 +18,12 @@ use crate::say;
 const LINES_KEPT: usize = 12;
 /// Time that a graceful end may take. After it the user may end the operation without a report.
 const PATIENCE_TO_END: Duration = Duration::from_secs(5);
-/// Longest wait for the last output. Without a limit, the wait would last as long as another
-/// process holds the pipe open.
+/// Longest wait for the last output: another process may hold the pipe open for longer.
 const PATIENCE_TO_READ: Duration = Duration::from_millis(500);
 
 /// A running operation.
 pub(super) struct Operation {
     child: Child,
-    /// Choices for this operation.
     pub(super) form: StartForm,
     /// True if the expert operates.
     pub(super) watched: bool,
@@ -129,7 +127,6 @@ impl Operation {
         let _ = self.child.kill();
     }
 
-    /// Waits for the end of the operation.
     pub(super) fn wait(&mut self) {
         let _ = self.child.wait();
     }

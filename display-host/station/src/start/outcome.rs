@@ -130,7 +130,7 @@ fn texts(value: &Value) -> Vec<String> {
         .collect()
 }
 
-/// Organs that fell or shook, in the user's language.
+/// Organs that fell, shook or hold the instrument inside, in the user's language.
 fn unrest(summary: &Value, words: &Words) -> Vec<String> {
     let all = summary["unrest"].as_array().into_iter().flatten();
     let sentence = |it: &Value| {
@@ -146,7 +146,7 @@ fn unrest(summary: &Value, words: &Words) -> Vec<String> {
     all.filter_map(sentence).collect()
 }
 
-/// The run's warnings without those of organs that fell or shook.
+/// The run's warnings without those that [`unrest`] tells.
 fn other_warnings(summary: &Value) -> Vec<String> {
     let all = summary["unrest"].as_array().into_iter().flatten();
     let known: Vec<_> = all
@@ -195,8 +195,8 @@ fn lessons(out: &Path, summary: &Value) -> Vec<LessonView> {
     Lesson::of(&alarms).into_iter().map(view).collect()
 }
 
-/// Metrics that lost points and for which there is advice, with the points. The others are counts
-/// of errors, which the lessons explain.
+/// Metrics with advice, and the points that they lost. Other metrics count errors, which the
+/// lessons explain.
 fn lost(summary: &Value, words: &Words) -> Vec<(String, f64)> {
     let all = summary["lost"].as_array().into_iter().flatten();
     let found = all.filter_map(|it| {

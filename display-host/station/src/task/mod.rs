@@ -101,7 +101,6 @@ impl Assigned {
         }
     }
 
-    /// Id of the session.
     pub(crate) fn id(&self) -> &str {
         &self.id
     }

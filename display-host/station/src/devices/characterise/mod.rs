@@ -27,7 +27,7 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// `SCHED_FIFO` priority of the measurement, the tick's default.
+/// `SCHED_FIFO` priority of the measurement: the default of the tick.
 const PRIORITY: u8 = 80;
 /// Time that a person gets to let the handle go, s.
 const LET_GO_S: f64 = 3.0;

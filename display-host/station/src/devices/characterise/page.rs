@@ -18,7 +18,6 @@ const GAP_MS: f64 = 3.0;
 /// First colour of charts with a measurement and its model: green, then black.
 const GREEN: usize = 7;
 
-/// The whole page.
 pub(super) fn html(path: &Path, found: &Characterised) -> Result<String, Problem> {
     let mut body = format!(
         "<h1>Calot: a haptic device measured</h1><p class=\"lead\">{}, with forces up to {:.2} N</p>{}",

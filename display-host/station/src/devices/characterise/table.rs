@@ -55,7 +55,6 @@ pub(super) struct Line {
     pub(super) declared: String,
 }
 
-/// Rows of the table.
 pub(super) fn rows(found: &Characterised) -> Vec<Line> {
     let cell = |of: Estimate, factor: f64, decimals: usize| {
         // Round first, because a small negative value would become "-0.000".
