@@ -51,7 +51,7 @@ pub struct TickHealth {
 }
 
 impl TickHealth {
-    /// Takes a batch with a valid record count.
+    /// Takes a batch. If its count of records is invalid, the records are left out.
     pub fn take(&mut self, batch: &TimingBatch) {
         let records = batch.records().unwrap_or(&[]);
         for record in records {

@@ -24,7 +24,7 @@ pub(super) fn controller(ui: &mut Ui, state: &UiState) {
     line(ui, mark, &text);
 }
 
-/// Shows the devices: `all`, or only those that fail.
+/// Shows all devices, or without `all` only lost ones.
 pub(super) fn devices(ui: &mut Ui, state: &UiState, all: bool) {
     let words = &state.words;
     for (name, health) in state.devices() {

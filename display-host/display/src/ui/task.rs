@@ -23,7 +23,7 @@ pub struct TaskView {
     pub score: Option<f64>,
     /// Next instruction, for beginners.
     pub hint: Option<Hint>,
-    /// The running hold of what is to be shown; `None` in an exam.
+    /// The running hold of the present step; `None` in an exam.
     pub hold: Option<Hold>,
     /// True for each side, front and behind, from which the critical view was held.
     pub views_held: [bool; 2],

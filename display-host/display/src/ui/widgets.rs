@@ -32,7 +32,7 @@ pub(super) fn sized(ui: &mut Ui, points: f32) {
     styles.insert(TextStyle::Monospace, FontId::monospace(points));
 }
 
-/// Adds widgets with small text. It shows the technical state of the station, which a trainee can
+/// Adds widgets with small text, for the technical state of the station, which a trainee can
 /// ignore.
 pub(super) fn fine(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
     ui.scope(|ui| {

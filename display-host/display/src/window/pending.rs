@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use crate::effects::Effect;
 
-/// Largest number of pending effects, because a minimised window draws nothing. A new one then
-/// replaces the oldest.
+/// Largest number of pending effects: a minimised window takes none. A further one replaces the
+/// oldest.
 const PENDING_MAX: usize = 48;
 /// Age above which an effect is dropped, s.
 const STALE_S: f64 = 0.3;
