@@ -17,7 +17,7 @@ pub struct Reference {
     pub metric: Metric,
     /// The value, in the metric's unit.
     pub value: f64,
-    /// People who reached it, or the aim that it is.
+    /// People who reached the value, or the programme whose aim it is.
     pub who: String,
     /// The publication.
     pub source: String,
