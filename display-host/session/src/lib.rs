@@ -39,7 +39,7 @@
 //! most. If more would wait, the file ends, and is readable up to that point.
 //!
 //! The file also holds the course of the operation (`course`), from which alone an assessment is
-//! made. Inputs are packed to 62 to 82 bytes a tick, so the file needs no compression, and the
+//! made. Inputs are packed to 51 to 83 bytes a tick, so the file needs no compression, and the
 //! program no C library for it. The times of a tick add about 30 bytes.
 //!
 //! # Replay
