@@ -1,4 +1,4 @@
-//! Measures before a scene runs if its worst tick fits this machine.
+//! Measures, before a scene runs, whether its worst tick fits this machine.
 //!
 //! The instrument jumps through a course of places: those of most contact, and others spread over
 //! the scene. So the organs are awake, and the contact lists are as full as the anatomy makes them.

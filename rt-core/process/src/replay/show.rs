@@ -309,7 +309,7 @@ impl Stage {
         self.sent_ns = monotonic_ns();
         let paused = u32::from(self.paused) * PAUSED;
         self.tools.switches = self.tools.switches & !PAUSED | paused;
-        // Sending fails only when the service is gone.
+        // A frame that cannot be sent is dropped. The next frame replaces it.
         let _ = self.controller.state.send_copy(*self.state);
         let _ = self.controller.tools.send_copy(*self.tools);
         self.controller.greet();
