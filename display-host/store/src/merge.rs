@@ -2,9 +2,9 @@
 //!
 //! Sessions need no coordinator, because no two stations make the same UUID of version 7. A chosen
 //! name identifies a trainee: equal names at two stations are one person. Existing entries stay
-//! unchanged, with two exceptions: the newer answer to a questionnaire replaces the older one, and
-//! a consent that was refused at either place counts as refused. A second merge of the same store
-//! changes nothing.
+//! unchanged, with three exceptions: the newer answer to a questionnaire replaces the older one; a
+//! consent that was refused at either place counts as refused; a cohort or consent that is unknown
+//! here comes from there. A second merge of the same store changes nothing.
 //!
 //! Whoever was forgotten here or there does not come in ([`crate::Store::forget`]). The marks of
 //! the other store are added to those here.
@@ -160,7 +160,8 @@ impl Merge<'_> {
             let add = "INSERT OR IGNORE INTO trainee (name) VALUES (?1)";
             let added = self.ours.execute(add, [&name]);
             added.map_err(|error| self.refused(error))?;
-            // Of somebody who came back, only what is known from then on counts.
+            // Cohort and consent have no time, so those of a person who was forgotten are not
+            // taken.
             if when.is_none() {
                 check_text(&name, &it.cohort)?;
                 let change = "UPDATE trainee SET cohort = iif(cohort = '', ?2, cohort), \
@@ -327,8 +328,8 @@ fn texts(values: &[Value]) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Checks a session that another program may have written, a value for each of [`COLUMNS`] and the
-/// trainee's name, which it brings to its form. Returns id, start and name.
+/// Checks a session that another program may have written: a value for each of [`COLUMNS`], and the
+/// trainee's name, which is brought to its form. Returns id, start and name.
 fn check_session(session: &mut [Value]) -> Result<(String, i64, String), StoreError> {
     let wrong = || StoreError::Value {
         what: "a session".to_owned(),
