@@ -8,8 +8,8 @@ pub enum AlarmKind {
     Touched,
     /// A protected structure was burnt.
     Burnt,
-    /// A structure was cut other than cystic duct, cystic artery, gallbladder, liver, fat and
-    /// connective tissue.
+    /// A structure other than cystic duct, cystic artery, gallbladder, liver, fat and connective
+    /// tissue was cut.
     Cut,
     /// An organ was torn. Fat and connective tissue do not count.
     Torn,

@@ -1,5 +1,5 @@
-//! A hold: the trainee shows something and holds the picture still. It has a share of the required
-//! time, and the picture's fault.
+//! A hold: the trainee shows something and holds the picture still. A [`Hold`] gives the share of
+//! the required time that is over, and the picture's fault.
 
 use crate::rules::Steadiness;
 use crate::steady::Held;

@@ -1,8 +1,8 @@
 //! Injuries: structures that the trainee opened, or burnt more than their wall survives.
 //!
 //! A tube is opened when it is divided, by scissors, current or traction, or when its wall is burnt
-//! through or half of it is torn, cut or burnt. Heat coagulates a wall without opening it: 1 J
-//! brings 10 mm³ to 63 °C.
+//! through or half of it is torn, cut or burnt. Less heat coagulates a wall and does not open it: 1
+//! J brings 10 mm³ to 63 °C.
 
 use core::fmt;
 

@@ -163,7 +163,7 @@ impl Procedure {
     /// The running hold, if the next open step is to show something.
     pub(crate) fn hold(&self, steps: &[(Step, bool)], rules: &Rules) -> Option<Hold> {
         let mut open = steps.iter().filter(|(step, done)| {
-            // `LeaveWhole` is nothing to do.
+            // `LeaveWhole` asks for no action.
             !done && *step != Step::LeaveWhole
         });
         match open.next()? {

@@ -28,7 +28,8 @@ pub(crate) struct ScopeDrill {
     targets: Vec<usize>,
     shown: usize,
     timer: Timer,
-    /// Path of the picture's middle while the shown organs were held, m, and that time, s.
+    /// Path of the picture's middle while the shown organs were held, m, and duration of these
+    /// holds, s.
     swayed: [f64; 2],
 }
 

@@ -227,7 +227,7 @@ fn lack(side: ViewSide, side_deg: f64, shares: &Shares, rule: &ViewRule) -> Opti
     .find_map(|(lacks, what)| lacks.then_some(what))
 }
 
-/// A view is as good as its worst criterion, and among equals by the sum.
+/// Rank of a view: the smallest of its shares, then the sum of its shares.
 fn rank(shown: &Shown) -> [f64; 2] {
     let all = shown.seen.all();
     [all.into_iter().fold(1.0, f64::min), all.into_iter().sum()]

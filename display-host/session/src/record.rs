@@ -28,7 +28,7 @@ const QUEUE: usize = 6144;
 const FOR_EVENTS: usize = 1024;
 /// Period at which the services are read. The services keep the messages of 8 s.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
-/// Period at which poses and forces are written for viewers. The course gets every pose that is
+/// Period at which poses are written for viewers. `/course` and `/tool` get every frame that is
 /// read.
 const TOOLS_EVERY: Duration = Duration::from_millis(50);
 /// Period of the identity images that tell what the endoscope shows.
@@ -51,7 +51,7 @@ pub fn check_target(path: &Path) -> Result<(), Error> {
 
 enum Item {
     Inputs(Box<InputBatch>),
-    /// The tools. The flag is true if they are also written for viewers.
+    /// The tools. The flag is true if their poses are also written for viewers.
     Tools(Box<ToolFrame>, bool),
     /// The organs, for an identity image.
     State(Box<StateFrame>),

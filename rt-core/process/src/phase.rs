@@ -1,7 +1,7 @@
 //! Lets the ticks follow the arrivals of the haptic device's samples.
 //!
-//! A device that sends at the tick's rate has a phase of its own, so its samples wait half a period
-//! for the tick, at the median. A slow loop moves the ticks to just after the arrivals. It takes
+//! A device that sends at the tick's rate has a phase of its own, so the median wait of its samples
+//! for the tick is half a period. A slow loop moves the ticks to just after the arrivals. It takes
 //! each wait as a unit vector on the circle of the period and averages the vectors. Their mean has
 //! the length `r`. Normal jitter of σ gives `r = exp(−(2πσ/T)²/2)`, from which σ follows. The ticks
 //! aim at a wait of 4σ, so that nearly no sample comes just too late, and the loop rests while the
@@ -21,11 +21,11 @@ const LOOP_TICKS: f64 = 1024.0;
 /// four times `LOOP_TICKS`, so that both together stay damped. Without this learning, a clock that
 /// is off by 50 in a million would leave an error of 50 ns × `LOOP_TICKS` = 51 µs.
 const DRIFT_TICKS: f64 = 4.0 * LOOP_TICKS;
-/// Number of waits before the loop begins. After four time constants of the mean, its start is left
-/// in it with a share of 2 %.
+/// Number of waits before the loop begins. After four time constants, the mean's initial value
+/// still has a share of 2 % in it.
 const SETTLED: u32 = 1024;
-/// Standard deviations of the jitter that the ticks leave between mean arrival and start. A normal
-/// arrival is later once in 30 000 ticks.
+/// Wait that the ticks aim at, in standard deviations of the jitter. With normal jitter, one sample
+/// in 30 000 arrives too late.
 const DEVIATIONS: f64 = 4.0;
 /// Bounds of the wait that the ticks aim at, as shares of the period. Below the first a late
 /// wake-up of the line's thread would lose samples. Above the second, the gain against the mean
@@ -96,7 +96,7 @@ mod tests {
 
     const PERIOD_NS: u64 = 1_000_000;
 
-    /// Even numbers from 0 to 1 of a fixed seed.
+    /// Uniform random numbers from 0 to 1, from a fixed seed.
     struct Even(u64);
 
     impl Even {
@@ -108,7 +108,7 @@ mod tests {
             (self.0 >> 11) as f64 / (1u64 << 53) as f64
         }
 
-        /// A nearly normal number.
+        /// An approximately normal random number of standard deviation 1.
         fn normal(&mut self) -> f64 {
             (0..12).map(|_| self.next()).sum::<f64>() - 6.0
         }

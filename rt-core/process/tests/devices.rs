@@ -56,7 +56,7 @@ fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     let fresh = records.iter().filter(|r| r.motion_to_force_ns > 0).count();
     assert!(fresh > 100, "{fresh} of {} ticks", records.len());
     // A sample that arrives after a tick has read the devices waits for the next tick. So the
-    // sample is no older than the begin of the tick before.
+    // sample is no older than the beginning of the tick before.
     let in_next_tick = records.windows(2).filter(|pair| {
         let begun_ns = |r: &TickRecord| r.scheduled_ns + u64::from(r.wake_latency_ns);
         let ended_ns = begun_ns(&pair[1]) + u64::from(pair[1].tick_ns);

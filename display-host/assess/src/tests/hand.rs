@@ -80,7 +80,8 @@ proptest! {
             is(found[1], 2.0);
             prop_assert!((found[0] - path_m).abs() < 0.04 * path_m, "{}", case);
             // Among 300 random movements, noise changed smoothness by 8 % at most. Among 20,
-            // sampling at 30 Hz changed one by 4 %, because it begins between two samples.
+            // sampling at 30 Hz changed one by 4 %, because that movement begins between two
+            // samples.
             let off = if noise_m > 0.0 { 0.15 } else { 0.08 };
             prop_assert!((found[2] / smoothness - 1.0).abs() < off, "{}", case);
         }

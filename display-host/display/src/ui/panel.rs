@@ -149,7 +149,7 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     }
 }
 
-/// Says so if the computer draws too few pictures to train with.
+/// Warns if the computer draws too few pictures to train with.
 fn too_slow(ui: &mut Ui, state: &UiState) {
     let rate = state.frames_per_second;
     if rate > 0.0 && rate < RATE_MIN && state.replay.is_none() {

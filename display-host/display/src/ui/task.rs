@@ -1,4 +1,5 @@
-//! Task in the panel: time, steps, errors. Words and shapes show every state, never colour alone.
+//! Task in the panel: time, steps, errors. Every state shows by a word or a shape, never by colour
+//! alone.
 
 use assess::{Hint, Hold, Reason, Step};
 use egui::{Color32, RichText, Ui};

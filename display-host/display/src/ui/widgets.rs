@@ -1,5 +1,5 @@
-//! Widgets that all parts of the interface share. Words and shapes show every state, never colour
-//! alone.
+//! Widgets that all parts of the interface share. Every state shows by a word or a shape, never by
+//! colour alone.
 
 use egui::{Color32, FontId, Sense, Stroke, TextStyle, Ui, vec2};
 

@@ -13,7 +13,8 @@ pub struct Seen {
     pub side_rad: f32,
     /// Share of the triangle's tissue, by volume, that is gone and whose place nothing hides.
     pub triangle: f32,
-    /// This share for the tissue in the lower third of the gallbladder's bed.
+    /// Share of the tissue in the lower third of the gallbladder's bed, by volume, that is gone and
+    /// whose place nothing hides.
     pub lower_bed: f32,
     /// Each organ, in the scene's order.
     pub organs: [OrganSeen; ORGANS_MAX],

@@ -18,11 +18,11 @@
 //! 4. A movement begins and ends when the point's path in the last 0.2 s passes a threshold, one
 //!    for the beginning and a lower one for the end.
 //! 5. The smoothness of a movement comes from the spectrum of its speed ([`smooth`]), for which two
-//!    more stages of 6 Hz smooth the hand.
+//!    more stages of 6 Hz smooth the position.
 //!
 //! Noise of 0.3 mm at 30 Hz keeps 0.16 mm an axis after the second step. The leash of 0.8 mm is
 //! five times as long. The window of 0.2 s holds two samples of a device with 10 Hz. In a shorter
-//! one, the stairs of such a device end a movement between two samples.
+//! window, a movement would end between two samples, while such a device's position stands still.
 //!
 //! The tests `tests::hand` compare movements sampled at 10 Hz to 1 kHz, with and without noise.
 //! `evaluate hands` does so with the hands of surgeons and novices.

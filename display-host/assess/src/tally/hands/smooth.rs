@@ -6,7 +6,7 @@
 //! each hesitation. The measure (SPARC) depends neither on the movement's size nor on its duration,
 //! and it differentiates nothing, so noise harms it less than measures of jerk: S. Balasubramanian,
 //! A. Melendez-Calderon, A. Roby-Brami, E. Burdet, On the analysis of movement smoothness, J.
-//! NeuroEng. Rehabil. 12:112, 2015, whose limits are taken.
+//! NeuroEng. Rehabil. 12:112, 2015. The limits here are those of this paper.
 
 use std::f64::consts::TAU;
 
@@ -16,8 +16,8 @@ use super::GRID_S;
 const HIGHEST_HZ: f64 = 10.0;
 /// Least amplitude that counts, as a share of the amplitude at 0 Hz.
 const LEAST: f64 = 0.05;
-/// Number of frequencies per reciprocal of a movement's duration, as zero padding to 16 times the
-/// length gives.
+/// Number of frequencies in each interval of 1 / duration of a movement: as many as zero padding to
+/// 16 times the length gives.
 const FINENESS: f64 = 16.0;
 /// Number of points after which a longer movement is cut: 5 s. Chains of movements without a rest
 /// would otherwise count as one movement that hesitates.

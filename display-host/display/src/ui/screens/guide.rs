@@ -25,8 +25,8 @@ pub(super) fn is_of(task: &TaskView) -> bool {
     task.task == TASK && task.hint.is_some()
 }
 
-/// Shows the present step of a guided task, if the place is tight only its sentence. Returns false
-/// if there is no such step.
+/// Shows the present step of a guided task; in a tight picture, only the step's sentence. Returns
+/// false if there is no such step.
 pub(super) fn show(ui: &mut Ui, state: &UiState, task: &TaskView, is_tight: bool) -> bool {
     let words = &state.words;
     let Some(hint) = task.hint.as_ref().filter(|_| task.task == TASK) else {

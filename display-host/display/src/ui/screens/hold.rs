@@ -7,7 +7,7 @@ use super::super::UiState;
 
 /// Radius of the ring, as a share of the picture's height.
 const RING: f32 = 0.17;
-/// Widths of the ring, points.
+/// Widths, points. The white ring is 1.5 narrower than the first; the filled part has the second.
 const WIDTHS: [f32; 2] = [3.0, 6.0];
 /// Half of the gap in the reticle, and the length of its arms, points.
 const GAP: f32 = 6.0;
