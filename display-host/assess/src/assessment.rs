@@ -237,8 +237,7 @@ impl Assessment {
 
     fn moved(&mut self, at_ns: u64, moved: &Movement) {
         self.began_ns.get_or_insert(at_ns);
-        // The recorded pose is that of the shaft. The endoscope's view may be inclined to the
-        // shaft.
+        // The recorded pose is the shaft's. The endoscope's view may be inclined to the shaft.
         let moved = &Movement {
             world_from_camera: looking_off(&moved.world_from_camera, self.sight_rad),
             ..*moved

@@ -48,7 +48,7 @@ pub struct Rules {
     flow_ml_min: Vec<(OrganKind, f64)>,
     injuries: Vec<InjuryRule>,
     penalties: Vec<Penalty>,
-    /// Pass rules of an exam, besides those of its task.
+    /// Pass rules that an exam has besides its task's.
     exam: Vec<Condition>,
     tasks: BTreeMap<&'static str, TaskRules>,
     references: Vec<Reference>,

@@ -160,8 +160,8 @@ impl Merge<'_> {
             let add = "INSERT OR IGNORE INTO trainee (name) VALUES (?1)";
             let added = self.ours.execute(add, [&name]);
             added.map_err(|error| self.refused(error))?;
-            // Cohort and consent have no time, so those of a person who was forgotten are not
-            // taken.
+            // Cohort and consent carry no time, so they are not taken for a person who was
+            // forgotten.
             if when.is_none() {
                 check_text(&name, &it.cohort)?;
                 let change = "UPDATE trainee SET cohort = iif(cohort = '', ?2, cohort), \

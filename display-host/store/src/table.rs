@@ -195,7 +195,7 @@ fn text(value: Option<impl ToString>) -> String {
     value.map(|it| it.to_string()).unwrap_or_default()
 }
 
-/// Text of a table. A number has the fewest digits from which the same number is read back.
+/// Text of a table. Numbers have just enough digits to be read back exactly.
 struct Table(String);
 
 impl Table {

@@ -84,7 +84,7 @@ impl Rules {
         rules.map_or(f64::INFINITY, |rules| rules.time_max_s)
     }
 
-    /// Unmet pass rules of a task, with those of an exam if the difficulty is `Exam`.
+    /// Unmet pass rules of a task. The difficulty `Exam` adds the exam's rules.
     #[must_use]
     pub fn unmet(
         &self,

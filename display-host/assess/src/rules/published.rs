@@ -48,7 +48,7 @@ impl Condition {
 }
 
 impl Rules {
-    /// Pass rules of a task for reports, with those of an exam if it is one.
+    /// Pass rules of a task for reports. The difficulty `Exam` adds the exam's rules.
     #[must_use]
     pub fn pass(&self, task: Task, difficulty: Difficulty) -> Vec<PassRule<'_>> {
         self.conditions(task, difficulty)

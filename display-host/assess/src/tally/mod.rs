@@ -292,7 +292,7 @@ impl Tally {
         self.force.histogram()
     }
 
-    /// The metrics counted here; procedure and assessment set the others.
+    /// The metrics counted here; procedure and assessment set the rest.
     pub(crate) fn values(&self, anatomy: &Anatomy) -> Values {
         let mut values = Values::none();
         let [tip, lens] = self.hands.tracks();
