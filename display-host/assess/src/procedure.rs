@@ -140,8 +140,8 @@ impl Procedure {
         }
     }
 
-    /// Notes the true state of the critical view in the model. The first clip or division freezes
-    /// it.
+    /// Notes the true state of the critical view in the model, until duct or artery is first
+    /// clipped, divided or damaged.
     pub(crate) fn know(&mut self, tally: &Tally, anatomy: &Anatomy) {
         if self.is_untouched() {
             let removed = |region| tally.removed(anatomy, &[region]);

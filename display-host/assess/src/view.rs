@@ -74,8 +74,8 @@ pub struct Shown {
 /// A criterion of the critical view of safety.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Criterion {
-    /// Share achieved in the simulation before the first clip or division: tissue removed, or
-    /// vessels whole.
+    /// Share achieved in the simulation before duct or artery was first clipped, divided or
+    /// damaged: tissue removed, or vessels whole.
     pub achieved: f64,
     /// Largest share that was visible at one moment; `None` for a recording without identity
     /// images.
@@ -107,13 +107,14 @@ pub(crate) struct Views {
 }
 
 impl Views {
-    /// Notes the model's truth, while cystic duct and artery are whole and have no clip.
+    /// Notes the model's truth, while cystic duct and artery are whole and have no clip of the
+    /// trainee.
     pub(crate) fn know(&mut self, truth: [f64; 3]) {
         self.truth = truth;
     }
 
     /// Takes an identity image, `at_s` after the task began, while cystic duct and artery are whole
-    /// and have no clip.
+    /// and have no clip of the trainee.
     pub(crate) fn look(
         &mut self,
         at_s: f64,

@@ -72,7 +72,8 @@ pub(crate) struct Events {
     expected: u64,
 }
 
-/// A session being written. Nothing reaches the disk before [`SessionFile::flush`].
+/// A session being written. Bytes reach the disk only in [`SessionFile::flush`] and
+/// [`SessionFile::finish`].
 pub(crate) struct SessionFile {
     writer: Writer<NoSeek<Waiting>>,
     pub(crate) outbox: Outbox,
@@ -198,7 +199,8 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Writes the inputs of ticks.
+    /// Writes the inputs of ticks, and the resets and starts among them to the course. The first
+    /// call also writes the run's setup.
     pub(crate) fn inputs(&mut self, batch: &InputBatch) -> Result<(), Error> {
         let Some(mut records) = batch.records() else {
             return Ok(());

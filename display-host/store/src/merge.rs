@@ -53,7 +53,7 @@ pub struct Merged {
     pub left_out_answers: u64,
     /// Trainees that were left out because they were forgotten.
     pub left_out_trainees: u64,
-    /// Trainees who are here and were forgotten there.
+    /// Trainees who are here and were forgotten there, and not here since.
     pub forgotten_there: Vec<String>,
     /// Known sessions that belong to another trainee there. They stay as they are here, and their
     /// scoring sheets from there are left out.
@@ -103,7 +103,7 @@ impl Store {
     ///
     /// # Errors
     /// When `other` is this store, is not a store, has a newer version, is damaged, or holds an
-    /// invalid name or session; when this store cannot be written.
+    /// invalid entry; when this store cannot be written.
     pub fn merge(&mut self, other: &Path) -> Result<Merged, StoreError> {
         check_not_same(self.path(), other)?;
         let theirs = Self::read(other)?;

@@ -57,9 +57,9 @@ pub struct Shown {
 
 /// Shows the ticks from `open` on `station` until `stop` is set. The first frame stands still until
 /// `begun` is set. At the end the last frame stands still. Commands of a display pause the show,
-/// change its speed, seek any moment, or restart it (reset). `each` sees every tick once, as soon
-/// as it has run; `tell` receives the state of the show. The calling thread needs a stack of
-/// several megabytes.
+/// change its speed, seek any moment, restart it (reset) or end it. `open` is called again after
+/// each jump to a checkpoint. `each` sees every tick once, as soon as it has run; `tell` receives
+/// the state of the show. The calling thread needs a stack of several megabytes.
 ///
 /// # Errors
 /// When the station has a controller, the core refuses the scene, or the session ends before
