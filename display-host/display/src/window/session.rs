@@ -60,7 +60,7 @@ pub(super) struct Session {
     causes: Causes,
     /// Names of the organs.
     organs: Vec<String>,
-    /// True if the organs were reset since the last picture.
+    /// True if the next picture must clear all bleeding and stains.
     was_reset: bool,
     /// `None`: muted, or no sound card.
     sound: Option<Sound>,
@@ -401,14 +401,15 @@ impl Session {
         self.ui.link == Link::Live
     }
 
-    /// Makes the next picture clear all bleeding and stains, because the organs were reset.
+    /// Makes the next picture clear all bleeding and stains: after a reset, a start, a seek or a
+    /// restart of the controller.
     fn forget_effects(&mut self) {
         self.pending.clear();
         self.newest_clip = None;
         self.was_reset = true;
     }
 
-    /// True if the organs were reset since the last picture.
+    /// True if the next picture must clear all bleeding and stains.
     pub(super) fn take_reset(&mut self) -> bool {
         std::mem::take(&mut self.was_reset)
     }
@@ -512,7 +513,7 @@ impl Session {
         }
     }
 
-    /// Pauses a task while the settings are open.
+    /// Pauses the controller while the settings are open.
     fn pause_for_settings(&mut self, open: bool, observer: &mut dyn FnMut(Observed<'_>)) {
         let works = !self.ui.instructor && self.replay.is_none() && self.is_live();
         if open && works && !self.ui.is_paused() {
@@ -566,7 +567,7 @@ impl Session {
         self.warnings.push(warning);
     }
 
-    /// Number of drawn pictures.
+    /// Number of drawn pictures whose records are kept.
     pub(super) fn drawn(&self) -> u64 {
         self.frames.len() as u64
     }
