@@ -35,8 +35,8 @@ pub enum Repaired {
 }
 
 /// Copies all complete records of the session at `from` to `to`, with an index. The session at
-/// `from` stays as it is. The copy says where the session broke off, and every reader of Calot
-/// repeats this.
+/// `from` stays as it is. If the session breaks off or is damaged, the copy says where, and every
+/// reader of Calot repeats this.
 ///
 /// # Errors
 /// When the session cannot be read or is being recorded, when no message of it is left, or when the

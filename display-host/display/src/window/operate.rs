@@ -195,7 +195,8 @@ impl Leading {
 pub(super) struct Operate {
     station: Station,
     on: Option<(HandSender, Leading)>,
-    /// Sender of the last message, kept until delivery, and the time at which it was sent.
+    /// Sender of the last message, kept for [`LAST_WORD`], and the time at which the message was
+    /// sent.
     leaving: Option<(HandSender, Instant)>,
     advanced: Instant,
     lead: Lead,
