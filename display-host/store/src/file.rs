@@ -8,8 +8,8 @@ use crate::error::StoreError;
 use crate::names::check_name;
 use crate::schema::{APPLICATION, FROM_FIRST, OLDEST_VERSION, SCHEMA_VERSION, SECOND, TABLES};
 
-/// Makes the tables of an empty file, or brings a store of an older version to this one. Leaves a
-/// store of this version as it is, and refuses every other file. The caller commits.
+/// Makes the tables of an empty file, or brings those of an older version to this one. Refuses
+/// every other file. The caller commits.
 pub(crate) fn make_or_migrate(making: &Transaction<'_>, path: &Path) -> Result<(), StoreError> {
     let sqlite = |error| refused(path, error);
     if marks(making, path)? == (0, 0, 0) {
