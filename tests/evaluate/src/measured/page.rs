@@ -253,7 +253,8 @@ fn tissue(rows: &[Row]) -> Section {
         title: "Organs and instruments".to_owned(),
         body: format!(
             "<p>Published figures of organs and instruments. Calot’s figures come from runs of its solver, with the \
-materials of its built-in scenes, and of its whole simulation. “Not modelled”: Calot lacks the effect.</p>\
+materials of its built-in scenes, and of its whole simulation. “Not modelled”: Calot lacks the effect, or this \
+program cannot read it; the condition says which.</p>\
 <p><b>Why moduli of liver differ fifty-fold.</b> Small strains, as of ultrasound and gentle presses, meet the soft \
 sponge of cells and blood: some 2 to 15 kPa. Carter’s 270 kPa are a secant under a small indenter that is pressed \
 hard. There the capsule and the strained network carry, and the force grows exponentially. Perfused liver pressed by half \
