@@ -8,11 +8,12 @@
 //! collision   organ × size × way → time, and agreement with the exact answer
 //! force       case × contact law × spheres → force over depth against the reference
 //! surface     scene × hand × organ → faults of the drawn skin under tools
+//! rest        value of a recipe → speed of tissue that should rest
 //! solve-force the references of force that are missing
 //! calculix    two references of force, by CalculiX → forces side by side
 //! measured    published measurement → what Calot gives under the same condition
 //! hands       recorded hands of surgeons and novices → the metrics that tell them apart
-//! all         the first seven, as CSV, SVG and one offline page
+//! all         the first eight, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
 
@@ -31,7 +32,9 @@ mod organ;
 mod page;
 mod prepared;
 mod reference;
+mod rest;
 mod scene;
+mod seeded_hand;
 mod solved;
 mod stability;
 mod surface;
@@ -104,6 +107,9 @@ enum Command {
     Haptics(Asked),
     /// Judges the drawn skin under tools: stretched edges, folds, gaps, loose ends.
     Surface(Asked),
+    /// Lays tissue to rest: sweeps of material, spheres, hold, gravity and form, and the speed that
+    /// is left after 5 s.
+    Rest(Asked),
     /// Measures recorded hands of surgeons and novices with the metrics of sessions. Finds which
     /// metrics tell the two apart, at which rates and with which noise.
     ///
@@ -134,18 +140,20 @@ enum Chart {
     Collision,
     Haptics,
     Surface,
+    Rest,
     Reference,
 }
 
 impl Chart {
     /// All charts in the order of the page.
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 8] = [
         Self::Accuracy,
         Self::Stability,
         Self::Force,
         Self::Collision,
         Self::Haptics,
         Self::Surface,
+        Self::Rest,
         Self::Reference,
     ];
 
@@ -158,6 +166,7 @@ impl Chart {
             Self::Collision => measure_collision(asked),
             Self::Haptics => measure_haptics(asked),
             Self::Surface => measure_surface(asked),
+            Self::Rest => measure_rest(asked),
             Self::Reference => measure_reference(asked),
         }
     }
@@ -205,6 +214,7 @@ fn perform(command: Command) -> Result<(), String> {
         Command::Collision(asked) => run(&asked, &[Chart::Collision]),
         Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
         Command::Surface(asked) => run(&asked, &[Chart::Surface]),
+        Command::Rest(asked) => run(&asked, &[Chart::Rest]),
         Command::Hands(asked) => measure_hands(&asked),
         Command::Measured(asked) => compare_with_measured(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
@@ -222,7 +232,8 @@ impl Command {
         | Self::SolveForce(AskedSolve { all: asked, .. })
         | Self::Collision(asked)
         | Self::Haptics(asked)
-        | Self::Surface(asked)) = self
+        | Self::Surface(asked)
+        | Self::Rest(asked)) = self
         else {
             return Ok(());
         };
@@ -368,6 +379,12 @@ fn compare_with_measured(asked: &measured::MeasuredArgs) -> Result<(), String> {
     write(out, "measured.html", &html)?;
     println!("{}", out.join("measured.html").display());
     Ok(())
+}
+
+fn measure_rest(asked: &Asked) -> Result<Vec<Section>, String> {
+    let rows = rest::run(&asked.out, asked.quick, asked.only())?;
+    write(&asked.out, "rest.csv", &rest::csv(&rows))?;
+    Ok(vec![rest::section(&rows)])
 }
 
 fn measure_reference(asked: &Asked) -> Result<Vec<Section>, String> {

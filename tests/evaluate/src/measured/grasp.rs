@@ -7,7 +7,7 @@ use shared_mem::message::{CommandMsg, HandMsg};
 use shared_mem::scene::{SceneFile, str_from_name};
 use shared_mem::words::{EventKind, Instrument};
 
-use crate::surface::hand::{Place, Seeded, place, tip_m};
+use crate::seeded_hand::{Place, Seeded, place, tip_m};
 
 /// Speed of the hand, m/s.
 const SPEED_M_S: f32 = 0.03;
