@@ -11,6 +11,7 @@ use shared_mem::service::{Host, ServiceError, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
 use shared_mem::words::{self, EventKind, Fault};
 
+use super::frames::Frames;
 use super::free_view::FreeCamera;
 use super::operate::{Lead, Operate};
 use super::pending::Pending;
@@ -30,8 +31,6 @@ use crate::ui::{
 };
 use crate::words::{Language, Words};
 
-/// Largest number of frame records kept: nearly two hours at 60 Hz. Then the older half is dropped.
-const FRAMES_KEPT: usize = 400_000;
 /// Time without a new state after which the controller counts as silent.
 const SILENCE: Duration = Duration::from_millis(500);
 /// Longest wait for the answer to a command. The picture waits as well.
@@ -52,8 +51,7 @@ pub(super) struct Session {
     start: Instant,
     forgot_dead: bool,
     force: VecDeque<[f64; 2]>,
-    frames: Vec<FrameRecord>,
-    frame_times: VecDeque<Instant>,
+    frames: Frames,
     warnings: Vec<String>,
     /// Effects of events since the last picture.
     pending: Pending,
@@ -118,8 +116,7 @@ impl Session {
             start: Instant::now(),
             forgot_dead: false,
             force: VecDeque::new(),
-            frames: Vec::new(),
-            frame_times: VecDeque::new(),
+            frames: Frames::default(),
             warnings: Vec::new(),
             pending: Pending::default(),
             causes: Causes::of(scene),
@@ -533,27 +530,12 @@ impl Session {
 
     /// Takes the record of a shown frame.
     pub(super) fn note_frame(&mut self, frame: FrameRecord) {
-        let now = Instant::now();
-        self.frame_times.push_back(now);
-        while self.frame_times.len() > 2
-            && self
-                .frame_times
-                .front()
-                .is_some_and(|old| now - *old > Duration::from_secs(2))
-        {
-            self.frame_times.pop_front();
-        }
-        if let Some(first) = self.frame_times.front() {
-            let span = (now - *first).as_secs_f32().max(1e-3);
-            self.ui.frames_per_second = (self.frame_times.len() - 1) as f32 / span;
-        }
         if frame.live {
             self.ui.motion_to_picture_ms = frame.motion_to_picture_ns() as f32 * 1e-6;
         }
-        if self.frames.len() == FRAMES_KEPT {
-            self.frames.drain(..FRAMES_KEPT / 2);
+        if let Some(rate) = self.frames.note(frame) {
+            self.ui.frames_per_second = rate;
         }
-        self.frames.push(frame);
     }
 
     /// Warns at once and in the summary.
@@ -567,9 +549,9 @@ impl Session {
         self.warnings.push(warning);
     }
 
-    /// Number of drawn pictures whose records are kept.
+    /// Number of drawn pictures.
     pub(super) fn drawn(&self) -> u64 {
-        self.frames.len() as u64
+        self.frames.drawn()
     }
 
     pub(super) fn outcome(
@@ -581,7 +563,7 @@ impl Session {
         RunOutcome {
             adapter,
             software_adapter,
-            frames: self.frames,
+            frames: self.frames.into_records(),
             counters: self.feed.counters(),
             ended,
             warnings: self.warnings,
