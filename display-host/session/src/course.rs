@@ -56,7 +56,7 @@ pub struct Movement {
     pub switches: u8,
     /// Devices whose samples arrive in time: 1 haptic device, 2 tracker, 4 pedal.
     pub live: u8,
-    /// Contacts of the instrument.
+    /// Number of the instrument's contacts.
     pub contacts: u16,
 }
 
@@ -427,6 +427,15 @@ mod tests {
                 Some(EntryContent::Seen(seen)) => prop_assert!(seen.is_sane()),
                 _ => {}
             }
+        }
+    }
+
+    #[test]
+    fn the_schema_in_a_session_describes_every_kind_of_entry() {
+        let topic = crate::describe::COURSE;
+        let schema = String::from_utf8_lossy(&topic.schema);
+        for kind in [MOVEMENT, EVENT, DEVICE, RESET, START, SIGHT, SEEN] {
+            assert!(schema.contains(&format!("Kind {kind}")), "{kind}");
         }
     }
 

@@ -1,6 +1,6 @@
-//! Work that competes with the tick. Each load is a process of its own (`calot load`) at ordinary
-//! priority and without locked memory. It can therefore be killed without effect on the process
-//! that measures.
+//! Work that competes with the tick. Each load is a process of its own (`calot load`), so that it
+//! can be killed without effect on the process that measures. It has ordinary priority and no
+//! locked memory.
 
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
@@ -68,14 +68,14 @@ pub(crate) struct LoadArgs {
     pub(crate) with_parent: Option<i32>,
 }
 
-/// Size of one copy, larger than any cache.
+/// Size of one copy, larger than usual caches.
 const COPY_BYTES: usize = 64 << 20;
-/// Size of a file that is written and synced at once.
+/// Bytes that are written before each sync.
 const FILE_BYTES: usize = 4 << 20;
 /// Time after which a display is killed or asked to leave.
 const DISPLAY_LIFE: Duration = Duration::from_secs(1);
 
-/// Time after which a watcher is stalled, asked to leave or killed. It is enough to connect.
+/// Time after which a watcher is stalled, asked to leave or killed. It suffices to connect.
 const WATCHER_LIFE: Duration = Duration::from_secs(2);
 
 /// Time that a load may take to end.
@@ -149,7 +149,7 @@ fn files(folder: &Path, stop: &AtomicBool) -> Result<(), Problem> {
     Ok(())
 }
 
-/// A display that reads all services until it is killed.
+/// Reads state, times and events as a display does, until told to end.
 fn join(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
     let host = Host::open(&Station::new(station)?)?;
     let mut state = display_frame();
@@ -212,8 +212,17 @@ fn display_frame() -> Box<shared_mem::message::StateFrame> {
 #[derive(Debug)]
 pub(crate) struct Loads {
     children: Vec<Child>,
-    /// Thread that joins and kills displays.
-    churn: Option<(Arc<AtomicBool>, JoinHandle<u64>)>,
+    /// Thread that starts and ends displays, with its stop flag.
+    churn: Option<(Arc<AtomicBool>, JoinHandle<Churned>)>,
+}
+
+/// Displays that joined one after another.
+#[derive(Debug, Default)]
+pub(crate) struct Churned {
+    /// Number of displays that joined.
+    pub(crate) joined: u64,
+    /// Reason why no further display joined, if they ended too early.
+    pub(crate) problem: Option<String>,
 }
 
 impl Loads {
@@ -230,7 +239,9 @@ impl Loads {
                 }
                 let stop = Arc::new(AtomicBool::new(false));
                 let (flag, station) = (stop.clone(), station.to_owned());
-                let thread = std::thread::spawn(move || join_and_kill(&station, &flag));
+                let thread = std::thread::spawn(move || {
+                    join_and_kill(&flag, || spawn(Load::Join, &station))
+                });
                 started.churn = Some((stop, thread));
             } else {
                 let place = match load {
@@ -250,13 +261,16 @@ impl Loads {
         ended.map(|status| format!("a load ended by itself ({status})"))
     }
 
-    /// Ends the loads. Returns the number of displays that joined.
-    pub(crate) fn end(mut self) -> u64 {
-        let churn = self.churn.take().map(|(stop, thread)| {
-            stop.store(true, Ordering::Relaxed);
-            thread.join().unwrap_or(0)
-        });
-        churn.unwrap_or(0)
+    /// Ends the loads. Returns how displays joined.
+    pub(crate) fn end(mut self) -> Churned {
+        let Some((stop, thread)) = self.churn.take() else {
+            return Churned::default();
+        };
+        stop.store(true, Ordering::Relaxed);
+        thread.join().unwrap_or_else(|_| Churned {
+            joined: 0,
+            problem: Some("the thread that lets displays join panicked".to_owned()),
+        })
     }
 }
 
@@ -283,8 +297,8 @@ impl Drop for Loads {
 }
 
 fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
-    // The kernel signals a child when the thread that started it ends. Each of these threads
-    // outlives its children.
+    // With `--with-parent`, the kernel signals a child when the thread that started it ends. All
+    // threads that call this outlive their children.
     let parent = std::process::id().to_string();
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["load", &load.name(), place, "--with-parent", &parent]);
@@ -296,19 +310,28 @@ fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
     Ok(command.spawn()?)
 }
 
-/// Runs displays one after another and kills each at work. Every third is asked to leave instead.
-fn join_and_kill(station: &str, stop: &AtomicBool) -> u64 {
-    let mut joined = 0;
+/// Runs displays, which `join` starts, one after another. Asks every third to leave, and kills the
+/// others at work. Ends at the first display that cannot be started.
+fn join_and_kill(stop: &AtomicBool, join: impl Fn() -> Result<Child, Problem>) -> Churned {
+    let mut churned = Churned::default();
     while !stop.load(Ordering::Relaxed) {
-        let Ok(mut display) = spawn(Load::Join, station) else {
-            break;
+        let mut display = match join() {
+            Ok(display) => display,
+            Err(problem) => {
+                churned.problem = Some(format!(
+                    "the load of joining displays ended by itself after {} displays: another one \
+                     cannot be started: {problem}",
+                    churned.joined
+                ));
+                break;
+            }
         };
-        joined += 1;
+        churned.joined += 1;
         let start = Instant::now();
         while start.elapsed() < DISPLAY_LIFE && !stop.load(Ordering::Relaxed) {
             std::thread::sleep(Duration::from_millis(10));
         }
-        let leaves = joined % 3 == 0;
+        let leaves = churned.joined % 3 == 0;
         if leaves && let Some(pid) = rustix::process::Pid::from_raw(display.id().cast_signed()) {
             let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
             std::thread::sleep(Duration::from_millis(50));
@@ -316,12 +339,28 @@ fn join_and_kill(station: &str, stop: &AtomicBool) -> u64 {
         let _ = display.kill();
         let _ = display.wait();
     }
-    joined
+    churned
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_display_that_cannot_be_started_is_told() {
+        let left = std::cell::Cell::new(1);
+        let churned = join_and_kill(&AtomicBool::new(false), || {
+            let program = match left.replace(0) {
+                0 => "/nowhere/calot",
+                _ => "/bin/true",
+            };
+            Ok(Command::new(program).spawn()?)
+        });
+        assert_eq!(churned.joined, 1);
+        let said = churned.problem.unwrap_or_default();
+        assert!(said.contains("ended by itself after 1 displays"), "{said}");
+        assert!(said.contains("No such file"), "{said}");
+    }
 
     #[test]
     fn all_loads_are_each_of_them_once() {

@@ -7,6 +7,8 @@ mod clumsy;
 mod injuries;
 #[path = "operation/patients.rs"]
 mod patients;
+#[path = "operation/silent.rs"]
+mod silent;
 mod theatre;
 
 use std::sync::OnceLock;

@@ -154,7 +154,7 @@ fn together(page: &mut Page<'_>, chapters: &[Chapter]) {
     }
 }
 
-/// Outcome of a session, with a mark if no person worked it.
+/// Outcome of a session, with a note if a script operated.
 fn outcome(page: &Page<'_>, chapter: &Chapter) -> String {
     let outcome = page.say(&format!("outcome-{}", chapter.assessed.outcome.name()));
     match chapter.is_scripted {
@@ -259,12 +259,14 @@ fn verdict(page: &mut Page<'_>, chapter: &Chapter) {
     }
 }
 
-/// Writes which organs fell or shook, because that is no fault of the trainee.
+/// Writes which organs fell or shook, and in which the instrument was when its signal began. None
+/// of this is the trainee's fault.
 fn unrest(page: &mut Page<'_>, moments: &[Moment]) {
     for moment in moments {
         let id = match moment.what.as_str() {
             "fall" => "page-fell",
             "shake" => "page-shook",
+            "buried" => "page-buried",
             _ => continue,
         };
         let organ = page

@@ -48,7 +48,7 @@ fn clips_that_are_lost_or_misplaced_sound_and_cost() {
             limit: 0.0
         }]
     );
-    // Reports give it in plain English.
+    // Reports give reasons and steps in plain English.
     let report = serde_json::to_value(&assessed).unwrap();
     assert_eq!(
         report["reasons"][0],
@@ -87,6 +87,34 @@ fn cutting_unclamped_fails_at_once() {
     let free = free.end();
     assert_eq!(free.outcome, Outcome::Practised);
     assert_eq!(kinds(&free), [AlarmKind::Unclamped]);
+}
+
+#[test]
+fn the_definition_of_a_wrong_cut_names_each_organ_whose_cut_is_none() {
+    let definition = Metric::CutsWrong.definition();
+    let named = |kind: OrganKind| {
+        definition.contains(match kind {
+            OrganKind::CysticDuct | OrganKind::CysticArtery => "cystic duct and artery",
+            OrganKind::Fat => "fat",
+            OrganKind::ConnectiveTissue => "connective tissue",
+            OrganKind::Gallbladder => "gallbladder",
+            OrganKind::Liver => "liver",
+            OrganKind::BileDuct => "bile duct",
+            OrganKind::Stomach => "stomach",
+            OrganKind::Intestine => "intestine",
+            OrganKind::AbdominalWall => "abdominal wall",
+            OrganKind::Vessel => "vessel",
+        })
+    };
+    for kind in OrganKind::ALL {
+        let anatomy = Anatomy::new(&[("organ", kind)], &[]);
+        let (help, rules) = (Difficulty::Trainee, Rules::default());
+        let mut assessment = Assessment::new(Task::Free, help, rules, anatomy);
+        rest(&mut assessment, 0.0, 0.1);
+        assessment.take(&event(0.2, EventKind::Cut.number(), 0, 0.0, 0.001));
+        let wrong = assessment.end().metrics.get(Metric::CutsWrong);
+        is(wrong, f64::from(u8::from(!named(kind))));
+    }
 }
 
 #[test]

@@ -21,7 +21,7 @@ use crate::task;
 
 /// A finished run.
 pub(super) struct Finished {
-    /// True if the run reached its end and all results are written.
+    /// True if the run reached its end, no process failed, and all results are written.
     pub(super) whole: bool,
 }
 
@@ -46,7 +46,7 @@ impl Shown<'_> {
         for warning in &self.outcome.warnings {
             say::note(format_args!("calot: {warning}"));
         }
-        // The animation comes last, so that a slow or failed one does not affect the results.
+        // The animation comes last, so that the other results do not wait for it.
         if let Some(gif) = &self.args.gif
             && let Err(problem) = animate(&self.outcome, gif)
         {
@@ -149,16 +149,19 @@ fn by_kind<'a>(
     })
 }
 
-/// Driver of the haptic device: its name in the station file, or `emulated`.
+/// Driver of the haptic device, by its name in station files: `rig` for `--haptic`, `emulated` if
+/// neither `--haptic` nor a station file names a haptic device, nothing if the station file cannot
+/// be read any more.
 fn driver(devices: &DeviceArgs) -> String {
     if devices.haptic.is_some() {
         return "rig".to_owned();
     }
-    let Some(path) = devices.station_file.as_deref() else {
-        return "emulated".to_owned();
+    let file = devices.station_file.as_deref().map(StationFile::read);
+    let Ok(file) = file.transpose() else {
+        return String::new();
     };
-    let haptic = StationFile::read(path).ok().and_then(|it| it.haptic);
-    let name = haptic.map_or("", |it| match it.driver {
+    let haptic = file.and_then(|it| it.haptic);
+    let name = haptic.map_or("emulated", |it| match it.driver {
         HapticDriver::Rig => "rig",
         HapticDriver::Woody => "woody",
         HapticDriver::Hapi(_) => "hapi",
@@ -177,7 +180,7 @@ fn reason(held: &HeldBack) -> Held {
     }
 }
 
-/// Writes the run's pictures as an animation, except those of single moments.
+/// Writes the run's evenly spaced pictures as an animation.
 fn animate(outcome: &RunOutcome, gif: &Path) -> Result<(), Problem> {
     let is_of_course = |path: &PathBuf| {
         let name = path.file_name().and_then(|it| it.to_str());
@@ -211,7 +214,7 @@ fn debrief(
             let views = VIEWS.map(|name| out.join(name));
             let drawn = outcome.frames.iter().filter_map(|it| it.path.clone());
             let others = drawn.filter(|it| !views.contains(it));
-            // The critical view is never left out.
+            // Choose the critical view apart, so that it is never left out.
             chapter.pictures = report::chosen(views.iter().cloned());
             chapter.pictures.extend(report::chosen(others));
             chapter.ticks = report::ticks(out);
@@ -227,4 +230,32 @@ fn debrief(
         say::note(format_args!("calot: no debrief.html: {problem}"));
     }
     made.is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_driver_of_a_haptic_device_that_nobody_names_is_emulated() {
+        let folder = tempfile::tempdir().unwrap();
+        let driver_of = |text: &str| {
+            let path = folder.path().join("station.toml");
+            std::fs::write(&path, text).unwrap();
+            driver(&DeviceArgs {
+                station_file: Some(path),
+                ..DeviceArgs::default()
+            })
+        };
+        assert_eq!(driver(&DeviceArgs::default()), "emulated");
+        let pedal_only = "[pedal]\ndriver = \"rig\"\npath = \"/dev/ttyACM1\"\n";
+        assert_eq!(driver_of(pedal_only), "emulated");
+        let haptic = "[haptic]\ndriver = \"woody\"\npath = \"/dev/ttyACM0\"\n";
+        assert_eq!(driver_of(haptic), "woody");
+        let unreadable = DeviceArgs {
+            station_file: Some(folder.path().join("none.toml")),
+            ..DeviceArgs::default()
+        };
+        assert_eq!(driver(&unreadable), "");
+    }
 }

@@ -1,5 +1,5 @@
-//! Patients ([`scene_prepare::patient`]): hardly anybody sees duct or artery before the dissection, and the
-//! careful surgeon opens what covers them.
+//! Patients ([`scene_prepare::patient`]): duct and artery are covered before the dissection, and the
+//! careful surgeon opens the cover.
 
 use assess::{Metric, Task};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
