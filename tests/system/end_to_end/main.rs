@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod by_hand;
+mod centre;
 mod devices;
 mod disks;
 mod documents;
