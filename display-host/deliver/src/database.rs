@@ -17,7 +17,7 @@ use uuid::Uuid;
 use crate::address::Destination;
 use crate::centre::{CONNECT, Centre, PATIENCE, Receipt};
 use crate::error::{DeliverError, certificate_problem, in_words};
-use crate::tables::{ENROL, STEPS, VERSION, insert, same};
+use crate::tables::{ADD_POINT, ENROL, REMOVE_SHEET, STEPS, VERSION, insert, same};
 
 /// Lock under which tables are made: "Calo" in ASCII.
 const MAKING: i64 = 0x4361_6c6f;
@@ -198,6 +198,16 @@ async fn deliver(
     {
         // The trainee is not kept on account of a session that the centre has from elsewhere.
         return Ok(Receipt::Differs);
+    }
+    for sheet in &it.ratings {
+        let key: [&(dyn ToSql + Sync); 3] = [&row.id, &sheet.sheet, &sheet.rater];
+        change.execute(REMOVE_SHEET, &key).await?;
+        for (item, value) in &sheet.points {
+            let value = i32::from(*value);
+            let [id, name, rater] = key;
+            let point: [&(dyn ToSql + Sync); 6] = [id, name, rater, &sheet.blinded, item, &value];
+            change.execute(ADD_POINT, &point).await?;
+        }
     }
     change.commit().await?;
     Ok(match added {

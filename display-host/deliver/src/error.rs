@@ -48,7 +48,7 @@ pub enum DeliverError {
     },
     /// The centre does not answer.
     #[error(
-        "{to} does not answer ({problem}). Nothing is lost: the results wait in the store; try again when the centre \
+        "{to} does not work at the moment ({problem}). Nothing is lost: the results wait in the store; try again when the centre \
          can be reached"
     )]
     Unreachable {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `trainee` | a person; `person` is a UUID of version 5 from the name, the same at each station |
 //! | `session` | an assessed session, as in a station's store, without the recording's path |
+//! | `point` | an item of a rater's scoring sheet for a session |
 //! | `forgotten` | a person who was forgotten; sessions that began by then stay out |
 //! | `setting` | a setting by name; `version`: the number of [`STEPS`] that were taken |
 
@@ -11,7 +12,9 @@
 pub(crate) const VERSION: usize = STEPS.len();
 
 /// SQL that makes the tables, step by step. A centre of an older version takes those that it lacks.
-pub(crate) const STEPS: [&str; 1] = ["
+pub(crate) const STEPS: [&str; 2] = [FIRST, SECOND];
+
+const FIRST: &str = "
 CREATE SCHEMA calot;
 CREATE TABLE calot.setting (
     name text PRIMARY KEY,
@@ -49,7 +52,19 @@ CREATE TABLE calot.forgotten (
     person uuid PRIMARY KEY,
     at_unix_s bigint NOT NULL
 );
-"];
+";
+
+const SECOND: &str = "
+CREATE TABLE calot.point (
+    session uuid NOT NULL REFERENCES calot.session ON DELETE CASCADE,
+    sheet text NOT NULL,
+    rater text NOT NULL,
+    blinded boolean NOT NULL,
+    item text NOT NULL,
+    value integer NOT NULL,
+    PRIMARY KEY (session, sheet, rater, item)
+);
+";
 
 /// Columns of a session, in the order of the values that [`INSERT`] and [`SAME`] take.
 const COLUMNS: &str = "id, person, began_unix_s, task, difficulty, outcome, score, alarms, metrics_version, metrics, \
@@ -77,3 +92,11 @@ pub(crate) const ENROL: &str = "INSERT INTO calot.trainee AS known (person, name
     cohort = CASE excluded.cohort WHEN '' THEN known.cohort ELSE excluded.cohort END, \
     consent = CASE WHEN known.consent = 'unknown' OR excluded.consent = 'no' THEN excluded.consent \
     ELSE known.consent END";
+
+/// Removes a rater's sheet, before it is added anew.
+pub(crate) const REMOVE_SHEET: &str =
+    "DELETE FROM calot.point WHERE session = $1 AND sheet = $2 AND rater = $3";
+
+/// Adds an item of a sheet.
+pub(crate) const ADD_POINT: &str = "INSERT INTO calot.point (session, sheet, rater, blinded, item, value) \
+    VALUES ($1, $2, $3, $4, $5, $6)";

@@ -7,6 +7,7 @@ use rusqlite::{OptionalExtension as _, params};
 use crate::error::StoreError;
 use crate::open::Store;
 use crate::sessions::{COLUMNS, SessionRecord, session_of};
+use crate::sheet::Rating;
 use crate::trainees::Consent;
 use crate::withdrawal::person_id;
 
@@ -36,7 +37,7 @@ impl Delivery {
     }
 }
 
-/// A session that has to be sent, with its trainee.
+/// A session that has to be sent, with its trainee and sheets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outgoing {
     /// Id of the trainee at centres.
@@ -49,6 +50,8 @@ pub struct Outgoing {
     pub consent: Consent,
     /// The session.
     pub session: SessionRecord,
+    /// Its scoring sheets.
+    pub ratings: Vec<Rating>,
 }
 
 impl Store {
@@ -85,7 +88,7 @@ impl Store {
              WHERE state IS NULL ORDER BY began_unix_s, session.id",
             COLUMNS.map(|it| format!("session.{it}")).join(", ")
         );
-        self.rows(&query, [destination], |row| {
+        let mut found = self.rows(&query, [destination], |row| {
             let (name, consent): (String, String) = (row.get("name")?, row.get("consent")?);
             Ok(Outgoing {
                 person: person_id(&name),
@@ -93,8 +96,13 @@ impl Store {
                 cohort: row.get("cohort")?,
                 consent: Consent::from_name(&consent).unwrap_or_default(),
                 session: session_of(row)?,
+                ratings: Vec::new(),
             })
-        })
+        })?;
+        for it in &mut found {
+            it.ratings = self.ratings(&it.session.id)?;
+        }
+        Ok(found)
     }
 
     /// Notes the fate of sessions, and returns those that the store no longer holds, because their

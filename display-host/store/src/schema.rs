@@ -11,7 +11,7 @@
 //! | `forgotten_session` | the mark of one of their sessions |
 //! | `setting` | a setting of the store by name; `site`: name of the station's site |
 //! | `destination` | a centre to which results go |
-//! | `delivery` | a note on a session and a centre; a session without a note has to be sent |
+//! | `delivery` | a note on a session and a centre; a session without a note has to be sent. New sheets, cohort or consent remove it |
 //! | `withdrawal` | a person whom a centre has to forget |
 //!
 //! - `trainee`: `name` is the name that the person chose, in Unicode's form NFC. `cohort` is free
@@ -147,4 +147,13 @@ CREATE TABLE withdrawal (
     sessions TEXT NOT NULL,             -- JSON: their ids
     PRIMARY KEY (destination, person)
 ) STRICT;
+-- Whoever changes what a centre has of a session, has it sent again.
+CREATE TRIGGER rated AFTER INSERT ON point BEGIN
+    DELETE FROM delivery WHERE session = NEW.session AND state = 'there';
+END;
+CREATE TRIGGER enrolled AFTER UPDATE OF cohort, consent ON trainee
+WHEN OLD.cohort <> NEW.cohort OR OLD.consent <> NEW.consent BEGIN
+    DELETE FROM delivery WHERE state = 'there'
+        AND session IN (SELECT id FROM session WHERE trainee = NEW.id);
+END;
 ";

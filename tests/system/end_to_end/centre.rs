@@ -8,7 +8,7 @@ use serde_json::Value;
 use store::{Circumstances, Hand, SessionRecord, Store, new_id};
 use system_tests::lrs::Lrs;
 use system_tests::postgres::{OWNER, PASSWORD, Postgres};
-use system_tests::{calot, documents, finish, said};
+use system_tests::{calot, documents, finish, said, station_name};
 
 /// A store with sessions of Ada and, at last, one of Zaphod.
 fn store(folder: &Path, sessions: i64) -> PathBuf {
@@ -140,7 +140,7 @@ fn who_is_forgotten_while_the_centres_are_away_is_forgotten_there_later() {
     let output = finish(&mut push(&store, &database));
     assert_eq!(output.status.code(), Some(1));
     assert!(
-        said(&output).contains("does not answer"),
+        said(&output).contains("does not work at the moment"),
         "{}",
         said(&output)
     );
@@ -193,4 +193,99 @@ fn a_push_that_cannot_begin_says_why_and_changes_nothing() {
     fails(&mut push(&store, &address), "is damaged");
     assert_eq!(std::fs::read(&store).expect("a file"), bytes);
     assert_eq!(lrs.kept().writes, 0);
+}
+
+#[test]
+fn recordings_of_a_centre_are_scored_again_as_a_report_scores_each() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (out, store) = (
+        folder.path().join("all/one"),
+        folder.path().join("store.sqlite"),
+    );
+    let mut run = calot();
+    run.args([
+        "run",
+        "--headless",
+        "--frames",
+        "0",
+        "--seconds",
+        "4",
+        "--task",
+        "scope",
+    ]);
+    run.args([
+        "--trainee",
+        "Ada",
+        "--new-trainee",
+        "--station",
+        &station_name("rescore"),
+    ]);
+    let ran = finish(run.arg("--out").arg(&out).arg("--store").arg(&store));
+    assert!(ran.status.success(), "{}", said(&ran));
+    let recording = out.join("session.mcap");
+    for number in 0..5 {
+        let copy = folder.path().join(format!("all/copy-{number}.mcap"));
+        std::fs::copy(&recording, copy).expect("copied");
+    }
+    std::fs::write(folder.path().join("all/broken.mcap"), "x").expect("written");
+    // Other rules: each lost point counts.
+    let rules = finish(calot().args(["report", "--rules-file"]));
+    let rules = String::from_utf8(rules.stdout).expect("a text");
+    let file = folder.path().join("strict.toml");
+    std::fs::write(&file, rules).expect("written");
+    let rescore = |jobs: &str| {
+        let mut command = calot();
+        command
+            .args(["store", "rescore", "--jobs", jobs, "--rules"])
+            .arg(&file);
+        command
+            .arg(folder.path().join("all"))
+            .arg("--store")
+            .arg(&store);
+        let output = finish(&mut command);
+        assert_eq!(
+            output.status.code(),
+            Some(1),
+            "one is broken: {}",
+            said(&output)
+        );
+        assert!(
+            said(&output).contains("7 recordings in"),
+            "{}",
+            said(&output)
+        );
+        String::from_utf8(output.stdout).expect("a text")
+    };
+    let (one, many) = (rescore("1"), rescore("3"));
+    assert_eq!(one, many, "the number of threads changes nothing");
+    let mut rows = many.lines().map(|it| it.split(',').collect::<Vec<_>>());
+    let head = rows.next().expect("a head");
+    let rows: Vec<_> = rows.collect();
+    assert_eq!(rows.len(), 7);
+    let at = |name: &str| head.iter().position(|it| *it == name).expect("a column");
+    let mut report = calot();
+    report
+        .args(["report", "--json", "--rules"])
+        .arg(&file)
+        .arg(&recording);
+    let report = finish(&mut report);
+    let report: Value = serde_json::from_slice(&report.stdout).expect("JSON");
+    let expected = &report[0];
+    for row in rows
+        .iter()
+        .filter(|it| !it[at("file")].ends_with("broken.mcap"))
+    {
+        assert_eq!(row[at("trainee")], "Ada");
+        assert_eq!(
+            row[at("outcome")],
+            expected["outcome"].as_str().expect("a text")
+        );
+        assert_eq!(
+            row[at("score")].parse::<f64>().ok(),
+            expected["score"].as_f64()
+        );
+        let path = expected["metrics"]["scope_path_m"].as_f64();
+        assert_eq!(row[at("scope_path_m")].parse::<f64>().ok(), path);
+        assert_eq!(row[at("outcome_before")], row[at("outcome")]);
+    }
 }

@@ -26,3 +26,4 @@ mod returned;
 mod silenced;
 mod study;
 mod swept;
+mod temporary;

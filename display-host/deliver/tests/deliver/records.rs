@@ -90,7 +90,10 @@ fn a_line_that_is_cut_loses_and_doubles_nothing() {
         lrs.kept().faults.push_back(fault);
         let cut = station.push(&to);
         let problem = cut.problem.expect("it was cut");
-        assert!(problem.contains("does not answer"), "{fault:?}: {problem}");
+        assert!(
+            problem.contains("does not work at the moment"),
+            "{fault:?}: {problem}"
+        );
         assert_eq!((cut.sent, cut.waiting), (0, 4), "{fault:?}");
         assert_eq!(lrs.standing().len(), arrived, "{fault:?}");
     }

@@ -31,6 +31,7 @@ Examples:
   calot store forget Ada
   calot store merge theatre-1.sqlite theatre-2.sqlite --store centre.sqlite
   calot store push --to postgres://station@centre.example/calot
+  calot store rescore recordings --rules strict.toml > rescored.csv
 
 The file is SQLite. Its tables: trainee (name, cohort, consent), session (task, score, metrics as JSON, hand,
 realtime, missed_ticks, device, driver, site, …), answer, rating and point (scoring sheets), setting, and marks
@@ -70,9 +71,9 @@ Examples:
   CALOT_LRS_USER=… CALOT_LRS_PASSWORD=… calot store push --to https://lrs.example/xapi
   */10 * * * *  calot store push --to-file ~/.config/calot/centre      in crontab: every ten minutes
 
-PostgreSQL: the first push makes the schema `calot` with trainee, session, forgotten and setting, so its user must
-own the database or have the right CREATE. Later, stations need USAGE on the schema, and SELECT, INSERT, UPDATE and
-DELETE on its tables. The line is encrypted, unless the server is on this computer or the address says
+PostgreSQL: the first push makes the schema `calot` with trainee, session, point, forgotten and setting, so its user
+must own the database or have the right CREATE. Later, stations need USAGE on the schema, and SELECT, INSERT, UPDATE
+and DELETE on its tables. The line is encrypted, unless the server is on this computer or the address says
 sslmode=disable.
 
 xAPI: no statement has a name. Its actor is a UUID that each station derives from the name, because equal names are
@@ -80,6 +81,17 @@ one person; `calot store trainee NAME` prints it. Whoever has a statement can te
 hands are left out. A record store never deletes: it voids the statements of whoever was forgotten.
 
 Exit code 1: something waits in the store, or the centre refused it.";
+
+/// Examples of scoring again.
+const RESCORE: &str = "\
+Examples:
+  calot report --rules-file > strict.toml           the rules, to be changed
+  calot store rescore recordings --rules strict.toml --store centre.sqlite > rescored.csv
+  calot store rescore monday tuesday/session.mcap   by each session's own rules, with this program's metrics
+
+Folders are searched with all folders in them for recordings (.mcap). A recording that cannot be read has the
+reason in the last column, and the exit code is 1. Each thread scores one recording at a time, so the time falls
+with the number of cores.";
 
 /// Form of a scoring sheet in a file.
 const SHEETS: &str = "\
@@ -191,6 +203,11 @@ pub(crate) enum StoreCommand {
         /// Trainee
         name: String,
     },
+    /// Scores recordings again, many at once, and prints a table as CSV: outcome and score in the
+    /// store and by these rules, and every metric. The store stays as it is, because a session
+    /// keeps the rules that it was assessed by
+    #[command(after_help = RESCORE)]
+    Rescore(RescoreArgs),
     /// Draws a learning curve as SVG: each session, and the pass rule. Aborted sessions and
     /// practice do not count
     Curve {
@@ -290,6 +307,20 @@ pub(crate) struct PushArgs {
     /// Print one JSON object on standard output
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Options of `calot store rescore`.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RescoreArgs {
+    /// Recordings (.mcap), and folders to search for them
+    #[arg(value_name = "RECORDING", required = true)]
+    pub(crate) recordings: Vec<PathBuf>,
+    /// Score by these rules (TOML) instead of those of each session
+    #[arg(long, value_name = "FILE")]
+    pub(crate) rules: Option<PathBuf>,
+    /// Recordings that are scored at once [default: one for each core]
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<std::num::NonZeroUsize>,
 }
 
 /// A table to export.

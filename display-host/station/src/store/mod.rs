@@ -4,6 +4,7 @@ pub(crate) mod args;
 mod push;
 mod questions;
 mod record;
+mod rescore;
 mod sheets;
 mod study;
 
@@ -79,6 +80,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             }
         }
         StoreCommand::Push(args) => return push::run(file, args),
+        StoreCommand::Rescore(args) => return rescore::run(file, args),
         StoreCommand::Forget { name } => {
             // Makes no store.
             drop(file.read()?);

@@ -160,7 +160,7 @@ fn a_store_of_version_2_becomes_one_of_this_version_and_loses_nothing() {
     let made = tables(&path);
     let old = Connection::open(&path).unwrap();
     old.execute_batch(
-        "DROP TABLE withdrawal; DROP TABLE delivery; DROP TABLE destination; PRAGMA user_version = 2;",
+        "DROP TRIGGER rated; DROP TRIGGER enrolled; DROP TABLE withdrawal; DROP TABLE delivery; DROP TABLE destination; PRAGMA user_version = 2;",
     )
     .unwrap();
     drop(old);

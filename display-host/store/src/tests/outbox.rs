@@ -49,6 +49,35 @@ fn a_session_waits_for_each_centre_until_it_has_arrived_there() {
 }
 
 #[test]
+fn a_session_whose_sheets_or_person_changed_waits_again() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let it = session(100, "cut", 1.0);
+    store.add_session("Ada", &it).unwrap();
+    let centre = store.destination(CENTRE).unwrap();
+    let goals = Sheet::named("goals").unwrap();
+    let mut change = |change: &dyn Fn(&mut Store)| {
+        let notes = [(it.id.as_str(), Delivery::There)];
+        store.note_deliveries(centre, &notes).unwrap();
+        change(&mut store);
+        store.outgoing(centre).unwrap()
+    };
+    let rated = change(&|store| {
+        store.rate(&it.id, &goals, ("Bo", true), &[3; 5]).unwrap();
+    });
+    assert_eq!(rated[0].ratings[0].sum(), 15);
+    let again = change(&|store| {
+        let again = store.rate_again(&it.id, &goals, ("Bo", true), &[4; 5]);
+        again.map(drop).unwrap();
+    });
+    assert_eq!(again[0].ratings[0].sum(), 20);
+    let enrolled = change(&|store| store.enrol("Ada", None, Some(Consent::No)).unwrap());
+    assert_eq!(enrolled[0].consent, Consent::No);
+    let same = change(&|store| store.enrol("Ada", None, Some(Consent::No)).unwrap());
+    assert!(same.is_empty());
+}
+
+#[test]
 fn a_forgotten_person_leaves_an_errand_without_a_name_for_each_centre() {
     let (_folder, path) = folder();
     let mut store = Store::open(&path).unwrap();
