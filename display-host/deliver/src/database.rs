@@ -1,5 +1,5 @@
-//! A centre in PostgreSQL. Each session is one transaction; a lock for each person orders it against
-//! the forgetting of that person.
+//! A centre in PostgreSQL. Each session is one transaction; a lock for each person orders it
+//! against the forgetting of that person.
 
 use std::error::Error as _;
 use std::future::Future;

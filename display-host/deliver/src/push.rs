@@ -48,8 +48,8 @@ pub struct Refusal {
     pub problem: String,
 }
 
-/// Delivers what a centre lacks, and has it forget whom the store forgot. What does not arrive waits
-/// in the store; the result says how much that is, and why.
+/// Delivers what a centre lacks, and has it forget whom the store forgot. What does not arrive
+/// waits in the store; the result says how much that is, and why.
 ///
 /// # Errors
 /// [`DeliverError::Store`], when the store cannot be read or written.

@@ -2,7 +2,7 @@
 //!
 //! | table | a row is |
 //! |---|---|
-//! | `trainee` | a person; `person` is a UUID of version 5 from the name, the same at each station |
+//! | `trainee` | a person; `person` is a UUID of version 5 from the name, equal at each station |
 //! | `session` | an assessed session, as in a station's store, without the recording's path |
 //! | `point` | an item of a rater's scoring sheet for a session |
 //! | `forgotten` | a person who was forgotten; sessions that began by then stay out |

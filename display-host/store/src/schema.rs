@@ -11,7 +11,7 @@
 //! | `forgotten_session` | the mark of one of their sessions |
 //! | `setting` | a setting of the store by name; `site`: name of the station's site |
 //! | `destination` | a centre to which results go |
-//! | `delivery` | a note on a session and a centre; a session without a note has to be sent. New sheets, cohort or consent remove it |
+//! | `delivery` | a note on a session and a centre; a session without a note has to be sent |
 //! | `withdrawal` | a person whom a centre has to forget |
 //!
 //! - `trainee`: `name` is the name that the person chose, in Unicode's form NFC. `cohort` is free
@@ -27,7 +27,7 @@
 //! - `destination`: `address` has no password.
 //! - `delivery`: `state` is `there`, `differs` (the centre holds another
 //!   session of this id, which stays), `forgotten` (the centre forgot this person later) or
-//!   `left-out` (nothing that such a centre takes).
+//!   `left-out` (nothing that such a centre takes). A new sheet, cohort or consent removes the note.
 //! - `withdrawal`: `person` is a UUID of version 5, from which no name can be read, but whoever has
 //!   the file can test a guess. `sessions` is a JSON array of ids. The row goes with its errand.
 //!

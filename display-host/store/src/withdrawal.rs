@@ -1,5 +1,5 @@
-//! Withdrawals: people whom a centre has to forget as well. A withdrawal holds ids only, waits until
-//! the centre is reached and has forgotten, and is then deleted.
+//! Withdrawals: people whom a centre has to forget as well. A withdrawal holds ids only, waits
+//! until the centre is reached and has forgotten, and is then deleted.
 
 use std::collections::BTreeSet;
 
@@ -88,8 +88,8 @@ impl Store {
         rows.into_iter().map(read).collect()
     }
 
-    /// Notes that a centre has forgotten a person. If the person was forgotten here once more in the
-    /// meantime, that errand stays.
+    /// Notes that a centre has forgotten a person. If the person was forgotten here once more in
+    /// the meantime, that errand stays.
     ///
     /// # Errors
     /// When the file cannot be written.

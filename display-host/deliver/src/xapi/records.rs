@@ -225,7 +225,7 @@ impl Records {
                 // It is relative to the host, and leads to no other.
                 Some(more) if more.starts_with('/') => url = format!("{}{more}", self.home),
                 Some(more) if more.starts_with(&format!("{}/", self.home)) => {
-                    more.clone_into(&mut url)
+                    more.clone_into(&mut url);
                 }
                 Some(more) => return Err(self.strange(more)),
             }

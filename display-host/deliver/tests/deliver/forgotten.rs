@@ -81,6 +81,12 @@ fn a_record_store_voids_the_statements_of_every_station() {
     here.store.forget("Zaphod", 500).expect("forgotten");
     let busy = here.push(&to);
     assert_eq!((busy.withdrawn, busy.waiting), (0, 1));
+    lrs.kept().faults.push_back(Fault::Refuse);
+    let refused = here.push(&to).problem.expect("refused");
+    assert!(
+        refused.contains("refuses a result: status 400: not today"),
+        "{refused}"
+    );
     assert_eq!(here.push_all(&to).withdrawn, 1);
     let left: Vec<String> = { lrs.standing().into_iter() }
         .map(|it| it["timestamp"].to_string())

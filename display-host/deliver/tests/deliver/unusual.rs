@@ -2,6 +2,7 @@
 
 use std::os::unix::fs::PermissionsExt as _;
 
+use deliver::DeliverError;
 use store::Sheet;
 use system_tests::postgres::Postgres;
 
@@ -93,6 +94,22 @@ fn tables_of_other_versions_and_other_programs_are_left_alone() {
         );
         assert!(said.contains("Nothing was sent"), "{said}");
     }
+}
+
+#[test]
+fn a_spool_that_is_damaged_sends_nothing() {
+    let (lrs, to) = records();
+    let mut station = Station::new();
+    station.keep("Ada", &session(100));
+    let destination = station.store.destination(to.name()).expect("a centre");
+    let other = rusqlite::Connection::open(&station.path).expect("a file");
+    let row = "INSERT INTO withdrawal VALUES (?1, 'nobody', 5, '[')";
+    other.execute(row, [destination]).expect("a row");
+    let error = push(&mut station.store, &to).expect_err("the row makes no sense");
+    assert!(matches!(error, DeliverError::Store(_)), "{error}");
+    let words = "is damaged (a withdrawal of 'nobody' makes no sense)";
+    assert!(error.to_string().contains(words), "{error}");
+    assert_eq!(lrs.kept().writes, 0);
 }
 
 #[test]

@@ -197,8 +197,9 @@ pub(crate) enum StoreCommand {
     #[command(after_help = PUSH)]
     Push(PushArgs),
     /// Forgets a trainee: overwrites name, sessions, answers and sheets. Recordings stay on disk;
-    /// the command lists them. A centre that has results is told by the next `calot store push`. Marks remain, from which nothing can be read, so that a merge brings
-    /// nothing of it back. Who comes back by own wish works a new session under any name
+    /// the command lists them. A centre that has results is told by the next `calot store push`.
+    /// Marks remain, from which nothing can be read, so that a merge brings nothing of it back. Who
+    /// comes back by own wish works a new session under any name
     Forget {
         /// Trainee
         name: String,

@@ -96,8 +96,8 @@ fn known(store: &Store) -> Result<Known, Problem> {
     Ok(known)
 }
 
-/// Adds a recording, or those in a folder and in all folders in it, sorted by name. Links to folders
-/// may lead in circles, and are not followed.
+/// Adds a recording, or those in a folder and in all folders in it, sorted by name. Links to
+/// folders may lead in circles, and are not followed.
 fn search(path: &Path, found: &mut Vec<PathBuf>) -> Result<(), Problem> {
     let failed = |error| format!("{}: {error}", path.display());
     if !std::fs::metadata(path).map_err(failed)?.is_dir() {

@@ -1,4 +1,4 @@
-//! What waits for a centre, and what a centre has to forget.
+//! Sessions that wait for a centre, and people whom a centre has to forget.
 
 use super::*;
 
@@ -40,7 +40,7 @@ fn a_session_waits_for_each_centre_until_it_has_arrived_there() {
     for state in ended {
         let lost = store.note_deliveries(centre, &[(&one.id, state)]).unwrap();
         assert!(lost.is_empty());
-        assert_eq!(waiting(&store, centre), [two.id.clone()], "{state:?}");
+        assert_eq!(waiting(&store, centre), [two.id.as_str()], "{state:?}");
     }
     assert_eq!(waiting(&store, other).len(), 2);
     // A session that is kept anew has to be sent anew.

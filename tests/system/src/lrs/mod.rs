@@ -30,7 +30,7 @@ pub enum Fault {
     Refuse,
 }
 
-/// What a record store holds.
+/// Contents of a record store.
 #[derive(Debug, Default)]
 pub struct Kept {
     /// Statements by id, also those that were voided.
@@ -101,7 +101,7 @@ impl Lrs {
         self.port
     }
 
-    /// What it holds.
+    /// Its contents.
     pub fn kept(&self) -> MutexGuard<'_, Kept> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }

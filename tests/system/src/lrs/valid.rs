@@ -1,4 +1,5 @@
-//! The rules of xAPI 2.0 (IEEE 9274.1.1) for a statement: properties, types, IRIs, durations, times.
+//! The rules of xAPI 2.0 (IEEE 9274.1.1) for a statement: properties, types, IRIs, durations,
+//! times.
 
 use std::collections::BTreeMap;
 
