@@ -8,13 +8,14 @@ pub enum AlarmKind {
     Touched,
     /// A protected structure was burnt.
     Burnt,
-    /// A protected structure was cut.
+    /// A structure other than cystic duct, cystic artery, gallbladder, liver, fat and connective
+    /// tissue was cut.
     Cut,
-    /// A structure was torn.
+    /// An organ was torn. Fat and connective tissue do not count.
     Torn,
     /// The wall of an organ was burnt through, or a tube was torn, cut or burnt half through.
     Perforated,
-    /// Jaws crushed tissue.
+    /// Jaws crushed an organ. Fat and connective tissue do not count.
     Crushed,
     /// A clip closed with no tissue in it.
     ClipLost,

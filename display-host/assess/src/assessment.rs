@@ -107,7 +107,8 @@ pub struct Assessed {
     pub alarms: Vec<Alarm>,
     /// Injuries, the oldest first.
     pub injuries: Vec<Injury>,
-    /// The critical view of safety; `None` in the endoscope drill, and for a scene without it.
+    /// The critical view of safety; `None` in the tasks `scope` and `basics`, and for a scene
+    /// without Calot's triangle.
     pub cvs: Option<Cvs>,
     /// All metrics; `null` where a metric has no value.
     pub metrics: Values,
@@ -189,7 +190,7 @@ impl Assessment {
         match &entry.what {
             EntryContent::Device { force_max_n } => self.tally.device(f64::from(*force_max_n)),
             EntryContent::Reset => {
-                // Before the first movement no attempt has begun, so this counts as no restart.
+                // Before the first movement no attempt has begun, so a reset is no restart.
                 self.restarts += u32::from(self.began_ns.is_some());
                 self.restart();
             }
@@ -236,8 +237,7 @@ impl Assessment {
 
     fn moved(&mut self, at_ns: u64, moved: &Movement) {
         self.began_ns.get_or_insert(at_ns);
-        // The recorded pose is that of the shaft. The endoscope's view may be inclined to the
-        // shaft.
+        // The recorded pose is the shaft's. The endoscope's view may be inclined to the shaft.
         let moved = &Movement {
             world_from_camera: looking_off(&moved.world_from_camera, self.sight_rad),
             ..*moved
@@ -258,7 +258,7 @@ impl Assessment {
         self.newest = Some(*moved);
     }
 
-    /// Takes an identity image. It has no meaning before the hands have moved.
+    /// Takes an identity image, if the hands have moved already.
     fn seen(&mut self, seen: &Seen) {
         if self.began_ns.is_some() {
             let at_s = self.tally.time_s();

@@ -26,7 +26,8 @@ const TOGETHER_M: core::ops::RangeInclusive<f64> = 0.01..=0.12;
 const MIDDLE: f64 = 0.5;
 /// Heat that coagulates a strand, J: 0.1 J bring 1 mm³ to 63 °C, so this is a strand of 5 mm³.
 const STRAND_J: f64 = 0.5;
-/// Way and turn of the camera that count as led, m and rad: at the start the organ is in view.
+/// Displacement, m, and turn, rad, of the camera; one of them suffices to count as led. The organ
+/// is in view at the start, and the first step must not end without a movement.
 const LED: [f64; 2] = [0.01, 0.09];
 /// Number of steps.
 const STEPS: usize = 5;
@@ -43,7 +44,7 @@ pub(crate) struct Basics {
     timer: Timer,
     /// Time for which the tip has been in the middle of the picture, s.
     held_s: f64,
-    /// Heat in fat and connective tissue since the last step began, J.
+    /// Heat in fat and connective tissue since the fifth step began, J.
     heat_j: f64,
 }
 
@@ -152,7 +153,7 @@ impl Basics {
     }
 }
 
-/// True if the camera went or turned from one pose to the other.
+/// True if the camera moved or turned far enough from one pose to the other.
 fn is_led(from: &PoseMsg, to: &PoseMsg) -> bool {
     let way_m = distance(wide(from.position_m), wide(to.position_m));
     let turn_rad = dot(axis(from, 2), axis(to, 2)).clamp(-1.0, 1.0).acos();

@@ -1,5 +1,5 @@
-//! Something to be shown and held: the share of the time that is over, and what is still wrong with
-//! the picture.
+//! A hold: the trainee shows something and holds the picture still. A [`Hold`] gives the share of
+//! the required time that is over, and the picture's fault.
 
 use crate::rules::Steadiness;
 use crate::steady::Held;
@@ -30,10 +30,10 @@ pub enum Lack {
     Tilt,
 }
 
-/// The present hold of a step that is shown.
+/// State of a running hold.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Hold {
-    /// Share of the time that is over, 0 to 1.
+    /// Share of the required time that is over, 0 to 1.
     pub share: f64,
     /// Fault of the picture; `None` while it counts.
     pub lack: Option<Lack>,
@@ -50,7 +50,7 @@ pub(crate) struct Timer {
 }
 
 impl Timer {
-    /// Takes a picture that lacks this much, and how it was held since the last one. Returns path
+    /// Takes a picture with this fault, if any, and its movement since the last one. Returns path
     /// (m) and time (s) of the hold once it has lasted `hold_s`, and begins anew.
     pub(crate) fn look(
         &mut self,

@@ -1,7 +1,8 @@
 //! Injuries: structures that the trainee opened, or burnt more than their wall survives.
 //!
 //! A tube is opened when it is divided, by scissors, current or traction, or when its wall is burnt
-//! through. Heat coagulates a wall without opening it: 1 J brings 10 mm³ to 63 °C.
+//! through or half of it is torn, cut or burnt. Less heat coagulates a wall and does not open it: 1
+//! J brings 10 mm³ to 63 °C.
 
 use core::fmt;
 
@@ -13,7 +14,7 @@ use shared_mem::scene::OrganKind;
 pub enum InjuryKind {
     /// A tube was divided.
     Divided,
-    /// A wall was burnt through or torn open.
+    /// A wall was burnt through, or a tube was torn, cut or burnt half through.
     Perforated,
     /// A wall took more heat than it survives.
     Burnt,
@@ -124,7 +125,8 @@ impl Injuries {
         self.note(index, injury);
     }
 
-    /// Adds heat to the organ with this index and name.
+    /// Adds heat to the organ with this index and name. Notes a burn if the sum reaches the rule's
+    /// limit.
     pub(crate) fn heat(
         &mut self,
         at_s: f64,

@@ -26,7 +26,8 @@
 //! leaks. The critical view of safety is achieved when enough of each region's cells is removed
 //! (`CellRecord::region`), and shown when the endoscope held it in its picture from both sides. The
 //! recorder measures the picture in identity images ([`session::identity`]), so that the assessment
-//! needs no graphics card. Its organs lie where they lay then, the instrument among them.
+//! needs no graphics card. An identity image shows the organs where they lay at its time, and the
+//! instrument among them.
 //!
 //! The display's panel gets each alarm, the score and the end of the task as a `TaskView`. A
 //! `TaskView` names steps and reasons by their kind, so the display needs no rules.

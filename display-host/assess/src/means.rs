@@ -7,7 +7,7 @@ use shared_mem::words::{Current, Instrument};
 use crate::injury::Cause;
 
 /// Time after a tear in which a division of the same structure counts as torn, s. Pressure spreads
-/// for some ticks before the division is told.
+/// through the tube for some ticks before the controller reports the division.
 const TORN_S: f64 = 0.5;
 
 /// The instrument in the hand, its current, and the last tear.

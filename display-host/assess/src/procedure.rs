@@ -140,7 +140,8 @@ impl Procedure {
         }
     }
 
-    /// Notes the model's truth of the critical view: clips and divisions end it.
+    /// Notes the true state of the critical view in the model, until duct or artery is first
+    /// clipped, divided or damaged.
     pub(crate) fn know(&mut self, tally: &Tally, anatomy: &Anatomy) {
         if self.is_untouched() {
             let removed = |region| tally.removed(anatomy, &[region]);
@@ -159,10 +160,10 @@ impl Procedure {
         self.views.held()
     }
 
-    /// The running hold of the next thing to be shown, if it is its turn.
+    /// The running hold, if the next open step is to show something.
     pub(crate) fn hold(&self, steps: &[(Step, bool)], rules: &Rules) -> Option<Hold> {
         let mut open = steps.iter().filter(|(step, done)| {
-            // Whatever must not happen is no step to do.
+            // `LeaveWhole` asks for no action.
             !done && *step != Step::LeaveWhole
         });
         match open.next()? {
@@ -296,8 +297,9 @@ impl Procedure {
         wrong
     }
 
-    /// Notes an injury that an event shows. A torn or cut tie names an organ that the tie joins, so
-    /// events of tearing and cutting tell nothing here: a tube is divided with an event of its own.
+    /// Notes an injury that an event shows. The event of a torn or cut suture or band names an
+    /// organ that the suture or band holds, so tears and cuts tell nothing here. The division of a
+    /// tube has an event of its own.
     fn find_injury(&mut self, at_s: f64, event: &EventMsg, anatomy: &Anatomy, rules: &Rules) {
         self.means.event(at_s, event);
         let kind = anatomy.kind(event.organ);
@@ -335,7 +337,8 @@ impl Procedure {
         self.injuries().filter(|it| it.severity > Severity::Minor)
     }
 
-    /// Adds heat to an organ. Returns true if the organ counts as burnt.
+    /// Adds heat to an organ. Returns true, and begins the sum anew, once the organ counts as
+    /// burnt.
     fn is_burnt(&mut self, organ: u32, heat_j: f64, rules: &Rules) -> bool {
         let known = self.warmed_j.iter().position(|it| it.0 == organ);
         let place = known.unwrap_or_else(|| {
@@ -353,8 +356,8 @@ impl Procedure {
         is_burnt
     }
 
-    /// Returns true if the quiet time of this alarm is over, in which the same alarm is not
-    /// repeated. Each call begins the quiet time anew.
+    /// Returns true if no quiet time of this alarm at this organ is running. Each call begins the
+    /// quiet time anew.
     fn is_new(&mut self, kind: AlarmKind, organ: u32, at_s: f64, rules: &Rules) -> bool {
         let until_s = at_s + rules.quiet_s;
         let known = self
@@ -433,7 +436,7 @@ impl Procedure {
             && vessel.divided.is_some_and(|(since_s, _)| settled(since_s))
     }
 
-    /// Steps of the task, and whether each is done.
+    /// Steps of the task, each with true if it is done.
     pub(crate) fn steps(
         &self,
         at_s: f64,
@@ -454,7 +457,8 @@ impl Procedure {
             let had = self.task == Task::Full && self.had_view;
             steps.push((Step::Triangle, triangle || had));
             steps.push((Step::LowerBed, lower_bed || had));
-            // After the first clip there is nothing to show any more. A pass rule asks for it.
+            // After the first clip of the whole operation the view cannot be shown any more, so
+            // these steps count as done. A pass rule asks for the held views.
             if rules.view.is_some() && anatomy.has_cells(Region::Triangle) {
                 let is_past = self.task == Task::Full && !self.is_untouched();
                 for (side, held) in ViewSide::BOTH.into_iter().zip(self.views.held()) {

@@ -48,7 +48,7 @@ pub struct Rules {
     flow_ml_min: Vec<(OrganKind, f64)>,
     injuries: Vec<InjuryRule>,
     penalties: Vec<Penalty>,
-    /// Pass rules of an exam, besides those of its task.
+    /// Pass rules that an exam has besides its task's.
     exam: Vec<Condition>,
     tasks: BTreeMap<&'static str, TaskRules>,
     references: Vec<Reference>,
@@ -56,8 +56,8 @@ pub struct Rules {
 
 impl Default for Rules {
     fn default() -> Self {
-        // A test checks the built-in file. If the file were broken, nothing would be required and
-        // no point lost.
+        // A test checks the built-in file. If the file were broken, there would be no pass rule and
+        // no point would be lost.
         Self::parse(BUILT_IN).unwrap_or_else(|_| Self {
             text: String::new(),
             touch: Vec::new(),
@@ -220,7 +220,7 @@ impl Rules {
         self.view.as_ref()
     }
 
-    /// Rule for an organ of the endoscope drill.
+    /// Rule for an organ that the tasks `scope` and `basics` show.
     #[must_use]
     pub fn show(&self) -> &ShowRule {
         &self.show

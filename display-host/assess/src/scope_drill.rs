@@ -1,7 +1,7 @@
 //! The endoscope drill: organs to be shown, one after the other, and held. An organ counts as shown
-//! if enough of it is in the picture, nothing hides it, and it is large enough and near the middle.
-//! Identity images of the recording tell ([`session::identity`]). While it is held, the picture
-//! must not sway, and its horizon must be level.
+//! if enough of it is in the picture and not hidden, and if it is large enough and near the middle.
+//! Identity images of the recording ([`session::identity`]) measure this. While the organ is held,
+//! the picture must not sway, and its horizon must be level.
 
 use session::identity::{OrganSeen, Seen};
 use shared_mem::scene::OrganKind;
@@ -28,7 +28,8 @@ pub(crate) struct ScopeDrill {
     targets: Vec<usize>,
     shown: usize,
     timer: Timer,
-    /// Path of the picture's middle while the shown organs were held, m, and that time, s.
+    /// Path of the picture's middle while the shown organs were held, m, and duration of these
+    /// holds, s.
     swayed: [f64; 2],
 }
 
@@ -60,7 +61,7 @@ impl ScopeDrill {
         }
     }
 
-    /// Share of the time for which the present organ has been held.
+    /// Share of the required time for which the present organ has been held.
     pub(crate) fn share(&self, look_s: f64) -> f64 {
         self.timer.hold(look_s).share
     }
@@ -89,8 +90,8 @@ impl ScopeDrill {
     }
 }
 
-/// Fault of an organ's picture. An organ that fills enough of the picture need not be in it
-/// as a whole.
+/// Fault of an organ's picture. An organ that fills enough of the picture may be partly outside or
+/// hidden.
 pub(crate) fn lack(organ: &OrganSeen, rule: &ShowRule) -> Option<Lack> {
     let is_large = organ.size() >= rule.large;
     [

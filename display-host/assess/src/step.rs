@@ -24,7 +24,7 @@ pub enum Step {
     LowerBed,
     /// Show the critical view of safety to the endoscope and hold it.
     ShowView {
-        /// Side of the triangle from which it is shown.
+        /// Side of Calot's triangle from which the view is shown.
         side: ViewSide,
     },
     /// Leave cystic duct and artery intact.
@@ -84,7 +84,8 @@ impl fmt::Display for Step {
 }
 
 impl Step {
-    /// Instrument for the step. `None` if the endoscope does it, or if there is nothing to do.
+    /// Instrument for the step. `None` if the endoscope or any instrument does it, or if there is
+    /// nothing to do.
     pub(crate) fn instrument(&self) -> Option<Instrument> {
         match self {
             Self::Hang { .. } | Self::Grasp { .. } => Some(Instrument::Grasper),
@@ -128,7 +129,7 @@ pub enum Advice {
     Take(#[serde(with = "InstrumentText")] Instrument),
     /// Use the present instrument.
     Use(#[serde(with = "InstrumentText")] Instrument),
-    /// Hold the organ in the middle of the picture.
+    /// Hold organ, view or tip in the middle of the picture.
     Hold,
 }
 
@@ -224,7 +225,7 @@ impl Reason {
         }
     }
 
-    /// The task is not passed because of this injury.
+    /// Reason that a task is not passed because of this injury.
     pub(crate) fn injured(injury: &Injury) -> Self {
         Self::Injured {
             organ: injury.organ.clone(),

@@ -140,7 +140,7 @@ impl Difficulty {
     }
 }
 
-/// Outcome of a task. A task without an outcome is running.
+/// Outcome of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {

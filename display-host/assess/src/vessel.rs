@@ -22,7 +22,7 @@ pub(crate) struct Vessel {
     pub(crate) given: usize,
     /// Time of the vessel's first division, s, and the number of clips on it at that time.
     pub(crate) divided: Option<(f64, usize)>,
-    /// The vessel was divided with clips on it, but no clip closes one of the two sides.
+    /// The vessel was divided with clips on it that do not close both sides.
     pub(crate) one_sided: bool,
     /// The division has been judged.
     is_judged: bool,
@@ -43,8 +43,8 @@ impl Vessel {
         self.given + self.clips.len()
     }
 
-    /// Records a division. `is_closed` says if clips close both sides. It is `None` for a tear, for
-    /// which a later event says so.
+    /// Records a division. `is_closed` is true if clips close both sides. It is `None` for a tear,
+    /// after which a later event tells.
     pub(crate) fn divide(&mut self, at_s: f64, is_closed: Option<bool>) {
         let clips = self.clips();
         let (_, clips) = *self.divided.get_or_insert((at_s, clips));

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | 1 triangle | volume of the triangle's cells that are gone, and whose place nothing hides |
 //! | 2 lower bed | volume of the lower bed's cells that are gone, and whose place nothing hides |
-//! | 3 two structures | share of cystic duct or artery, of which less is seen |
+//! | 3 two structures | the smaller of the visible shares of cystic duct and cystic artery |
 //!
 //! The model's truth stands beside each view: what is removed, and which vessels are whole.
 
@@ -59,7 +59,8 @@ impl Shares {
 pub struct Shown {
     /// Counted time since the task began, s.
     pub at_s: f64,
-    /// Angle between the line of sight and the plane of duct and artery, degrees.
+    /// Angle between the line of sight and the plane of duct and artery, degrees; positive on the
+    /// front.
     pub side_deg: f64,
     /// Visible share of each criterion.
     #[serde(flatten)]
@@ -73,8 +74,8 @@ pub struct Shown {
 /// A criterion of the critical view of safety.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Criterion {
-    /// Share that was achieved in the simulation when the first clip came: tissue removed, or
-    /// vessels whole.
+    /// Share achieved in the simulation before duct or artery was first clipped, divided or
+    /// damaged: tissue removed, or vessels whole.
     pub achieved: f64,
     /// Largest share that was visible at one moment; `None` for a recording without identity
     /// images.
@@ -106,13 +107,14 @@ pub(crate) struct Views {
 }
 
 impl Views {
-    /// Notes the model's truth, while cystic duct and artery are whole.
+    /// Notes the model's truth, while cystic duct and artery are whole and have no clip of the
+    /// trainee.
     pub(crate) fn know(&mut self, truth: [f64; 3]) {
         self.truth = truth;
     }
 
-    /// Takes an identity image, `at_s` after the task began, while cystic duct and artery are
-    /// whole.
+    /// Takes an identity image, `at_s` after the task began, while cystic duct and artery are whole
+    /// and have no clip of the trainee.
     pub(crate) fn look(
         &mut self,
         at_s: f64,
@@ -156,7 +158,8 @@ impl Views {
         self.shown.map(|it| it.is_some_and(|it| it.held))
     }
 
-    /// The running hold of a side that is still to be shown: the longer one, or that of the front.
+    /// The running hold of a side that is still to be shown: the longer one, or the front's if both
+    /// are equal.
     pub(crate) fn hold(&self, rule: &ViewRule) -> Option<Hold> {
         let open = self.held().into_iter().zip(&self.timers);
         let open = open.filter(|(held, _)| !held);
@@ -164,7 +167,7 @@ impl Views {
         holds.reduce(|a, b| if b.share > a.share { b } else { a })
     }
 
-    /// The views, beside what was achieved at the last look.
+    /// The views, and the truth that was noted last.
     pub(crate) fn cvs(&self) -> Cvs {
         let criterion = |index: usize| Criterion {
             achieved: self.truth[index],
@@ -225,7 +228,7 @@ fn lack(side: ViewSide, side_deg: f64, shares: &Shares, rule: &ViewRule) -> Opti
     .find_map(|(lacks, what)| lacks.then_some(what))
 }
 
-/// A view is as good as its worst criterion, and among equals by the sum.
+/// Rank of a view: the smallest of its shares, then the sum of its shares.
 fn rank(shown: &Shown) -> [f64; 2] {
     let all = shown.seen.all();
     [all.into_iter().fold(1.0, f64::min), all.into_iter().sum()]

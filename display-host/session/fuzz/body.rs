@@ -6,7 +6,7 @@ use std::path::Path;
 use session::{Operation, Session};
 
 /// Reads the bytes as a replay and as a report would. Reads them also as one message of packed
-/// ticks, because a checksum of the file keeps most damaged messages from the first two.
+/// ticks, because the file's checksums keep most damaged messages from the two other readers.
 pub(crate) fn read(bytes: &[u8]) {
     let mut ticks = Vec::new();
     let _ = session::pack::unpack(bytes, &mut ticks);

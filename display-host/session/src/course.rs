@@ -56,7 +56,7 @@ pub struct Movement {
     pub switches: u8,
     /// Devices whose samples arrive in time: 1 haptic device, 2 tracker, 4 pedal.
     pub live: u8,
-    /// Contacts of the instrument.
+    /// Number of the instrument's contacts.
     pub contacts: u16,
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::file::FILE_VERSION;
 
-/// Reason why a session cannot be replayed.
+/// Reason why a session cannot be read, or why a file made of it cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file cannot be opened or read.

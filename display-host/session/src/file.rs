@@ -72,7 +72,8 @@ pub(crate) struct Events {
     expected: u64,
 }
 
-/// A session being written. Nothing reaches the disk before [`SessionFile::flush`].
+/// A session being written. Bytes reach the disk only in [`SessionFile::flush`] and
+/// [`SessionFile::finish`].
 pub(crate) struct SessionFile {
     writer: Writer<NoSeek<Waiting>>,
     pub(crate) outbox: Outbox,
@@ -198,7 +199,8 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Writes the inputs of ticks.
+    /// Writes the inputs of ticks, and the resets and starts among them to the course. The first
+    /// call also writes the run's setup.
     pub(crate) fn inputs(&mut self, batch: &InputBatch) -> Result<(), Error> {
         let Some(mut records) = batch.records() else {
             return Ok(());
@@ -258,7 +260,7 @@ impl SessionFile {
         self.missing(proto::gap::Of::Ticks, from, tick, at_ns)
     }
 
-    /// Writes that the numbers from `from` up to `to` are missing.
+    /// Writes that the numbers from `from` on and before `to` are missing.
     fn missing(&mut self, of: proto::gap::Of, from: u64, to: u64, at_ns: u64) -> Result<(), Error> {
         let of = of.into();
         self.message(self.channels.gaps, at_ns, &proto::Gap { of, from, to })
@@ -398,9 +400,9 @@ impl SessionFile {
         self.put(channel, at_ns, &message.encode_to_vec())
     }
 
-    /// Writes a message of this time. Its stamp is no earlier than that of the channel's message
-    /// before it, because readers expect the order of time. In the course, an event may arrive
-    /// after a younger pose; the entry keeps its own time.
+    /// Writes a message of this time. Its stamp is no earlier than the stamp of the channel's last
+    /// message, because readers expect times in order. In the course, an event may arrive after a
+    /// younger pose; the entry keeps its own time.
     fn put(&mut self, channel_id: u16, at_ns: u64, data: &[u8]) -> Result<(), Error> {
         let mut time = self.wall_ns(at_ns);
         let channel = usize::from(channel_id);

@@ -76,7 +76,7 @@ pub struct Recorded {
     pub overflowed: u64,
     /// Number of refused writes.
     pub write_failures: u64,
-    /// Longest time to write one second of the session, ms.
+    /// Longest duration of a write, ms. Usually a write holds one second of the session.
     pub slowest_write_ms: u64,
     /// Reason why the recording ends early, if it does.
     pub problem: Option<String>,

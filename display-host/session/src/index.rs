@@ -10,7 +10,7 @@ use mcap::records::op;
 const HEAD_BYTES: usize = 9;
 /// Length of the last record, bytes: two places and a checksum.
 const FOOTER_BYTES: usize = 20;
-/// Longest index that is read, bytes. An hour has about 0.5 MB of it.
+/// Longest index that is read, bytes. The index of an hour has about 0.5 MB.
 const INDEX_MAX_BYTES: u64 = 64 << 20;
 
 /// True if the file has a whole index from byte `from` on, where its data end.

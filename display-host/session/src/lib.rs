@@ -13,8 +13,8 @@
 //! | `/tf` | protobuf | poses, `foxglove.FrameTransforms` | 20 Hz |
 //! | `/tip` | protobuf | the instrument's tip, `foxglove.PoseInFrame` | 20 Hz |
 //! | `/tool` | protobuf | force, tip, jaw, contacts, switches, `calot.Tool` | 100 Hz |
-//! | `/events` | protobuf | contact, grasp, tear, fault, …, `calot.Event` | each one |
-//! | `/log` | protobuf | the same in words, `foxglove.Log` | each one |
+//! | `/events` | protobuf | contact, grasp, tear, fault, …, `calot.Event` | each event |
+//! | `/log` | protobuf | events in words, `foxglove.Log` | each event |
 //! | `/stages` | protobuf | times of each tick and stage, `calot.Stages` | every tick |
 //! | `/timing` | protobuf | ticks, misses, slowest tick, `calot.Timing` | every second |
 //! | `/gaps` | protobuf | missing ticks or events, `calot.Gap` | at each gap |
@@ -39,7 +39,7 @@
 //! most. If more would wait, the file ends, and is readable up to that point.
 //!
 //! The file also holds the course of the operation (`course`), from which alone an assessment is
-//! made. Inputs are packed to 62 to 82 bytes a tick, so the file needs no compression, and the
+//! made. Inputs are packed to 51 to 83 bytes a tick, so the file needs no compression, and the
 //! program no C library for it. The times of a tick add about 30 bytes.
 //!
 //! # Replay

@@ -36,7 +36,7 @@ impl Operation {
     /// Opens a session and reads up to the first entry of its course.
     ///
     /// # Errors
-    /// See [`ReadError`]; a session of an older program without a course is an error too.
+    /// See [`ReadError`]. A session without a course, as older programs wrote it, is an error, too.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let (bytes, source) = opened::source(path)?;
         Self::read(path, bytes, source)

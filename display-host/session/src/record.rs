@@ -24,19 +24,18 @@ use crate::storage::{Storage, check_recording, create_recording};
 
 /// Capacity of the queue to the writing thread, messages: about 40 s of a session.
 const QUEUE: usize = 6144;
-/// Part of the capacity that only events may use. So a queue full of ticks still takes all events
-/// of an operation.
+/// Part of the capacity that only events may use, so that a queue full of ticks still takes events.
 const FOR_EVENTS: usize = 1024;
 /// Period at which the services are read. The services keep the messages of 8 s.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
-/// Period at which poses and forces are written for viewers. The course gets every pose that is
+/// Period at which poses are written for viewers. `/course` and `/tool` get every frame that is
 /// read.
 const TOOLS_EVERY: Duration = Duration::from_millis(50);
 /// Period of the identity images that tell what the endoscope shows.
 const SEEN_EVERY: Duration = Duration::from_millis(200);
 /// Period of writing. A killed recorder loses no more than the data of this time.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
-/// Longest silence of a hanging disk for which the end of a recording waits.
+/// Silence of the disk after which the end of a recording waits no longer.
 const HANGING_MAX: Duration = Duration::from_secs(30);
 
 /// Checks that a recording can be written to `path`, and changes nothing there.
@@ -52,7 +51,7 @@ pub fn check_target(path: &Path) -> Result<(), Error> {
 
 enum Item {
     Inputs(Box<InputBatch>),
-    /// The tools. The flag is true if they are also written for viewers.
+    /// The tools. The flag is true if their poses are also written for viewers.
     Tools(Box<ToolFrame>, bool),
     /// The organs, for an identity image.
     State(Box<StateFrame>),
@@ -119,7 +118,7 @@ struct Queue {
     items: SyncSender<Item>,
     waiting: Arc<AtomicUsize>,
     overflowed: Arc<AtomicU64>,
-    /// Number of events that happened. It reveals events that were lost at the end.
+    /// One more than the number of the newest event. It reveals events that were lost at the end.
     heard: Arc<AtomicU64>,
 }
 
@@ -228,7 +227,7 @@ impl Listening {
     /// Writes everything received, from the start, to a file.
     ///
     /// # Errors
-    /// The file cannot be created.
+    /// The file cannot be created, or the thread cannot be started.
     pub fn record(self, config: Config) -> Result<Recording, Error> {
         let created = create_recording(&config.path);
         let storage = created.map_err(|source| Error::Create {
@@ -413,7 +412,7 @@ fn take_all(
 ) -> Result<(), Error> {
     let sight = &config.sight;
     let mut seen = Sight::default().now().map(f32::to_bits);
-    // Only a task is judged.
+    // Identity images serve the assessment, so a session without a task has none.
     let judged = config.assignment.as_ref();
     let mut identity = judged.map(|_| Identity::of(&config.scene));
     let mut newest = Box::new(ToolFrame::zeroed());
@@ -452,7 +451,7 @@ fn take_all(
             file.flush()?;
             tell(file.outbox.refused.as_deref(), &mut refused);
             *lock(health) = health_of(file);
-            // The period starts after the write, so that the queue empties after a slow one.
+            // The period begins after the write, so that the queue is emptied after a slow write.
             flushed = Instant::now();
         }
     }

@@ -35,7 +35,8 @@ pub enum Repaired {
 }
 
 /// Copies all complete records of the session at `from` to `to`, with an index. The session at
-/// `from` stays as it is. The copy says where it broke off, and every reader of Calot repeats that.
+/// `from` stays as it is. If the session breaks off or is damaged, the copy says where, and every
+/// reader of Calot repeats this.
 ///
 /// # Errors
 /// When the session cannot be read or is being recorded, when no message of it is left, or when the
@@ -140,7 +141,7 @@ fn next(records: &mut Records) -> Result<Vec<Record<'static>>, End> {
     }
 }
 
-/// Writes a record with the numbers that it had.
+/// Writes a record with its own numbers of schema and channel.
 fn take(writer: &mut Writer<NoSeek<File>>, record: Record<'_>) -> mcap::McapResult<()> {
     match record {
         Record::Schema { header, data } => writer

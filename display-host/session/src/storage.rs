@@ -99,7 +99,7 @@ fn lock_file(file: &File) -> io::Result<()> {
             let words = "another recorder is writing to it";
             Err(io::Error::new(io::ErrorKind::ResourceBusy, words))
         }
-        // A file system without locks takes recordings all the same.
+        // Recordings are allowed on a file system without locks, too.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }

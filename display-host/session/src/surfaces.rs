@@ -18,7 +18,7 @@ use crate::error::ReadError;
 use crate::storage::create_private;
 use crate::viewer;
 
-/// Words before the program's version at the head of a file of surfaces. By them it is told from a
+/// Words before the program's version at the head of a file of surfaces. They distinguish it from a
 /// recording.
 pub const SURFACES_BY: &str = "surfaces by calot:";
 /// Topic of the surfaces.
@@ -143,7 +143,7 @@ fn refused(path: &Path, problem: String) -> ReadError {
     }
 }
 
-/// An organ with its present surface. A later one of the same name takes its place.
+/// An organ with its present surface. A later entity of the same name replaces it.
 fn entity(surface: &Surface, wall_ns: u64) -> SceneEntity {
     let [r, g, b] = surface.color.map(f64::from);
     let point = |[x, y, z]: [f32; 3]| Point3 {

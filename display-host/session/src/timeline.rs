@@ -34,7 +34,7 @@ impl Times {
         })
     }
 
-    /// Times of this tick. Skips those of earlier ticks. `None` if the session lacks them.
+    /// Times of this tick. Skips the times of earlier ticks. `None` if the session lacks them.
     pub fn of(&mut self, tick: u64) -> Option<TickTimes> {
         loop {
             let first = match self.next.front() {

@@ -4,7 +4,7 @@
 #[path = "../fuzz/body.rs"]
 mod body;
 
-/// Files that the fuzzer kept, because each reached something new.
+/// Files that the fuzzer kept, because each reached new code.
 #[test]
 fn the_corpus_is_read_or_refused() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/session");

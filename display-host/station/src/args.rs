@@ -134,7 +134,7 @@ impl LanguageName {
     }
 }
 
-/// Look of a window, and lead of mouse and keyboard.
+/// Look of a window, and sensitivity of mouse and keyboard.
 #[derive(Debug, Clone, Copy, Args)]
 #[command(next_help_heading = "Window")]
 pub(crate) struct LookArgs {
@@ -361,7 +361,7 @@ impl StoreFile {
         Ok(Store::read(&self.path()?)?)
     }
 
-    /// Like [`StoreFile::read`]. `None`: the store has its usual place, and nobody is in it yet.
+    /// Like [`StoreFile::read`]. `None`: `--store` is absent, and the usual file does not exist.
     pub(crate) fn read_if_any(&self) -> Result<Option<Store>, Problem> {
         match Store::read(&self.path()?) {
             Err(StoreError::Missing { .. }) if self.store.is_none() => Ok(None),
@@ -379,8 +379,8 @@ pub(crate) struct NewTrainee {
 }
 
 impl NewTrainee {
-    /// Asks in the terminal if a new name looks like that of another trainee. Refuses it if nobody
-    /// can be asked.
+    /// Asks in the terminal if a new name that resembles a trainee's is another person's. Refuses
+    /// the name if not, or without a terminal.
     pub(crate) fn confirm(self, store: &Store, name: &str) -> Result<(), Problem> {
         match store.alike(name)?.filter(|_| !self.new_trainee) {
             None => Ok(()),
@@ -401,8 +401,8 @@ pub(crate) struct NewRater {
 }
 
 impl NewRater {
-    /// Asks in the terminal if a new rater's name looks like that of another. Refuses it if nobody
-    /// can be asked.
+    /// Asks in the terminal if a new name that resembles a rater's is another person's. Refuses the
+    /// name if not, or without a terminal.
     pub(crate) fn confirm(self, store: &Store, rater: &str) -> Result<(), Problem> {
         match store.alike_rater(rater)?.filter(|_| !self.new_rater) {
             None => Ok(()),
@@ -414,7 +414,8 @@ impl NewRater {
     }
 }
 
-/// Asks in the terminal whether a name is that of another person, and refuses it if not.
+/// Asks in the terminal if a name is that of another person. Refuses the name if not, or without a
+/// terminal.
 fn confirm_other(differs: &str, option: &str) -> Result<(), Problem> {
     if std::io::stdin().is_terminal() {
         say::note(format_args!("{differs}. Is it another person? [y/N]"));

@@ -1,5 +1,6 @@
 //! `calot bare-loop`: runs a loop without a station and prints a histogram of its latencies in
-//! cyclictest's format. It is a process of its own, because it locks all memory of its process.
+//! cyclictest's format. The loop needs a process of its own, because it locks all memory of the
+//! process.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -40,7 +41,6 @@ pub(crate) struct BareLoopArgs {
     pub(crate) with_parent: Option<i32>,
 }
 
-/// Measures and prints.
 pub(crate) fn run(args: &BareLoopArgs) -> Result<ExitCode, Problem> {
     if let Some(parent) = args.with_parent {
         stop::end_with_parent(parent)?;
@@ -102,8 +102,8 @@ fn read_work(file: &Path) -> Result<Vec<u32>, Problem> {
     times.map_err(|e| format!("{}: expected a time in ns per line: {e}", file.display()).into())
 }
 
-/// Writes the durations of these ticks as work for a loop. Of 1000 ticks, the longest one is cut to
-/// the length of the next: the machine caused it, and will delay the loop as well.
+/// Writes the durations of these ticks as work for a loop. Durations above their 99.9th percentile
+/// are cut to it: the machine caused them, and will delay the loop as well.
 pub(crate) fn write_work(file: &Path, ticks_ns: &[u32]) -> Result<(), Problem> {
     let mut sorted = ticks_ns.to_vec();
     sorted.sort_unstable();

@@ -1,7 +1,7 @@
 //! Identifies this program.
 
-/// Version, commit, profile, processor family and fused multiply-add: all that could affect the
-/// computed bits or their time.
+/// Version, commit, profile, processor family and fused multiply-add of this program. They could
+/// affect the computed bits or their time.
 pub(crate) fn build() -> String {
     let fma = match cfg!(target_feature = "fma") {
         true => " with fused multiply-add",

@@ -44,8 +44,8 @@ pub(crate) const READY: &str = "ready";
 /// Line that a child prints on standard output when a rule, such as `--must-fit`, makes it refuse
 /// its task. A child that fails does not print it.
 pub(crate) const REFUSED: &str = "refused";
-/// Longest wait for the last lines of a child that has ended. Without a limit, the wait would last
-/// as long as another process holds the pipe open.
+/// Longest wait for each last line of a child that has ended: another process may hold the pipe
+/// open for longer.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
 impl Process {
@@ -115,7 +115,6 @@ impl Process {
         &self.said
     }
 
-    /// Process id.
     pub(crate) fn id(&self) -> u32 {
         self.child.id()
     }
@@ -125,7 +124,7 @@ impl Process {
         self.child.try_wait()
     }
 
-    /// Asks the child to end, waits, and kills it if it does not. Returns what went wrong, if
+    /// Asks the child to end, and kills it if it does not end in time. Returns what went wrong, if
     /// anything.
     pub(crate) fn end(mut self) -> Option<String> {
         self.ask();
@@ -155,8 +154,8 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// After an error, asks a child that still runs to end, and kills it if it does not, for
-    /// example because it hangs in a device's library.
+    /// After an error, asks a child that still runs to end. Kills it if it does not end in time,
+    /// for example because it hangs in a device's library.
     fn drop(&mut self) {
         if let Ok(None) = self.child.try_wait() {
             self.ask();

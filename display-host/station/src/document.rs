@@ -1,6 +1,6 @@
 //! JSON that `calot` writes for programs. Each document names its schema under the key `schema`;
-//! `calot schema` prints the schemas. A new key keeps the version. Whoever removes or renames a
-//! key, or changes its meaning, makes a new version: a new file in `schemas`, a new number here.
+//! `calot schema` prints the schemas. A new key keeps the version. A key that is removed, renamed
+//! or changes its meaning needs a new version: a new file in `schemas`, and a new number here.
 
 use serde::Serialize;
 
@@ -85,7 +85,7 @@ impl Document {
         Ok(())
     }
 
-    /// Prints the document as one line of several that follow each other.
+    /// Prints the document in one line.
     pub(crate) fn line(self, value: impl Serialize) -> Result<(), Problem> {
         say::answer(serde_json::to_string(&self.of(value))?);
         Ok(())

@@ -6,8 +6,8 @@
 /// libwayland would complain on standard error.
 const NO_SELECTION: &str = "NODEVICE_SELECT";
 
-/// We leave the layer alone if any of these variables is set: there may then be a screen, or the
-/// user chooses a card.
+/// If any of these variables is set, the layer stays: there may be a screen, or the user chooses a
+/// card.
 const KEEPS_SELECTION: [&str; 8] = [
     "XDG_RUNTIME_DIR",
     "DISPLAY",

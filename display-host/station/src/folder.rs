@@ -8,7 +8,7 @@ use shared_mem::service::{Claim, ServiceError, Station, owner};
 
 use crate::problem::Problem;
 
-/// Number of looks at a station's lock until its state is believed.
+/// A station's lock is looked at this often before its state counts.
 const LOCK_LOOKS: u32 = 5;
 /// Pause between two looks.
 const LOCK_PAUSE: Duration = Duration::from_millis(10);
@@ -55,8 +55,7 @@ impl Folder {
         }
         match locked {
             Ok(()) => {
-                // A killed station may have left this file behind, which names the scene of that
-                // station.
+                // A killed station may have left this file behind. It names that station's scene.
                 let _ = std::fs::remove_file(path.join(SCENE_NAME_FILE));
                 Ok(Self {
                     path,
@@ -77,7 +76,6 @@ impl Folder {
         }
     }
 
-    /// Path of the folder.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -97,8 +95,8 @@ impl Folder {
         written.map_err(|error| format!("{}: {error}", half.display()).into())
     }
 
-    /// File for the compiled scene. A joining display uses its own file and leaves that of the
-    /// running station alone.
+    /// File for the compiled scene. A joining display has a file of its own, so that it leaves the
+    /// running station's file alone.
     pub(crate) fn scene(&self) -> PathBuf {
         match self.attached {
             true => self
@@ -109,7 +107,7 @@ impl Folder {
     }
 }
 
-/// The programs that hold a station's name or lock, with their users.
+/// Names the programs that hold a station's name or lock, and their users.
 fn in_words(holders: &[Holder]) -> String {
     let one = |it: &Holder| format!("{it} of {}", owner(it.user));
     match holders {

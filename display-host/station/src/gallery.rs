@@ -34,7 +34,7 @@ pub(crate) struct GalleryArgs {
     pub(crate) size: Option<[u32; 2]>,
 }
 
-/// Draws every organ, instrument and view of a scene, and prints the path of the page with all of
+/// Draws every organ, instrument and view of a scene, and prints the path of the page that shows
 /// them.
 pub(crate) fn run(args: &GalleryArgs) -> Result<ExitCode, Problem> {
     output::check_folder("--out", &args.out, Format::of_gallery, args.overwrite)?;

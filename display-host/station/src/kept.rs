@@ -1,8 +1,8 @@
 //! Cache of prepared scenes: a station starts at once with a scene that it has prepared before.
 //!
 //! The files lie in `$XDG_CACHE_HOME/calot/scenes` or `~/.cache/calot/scenes`. Their names depend
-//! on the recipe and on the program that prepared them. The cache holds a few scenes and drops the
-//! oldest. A scene that cannot be stored or read is prepared again.
+//! on the recipe, its meshes and the program that prepared them. The cache keeps the few scenes
+//! that were used last. A scene that cannot be stored or read is prepared again.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -21,8 +21,8 @@ const SCENES_MAX: usize = 12;
 /// Largest number of files near a glTF file that are checked for changes. With more, the scene is
 /// not cached.
 const FILES_MAX: usize = 1000;
-/// Largest number of folders that wait to be searched for such files. With more, the scene is not
-/// cached.
+/// Largest number of folders near a glTF file that are found and not yet searched. With more, the
+/// scene is not cached.
 const FOLDERS_MAX: usize = 16;
 
 /// Place of a recipe's scene in the cache.
@@ -32,8 +32,8 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// Place of the scene of `recipe`. `None` if there is no cache folder, or the recipe's meshes
-    /// cannot be read.
+    /// Place of the scene of `recipe`. `None`: no cache folder, or a mesh that cannot be read or
+    /// has too many files near it.
     pub(crate) fn of(recipe: &Recipe) -> Option<Self> {
         Self::within(&home::cache()?.join("scenes"), recipe)
     }
@@ -87,8 +87,8 @@ impl Kept {
     }
 }
 
-/// Identities of all files in a mesh's folder and below it: any of them may hold its numbers.
-/// `None` if there are too many.
+/// Identities of all files in a mesh's folder and below it, any of which may hold the mesh's
+/// numbers. `None` if there are too many.
 fn buffers_beside(mesh: &Path) -> Option<Vec<(PathBuf, u64, u128)>> {
     let folder = mesh.parent().filter(|it| !it.as_os_str().is_empty());
     let mut folders = vec![folder.unwrap_or(Path::new(".")).to_owned()];

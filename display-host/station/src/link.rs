@@ -139,7 +139,7 @@ fn serve(args: &ServeArgs) -> Result<ExitCode, Problem> {
     if let Some(parent) = args.with_parent {
         stop::end_with_parent(parent)?;
     }
-    // The threads of the server inherit this low priority: none of them may delay the tick.
+    // The threads of the server inherit this low priority, because none of them may delay the tick.
     display_host::priority::step_aside(None);
     let places: Vec<PathBuf> = match &args.scene {
         Some(scene) => vec![scene.clone()],

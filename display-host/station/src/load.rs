@@ -1,6 +1,6 @@
-//! Work that competes with the tick. Each load is a process of its own (`calot load`) at ordinary
-//! priority and without locked memory. It can therefore be killed without effect on the process
-//! that measures.
+//! Work that competes with the tick. Each load is a process of its own (`calot load`), so that it
+//! can be killed without effect on the process that measures. It has ordinary priority and no
+//! locked memory.
 
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
@@ -68,14 +68,14 @@ pub(crate) struct LoadArgs {
     pub(crate) with_parent: Option<i32>,
 }
 
-/// Size of one copy, larger than any cache.
+/// Size of one copy, larger than usual caches.
 const COPY_BYTES: usize = 64 << 20;
-/// Size of a file that is written and synced at once.
+/// Bytes that are written before each sync.
 const FILE_BYTES: usize = 4 << 20;
 /// Time after which a display is killed or asked to leave.
 const DISPLAY_LIFE: Duration = Duration::from_secs(1);
 
-/// Time after which a watcher is stalled, asked to leave or killed. It is enough to connect.
+/// Time after which a watcher is stalled, asked to leave or killed. It suffices to connect.
 const WATCHER_LIFE: Duration = Duration::from_secs(2);
 
 /// Time that a load may take to end.
@@ -149,7 +149,7 @@ fn files(folder: &Path, stop: &AtomicBool) -> Result<(), Problem> {
     Ok(())
 }
 
-/// A display that reads all services until it is killed.
+/// Reads state, times and events as a display does, until told to end.
 fn join(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
     let host = Host::open(&Station::new(station)?)?;
     let mut state = display_frame();
@@ -212,7 +212,7 @@ fn display_frame() -> Box<shared_mem::message::StateFrame> {
 #[derive(Debug)]
 pub(crate) struct Loads {
     children: Vec<Child>,
-    /// Thread that joins and kills displays.
+    /// Thread that starts and ends displays, with its stop flag.
     churn: Option<(Arc<AtomicBool>, JoinHandle<u64>)>,
 }
 
@@ -283,8 +283,8 @@ impl Drop for Loads {
 }
 
 fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
-    // The kernel signals a child when the thread that started it ends. Each of these threads
-    // outlives its children.
+    // With `--with-parent`, the kernel signals a child when the thread that started it ends. All
+    // threads that call this outlive their children.
     let parent = std::process::id().to_string();
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["load", &load.name(), place, "--with-parent", &parent]);
@@ -296,7 +296,8 @@ fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
     Ok(command.spawn()?)
 }
 
-/// Runs displays one after another and kills each at work. Every third is asked to leave instead.
+/// Runs displays one after another. Asks every third to leave, and kills the others at work.
+/// Returns their number.
 fn join_and_kill(station: &str, stop: &AtomicBool) -> u64 {
     let mut joined = 0;
     while !stop.load(Ordering::Relaxed) {

@@ -43,7 +43,7 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 
-/// Counts allocations of the realtime thread, so that a report of none is a measurement.
+/// Counts allocations of the realtime thread, so that "0 allocations" in a report is measured.
 #[global_allocator]
 static ALLOCATOR: rt_process::alloc_counter::CountingAllocator =
     rt_process::alloc_counter::CountingAllocator::new();

@@ -19,7 +19,7 @@ use crate::say;
 use crate::scene;
 use crate::stop;
 
-/// Interval of the search for a station that does not run yet.
+/// Interval between two searches for a station that does not run yet.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 #[derive(Debug, Clone, Args)]
@@ -100,7 +100,8 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Compiled scene of the station, once it runs. `None`: stopped before, or the time is over.
+/// Compiles `--scene`, else waits until the station names its scene. `None`: stopped before, or the
+/// time is over.
 fn scene(
     args: &ObserveArgs,
     folder: &Folder,

@@ -1,6 +1,6 @@
 //! One rule for every file that a command writes: an existing file is replaced only with
-//! `--overwrite`, and only if Calot wrote it. A command refuses before it begins. If Calot chooses
-//! the name itself and that name is taken, it adds a number instead of refusing.
+//! `--overwrite`, and only if Calot wrote it. Otherwise the command refuses before it begins. If
+//! Calot chooses the name itself and the name is taken, Calot adds a number instead of refusing.
 
 use std::fs;
 use std::io::{self, Read as _, Seek as _};
@@ -13,10 +13,11 @@ use hardware::station::StationFile;
 use crate::problem::Problem;
 use crate::say;
 
-/// Bytes at the start of a file in which Calot's name is looked for.
+/// Bytes at the start of a file, and at the end of Parquet, in which Calot's name is searched.
 const HEAD_BYTES: u64 = 1 << 20;
 
-/// Begin of the name of a close picture's file. A debrief draws these pictures itself.
+/// Prefix of a close picture's file name. A debrief leaves these files out, because it draws the
+/// pictures itself.
 pub(crate) const CLOSE: &str = "close_";
 
 /// The option that allows to replace files.
@@ -44,7 +45,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// Format of a file name in a folder of results.
+    /// Format of a file that Calot writes under this name as a result.
     pub(crate) fn of_result(name: &str) -> Option<Self> {
         let numbered = name
             .strip_prefix("frame_")
@@ -66,7 +67,7 @@ impl Format {
         }
     }
 
-    /// Format of a file name among exported tables.
+    /// Format of a table that Calot exports under this name.
     pub(crate) fn of_export(name: &str) -> Option<Self> {
         let (table, extension) = name.split_once('.')?;
         let is_table = ["ticks", "events", "metrics", "columns"].contains(&table);
@@ -77,7 +78,7 @@ impl Format {
         }
     }
 
-    /// Format of a file name in a gallery.
+    /// Format of a file that Calot writes under this name to a gallery.
     pub(crate) fn of_gallery(name: &str) -> Option<Self> {
         match name.ends_with(".png") {
             true => Some(Self::Picture),
@@ -101,7 +102,7 @@ impl Format {
         }
     }
 
-    /// Alternatives for the first bytes of a file of this format that Calot wrote.
+    /// A file of this format that Calot wrote starts with one of these.
     fn starts(self) -> &'static [&'static [u8]] {
         match self {
             Self::Session | Self::Surfaces => &[b"\x89MCAP0\r\n"],
@@ -127,8 +128,8 @@ impl Format {
         }
     }
 
-    /// True if Calot wrote this file in this format, or if the file is empty, so that nothing is
-    /// lost.
+    /// True if Calot wrote this file in this format, or if the file is empty. Any valid station
+    /// file counts as Calot's.
     fn is_of_calot(self, path: &Path) -> io::Result<bool> {
         if self == Self::Station {
             return Ok(
@@ -141,7 +142,7 @@ impl Format {
             .take(HEAD_BYTES)
             .read_to_end(&mut head)?;
         if self == Self::Columnar {
-            // Parquet has the name of its program at the end.
+            // A Parquet file names its program at the end.
             let end = file.metadata()?.len().saturating_sub(HEAD_BYTES);
             file.seek(io::SeekFrom::Start(end))?;
             file.take(HEAD_BYTES).read_to_end(&mut head)?;
@@ -153,7 +154,7 @@ impl Format {
         };
         let named = match self {
             Self::Scene | Self::Table => true,
-            // A recording is never replaced by what is made of it.
+            // A recording and a file of surfaces start alike, but must not replace each other.
             Self::Surfaces => has(session::SURFACES_BY),
             Self::Session => has("calot") && !has(session::SURFACES_BY),
             _ => has("calot"),
@@ -162,7 +163,7 @@ impl Format {
     }
 }
 
-/// Checks that `path` may be written. Errors name the path by `option`.
+/// Checks that `path` may be written. Errors begin with `option` and `path`.
 pub(crate) fn check(
     option: &str,
     path: &Path,
@@ -179,7 +180,7 @@ pub(crate) fn check(
     if there.file_type().is_block_device() {
         return Err(format!("{option} {shown}: is a disk; name a file").into());
     }
-    // Pipes and character devices keep nothing that could be lost.
+    // Pipes, character devices and empty files hold nothing that could be lost.
     if !there.is_file() || there.len() == 0 {
         return Ok(());
     }
@@ -203,8 +204,8 @@ pub(crate) fn check(
     }
 }
 
-/// Checks that a command may write to `folder`. `format_of` returns the format of the file names
-/// that the command writes.
+/// Checks that a command may write to `folder`. `format_of` returns the format of a name that the
+/// command may write, and `None` for other names.
 pub(crate) fn check_folder(
     option: &str,
     folder: &Path,
@@ -235,8 +236,8 @@ pub(crate) fn check_folder(
     Ok(())
 }
 
-/// A folder of results: the user's if there is one, else `default` or the next free number of it.
-/// Makes the folder.
+/// Makes the folder of results: `named`, else the first of `default`, `default-2`, … that may be
+/// written.
 pub(crate) fn folder(
     named: Option<&Path>,
     default: &str,
@@ -257,7 +258,7 @@ pub(crate) fn folder(
     Ok(folder)
 }
 
-/// A file: the user's if there is one, else `default` or the next free number of it.
+/// Path for a file: `named`, else the first of `default`, `default-2`, … that may be written.
 pub(crate) fn file(
     named: Option<&Path>,
     default: &str,
@@ -292,7 +293,7 @@ fn free(name: &Path, may: impl Fn(&Path) -> bool) -> PathBuf {
     found
 }
 
-/// Writes a file by a rename: whatever happens, the old or the new one is there, whole.
+/// Writes a file by a rename, so that its path always names a whole file, the old or the new one.
 pub(crate) fn write(path: &Path, text: &str) -> io::Result<()> {
     // The file behind a link is replaced, not the link.
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());

@@ -1,5 +1,5 @@
-//! Prints messages for the user. Never use `println!`: it panics when the reader has gone (`calot …
-//! | head`), and the controller must not die of that.
+//! Prints messages for the user. Never use `println!`: it panics when the reader of the pipe has
+//! ended (`calot … | head`), and the controller must not die of that.
 
 use std::fmt::Display;
 use std::fs::File;

@@ -17,7 +17,7 @@ const COARSER_LEVELS: u32 = 2;
 /// Compiles the named scene to `target`, or returns the path of a scene that is compiled already.
 pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Problem> {
     let named = Path::new(&args.scene);
-    // `x.calot#1` is level 1 of this file.
+    // `x.calot#1` is level 1 of the file `x.calot`.
     let file = args
         .scene
         .rsplit_once('#')
@@ -44,7 +44,7 @@ pub(crate) fn bring(recipe: &Recipe, target: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Finest level of the named scene. A scene that is not compiled yet is compiled in memory only.
+/// Opens the named scene if it is compiled, else compiles its finest level in memory only.
 pub(crate) fn in_memory(args: &SceneArgs) -> Result<SceneFile, Problem> {
     let file = args.scene.split_once('#').map_or(&*args.scene, |(f, _)| f);
     if has_extension(Path::new(file), &["calot"]) {
@@ -113,7 +113,7 @@ pub(crate) fn write(levels: &[Prepared], path: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Prepares a scene. Shows progress on standard error after a second.
+/// Prepares a scene. Shows progress on standard error, after 1 s and then every 0.5 s.
 pub(crate) fn prepare(recipe: &Recipe) -> Result<Prepared, Problem> {
     let start = std::time::Instant::now();
     let mut said = std::time::Duration::from_millis(500);

@@ -1,9 +1,10 @@
-//! The flag that ends a command: Ctrl-C, SIGTERM, a closed terminal and a dead parent set it.
+//! Signals, and the flag that ends a command: Ctrl-C, SIGTERM, a closed terminal and a dead parent
+//! set it.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Lets a write beyond the limit of `ulimit -f` fail like any other, instead of ending the process.
+/// Lets a write beyond the limit of `ulimit -f` fail with an error instead of ending the process.
 ///
 /// # Errors
 ///
@@ -12,7 +13,7 @@ pub(crate) fn outlive_file_limit() -> std::io::Result<()> {
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default()).map(drop)
 }
 
-/// Installs the handlers. A second Ctrl-C ends the process at once.
+/// Installs the handlers and returns the flag. A second Ctrl-C ends the process at once.
 ///
 /// # Errors
 ///
@@ -29,7 +30,7 @@ pub(crate) fn flag() -> std::io::Result<Arc<AtomicBool>> {
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         register(signal, stop.clone())?;
     }
-    // A write beyond the limit of `ulimit -f` then fails with an error that names the file.
+    // As in `outlive_file_limit`.
     register(rustix::process::Signal::XFSZ.as_raw(), Arc::default())?;
     Ok(stop)
 }
@@ -42,7 +43,7 @@ pub(crate) fn flag() -> std::io::Result<Arc<AtomicBool>> {
 pub(crate) fn end_with_parent(parent: i32) -> std::io::Result<()> {
     use rustix::process::{Signal, getppid, set_parent_process_death_signal};
     set_parent_process_death_signal(Some(Signal::TERM))?;
-    // The parent may have died before this took effect: then another process has adopted us.
+    // If the parent died before this took effect, another process has adopted us.
     if getppid().map(|pid| pid.as_raw_nonzero().get()) != Some(parent) {
         return Err(std::io::Error::other(format!(
             "process {parent}, which started this one, is gone"

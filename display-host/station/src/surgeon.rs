@@ -1,4 +1,4 @@
-//! A scripted surgeon that operates at a running station, through its real processes.
+//! A scripted surgeon that operates at a running station through shared memory.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -60,7 +60,7 @@ impl AtWork {
     }
 }
 
-/// The station's processes, through shared memory.
+/// The station, as the surgeon sees and moves it through shared memory.
 struct Processes {
     host: Host,
     hand: HandSender,
@@ -93,8 +93,8 @@ impl Theatre for Processes {
         let before = seen.tools.tick;
         self.host.newest_state(&mut seen.state);
         self.host.newest_tools(&mut seen.tools);
-        // Simulated time counts here. A controller that misses ticks lags behind the clock, and
-        // hands that followed the clock would run ahead of the simulation.
+        // Count simulated time, because a controller that misses ticks lags behind the clock: hands
+        // that followed the clock would run ahead of the simulation.
         let waited_s = self.looked.elapsed().as_secs_f64();
         self.looked = Instant::now();
         seen.at_s += match before {

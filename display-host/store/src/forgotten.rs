@@ -1,9 +1,8 @@
 //! Forgetting a trainee, and marks that keep the trainee forgotten when another store is merged.
 //!
 //! Another store may hold the forgotten name and sessions, so each is remembered by a hash, from
-//! which it cannot be read. Marks need nothing that two stores would have to share: each mark of a
-//! name carries the random key of its hash, and travels with it. A session's id has 74 random bits
-//! and needs no key.
+//! which it cannot be read. Two stores need no common secret: the mark of a name contains the
+//! random key of its hash. A session's id has 74 random bits and needs no key.
 //!
 //! A mark of a name says when the person was forgotten. What began by then stays out. A person who
 //! comes back by own wish works a new session, which counts.
@@ -36,7 +35,7 @@ pub(crate) struct Forgotten {
 struct NameMark {
     mark: Vec<u8>,
     salt: Vec<u8>,
-    /// Time from which sessions count again, s since 1970.
+    /// Time after which sessions count again, s since 1970.
     at_unix_s: i64,
 }
 
@@ -86,7 +85,7 @@ impl Forgotten {
             || self.when(name).is_some_and(|at| began_unix_s <= at)
     }
 
-    /// Adds the marks of another store.
+    /// Adds these marks to a store.
     pub(crate) fn add_to(&self, store: &Connection) -> rusqlite::Result<()> {
         let add =
             "INSERT OR IGNORE INTO forgotten_trainee (mark, salt, at_unix_s) VALUES (?1, ?2, ?3)";

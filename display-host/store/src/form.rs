@@ -1,4 +1,5 @@
-//! Scoring sheets as forms: their items, anchors and scale. Three are built in; others are files.
+//! Scoring sheets as forms: their items, anchors and scale. Three sheets are built in; other sheets
+//! are files.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -2,9 +2,9 @@
 //!
 //! Sessions need no coordinator, because no two stations make the same UUID of version 7. A chosen
 //! name identifies a trainee: equal names at two stations are one person. Existing entries stay
-//! unchanged, with two exceptions: the newer answer to a questionnaire replaces the older one, and
-//! a consent that was refused at either place counts as refused. A second merge of the same store
-//! changes nothing.
+//! unchanged, with three exceptions: the newer answer to a questionnaire replaces the older one; a
+//! consent that was refused at either place counts as refused; a cohort or consent that is unknown
+//! here comes from there. A second merge of the same store changes nothing.
 //!
 //! Whoever was forgotten here or there does not come in ([`crate::Store::forget`]). The marks of
 //! the other store are added to those here.
@@ -53,7 +53,7 @@ pub struct Merged {
     pub left_out_answers: u64,
     /// Trainees that were left out because they were forgotten.
     pub left_out_trainees: u64,
-    /// Trainees who are here and were forgotten there.
+    /// Trainees who are here and were forgotten there, and not here since.
     pub forgotten_there: Vec<String>,
     /// Known sessions that belong to another trainee there. They stay as they are here, and their
     /// scoring sheets from there are left out.
@@ -103,7 +103,7 @@ impl Store {
     ///
     /// # Errors
     /// When `other` is this store, is not a store, has a newer version, is damaged, or holds an
-    /// invalid name or session; when this store cannot be written.
+    /// invalid entry; when this store cannot be written.
     pub fn merge(&mut self, other: &Path) -> Result<Merged, StoreError> {
         check_not_same(self.path(), other)?;
         let theirs = Self::read(other)?;
@@ -160,7 +160,8 @@ impl Merge<'_> {
             let add = "INSERT OR IGNORE INTO trainee (name) VALUES (?1)";
             let added = self.ours.execute(add, [&name]);
             added.map_err(|error| self.refused(error))?;
-            // Of somebody who came back, only what is known from then on counts.
+            // Cohort and consent carry no time, so they are not taken for a person who was
+            // forgotten.
             if when.is_none() {
                 check_text(&name, &it.cohort)?;
                 let change = "UPDATE trainee SET cohort = iif(cohort = '', ?2, cohort), \
@@ -327,8 +328,8 @@ fn texts(values: &[Value]) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Checks a session that another program may have written, a value for each of [`COLUMNS`] and the
-/// trainee's name, which it brings to its form. Returns id, start and name.
+/// Checks a session that another program may have written: a value for each of [`COLUMNS`], and the
+/// trainee's name, which is brought to its form. Returns id, start and name.
 fn check_session(session: &mut [Value]) -> Result<(String, i64, String), StoreError> {
     let wrong = || StoreError::Value {
         what: "a session".to_owned(),

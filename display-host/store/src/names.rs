@@ -58,8 +58,8 @@ fn is_unseen(it: char) -> bool {
         )
 }
 
-/// Two forms of a name. Names that share one are easily confused: their letters are the same in
-/// another case or width, or look the same (the skeleton of Unicode Technical Standard 39).
+/// Two forms of a name. Two names with a form in common are easily confused: their letters are the
+/// same in another case or width, or look the same (the skeleton of Unicode Technical Standard 39).
 /// The first form keeps the case, because a large I looks like a small L.
 fn looks(name: &str) -> [String; 2] {
     let wide: String = name.nfkc().collect();

@@ -158,7 +158,7 @@ impl Store {
     }
 }
 
-/// Refuses a file that is no database. An empty file is none yet.
+/// Refuses a file that is no database. An empty file passes, because a store can be made in it.
 fn check_head(file: &mut File, path: &Path) -> Result<(), StoreError> {
     let mut head = Vec::new();
     let read = file.take(MAGIC.len() as u64).read_to_end(&mut head);

@@ -1,5 +1,5 @@
-//! Questionnaires: the fourteen items of the paper whose simulator Calot re-implements, or those of
-//! a file; the answers, their mean and standard deviation.
+//! Questionnaires: the fourteen items of the paper whose simulator Calot re-implements, or the
+//! items of a file; the answers, their mean and standard deviation.
 
 use std::path::Path;
 

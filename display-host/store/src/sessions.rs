@@ -73,7 +73,7 @@ pub struct SessionRecord {
     pub program: String,
     /// File of the recording, if there is one.
     pub file: Option<String>,
-    /// Hand that worked it.
+    /// Hand that worked the session.
     pub hand: Hand,
     /// Circumstances of the run.
     #[serde(flatten)]

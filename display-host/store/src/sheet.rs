@@ -57,7 +57,7 @@ impl From<Rating> for StoreError {
     }
 }
 
-/// Brings a rater's name to its form; empty: not told.
+/// Checks a rater's name and brings it to its form; empty: not told.
 fn check_rater(rater: &str) -> Result<String, StoreError> {
     match rater.trim() {
         "" => Ok(String::new()),
@@ -78,7 +78,7 @@ impl Store {
     }
 
     /// Stores what a rater gave a session: points for each item of a sheet, in order. `rater` is
-    /// the name, empty if not told, and whether the rater did not know who operated.
+    /// the name, empty if not told, and true if the rater did not know who operated.
     ///
     /// # Errors
     /// [`StoreError::Rated`] if the rater filled this sheet for this session before. When there is

@@ -37,7 +37,7 @@ const COLUMNS: [&str; 22] = [
 
 impl Store {
     /// Sessions of one trainee, or of everybody, one per row. `metrics` are the names of the
-    /// metrics that are columns, in their order; further ones are in the last column as JSON.
+    /// metrics that are columns, in their order; further metrics are in the last column as JSON.
     /// Points of GOALS are means over the raters.
     ///
     /// # Errors
@@ -195,7 +195,7 @@ fn text(value: Option<impl ToString>) -> String {
     value.map(|it| it.to_string()).unwrap_or_default()
 }
 
-/// Text of a table. A number is the shortest one that reads back as the same.
+/// Text of a table. Numbers have just enough digits to be read back exactly.
 struct Table(String);
 
 impl Table {

@@ -66,7 +66,7 @@ fn a_scripted_session_stays_marked_through_merge_and_export() {
     let mut other = Store::open(&other).unwrap();
     assert_eq!(other.merge(&path).unwrap().sessions, 2);
     assert_eq!(hands(&other), [Hand::Scripted, Hand::Person]);
-    // A session that is added again as a person's is one.
+    // A session that is added again as a person's counts as a person's.
     let again = SessionRecord {
         hand: Hand::Person,
         ..scripted

@@ -9,7 +9,7 @@ use core::cell::Cell;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 
-/// Consequence of breaking a rule of the realtime thread (no allocation, no page fault).
+/// Consequence of breaking a rule of the realtime thread (no allocation, no page fault, no block).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OnViolation {
     /// The violation is counted.

@@ -58,9 +58,9 @@ pub struct RtConfig {
     /// Path of the haptic device's serial port. It overrides the station file. Without a haptic
     /// device in either place, the force stays zero.
     pub haptic: Option<PathBuf>,
-    /// Path of the serial port of the endoscope's tracker.
+    /// Path of the serial port of the endoscope's tracker. It overrides the station file.
     pub tracker: Option<PathBuf>,
-    /// Path of the foot pedal's serial port.
+    /// Path of the foot pedal's serial port. It overrides the station file.
     pub pedal: Option<PathBuf>,
     /// Request for realtime privileges.
     pub realtime: Realtime,
@@ -88,9 +88,10 @@ pub struct RtConfig {
     pub parameters: Parameters,
     /// Iterations of the paper's method; 0: the run solves neo-Hookean tetrahedra instead.
     pub paper_iterations: u32,
-    /// A modem line that is high while a tick runs, for an oscilloscope.
+    /// A modem line that is high while a tick runs, or until its force has left, for an
+    /// oscilloscope.
     pub scope_line: Option<ScopeLine>,
-    /// Consequence of an allocation or page fault in the tick's thread.
+    /// Consequence of an allocation, page fault or block in the tick's thread.
     pub on_violation: OnViolation,
 }
 

@@ -1,9 +1,9 @@
-//! Measures before a scene runs if its worst tick fits this machine.
+//! Measures, before a scene runs, whether its worst tick fits this machine.
 //!
-//! The instrument jumps through a course of places: those of most contact, and others spread over
-//! the scene. So the organs are awake, and the contact lists are as full as the anatomy makes them.
-//! The caches are emptied before every tick. The course is run several times from rest. A
-//! simulation repeats itself bit for bit, so the time that a tick takes beyond its fastest run is
+//! The instrument jumps through a course of places: half of them have the most contact, half are
+//! spread over the scene. So the organs are awake, and the contact lists are as full as the anatomy
+//! makes them. The caches are emptied before every tick. The course is run several times from rest.
+//! A simulation repeats itself bit for bit, so the time that a tick takes beyond its fastest run is
 //! noise of the machine, not cost of the scene. Of each tick only the fastest run counts. The
 //! slowest of these ticks must leave the margin free for devices, publishing and noise.
 
@@ -33,7 +33,7 @@ use crate::time_driver::monotonic_ns;
 const RUNS: usize = 3;
 /// Number of places that the instrument visits.
 const PLACES: usize = 32;
-/// Number of ticks at each place: that of the impact, and two after it.
+/// Number of ticks at each place: the impact, and two after it.
 const TICKS_EACH: usize = 3;
 /// Bytes of memory that are changed before a tick to empty the caches: the size of a large
 /// last-level cache.

@@ -15,7 +15,7 @@ use shared_mem::words::{self, EventKind as Told};
 
 use crate::devices;
 
-/// Fills a sphere frame.
+/// Fills a state frame: clips, cells, sutures, parted links and spheres.
 pub(crate) fn fill_state(
     frame: &mut StateFrame,
     view: &TickView<'_>,

@@ -1,30 +1,31 @@
 //! Lets the ticks follow the arrivals of the haptic device's samples.
 //!
-//! A device that sends at the tick's rate has a phase of its own, so that its samples wait half a
-//! period for the tick at the median. A slow loop moves the ticks to just after the arrivals. It
-//! averages the waits on the circle of the period as a unit vector of mean length `r`. Normal
-//! jitter of σ gives `r = exp(−(2πσ/T)²/2)`, from which σ follows. The ticks aim at a wait of 4σ,
-//! so that nearly no sample comes just too late, and the loop rests while the line jitters more
-//! than it could gain.
+//! A device that sends at the tick's rate has a phase of its own, so the median wait of its samples
+//! for the tick is half a period. A slow loop moves the ticks to just after the arrivals. It takes
+//! each wait as a unit vector on the circle of the period and averages the vectors. Their mean has
+//! the length `r`. Normal jitter of σ gives `r = exp(−(2πσ/T)²/2)`, from which σ follows. The ticks
+//! aim at a wait of 4σ, so that nearly no sample comes just too late, and the loop rests while the
+//! jitter is so large that little could be gained.
 
 use core::f64::consts::TAU;
 
-/// Largest step of a tick's start, ns. It changes a period of 1 ms by 0.1 %, less than the clock of
-/// any device is off by in ten seconds.
+/// Largest step of a tick's start, ns. It changes a period of 1 ms by 0.1 %. The clock of any
+/// device drifts by more in ten seconds.
 const STEP_MAX_NS: f64 = 1_000.0;
-/// Share of a new wait in the mean: the mean follows within 256 ticks.
+/// Share of a new wait in the mean, which so has a time constant of 256 ticks.
 const NEW_SHARE: f64 = 1.0 / 256.0;
-/// Ticks in which the loop would remove an error, without its limit. Four times the mean's time
-/// make a loop of second order critically damped.
+/// Time constant with which the loop removes an error, ticks, if it needs no step beyond the
+/// largest. Four times the mean's time constant make the loop of second order critically damped.
 const LOOP_TICKS: f64 = 1024.0;
-/// Ticks in which the loop learns how much faster or slower the device's clock is: four times those
-/// in which it removes an error, so that both together stay damped. Without this, a clock that is
-/// off by 50 in a million would leave an error of 50 ns × `LOOP_TICKS` = 51 µs.
+/// Time constant with which the loop learns how much faster or slower the device's clock is, ticks:
+/// four times `LOOP_TICKS`, so that both together stay damped. Without this learning, a clock that
+/// is off by 50 in a million would leave an error of 50 ns × `LOOP_TICKS` = 51 µs.
 const DRIFT_TICKS: f64 = 4.0 * LOOP_TICKS;
-/// Waits before the loop begins: four times the mean's time leave 2 % of its start in it.
+/// Number of waits before the loop begins. After four time constants, the mean's initial value
+/// still has a share of 2 % in it.
 const SETTLED: u32 = 1024;
-/// Deviations of the jitter that the ticks leave between arrival and start. A normal arrival is
-/// later once in 30 000 ticks.
+/// Wait that the ticks aim at, in standard deviations of the jitter. With normal jitter, one sample
+/// in 30 000 arrives too late.
 const DEVIATIONS: f64 = 4.0;
 /// Bounds of the wait that the ticks aim at, as shares of the period. Below the first a late
 /// wake-up of the line's thread would lose samples. Above the second, the gain against the mean
@@ -95,7 +96,7 @@ mod tests {
 
     const PERIOD_NS: u64 = 1_000_000;
 
-    /// Even numbers from 0 to 1 of a fixed seed.
+    /// Uniform random numbers from 0 to 1, from a fixed seed.
     struct Even(u64);
 
     impl Even {
@@ -107,7 +108,7 @@ mod tests {
             (self.0 >> 11) as f64 / (1u64 << 53) as f64
         }
 
-        /// A nearly normal number.
+        /// An approximately normal random number of standard deviation 1.
         fn normal(&mut self) -> f64 {
             (0..12).map(|_| self.next()).sum::<f64>() - 6.0
         }

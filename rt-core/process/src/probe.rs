@@ -45,7 +45,7 @@ pub enum Loop {
 pub struct Probe {
     /// Loop under test.
     pub kind: Loop,
-    /// Periods of 1 ms to run or miss.
+    /// Number of periods of 1 ms, run or missed.
     pub periods: u64,
     /// Core of the thread.
     pub core: usize,

@@ -24,7 +24,7 @@ use crate::shared::Shared;
 use crate::summary::Ended;
 use crate::time_driver::{monotonic_ns, sleep_until};
 
-/// Size of the queue for events. A queue of size `N` holds `N − 1` entries. These 1024 are the most
+/// Size of the queue for events. A queue of size `N` holds `N − 1` entries: here 1024, the most
 /// events of 32 ticks.
 pub(crate) const EVENT_QUEUE: usize = 1025;
 /// Size of the queue for timing records, and of that for inputs: 1024 ticks, about a second.
@@ -66,7 +66,7 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
         state.send_filled();
         tools.send_filled();
         while let Some(event) = events.dequeue() {
-            // Sending fails only when the service is gone. A reader sees the gap in the numbers.
+            // An event that cannot be sent is dropped. Readers see the gap in the numbers.
             let _ = controller.events.send_copy(event);
         }
         controller.greet();
@@ -122,7 +122,7 @@ unsafe impl<T: Pod + core::fmt::Debug + ZeroCopySend> Lender<T> for Samples<'_, 
     fn send(&mut self, loan: Self::Loan) {
         // SAFETY: the memory is initialised (see above), and any content is valid (`Pod`).
         let sample = unsafe { loan.assume_init() };
-        // Fails only when the service is gone.
+        // A frame that cannot be sent is dropped. The next frame replaces it.
         let _ = sample.send();
     }
 }
@@ -227,7 +227,7 @@ impl Inputs {
         };
         self.batch.setup = *setup;
         self.batch.lost = shared.inputs_lost.load(Relaxed);
-        // If no recorder is connected, this costs only the check of an empty list.
+        // Without a recorder, this costs only a copy of the batch.
         let _ = controller.inputs.send_copy(*self.batch);
         self.batch.count = 0;
     }

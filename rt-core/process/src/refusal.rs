@@ -18,7 +18,7 @@ use serde::Serialize;
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
     /// The resource limit (`rtprio`, `memlock`) is too low, and the process lacks the capability
-    /// that would lift it.
+    /// that would lift it. For `SCHED_DEADLINE`: it lacks the capability.
     Limit,
     /// The process has the capability inside a user namespace only, where it does not count.
     UserNamespace,

@@ -152,8 +152,8 @@ impl Rehearsal<'_> {
         core::mem::take(&mut self.world.events)
     }
 
-    /// Start conditions of the run. With [`Self::records`] they are all that
-    /// [`crate::replay::Replay`] needs.
+    /// Start conditions of the run. With them, the scene and [`Self::records`],
+    /// [`crate::replay::Replay`] repeats the run.
     #[must_use]
     pub fn setup(&self) -> RunSetup {
         self.setup

@@ -42,8 +42,9 @@ const PATIENCE_TO_END_NS: u64 = 2_000_000_000;
 /// Interval of the main thread's checks.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// Runs the realtime process until `stop` is set, a host's command ends it, or
-/// [`RtConfig::periods_max`] periods have passed. Calls `on_ready` once, after the first tick.
+/// Runs the realtime process until `stop` is set, a host's command ends it,
+/// [`RtConfig::periods_max`] periods have passed, or a thread fails. Calls `on_ready` once, after
+/// the first tick.
 ///
 /// Blocks the calling thread, which should receive the signals (`signal_hook::flag` on `stop`).
 /// When it returns, the force is zero, with one exception: after `RtError::Wedged` only the

@@ -27,8 +27,8 @@ pub enum Mark {
     /// The end of the tick.
     #[default]
     Tick,
-    /// The departure of the force: its last byte is with the kernel. A tick without a device that
-    /// takes a force ends the mark.
+    /// The departure of the force: its last byte is with the kernel. In a tick that sends no force,
+    /// the line falls at the tick's end.
     Force,
 }
 
@@ -40,7 +40,7 @@ pub struct ScopeLine {
     pub tty: PathBuf,
     /// The line.
     pub line: ModemLine,
-    /// When it falls.
+    /// Time at which the line falls.
     pub mark: Mark,
 }
 

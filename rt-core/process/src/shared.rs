@@ -45,7 +45,7 @@ pub(crate) struct Shared {
     pub(crate) faults: [AtomicU64; FAULTS],
     /// Ticks in which contact asked for a force.
     pub(crate) contact_ticks: AtomicU64,
-    /// Number of those ticks in which less of the force or none was rendered, for each fault that
+    /// Ticks of contact in which less of the asked force or none was rendered, for each fault that
     /// held it back.
     pub(crate) held_ticks: [AtomicU64; FAULTS],
     /// Number of times that each fault began to hold the force back during contact.

@@ -7,8 +7,8 @@ use rt_core::time::TimeNs;
 /// Time without a sample after which a device counts as silent, ns. A busy computer delays an
 /// emulated device by less. A person still gets the message within a second.
 const SILENT_NS: u64 = 400_000_000;
-/// Longest time between two polls that counts as silence, ns. A longer gap is a standstill of this
-/// process, in which it could not have read a sample.
+/// Longest time between two polls that counts in full as silence, ns. Of a longer gap only this
+/// much counts, because this process stood still and could not have read a sample.
 const POLL_NS: u64 = 2_000_000;
 
 /// Measures the time for which the tick has polled without a sample.

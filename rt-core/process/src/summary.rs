@@ -17,8 +17,8 @@ pub enum Ended {
     Commanded,
     /// The configured number of periods has passed.
     Finished,
-    /// A tick ran for 200 ms without an end, and returned when it was taken off the realtime
-    /// scheduler.
+    /// A realtime thread ran for 200 ms without a sleep. The tick was then taken off the realtime
+    /// scheduler, and ended.
     Runaway,
 }
 

@@ -370,7 +370,7 @@ impl Tick {
         }
     }
 
-    /// Step of the next tick's start, ns, after a tick.
+    /// Step of the next tick's start, ns. Call it after each tick.
     pub(crate) fn step_ns(&mut self) -> i64 {
         let world = &mut self.world;
         let (scheduled_ns, arrived_ns) = (world.record.scheduled_ns, world.fresh_at_ns);

@@ -55,8 +55,8 @@ fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     assert!(tools.health.iter().all(|h| h.frames > 10));
     let fresh = records.iter().filter(|r| r.motion_to_force_ns > 0).count();
     assert!(fresh > 100, "{fresh} of {} ticks", records.len());
-    // A sample that arrives after a tick has read the devices waits for the next tick, and no
-    // longer: it arrived after the tick before had begun.
+    // A sample that arrives after a tick has read the devices waits for the next tick. So the
+    // sample is no older than the beginning of the tick before.
     let in_next_tick = records.windows(2).filter(|pair| {
         let begun_ns = |r: &TickRecord| r.scheduled_ns + u64::from(r.wake_latency_ns);
         let ended_ns = begun_ns(&pair[1]) + u64::from(pair[1].tick_ns);
@@ -67,7 +67,7 @@ fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     assert!(in_next_tick * 2 > fresh, "{in_next_tick} of {fresh}");
 
     // The device echoes the forces. By its clock, which is this computer's, hand to force takes
-    // longer than motion to force: the way of the line and of the device is in it.
+    // longer than motion to force: it includes the way over the line and through the device.
     let echoed: Vec<_> = records.iter().filter(|r| r.echoed_ns > 0).collect();
     assert!(echoed.len() * 4 > fresh, "{} of {fresh}", echoed.len());
     for record in echoed {

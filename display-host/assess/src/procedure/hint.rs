@@ -35,7 +35,7 @@ impl Procedure {
         })
     }
 
-    /// Share of a step that is done, 0 to 1. `None`: it is done or not.
+    /// Share of a step that is done, 0 to 1. `None` if the step has no measurable part.
     fn share(&self, step: &Step, anatomy: &Anatomy, rules: &Rules, tally: &Tally) -> Option<f64> {
         let removed = |regions: &[Region], least: f64| {
             let share = tally.removed(anatomy, regions) / least;

@@ -16,7 +16,7 @@ pub const CLOSE_SIZE: [usize; 2] = [320, 240];
 const FINER: usize = 2;
 /// Distance of the eye from the place, m.
 const EYE_M: f64 = 0.06;
-/// Nearest depth that is drawn, m: what lies farther in front of the place would hide it.
+/// Least depth that is drawn, m. Tissue nearer to the eye would hide the place.
 const NEAR_M: f64 = 0.03;
 /// Width of the picture at the depth of the place, m.
 const WIDTH_M: f64 = 0.05;
@@ -26,13 +26,13 @@ const SHAFT_M: [f64; 2] = [2.5e-3, 0.1];
 const SHAFT_SIDES: usize = 14;
 /// Radius of the ring, and half the width of its line, pixels.
 const RING: [f64; 2] = [30.0, 1.8];
-/// Dark edge of the ring, pixels.
+/// Width of the ring's dark edge, pixels.
 const RING_EDGE: f64 = 1.6;
 const BACKGROUND: [f64; 3] = [58.0, 26.0, 24.0];
 const METAL: [f64; 3] = [196.0, 200.0, 206.0];
 
-/// Draws the place of an error at an organ, which shows through what hides it. `None` if the scene
-/// has no surfaces.
+/// Draws the place of an error: the organ concerned, if any, and a position, world frame, m. That
+/// organ shows through surfaces in front of it. `None` if the scene has no surfaces.
 #[must_use]
 pub fn close_picture(
     organs: &Outlines,
@@ -61,8 +61,9 @@ pub fn close_picture(
     Some(ringed(&canvas.picture()))
 }
 
-/// Way from a place at a moved organ to the organ at rest, m: instrument and ring go along, so that
-/// they are seen at what they touched. Zero without the organ, or far from it.
+/// Displacement from a place at a moved organ to the nearest corner of the organ at rest, m.
+/// Instrument and ring are moved by it, so that the picture shows them at the organ. Zero without
+/// the organ, or if the organ is farther away than `MOVED_M`.
 fn to_rest(organs: &Outlines, concerned: Option<&str>, place: Vec3) -> Vec3 {
     let own = organs
         .surfaces()
@@ -94,12 +95,12 @@ const fn colour(kind: Option<OrganKind>) -> [f64; 3] {
     }
 }
 
-/// Farthest way by which an organ may have been moved, m.
+/// Largest displacement that an organ may have had, m.
 const MOVED_M: f64 = 0.05;
-/// Share of the organ concerned where others hide it.
+/// Share of the colour of the organ concerned where other surfaces hide it.
 const THROUGH: f64 = 0.5;
 
-/// A camera, and the nearest surface and its colour at each sample.
+/// A camera, and the depth and colour of the nearest surface at each sample.
 #[derive(Clone)]
 struct Canvas {
     eye_m: Vec3,
@@ -180,7 +181,7 @@ impl Canvas {
         }
     }
 
-    /// Lets an organ, drawn alone, show through what hides it.
+    /// Lets an organ, drawn in `alone`, show through surfaces in front of it.
     fn show_through(&mut self, alone: &Self) {
         let seen = alone.depth_m.iter().zip(&alone.colour);
         let own = self.depth_m.iter().zip(&mut self.colour);
@@ -209,7 +210,7 @@ impl Canvas {
             let out = sum(scaled(aside, angle.cos()), scaled(other, angle.sin()));
             sum(tip, sum(scaled(along, at_m), scaled(out, SHAFT_M[0])))
         };
-        // Short pieces, because a piece that begins before the nearest depth is not drawn.
+        // Short pieces, because a piece that begins nearer than `NEAR_M` is not drawn.
         let pieces = 25;
         let ends = (0..=pieces).map(|it| SHAFT_M[1] * f64::from(it) / f64::from(pieces));
         let ends: Vec<f64> = ends.collect();

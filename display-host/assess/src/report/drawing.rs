@@ -144,9 +144,9 @@ fn told(words: &dyn Words, alarm: &Alarm) -> String {
     words.say_with(&id, &[("organ", &organ)])
 }
 
-/// Most bars of the histogram of the force, which keeps each wide enough to point at.
+/// Largest number of bars in the histogram of the force, so that each is wide enough to point at.
 const BARS_MAX: usize = 60;
-/// Force to which the histogram reaches at least, N, so that a gentle hand's looks gentle.
+/// Force to which the histogram reaches at least, N, so that small forces look small.
 const FORCE_SHOWN_N: f64 = 2.0;
 
 /// Histogram of the force on the hand.
@@ -199,7 +199,8 @@ fn short(value: f64) -> String {
     format!("{}", (value * 1e6).round() / 1e6)
 }
 
-/// Curve of a quantity from session to session, with a line at the pass rule.
+/// Curve of a quantity from session to session, with a line at the pass rule. `None` for fewer than
+/// two sessions.
 #[must_use]
 pub(super) fn curve(
     values: &[f64],
@@ -258,7 +259,8 @@ pub(super) fn curve(
     Some(svg.end())
 }
 
-/// Learning curve of a metric, or of the score, as a file of its own.
+/// Learning curve of a metric, or of the score, as text of an SVG file. `None` for fewer than two
+/// sessions.
 #[must_use]
 pub fn learning_curve(
     values: &[f64],

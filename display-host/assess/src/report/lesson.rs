@@ -1,4 +1,4 @@
-//! Lessons of a session: its errors, those of a kind at an organ together, the gravest first.
+//! Lessons of a session: its errors, grouped by kind and organ, the gravest first.
 
 use core::cmp::Reverse;
 

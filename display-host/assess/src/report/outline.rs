@@ -6,7 +6,7 @@ use shared_mem::scene::{OrganKind, SceneFile, str_from_name};
 
 /// Cells along the side of a silhouette. Each is 2 of the drawing's 228 units wide.
 pub(super) const CELLS: usize = 114;
-/// Fewest cells of an organ that gets its name: about the size of the name itself.
+/// Least number of cells of an organ whose name is drawn: about the size of the name itself.
 const NAMED_CELLS: usize = 90;
 
 /// The skins of a scene's organs at rest, world frame, m.
@@ -43,8 +43,7 @@ pub(super) struct Silhouette<'a> {
 }
 
 impl Outlines {
-    /// The organs of a scene, the largest skin first. Layers between organs have no skin of their
-    /// own.
+    /// The organs of a scene that have a skin, the skin with the most triangles first.
     #[must_use]
     pub fn of(scene: &SceneFile) -> Self {
         let (vertices, triangles) = (scene.vertices(), scene.triangles());
@@ -129,8 +128,8 @@ impl Silhouette<'_> {
     }
 }
 
-/// Cells whose middle a triangle covers, and those of its corners: a triangle may be smaller than a
-/// cell.
+/// Cells whose middle a triangle covers, and the cells of its corners, because a triangle may be
+/// smaller than a cell.
 fn covered(triangles: &[[[f32; 3]; 3]], view: View) -> Vec<bool> {
     let mut cells = vec![false; CELLS * CELLS];
     let to_cell = |point: &[f32; 3]| {

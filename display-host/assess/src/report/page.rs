@@ -154,7 +154,7 @@ fn together(page: &mut Page<'_>, chapters: &[Chapter]) {
     }
 }
 
-/// Outcome of a session, with a mark if no person worked it.
+/// Outcome of a session, with a note if a script operated.
 fn outcome(page: &Page<'_>, chapter: &Chapter) -> String {
     let outcome = page.say(&format!("outcome-{}", chapter.assessed.outcome.name()));
     match chapter.is_scripted {
@@ -259,7 +259,7 @@ fn verdict(page: &mut Page<'_>, chapter: &Chapter) {
     }
 }
 
-/// Writes which organs fell or shook, because that is no fault of the trainee.
+/// Writes which organs fell or shook: that is the scene's fault, not the trainee's.
 fn unrest(page: &mut Page<'_>, moments: &[Moment]) {
     for moment in moments {
         let id = match moment.what.as_str() {

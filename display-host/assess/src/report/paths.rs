@@ -15,9 +15,9 @@ const SIDE: f64 = 228.0;
 const TOP: f64 = 4.0;
 /// Share of the widest extent by which a view is wider.
 const MARGIN: f64 = 0.3;
-/// Narrowest extent of a view, m.
+/// Least extent of the paths for the width of a view, m.
 const EXTENT_MIN_M: f64 = 0.01;
-/// Size of an organ's name, and the room that one of its letters takes.
+/// Size of an organ's name. A letter is taken to be half as wide.
 const NAME_SIZE: f64 = 10.0;
 
 /// The three views: message of the caption, and the axes to the right and upwards.
@@ -81,7 +81,7 @@ fn background(svg: &mut Svg, [left, top]: [f64; 2], caption: &str) {
     svg.text(left + 0.5 * SIDE, SIDE + 20.0, "middle", caption);
 }
 
-/// The organs, and the names of those whose name has room.
+/// Draws the organs, and each name that overlaps no earlier name.
 fn silhouettes(svg: &mut Svg, corner: [f64; 2], view: View, organs: &Outlines, words: &dyn Words) {
     let cell = SIDE / CELLS as f64;
     let mut names: Vec<([f64; 2], f64, String)> = Vec::new();

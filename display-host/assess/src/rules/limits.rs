@@ -84,7 +84,7 @@ impl Rules {
         rules.map_or(f64::INFINITY, |rules| rules.time_max_s)
     }
 
-    /// Pass rules of a task, and of an exam if it is one, that are not met.
+    /// Unmet pass rules of a task. The difficulty `Exam` adds the exam's rules.
     #[must_use]
     pub fn unmet(
         &self,
@@ -148,7 +148,7 @@ pub struct Least {
 /// Limits of a picture that is held: still and level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steadiness {
-    /// Fastest sway of the picture's middle, mm/s.
+    /// Largest speed of the picture's middle, mm/s.
     pub sway_mm_s: f64,
     /// Largest tilt of the horizon, degrees.
     pub tilt_deg: f64,
@@ -180,16 +180,18 @@ pub struct ViewRule {
     pub source: Option<String>,
 }
 
-/// Rule for showing an organ of the endoscope drill.
+/// Rule for showing an organ in the tasks `scope` and `basics`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShowRule {
     /// Least visible share of the organ.
     pub visible: f64,
-    /// Share of the picture from which on an organ counts as seen, however much of it is outside.
+    /// Share of the picture from which on an organ counts as seen, however much of it is outside or
+    /// hidden.
     pub large: f64,
-    /// Least share of the picture that it fills.
+    /// Least share of the picture that the organ must fill.
     pub small: f64,
-    /// Farthest from the picture's middle, as a share of the picture's radius.
+    /// Largest distance of the organ's seen part from the picture's middle, as a share of the
+    /// picture's radius.
     pub off: f64,
     /// Limits of sway and tilt.
     pub steadiness: Steadiness,

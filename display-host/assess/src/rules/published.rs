@@ -17,7 +17,7 @@ pub struct Reference {
     pub metric: Metric,
     /// The value, in the metric's unit.
     pub value: f64,
-    /// People who reached it, or the aim that it is.
+    /// People who reached the value, or the programme whose aim it is.
     pub who: String,
     /// The publication.
     pub source: String,
@@ -48,7 +48,7 @@ impl Condition {
 }
 
 impl Rules {
-    /// Pass rules of a task for reports, with those of an exam if it is one.
+    /// Pass rules of a task for reports. The difficulty `Exam` adds the exam's rules.
     #[must_use]
     pub fn pass(&self, task: Task, difficulty: Difficulty) -> Vec<PassRule<'_>> {
         self.conditions(task, difficulty)

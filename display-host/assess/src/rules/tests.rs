@@ -137,7 +137,7 @@ fn an_exam_has_one_attempt_no_pause_and_a_whole_recording() {
     }
 }
 
-/// One misplaced clip or wrong cut leaves enough points, and rules out a pass all the same.
+/// One misplaced clip or wrong cut leaves enough points, but rules out a pass.
 #[test]
 fn one_clip_or_cut_in_the_wrong_place_rules_out_a_pass_in_every_operation() {
     let rules = Rules::default();

@@ -164,10 +164,10 @@ impl Tally {
         seconds
     }
 
-    /// Total to which this time is added if it does not count as the trainee's: the time of pauses,
-    /// of gaps, or without a device that the hand needs. Nobody can work without haptic device or
-    /// tracker. Without the pedal there is no current, and only the hook needs current. With any
-    /// other instrument the hands go on, and the time counts.
+    /// Total to which this time is added if it does not count as the trainee's: pauses, gaps, and
+    /// time without a device that the hand needs. `None` if it counts. Nobody can work without
+    /// haptic device or tracker. Without the pedal there is no current, and only the hook needs
+    /// current. With any other instrument the hands go on, and the time counts.
     fn not_the_trainees(
         &mut self,
         moved: &Movement,
@@ -292,7 +292,7 @@ impl Tally {
         self.force.histogram()
     }
 
-    /// The metrics counted here; the procedure sets the others.
+    /// The metrics counted here; procedure and assessment set the rest.
     pub(crate) fn values(&self, anatomy: &Anatomy) -> Values {
         let mut values = Values::none();
         let [tip, lens] = self.hands.tracks();
@@ -368,7 +368,7 @@ fn burn_class(kind: Option<OrganKind>) -> usize {
     }
 }
 
-/// True for tissue that is there to be removed.
+/// True for tissue that the trainee may remove.
 pub(crate) fn is_target(kind: Option<OrganKind>) -> bool {
     matches!(kind, Some(OrganKind::Fat | OrganKind::ConnectiveTissue))
 }

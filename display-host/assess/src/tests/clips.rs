@@ -48,7 +48,7 @@ fn clips_that_are_lost_or_misplaced_sound_and_cost() {
             limit: 0.0
         }]
     );
-    // Reports give it in plain English.
+    // Reports give reasons and steps in plain English.
     let report = serde_json::to_value(&assessed).unwrap();
     assert_eq!(
         report["reasons"][0],

@@ -56,8 +56,8 @@ fn the_drill_is_done_when_each_organ_was_shown() {
     );
 }
 
-/// An organ that is hidden, outside of the picture, small, or at its rim is not shown, wherever it
-/// lies. A large one need not be in the picture as a whole.
+/// An organ that is hidden, small, outside of the picture or at the picture's rim does not count as
+/// shown, whichever organ it is. A large one may be partly outside.
 #[test]
 fn visible_means_visible() {
     let held = |duct: OrganSeen| {

@@ -79,8 +79,9 @@ proptest! {
             let case = format!("{found:?}, not {path_m} {smoothness}, {hz} Hz, {noise_m} m");
             is(found[1], 2.0);
             prop_assert!((found[0] - path_m).abs() < 0.04 * path_m, "{}", case);
-            // Of 300 movements drawn, noise changed the worst by 8 %. Of 20, 30 Hz changed one by
-            // 4 %: it begins between two samples.
+            // Among 300 random movements, noise changed smoothness by 8 % at most. Among 20,
+            // sampling at 30 Hz changed one by 4 %, because that movement begins between two
+            // samples.
             let off = if noise_m > 0.0 { 0.15 } else { 0.08 };
             prop_assert!((found[2] / smoothness - 1.0).abs() < off, "{}", case);
         }
@@ -105,7 +106,7 @@ fn a_resting_hand_with_a_noisy_device_rests_at_every_rate() {
             "{noise_mm} mm"
         );
     }
-    // The most noise of which the debrief says that it adds less than 5 mm a minute.
+    // The largest noise for which the debrief promises less than 5 mm a minute.
     let path_m = minute(100.0, 0.7e-3, |_| [0.0, 0.0, -0.1]).get(Metric::Path);
     assert!(path_m < 5e-3, "{path_m}");
 }
@@ -130,7 +131,7 @@ fn tremor_is_neither_movement_nor_rest_and_strokes_count_the_same_at_every_rate(
         let shaken = of(hz, 0.0, &tremor);
         is(shaken.get(Metric::Movements), 0.0);
         is(shaken.get(Metric::Idle), 0.0);
-        // The tremor itself has 5.8 m.
+        // The path of the tremor itself is 5.8 m long.
         let path_m = shaken.get(Metric::Path);
         assert!(path_m < 0.58, "{path_m} m at {hz} Hz");
         let noise_mm = shaken.get(Metric::Noise);
@@ -144,7 +145,7 @@ fn tremor_is_neither_movement_nor_rest_and_strokes_count_the_same_at_every_rate(
             (Metric::Movements, 0),
             (Metric::Time, 0),
             (Metric::Smoothness, 0),
-            // Noise at 10 Hz is slow enough to be a hand's, and interrupts its rest.
+            // Noise sampled at 10 Hz is as slow as a hand, and interrupts the hand's rest.
             (Metric::Idle, 1),
         ] {
             let all = values.iter().skip(slow).map(|it| it.get(metric).abs());

@@ -349,7 +349,7 @@ fn every_injury_has_its_cause_and_its_severity() {
     }
 }
 
-/// A hook under current may tear a tube, too: the tear is told just before the division.
+/// A hook under current may tear a tube, too. The tear's event comes just before the division's.
 #[test]
 fn a_division_that_follows_a_tear_is_torn() {
     let mut assessment = clamp();

@@ -36,7 +36,7 @@ fn each_side_is_held_by_itself_and_told_with_the_truth() {
     assert!((cvs.triangle.visible.expect("images") - 0.5).abs() < 1e-6);
 }
 
-/// Each lack stops the ring, and tells why.
+/// Each fault stops the hold, and the hold names it.
 #[test]
 fn a_view_that_lacks_something_does_not_count() {
     let good = good_view(ViewSide::Front);
@@ -119,7 +119,7 @@ fn a_picture_that_sways_or_tilts_does_not_count() {
     }
 }
 
-/// Once a vessel is clipped, nothing is left to show. Older rules do not ask for it.
+/// Once a vessel is clipped, the view cannot be shown any more. Older rules do not ask for a view.
 #[test]
 fn clips_end_the_view_and_older_rules_ask_for_none() {
     let mut assessment = begin(Task::Full);

@@ -4,7 +4,7 @@ use egui::{Color32, Ui};
 
 use super::{Asked, UiState};
 
-/// Shows the alarm that concerns the hand, and those of the machine if `all`.
+/// Shows the alarm that concerns the hand and, if `all`, the alarm of the machine.
 pub(super) fn show(ui: &mut Ui, state: &UiState, all: bool, asked: &mut Vec<Asked>) {
     let machine = state.machine_alarm.as_ref().filter(|_| all);
     let shown: Vec<&String> = state.alarm.iter().chain(machine).collect();

@@ -7,13 +7,13 @@ use shared_mem::words::CapsuleRole;
 
 use crate::render::camera::Scope;
 
-/// Share of half the picture's height at which the arrow stands.
+/// Distance of the arrow from the picture's middle, as a share of half the picture's height.
 const AT: f32 = 0.74;
 /// Length of the arrow, as a share of half the picture's height.
 const LENGTH: f32 = 0.14;
 
-/// Direction in the picture (right, up) towards the instrument's tips. `None`: they are in view, or
-/// nothing is known about them.
+/// Direction in the picture (right, up) towards the instrument's tips. `None` if the tips are in
+/// view or unknown.
 #[must_use]
 pub(crate) fn towards_tip(tools: &ToolFrame, scope: &Scope) -> Option<[f32; 2]> {
     let camera = scope.world_from_view(tools).inverse();

@@ -10,7 +10,7 @@ use super::screens::Settings;
 pub enum Asked {
     /// Pause, or resume.
     Pause(bool),
-    /// Reset all organs.
+    /// Restart the task if it has a start of its own, else reset all organs.
     Reset,
     /// Enable the force, or disable it.
     EnableForce(bool),
@@ -36,7 +36,7 @@ pub enum Asked {
     WipeLens,
     /// Open the trocar's valve, through which smoke is evacuated, or close it.
     ToggleSuction,
-    /// Reset the organs or restart the task, and resume.
+    /// [`Reset`](Self::Reset), and resume.
     Again,
     /// In a replay: go to this time from its start, ms.
     Seek(u32),

@@ -51,7 +51,7 @@ pub struct TickHealth {
 }
 
 impl TickHealth {
-    /// Takes a batch with a valid record count.
+    /// Takes a batch. If its count of records is invalid, the records are left out.
     pub fn take(&mut self, batch: &TimingBatch) {
         let records = batch.records().unwrap_or(&[]);
         for record in records {
@@ -78,7 +78,7 @@ impl TickHealth {
             return;
         };
         let (ticks, ns) = (now.0.wrapping_sub(last.0), now.1.wrapping_sub(last.1));
-        // A restarted controller counts from zero, so skip the pair around the restart.
+        // A restarted controller counts from zero, so skip the pair of batches around the restart.
         if now.0 > last.0 && now.1 > last.1 {
             let rate = ticks as f32 / (ns as f32 * 1e-9);
             self.rate_hz += (rate - self.rate_hz) * if self.rate_hz == 0.0 { 1.0 } else { 0.2 };

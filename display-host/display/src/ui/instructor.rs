@@ -7,7 +7,7 @@ use super::task::{self, alarm};
 use super::widgets::{Mark, fine, line};
 use super::{Asked, TaskNote, TaskView, UiState, alarms};
 
-/// Number of alarms in a [`Bulletin`], the newest ones.
+/// Largest number of alarms in a [`Bulletin`].
 pub const BULLETIN_ALARMS: usize = 12;
 
 /// Complete state of a task for observers, even in an exam. It is the text of service `task`.
@@ -24,7 +24,7 @@ pub struct Bulletin {
 }
 
 impl Bulletin {
-    /// Parses a message's text; `None`: it is not a bulletin.
+    /// Parses a message's text; `None` if it is not a bulletin.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         serde_json::from_str(text).ok()

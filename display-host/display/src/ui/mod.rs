@@ -76,7 +76,7 @@ pub struct UiState {
     pub tools: Option<ToolFrame>,
     /// Health of the ticks.
     pub health: TickHealth,
-    /// Force on the hand over the last seconds: time (s), N.
+    /// Force on the hand over the last seconds: time, s, and force, N.
     pub force: Vec<[f64; 2]>,
     /// Age of the newest picture when it was shown, from the device sample, ms.
     pub motion_to_picture_ms: f32,
@@ -94,9 +94,9 @@ pub struct UiState {
     pub picture: Option<(egui::TextureId, f32)>,
     /// The engineering view, if on.
     pub overlay: Option<Overlay>,
-    /// True if the picture shows spheres and springs inside the organs.
+    /// True if the picture shows spheres and links inside the organs.
     pub inside: bool,
-    /// Angle of the endoscope, and turn of its cable, degrees.
+    /// Angle between the endoscope's view and its shaft, and its turn about the shaft, degrees.
     pub scope_degrees: [f32; 2],
     /// Focus distance of the endoscope's camera, mm.
     pub focus_mm: f32,

@@ -23,7 +23,7 @@ pub enum Mark {
     Contact,
     /// Sphere between the jaws.
     Grasped,
-    /// Sphere fixed to its surroundings.
+    /// Sphere that the constraints do not move.
     Held,
     /// Link between two spheres.
     Link,
@@ -35,7 +35,8 @@ pub enum Mark {
     Device,
 }
 
-/// A circle on the picture. Lengths in half heights of the picture, y up, from its middle.
+/// A circle on the picture. Places and lengths are in half heights of the picture, from its middle,
+/// y up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Circle {
     /// Centre.
@@ -80,7 +81,8 @@ pub struct Overlay {
 }
 
 impl Overlay {
-    /// The view of a moment through the scope. Anything outside the circle is left out.
+    /// The view of a moment through the scope. Spheres outside the endoscope's circle are left out,
+    /// and lines with an end outside it.
     #[must_use]
     pub fn of(
         scene: &SceneFile,
@@ -162,7 +164,8 @@ impl Overlay {
         }
     }
 
-    /// Adds the shaft as the hand holds it, and a line from its tip to the tool.
+    /// Adds the end of the shaft as the hand holds it, with a circle at its tip and a line from the
+    /// tip to the nearest other part of the tool.
     fn add_device(&mut self, scene: &SceneFile, tools: &ToolFrame, camera: &Mat4, scope: &Scope) {
         let room = scene.room();
         let handle = Vec3::from(tools.world_from_handle.position_m);

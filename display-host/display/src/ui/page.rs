@@ -1,11 +1,12 @@
-//! A window of widgets alone: content that scrolls, fixed buttons below it, and its keys.
+//! Layout and keys of a window that shows widgets and no picture: content that scrolls, and below
+//! it buttons that stay.
 
 use egui::{Button, Color32, Response, RichText, Ui};
 
 use super::screens::{BODY, legible};
 
 /// Shows a screen: its content, and below it the buttons, which are always visible. Enter presses
-/// the button with the index `meant`, if any.
+/// the button with the index `meant`, if any, unless another widget has the focus.
 pub(super) fn screen<Wish: Clone>(
     ui: &mut Ui,
     name: &'static str,
@@ -14,7 +15,8 @@ pub(super) fn screen<Wish: Clone>(
     wishes: &mut Vec<Wish>,
     add: impl FnOnce(&mut Ui, &mut Vec<Wish>),
 ) {
-    // On a screen's first frame no widget can have the focus, so Enter is handled here.
+    // A new screen's default button gets the focus when it is first shown, and acts on keys a frame
+    // later. Until then Enter is handled here.
     let none_chosen = ui.memory(|memory| memory.focused().is_none());
     if let Some((_, wish)) = meant.and_then(|it| buttons.get(it))
         && none_chosen
@@ -65,7 +67,7 @@ fn first(ui: &mut Ui, text: &str) -> Response {
 }
 
 /// Drops the repeats of keys, so that a held key makes one request and does not act on the next
-/// screen. Editing and navigation keys repeat.
+/// screen. Backspace, Delete, Tab and the arrow keys repeat, and so does typed text.
 pub(super) fn drop_repeats(ui: &Ui) {
     use egui::Key;
     let goes_on = |key: &Key| {

@@ -123,7 +123,7 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     recording::show(ui, state);
     ui.separator();
     replay::show(ui, state, asked);
-    // A trainee sees of the machine only what fails.
+    // A trainee sees the controller only while it is not live or is paused.
     if is_engineering || state.link != Link::Live || state.is_paused() {
         controller(ui, state);
     }
@@ -149,7 +149,7 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     }
 }
 
-/// Says so if the computer draws too few pictures to train with.
+/// Warns if the computer draws too few pictures to train with.
 fn too_slow(ui: &mut Ui, state: &UiState) {
     let rate = state.frames_per_second;
     if rate > 0.0 && rate < RATE_MIN && state.replay.is_none() {

@@ -23,7 +23,7 @@ pub struct ReplayView {
 }
 
 impl ReplayView {
-    /// Request for a moment later or earlier by `by_s`.
+    /// Request to go to the moment that is `by_s` later.
     fn moved(&self, by_s: f64) -> Asked {
         let from_s = self.seeks_s.unwrap_or(self.at_s);
         seek((from_s + by_s).clamp(0.0, self.end_s()))

@@ -135,7 +135,7 @@ impl Scene {
             .add(Shape::ellipse_filled(self.at(at), size, colour));
     }
 
-    /// Liver above, gallbladder below it, moved aside by `off`.
+    /// Liver and, below it, gallbladder, moved by `[x, y]`.
     fn organs(&self, [x, y]: [f32; 2]) {
         self.blob([x, y + 0.85], [1.1, 0.62], LIVER);
         self.blob([x - 0.05, y + 0.1], [0.42, 0.26], BAG);
@@ -175,7 +175,7 @@ impl Scene {
         }
     }
 
-    /// Ring in the middle, filled as far as something was held there.
+    /// Ring in the middle, of which `share` is filled.
     fn ring(&self, share: f32) {
         let at = self.at([0.0, 0.0]);
         let radius = 0.34 * self.radius;

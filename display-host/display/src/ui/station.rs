@@ -24,7 +24,7 @@ pub(super) fn controller(ui: &mut Ui, state: &UiState) {
     line(ui, mark, &text);
 }
 
-/// Shows the devices: `all`, or only those that fail.
+/// Shows all devices if `all`, else only lost ones.
 pub(super) fn devices(ui: &mut Ui, state: &UiState, all: bool) {
     let words = &state.words;
     for (name, health) in state.devices() {
@@ -37,7 +37,7 @@ pub(super) fn devices(ui: &mut Ui, state: &UiState, all: bool) {
     }
 }
 
-/// State of a device, by words and by mark.
+/// Mark and text of a device's state.
 fn device(words: &Words, name: &str, health: Option<DeviceHealth>) -> (Mark, String) {
     let say = |id: &str, more: &[(&'static str, String)]| {
         let name = [("device", name.into())];

@@ -1,4 +1,5 @@
-//! Task in the panel: time, steps, errors. Words and shapes show every state, never colour alone.
+//! Task in the panel: time, steps, errors. Every state shows by a word or a shape, never by colour
+//! alone.
 
 use assess::{Hint, Hold, Reason, Step};
 use egui::{Color32, RichText, Ui};
@@ -23,7 +24,7 @@ pub struct TaskView {
     pub score: Option<f64>,
     /// Next instruction, for beginners.
     pub hint: Option<Hint>,
-    /// The running hold of what is to be shown; `None` in an exam.
+    /// The running hold of the present step; `None` in an exam.
     pub hold: Option<Hold>,
     /// True for each side, front and behind, from which the critical view was held.
     pub views_held: [bool; 2],

@@ -1,5 +1,5 @@
-//! Widgets that all parts of the interface share. Words and shapes show every state, never colour
-//! alone.
+//! Widgets that all parts of the interface share. Every state shows by a word or a shape, never by
+//! colour alone.
 
 use egui::{Color32, FontId, Sense, Stroke, TextStyle, Ui, vec2};
 
@@ -32,7 +32,7 @@ pub(super) fn sized(ui: &mut Ui, points: f32) {
     styles.insert(TextStyle::Monospace, FontId::monospace(points));
 }
 
-/// Adds widgets with small text. It shows the technical state of the station, which a trainee can
+/// Adds widgets with small text, for the technical state of the station, which a trainee can
 /// ignore.
 pub(super) fn fine(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
     ui.scope(|ui| {

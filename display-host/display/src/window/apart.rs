@@ -16,7 +16,7 @@ const STACK_BYTES: usize = 8 << 20;
 
 /// Runs the window as [`run`] does, on a thread of its own. The caller goes on if the window fails
 /// or its screen is lost. If the X server ends, the window's thread stays blocked, because Xlib
-/// does not return from that error.
+/// would end the process if the handler of that error returned.
 ///
 /// # Errors
 /// See [`DisplayError`].
@@ -65,7 +65,7 @@ fn apart<T: Send + 'static>(
         match told.recv_timeout(LOOK_EVERY) {
             Ok(outcome) => {
                 // The window's drivers clean up as its thread ends, and again as the process ends.
-                // Both at once could free memory twice, so the process must not end before.
+                // Both at once could free memory twice, so wait for the thread.
                 let _ = thread.join();
                 return outcome;
             }
@@ -88,7 +88,7 @@ mod tests {
 
     use super::*;
 
-    /// Stands for what a driver frees as a thread ends.
+    /// Stands for a driver's clean-up as a thread ends.
     struct Frees(Arc<AtomicBool>);
 
     impl Drop for Frees {

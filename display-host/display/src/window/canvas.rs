@@ -102,8 +102,7 @@ impl Canvas {
             .surface
             .get_capabilities(&self.gpu.adapter)
             .present_modes;
-        // `AutoVsync` is the relaxed queue where the driver has it, which shows a late picture at
-        // once.
+        // `AutoVsync` stands for `FifoRelaxed` if the driver has it, else for `Fifo`.
         let mode = match modes.contains(&wgpu::PresentMode::FifoRelaxed) {
             true => wgpu::PresentMode::FifoRelaxed,
             false => wgpu::PresentMode::Fifo,
@@ -284,8 +283,8 @@ impl Canvas {
     }
 }
 
-/// Drops a frame of a lost device. In wgpu 30 that works only while unwinding (its issue 8243);
-/// otherwise dropping the surface panics.
+/// Drops a frame of a lost device. In wgpu 30 (its issue 8243) this panics unless the thread is
+/// unwinding already.
 fn give_up(frame: wgpu::SurfaceTexture) {
     let unwinds = move || {
         let _frame = frame;

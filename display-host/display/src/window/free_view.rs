@@ -6,13 +6,13 @@ use shared_mem::message::{PoseMsg, ToolFrame};
 use crate::render::camera::matrix;
 use crate::ui::FreeView;
 
-/// Distance of that point from the lens, m: the usual distance of tissue.
+/// Distance of the orbit's centre from the lens, m: the usual distance of tissue.
 const AHEAD_M: f32 = 0.08;
 /// Turn per point of pointer motion, rad.
 const RAD_POINT: f32 = 0.006;
 /// Relative change of the camera's distance per point of wheel motion.
 const SHARE_POINT: f32 = 0.002;
-/// Least and largest distance of the camera from the point, m.
+/// Least and largest distance of the camera from the orbit's centre, m.
 const DISTANCES_M: [f32; 2] = [0.02, 0.4];
 /// Largest pitch, rad, so that the camera never passes over the top.
 const PITCH_MAX: f32 = 1.5;
@@ -38,7 +38,7 @@ impl FreeCamera {
         }
     }
 
-    /// Moves the camera with the pointer.
+    /// Moves the camera with pointer and wheel.
     pub(super) fn turn(&mut self, by: FreeView) {
         self.yaw = (self.yaw - f32::from(by.right) * RAD_POINT) % core::f32::consts::TAU;
         let pitch = self.pitch - f32::from(by.down) * RAD_POINT;

@@ -51,7 +51,7 @@ pub struct WindowConfig {
     pub scene: PathBuf,
     /// Inner size to start with, pixels.
     pub size: [u32; 2],
-    /// The endoscope's angle, rad.
+    /// Angle between the endoscope's view and its shaft, rad.
     pub scope_angle: f32,
     /// True to disable sound.
     pub muted: bool,
@@ -65,7 +65,7 @@ pub struct WindowConfig {
     pub tick_cpu: Option<usize>,
     /// The interface's language.
     pub language: Language,
-    /// Look of the interface, and lead of mouse and keyboard.
+    /// Look of the interface, and settings of mouse and keyboard.
     pub look: Look,
     /// State of the task, updated by its assessor.
     pub task: Option<Arc<Mutex<TaskView>>>,
@@ -233,7 +233,8 @@ impl App<'_> {
         }
     }
 
-    /// Reopens a lost graphics device, with all its resources, in a new window.
+    /// Reopens a lost graphics device, with all its resources, in a new window. Another error, or
+    /// one loss too many, ends the run.
     fn mend(&mut self, events: &ActiveEventLoop, error: DisplayError) {
         let warning = match &error {
             DisplayError::Device { doing, detail } => Some(format!(
@@ -327,7 +328,8 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             events.exit();
         }
         self.session.operate.tell();
-        // A hidden window gets no redraw by itself. Request one, so that it goes on receiving.
+        // A hidden window gets no redraw by itself. Request one, so that the session goes on
+        // receiving.
         if let Some(screen) = &self.screen {
             screen.redraw();
         }

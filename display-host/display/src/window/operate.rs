@@ -68,7 +68,7 @@ struct Leading {
     lead: Lead,
 }
 
-/// Lead of mouse and keyboard.
+/// Settings of mouse and keyboard as the hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lead {
     /// True if the left and right buttons of the mouse change places.
@@ -134,7 +134,7 @@ impl Leading {
         }
     }
 
-    /// Takes a motion of the mouse: right and down are positive.
+    /// Takes a motion of the mouse, counts. Right and down are positive.
     fn mouse(&mut self, motion: [f64; 2]) {
         let [right, down] = motion.map(|it| it * self.lead.sensitivity);
         if self.mouse_scope {
@@ -156,7 +156,7 @@ impl Leading {
         }
     }
 
-    /// Applies the held keys for `seconds`.
+    /// Applies the keys and buttons that were held for the last `seconds`.
     fn advance(&mut self, seconds: f64) {
         use KeyCode as Key;
         let controls = self.holds_either(Key::ControlLeft, Key::ControlRight);
@@ -195,7 +195,8 @@ impl Leading {
 pub(super) struct Operate {
     station: Station,
     on: Option<(HandSender, Leading)>,
-    /// Sender of the last message, kept until delivery, and the time at which it was sent.
+    /// Sender of the last message, kept for [`LAST_WORD`], and the time at which the message was
+    /// sent.
     leaving: Option<(HandSender, Instant)>,
     advanced: Instant,
     lead: Lead,
@@ -294,7 +295,7 @@ impl Operate {
         }
     }
 
-    /// Sends a message to the hand when due.
+    /// Sends a message to the emulated hand if one is due.
     pub(super) fn tell(&mut self) {
         self.leaving.take_if(|(_, left)| left.elapsed() > LAST_WORD);
         let since = self.advanced.elapsed();

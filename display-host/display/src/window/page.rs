@@ -1,4 +1,5 @@
-//! A window of widgets alone, such as the launcher's: it is drawn on events, and idle otherwise.
+//! A window that shows widgets and no picture, such as the launcher's. It is drawn on events and
+//! idle otherwise.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -16,7 +17,7 @@ use crate::DisplayError;
 /// Usual polling period of an idle page.
 const LOOK_ABOUT: Duration = Duration::from_millis(100);
 
-/// Content of a window of widgets alone.
+/// Content of a window that shows widgets and no picture.
 pub trait Page {
     /// Present title of the window, which a screen reader says first.
     fn title(&self) -> String;
@@ -24,7 +25,8 @@ pub trait Page {
     /// Shows the widgets and carries out requests.
     fn show(&mut self, ui: &mut egui::Ui);
 
-    /// Polls once in each [`period`](Self::period). Returns true if the content has changed.
+    /// Polls, at least once in each [`period`](Self::period). Returns true if the content has
+    /// changed.
     fn look_about(&mut self) -> bool;
 
     /// Period of the polls.
@@ -44,7 +46,7 @@ pub trait Page {
 /// thread only. The thread keeps its priority, because processes that the page starts inherit it.
 ///
 /// # Errors
-/// There is no screen, or no driver that can draw on it.
+/// There is no screen, no driver can draw on it, or the window or its graphics device is lost.
 pub fn show_page(
     size: [u32; 2],
     stop: &AtomicBool,
@@ -74,7 +76,7 @@ struct App<'a> {
     proxy: EventLoopProxy<accesskit_winit::Event>,
     canvas: Option<Canvas>,
     title: String,
-    /// Time since which no frame could be acquired.
+    /// Time of the last failed attempt to acquire a frame; `None` after a success.
     missed: Option<Instant>,
     error: Option<DisplayError>,
 }
@@ -158,8 +160,8 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
         if self.stop.load(Ordering::Relaxed) || self.page.is_over() {
             events.exit();
         }
-        // Request a missed frame only after a delay: a hidden window would request frames without
-        // rest.
+        // Request a missed frame only after a delay. Without the delay, a hidden window would
+        // request frames endlessly.
         let missed = self.missed.is_some_and(|it| it.elapsed() >= LOOK_ABOUT);
         if (self.page.look_about() || missed)
             && let Some(canvas) = &self.canvas

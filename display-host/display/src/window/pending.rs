@@ -1,11 +1,11 @@
-//! Effects pending for the next picture: few, and none that is too old.
+//! Effects that wait for the next picture. Old and excess effects are dropped.
 
 use std::collections::VecDeque;
 
 use crate::effects::Effect;
 
-/// Largest number of pending effects, because a minimised window draws nothing. A new one then
-/// replaces the oldest.
+/// Largest number of pending effects. A minimised window takes none, so a further effect replaces
+/// the oldest.
 const PENDING_MAX: usize = 48;
 /// Age above which an effect is dropped, s.
 const STALE_S: f64 = 0.3;

@@ -15,9 +15,9 @@ pub(super) enum Refusal {
         command: CommandMsg,
         error: ServiceError,
     },
-    /// The hand cannot be led.
+    /// The service of the emulated hand cannot be opened.
     Hand(ServiceError),
-    /// There is no hand to lead.
+    /// No emulated hand takes the messages.
     NoHand,
 }
 

@@ -26,7 +26,7 @@ const RESIZE_SHARE: f32 = 0.02;
 /// Time constant of the automatic exposure, s.
 const EXPOSURE_S: f32 = 0.4;
 
-/// Step of the endoscope's light cable about its shaft, degrees.
+/// Turn of the endoscope about its shaft per request, degrees.
 const TURN_DEGREES: f32 = 15.0;
 
 /// Result of a frame.
@@ -34,7 +34,7 @@ pub(super) enum Shown {
     /// The frame is on the screen. `asked` are the user's requests; `quit` is true if one is to
     /// quit.
     Frame { asked: Vec<Asked>, quit: bool },
-    /// The window is not visible.
+    /// No frame: the window is not visible or was just resized.
     Unseen,
 }
 
@@ -45,7 +45,7 @@ pub(super) struct Kept {
     pub(super) lens: Lens,
     pub(super) effects: Option<Effects>,
     pub(super) is_full: bool,
-    /// Inner size of its window, pixels.
+    /// Inner size of the window, pixels.
     pub(super) size: Option<[u32; 2]>,
     pub(super) drawn_tick: Option<u64>,
 }
@@ -174,7 +174,7 @@ impl Screen {
         }
         if let Some(path) = drawn.as_ref().and_then(|_| session.picture_due()) {
             let picture = self.renderer.read(&self.canvas.gpu)?;
-            // A disk that refuses it stops no operation.
+            // A picture that cannot be written does not stop the operation.
             if let Err(error) = crate::kept::write(&picture, &path) {
                 session.warn_later(error.to_string());
             }
@@ -263,7 +263,7 @@ impl Screen {
         })
     }
 
-    /// Takes the costs of recent pictures, and adapts the quality to them.
+    /// Takes the cost of the last picture, and adapts the quality to it.
     fn watch_cost(&mut self, session: &mut Session) -> Result<(), DisplayError> {
         let cost_ms = if self.canvas.gpu.has_clock() {
             let Some(times) = self.renderer.take_pass_times() else {
@@ -320,12 +320,13 @@ impl Screen {
         session.ui.is_smoke_drawn_off = effects.is_drawn_off();
     }
 
-    /// Shows the picture's new texture.
+    /// Gives the picture's new texture to egui.
     fn show_picture_anew(&mut self) {
         self.canvas.replace(self.picture, self.renderer.picture());
     }
 
-    /// Fits the picture to its area on a graphics card. A software driver keeps its small picture.
+    /// With a graphics card, fits the picture's size to the area `covered`, pixels. A software
+    /// driver keeps its small picture.
     fn fit_picture(&mut self, covered: Option<[u32; 2]>) -> Result<(), DisplayError> {
         let Some(covered) = covered.filter(|_| !self.canvas.gpu.is_software()) else {
             return Ok(());

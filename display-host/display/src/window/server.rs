@@ -18,7 +18,7 @@ static LOST: AtomicBool = AtomicBool::new(false);
 /// Checks that a window can be opened: the server that DISPLAY or WAYLAND_DISPLAY names answers.
 ///
 /// # Errors
-/// No server is named, or the named one does not answer.
+/// No server is named, the named one does not answer, or the library of X is missing.
 pub fn answers() -> Result<(), DisplayError> {
     let named = |name| var_os(name).filter(|it| !it.is_empty());
     let refuse = |detail: String| Err(DisplayError::NoWindow { detail });

@@ -32,11 +32,11 @@ use crate::words::{Language, Words};
 
 /// Largest number of frame records kept: nearly two hours at 60 Hz. Then the older half is dropped.
 const FRAMES_KEPT: usize = 400_000;
-/// Silence of the controller from which it counts as silent.
+/// Time without a new state after which the controller counts as silent.
 const SILENCE: Duration = Duration::from_millis(500);
-/// Longest time that a command may delay the picture.
+/// Longest wait for the answer to a command. The picture waits as well.
 const COMMAND_PATIENCE: Duration = Duration::from_millis(60);
-/// Longest time for a command that prepares a task.
+/// Longest wait for the answer to a command that begins a task.
 const START_PATIENCE: Duration = Duration::from_secs(2);
 /// Duration of a task alarm's sound.
 const TASK_ALARM: Duration = Duration::from_millis(1500);
@@ -60,7 +60,7 @@ pub(super) struct Session {
     causes: Causes,
     /// Names of the organs.
     organs: Vec<String>,
-    /// True if the organs were reset since the last picture.
+    /// True if the next picture must clear all bleeding and stains.
     was_reset: bool,
     /// `None`: muted, or no sound card.
     sound: Option<Sound>,
@@ -79,7 +79,7 @@ pub(super) struct Session {
     alarmed: Option<Instant>,
     /// Number of the newest closed clip. It clicks once, even if it lies on several organs.
     newest_clip: Option<u32>,
-    /// True if the settings have paused the task, which goes on when they close.
+    /// True if the settings paused the task. The task goes on when the settings close.
     paused_for_settings: bool,
     /// Mouse and keyboard as the hand.
     pub(super) operate: Operate,
@@ -144,7 +144,7 @@ impl Session {
         }
     }
 
-    /// Watches this station as an instructor, if one is named.
+    /// Shows the assessor's bulletins of this station to an instructor, if a station is given.
     pub(super) fn watched_by_instructor(
         mut self,
         station: Option<&Station>,
@@ -167,7 +167,7 @@ impl Session {
         }
     }
 
-    /// Adds further content to show.
+    /// Adds the views of a replay and of the recording.
     pub(super) fn showing(
         mut self,
         replay: Option<Arc<Mutex<ReplayView>>>,
@@ -182,7 +182,7 @@ impl Session {
         self
     }
 
-    /// The square of `calot photon` in a picture of this moment, if it is asked for.
+    /// The square of `calot photon` for a picture of this moment, if the window has one.
     pub(super) fn patch(&self) -> Option<(Arc<Patch>, Lit)> {
         let patch = self.patch.as_ref()?;
         let (_, tools) = self.moment()?;
@@ -210,7 +210,7 @@ impl Session {
         self.feed.state().zip(self.feed.tools())
     }
 
-    /// The tools as drawn: with the camera of the free view, if that is active.
+    /// The tools as drawn: while the free view is active, with its camera.
     pub(super) fn seen_tools(&self, tools: &ToolFrame) -> ToolFrame {
         self.free.map_or(*tools, |free| free.seen(tools))
     }
@@ -282,7 +282,7 @@ impl Session {
                 pending.clear();
                 (*newest_clip, *was_reset) = (None, true);
             }
-            // While muted no click is due.
+            // A clip that closes while muted never clicks.
             if let Ok(Event::Clip { number }) = event.decode()
                 && newest_clip.replace(number) != Some(number)
                 && ui.settings.sound
@@ -299,7 +299,8 @@ impl Session {
             if let Some((id, organ)) = unrest(event).zip(organs.get(event.organ as usize)) {
                 let organ = ui.words.organ(organ).into();
                 let text = Some(ui.words.say_with(id, &[("organ", organ)]));
-                // Only the hand can draw the instrument out; the scene is to blame for the others.
+                // Only the hand can draw a buried instrument out. Falls and shakes are the scene's
+                // fault.
                 match event.is(EventKind::Buried) {
                     true => ui.alarm = text,
                     false => ui.machine_alarm = text,
@@ -320,7 +321,7 @@ impl Session {
         if let Some(task) = &self.task {
             let task = task.lock().unwrap_or_else(PoisonError::into_inner).clone();
             let before = self.ui.task_view.as_ref().map_or(0, |task| task.alarms);
-            // An exam shows no alarm, and none sounds.
+            // An exam has no text of the alarm, so no alarm sounds.
             if task.alarms > before && task.alarm.is_some() {
                 self.alarmed = Some(Instant::now());
             }
@@ -342,7 +343,7 @@ impl Session {
         self.ui.force = self.force.iter().copied().collect();
     }
 
-    /// Plays the sounds of the tools, and reports once why nothing is heard.
+    /// Plays the sounds. If they fail, reports the problem once and goes on without sound.
     fn sound(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
         let Some(sound) = &self.sound else { return };
         if let Some(problem) = sound.take_problem() {
@@ -383,7 +384,7 @@ impl Session {
         }
     }
 
-    /// Effects since the last picture, which was drawn `seconds` ago.
+    /// Effects since the last picture. Since then `seconds` have been played.
     pub(super) fn take_effects(&mut self, seconds: f32) -> Vec<Effect> {
         let mut effects = self.pending.take(self.start.elapsed().as_secs_f64());
         // While the controller is silent or paused, the electrode burns nothing, whatever the last
@@ -395,19 +396,20 @@ impl Session {
         effects
     }
 
-    /// True if the newest state is current.
+    /// True if the newest state is of this scene and younger than `SILENCE`.
     pub(super) fn is_live(&self) -> bool {
         self.ui.link == Link::Live
     }
 
-    /// Has all bleeding and stains cleared, because the organs were reset.
+    /// Makes the next picture clear all bleeding and stains: after a reset, a start, a seek or a
+    /// restart of the controller.
     fn forget_effects(&mut self) {
         self.pending.clear();
         self.newest_clip = None;
         self.was_reset = true;
     }
 
-    /// True if the organs were reset since the last picture.
+    /// True if the next picture must clear all bleeding and stains.
     pub(super) fn take_reset(&mut self) -> bool {
         std::mem::take(&mut self.was_reset)
     }
@@ -511,7 +513,7 @@ impl Session {
         }
     }
 
-    /// Pauses a task while the settings are open.
+    /// Pauses the controller while the settings are open.
     fn pause_for_settings(&mut self, open: bool, observer: &mut dyn FnMut(Observed<'_>)) {
         let works = !self.ui.instructor && self.replay.is_none() && self.is_live();
         if open && works && !self.ui.is_paused() {
@@ -554,7 +556,7 @@ impl Session {
         self.frames.push(frame);
     }
 
-    /// Warns the user and continues.
+    /// Warns at once and in the summary.
     pub(super) fn warn(&mut self, warning: String, observer: &mut dyn FnMut(Observed<'_>)) {
         observer(Observed::Warning(&warning));
         self.warnings.push(warning);
@@ -565,7 +567,7 @@ impl Session {
         self.warnings.push(warning);
     }
 
-    /// Number of drawn pictures.
+    /// Number of drawn pictures whose records are kept.
     pub(super) fn drawn(&self) -> u64 {
         self.frames.len() as u64
     }
@@ -598,7 +600,7 @@ fn unrest(event: &EventMsg) -> Option<&'static str> {
     }
 }
 
-/// Lead of mouse and keyboard by a look.
+/// Settings of mouse and keyboard in this look.
 fn lead(look: Look) -> Lead {
     Lead {
         left_handed: look.left_handed,
@@ -606,8 +608,8 @@ fn lead(look: Look) -> Lead {
     }
 }
 
-/// Message for a fault that switches off the force or the current. True if the hand at the station
-/// can do something about it; an instructor and an engineer see the others.
+/// Message for a fault that switches off the force or the current, and true if the person at the
+/// station can mend the fault. An instructor and an engineer see the other faults.
 fn alarm(event: &EventMsg) -> Option<(&'static str, bool)> {
     let Ok(Event::Fault(fault)) = event.decode() else {
         return None;

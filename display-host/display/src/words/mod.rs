@@ -78,7 +78,7 @@ impl Words {
         let mut bundle = FluentBundle::new_concurrent(vec![tag]);
         // Isolation marks are for mixed text directions, which do not occur.
         bundle.set_use_isolating(false);
-        // An invalid message is left out, which a test finds. The others remain usable.
+        // An invalid message is left out; a test finds it. The other messages stay usable.
         let (Ok(resource) | Err((resource, _))) =
             FluentResource::try_new(language.source().to_owned());
         bundle.add_resource_overriding(resource);
@@ -94,7 +94,7 @@ impl Words {
         self.language
     }
 
-    /// Text of message `id`; the id itself if it is missing.
+    /// Text of message `id`; the id itself if the language lacks the message.
     #[must_use]
     pub fn say(&self, id: &str) -> String {
         self.say_with(id, &[])

@@ -56,14 +56,14 @@ impl Words {
         })
     }
 
-    /// Share of a step that is left. `None`: that cannot be measured.
+    /// Share of a step that is left. `None` if it cannot be measured.
     #[must_use]
     pub fn left(&self, hint: &Hint) -> Option<String> {
         let left = 100 - hint.percent?.min(100);
         Some(self.say_with("hint-left", &[("percent", left.to_string().into())]))
     }
 
-    /// Text of a running hold: what the picture lacks, or that it is to be held.
+    /// Text of a running hold: the thing that the picture lacks, or the request to hold still.
     #[must_use]
     pub fn hold(&self, hold: &Hold) -> String {
         self.say(match hold.lack {
@@ -182,7 +182,7 @@ mod tests {
         Step::Clip { organ, count: 3 }
     }
 
-    /// One of each kind.
+    /// Steps, hints and reasons of every kind.
     fn all() -> (Vec<Step>, Vec<Hint>, Vec<Reason>) {
         let organ = || "cystic artery".to_owned();
         let steps = vec![

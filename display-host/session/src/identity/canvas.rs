@@ -11,7 +11,7 @@ const SIDE: usize = 160;
 const HALF_RAD: f32 = 0.61;
 /// Nearest depth that is drawn, m.
 const NEAR_M: f32 = 0.003;
-/// Organ of a pixel that shows none.
+/// Organ of a pixel that shows nothing.
 const NOTHING: u8 = u8::MAX;
 /// Organ of a pixel that shows an instrument.
 const TOOL: u8 = u8::MAX - 1;
@@ -23,8 +23,8 @@ pub(super) struct Spot {
     depth_m: f32,
 }
 
-/// Depth of the nearest surface at each pixel, m, its organ, and the organs before or behind it,
-/// one bit each.
+/// Depth of the nearest surface at each pixel, m, its organ, and all organs drawn at the pixel, one
+/// bit each.
 pub(super) struct Canvas {
     eye_m: Vec3,
     /// Right, up and back.
@@ -88,8 +88,7 @@ impl Canvas {
         inside.then_some((pixel, spot.depth_m))
     }
 
-    /// True if the place is in the picture and nothing hides it, or what lies there reaches no
-    /// farther than `half_m` before it.
+    /// True if the place is in the picture, and no surface lies `half_m` or more in front of it.
     pub(super) fn is_open(&self, place: Vec3, half_m: f32) -> bool {
         let found = self.pixel_of(place);
         found.is_some_and(|(pixel, depth_m)| {
@@ -222,7 +221,7 @@ fn from_middle(pixel: usize) -> [f32; 2] {
     [pixel % SIDE, pixel / SIDE].map(|at| (at as f32 + 0.5 - half) / half)
 }
 
-/// Twice the area of a triangle, by the sense of its corners.
+/// Twice the signed area of a triangle.
 fn edge(a: [f32; 2], b: [f32; 2], c: [f32; 2]) -> f32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }

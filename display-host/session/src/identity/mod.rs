@@ -1,12 +1,12 @@
 //! Identity image: the structure that each pixel of the endoscope's picture shows, and how much of
 //! each structure it shows.
 //!
-//! The skins of the scene are drawn where the organs lie now, as the display draws them, and beside
-//! them the layered tissue that is left and the instrument. A pixel keeps the nearest surface, and
-//! also which organs lie behind it. So a small picture, drawn a few times a second by the processor
-//! alone, tells how much of an organ is in view, how much of that nothing hides, and how large it
-//! is. The recorder writes these shares into the course ([`crate::EntryContent::Seen`]), and an
-//! assessment of the recording needs neither a graphics card nor the simulation.
+//! The skins of the organs are drawn where the organs lie now, as the display draws them, together
+//! with the instrument and the layered tissue that is left. A pixel keeps the nearest surface, and
+//! also the organs behind it. So a small picture, which the processor alone draws a few times a
+//! second, tells how much of an organ is in view, how much of this part nothing hides, and how
+//! large it is. The recorder writes these shares into the course ([`crate::EntryContent::Seen`]),
+//! and an assessment of the recording needs neither a graphics card nor the simulation.
 //!
 //! Smoke and dirt on the lens are left out.
 
@@ -25,8 +25,8 @@ pub use self::seen::{OrganSeen, Seen};
 use self::surface::Surface;
 use self::vector::{Vec3, cross, dot, mean, norm, sub};
 
-/// Place of a removed cell that has moved from rest by more than this is taken at rest, m: its
-/// spheres may have come loose.
+/// A removed cell that has moved farther than this from rest is taken at its place at rest, m,
+/// because its spheres may have come loose.
 const ADRIFT_M: f32 = 0.025;
 
 /// Draws identity images of a scene.
@@ -55,15 +55,15 @@ fn view_of(shaft: &PoseMsg, [off_rad, turned_rad]: [f32; 2]) -> PoseMsg {
     }
 }
 
-/// Plane through cystic duct and artery at rest. It does not follow them, because they sag once
-/// they are free, and the sides of the triangle are those of the body.
+/// Plane through cystic duct and artery at rest. The plane does not move: the organs sag once they
+/// are free, but the triangle's sides stay the body's.
 struct Plane {
     middle_m: Vec3,
     normal: Vec3,
 }
 
 impl Plane {
-    /// The plane of a scene; `None` without the two.
+    /// The plane of a scene; `None` if the scene lacks duct or artery.
     fn of(scene: &SceneFile) -> Option<Self> {
         let places = |kind: OrganKind| {
             let mut organs = scene.organs().iter();
@@ -144,8 +144,9 @@ impl Identity {
         })
     }
 
-    /// Organ at each pixel of the latest image, row by row from the upper left, for comparisons
-    /// with other pictures: `None` where no organ is, or an instrument hides it.
+    /// Width of the latest image, pixels, and the organ at each pixel, row by row from the upper
+    /// left, for comparisons with other pictures: `None` where no organ is, or an instrument hides
+    /// it.
     #[must_use]
     pub fn pixels(&self) -> (usize, Vec<Option<usize>>) {
         self.canvas.pixels()
@@ -176,8 +177,9 @@ impl Identity {
         if all > 0.0 { seen / all } else { 0.0 }
     }
 
-    /// Angle between the line of sight to the triangle and its plane, rad: positive if the lens is
-    /// on the side of the endoscope's port, 0 for a scene without the triangle.
+    /// Angle between the line of sight to the triangle and the plane of duct and artery, rad:
+    /// positive if the lens is on the side of the endoscope's port, 0 for a scene without the
+    /// triangle.
     fn side_rad(&self, lens_m: Vec3) -> f32 {
         let Some(&Plane { middle_m, normal }) = self.plane.as_ref() else {
             return 0.0;

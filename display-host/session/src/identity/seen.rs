@@ -13,7 +13,8 @@ pub struct Seen {
     pub side_rad: f32,
     /// Share of the triangle's tissue, by volume, that is gone and whose place nothing hides.
     pub triangle: f32,
-    /// Share of the tissue of the lower third of the gallbladder's bed, likewise.
+    /// Share of the tissue in the lower third of the gallbladder's bed, by volume, that is gone and
+    /// whose place nothing hides.
     pub lower_bed: f32,
     /// Each organ, in the scene's order.
     pub organs: [OrganSeen; ORGANS_MAX],
@@ -28,17 +29,18 @@ impl Seen {
 }
 
 /// View of an organ. Shares, and the root of the size, are kept in steps of 1/255, so that an
-/// assessment of the recording reads the very numbers of the running one.
+/// assessment of the recording reads exactly the numbers of the running assessment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct OrganSeen(pub(crate) [u8; 4]);
 
 impl OrganSeen {
-    /// A view of an organ: the share of its surface that lies within the picture, the share of that
-    /// which nothing hides, the share of the picture that it fills, and the distance of its visible
-    /// part's middle from the picture's middle, as a share of the picture's radius.
+    /// A view of an organ. `in_view` is the share of the organ's surface that lies within the
+    /// picture, and `clear` the share of this part that nothing hides. `size` is the share of the
+    /// picture that the visible part fills, and `off` the distance of its middle from the picture's
+    /// middle, as a share of the picture's radius.
     #[must_use]
     pub fn new(in_view: f32, clear: f32, size: f32, off: f32) -> Self {
-        // The root leaves fine steps for the small.
+        // The root gives small organs finer steps.
         let size = size.max(0.0).sqrt();
         Self([in_view, clear, size, off].map(|it| (it.clamp(0.0, 1.0) * STEPS).round() as u8))
     }
@@ -57,13 +59,13 @@ impl OrganSeen {
         f64::from(self.0[which]) / f64::from(STEPS)
     }
 
-    /// Share of its surface that lies within the picture, hidden or not.
+    /// Share of the organ's surface that lies within the picture, hidden or not.
     #[must_use]
     pub fn in_view(self) -> f64 {
         self.share(0)
     }
 
-    /// Share of that which nothing hides: 1 less the occlusion.
+    /// Share of the part within the picture that nothing hides.
     #[must_use]
     pub fn clear(self) -> f64 {
         self.share(1)

@@ -18,7 +18,7 @@ const FACES: [[usize; 4]; 6] = [
     [4, 5, 7, 6],
 ];
 
-/// An organ's part of the lists.
+/// Ranges of an organ in the scene's lists.
 struct Organ {
     spheres: std::ops::Range<usize>,
     triangles: std::ops::Range<usize>,
@@ -66,7 +66,7 @@ impl Surface {
         self.rest.len()
     }
 
-    /// Moves everything to where these spheres are.
+    /// Moves skins and cells with these spheres.
     pub(super) fn follow(&mut self, spheres: &[SphereState]) {
         self.moved.clear();
         let moved = spheres.iter().zip(&self.rest);

@@ -75,7 +75,7 @@ fn an_instrument_hides_and_is_no_organ() {
         ..CapsuleMsg::zeroed()
     });
     let counted = canvas.count();
-    // At 10 cm, a shaft of 1 cm at 5 cm hides 2 of 4 cm.
+    // A shaft of 1 cm at 5 cm hides 2 of the 4 cm at 10 cm.
     is(share(&counted, 3), 0.5, 0.04);
     let (side, pixels) = canvas.pixels();
     assert_eq!(pixels[side * side / 2 + side / 2], None, "the shaft");

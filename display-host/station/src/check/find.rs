@@ -1,10 +1,10 @@
-//! All findings about the machine.
+//! Findings about a [`System`].
 
 use super::finding::Finding;
 use super::system::System;
 use super::{granted, kernel, processor, serial};
 
-/// Every finding, the most important first.
+/// Every finding about `system`, the most important first.
 pub(crate) fn all(system: &System, core: usize) -> Vec<Finding> {
     vec![
         granted::priority(system),

@@ -20,7 +20,6 @@ pub(crate) enum Verdict {
 /// A property that was examined.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Finding {
-    /// Name of the property.
     pub(crate) name: &'static str,
     pub(crate) verdict: Verdict,
     /// Current state.

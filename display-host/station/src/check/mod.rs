@@ -1,6 +1,6 @@
-//! `calot check`: tells whether this machine is fit for realtime. It tries the calls that the
-//! controller will make, and undoes them. It reads the other properties from files. For each
-//! property it prints the current state, the required state and the command that fixes it.
+//! `calot check`: tells if this machine is fit for realtime. It tries the calls that the controller
+//! will make, and undoes them. It reads other properties from files and limits. For each property
+//! it prints the current state, and for a property that is not good the remedy.
 
 mod files;
 mod find;

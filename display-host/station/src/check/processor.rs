@@ -1,4 +1,4 @@
-//! Findings about the tick's core: who else uses it, and how it saves power.
+//! Findings about the tick's core: its isolation, interrupts, frequency and idle states.
 
 use super::finding::{Finding, Verdict, finding};
 use super::system::System;

@@ -5,8 +5,8 @@ use std::path::Path;
 use super::finding::{Finding, Verdict, finding};
 use super::system::System;
 
-/// Longest good setting of an FTDI chip's latency timer, ms. The chip holds received bytes back for
-/// this time.
+/// Longest good setting of an FTDI chip's latency timer, ms. The chip holds received bytes back
+/// until the timer ends.
 const LATENCY_TIMER_MAX_MS: u64 = 1;
 
 pub(super) fn serial(system: &System) -> Finding {

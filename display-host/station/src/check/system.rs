@@ -1,5 +1,5 @@
-//! The machine that is examined. The findings see the machine only through [`System`], so that
-//! tests can replace it.
+//! The machine that is examined. Findings see it only through [`System`] or below a root folder, so
+//! that tests can replace it.
 
 use std::path::PathBuf;
 
@@ -16,8 +16,8 @@ pub(crate) struct System {
     pub(super) root: PathBuf,
     /// Outcomes of the calls that were tried.
     pub(super) trial: Trial,
-    /// Time without sleep after which the kernel ends the process of a realtime thread, µs; `None`:
-    /// unlimited.
+    /// Time after which the kernel ends the process of a realtime thread that does not sleep, µs;
+    /// `None`: unlimited.
     pub(super) rttime_us: Option<u64>,
 }
 

@@ -11,9 +11,8 @@ use display_host::words::Language;
 
 use crate::problem::Problem;
 
-/// The built-in curriculum.
 pub(crate) const BUILT_IN: &str = include_str!("built_in.toml");
-/// Version of the file's form.
+/// Version of the file format.
 const VERSION: u32 = 1;
 /// Largest file that is read, bytes.
 const MAX_BYTES: u64 = 1 << 20;

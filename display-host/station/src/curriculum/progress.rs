@@ -10,7 +10,6 @@ use super::{Aim, Curriculum};
 /// Progress of a trainee, as JSON.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(crate) struct Progress {
-    /// Name of the trainee.
     trainee: String,
     /// Number of tasks in which the trainee is proficient.
     proficient: usize,
@@ -33,11 +32,12 @@ struct AimProgress {
     difficulty: &'static str,
     /// Least score of a pass that counts.
     benchmark: f64,
-    /// Sessions that count for it.
+    /// Number of sessions that count for the task.
     sessions: usize,
-    /// Best score of them.
+    /// Best score of these sessions.
     best: Option<f64>,
-    /// Passes at the benchmark since the last other session; at most `needed`, once reached.
+    /// Passes at the benchmark since the last session without one. Stays at `needed` once that is
+    /// reached.
     in_a_row: usize,
     needed: usize,
     proficient: bool,
@@ -50,7 +50,7 @@ struct Next {
 }
 
 impl Curriculum {
-    /// Progress by a trainee's sessions, the oldest first.
+    /// Progress that a trainee's sessions, oldest first, show.
     pub(crate) fn progress(
         &self,
         trainee: &str,
@@ -98,7 +98,7 @@ impl Aim {
             found.best = Some(found.best.map_or(session.score, |it| it.max(session.score)));
             let is_pass = session.outcome == Outcome::Passed.name() && session.score >= self.score;
             match (found.proficient, is_pass) {
-                // What was reached once stays.
+                // A proficient trainee stays proficient.
                 (true, _) => {}
                 (false, true) => found.in_a_row += 1,
                 (false, false) => found.in_a_row = 0,
@@ -108,8 +108,8 @@ impl Aim {
         found
     }
 
-    /// True for a person's session of this task with this help or less, unless its recording broke
-    /// off.
+    /// True for a person's session of this task with this difficulty or a harder one, unless the
+    /// recording broke off.
     fn takes(&self, session: &SessionRecord) -> bool {
         let rank = |of: Difficulty| Difficulty::ALL.iter().position(|it| *it == of);
         let given = Difficulty::from_name(&session.difficulty);

@@ -28,7 +28,7 @@ use crate::stop;
 const SILENT: Duration = Duration::from_secs(20);
 /// Time over which a place is measured.
 const MEASURED_FOR: Duration = Duration::from_millis(300);
-/// Greatest movement of the device during that time, m.
+/// Greatest distance of the device from its mean position during that time, m.
 const STILL_M: f32 = 1.5e-3;
 
 /// A device whose position is sought.
@@ -46,8 +46,8 @@ enum Port {
 }
 
 impl Port {
-    /// Position in the frame of the device, m, and true if a button is down. `None` without a new
-    /// sample.
+    /// Position in the frame of the device, m, and true if the handle's first button is down.
+    /// `None` without a new sample.
     fn poll(&mut self) -> Option<(Vec3, bool)> {
         let now_ns = now_ns();
         match self {
@@ -113,7 +113,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     if devices.is_empty() {
         return Err("the station file names neither a haptic device nor a tracker".into());
     }
-    // Refuse now a file that could not be written later.
+    // Refuse the station file now if frames could not be put into it later.
     let unmoved = devices
         .iter()
         .map(|device| (device.frame, Pose::identity()));
@@ -159,7 +159,8 @@ fn touch_all(
     Ok(Some(pairs))
 }
 
-/// Waits for a button or Enter, and then until the device is still. Returns the mean position.
+/// Waits for a button or Enter, and then until the device is still. Returns the mean position, m;
+/// `None` if the user gave up.
 fn touch(
     device: &mut Placed,
     keys: &Receiver<String>,
@@ -292,7 +293,7 @@ fn sections(frames: &[(&str, Pose)]) -> Vec<Section> {
     frames.iter().map(section).collect()
 }
 
-/// Replaces the frames of the station file and keeps the rest. `path` appears in errors.
+/// Text of a station file in which these frames replace the old ones. `path` appears in errors.
 fn with_frames(path: &Path, text: &str, frames: &[(&str, Pose)]) -> Result<String, Problem> {
     with_sections(path, text, &sections(frames))
 }

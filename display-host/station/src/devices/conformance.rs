@@ -1,4 +1,4 @@
-//! `calot devices conformance`: tests a real device with the suite that the emulated ones pass.
+//! `calot devices conformance`: tests a real device with the suite that the emulated devices pass.
 
 use std::process::ExitCode;
 use std::time::Duration;

@@ -63,7 +63,8 @@ fn list(args: &DevicesListArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Path for a station file: udev's stable name, which does not depend on the order of plugging in.
+/// Path for a station file: udev's stable path, if there is one, which does not depend on the order
+/// of plugging in.
 fn name_that_stays(device: &Found) -> String {
     let now = device.path.display();
     match &device.stable_path {

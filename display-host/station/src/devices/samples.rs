@@ -39,7 +39,6 @@ impl Samples {
         })
     }
 
-    /// Adds a sample.
     pub(super) fn add(&mut self, sample: &DeviceSample, said_m_s: Option<Vec3>, found: Findings) {
         if self.failed.is_some() {
             return;
@@ -68,7 +67,7 @@ impl Samples {
         self.lines += 1;
     }
 
-    /// Writes the buffered lines. Returns the first error of any write.
+    /// Writes the buffered lines. Fails with the first error of any write.
     pub(super) fn end(mut self) -> Result<(), Problem> {
         let written = match self.failed.take() {
             Some(error) => Err(error),

@@ -1,4 +1,4 @@
-//! Writes sections into the text of a station file, and keeps the rest of it and all comments.
+//! Replaces sections in the text of a station file, and keeps other sections and lines of comment.
 
 use std::path::Path;
 
@@ -8,9 +8,9 @@ use crate::problem::Problem;
 
 /// A section of a station file.
 pub(super) struct Section {
-    /// Name between its brackets.
+    /// Name between the brackets.
     pub(super) head: String,
-    /// Its lines.
+    /// Lines with the values.
     pub(super) body: String,
 }
 
@@ -21,8 +21,8 @@ impl Section {
     }
 }
 
-/// Replaces these sections in the text of a station file. They move to its end; comments inside the
-/// old sections stay where they are. `path` appears in errors.
+/// Text of a station file with these sections at the end and the old ones removed, except their
+/// lines of comment. `path` appears in errors.
 pub(super) fn with_sections(
     path: &Path,
     text: &str,

@@ -26,11 +26,11 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Interval between two lines at a terminal.
+/// Interval between two outputs at a terminal.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
-/// Interval between two lines in a file or pipe, or of JSON.
+/// Interval between two outputs to a file or pipe, or as JSON.
 const TOLD_EVERY: Duration = Duration::from_secs(1);
-/// Interval between two polls.
+/// Pause between two polls.
 const POLL_EVERY: Duration = Duration::from_micros(200);
 /// Least interval between two commands to a haptic device, ns: a little shorter than a tick.
 const COMMAND_EVERY_NS: u64 = 900_000;
@@ -85,8 +85,8 @@ pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
         if watched.iter().all(|device| device.is_lost) {
             return Err("every device is gone".into());
         }
-        // A table takes every sample, and a device may send 4000 a second. Longer pauses would also
-        // hide how samples arrive.
+        // The pause is short: a table takes every sample, a device may send 4000 a second, and
+        // longer pauses would hide how samples arrive.
         sleep(POLL_EVERY);
     }
     if let Some(table) = table {
@@ -135,8 +135,7 @@ struct Watched {
     at_ns: u64,
     commanded_ns: u64,
     is_lost: bool,
-    /// Line whose arrivals are judged. `None`: no serial line, so that a sample's time is that of
-    /// the poll.
+    /// Serial line whose arrivals are judged, if any.
     line: Option<PathBuf>,
     arrivals: Arrivals,
     /// Number of frames at the last arrival.
@@ -159,7 +158,7 @@ impl Watched {
         }
     }
 
-    /// Judges the arrivals of a serial line, too.
+    /// Also judges the arrivals on this serial line, if any.
     fn on(mut self, line: Option<&Path>) -> Self {
         self.line = line.map(Path::to_owned);
         self
@@ -199,7 +198,7 @@ impl Watched {
         }
     }
 
-    /// Pattern of the line's arrivals and its remedy, if it is a serial line.
+    /// Pattern of the arrivals on the serial line, with its remedy, if one was found.
     fn pattern(&self) -> Option<(Pattern, String)> {
         let (line, found) = (self.line.as_ref()?, self.arrivals.found()?);
         Some((found, found.in_words(line)))
@@ -290,7 +289,7 @@ impl Watched {
         }
     }
 
-    /// Good frames per second since the last call, which was `since_s` ago.
+    /// Good frames per second since the last call, `since_s` ago.
     fn rate_hz(&mut self, since_s: f64) -> f64 {
         let frames = self.counters().frames;
         let before = std::mem::replace(&mut self.frames, frames);

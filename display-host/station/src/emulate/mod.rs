@@ -15,8 +15,8 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// `SCHED_FIFO` priority of the emulated devices. It is below the tick's, in case they share a
-/// core.
+/// `SCHED_FIFO` priority of the emulated devices. It is below the tick's default, in case they
+/// share a core.
 const EMULATOR_PRIORITY: u8 = 70;
 
 /// Emulates the devices until told to end.
@@ -35,8 +35,8 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
         holding: args.hand.into(),
         faults: hardware::emulate::LineFaults::default(),
     };
-    // A real device has its own processor, so use another core than the tick's. If Linux refuses,
-    // the emulated devices answer later.
+    // A real device has its own processor, so leave the last core, the tick's default, alone. If
+    // Linux refuses, the emulated devices answer later.
     let cores = realtime::allowed_cores();
     let tick_core = cores.last().copied().unwrap_or(0);
     let _ = realtime::work_beside_tick(&cores, tick_core, EMULATOR_PRIORITY);

@@ -1,6 +1,6 @@
-//! The wishes of a person who steers the emulated hand, by a display's mouse and keyboard or by a
-//! gamepad. A wish is the motion asked for so far, with the pressed buttons and switches. The
-//! script steers the hand until the first wish.
+//! Wishes of the person or scripted surgeon that steers the emulated hand: from a display's mouse
+//! and keyboard, the surgeon's messages or a gamepad. A wish is the motion asked for so far, with
+//! the pressed buttons and switches. The first wish ends the script.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
@@ -20,7 +20,7 @@ use crate::say;
 
 /// A display that has sent nothing for this long no longer steers the hand, ns.
 const SILENT_NS: u64 = 500_000_000;
-/// Interval of the search for a gamepad.
+/// Interval between two searches for a gamepad.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
 
 /// The display and the gamepad that may steer the hand, and the sum of their motion.
@@ -78,7 +78,8 @@ impl Steering {
             (said, is_heard(&message))
         });
         let gamepad = self.gamepad(seconds);
-        // A source that falls silent keeps its motion in the sum. So the hand does not jump back.
+        // The motion of a source that falls silent stays in the sum, so that the hand does not jump
+        // back.
         match (display, gamepad) {
             (None, None) | (Some((_, false)), None) => None,
             (None, gamepad) => gamepad,

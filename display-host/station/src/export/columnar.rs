@@ -1,5 +1,5 @@
-//! A table as Parquet, without compression. Every column is optional, and keeps the bits of its
-//! values.
+//! A table as Parquet, without compression. Every column may lack values, and keeps the bits of
+//! those it has.
 
 use std::fs::File;
 use std::io;

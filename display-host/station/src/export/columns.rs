@@ -35,7 +35,7 @@ pub(crate) fn events() -> Vec<Column> {
     ]
 }
 
-/// Row of an entry of the course, if it is an event. `first_ns` is the host time of the first tick.
+/// Row of an entry, if it is an event. `first_ns` is the host time of the first tick.
 pub(crate) fn event(
     entry: &Entry,
     organs: &[String],
@@ -50,7 +50,7 @@ pub(crate) fn event(
         _ => "",
     };
     let organ = organs.get(event.organ as usize).map_or("", String::as_str);
-    // An event without a place has zeros; a real place is never exactly there.
+    // An event without a place has zeros. No event occurs exactly at the origin.
     let has_place = event.at_m.iter().any(|it| it.to_bits() != 0);
     let place = |it: f32| Cell::finite(if has_place { it } else { f32::NAN });
     let [x, y, z] = event.at_m.map(place);

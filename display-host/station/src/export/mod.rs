@@ -42,7 +42,7 @@ struct ExportOutcome {
     files: Vec<PathBuf>,
     ticks: u64,
     events: u64,
-    /// True if the repeated ticks came out equal to the recorded ones.
+    /// True if ticks were computed again, all came out equal, and none is known to be missing.
     same: bool,
     first_difference: Option<Different>,
     #[serde(flatten)]
@@ -241,7 +241,7 @@ fn write_metrics(
     Ok(())
 }
 
-/// Writes the table that explains the others.
+/// Writes the table that explains the columns of the other tables.
 fn write_columns(outcome: &mut ExportOutcome, targets: &[Target<'_>]) -> Result<(), Problem> {
     let mut tables = Tables::create(targets, "columns", &columns::columns())?;
     for (table, of) in [

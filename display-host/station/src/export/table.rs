@@ -1,4 +1,4 @@
-//! A table in any format: its columns, its cells, and what takes its rows.
+//! A table in any format: its columns, its cells, and the trait that takes its rows.
 
 /// Type of a column. Any column may lack a value in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,7 +11,6 @@ pub(crate) enum Kind {
     Single,
     /// True or false; 1 or 0 in CSV.
     Flag,
-    /// Text.
     Text,
 }
 
@@ -28,7 +27,6 @@ impl Kind {
     }
 }
 
-/// A column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Column {
     /// Name, with the unit last.
@@ -55,7 +53,6 @@ pub(crate) enum Cell {
     Single(f32),
     Flag(bool),
     Text(String),
-    /// No value.
     Absent,
 }
 

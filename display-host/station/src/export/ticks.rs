@@ -1,4 +1,4 @@
-//! Table `ticks`: what each tick took in and computed, and how long it took.
+//! Table `ticks`: inputs, results and times of each tick.
 
 use rt_core::math::{Pose, Vec3};
 use rt_process::replay::Replayed;
@@ -9,7 +9,6 @@ use shared_mem::message::{PoseMsg, STAGE_NAMES, STAGES};
 use super::columns::seconds;
 use super::table::{Cell, Column, Kind};
 
-/// Columns of the table.
 pub(crate) fn columns() -> Vec<Column> {
     let mut all = Vec::new();
     let mut add = |name: &str, kind, meaning| all.push(Column::new(name, kind, meaning));
@@ -148,10 +147,10 @@ fn rotation(add: &mut impl FnMut(&str, Kind, &'static str), name: &str, means: &
 pub(crate) struct Rows {
     wall_from_host_ns: i64,
     first_ns: Option<u64>,
-    /// Newest sample of the device: position, velocity, orientation. A tick without a new sample
-    /// repeats it.
+    /// Newest sample of the device, in its frame: position, m; velocity, m/s; orientation. A tick
+    /// without a new sample repeats the sample.
     device: [f32; 10],
-    /// Opening of the handle in that sample.
+    /// Opening of the handle in that sample, 0 to 1.
     opening: f32,
 }
 
@@ -165,7 +164,7 @@ impl Rows {
         }
     }
 
-    /// Host time of the first tick, ns; 0 before it.
+    /// Host time of the first tick, ns; 0 before the first row.
     pub(crate) fn first_ns(&self) -> u64 {
         self.first_ns.unwrap_or(0)
     }

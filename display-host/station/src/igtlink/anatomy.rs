@@ -14,7 +14,7 @@ use super::frame::Frame;
 use crate::folder::running_scene;
 use crate::say;
 
-/// Interval of the search for a scene that was not found.
+/// Interval between two searches for the scene.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// Searches before the user is told: `calot run` names its scene a moment after frames come.
 const PATIENCE: u32 = 5;
@@ -26,7 +26,7 @@ pub(super) struct Anatomy {
     every: Option<Duration>,
     known: Option<Known>,
     looked: Option<Instant>,
-    /// Searches in vain.
+    /// Number of searches in vain.
     misses: u32,
 }
 
@@ -97,9 +97,8 @@ impl Anatomy {
     }
 }
 
-/// Rounds of all organs. A round shows one moment, and its organs are spread over its interval: a
-/// client whose socket is full misses what is sent then, and would otherwise miss the same organs
-/// each time.
+/// Sends all organs in rounds. A round shows one moment, and spreads its organs over the interval:
+/// all at once would fill a client's socket, and the client would always miss the same organs.
 struct Surfaces {
     organs: OrganSurfaces,
     state: Box<StateFrame>,

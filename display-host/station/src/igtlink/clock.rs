@@ -31,7 +31,7 @@ impl Stamps {
         self.last_ns
     }
 
-    /// Stamp of this moment, for messages that no tick wrote. It does not hold back the ticks'.
+    /// Stamp of this moment, for messages that no tick wrote. The stamps of ticks ignore it.
     pub(super) fn present(&self) -> u64 {
         let unix_ns = i128::from(monotonic_ns()) + self.unix_from_monotonic_ns;
         u64::try_from(unix_ns).unwrap_or_default()
@@ -44,7 +44,7 @@ mod tests {
 
     #[test]
     fn stamps_follow_the_ticks_and_never_go_back() {
-        // A wall clock that is read once cannot move a stamp; the ticks alone do.
+        // The wall clock is read once, so only the ticks move the stamps.
         let mut stamps = Stamps {
             unix_from_monotonic_ns: 1_700_000_000_000_000_000,
             last_ns: 0,

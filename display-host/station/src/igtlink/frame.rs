@@ -16,7 +16,7 @@ pub(super) enum Frame {
 }
 
 impl Frame {
-    /// Name in arguments and requests.
+    /// Name in arguments and messages.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Ras => "ras",

@@ -1,5 +1,5 @@
-//! `calot igtlink`: tells 3D Slicer, PLUS and others where instrument and endoscope are, the force,
-//! the instrument in use and events, over OpenIGTLink.
+//! `calot igtlink`: sends the poses of instrument and endoscope, the force, the instrument in use,
+//! events and surfaces to 3D Slicer, PLUS and other programs, over OpenIGTLink.
 
 mod anatomy;
 mod clock;
@@ -103,8 +103,8 @@ fn parse_surfaces(text: &str) -> Result<f64, String> {
     }
 }
 
-/// While nothing else is sent, the condition is repeated this often, so that clients that left are
-/// noticed.
+/// Interval at which the condition is repeated while the station sends nothing, so that clients
+/// that left are noticed.
 const REPEAT: Duration = Duration::from_secs(2);
 
 /// Serves until told to end. Runs outside the realtime process and reads shared memory like a
@@ -217,7 +217,7 @@ impl<'a> Sender<'a> {
                 say::note(note);
             }
         } else if !flows && self.repeated.elapsed() > REPEAT {
-            // A controller that died must be cleared away, so that its successor is found.
+            // Forget a controller that died, so that its successor is found.
             self.host.forget_dead();
             self.announce_condition();
         }
@@ -251,7 +251,7 @@ impl<'a> Sender<'a> {
         self.frames += 1;
     }
 
-    /// Says what was sent. Fails if it was nothing.
+    /// Reports how much was sent. Fails if no frame was sent.
     fn came_to(&self, json: bool) -> Result<ExitCode, Problem> {
         let (frames, skipped) = (self.frames, self.server.skipped());
         let turned_away = self.server.turned_away();

@@ -24,8 +24,8 @@ pub(super) fn moment(tools: &ToolFrame, frame: Frame, unix_ns: u64) -> Vec<Messa
     .map(|(name, pose)| (name, frame.pose(&pose)));
     let force_n = frame.vector(Vector3::from(tools.force_n));
     let force: Isometry3<f32> = Translation3::from(force_n * FORCE_M_N).into();
-    // The reference library reads a name of 20 bytes as empty. That of the endoscope's transform
-    // has so many.
+    // The reference library reads a name of 20 bytes, such as EndoscopeToReference, as empty. So
+    // the tracking data have short names.
     let short = |(name, pose): (&'static str, _)| (name.trim_end_matches("ToReference"), pose);
     let tracked = poses.map(short);
     let transform = |(name, pose): &(&str, Isometry3<f32>)| Message::transform(name, pose, unix_ns);
@@ -50,8 +50,8 @@ pub(super) fn instrument(tools: &ToolFrame, unix_ns: u64) -> Message {
     Message::string("Instrument", name, unix_ns)
 }
 
-/// An event, as text: its name, then the fault's or the organ's. `organ` is the name of the event's
-/// organ; without it, the organ's number is told.
+/// An event as text: its kind, the name of the fault or current, and the organ by its name `organ`
+/// or, without that, by its number.
 pub(super) fn event(message: &EventMsg, organ: Option<&str>, unix_ns: u64) -> Message {
     let mut text = match message.decode() {
         Ok(Event::Fault(fault)) => format!("alarm {}", fault.name()),

@@ -1,4 +1,4 @@
-//! Condition of the watched station: from its frames, and from who holds its name.
+//! Condition of the watched station, found from its frames and from the claim of its name.
 
 use std::time::{Duration, Instant};
 
@@ -8,7 +8,7 @@ use super::told::STATION;
 
 /// After this silence the controller counts as silent.
 const SILENT: Duration = Duration::from_millis(500);
-/// After this time without a station the user is told.
+/// After this time without a station, the station counts as missing.
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Condition of a station.
@@ -43,7 +43,7 @@ impl Condition {
         Message::status(STATION, code, short, &words, unix_ns)
     }
 
-    /// Line for the user; `None` if it needs none.
+    /// Line for the user about the change from `before`, if it needs one.
     pub(super) fn note(self, station: &str, before: Self) -> Option<String> {
         match self {
             Self::Missing => Some(format!(
@@ -81,7 +81,6 @@ impl Watch {
         }
     }
 
-    /// Condition at present.
     pub(super) const fn condition(&self) -> Condition {
         self.condition
     }
@@ -97,7 +96,7 @@ impl Watch {
         std::mem::replace(&mut self.condition, next)
     }
 
-    /// No frame came. `is_claimed` is asked only after a silence. Returns the condition before.
+    /// No frame came. Calls `is_claimed` only after a silence. Returns the condition before.
     pub(super) fn silence(&mut self, now: Instant, is_claimed: impl FnOnce() -> bool) -> Condition {
         let before = self.condition;
         let silence = now.saturating_duration_since(self.heard);

@@ -24,9 +24,9 @@ pub(crate) struct Bench<'a> {
     pub(crate) draws: bool,
     /// The scripted surgeon that works meanwhile, and the task.
     pub(crate) hand: Option<(Surgeon, Task)>,
-    /// True if the causes of late ticks are looked for.
+    /// True if the causes of late ticks are searched.
     pub(crate) why: bool,
-    /// Time of all turns, s.
+    /// Time of all turns of the station, s.
     pub(crate) total_s: f64,
     pub(crate) stop: &'a Arc<AtomicBool>,
 }

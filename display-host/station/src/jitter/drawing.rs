@@ -12,11 +12,11 @@ use shared_mem::service::Station;
 use super::bench::Bench;
 use crate::say;
 
-/// The display draws in stretches of this length, s. After each, the times of its pictures reach
-/// the report and its files are deleted.
+/// The display draws in stretches of this length, s. After each stretch, its files are deleted and
+/// the times of its pictures go to the report.
 const STRETCH_S: f64 = 20.0;
-/// First and least picture rates, Hz. If drawing falls behind, the rate is halved, because the time
-/// of a picture would otherwise include the wait for an earlier one.
+/// First and least picture rates, Hz. If drawing falls behind, the rate is halved: otherwise the
+/// time of a picture would include the wait for an earlier picture.
 const PICTURES_PER_S: [f64; 2] = [2.0, 0.25];
 
 /// Runs a display that draws until the turn is done.

@@ -11,7 +11,7 @@ use jitter::{Baseline, Report, kernel, timerlat};
 use super::args::JitterArgs;
 use crate::problem::Problem;
 
-/// Lets `rtla timerlat` take turns too in a comparison, if machine and kernel have it.
+/// Adds `rtla timerlat` to a comparison, or notes why it cannot. Also notes the scripted surgeon.
 pub(super) fn with_timerlat(args: &JitterArgs, notes: &mut Vec<String>) -> JitterArgs {
     let mut args = args.clone();
     if !args.compare.is_empty() && !args.compare.contains(&Baseline::Timerlat) {
@@ -32,7 +32,7 @@ pub(super) fn with_timerlat(args: &JitterArgs, notes: &mut Vec<String>) -> Jitte
     args
 }
 
-/// Runs one turn of a program and notes it in the report.
+/// Runs one turn of a program and adds its figures to the report.
 pub(super) fn baseline_turn(
     baseline: Baseline,
     terms: Terms<'_>,

@@ -1,5 +1,5 @@
-//! Effect of a serial adapter or the USB on the samples of a named device, judged from the inputs
-//! of every tick.
+//! Effect of a serial adapter or the USB on the samples of the named haptic device, judged from the
+//! inputs of every tick.
 
 use std::os::unix::fs::FileTypeExt as _;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ struct Samples {
 }
 
 impl Line {
-    /// Watches the line of the named haptic device, if it is a terminal.
+    /// Watches the line of the named haptic device, if its path is a character device.
     pub(super) fn of(devices: &DeviceArgs, station: &Station) -> Result<Option<Self>, Problem> {
         let Some(path) = named(devices)? else {
             return Ok(None);
@@ -66,7 +66,8 @@ impl Samples {
         if record.bits & InputRecord::DEVICE_FRESH == 0 {
             return;
         }
-        // A tick takes the newest sample; the numbers tell how many came with it.
+        // A tick takes the newest sample only. The sequence numbers tell how many came since the
+        // last one.
         let last = self.last.replace(record.sequence);
         let came = last.map_or(1, |last| record.sequence.wrapping_sub(last));
         self.arrivals.take(u64::from(came), record.device_at_ns);
@@ -83,7 +84,7 @@ impl Samples {
     }
 }
 
-/// Path of the named haptic device, if it is a terminal.
+/// Path of the named haptic device, if it is a character device.
 fn named(devices: &DeviceArgs) -> Result<Option<PathBuf>, Problem> {
     let file = devices.station_file.as_deref().map(StationFile::read);
     let in_file = file.transpose()?.and_then(|file| file.haptic);
@@ -101,7 +102,8 @@ mod tests {
 
     use super::*;
 
-    /// Remark on samples of each ms that come when `comes` lets them through, read every ms.
+    /// Remark on samples that are taken and read every ms. A sample taken at t arrives at
+    /// `comes(t)`, both in ns.
     fn told(comes: impl Fn(u64) -> u64) -> String {
         let mut samples = Samples::of("/dev/ttyUSB3".into());
         let mut record = InputRecord::zeroed();
@@ -115,7 +117,7 @@ mod tests {
             if let Some(newest) = came {
                 record.bits = InputRecord::DEVICE_FRESH;
                 record.sequence = newest as u16;
-                // Up to 90 µs of jitter.
+                // Jitter of up to 82 µs, with the factor 5 below.
                 let jitter_ns = newest.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 50;
                 record.device_at_ns = comes(newest * 1_000_000) + 1000 + 5 * jitter_ns;
                 next = newest + 1;

@@ -1,5 +1,5 @@
-//! `calot jitter`: measures latency, duration and misses of ticks on the real station, next to
-//! other programs that measure in the same minutes.
+//! `calot jitter`: measures latency, duration and misses of ticks on the real station. Other
+//! programs take turns with it, so that all measure in the same minutes.
 //!
 //! ```text
 //! jitter ─┬─ station (calot emulate, calot rt) ─► timing records ─► tally ─► report
@@ -137,7 +137,7 @@ fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
         report.count("displays_joined", displays);
     }
     if let Err(problem) = outcome {
-        // Keep what was measured until then, marked as incomplete.
+        // Keep what was measured so far, marked as incomplete.
         save(&report, out)?;
         return Err(problem);
     }
@@ -259,7 +259,7 @@ fn rounds(
                 work: &work,
             };
             match baseline_turn(baseline, terms, turn_s, round, stop, report) {
-                // It is a guest in the comparison: the others go on without it.
+                // `with_timerlat` may have added this program, so the others go on without it.
                 Err(problem) if baseline == Baseline::Timerlat => {
                     let note = problem.to_string();
                     if !report.about.notes.contains(&note) {
@@ -285,13 +285,14 @@ fn round_count(args: &JitterArgs) -> u32 {
     }
 }
 
-/// Command line without this machine's folders, which mean nothing to a reader elsewhere.
+/// Command line with the last part of each absolute path: folders of this machine mean nothing to a
+/// reader elsewhere.
 pub(crate) fn command() -> String {
     let words: Vec<String> = std::env::args().skip(1).map(shortened).collect();
     format!("calot {}", words.join(" "))
 }
 
-/// Last part of an absolute path; a device path is kept whole.
+/// Last part of an absolute path. Other words and paths below /dev stay whole.
 fn shortened(word: String) -> String {
     let path = Path::new(&word);
     match path.file_name() {

@@ -28,8 +28,8 @@ pub(super) fn save_all(report: &Report, folder: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Writes the report's files, each by a rename: a reader sees the old or the new one. The
-/// histograms wait for the end, because writing megabytes every few seconds would be a load.
+/// Writes the report's files, each by a rename, so that a reader sees the old or the new file. The
+/// histograms are written at the end only: megabytes every few seconds would be a load.
 pub(super) fn save(report: &Report, folder: &Path) -> Result<(), Problem> {
     let json = serde_json::to_string(&document::JITTER.of(report.to_json()))?;
     let trace = serde_json::to_string(&jitter::trace(&report.incidents))?;

@@ -1,4 +1,4 @@
-//! One turn of the station: starts it, watches it for its time, and ends it.
+//! One turn of the station: starts the station, watches it for the time of the turn, and ends it.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -53,12 +53,12 @@ struct Flags {
     over: AtomicBool,
     /// Process of the controller; 0 until it has started.
     process: Arc<AtomicU32>,
-    /// Cost of the stages that the controller measured before the run.
+    /// Time of each stage in the worst tick of the controller's trial, ns.
     admitted_ns: OnceLock<[u64; STAGES]>,
 }
 
 impl Bench<'_> {
-    /// Measures for `seconds`.
+    /// Runs one turn of `seconds`.
     pub(crate) fn measure(
         &self,
         seconds: f64,
@@ -82,8 +82,8 @@ impl Bench<'_> {
                         .map_err(|problem| problem.to_string())
                 })
             };
-            // The watcher attaches before the first tick. If it fails, its error is returned at the
-            // end.
+            // Wait until the watcher is attached, so that it sees the first tick. If it fails, its
+            // error is returned at the end.
             let _ = told.recv();
             let started = processes::start(
                 self.station,
@@ -176,7 +176,7 @@ impl Bench<'_> {
         })
     }
 
-    /// Waits for the end of the turn. Returns a message about a child that died before.
+    /// Waits for the end of the turn. Returns a message if a child dies before.
     fn wait(
         &self,
         flags: &Flags,
@@ -197,7 +197,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Reads what the station publishes until it is over.
+    /// Reads what the station publishes, until the controller has ended.
     fn watch(
         &self,
         seconds: f64,
@@ -226,7 +226,7 @@ impl Bench<'_> {
         let opened = Instant::now();
         let mut heard = opened;
         loop {
-            // Load the flag before reading, so that records after the last tick are read too.
+            // Load the flag before reading, so that the last records are read, too.
             let over = flags.over.load(Ordering::Relaxed);
             if host.newest_state(&mut state) {
                 let age_ns = monotonic_ns().saturating_sub(state.at_ns);

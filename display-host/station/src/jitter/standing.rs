@@ -39,7 +39,6 @@ pub(super) fn note_standing(tally: &Tally, report: &mut Report) {
     }
 }
 
-/// Prints the progress.
 pub(super) fn progress(report: &mut Report, total_s: f64) {
     let seconds = report.about.seconds;
     let not = if report.about.realtime || seconds <= 0.0 {

@@ -16,7 +16,8 @@ use crate::task;
 pub(super) struct Work(Option<AtWork>);
 
 impl Work {
-    /// Brings the organs to the state in which the task begins, and starts the surgeon.
+    /// Brings the organs to the state in which the task begins, and starts the surgeon. Does
+    /// nothing without `hand`.
     pub(super) fn begin(
         hand: Option<(Surgeon, Task)>,
         station: &str,
@@ -33,7 +34,6 @@ impl Work {
         AtWork::begin(surgeon, task, &station, scene).map(|work| Self(Some(work)))
     }
 
-    /// Ends the work.
     pub(super) fn end(self) {
         if let Some(reason) = self.0.and_then(AtWork::end) {
             say::note(format_args!("jitter: the surgeon gave up: {reason}"));

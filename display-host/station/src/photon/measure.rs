@@ -16,14 +16,14 @@ use crate::say;
 
 /// Interval between two looks at the services.
 const LOOK: Duration = Duration::from_millis(2);
-/// Changes whose light must have been seen before a place is measured.
+/// Number of changes whose light must be seen before a place is measured, among the [`LATEST`].
 const SEEN_FIRST: usize = 3;
-/// Time after a change of the setting in which nothing counts: pictures on their way show the old
-/// one.
+/// Time after a new place or cause of the square's changes in which nothing counts: pictures on
+/// their way still show the old setting.
 const SETTLE: Duration = Duration::from_millis(1000);
 /// Longest silence of the controller.
 const SILENCE: Duration = Duration::from_secs(20);
-/// Latest changes among which those are.
+/// Number of latest changes among which [`SEEN_FIRST`] must be seen.
 const LATEST: usize = 6;
 
 /// A row of the report.
@@ -48,7 +48,8 @@ pub(super) struct Measure<'a> {
     pub(super) stop: &'a AtomicBool,
 }
 
-/// Changes that were asked for, handed over and seen since a setting began.
+/// Changes of the square since a setting began: asked for by ticks, handed to the screen, and seen
+/// by the sensor.
 #[derive(Default)]
 struct Course {
     asked: Vec<Change>,
@@ -58,7 +59,7 @@ struct Course {
 }
 
 impl Measure<'_> {
-    /// Measures all places. The flag is false if it was stopped before the end.
+    /// Measures all places. The flag is false if the measurement was stopped before its end.
     pub(super) fn run(mut self) -> Result<(Vec<Row>, bool), Problem> {
         let tap = Tap::open(self.station)?;
         let mut rows = Vec::new();
@@ -130,12 +131,13 @@ impl Measure<'_> {
         .into())
     }
 
-    /// Lets the setting settle, and forgets what came meanwhile.
+    /// Waits until a new setting has settled, and drops what came meanwhile.
     fn settle(&mut self, tap: &Tap, by: By) -> Result<(), Problem> {
         self.watch(tap, by, SETTLE, |_| false).map(drop)
     }
 
-    /// Watches for some time, and as long as the last light may take.
+    /// Watches for `time`, and then as long as the last light may take. Ends early once `is_enough`
+    /// is true.
     fn watch(
         &mut self,
         tap: &Tap,
@@ -186,7 +188,7 @@ impl Course {
         pair(&self.asked, &self.handed, &self.light, longest_ns)
     }
 
-    /// Takes the inputs of a tick: notes if they change the square.
+    /// Takes the inputs of a tick, and notes a change of the square by them.
     fn take(&mut self, patch: &Patch, by: By, batch: &InputBatch, record: &InputRecord) {
         if by == By::Motion && record.bits & InputRecord::DEVICE_FRESH == 0 {
             return;
@@ -203,7 +205,7 @@ impl Course {
     }
 }
 
-/// Place of a pose in another's frame, m.
+/// Position of `inner` in the frame in which `outer` is given, m. `inner` is relative to `outer`.
 fn placed(outer: &PoseMsg, inner: &PoseMsg) -> [f32; 3] {
     let [x, y, z, w] = outer.orientation;
     let turned = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
@@ -217,7 +219,7 @@ mod tests {
 
     use super::*;
 
-    /// A quarter turn about z.
+    /// A quarter turn about z, and a shift along y.
     const TURNED: PoseMsg = PoseMsg {
         position_m: [0.0, 0.101, 0.0],
         orientation: [

@@ -1,4 +1,5 @@
-//! `calot photon`: measures with a light sensor on the screen when a tick, and a motion, are seen.
+//! `calot photon`: measures with a light sensor how long after a tick, and after a motion of the
+//! handle, the screen changes.
 //!
 //! ```text
 //! station (calot emulate, calot rt) ─► inputs of every tick ──┐
@@ -41,15 +42,15 @@ use crate::say;
 use crate::scene;
 use crate::stop;
 
-/// Size of a window that covers the screen, until it does.
+/// Size of a full-screen window before it covers the screen, pixels.
 const SIZE: [u32; 2] = [1280, 720];
-/// Time by which changes are further apart than the longest time to light, ms: an odd number, so
-/// that changes fall into all phases of the screen's frames.
+/// Time between changes beyond the longest time to light, ms. Added to the default of 400 ms it is
+/// odd, so that changes fall into all phases of the screen's frames.
 const APART_MS: u64 = 99;
-/// Half span of an edge from which the sensor's own share of a time matters, ms.
+/// If the sensor's edges are uncertain by ± this or more, a note says so, ms.
 const COARSE_MS: f64 = 1.0;
 
-/// Result of the measuring thread.
+/// Result of the measuring thread: rows, and true if the measurement was not stopped.
 type Measured = Result<(Vec<Row>, bool), String>;
 
 pub(crate) fn run(args: &PhotonArgs) -> Result<ExitCode, Problem> {
@@ -132,7 +133,7 @@ fn show_and_measure(
         pictures: None,
         patch: Some(Arc::clone(patch)),
     };
-    // Set by Ctrl-C, by the end of the window, and by that of the measurement.
+    // Set by Ctrl-C, by the end of the window, and by the end of the measurement.
     let over = Arc::clone(stop);
     std::thread::scope(|scope| {
         let measure = {

@@ -16,15 +16,15 @@ pub(super) struct Eye {
     pub(super) kind: &'static str,
     pub(super) name: String,
     from: From,
-    /// Halves of the spans in which edges came, ns.
+    /// Half of the time span in which each edge came, ns.
     within_ns: Vec<u64>,
 }
 
 enum From {
     /// A sensor of its own.
     Sensor(Sensor),
-    /// A button of the haptic device, as the ticks read it: its mask, and the last state with its
-    /// time.
+    /// A button of the haptic device, as the ticks read it: its mask, and its last state with the
+    /// time of the sample, ns.
     Button(u8, Option<(bool, u64)>),
 }
 
@@ -58,7 +58,7 @@ impl Eye {
         })
     }
 
-    /// Takes the inputs of a tick, in which a button may be the sensor.
+    /// Takes the inputs of a tick. They count if a button of the haptic device is the sensor.
     pub(super) fn take_tick(&mut self, record: &InputRecord, into: &mut Vec<Change>) {
         let From::Button(mask, last) = &mut self.from else {
             return;
@@ -79,7 +79,7 @@ impl Eye {
         }
     }
 
-    /// Takes the edges of a sensor of its own. Fails once it is gone.
+    /// Takes the edges of a sensor of its own. Fails once the sensor is gone.
     pub(super) fn take_edges(&mut self, into: &mut Vec<Change>) -> Result<(), Problem> {
         let From::Sensor(sensor) = &self.from else {
             return Ok(());
@@ -99,7 +99,7 @@ impl Eye {
         }
     }
 
-    /// Half of the span in which the median edge came, ms.
+    /// Median over the edges of half the time span in which an edge came, ms.
     pub(super) fn within_ms(&self) -> Option<f64> {
         let mut all = self.within_ns.clone();
         all.sort_unstable();

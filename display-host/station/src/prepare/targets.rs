@@ -1,5 +1,5 @@
-//! Checks, before any work, that `calot prepare` overwrites neither its source nor one of its other
-//! outputs, and no other file without `--overwrite`.
+//! Checks, before any work, that no output of `calot prepare` replaces the source or another
+//! output, or an older file without `--overwrite`.
 
 use std::path::{Path, PathBuf};
 

@@ -87,12 +87,12 @@ pub(crate) struct ReplayArgs {
 const BEFORE_S: f64 = 3.0;
 
 impl ReplayArgs {
-    /// True for a window.
+    /// True if the session is shown in a window.
     pub(super) const fn is_shown(&self) -> bool {
         self.show || self.at.is_some()
     }
 
-    /// Start of the show, s.
+    /// Start of the show in the session, s.
     pub(super) fn start_s(&self) -> f64 {
         self.at.map_or(self.from, |at| (at - BEFORE_S).max(0.0))
     }

@@ -18,7 +18,7 @@ struct RepairOutcome {
     /// The repaired copy; null if the session is whole.
     repaired: Option<PathBuf>,
     messages: u64,
-    /// Why it was repaired; null if it is whole.
+    /// Reason of the repair; null if the session is whole.
     broke_off: Option<String>,
     left_out_bytes: u64,
 }

@@ -42,15 +42,15 @@ struct ReplayOutcome {
     session_s: f64,
     /// Time that the replay took, s.
     took_s: f64,
-    /// True if every recorded tick was run again and came out equal. Ticks after the end of a
-    /// session that breaks off, or whose controller was killed, are unknown.
+    /// True if every recorded tick was run again and came out equal. Ticks that may have followed
+    /// in a session that breaks off, or whose controller was killed, do not count.
     same: bool,
     first_difference: Option<Different>,
     #[serde(flatten)]
     left_out: LeftOut,
 }
 
-/// Replays the session, and reports whether every tick came out equal.
+/// Compares every tick, or, as the options say, repairs, shows or varies the session.
 pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
     let file = recording(&args.session);
     if args.repair {

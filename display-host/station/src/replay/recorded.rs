@@ -9,7 +9,7 @@ use shared_mem::scene::SceneFile;
 
 use crate::problem::Problem;
 
-/// Parts of a session that are not run again.
+/// Parts of a session that are missing or are not run again.
 #[derive(Debug, Clone, Default, Serialize)]
 pub(crate) struct LeftOut {
     /// First missing tick. Ticks after it are not run.
@@ -82,7 +82,7 @@ impl LeftOut {
     }
 }
 
-/// Scene of the session.
+/// The scene at `named`, else the session's own. Fails if the session ran on another scene.
 pub(crate) fn scene_of(
     session: &mut Session,
     named: Option<&std::path::Path>,
@@ -126,7 +126,8 @@ pub(crate) fn without_gap<'a>(
     })
 }
 
-/// The next tick, or `None` at the session's end. `Err` holds the number of a missing tick.
+/// The next tick, or `None` at the session's end. `Err` holds the number of the expected tick if
+/// another one comes.
 pub(crate) fn next_in_order(
     session: &mut Session,
     expected: &mut u64,

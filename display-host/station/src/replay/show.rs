@@ -1,4 +1,4 @@
-//! `calot replay --show`: a session on the display, for debriefing.
+//! `calot replay --show`, `--at` and `--frames`: shows a session in a window, or draws pictures.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -29,7 +29,7 @@ const PATIENCE: std::time::Duration = std::time::Duration::from_secs(600);
 /// Stack of a thread that runs a simulation, bytes. The simulation's state is built on the stack.
 pub(super) const STACK_BYTES: usize = 16 << 20;
 
-/// Plays the session on a display of its own.
+/// Plays the session in a window, or for `--frames` pictures in `out`.
 pub(super) fn run(
     args: &ReplayArgs,
     session: &Session,
@@ -167,7 +167,7 @@ struct Player<'a> {
     session: &'a Path,
     station: &'a Station,
     pace: Pace,
-    /// True once the display has begun.
+    /// True once the replay may start.
     begun: &'a AtomicBool,
     stop: &'a AtomicBool,
     /// Length of the session, ns, once known.
@@ -227,7 +227,7 @@ fn in_order(mut session: Session) -> impl Iterator<Item = InputRecord> {
     core::iter::from_fn(move || next_in_order(&mut session, &mut expected).ok().flatten())
 }
 
-/// Returns the ticks as [`in_order`] does. If `says` is true, warns of missing parts at their end.
+/// Returns the ticks as [`in_order`] does. If `says` is true, warns of missing parts after them.
 fn warned(mut session: Session, says: bool) -> impl Iterator<Item = InputRecord> {
     let mut expected = 0;
     core::iter::from_fn(move || {

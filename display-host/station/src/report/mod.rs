@@ -203,8 +203,8 @@ pub(crate) fn write(chapters: &[Chapter], language: Language, out: &Path) -> Res
     Ok(())
 }
 
-/// Writes close pictures of the first error of each lesson beside the page, for the launcher. A
-/// picture that cannot be written is left out.
+/// Writes a close picture of each lesson's first error beside the page, for the launcher. Leaves
+/// out lessons after the first [`CLOSE_MAX`], and pictures that cannot be written.
 pub(crate) fn write_close(chapter: &Chapter, folder: &Path) {
     let it = &chapter.assessed;
     for lesson in Lesson::of(&it.alarms).iter().take(CLOSE_MAX) {
@@ -231,12 +231,12 @@ pub(crate) fn write_close(chapter: &Chapter, folder: &Path) {
     }
 }
 
-/// Close picture of the alarm with this number.
+/// Path of the close picture of the alarm with this number.
 pub(crate) fn close_file(folder: &Path, number: usize) -> PathBuf {
     folder.join(format!("{CLOSE}{number:04}.png"))
 }
 
-/// Path of a recording: the session itself, or the file in its folder.
+/// Path of a session's recording: `session.mcap` if the session is a folder, else the session.
 pub(crate) fn recording(session: &Path) -> PathBuf {
     match session.is_dir() {
         true => session.join("session.mcap"),
@@ -244,8 +244,8 @@ pub(crate) fn recording(session: &Path) -> PathBuf {
     }
 }
 
-/// Assesses a session: a file, or a folder with `session.mcap` and perhaps pictures. Also returns
-/// the missing data.
+/// Assesses a session: a file, or a folder with `session.mcap` and perhaps pictures. `rules` and
+/// `task` replace those of the session. Also returns the missing data.
 pub(crate) fn chapter(
     session: &Path,
     rules: Option<&Rules>,
@@ -311,19 +311,20 @@ pub(crate) fn chapter(
     })
 }
 
-/// Tick times from the summary next to the session.
+/// Tick times from the summary in a session's folder.
 pub(crate) fn ticks(folder: &Path) -> Option<Ticks> {
     let text = std::fs::read(folder.join("summary.json")).ok()?;
     serde_json::from_slice(&text).ok()
 }
 
-/// Pictures next to the session.
+/// Pictures in a session's folder.
 fn left_beside(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let entries = std::fs::read_dir(folder);
     chosen(entries.into_iter().flatten().flatten().map(|it| it.path()))
 }
 
-/// Pictures among these files, sorted by name. If there are too many, an even selection.
+/// Pictures among these files, except close and large ones, sorted by name. If there are too many,
+/// an even selection.
 pub(crate) fn chosen(files: impl Iterator<Item = PathBuf>) -> Vec<(String, Vec<u8>)> {
     let is_picture = |path: &PathBuf| {
         let small = path

@@ -13,9 +13,9 @@ use crate::task::args::TaskArgs;
 
 /// Default length of a headless run, s.
 const HEADLESS_SECONDS: f64 = 10.0;
-/// Default length of a headless run in which a scripted surgeon works, s. The run ends before, as
-/// soon as the task is decided. The whole procedure takes the careful surgeon about 330 s of
-/// simulated time, and twice that on a slow computer.
+/// Default length of a headless run in which a scripted surgeon works, s. The run ends as soon as
+/// the task is decided. The whole procedure takes the careful surgeon about 330 s of simulated
+/// time, which last twice as long on a slow computer.
 const SURGEON_SECONDS: f64 = 900.0;
 
 #[derive(Debug, Clone, Args)]

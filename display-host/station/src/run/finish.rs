@@ -21,7 +21,7 @@ use crate::task;
 
 /// A finished run.
 pub(super) struct Finished {
-    /// True if the run reached its end and all results are written.
+    /// True if the run reached its end, no process failed, and all results are written.
     pub(super) whole: bool,
 }
 
@@ -46,7 +46,7 @@ impl Shown<'_> {
         for warning in &self.outcome.warnings {
             say::note(format_args!("calot: {warning}"));
         }
-        // The animation comes last, so that a slow or failed one does not affect the results.
+        // The animation comes last, so that the other results do not wait for it.
         if let Some(gif) = &self.args.gif
             && let Err(problem) = animate(&self.outcome, gif)
         {
@@ -149,7 +149,8 @@ fn by_kind<'a>(
     })
 }
 
-/// Driver of the haptic device: its name in the station file, or `emulated`.
+/// Driver of the haptic device, by its name in station files: `rig` for `--haptic`, `emulated` if
+/// there is neither `--haptic` nor a station file.
 fn driver(devices: &DeviceArgs) -> String {
     if devices.haptic.is_some() {
         return "rig".to_owned();
@@ -177,7 +178,7 @@ fn reason(held: &HeldBack) -> Held {
     }
 }
 
-/// Writes the run's pictures as an animation, except those of single moments.
+/// Writes the run's evenly spaced pictures as an animation.
 fn animate(outcome: &RunOutcome, gif: &Path) -> Result<(), Problem> {
     let is_of_course = |path: &PathBuf| {
         let name = path.file_name().and_then(|it| it.to_str());
@@ -211,7 +212,7 @@ fn debrief(
             let views = VIEWS.map(|name| out.join(name));
             let drawn = outcome.frames.iter().filter_map(|it| it.path.clone());
             let others = drawn.filter(|it| !views.contains(it));
-            // The critical view is never left out.
+            // Choose the critical view apart, so that it is never left out.
             chapter.pictures = report::chosen(views.iter().cloned());
             chapter.pictures.extend(report::chosen(others));
             chapter.ticks = report::ticks(out);

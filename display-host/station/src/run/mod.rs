@@ -22,7 +22,7 @@ use self::args::RunArgs;
 use self::plan::Planned;
 use crate::problem::Problem;
 
-/// Runs the station. The exit code tells whether it ran to its end.
+/// Runs the station. The exit code is 0 if the run reached its end and all results are written.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     let finished = Planned::new(args)?.start()?.show()?.finish()?;
     Ok(match finished.whole {

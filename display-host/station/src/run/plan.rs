@@ -85,12 +85,12 @@ impl<'a> Planned<'a> {
     }
 }
 
-/// The named haptic device, unless a station file says that it passed its test by hand.
+/// Path of the named haptic device, unless the station file says that it passed its test by hand.
 fn unfelt(devices: &DeviceArgs) -> Option<PathBuf> {
     if let Some(path) = &devices.haptic {
         return Some(path.clone());
     }
-    // A file with an error is refused later.
+    // A station file with an error is refused later.
     let file = StationFile::read(devices.station_file.as_deref()?).ok()?;
     let spec = file.haptic.filter(|it| !it.is_felt)?;
     Some(spec.path)
@@ -98,7 +98,8 @@ fn unfelt(devices: &DeviceArgs) -> Option<PathBuf> {
 
 /// Makes the folder of the results. `None` if the run writes none.
 fn results(args: &RunArgs, assigned: Option<&Assigned>) -> Result<Option<PathBuf>, Problem> {
-    // Each session of a task has its own folder, because the next may be of another trainee.
+    // Each session of a task has its own folder, because the next session may be of another
+    // trainee.
     let of_task = assigned.map(|it| Path::new("out").join(it.id()));
     let named = args.out.as_deref().or(of_task.as_deref());
     if named.is_none() && !args.headless {

@@ -6,7 +6,7 @@ use super::args::RunArgs;
 use crate::args::GamepadName;
 use crate::problem::Problem;
 
-/// The one who moves the handle.
+/// Person or program that moves the handle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Player {
     /// A person, at a device or at the emulated handle.
@@ -23,7 +23,7 @@ impl Player {
         let file = devices.station_file.as_deref().map(StationFile::read);
         let is_named = file.transpose()?.is_some_and(|file| file.haptic.is_some());
         let is_emulated = devices.haptic.is_none() && !is_named;
-        // Somebody can take the emulated handle in a window, or with a named gamepad.
+        // In a window or with a named gamepad, a person can lead the emulated handle.
         let is_led = !args.headless || matches!(args.gamepad.gamepad, GamepadName::Path(_));
         match (args.task.hand, is_emulated) {
             (Some(_), true) => Ok(Self::Surgeon),
@@ -39,7 +39,8 @@ impl Player {
         !matches!(self, Self::Person)
     }
 
-    /// Hand of the emulator, as in `calot emulate --hand`. The handle rests until it is led.
+    /// Hand of the emulator, as in `calot emulate --hand`. A parked handle rests until somebody
+    /// leads it.
     pub(crate) const fn emulated_hand(self) -> &'static str {
         match self {
             Self::Person | Self::Surgeon => "parked",

@@ -1,4 +1,4 @@
-//! Processes of a station: the controller, and emulators for the devices that are not named.
+//! Processes of a station: the controller, and an emulator for the devices that are not named.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub(crate) struct Running {
     pub(crate) children: Vec<Process>,
     /// Level of the scene that the controller took. The display must show it.
     pub(crate) scene: PathBuf,
-    /// A warning about a controller that is not realtime, with the cause.
+    /// Warning that the controller is not realtime, with the causes. Empty if it is realtime.
     pub(crate) warnings: Vec<String>,
     /// Devices that the controller opened.
     pub(crate) devices: Vec<DeviceSummary>,
@@ -42,7 +42,7 @@ struct Controller {
     scene: PathBuf,
 }
 
-/// Starts emulators for the devices that are not named, then the controller.
+/// Starts an emulator for the devices that are not named, then the controller.
 pub(crate) fn start(
     args: &RunArgs,
     player: Player,
@@ -71,7 +71,7 @@ pub(crate) fn start(
     })
 }
 
-/// Emulated devices, in a folder of their own.
+/// Folder of the emulated devices, and which devices are emulated.
 struct Emulated {
     folder: PathBuf,
     haptic: bool,
@@ -141,8 +141,8 @@ fn control(
     let mut scene = scene.to_owned();
     let mut level = 1;
     loop {
-        // The controller chooses among levels that the user names. Otherwise a coarser level is
-        // compiled here when needed.
+        // If the user names coarser levels, the controller chooses among them. Otherwise the next
+        // level is compiled here when the present one does not fit.
         let next = match args.controller.realtime.coarser.is_empty() {
             true => scene::coarser(&args.scene, level),
             false => None,
@@ -193,7 +193,7 @@ fn rt_words(args: &RunArgs, devices: &DeviceArgs, scene: &Path, must_fit: bool) 
 }
 
 /// Warning about a controller that reported ready without realtime, with the refusals of Linux. The
-/// controller itself has printed them on standard error.
+/// controller itself has printed the refusals on standard error.
 fn not_realtime(ready: &str) -> Vec<String> {
     let ready: serde_json::Value = serde_json::from_str(ready).unwrap_or_default();
     if ready["realtime"] != false {
@@ -210,13 +210,13 @@ fn devices(ready: &str) -> Vec<DeviceSummary> {
     serde_json::from_value(ready["devices"].clone()).unwrap_or_default()
 }
 
-/// Cost of the stages that the controller measured before it reported ready.
+/// Time of each stage in the worst tick of the controller's trial, ns; `None` without a trial.
 fn admitted(ready: &str) -> Option<[u64; STAGES]> {
     let ready: serde_json::Value = serde_json::from_str(ready).ok()?;
     serde_json::from_value(ready["admission"]["worst_stage_ns"].clone()).ok()
 }
 
-/// Level that the controller took, from the scene's own file or among those that the user named.
+/// Level that the controller took, of the scene's own file or of those that the user named.
 fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
     let ready: serde_json::Value = serde_json::from_str(controller.said())?;
     let own = SceneFile::levels(&finest).into_iter().skip(1);

@@ -1,4 +1,4 @@
-//! Room on the disk for a recording, before it begins.
+//! Checks for free space on the disk before a recording begins.
 
 use std::path::Path;
 
@@ -7,24 +7,24 @@ use rustix::process::{Resource, getrlimit};
 use crate::problem::Problem;
 use crate::say;
 
-/// Largest number of bytes of an hour of recording. Tests of `session` show that its inputs stay
-/// below 330 MB and its course below 80 MB; the rest is for times of ticks (100 MB) and for the
-/// messages that viewers read (70 MB).
+/// Largest number of bytes of an hour of recording. Tests of `session` show that inputs stay below
+/// 330 MB, and the course (poses and events) below 80 MB. The rest is for times of ticks (100 MB)
+/// and for the messages that viewers read (70 MB).
 const HOUR_BYTES: f64 = 600e6;
-/// Room for the other results: pages, pictures, summary.
+/// Free space for the other results: pages, pictures, summary.
 const RESULTS_BYTES: u64 = 4 << 20;
-/// Time for which there must be room, s. With less room, the recording is refused.
+/// Length of recording that must fit, s. Otherwise the recording is refused.
 const LEAST_S: f64 = 60.0;
 /// Assumed length of an operation without `--seconds`, s.
 const OPEN_S: f64 = 3600.0;
 
-/// Compares the room at `path` with the bytes of a session of `seconds` that holds a scene of this
-/// size. Warns if the session will not fit.
+/// Compares the free bytes at `path` with those of a session of `seconds` that holds a scene of
+/// this size. Warns if the session will not fit.
 ///
 /// # Errors
-/// Not even the first minute of the session fits.
+/// The first minute of the session, or a shorter session, does not fit.
 pub(super) fn check(path: &Path, scene_bytes: u64, seconds: Option<f64>) -> Result<(), Problem> {
-    // If the file system does not report its free bytes, assume that there is room.
+    // If the file system does not report its free bytes, assume that there are enough.
     let free = free_bytes(path).unwrap_or(u64::MAX);
     let limit = getrlimit(Resource::Fsize).current.unwrap_or(u64::MAX);
     let (free, are_free, make_room) = match limit < free {

@@ -28,7 +28,7 @@ pub(super) struct Started<'a> {
     pub(super) folder: Folder,
     /// Level of the scene that runs.
     pub(super) scene: PathBuf,
-    /// Content of that file: the report needs it even if somebody removes the file meanwhile.
+    /// Content of the file `scene`, because the report needs it even if somebody removes the file.
     pub(super) open_scene: SceneFile,
     pub(super) live: Option<Live>,
     pub(super) recording: Option<Recording>,

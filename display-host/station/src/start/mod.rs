@@ -35,14 +35,14 @@ use crate::stop;
 
 /// Inner size of the window, pixels.
 const SIZE: [u32; 2] = [1180, 720];
-/// Begin of the messages that a trainee waits with; the others are an engineer's.
+/// Prefix of the messages of `calot run` that the trainee sees. The others are for engineers.
 const PREPARING: &str = "preparing";
-/// Interval of the search for devices.
+/// Interval between two searches for devices.
 const LOOK_EVERY: Duration = Duration::from_secs(3);
 /// Time that the window may freeze while another program writes to the store.
 const PATIENCE_FOR_STORE: Duration = Duration::from_millis(300);
 
-/// Opens the launcher and runs it until it is closed.
+/// Opens the launcher and runs it until it is closed. Then ends a running operation and replay.
 pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
     window::answers()?;
     let stop = stop::flag()?;
@@ -72,13 +72,13 @@ struct Desk {
     rules: Rules,
     questions: Questionnaire,
     curriculum: Curriculum,
-    /// Path of the store. `None`: there is no home folder.
+    /// Path of the store. `None`: no `--store`, and no home folder.
     store: Option<PathBuf>,
     view: Launcher,
     /// The choices, which all screens share.
     form: StartForm,
     operation: Option<Operation>,
-    /// The newest debrief and its session's id, for a return to it.
+    /// The newest debrief, which other screens return to, and the id of its session.
     debrief: Option<(Debrief, String)>,
     /// Folder of the session of the debrief.
     folder: Option<PathBuf>,
@@ -136,7 +136,7 @@ impl Desk {
         desk
     }
 
-    /// Opens the store. Waits for another program only as long as the window may freeze.
+    /// Opens the store. Waits for another program at most [`PATIENCE_FOR_STORE`].
     fn open_store(&self) -> Result<Store, String> {
         let words = &self.view.words;
         let path = self.store.as_ref();
@@ -247,7 +247,7 @@ impl Desk {
         }
     }
 
-    /// Folder of the sessions.
+    /// Folder of the sessions: `--sessions`, else `sessions` beside the store, else `out`.
     fn sessions(&self) -> PathBuf {
         let beside = self.store.as_ref().and_then(|store| store.parent());
         let sessions = self.args.sessions.clone();
@@ -255,14 +255,14 @@ impl Desk {
         sessions.unwrap_or_else(|| "out".into())
     }
 
-    /// True if somebody has worked here before.
+    /// True if the folder of the sessions holds something.
     fn has_sessions(&self) -> bool {
         let entries = std::fs::read_dir(self.sessions());
         entries.is_ok_and(|mut it| it.next().is_some())
     }
 
-    /// Progress of a trainee in the curriculum; `None` for a guest, and for somebody whom the store
-    /// does not know.
+    /// Progress of a trainee in the curriculum. `None`: a guest, a name that the store does not
+    /// know, or a store that cannot be read.
     fn progress(&self, trainee: &str) -> Option<ProgressView> {
         if trainee.trim().is_empty() {
             return None;
@@ -277,7 +277,7 @@ impl Desk {
         )
     }
 
-    /// Starts the next task of the debriefed trainee.
+    /// Starts the task that the debrief names as the trainee's next.
     fn begin_next(&mut self) {
         let debrief = self.debrief.as_ref();
         let next = debrief.and_then(|(it, _)| it.progress.as_ref()?.next.clone());
@@ -292,7 +292,7 @@ impl Desk {
         }
     }
 
-    /// Starts an operation, of the expert if `watched`. If that fails, shows the reason on the
+    /// Starts an operation, by the expert if `watched`. If that fails, shows the reason on the
     /// start screen.
     fn begin(&mut self, watched: bool) {
         self.end_replay();
@@ -326,7 +326,7 @@ impl Desk {
         }
     }
 
-    /// Checks the choices and returns them in the form that a run takes.
+    /// Checks the choices. Returns them with the trainee's name as the store writes it.
     fn checked(&self) -> Result<StartForm, String> {
         let mut form = self.form.clone();
         form.trainee = form.trainee.trim().to_owned();
@@ -346,7 +346,6 @@ impl Desk {
         Ok(form)
     }
 
-    /// Makes a folder for the next session.
     fn new_folder(&self) -> Result<PathBuf, String> {
         let out = self.sessions().join(store::new_id());
         std::fs::create_dir_all(&out)
@@ -503,7 +502,6 @@ impl Desk {
         self.note(notice);
     }
 
-    /// Ends the replay, if one runs.
     fn end_replay(&mut self) {
         if let Some(mut child) = self.replay.take() {
             // It may have ended by itself.

@@ -18,13 +18,12 @@ use crate::say;
 const LINES_KEPT: usize = 12;
 /// Time that a graceful end may take. After it the user may end the operation without a report.
 const PATIENCE_TO_END: Duration = Duration::from_secs(5);
-/// Longest wait for the last output, because another process may hold the pipe open.
+/// Longest wait for the last output: another process may hold the pipe open for longer.
 const PATIENCE_TO_READ: Duration = Duration::from_millis(500);
 
 /// A running operation.
 pub(super) struct Operation {
     child: Child,
-    /// Choices for this operation.
     pub(super) form: StartForm,
     /// True if the expert operates.
     pub(super) watched: bool,
@@ -96,8 +95,8 @@ impl Operation {
         said.iter().cloned().collect()
     }
 
-    /// Exit status, once the operation has ended and its output is read. The wait for the output
-    /// has a limit.
+    /// Exit status, once the operation has ended and its output is read, or
+    /// [`PATIENCE_TO_READ`] is over.
     pub(super) fn ended(&mut self) -> Option<ExitStatus> {
         let status = self.child.try_wait().ok().flatten()?;
         let seen = *self.seen.get_or_insert_with(Instant::now);
@@ -105,7 +104,7 @@ impl Operation {
         (!reads || seen.elapsed() >= PATIENCE_TO_READ).then_some(status)
     }
 
-    /// True after a request to end.
+    /// True if the operation was asked to end.
     pub(super) fn is_ending(&self) -> bool {
         self.asked.is_some()
     }
@@ -128,7 +127,6 @@ impl Operation {
         let _ = self.child.kill();
     }
 
-    /// Waits for the end of the operation.
     pub(super) fn wait(&mut self) {
         let _ = self.child.wait();
     }

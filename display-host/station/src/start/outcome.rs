@@ -130,7 +130,7 @@ fn texts(value: &Value) -> Vec<String> {
         .collect()
 }
 
-/// Organs that fell or shook, in the user's language.
+/// Organs that fell, shook or hold the instrument inside, in the user's language.
 fn unrest(summary: &Value, words: &Words) -> Vec<String> {
     let all = summary["unrest"].as_array().into_iter().flatten();
     let sentence = |it: &Value| {
@@ -146,7 +146,7 @@ fn unrest(summary: &Value, words: &Words) -> Vec<String> {
     all.filter_map(sentence).collect()
 }
 
-/// The run's warnings without those of organs that fell or shook.
+/// The run's warnings without those that [`unrest`] tells.
 fn other_warnings(summary: &Value) -> Vec<String> {
     let all = summary["unrest"].as_array().into_iter().flatten();
     let known: Vec<_> = all
@@ -158,13 +158,13 @@ fn other_warnings(summary: &Value) -> Vec<String> {
     warnings
 }
 
-/// Reasons for the outcome that this program knows.
+/// Reasons for the outcome, without kinds that this program does not know.
 fn reasons(summary: &Value) -> Vec<Reason> {
     let all = summary["reason_kinds"].as_array().into_iter().flatten();
     all.filter_map(|it| Reason::deserialize(it).ok()).collect()
 }
 
-/// Errors of the summary, each lesson with its close picture if there is one.
+/// Lessons of the summary's errors, each with its close picture if there is one.
 fn lessons(out: &Path, summary: &Value) -> Vec<LessonView> {
     let all = summary["alarms"].as_array().into_iter().flatten();
     let alarm = |(number, it): (usize, &Value)| {
@@ -178,7 +178,7 @@ fn lessons(out: &Path, summary: &Value) -> Vec<LessonView> {
         };
         Some((number, alarm))
     };
-    // Close pictures have the numbers of all alarms, also of those that this program does not know.
+    // The numbers of close pictures count all alarms, also those that this program does not know.
     let (numbers, alarms): (Vec<usize>, Vec<Alarm>) = all.enumerate().filter_map(alarm).unzip();
     let view = |lesson: Lesson| {
         let own = lesson.alarms.iter().filter_map(|it| alarms.get(*it));
@@ -195,7 +195,8 @@ fn lessons(out: &Path, summary: &Value) -> Vec<LessonView> {
     Lesson::of(&alarms).into_iter().map(view).collect()
 }
 
-/// Lost points that no error explains, and for which there is advice.
+/// Metrics with advice, and the points that they lost. Other metrics count errors, which the
+/// lessons explain.
 fn lost(summary: &Value, words: &Words) -> Vec<(String, f64)> {
     let all = summary["lost"].as_array().into_iter().flatten();
     let found = all.filter_map(|it| {

@@ -96,14 +96,14 @@ pub(super) fn of_station_file(words: &Words, error: &HardwareError) -> String {
     }
 }
 
-/// Message if a session gets no folder.
+/// Message for a session's folder that cannot be made.
 pub(super) fn of_folder(words: &Words, path: &Path, error: &std::io::Error) -> String {
     let path = path.display().to_string().into();
     let values = [("path", path), ("problem", error.to_string().into())];
     words.say_with("start-no-folder", &values)
 }
 
-/// Message if an operation cannot start.
+/// Message for a process that cannot start.
 pub(super) fn of_start(words: &Words, error: &std::io::Error) -> String {
     words.say_with("start-no-process", &[("problem", error.to_string().into())])
 }

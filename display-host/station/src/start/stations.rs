@@ -1,4 +1,4 @@
-//! Devices of the station before a start: those that the file names, those present, and those
+//! Devices on the start screen: those that the station file names, with their state, and those
 //! plugged in.
 
 use std::path::Path;
@@ -25,7 +25,7 @@ pub(super) fn look(start: &mut Start, words: &Words) {
     start.plugged_in = hardware::list::devices().iter().map(told).collect();
 }
 
-/// Name of a device, if it has one, and its path.
+/// Path of a device, with its name if udev knows a stable path for it.
 fn told(found: &Found) -> String {
     let path = found.path.display();
     match found.stable_path {

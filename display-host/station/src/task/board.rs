@@ -47,7 +47,7 @@ fn bulletin(task: Task, difficulty: Difficulty, assessment: &Assessment) -> Bull
         is_news.then(|| (metric.name().to_owned(), metric.unit().to_owned(), value))
     });
     Bulletin {
-        // An instructor sees everything, even in an exam, where the trainee does not.
+        // An instructor also sees what an exam hides from the trainee.
         task: view_of(task, Difficulty::Trainee, assessment.status()),
         difficulty: difficulty.name().to_owned(),
         alarms: newest

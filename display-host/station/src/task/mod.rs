@@ -47,15 +47,15 @@ pub(crate) struct Assigned {
     rules: Rules,
     /// Id of the session.
     id: String,
-    /// Trainee and store, if the result is to be kept.
+    /// Trainee and path of the store, if the result is to be kept.
     keep: Option<(String, PathBuf)>,
     /// True if a scripted hand works.
     is_scripted: bool,
 }
 
 impl Assigned {
-    /// Reads the requested task, if any. Checks its rules before anything starts. `is_scripted`:
-    /// nobody is there to take the emulated hand.
+    /// Reads the requested task, if any. Checks rules and trainee before anything starts.
+    /// `is_scripted`: no person works.
     pub(crate) fn read(args: &TaskArgs, is_scripted: bool) -> Result<Option<Self>, Problem> {
         let Some(task) = args.task else {
             return Ok(None);
@@ -88,13 +88,12 @@ impl Assigned {
         }))
     }
 
-    /// The task.
     pub(crate) fn task(&self) -> Task {
         self.task
     }
 
-    /// State in which the task begins, as [`CommandMsg::START`] numbers it. `None`: the task begins
-    /// with the organs at rest.
+    /// State in which the task begins, as [`CommandMsg::START`] numbers it. `None`: the state in
+    /// which the run begins.
     pub(crate) fn start(&self) -> Option<u32> {
         match self.sutures {
             Sutures::Own => Some(0),
@@ -102,7 +101,6 @@ impl Assigned {
         }
     }
 
-    /// Id of the session.
     pub(crate) fn id(&self) -> &str {
         &self.id
     }
@@ -118,7 +116,7 @@ impl Assigned {
         }
     }
 
-    /// Starts to assess the entries passed to the returned sender.
+    /// Starts a thread that assesses the entries passed to the returned sender.
     pub(crate) fn begin(
         self,
         scene: &SceneFile,
@@ -245,7 +243,7 @@ impl Ended {
 }
 
 impl Live {
-    /// Returns the result, once the recording has ended. `None`: the thread panicked.
+    /// Waits for the end of the recording and returns the result. `None`: the thread panicked.
     pub(crate) fn end(self) -> Option<Ended> {
         let assessed = self.thread.join().ok()?;
         Some(Ended {
@@ -281,7 +279,8 @@ fn follow(
     assessment.end()
 }
 
-/// State in which a task begins with given sutures, as [`CommandMsg::START`] numbers it.
+/// State in which a task with given sutures begins, as [`CommandMsg::START`] numbers it. `None`:
+/// the state in which the run begins.
 pub(crate) fn begins(task: Task) -> Option<u32> {
     match task {
         Task::Identify => Some(1),

@@ -3,7 +3,8 @@
 use assess::{Difficulty, Outcome, Status, Task};
 use display_host::ui::{TaskEnd, TaskNote, TaskView};
 
-/// The task's state as the trainee sees it.
+/// State of the task as the trainee sees it. An exam hides steps, alarm, hold and score until its
+/// end.
 pub(super) fn view_of(task: Task, difficulty: Difficulty, status: Status) -> TaskView {
     let is_over = status.outcome != Outcome::Running;
     let open = is_over || difficulty != Difficulty::Exam;

@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// A station's store with two sessions of Zaphod and one of Bo; the ids of Zaphod's.
+/// Makes a station's store with two sessions of Zaphod and one of Bo. Returns the ids of Zaphod's
+/// sessions.
 fn shared(path: &Path) -> [String; 2] {
     let mut store = Store::open(path).unwrap();
     let own = [session(100, "cut", 1.0), session(200, "cut", 2.0)];
@@ -77,7 +78,7 @@ fn sessions_of_a_forgotten_trainee_are_known_under_any_name() {
     let mut store = Store::open(&station).unwrap();
     store.forget("Zaphod", 300).unwrap();
     assert_eq!(store.merge(&path).unwrap().left_out_sessions, 1);
-    // Nor can it be added from its recording.
+    // Nor can the session be added from its recording.
     let error = store.add_recorded("Anybody", &same).unwrap_err();
     assert!(matches!(error, StoreError::Forgotten { .. }), "{error}");
     assert!(
@@ -107,7 +108,7 @@ fn who_comes_back_begins_anew() {
     centre.merge(&station).unwrap();
     assert_eq!(centre.merge(&old).unwrap().left_out_sessions, 2);
     assert_eq!(centre.sessions("Zaphod", None).unwrap(), [new]);
-    // Forgotten again, the newest time counts.
+    // If Zaphod is forgotten again, the newest time counts.
     store.forget("Zaphod", 500).unwrap();
     let between = session(450, "cut", 5.0);
     assert!(store.add_session("Zaphod", &between).is_err());

@@ -123,7 +123,7 @@ fn a_store_of_version_1_becomes_one_of_this_version_and_loses_nothing() {
         let (_folder, path) = folder();
         let ids = first(&path, has_scripted);
         let before = std::fs::read(&path).unwrap();
-        // Reading shows it as it will be, and leaves it as it is.
+        // Reading shows the store as the migration will make it, and leaves the file as it is.
         check(&Store::read(&path).unwrap(), &ids, has_scripted);
         assert_eq!(std::fs::read(&path).unwrap(), before);
         // So does merging it.

@@ -138,10 +138,9 @@ impl<'a> Player<'a> {
         });
     }
 
-    /// Goes to a state before a moment of the session. If the moment is still ahead and no
-    /// checkpoint lies before it on the way, the state stays as it is. Otherwise the last
-    /// checkpoint before the moment is restored, and the number of ticks before that checkpoint is
-    /// returned.
+    /// Goes to a state before a moment of the session. If the moment is ahead and no checkpoint
+    /// lies between here and the moment, the state stays as it is. Otherwise the last checkpoint
+    /// before the moment is restored, and the number of ticks before that checkpoint is returned.
     pub(super) fn go_before(&mut self, at_ns: u64) -> Option<u64> {
         let kept = self.keeper.before(at_ns)?;
         let is_ahead = self.time.passed_ns < at_ns || self.ran == 0;

@@ -57,9 +57,9 @@ pub struct Shown {
 
 /// Shows the ticks from `open` on `station` until `stop` is set. The first frame stands still until
 /// `begun` is set. At the end the last frame stands still. Commands of a display pause the show,
-/// change its speed, seek any moment, or restart it (reset). `each` sees every tick once, as soon
-/// as it has run; `tell` receives the state of the show. The calling thread needs a stack of
-/// several megabytes.
+/// change its speed, seek any moment, restart it (reset) or end it. `open` is called again after
+/// each jump to a checkpoint. `each` sees every tick once, as soon as it has run; `tell` receives
+/// the state of the show. The calling thread needs a stack of several megabytes.
 ///
 /// # Errors
 /// When the station has a controller, the core refuses the scene, or the session ends before
@@ -309,7 +309,7 @@ impl Stage {
         self.sent_ns = monotonic_ns();
         let paused = u32::from(self.paused) * PAUSED;
         self.tools.switches = self.tools.switches & !PAUSED | paused;
-        // Sending fails only when the service is gone.
+        // A frame that cannot be sent is dropped. The next frame replaces it.
         let _ = self.controller.state.send_copy(*self.state);
         let _ = self.controller.tools.send_copy(*self.tools);
         self.controller.greet();

@@ -1,5 +1,5 @@
-//! Parts of the debrief beside its judgement: what does not count, the simulation's timing, and the
-//! definitions.
+//! Parts of the debrief beside its judgement: times that do not count, the simulation's timing, and
+//! the definitions.
 
 use figures::html::escape;
 
@@ -7,11 +7,12 @@ use super::Page;
 use crate::metrics::{Metric, Values};
 use crate::report::Chapter;
 
-/// Largest noise of the handle that adds less than 5 mm a minute to the path of a resting hand, mm
-/// (`tally/hands`; the test `a_resting_hand_with_a_noisy_device_rests_at_every_rate` measures it).
+/// Noise of the handle up to which the page promises less than 5 mm of path a minute for a resting
+/// hand, mm (the test `a_resting_hand_with_a_noisy_device_rests_at_every_rate` checks the promise
+/// at 100 Hz).
 const NOISE_MAX_MM: f64 = 0.7;
 
-/// Reports if the simulation kept up with real time.
+/// Writes the durations of the simulation's ticks, and how many were late or missed.
 pub(super) fn ticks(page: &mut Page<'_>, chapter: &Chapter) {
     let Some(ticks) = &chapter.ticks else {
         return;

@@ -15,7 +15,7 @@ pub(super) fn pictures(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("<div class=\"frames\">"));
     for (caption, bytes) in &chapter.pictures {
         let data = base64::engine::general_purpose::STANDARD.encode(bytes);
-        // Pictures of a run are named after their files, others have captions.
+        // A caption that is a file's name has a message. Other captions are shown as they are.
         let id = format!("picture-{}", caption.replace(' ', "-"));
         let caption = match page.words.has(&id) {
             true => page.say(&id),
@@ -62,7 +62,8 @@ pub(super) fn past(page: &mut Page<'_>, chapter: &Chapter) {
         let text = |value: Option<f64>| {
             value.map_or("–".to_owned(), |value| page.words.number(value, 2))
         };
-        // Less is better for all metrics except economy, for which no direction is better.
+        // Of the metrics compared here, less is better for all except economy, which has no better
+        // direction.
         let best = match metric {
             Metric::Economy => None,
             _ => before().copied().min_by(f64::total_cmp),

@@ -90,7 +90,7 @@ pub(super) fn pass_rules(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!("</table>"));
 }
 
-/// Origin of a rule, quoted as the file has it, or that it has none.
+/// Source of a rule as the rules have it, or a message that the rule has none.
 fn source(page: &Page<'_>, text: &str) -> String {
     match text {
         "" | NO_SOURCE => page.say("page-no-source"),
@@ -211,7 +211,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// Says of a side whether the critical view was held there, and when.
+/// Says whether and when the critical view was shown or held from a side.
 fn view_shown(page: &mut Page<'_>, side: &str, shown: Option<Shown>) {
     let text = match shown {
         Some(it) => {
@@ -251,7 +251,7 @@ fn view_rule(page: &mut Page<'_>, rule: &ViewRule) {
     ));
 }
 
-/// Writes how the hand moved: shown, and not scored.
+/// Writes metrics of the hand's motion, which are shown and not scored.
 pub(super) fn handling(page: &mut Page<'_>, chapter: &Chapter) {
     page.heading("page-handling");
     page.columns(&["<metric", "page-value"]);

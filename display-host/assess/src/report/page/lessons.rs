@@ -10,7 +10,7 @@ use crate::report::lesson::Lesson;
 use crate::report::{CLOSE_MAX, Chapter};
 use crate::step::Reason;
 
-/// Largest number of times of one lesson.
+/// Largest number of moments that a lesson lists.
 const TIMES_MAX: usize = 6;
 
 pub(super) fn write(page: &mut Page<'_>, chapter: &Chapter) {
@@ -117,7 +117,7 @@ fn clock(seconds: f64) -> String {
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
-/// Command that shows the moment of a session again.
+/// Command that replays a session from this moment.
 fn replay_command(session: &str, session_s: f64) -> String {
     let session = session.replace('\'', "'\\''");
     format!("calot replay '{session}' --at {session_s:.1}")

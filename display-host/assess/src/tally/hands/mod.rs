@@ -12,18 +12,20 @@
 //! 2. Two low-pass stages of 6 Hz follow, the usual limit for the course of a hand (Winter,
 //!    Biomechanics and Motor Control of Human Movement). White noise with a standard deviation of
 //!    σ in each sample keeps 0.31 σ at 100 Hz, 0.52 σ at 30 Hz.
-//! 3. A point follows the hand on a leash. The point stands still until the hand has gone that
-//!    far, so the noise that is left does not move it. The path is the point's path.
-//! 4. The point's path in the last 0.2 s tells movement from rest. Each has a threshold of its own.
+//! 3. A point follows the hand on a leash. The point stands still until the hand is farther away
+//!    than the leash is long, so the noise that is left does not move it. The path of the hand is
+//!    the point's path.
+//! 4. A movement begins and ends when the point's path in the last 0.2 s passes a threshold, one
+//!    for the beginning and a lower one for the end.
 //! 5. The smoothness of a movement comes from the spectrum of its speed ([`smooth`]), for which two
-//!    more stages of 6 Hz smooth the hand.
+//!    more stages of 6 Hz smooth the position.
 //!
 //! Noise of 0.3 mm at 30 Hz keeps 0.16 mm an axis after the second step. The leash of 0.8 mm is
 //! five times as long. The window of 0.2 s holds two samples of a device with 10 Hz. In a shorter
-//! one, the stairs of such a device end a movement between two samples.
+//! window, a movement would end between two samples, while such a device's position stands still.
 //!
-//! The tests `tests::hand` hold a movement at 10 Hz to 1 kHz against each other, with and without
-//! noise. `evaluate hands` does so with the hands of surgeons and novices.
+//! The tests `tests::hand` compare movements sampled at 10 Hz to 1 kHz, with and without noise.
+//! `evaluate hands` does so with the hands of surgeons and novices.
 
 mod smooth;
 mod track;
@@ -95,7 +97,7 @@ pub(crate) struct Hands {
     totals: Totals,
 }
 
-/// The two tracks and what they have in common.
+/// The two tracks, and times of rest and movement of both.
 #[derive(Debug, Clone, Default)]
 struct Totals {
     tracks: [Track; 2],
@@ -147,7 +149,7 @@ impl Hands {
         });
     }
 
-    /// Marks a time without records.
+    /// Ends rest and movements before a time that does not count.
     pub(crate) fn gap(&mut self) {
         self.grid = Grid::default();
         self.totals.end_rest();
@@ -170,8 +172,8 @@ impl Hands {
     }
 }
 
-/// The path of the middle of the picture, a working distance before the lens: a picture that
-/// shakes or drifts has a long one.
+/// Path of the point in the middle of the picture at a working distance before the lens. If the
+/// picture shakes or drifts, the path is long.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Sight {
     grid: Grid<1>,

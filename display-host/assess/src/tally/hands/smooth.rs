@@ -1,12 +1,12 @@
 //! Smoothness of movements: the spectral arc length of their speed.
 //!
 //! The amplitude spectrum of the speed is divided by its value at 0 Hz. Its length as a curve, from
-//! 0 Hz to the last frequency with an amplitude of [`LEAST`], is the less the smoother the movement
-//! is. With its sign turned, −1.6 is one bell of speed, and each hesitation adds to it. The measure
-//! (SPARC) depends neither on the movement's size nor on its duration, and it differentiates
-//! nothing, so noise harms it less than measures of jerk: S. Balasubramanian, A. Melendez-Calderon,
-//! A. Roby-Brami, E. Burdet, On the analysis of movement smoothness, J. NeuroEng. Rehabil. 12:112,
-//! 2015, whose limits are taken.
+//! 0 Hz to the last frequency with an amplitude of [`LEAST`], is the shorter, the smoother the
+//! movement is. The smoothness is the negative length: −1.4 for one bell of speed, and less for
+//! each hesitation. The measure (SPARC) depends neither on the movement's size nor on its duration,
+//! and it differentiates nothing, so noise harms it less than measures of jerk: S. Balasubramanian,
+//! A. Melendez-Calderon, A. Roby-Brami, E. Burdet, On the analysis of movement smoothness, J.
+//! NeuroEng. Rehabil. 12:112, 2015. The limits here are those of this paper.
 
 use std::f64::consts::TAU;
 
@@ -14,13 +14,13 @@ use super::GRID_S;
 
 /// Highest frequency of the spectrum, Hz.
 const HIGHEST_HZ: f64 = 10.0;
-/// Least amplitude that counts, as a share of that at 0 Hz.
+/// Least amplitude that counts, as a share of the amplitude at 0 Hz.
 const LEAST: f64 = 0.05;
-/// Number of frequencies in the reciprocal of a movement's duration, as zero padding by four powers
-/// of two gives.
+/// Number of frequencies in each interval of 1 / duration of a movement: as many as zero padding to
+/// 16 times the length gives.
 const FINENESS: f64 = 16.0;
 /// Number of points after which a longer movement is cut: 5 s. Chains of movements without a rest
-/// would otherwise count as one that hesitates.
+/// would otherwise count as one movement that hesitates.
 const LONGEST: usize = 500;
 
 /// Mean smoothness of movements, weighted by their duration.

@@ -32,8 +32,8 @@ struct Step {
 pub(crate) struct Track {
     path_m: f64,
     movements: u32,
-    /// The four low-pass stages; `None` after a gap. The path takes the second, and the speed of a
-    /// movement the last: noise makes more of a speed than of a path.
+    /// The four low-pass stages; `None` after a gap. The path comes from the second stage and the
+    /// speed of a movement from the last, because noise disturbs a speed more than a path.
     stages: Option<[Vec3; 4]>,
     /// The point on the leash.
     held: Vec3,
@@ -142,7 +142,7 @@ impl Track {
         self.movements
     }
 
-    /// Straight distance over path length, for all movements.
+    /// Straight distance over path length, for all movements with the present one; NaN without one.
     pub(crate) fn economy(&self) -> f64 {
         let mut whole = self.clone();
         whole.end_movement();

@@ -1,8 +1,8 @@
 //! Screens of `calot devices feel --window`, the test of a haptic device by hand: a pure function
 //! from the state of the test to widgets and the person's wishes.
 //!
-//! While the handle pushes, and until the person has said which way, the picture hides force and
-//! handle: the person must feel the answer, not read it.
+//! While the handle pushes in order to be felt, and until the person has named the direction, the
+//! window hides force and position: the person must feel the answer, not read it.
 
 mod numbers;
 mod outcome;
@@ -91,7 +91,7 @@ pub enum Screen {
     Move {
         /// Direction.
         way: Way,
-        /// Length, m.
+        /// Length of the move, m.
         way_m: f32,
     },
     /// Hold the handle loosely before it pushes.
@@ -267,7 +267,7 @@ impl View {
         }
     }
 
-    /// True while the picture must hide what the person must feel.
+    /// True while the window must hide what the person must feel.
     const fn is_secret(&self) -> bool {
         matches!(
             self.screen,

@@ -1,4 +1,4 @@
-//! Progress: the parts of the test, and the step in the present part.
+//! Progress of `calot devices feel`: its parts, and the step of the present part.
 
 use egui::{Color32, Frame, Margin, RichText, Stroke, Ui};
 
@@ -13,7 +13,7 @@ pub enum Part {
     Move,
     /// The handle pushes.
     Push,
-    /// The handle opens and shuts.
+    /// The person shuts and opens the handle, then it pushes the fingers.
     Opening,
     /// The handle presses on a scale.
     Scale,
@@ -53,11 +53,11 @@ const LATER: Color32 = Color32::from_gray(38);
 pub struct Progress {
     /// Present part.
     pub part: Part,
-    /// Number of the present step of the part, from 1, and how many it has.
+    /// Number of the present step, from 1, and the number of steps of the part.
     pub step: [usize; 2],
 }
 
-/// Shows the parts in a row, with the part of the opening only if the handle `opens`.
+/// Shows the parts in a row. [`Part::Opening`] is left out if the handle does not open.
 pub(super) fn show(ui: &mut Ui, words: &Words, progress: &Progress, opens: bool) {
     ui.horizontal_wrapped(|ui| {
         let has = |part: &Part| opens || *part != Part::Opening;

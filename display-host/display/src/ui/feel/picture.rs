@@ -6,7 +6,7 @@ use egui::{Align2, Color32, FontId, Painter, Pos2, Sense, Stroke, Ui, Vec2, pos2
 use super::{Screen, View};
 use crate::ui::screens::BODY;
 
-/// Offset in the picture of a point one unit nearer to the person, in the same units.
+/// Offset in the picture, y down, for one unit towards the person, in the same unit.
 const TOWARDS: Vec2 = Vec2::new(-0.5, 0.38);
 /// Share of the picture's smaller side that the workspace's radius takes.
 const RADIUS_SHARE: f32 = 0.36;

@@ -22,7 +22,7 @@ const SIDE_BY_SIDE: f32 = 1100.0;
 pub struct Debrief {
     /// Name of the trainee; empty: a guest, whose session was not saved.
     pub trainee: String,
-    /// True if the expert operated, and not a person.
+    /// True if the scripted expert operated.
     pub watched: bool,
     /// Name of the task.
     pub task: String,

@@ -1,5 +1,5 @@
-//! Lessons of a debrief: what went wrong, what to do next time, a close picture of it, and buttons
-//! that replay the moments.
+//! Lessons of a debrief: the errors, advice for the next time, a close picture of each error, and
+//! buttons that replay its moments.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub struct LessonView {
     pub note: TaskNote,
     /// Its moments: time since the task began, and time in the recording, s.
     pub moments: Vec<[f64; 2]>,
-    /// Close picture of the first one.
+    /// Close picture of the first moment.
     pub close: Option<ClosePicture>,
 }
 
@@ -147,7 +147,7 @@ fn next_time(ui: &mut Ui, words: &Words, advice: &str) {
     ui.label(RichText::new(text));
 }
 
-/// Shows when it happened, with a button for each moment that can be replayed.
+/// Shows the moments of an error, as buttons if they can be replayed.
 fn moments(
     ui: &mut Ui,
     words: &Words,

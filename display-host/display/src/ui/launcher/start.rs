@@ -49,7 +49,7 @@ pub struct StartForm {
     pub emulated: bool,
     /// The interface's language.
     pub language: Language,
-    /// Look of the interface, and lead of mouse and keyboard.
+    /// Look of the interface, and settings of mouse and keyboard.
     pub look: Look,
 }
 

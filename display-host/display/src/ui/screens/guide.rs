@@ -1,4 +1,4 @@
-//! Card of a guided step: a moving picture, one sentence, the goal, and what comes next.
+//! Card of a guided step: a moving picture, one sentence, the goal, and the next step.
 
 use assess::Hint;
 use egui::{ProgressBar, RichText, Ui, vec2};
@@ -25,8 +25,8 @@ pub(super) fn is_of(task: &TaskView) -> bool {
     task.task == TASK && task.hint.is_some()
 }
 
-/// Shows the present step of a guided task, only its sentence if the place is tight. Returns false
-/// if there is none.
+/// Shows the present step of a guided task; in a tight picture, only the step's sentence. Returns
+/// false if there is no such step.
 pub(super) fn show(ui: &mut Ui, state: &UiState, task: &TaskView, is_tight: bool) -> bool {
     let words = &state.words;
     let Some(hint) = task.hint.as_ref().filter(|_| task.task == TASK) else {
@@ -75,7 +75,7 @@ fn small(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).size(OTHER));
 }
 
-/// When the step is done.
+/// Condition under which the step is done.
 fn goal(words: &Words, step: &assess::Step) -> String {
     use assess::Step;
     words.say(match step {

@@ -1,5 +1,5 @@
-//! Something to be shown and held: a reticle in the middle of the picture, a ring around it that
-//! fills, and what the picture still lacks.
+//! Display of a running hold: a reticle in the middle of the picture, a ring around it that fills,
+//! and a text that names the thing that the picture lacks.
 
 use egui::{Align2, Color32, FontId, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 
@@ -7,7 +7,7 @@ use super::super::UiState;
 
 /// Radius of the ring, as a share of the picture's height.
 const RING: f32 = 0.17;
-/// Widths of the ring, points.
+/// Widths, points. The white ring is 1.5 narrower than the first; the filled part has the second.
 const WIDTHS: [f32; 2] = [3.0, 6.0];
 /// Half of the gap in the reticle, and the length of its arms, points.
 const GAP: f32 = 6.0;
@@ -24,7 +24,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState) {
     };
     let painter = ui.painter().with_clip_rect(place);
     let (middle, radius) = (place.center(), RING * place.height());
-    // Dark below light is seen on any tissue.
+    // White over a wider dark line is visible on any tissue.
     for (colour, more) in [(Color32::from_black_alpha(170), 2.0), (Color32::WHITE, 0.0)] {
         for way in [
             vec2(1.0, 0.0),

@@ -19,11 +19,11 @@ const HELP: f32 = 14.0;
 const SIDE: f32 = 236.0;
 /// Space between the left column and the alarm, including margins and frames, points.
 const CLEAR: f32 = 62.0;
-/// Width of the picture, points. On a narrower one, as with large text, cards hold only what
-/// changes.
+/// Width of the picture, points. In a narrower picture, as with large text, the cards show only
+/// time, next step and result.
 const TIGHT: f32 = 480.0;
-/// Width of the picture, points. On a narrower one, a result or pause in the middle hides the other
-/// cards, which it would cover.
+/// Width of the picture, points. In a narrower picture, a result or pause in the middle replaces
+/// the other cards, because it would cover them.
 const NARROW: f32 = 900.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
@@ -39,7 +39,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
         if let Some(task) = task {
             stands(ui, place, state, task);
         }
-        // In a tight place the panel has the alarm.
+        // In a tight picture only the panel shows the alarm.
         let alarmed = task.filter(|_| !is_tight(place));
         if let Some(note) = alarmed.and_then(|task| task.alarm.as_ref()) {
             alarm(ui, place, &state.words, note);
@@ -158,7 +158,7 @@ fn foot(ui: &Ui, place: Rect, state: &UiState) {
     });
 }
 
-/// Place of a card in the middle: in a tight picture, also the black around it.
+/// Place for a card in the middle: the picture, or the whole black area if the picture is tight.
 pub(super) fn roomy(ui: &Ui, place: Rect) -> Rect {
     match is_tight(place) {
         true => ui.max_rect(),

@@ -47,7 +47,7 @@ pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<
     }
 }
 
-/// Requests by keys while the settings are open; `None`: the picture's keys apply.
+/// Requests by keys while the settings are open. `None` if they are closed.
 pub(super) fn keys(ui: &Ui, state: &UiState) -> Option<Vec<Asked>> {
     let table = [
         (Key::Escape, Asked::ShowSettings(false)),
@@ -61,7 +61,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Option<Vec<Asked>> {
         .then(|| chosen.map(|(_, asked)| asked).collect())
 }
 
-/// Text legible from two metres away.
+/// Sets sizes of text that are legible from two metres away.
 pub(super) fn legible(ui: &mut Ui) {
     let style = ui.style_mut();
     for name in [TextStyle::Body, TextStyle::Button] {

@@ -11,14 +11,14 @@ const SIZES: [u16; 5] = [80, 100, 125, 150, 200];
 /// Sensitivities of mouse and keyboard to choose from, per cent.
 const SENSITIVITIES: [u16; 5] = [50, 75, 100, 150, 200];
 
-/// Choices of how the interface looks and how the hand leads.
+/// Choices for the look of the interface, and for mouse and keyboard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Look {
     /// Size of all text, per cent of the default.
     pub text_percent: u16,
     /// True for the theme of high contrast.
     pub high_contrast: bool,
-    /// True for a left hand at the mouse: its buttons and the panel change sides.
+    /// True for a left hand at the mouse: the mouse's buttons and the panel change sides.
     pub left_handed: bool,
     /// Motion of the instrument for a motion of mouse or key, per cent of the default.
     pub sensitivity_percent: u16,
@@ -40,7 +40,7 @@ impl Default for Look {
 pub struct Settings {
     /// The interface's language.
     pub language: Language,
-    /// Look of the interface, and lead of the hand.
+    /// Look of the interface, and settings of mouse and keyboard.
     pub look: Look,
     /// True if sound is on.
     pub sound: bool,

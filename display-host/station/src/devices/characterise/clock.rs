@@ -11,7 +11,7 @@ use rt_process::time_driver::now_ns;
 use crate::devices::typed::typed_lines;
 use crate::say;
 
-/// Lateness after which the grid of milliseconds restarts at the present time, ns.
+/// Lateness of a step from which the milliseconds restart at the present time, ns.
 const LATE_NS: u64 = 20_000_000;
 const MILLISECOND_NS: u64 = 1_000_000;
 /// Interval at which the wait for Enter checks for Ctrl-C.
@@ -25,7 +25,7 @@ pub(super) struct RealClock {
 }
 
 impl RealClock {
-    /// A clock that Ctrl-C, which sets `stop`, or Enter ends.
+    /// Makes a clock that ends on Enter, and on Ctrl-C, which sets `stop`.
     pub(super) fn new(stop: Arc<AtomicBool>) -> Self {
         Self {
             stop,

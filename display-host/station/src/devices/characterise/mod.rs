@@ -27,7 +27,7 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// `SCHED_FIFO` priority of the measurement, the same as that of the tick.
+/// `SCHED_FIFO` priority of the measurement: the default of the tick.
 const PRIORITY: u8 = 80;
 /// Time that a person gets to let the handle go, s.
 const LET_GO_S: f64 = 3.0;
@@ -49,7 +49,7 @@ pub(super) fn run(args: &CharacteriseArgs) -> Result<ExitCode, Problem> {
     // The experiments have a thread of their own, so that only they have the tick's priority.
     let experiments = std::thread::scope(|scope| {
         let experiments = scope.spawn(|| {
-            // If Linux refuses the priority, the records hold the real times of late steps.
+            // If Linux refuses the priority, steps may be late. The records hold their real times.
             let _ = realtime::take_fifo(PRIORITY);
             experiments(args, &spec, &mut clock)
         });

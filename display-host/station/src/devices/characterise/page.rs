@@ -12,12 +12,12 @@ use crate::problem::Problem;
 
 /// Largest number of points of a measured course that the chart draws.
 const POINTS: usize = 250;
-/// Time between two points from which on no line joins them, ms: the handle was not seen there.
+/// Time between two samples from which no line joins them, ms, because the handle was not seen in
+/// between.
 const GAP_MS: f64 = 3.0;
 /// First colour of charts with a measurement and its model: green, then black.
 const GREEN: usize = 7;
 
-/// The whole page.
 pub(super) fn html(path: &Path, found: &Characterised) -> Result<String, Problem> {
     let mut body = format!(
         "<h1>Calot: a haptic device measured</h1><p class=\"lead\">{}, with forces up to {:.2} N</p>{}",

@@ -5,15 +5,15 @@ use std::f64::consts::PI;
 use figures::panels::{Panel, Scale, Series};
 use hardware::characterise::{Characterised, STIFFEST_N_M, TREMOR_M_S, rendered_n_m};
 
-/// Viscous dampings of the map's devices, N s/m (`tests/evaluate/src/haptics`).
+/// Viscous dampings of the map's devices (`tests/evaluate/src/haptics`) except 0, N s/m.
 const DAMPINGS: [f64; 5] = [0.1, 0.2, 0.5, 1.0, 2.0];
 /// The map's Touch: its damping, N s/m, and dry friction, N.
 const TOUCH: (f64, f64) = (0.2, 0.26);
 /// Delays of the chart, ms. The map ends at 5 ms.
 const DELAYS_MS: [f64; 9] = [0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 7.5, 10.0];
 
-/// The map's devices with their dampings, N s/m, from the least. The Touch's dry friction counts as
-/// viscous damping.
+/// The map's devices with their dampings, N s/m, least first. The Touch's includes its dry
+/// friction at the speed of a tremor.
 fn devices() -> Vec<(String, f64)> {
     let viscous = DAMPINGS.iter().map(|it| (format!("{it} N s/m"), *it));
     let touch = (
@@ -25,7 +25,7 @@ fn devices() -> Vec<(String, f64)> {
     all
 }
 
-/// A sentence that says between which devices of the map this one lies.
+/// A sentence that says between which devices of the map the measured device lies.
 pub(super) fn sentence(found: &Characterised) -> Option<String> {
     let (damping, delay) = (found.damping_n_s_m()?, found.delay_s()?);
     let rate_hz = found.declared.rate_hz;
@@ -58,7 +58,8 @@ pub(super) fn sentence(found: &Characterised) -> Option<String> {
     ))
 }
 
-/// The chart: a line for each device of the map, and this device as measured and as declared.
+/// The chart: lines for the map's devices, and points for this device: declared, measured, and its
+/// stiffest still wall.
 pub(super) fn panel(found: &Characterised) -> Panel {
     let rate_hz = found.declared.rate_hz;
     let line = |(name, damping): (String, f64)| Series {

@@ -55,10 +55,9 @@ pub(super) struct Line {
     pub(super) declared: String,
 }
 
-/// Rows of the table.
 pub(super) fn rows(found: &Characterised) -> Vec<Line> {
     let cell = |of: Estimate, factor: f64, decimals: usize| {
-        // Rounded first, because a small negative value would become "-0.000".
+        // Round first, because a small negative value would become "-0.000".
         let unit = 10f64.powi(decimals as i32);
         let rounded = (of.value * factor * unit).round() / unit + 0.0;
         format!("{rounded:.decimals$} ± {:.decimals$}", of.error * factor)
@@ -79,7 +78,7 @@ pub(super) fn rows(found: &Characterised) -> Vec<Line> {
     .collect()
 }
 
-/// Axes that were not measured, and comparisons.
+/// Sentences about axes that were not measured, the echo of a command, and comparisons.
 pub(super) fn sentences(found: &Characterised) -> Vec<String> {
     let axes = NAMES.iter().zip(&found.axes);
     let axes = axes.filter_map(|(name, of)| Some((*name, of.as_ref()?.as_ref().err()?)));

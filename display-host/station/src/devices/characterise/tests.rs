@@ -1,4 +1,4 @@
-//! Table, page and place of a device with known figures.
+//! Tests of table, page and place on a device with known figures.
 
 use std::path::Path;
 

@@ -23,8 +23,8 @@ impl Pace {
         }
     }
 
-    /// Waits for the next millisecond and returns its time, ns. Milliseconds that were missed are
-    /// not made up for.
+    /// Waits for the next millisecond and returns the time, ns. A late call returns at once, and
+    /// the next millisecond counts from then.
     pub(super) fn wait(&mut self) -> u64 {
         self.due += Duration::from_millis(1);
         match self.due.checked_duration_since(Instant::now()) {

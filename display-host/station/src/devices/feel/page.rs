@@ -7,7 +7,6 @@ use figures::times;
 use hardware::conformance::CheckOutcome;
 use hardware::feel::{Felt, Point};
 
-/// The whole page.
 pub(super) fn page(felt: &Felt) -> String {
     let device = escape(&felt.report.device);
     let mut page = format!(

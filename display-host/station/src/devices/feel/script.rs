@@ -1,4 +1,4 @@
-//! Leads a program that has a force sensor through `feel`. Both sides write one JSON object a line.
+//! Leads a program that has a force sensor through `feel`. Both write one JSON object per line.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
@@ -27,7 +27,6 @@ pub(super) struct Script {
 }
 
 impl Script {
-    /// Starts the program.
     pub(super) fn start(path: &Path, stop: Arc<AtomicBool>) -> Result<Self, Problem> {
         let mut program = Command::new(path)
             .stdin(Stdio::piped())
@@ -66,7 +65,7 @@ impl Script {
         }
     }
 
-    /// Asks, and waits for an answer that `read` understands.
+    /// Asks, and waits for an answer that `read` understands. `None`: none came in time.
     fn ask<T>(&mut self, ask: &Value, read: impl Fn(&Value) -> Option<T>) -> Option<T> {
         self.write(ask);
         let start = Instant::now();

@@ -3,7 +3,7 @@
 /// Weight of a gram, N.
 const GRAM_N: f32 = 9.81e-3;
 
-/// Weight of the grams that were typed, N. `None`: the text is no weight.
+/// Weight of the grams that were typed, N. `None`: the text is no number.
 pub(super) fn weight_n(grams: &str) -> Option<f32> {
     let grams: f32 = grams.trim().replace(',', ".").parse().ok()?;
     grams.is_finite().then_some(grams * GRAM_N)

@@ -1,4 +1,4 @@
-//! The person's end of the window: it shows screens and sends answers.
+//! The person's side of the window: shows the test's screens and sends answers.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -31,7 +31,7 @@ pub(super) struct Desk {
 }
 
 impl Desk {
-    /// Makes a page, and the guide that leads the person at it through the test. Ctrl-C sets
+    /// Makes a page, and the guide that leads the person at this page through the test. Ctrl-C sets
     /// `stop`.
     pub(super) fn new(
         words: Words,
@@ -135,7 +135,7 @@ impl Page for Desk {
                 }
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => {
-                    // Results stay until the person has read them.
+                    // Results stay until the person closes them.
                     self.is_over |= !matches!(self.view.screen, Screen::Ended(_));
                     break;
                 }

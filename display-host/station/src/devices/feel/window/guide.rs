@@ -1,4 +1,4 @@
-//! The test's end of the window: it sends screens and takes answers, and never waits.
+//! The test's side of the window: sends screens and takes answers, and never waits for the window.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};

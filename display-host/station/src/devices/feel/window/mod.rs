@@ -90,7 +90,7 @@ pub(super) fn lead(
         let test = named.spawn_scoped(threads, test)?;
         let shown = show_page_apart(SIZE, stop, desk);
         no_window.store(shown.is_err() && !signs.is_seen(), SeqCst);
-        // Without a window nobody can answer, so the test ends, and every force with it.
+        // Without a window nobody can answer. So end the test and every force.
         signs.halt();
         let passed = test
             .join()

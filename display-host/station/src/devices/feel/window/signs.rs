@@ -1,4 +1,4 @@
-//! Flags that the window sets for the test. Neither waits for the other.
+//! Flags that the window sets and the test reads, so that neither waits for the other.
 
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 
@@ -20,7 +20,7 @@ impl Signs {
         self.seen.load(SeqCst)
     }
 
-    /// Asks the test to end now, and every force with it.
+    /// Asks the test to end itself and every force now.
     pub(super) fn halt(&self) {
         self.halt.store(true, SeqCst);
     }

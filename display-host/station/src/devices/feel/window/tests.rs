@@ -1,4 +1,4 @@
-//! Tests with the answers of a person, without a window.
+//! Tests of page and guide with a person's answers. No window opens.
 
 use std::sync::Mutex;
 use std::thread::JoinHandle;
@@ -53,7 +53,7 @@ fn led() -> (Desk, Windowed, Arc<Signs>) {
     (desk, guide, signs)
 }
 
-/// A test that runs until the handle pushes.
+/// Starts a test by hand, and leads it until the handle pushes.
 fn pushing() -> (Desk, Arc<Mutex<ForceCommand>>, JoinHandle<String>) {
     let (mut desk, mut guide, _) = led();
     let newest = Arc::new(Mutex::new(ForceCommand::default()));
