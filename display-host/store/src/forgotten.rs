@@ -103,8 +103,8 @@ impl Forgotten {
 impl Store {
     /// Deletes a trainee with all sessions, sheets and answers, and overwrites the data. Leaves
     /// marks by which [`Store::merge`] keeps out what began until `at_unix_s`, and an errand to
-    /// each centre that was sent results ([`Store::withdrawals`]). Returns the paths of the trainee's
-    /// recordings; the recordings themselves stay.
+    /// each centre that was sent results ([`Store::withdrawals`]). Returns the paths of the
+    /// trainee's recordings; the recordings themselves stay.
     ///
     /// # Errors
     /// When no trainee has this name, the file cannot be written, or the deleted data would stay in

@@ -25,9 +25,9 @@
 //!   rater did not know who operated.
 //! - `forgotten_trainee`: no name can be read from it, but whoever has the file can test a guess.
 //! - `destination`: `address` has no password.
-//! - `delivery`: `state` is `there`, `differs` (the centre holds another
-//!   session of this id, which stays), `forgotten` (the centre forgot this person later) or
-//!   `left-out` (nothing that such a centre takes). A new sheet, cohort or consent removes the note.
+//! - `delivery`: `state` is `there`, `differs` (the centre holds another session of this id, which
+//!   stays), `forgotten` (the centre forgot this person later) or `left-out` (nothing that such a
+//!   centre takes). A new sheet, cohort or consent removes the note.
 //! - `withdrawal`: `person` is a UUID of version 5, from which no name can be read, but whoever has
 //!   the file can test a guess. `sessions` is a JSON array of ids. The row goes with its errand.
 //!
