@@ -431,6 +431,15 @@ mod tests {
     }
 
     #[test]
+    fn the_schema_in_a_session_describes_every_kind_of_entry() {
+        let topic = crate::describe::COURSE;
+        let schema = String::from_utf8_lossy(&topic.schema);
+        for kind in [MOVEMENT, EVENT, DEVICE, RESET, START, SIGHT, SEEN] {
+            assert!(schema.contains(&format!("Kind {kind}")), "{kind}");
+        }
+    }
+
+    #[test]
     fn an_hour_of_it_leaves_room_for_the_inputs() {
         // An entry, the head of its record (9), the head of its message (22), its index (16).
         let bytes = LONGEST_BYTES + 9 + 22 + 16;

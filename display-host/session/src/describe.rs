@@ -93,8 +93,12 @@ pub(crate) const COURSE: Topic = packed(
              organ, 3 f32 place m, f32 value. Kind 3: f32 greatest force of the haptic device, N. Kind \
              4: the organs were put back to rest. Kind 5: they were put to where a task begins, u8 task (0 \
              hang, 1 identify, 2 clamp, 3 cut, 4 disconnect). Kind 6, the endoscope's view: f32 \
-             angle between view and shaft, rad, f32 turn of the light cable about the shaft, rad. \
-             Little-endian.",
+             angle between view and shaft, rad, f32 turn of the light cable about the shaft, rad. Kind \
+             7, what the endoscope's picture shows: f32 angle between the line of sight and the plane of \
+             cystic duct and artery, rad, positive on the side of the port; f32 share of the triangle \
+             and f32 share of the lower bed that are clear; for each of 16 organs, in the scene's order, \
+             4 u8: share in view, share of this that nothing hides, root of its size, distance from the \
+             middle, each times 255. Little-endian.",
 );
 
 /// Poses, `foxglove.FrameTransforms`.

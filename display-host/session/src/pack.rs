@@ -267,6 +267,31 @@ mod tests {
         }
     }
 
+    fn size(record: &InputRecord) -> usize {
+        let mut message = Vec::new();
+        pack(&[*record], &mut message);
+        message.len() - 18
+    }
+
+    #[test]
+    fn a_tick_takes_the_bytes_that_the_documents_name() {
+        let least = InputRecord {
+            bits: InputRecord::DEVICE_FRESH,
+            ..InputRecord::zeroed()
+        };
+        let most = InputRecord {
+            bits: InputRecord::DEVICE_FRESH | InputRecord::HAS_VELOCITY | InputRecord::HAS_OPENING,
+            organ_hashes: [1; 16],
+            ..InputRecord::zeroed()
+        };
+        let said = format!("{} to {} bytes", size(&least), size(&most));
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        for file in ["src/pack.rs", "src/lib.rs", "../../ARCHITECTURE.md"] {
+            let text = std::fs::read_to_string(root.join(file)).unwrap();
+            assert!(text.contains(&said), "{file} does not say {said}");
+        }
+    }
+
     #[test]
     fn an_hour_of_a_1_khz_device_is_far_below_500_mb() {
         let record = InputRecord {
@@ -277,11 +302,6 @@ mod tests {
         let tracked = InputRecord {
             bits: record.bits | InputRecord::TRACKER_FRESH | InputRecord::PEDAL_FRESH,
             ..record
-        };
-        let size = |record: &InputRecord| {
-            let mut message = Vec::new();
-            pack(&[*record], &mut message);
-            message.len() - 18
         };
         // A tracker at 140 Hz, a pedal at 50 Hz.
         let second = 1000 * size(&record) + 140 * (size(&tracked) - size(&record));

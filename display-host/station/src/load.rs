@@ -213,7 +213,16 @@ fn display_frame() -> Box<shared_mem::message::StateFrame> {
 pub(crate) struct Loads {
     children: Vec<Child>,
     /// Thread that starts and ends displays, with its stop flag.
-    churn: Option<(Arc<AtomicBool>, JoinHandle<u64>)>,
+    churn: Option<(Arc<AtomicBool>, JoinHandle<Churned>)>,
+}
+
+/// Displays that joined one after another.
+#[derive(Debug, Default)]
+pub(crate) struct Churned {
+    /// Number of displays that joined.
+    pub(crate) joined: u64,
+    /// Reason why no further display joined, if they ended too early.
+    pub(crate) problem: Option<String>,
 }
 
 impl Loads {
@@ -230,7 +239,9 @@ impl Loads {
                 }
                 let stop = Arc::new(AtomicBool::new(false));
                 let (flag, station) = (stop.clone(), station.to_owned());
-                let thread = std::thread::spawn(move || join_and_kill(&station, &flag));
+                let thread = std::thread::spawn(move || {
+                    join_and_kill(&flag, || spawn(Load::Join, &station))
+                });
                 started.churn = Some((stop, thread));
             } else {
                 let place = match load {
@@ -250,13 +261,16 @@ impl Loads {
         ended.map(|status| format!("a load ended by itself ({status})"))
     }
 
-    /// Ends the loads. Returns the number of displays that joined.
-    pub(crate) fn end(mut self) -> u64 {
-        let churn = self.churn.take().map(|(stop, thread)| {
-            stop.store(true, Ordering::Relaxed);
-            thread.join().unwrap_or(0)
-        });
-        churn.unwrap_or(0)
+    /// Ends the loads. Returns how displays joined.
+    pub(crate) fn end(mut self) -> Churned {
+        let Some((stop, thread)) = self.churn.take() else {
+            return Churned::default();
+        };
+        stop.store(true, Ordering::Relaxed);
+        thread.join().unwrap_or_else(|_| Churned {
+            joined: 0,
+            problem: Some("the thread that lets displays join panicked".to_owned()),
+        })
     }
 }
 
@@ -296,20 +310,28 @@ fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
     Ok(command.spawn()?)
 }
 
-/// Runs displays one after another. Asks every third to leave, and kills the others at work.
-/// Returns their number.
-fn join_and_kill(station: &str, stop: &AtomicBool) -> u64 {
-    let mut joined = 0;
+/// Runs displays, which `join` starts, one after another. Asks every third to leave, and kills the
+/// others at work. Ends at the first display that cannot be started.
+fn join_and_kill(stop: &AtomicBool, join: impl Fn() -> Result<Child, Problem>) -> Churned {
+    let mut churned = Churned::default();
     while !stop.load(Ordering::Relaxed) {
-        let Ok(mut display) = spawn(Load::Join, station) else {
-            break;
+        let mut display = match join() {
+            Ok(display) => display,
+            Err(problem) => {
+                churned.problem = Some(format!(
+                    "the load of joining displays ended by itself after {} displays: another one \
+                     cannot be started: {problem}",
+                    churned.joined
+                ));
+                break;
+            }
         };
-        joined += 1;
+        churned.joined += 1;
         let start = Instant::now();
         while start.elapsed() < DISPLAY_LIFE && !stop.load(Ordering::Relaxed) {
             std::thread::sleep(Duration::from_millis(10));
         }
-        let leaves = joined % 3 == 0;
+        let leaves = churned.joined % 3 == 0;
         if leaves && let Some(pid) = rustix::process::Pid::from_raw(display.id().cast_signed()) {
             let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
             std::thread::sleep(Duration::from_millis(50));
@@ -317,12 +339,28 @@ fn join_and_kill(station: &str, stop: &AtomicBool) -> u64 {
         let _ = display.kill();
         let _ = display.wait();
     }
-    joined
+    churned
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_display_that_cannot_be_started_is_told() {
+        let left = std::cell::Cell::new(1);
+        let churned = join_and_kill(&AtomicBool::new(false), || {
+            let program = match left.replace(0) {
+                0 => "/nowhere/calot",
+                _ => "/bin/true",
+            };
+            Ok(Command::new(program).spawn()?)
+        });
+        assert_eq!(churned.joined, 1);
+        let said = churned.problem.unwrap_or_default();
+        assert!(said.contains("ended by itself after 1 displays"), "{said}");
+        assert!(said.contains("No such file"), "{said}");
+    }
 
     #[test]
     fn all_loads_are_each_of_them_once() {

@@ -30,8 +30,6 @@ pub(crate) fn flag() -> std::io::Result<Arc<AtomicBool>> {
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         register(signal, stop.clone())?;
     }
-    // As in `outlive_file_limit`.
-    register(rustix::process::Signal::XFSZ.as_raw(), Arc::default())?;
     Ok(stop)
 }
 

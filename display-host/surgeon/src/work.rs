@@ -3,7 +3,7 @@
 use assess::Task;
 use bytemuck::Zeroable as _;
 use nalgebra::{Quaternion, UnitQuaternion};
-use shared_mem::message::{CommandMsg, Event, HandMsg, PoseMsg};
+use shared_mem::message::{CommandMsg, DeviceHealth, Event, HandMsg, PoseMsg};
 use shared_mem::scene::{OrganKind, SceneFile};
 use shared_mem::words::{Buttons, CapsuleRole, Instrument};
 
@@ -210,7 +210,14 @@ impl Work<'_> {
     fn look(&mut self) {
         self.stumble();
         self.seen.events.clear();
+        let at_s = self.seen.at_s;
         self.is_over = !self.theatre.look(&self.asked, &mut self.seen);
+        // An instrument that no longer follows is not moved on: the hand would leap when its device
+        // returns.
+        while !self.is_over && self.is_device_silent() {
+            self.seen.at_s = at_s;
+            self.is_over = !self.theatre.look(&self.asked, &mut self.seen);
+        }
         for event in &self.seen.events {
             match event.decode() {
                 Ok(Event::Clip { .. }) => self.clipped.push(event.organ),
@@ -228,6 +235,11 @@ impl Work<'_> {
                 _ => {}
             }
         }
+    }
+
+    fn is_device_silent(&self) -> bool {
+        let [haptic, ..] = self.seen.tools.health;
+        [DeviceHealth::STALE, DeviceHealth::LOST].contains(&haptic.status)
     }
 
     pub(crate) fn goes_on(&self) -> Result<(), String> {

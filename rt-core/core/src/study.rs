@@ -110,7 +110,20 @@ impl<'a> Tissue<'a> {
     /// Advances one tick. `correct` is called after the constraints of every organ's substep, with
     /// the substep's length, s. `correct` may move spheres, as a contact does.
     pub fn step_with(&mut self, correct: impl FnMut(&mut Correction<'_>, f32)) -> u32 {
-        let mut corrected = Corrected(correct);
+        self.step_between(|_, _| (), correct)
+    }
+
+    /// Advances one tick as [`Tissue::step_with`]. `warm_start` is called before the constraints of
+    /// every organ's substep. There a contact of the tick applies a share of its last force.
+    pub fn step_between(
+        &mut self,
+        warm_start: impl FnMut(&mut Correction<'_>, f32),
+        correct: impl FnMut(&mut Correction<'_>, f32),
+    ) -> u32 {
+        let mut corrected = Corrected {
+            warm_start,
+            correct,
+        };
         self.bodies.begin(&self.scene, true);
         self.breathe();
         let (scene, bodies) = (&self.scene, &mut *self.bodies);
@@ -202,14 +215,23 @@ impl<'a> Tissue<'a> {
     }
 }
 
-/// Calls a correction in every substep.
-struct Corrected<F>(F);
+/// Calls two corrections in every substep, before and after the constraints.
+struct Corrected<W, F> {
+    warm_start: W,
+    correct: F,
+}
 
-impl<F: FnMut(&mut Correction<'_>, f32)> Coupling for Corrected<F> {
-    fn pre_solve(&mut self, _: u8, _: f32, _: &mut Bodies) {}
+impl<W, F> Coupling for Corrected<W, F>
+where
+    W: FnMut(&mut Correction<'_>, f32),
+    F: FnMut(&mut Correction<'_>, f32),
+{
+    fn pre_solve(&mut self, _: u8, step_s: f32, bodies: &mut Bodies) {
+        (self.warm_start)(&mut Correction { bodies }, step_s);
+    }
 
     fn post_solve(&mut self, _: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
-        self.0(&mut Correction { bodies }, step_s);
+        (self.correct)(&mut Correction { bodies }, step_s);
     }
 }
 

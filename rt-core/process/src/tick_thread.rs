@@ -11,6 +11,7 @@ use std::sync::mpsc::SyncSender;
 
 use embassy_sync::signal::Signal;
 use rt_core::scene::Scene;
+use rt_core::sim::Sim;
 use shared_mem::message::{TIMING_BATCH, TimingBatch};
 
 use crate::account::{BatchDone, account};
@@ -51,29 +52,26 @@ pub(crate) struct Start {
 pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     let shared = Arc::clone(&start.shared);
     let settings = start.settings;
-    realtime::leave_signals_to_main();
-    let standing = become_realtime(start.standing, settings, start.core);
-    shared.realtime.store(standing.bits, Relaxed);
-    let thread = rustix::thread::gettid();
-    shared
-        .tick_thread
-        .store(thread.as_raw_nonzero().get(), Relaxed);
-
-    // The storage is leaked, because embassy's tasks must be `'static` and one of them borrows it.
-    let storage: &'static mut Storage =
-        Box::leak(Box::new(Storage::new(settings.paper_iterations)));
-    let capabilities = start.devices.capabilities();
-    let _ = shared.setup.set(inputs::setup(
-        start.scene_id,
-        settings.period_ns,
-        start.scene.room(),
-        &capabilities,
-        &settings.parameters,
-        settings.paper_iterations,
-    ));
-    let sim = storage.sim(start.scene, capabilities, settings.parameters);
+    let mut devices = start.devices;
+    let prepared = catch_unwind(AssertUnwindSafe(|| {
+        realtime::leave_signals_to_main();
+        let standing = become_realtime(start.standing, settings, start.core);
+        shared.realtime.store(standing.bits, Relaxed);
+        let thread = rustix::thread::gettid();
+        shared
+            .tick_thread
+            .store(thread.as_raw_nonzero().get(), Relaxed);
+        let sim = prepare(start.scene, start.scene_id, &devices, &shared, settings);
+        (standing, sim)
+    }));
+    let (standing, sim) = prepared.unwrap_or_else(|panic| {
+        devices.make_safe(now_ns());
+        shared.tick_ended.store(true, Release);
+        resume_unwind(panic)
+    });
+    // From here to the next `catch_unwind` values are only moved.
     let world = World::new(
-        start.devices,
+        devices,
         start.ends,
         Arc::clone(&shared),
         start.scene_id,
@@ -82,26 +80,12 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     .marking(start.scope_line);
     let tick = Rc::new(RefCell::new(Tick::new(sim, world, settings.periods_max)));
 
-    let executor = Executor::new();
-    let batch_done: Rc<BatchDone> = Rc::new(Signal::new());
-    let first_ns = now_ns() + START_DELAY_NS;
-    let schedule = Schedule::new(first_ns, settings.period_ns);
-    let steps = Rc::clone(&tick);
-    executor.spawn(following(
-        schedule,
-        ticking(Rc::clone(&tick), Rc::clone(&batch_done)),
-        // The tick has ended, so nobody else borrows it.
-        move || steps.try_borrow_mut().map_or(0, |mut tick| tick.step_ns()),
-    ));
-    executor.spawn(account(
-        batch_done,
-        Arc::clone(&shared),
-        settings.on_violation,
-    ));
-    let _ = told.send(standing);
-    realtime::prefault_stack();
-
-    let outcome = catch_unwind(AssertUnwindSafe(|| executor.run(settings.spin_ns)));
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        let executor = spawned(&tick, &shared, settings);
+        let _ = told.send(standing);
+        realtime::prefault_stack();
+        executor.run(settings.spin_ns);
+    }));
     alloc_counter::disarm();
     // A tick that panicked has released its borrow while it unwound.
     if let Ok(mut tick) = tick.try_borrow_mut() {
@@ -111,6 +95,50 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     if let Err(panic) = outcome {
         resume_unwind(panic);
     }
+}
+
+/// Makes the simulation, and notes the setup of the run.
+fn prepare(
+    scene: Scene<'static>,
+    scene_id: [u8; 16],
+    devices: &Devices,
+    shared: &Shared,
+    settings: Settings,
+) -> Sim<'static> {
+    // The storage is leaked, because embassy's tasks must be `'static` and one of them borrows it.
+    let storage: &'static mut Storage =
+        Box::leak(Box::new(Storage::new(settings.paper_iterations)));
+    let capabilities = devices.capabilities();
+    let _ = shared.setup.set(inputs::setup(
+        scene_id,
+        settings.period_ns,
+        scene.room(),
+        &capabilities,
+        &settings.parameters,
+        settings.paper_iterations,
+    ));
+    storage.sim(scene, capabilities, settings.parameters)
+}
+
+/// Makes the executor with its two tasks: the tick, and the accounting.
+fn spawned(tick: &Rc<RefCell<Tick>>, shared: &Arc<Shared>, settings: Settings) -> Executor {
+    let executor = Executor::new();
+    let batch_done: Rc<BatchDone> = Rc::new(Signal::new());
+    let first_ns = now_ns() + START_DELAY_NS;
+    let schedule = Schedule::new(first_ns, settings.period_ns);
+    let steps = Rc::clone(tick);
+    executor.spawn(following(
+        schedule,
+        ticking(Rc::clone(tick), Rc::clone(&batch_done)),
+        // The tick has ended, so nobody else borrows it.
+        move || steps.try_borrow_mut().map_or(0, |mut tick| tick.step_ns()),
+    ));
+    executor.spawn(account(
+        batch_done,
+        Arc::clone(shared),
+        settings.on_violation,
+    ));
+    executor
 }
 
 /// Asks Linux to make the calling thread realtime, and notes in `standing` what it granted.
@@ -174,13 +202,14 @@ mod tests {
     /// `step` runs in each poll; it may stall or panic.
     struct Fake<F> {
         polls: u64,
+        capabilities: fn() -> DeviceCapabilities,
         step: F,
         forces: Arc<Mutex<Vec<ForceCommand>>>,
     }
 
     impl<F: FnMut(u64)> HapticDevice for Fake<F> {
         fn capabilities(&self) -> DeviceCapabilities {
-            crate::devices::FALLBACK_CAPABILITIES
+            (self.capabilities)()
         }
         fn poll(&mut self, now_ns: u64) -> Polled<DeviceSample> {
             let poll = self.polls;
@@ -253,12 +282,25 @@ mod tests {
         prepare: impl FnOnce() + Send + 'static,
         step: impl FnMut(u64) + Send + 'static,
     ) -> ThreadOutcome {
+        let capabilities = || crate::devices::FALLBACK_CAPABILITIES;
+        run_device(periods, standing, mark, prepare, step, capabilities)
+    }
+
+    fn run_device(
+        periods: u64,
+        standing: Standing,
+        mark: Mark,
+        prepare: impl FnOnce() + Send + 'static,
+        step: impl FnMut(u64) + Send + 'static,
+        capabilities: fn() -> DeviceCapabilities,
+    ) -> ThreadOutcome {
         let room_for = |each: usize| each * usize::try_from(periods).unwrap_or(0).min(25_000);
         let forces = Arc::new(Mutex::new(Vec::with_capacity(room_for(1))));
         let scoped: Scoped = Arc::new(Mutex::new(Vec::with_capacity(room_for(3))));
         let scope = Arc::clone(&scoped);
         let fake = Fake {
             polls: 0,
+            capabilities,
             step,
             forces: Arc::clone(&forces),
         };
@@ -454,6 +496,23 @@ mod tests {
         assert!(outcome.panicked);
         assert_eq!(outcome.shared.ticks.load(Relaxed), 40);
         assert_eq!(outcome.forces[40..], [ZERO; 3]);
+    }
+
+    #[test]
+    fn a_panic_before_the_first_tick_still_sends_zero_force() {
+        let prepare = || simulate_from(1_000_000_000);
+        let none = Standing::default();
+        let outcome = run_device(
+            500,
+            none,
+            Mark::Tick,
+            prepare,
+            |_| (),
+            || panic!("injected"),
+        );
+        assert!(outcome.panicked);
+        assert_eq!(outcome.shared.ticks.load(Relaxed), 0);
+        assert_eq!(outcome.forces, [ZERO; 3]);
     }
 
     #[test]

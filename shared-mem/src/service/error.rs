@@ -108,7 +108,7 @@ pub enum ServiceError {
         station: String,
         /// Largest number of such readers at once.
         max: usize,
-        /// Kind of readers: displays or recorders.
+        /// Kind of readers: recorders, or all readers.
         what: &'static str,
     },
     /// Another process runs the station.

@@ -31,7 +31,7 @@ pub use error::ServiceError;
 pub use folder::{owner, user_folder};
 pub use join::Claim;
 
-/// Largest number of hosts (displays, reports, recorders) that can watch one station at once.
+/// Largest number of readers (displays, recorders, links, surgeons) of one station at once.
 pub const MAX_HOSTS: usize = 8;
 /// Largest number of samples of one service that the controller may hold on loan: one more than it
 /// lends to the tick (`SLOTS` in `handover.rs` of `rt-process`).
@@ -226,7 +226,7 @@ impl Station {
                     max: quality.readers,
                     what: match service {
                         "inputs" => "recorders",
-                        _ => "displays",
+                        _ => "readers (every display, recorder, link and surgeon counts)",
                     },
                 },
                 _ => self.transport("subscribing", &error),
@@ -301,8 +301,12 @@ mod tests {
     fn one_host_too_many_is_refused_with_the_number() {
         let station = station("many");
         let _controller = Controller::open(&station).expect("a controller");
-        let hosts: Result<Vec<Host>, _> = (0..=MAX_HOSTS).map(|_| Host::open(&station)).collect();
+        // A recorder takes a place as a display does.
+        let _recorder = Tap::open(&station).expect("a recorder");
+        let hosts: Result<Vec<Host>, _> = (0..MAX_HOSTS).map(|_| Host::open(&station)).collect();
         let said = hosts.expect_err("one is too many").to_string();
-        assert!(said.contains("has 8 displays already; close one"), "{said}");
+        let words =
+            "has 8 readers (every display, recorder, link and surgeon counts) already; close one";
+        assert!(said.contains(words), "{said}");
     }
 }

@@ -8,10 +8,12 @@
 //! collision   organ × size × way → time, and agreement with the exact answer
 //! force       case × contact law × spheres → force over depth against the reference
 //! surface     scene × hand × organ → faults of the drawn skin under tools
+//! rest        value of a recipe → speed of tissue that should rest
 //! solve-force the references of force that are missing
 //! calculix    two references of force, by CalculiX → forces side by side
+//! measured    published measurement → what Calot gives under the same condition
 //! hands       recorded hands of surgeons and novices → the metrics that tell them apart
-//! all         the first seven, as CSV, SVG and one offline page
+//! all         the first eight, as CSV, SVG and one offline page
 //! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
 
@@ -24,12 +26,15 @@ mod focus;
 mod force;
 mod hands;
 mod haptics;
+mod measured;
 mod methods;
 mod organ;
 mod page;
 mod prepared;
 mod reference;
+mod rest;
 mod scene;
+mod seeded_hand;
 mod solved;
 mod stability;
 mod surface;
@@ -102,14 +107,20 @@ enum Command {
     Haptics(Asked),
     /// Judges the drawn skin under tools: stretched edges, folds, gaps, loose ends.
     Surface(Asked),
+    /// Lays tissue to rest: sweeps of material, spheres, hold, gravity and form, and the speed that
+    /// is left after 5 s.
+    Rest(Asked),
     /// Measures recorded hands of surgeons and novices with the metrics of sessions. Finds which
     /// metrics tell the two apart, at which rates and with which noise.
     ///
     /// The repository has no such recordings. Example: evaluate hands TRIALS --out DIR --leave-out
     /// Lung/N4/05
     Hands(hands::HandsArgs),
-    /// Measures everything but `calculix` and `hands`. Real organs are read from the folder that
-    /// CALOT_ANATOMY names.
+    /// Compares Calot with measurements that others published: silicones between plates, a swinging
+    /// beam, organs, instruments.
+    Measured(measured::MeasuredArgs),
+    /// Measures everything but `calculix`, `hands` and `measured`. Real organs are read from the
+    /// folder that CALOT_ANATOMY names.
     All(Asked),
     /// Rewrites the tables of README.md in a folder from the CSV files beside it, and those of the
     /// guide for latency testers.
@@ -129,18 +140,20 @@ enum Chart {
     Collision,
     Haptics,
     Surface,
+    Rest,
     Reference,
 }
 
 impl Chart {
     /// All charts in the order of the page.
-    const ALL: [Self; 7] = [
+    const ALL: [Self; 8] = [
         Self::Accuracy,
         Self::Stability,
         Self::Force,
         Self::Collision,
         Self::Haptics,
         Self::Surface,
+        Self::Rest,
         Self::Reference,
     ];
 
@@ -153,6 +166,7 @@ impl Chart {
             Self::Collision => measure_collision(asked),
             Self::Haptics => measure_haptics(asked),
             Self::Surface => measure_surface(asked),
+            Self::Rest => measure_rest(asked),
             Self::Reference => measure_reference(asked),
         }
     }
@@ -200,7 +214,9 @@ fn perform(command: Command) -> Result<(), String> {
         Command::Collision(asked) => run(&asked, &[Chart::Collision]),
         Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
         Command::Surface(asked) => run(&asked, &[Chart::Surface]),
+        Command::Rest(asked) => run(&asked, &[Chart::Rest]),
         Command::Hands(asked) => measure_hands(&asked),
+        Command::Measured(asked) => compare_with_measured(&asked),
         Command::All(asked) => run(&asked, &Chart::ALL),
         Command::Tables { folder } => rewrite_tables(&folder),
     }
@@ -216,7 +232,8 @@ impl Command {
         | Self::SolveForce(AskedSolve { all: asked, .. })
         | Self::Collision(asked)
         | Self::Haptics(asked)
-        | Self::Surface(asked)) = self
+        | Self::Surface(asked)
+        | Self::Rest(asked)) = self
         else {
             return Ok(());
         };
@@ -349,6 +366,25 @@ fn measure_hands(asked: &hands::HandsArgs) -> Result<(), String> {
     write(out, "hands.html", &html)?;
     println!("{}", out.join("hands.html").display());
     Ok(())
+}
+
+fn compare_with_measured(asked: &measured::MeasuredArgs) -> Result<(), String> {
+    let out = &asked.out;
+    std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
+    let measured = measured::run(asked)?;
+    write(out, "measured.csv", &measured::csv(&measured))?;
+    let title = "Calot beside published measurements";
+    let warning = if asked.quick { page::QUICK } else { "" };
+    let html = page::titled(title, &measured::sections(&measured)?, warning);
+    write(out, "measured.html", &html)?;
+    println!("{}", out.join("measured.html").display());
+    Ok(())
+}
+
+fn measure_rest(asked: &Asked) -> Result<Vec<Section>, String> {
+    let rows = rest::run(&asked.out, asked.quick, asked.only())?;
+    write(&asked.out, "rest.csv", &rest::csv(&rows))?;
+    Ok(vec![rest::section(&rows)])
 }
 
 fn measure_reference(asked: &Asked) -> Result<Vec<Section>, String> {

@@ -300,13 +300,12 @@ differ. The remaining difference of the meshes is the smallest error that the ch
     }
 }
 
+/// Warning on the page of a reduced run, as HTML.
+pub(crate) const QUICK: &str = "<p><b>A reduced run (--quick): its figures are coarse.</b></p>";
+
 /// The whole page of the solvers.
 pub(crate) fn whole(sections: &[Section], quick: bool) -> String {
-    let warning = if quick {
-        "<p><b>A reduced run (--quick): its figures are coarse.</b></p>"
-    } else {
-        ""
-    };
+    let warning = if quick { QUICK } else { "" };
     titled("Calot: its solvers, measured", sections, warning)
 }
 

@@ -7,9 +7,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rt_core::scene::{Link, SkinVertex};
 use scene_prepare::held::Plane;
 use scene_prepare::mesh::Mesh;
-use scene_prepare::recipe::{Closing, MeshOptions, Region, Unit};
+use scene_prepare::recipe::{Closing, MeshOptions, Packing, Region, Unit};
 use scene_prepare::skin::ContactSkin;
 use scene_prepare::{Prepared, Recipe, prepare};
+use shared_mem::scene::OrganKind;
 
 use crate::body::{Body, Edge, Tissue};
 
@@ -24,8 +25,23 @@ pub(crate) fn prepared(
     tissue: Tissue,
     planes: &[Plane],
 ) -> Result<(Body, ContactSkin), String> {
+    prepared_as(OrganKind::Liver, mesh, count, tissue, planes)
+}
+
+/// Prepares as [`prepared`], as an organ of this kind. Tubes become beads along a line.
+///
+/// # Errors
+/// The reason in words.
+pub(crate) fn prepared_as(
+    kind: OrganKind,
+    mesh: &Mesh,
+    count: usize,
+    tissue: Tissue,
+    planes: &[Plane],
+) -> Result<(Body, ContactSkin), String> {
     let file = MeshFile::new(mesh)?;
     let options = MeshOptions {
+        kind,
         unit: Some(Unit::Metre),
         closing: Closing::Refuse,
         ..MeshOptions::default()
@@ -33,6 +49,9 @@ pub(crate) fn prepared(
     let mut recipe = Recipe::from_mesh(&file.0, &options).map_err(|e| e.to_string())?;
     let plan = &mut recipe.organs[0];
     plan.spheres = count;
+    if is_tube(kind) {
+        plan.packing = Packing::Line;
+    }
     plan.material.retardation_s = tissue.retardation_s();
     plan.material.damping_per_s = tissue.damping_per_s();
     plan.material.young_pa = tissue.young_pa;
@@ -45,6 +64,12 @@ pub(crate) fn prepared(
     plan.held = planes.iter().map(region).collect();
     let made = prepare(&recipe, &mut |_| ()).map_err(|e| e.to_string())?;
     Ok((body(&made, tissue), skin(&made)))
+}
+
+/// True for organs that a recipe packs along their centre line unless it says otherwise.
+fn is_tube(kind: OrganKind) -> bool {
+    use OrganKind::{BileDuct, CysticArtery, CysticDuct, Vessel};
+    matches!(kind, BileDuct | CysticArtery | CysticDuct | Vessel)
 }
 
 /// The spheres of a prepared organ, and what joins them.

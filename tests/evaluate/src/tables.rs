@@ -6,6 +6,7 @@
 mod drawing;
 mod force;
 mod guide;
+mod measured;
 mod surface;
 
 use std::fmt::Write as _;
@@ -92,6 +93,8 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
         "guide" => guide::options(&read("guide.csv")?),
         "skinning" => skinning(&read("skinning.csv")?),
         "surface" => surface::by_hand(&read("surface.csv")?),
+        "silicones" => measured::silicones(&read("measured.csv")?),
+        "measured" => measured::others(&read("measured.csv")?),
         "packing" => packing(&read("packing.csv")?),
         "jitter" => jitter(&[
             ("idle", read("jitter-idle.csv")?),

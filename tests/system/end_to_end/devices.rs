@@ -80,6 +80,30 @@ fn json_of(words: &[&str], path: Option<&Path>) -> (Value, bool) {
     (json, output.status.success())
 }
 
+/// Cores on which a process may run, by its id or `self`: one bit each.
+fn allowed_cores(process: &str) -> u128 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).expect("it runs");
+    let line = status
+        .lines()
+        .find_map(|it| it.strip_prefix("Cpus_allowed:"));
+    let mask = line.expect("Linux tells").trim().replace(',', "");
+    u128::from_str_radix(&mask, 16).expect("a mask of at most 128 cores")
+}
+
+#[test]
+fn the_emulator_leaves_the_core_of_the_tick_alone() {
+    let own = allowed_cores("self");
+    if own.count_ones() < 2 {
+        return; // the emulated devices must share the only core
+    }
+    for core in [own.trailing_zeros(), 127 - own.leading_zeros()] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let emulated = Emulated::led(folder.path(), &["--tick-core", &core.to_string()]);
+        let cores = allowed_cores(&emulated.0.id().to_string());
+        assert_eq!(cores, own & !(1 << core), "tick on core {core} of {own:b}");
+    }
+}
+
 #[test]
 fn a_free_handle_is_measured_and_its_values_come_with_charts() {
     let folder = tempfile::tempdir().expect("a folder");

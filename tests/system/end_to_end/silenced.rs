@@ -58,10 +58,14 @@ fn a_surgeon_who_loses_the_devices_is_told_so_and_loses_no_points_for_it() {
     let lost_s = of("device_lost_s").expect("it is measured");
     // The connection takes its time to come back.
     assert!((2.0..9.0).contains(&lost_s), "{summary:#}");
-    assert!(of("time_s") < Some(16.5 - lost_s + 0.5), "{summary:#}");
+    // On a busy machine, the session runs longer than it was told to.
+    let ran_s = summary["ticks"].as_f64().expect("ticks") / 1000.0;
+    assert!(of("time_s") < Some(ran_s - lost_s + 0.5), "{summary:#}");
     assert_eq!(summary["outcome"], "aborted", "{summary:#}");
-    assert_eq!(summary["injuries"].as_array().map(Vec::len), Some(0));
-    assert_eq!(summary["alarms"].as_array().map(Vec::len), Some(0));
+    for of_tissue in ["injuries", "alarms"] {
+        let told = summary[of_tissue].as_array().map(Vec::len);
+        assert_eq!(told, Some(0), "{of_tissue}: {summary:#}");
+    }
     assert_eq!(summary["hand"], "scripted");
     let page = std::fs::read_to_string(out.join("debrief.html")).expect("a debrief");
     assert!(page.contains("A device was missing for"), "it is told");

@@ -125,7 +125,7 @@ metrics! {
         "Burns of structures that the rules protect."
         "paper, evaluation"
     CutsWrong "cuts_wrong" "n"
-        "Cuts of anything except cystic duct and artery, fat, connective tissue and sutures."
+        "Cuts of anything except cystic duct and artery, fat, connective tissue, gallbladder, liver and sutures."
         "own"
     ClipsUsed "clips_used" "n" "Clips that closed." "LAP Mentor: clips"
     ClipsLost "clips_lost" "n" "Clips that closed without tissue." "LAP Mentor: lost clips"

@@ -58,7 +58,7 @@ pub(super) fn step(length: f64, count: f64) -> f64 {
 }
 
 /// Kinds of events that the time line shows, one lane each, from the top.
-pub const LANES: [&str; 11] = [
+pub const LANES: [&str; 12] = [
     "hung",
     "electro",
     "grasp",
@@ -70,6 +70,7 @@ pub const LANES: [&str; 11] = [
     "perforation",
     "fall",
     "shake",
+    "buried",
 ];
 
 /// Time line of the events, with a lane for each kind.

@@ -259,12 +259,14 @@ fn verdict(page: &mut Page<'_>, chapter: &Chapter) {
     }
 }
 
-/// Writes which organs fell or shook: that is the scene's fault, not the trainee's.
+/// Writes which organs fell or shook, and in which the instrument was when its signal began. None
+/// of this is the trainee's fault.
 fn unrest(page: &mut Page<'_>, moments: &[Moment]) {
     for moment in moments {
         let id = match moment.what.as_str() {
             "fall" => "page-fell",
             "shake" => "page-shook",
+            "buried" => "page-buried",
             _ => continue,
         };
         let organ = page

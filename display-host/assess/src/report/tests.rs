@@ -128,9 +128,14 @@ fn a_page_stands_alone_and_takes_no_markup_from_a_file() {
 }
 
 #[test]
-fn an_organ_that_fell_or_shook_is_told_in_a_sentence() {
+fn an_organ_that_fell_shook_or_held_the_instrument_is_told_in_a_sentence() {
     let mut told = chapter("a");
-    for (what, value) in [("fall", 0.25), ("shake", 0.058), ("grasp", 3.0)] {
+    for (what, value) in [
+        ("fall", 0.25),
+        ("shake", 0.058),
+        ("buried", 0.012),
+        ("grasp", 3.0),
+    ] {
         told.assessed.moments.push(Moment {
             at_s: 7.0,
             what: what.to_owned(),
@@ -142,6 +147,8 @@ fn an_organ_that_fell_or_shook_is_told_in_a_sentence() {
     for sentence in [
         "page-fell at=7 organ=liver by=250",
         "page-shook at=7 organ=liver by=58",
+        "page-buried at=7 organ=liver by=12",
+        "lane-buried",
     ] {
         assert!(page.contains(sentence), "{sentence}");
     }

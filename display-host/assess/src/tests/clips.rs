@@ -90,6 +90,34 @@ fn cutting_unclamped_fails_at_once() {
 }
 
 #[test]
+fn the_definition_of_a_wrong_cut_names_each_organ_whose_cut_is_none() {
+    let definition = Metric::CutsWrong.definition();
+    let named = |kind: OrganKind| {
+        definition.contains(match kind {
+            OrganKind::CysticDuct | OrganKind::CysticArtery => "cystic duct and artery",
+            OrganKind::Fat => "fat",
+            OrganKind::ConnectiveTissue => "connective tissue",
+            OrganKind::Gallbladder => "gallbladder",
+            OrganKind::Liver => "liver",
+            OrganKind::BileDuct => "bile duct",
+            OrganKind::Stomach => "stomach",
+            OrganKind::Intestine => "intestine",
+            OrganKind::AbdominalWall => "abdominal wall",
+            OrganKind::Vessel => "vessel",
+        })
+    };
+    for kind in OrganKind::ALL {
+        let anatomy = Anatomy::new(&[("organ", kind)], &[]);
+        let (help, rules) = (Difficulty::Trainee, Rules::default());
+        let mut assessment = Assessment::new(Task::Free, help, rules, anatomy);
+        rest(&mut assessment, 0.0, 0.1);
+        assessment.take(&event(0.2, EventKind::Cut.number(), 0, 0.0, 0.001));
+        let wrong = assessment.end().metrics.get(Metric::CutsWrong);
+        is(wrong, f64::from(u8::from(!named(kind))));
+    }
+}
+
+#[test]
 fn cutting_between_clips_passes_once_nothing_leaks() {
     let mut assessment = begin(Task::Cut);
     rest(&mut assessment, 0.0, 0.5);

@@ -48,6 +48,7 @@ mod cells;
 mod clips;
 pub mod cost;
 mod fibre;
+mod frame;
 pub mod governor;
 pub mod gpu;
 mod hexahedron;
@@ -57,12 +58,16 @@ mod joints;
 pub mod layout;
 pub mod lens;
 mod look;
+mod materials;
 mod noise;
 mod particles;
 mod passes;
 mod pipeline;
+mod prepare;
 mod quality;
+mod read_back;
 mod resource;
+mod settings;
 mod solid;
 mod strands;
 pub(crate) mod sutures;
@@ -72,29 +77,24 @@ mod trees;
 
 use std::ops::Range;
 
-use bytemuck::{Zeroable as _, bytes_of, cast_slice};
 use glam::{Mat4, Vec3};
-use shared_mem::message::{ClipMsg, MAX_CLIPPED, SphereState, SutureMsg, ToolFrame};
+use shared_mem::message::{MAX_CLIPPED, SphereState};
 use shared_mem::scene::{OrganRecord, SceneFile, SphereRecord};
-use shared_mem::words::Instrument;
-use wgpu::util::DeviceExt;
 
 use self::camera::{Exposure, Scope};
-use self::gpu::Gpu;
 use self::inside::Inside;
 use self::lens::Lens;
-use self::pipeline::{DEPTH, Layouts, Pipelines};
+use self::materials::{Drawable, Materials};
+use self::pipeline::{Layouts, Pipelines};
 pub use self::quality::Quality;
-use self::resource::{bind, cells_texture, noise_texture, sampler, target, volume};
 use self::sutures::Sutures;
 use self::targets::Targets;
 use self::timing::{PassTimes, Timing};
-use crate::DisplayError;
 use crate::effects::{Effect, Effects, Skin};
 use crate::skinning::gpu::GpuSkinning;
-use crate::skinning::motion::{Follow, Motions};
+use crate::skinning::motion::Motions;
 use crate::skinning::parts::Pieces;
-use crate::skinning::{SkinMesh, SkinnedVertex, Touch};
+use crate::skinning::{SkinMesh, SkinnedVertex};
 
 /// Draws a scene into a texture.
 pub struct Renderer {
@@ -159,56 +159,6 @@ const TROCAR: usize = 4;
 /// Index of the clips among the instruments.
 const CLIPS: usize = 5;
 
-/// Textures and buffers of the scene's shaders, except the shadow map.
-struct Materials {
-    frame: wgpu::Buffer,
-    looks: wgpu::Buffer,
-    noise: wgpu::TextureView,
-    cells: wgpu::TextureView,
-    vessels: wgpu::TextureView,
-    tree_slots: wgpu::Buffer,
-    stains: wgpu::Buffer,
-}
-
-impl Materials {
-    fn group(
-        &self,
-        device: &wgpu::Device,
-        layouts: &Layouts,
-        shadow: &wgpu::TextureView,
-    ) -> wgpu::BindGroup {
-        use wgpu::AddressMode::{ClampToEdge, Repeat};
-        let nearer = Some(wgpu::CompareFunction::LessEqual);
-        bind(
-            device,
-            &layouts.scene,
-            &[
-                self.frame.as_entire_binding(),
-                self.looks.as_entire_binding(),
-                wgpu::BindingResource::TextureView(&self.noise),
-                wgpu::BindingResource::Sampler(&sampler(device, Repeat, None)),
-                wgpu::BindingResource::TextureView(shadow),
-                wgpu::BindingResource::Sampler(&sampler(device, ClampToEdge, nearer)),
-                wgpu::BindingResource::TextureView(&self.cells),
-                wgpu::BindingResource::TextureView(&self.vessels),
-                self.tree_slots.as_entire_binding(),
-                self.stains.as_entire_binding(),
-            ],
-        )
-    }
-}
-
-fn shadow_map(device: &wgpu::Device, quality: &Quality) -> wgpu::TextureView {
-    let side = quality.shadow_side.unwrap_or(1);
-    target(device, "shadow", [side; 2], DEPTH, 1).create_view(&Default::default())
-}
-
-struct Drawable {
-    vertices: wgpu::Buffer,
-    corners: wgpu::Buffer,
-    count: u32,
-}
-
 /// The skins of a scene's organs as they are drawn, with the collars where ducts and vessels join
 /// organs.
 #[must_use]
@@ -219,133 +169,6 @@ pub fn organs(scene: &SceneFile) -> SkinMesh {
 }
 
 impl Renderer {
-    /// Prepares a scene for drawing: skin, cavity, ambient light, instruments, pipelines.
-    ///
-    /// # Errors
-    /// [`DisplayError::TooLarge`], [`DisplayError::Size`], [`DisplayError::Device`].
-    pub fn new(gpu: &Gpu, scene: &SceneFile, quality: Quality) -> Result<Self, DisplayError> {
-        let [width, height] = quality.size;
-        if !quality.size.iter().all(|s| (64..=8192).contains(s)) {
-            return Err(DisplayError::Size { width, height });
-        }
-        let mut mesh = organs(scene);
-        let trees = trees::grow(&mut mesh, scene);
-        let organ_corners = mesh.triangles.len() as u32 * 3;
-        let cavity = cavity::around(scene);
-        mesh.add_fixed(&cavity.vertices, &cavity.triangles);
-        ambient::bake(&mut mesh, scene.spheres());
-        let skinning = GpuSkinning::new(gpu, &mesh, scene.spheres().len())?;
-
-        let cells = cells::Cells::new(gpu, scene, &mesh.triangles);
-        let sutures = Sutures::of(gpu, scene);
-
-        let device = &gpu.device;
-        use wgpu::BufferUsages as Usage;
-        let buffer = |label, contents: &[u8], usage| {
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage,
-            })
-        };
-        let changing = Usage::UNIFORM | Usage::COPY_DST;
-        let frame = buffer("frame", bytes_of(&layout::Frame::default()), changing);
-        let parts = buffer(
-            "parts",
-            cast_slice(&[Mat4::IDENTITY; layout::PARTS]),
-            changing,
-        );
-        let looks = buffer("looks", cast_slice(&look::table()), Usage::UNIFORM);
-        let tree_slots = buffer("trees", cast_slice(&trees.slots), Usage::UNIFORM);
-        let voxels = trees.texels.as_flattened();
-        let vessels = volume(
-            gpu,
-            "trees",
-            trees.size,
-            wgpu::TextureFormat::Rg8Unorm,
-            voxels,
-        );
-        let exposure_value = buffer(
-            "exposure",
-            cast_slice(&[1.0f32, 0.0, 0.0, 0.0]),
-            Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
-        );
-        let instruments = instrument::all().map(|model| Drawable {
-            vertices: buffer("instrument", cast_slice(&model.vertices), Usage::VERTEX),
-            corners: buffer(
-                "instrument triangles",
-                cast_slice(model.triangles.as_flattened()),
-                Usage::INDEX,
-            ),
-            count: model.triangles.len() as u32 * 3,
-        });
-
-        let stains = buffer("stains", bytes_of(&layout::Stains::zeroed()), changing);
-        let layouts = Layouts::new(device);
-        let pipelines = Pipelines::new(device, &layouts, &quality);
-        let filter = sampler(device, wgpu::AddressMode::ClampToEdge, None);
-        let shadow = shadow_map(device, &quality);
-        let materials = Materials {
-            frame: frame.clone(),
-            looks,
-            noise: noise_texture(gpu),
-            cells: cells_texture(gpu),
-            vessels,
-            tree_slots,
-            stains: stains.clone(),
-        };
-        let scene_group = materials.group(device, &layouts, &shadow);
-        let targets = Targets::new(gpu, &layouts, &frame, &exposure_value, &filter, &quality);
-        let renderer = Self {
-            parts_group: bind(device, &layouts.parts, &[parts.as_entire_binding()]),
-            frame_group: bind(device, &layouts.frame, &[frame.as_entire_binding()]),
-            quality,
-            scope: Scope::default(),
-            exposure: Exposure::default(),
-            rest: scene.spheres().to_vec(),
-            organs: scene.organs().to_vec(),
-            springs: scene.links().iter().map(|l| [l.a, l.b]).collect(),
-            organ_corners,
-            organ_ranges: scene
-                .organs()
-                .iter()
-                .map(|organ| organ.triangles[0] * 3..(organ.triangles[0] + organ.triangles[1]) * 3)
-                .collect(),
-            shown: Shown::Everything,
-            inside: None,
-            inside_model: None,
-            skinned: mesh.at_rest(),
-            pieces: Pieces::of(scene, &mesh),
-            mesh,
-            skinning,
-            cells,
-            sutures,
-            motions: Motions::new(scene, Follow::Deform),
-            effects: Effects::new(-Vec3::from(scene.room().gravity_m_s2)),
-            discs: particles::Discs::new(gpu, &layouts),
-            stains,
-            lens: Lens::default(),
-            eye: Vec3::INFINITY,
-            timing: Timing::new(gpu),
-            layouts,
-            pipelines,
-            instruments,
-            clips: [Mat4::ZERO; MAX_CLIPPED],
-            port: Vec3::from(scene.room().instrument_port_m),
-            frame,
-            parts,
-            exposure_value,
-            filter,
-            shadow,
-            materials,
-            scene_group,
-            targets,
-            number: 0,
-        };
-        gpu.check("preparing the scene")?;
-        Ok(renderer)
-    }
-
     /// Quality and size in use.
     #[must_use]
     pub fn quality(&self) -> &Quality {
@@ -366,26 +189,6 @@ impl Renderer {
     /// Mutable access to the exposure.
     pub fn exposure_mut(&mut self) -> &mut Exposure {
         &mut self.exposure
-    }
-
-    /// Shows the model inside the organs from the next frame on. `None` hides it.
-    pub fn set_inside(&mut self, gpu: &Gpu, inside: Option<Inside>) {
-        self.inside = inside;
-        if inside.is_some() && self.inside_model.is_none() {
-            let (layouts, quality) = (&self.layouts, &self.quality);
-            let model = inside::Model::new(gpu, layouts, quality, &self.rest, &self.springs);
-            self.inside_model = Some(model);
-        }
-    }
-
-    /// Selects the tissue drawn from the next frame on.
-    pub fn show(&mut self, shown: Shown) {
-        self.shown = shown;
-    }
-
-    /// Sets the states of the cells of layered tissue (`StateFrame::cells`) from the next frame on.
-    pub fn set_cells(&mut self, gpu: &Gpu, states: &[u8]) {
-        self.cells.set(gpu, states, &self.skinning.corners);
     }
 
     /// Number of the scene's cells.
@@ -442,25 +245,6 @@ impl Renderer {
         self.timing.take()
     }
 
-    /// Changes everything about the quality except the picture's size.
-    ///
-    /// # Errors
-    /// [`DisplayError::Device`].
-    pub fn set_quality(&mut self, gpu: &Gpu, quality: Quality) -> Result<(), DisplayError> {
-        let size = self.quality.size;
-        self.quality = Quality { size, ..quality };
-        let device = &gpu.device;
-        self.pipelines = Pipelines::new(device, &self.layouts, &self.quality);
-        self.shadow = shadow_map(device, &self.quality);
-        self.scene_group = self.materials.group(device, &self.layouts, &self.shadow);
-        let (frame, exposure) = (&self.frame, &self.exposure_value);
-        let (layouts, filter) = (&self.layouts, &self.filter);
-        self.targets = Targets::new(gpu, layouts, frame, exposure, filter, &self.quality);
-        self.inside_model = None;
-        self.set_inside(gpu, self.inside);
-        gpu.check("changing the quality")
-    }
-
     /// The running effects.
     #[must_use]
     pub fn effects(&self) -> &Effects {
@@ -477,127 +261,4 @@ impl Renderer {
     pub fn picture(&self) -> &wgpu::TextureView {
         &self.targets.picture_view
     }
-
-    /// Changes the picture's size; the last picture is lost.
-    ///
-    /// # Errors
-    /// [`DisplayError::Size`], [`DisplayError::Device`].
-    pub fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<(), DisplayError> {
-        let [width, height] = size;
-        if !size.iter().all(|s| (64..=8192).contains(s)) {
-            return Err(DisplayError::Size { width, height });
-        }
-        let (frame, exposure) = (&self.frame, &self.exposure_value);
-        self.quality.size = size;
-        let (layouts, filter) = (&self.layouts, &self.filter);
-        self.targets = Targets::new(gpu, layouts, frame, exposure, filter, &self.quality);
-        gpu.check("resizing the picture")
-    }
-
-    /// Sets the sutures between organs and abdominal wall from the next frame on; `None`: the
-    /// scene's own.
-    pub fn set_sutures(&mut self, sutures: Option<&[SutureMsg]>) {
-        self.sutures.set(sutures);
-    }
-
-    /// Sets the severed links of tubes (`StateFrame::parted`) from the next frame on.
-    pub fn set_parted(&mut self, gpu: &Gpu, parted: impl Iterator<Item = bool>) {
-        if self.pieces.set(parted, &mut self.mesh) {
-            let severed: Vec<[u32; 2]> = self.pieces.severed().collect();
-            self.motions.sever(&severed);
-            self.skinning.replace(gpu, &self.mesh, &self.pieces);
-        }
-    }
-
-    /// Sets the clips on the tubes for the next frame.
-    pub fn set_clips(&mut self, clips: &[ClipMsg], spheres: &[SphereState]) {
-        self.clips = clips::places(clips, spheres, &self.rest);
-    }
-
-    /// Skins, draws and submits a frame. `time_s` drives the animated textures.
-    pub fn render(&mut self, gpu: &Gpu, spheres: &[SphereState], tools: &ToolFrame, time_s: f32) {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        self.motions.update(spheres);
-        let touch = Touch::of(&self.mesh, &self.organs, spheres, self.motions.now(), tools);
-        self.skin(gpu, &mut encoder, &touch);
-        self.cells.follow(gpu, self.motions.now());
-        self.sutures.follow(gpu, spheres, self.motions.now());
-        if let (Some(inside), Some(model)) = (&self.inside, &self.inside_model) {
-            model.upload(gpu, spheres, inside);
-        }
-        let size = self.quality.size;
-        let mut frame = camera::frame(
-            tools,
-            &self.scope,
-            &self.exposure,
-            size,
-            time_s,
-            self.number,
-        );
-        frame.film[1..].copy_from_slice(&[
-            self.lens.fog,
-            self.lens.soot,
-            self.effects.haze_per_m(),
-        ]);
-        self.effects.hold(tools);
-        let wear = self.effects.wear();
-        frame.wear[..3].copy_from_slice(&[wear.charred, wear.bloody, wear.bilious]);
-        gpu.queue.write_buffer(&self.frame, 0, bytes_of(&frame));
-        self.eye = Vec3::from_slice(&frame.camera);
-        self.discs.upload(gpu, self.effects.particles(), self.eye);
-        gpu.queue
-            .write_buffer(&self.stains, 0, bytes_of(&particles::stains(&self.effects)));
-        let parts = instrument::parts(tools, self.port);
-        gpu.queue.write_buffer(&self.parts, 0, cast_slice(&parts));
-        let behind = (clips::FIRST_PART * size_of::<Mat4>()) as u64;
-        gpu.queue
-            .write_buffer(&self.parts, behind, cast_slice(&self.clips));
-        // A tool frame of another version may name an unknown instrument: show the clip applier.
-        let instrument = tools.instrument().unwrap_or(Instrument::ClipApplier) as usize;
-
-        if self.quality.shadow_side.is_some() {
-            self.draw_shadow(&mut encoder, instrument);
-        }
-        self.draw_scene(&mut encoder, instrument);
-        self.develop(&mut encoder);
-        self.timing.finish(&mut encoder);
-        gpu.queue.submit([encoder.finish()]);
-        self.timing.collect();
-        self.number = self.number.wrapping_add(1);
-    }
-
-    /// Waits for the last frame and copies the distance of each pixel's surface before the camera,
-    /// m, row by row from the upper left; 0 where nothing is.
-    ///
-    /// # Errors
-    /// [`DisplayError::Device`].
-    pub fn distances(&self, gpu: &Gpu) -> Result<Vec<f32>, DisplayError> {
-        let texels = gpu.read_texture(self.targets.light.texture())?;
-        let alpha = texels.chunks_exact(8).map(|texel| [texel[6], texel[7]]);
-        Ok(alpha.map(|it| half(u16::from_le_bytes(it))).collect())
-    }
-
-    /// Waits for the last frame and copies it as RGBA.
-    ///
-    /// # Errors
-    /// [`DisplayError::Device`].
-    pub fn read(&self, gpu: &Gpu) -> Result<image::RgbaImage, DisplayError> {
-        let [width, height] = self.quality.size;
-        let pixels = gpu.read_texture(&self.targets.picture)?;
-        image::RgbaImage::from_raw(width, height, pixels).ok_or(DisplayError::Device {
-            doing: "reading a picture back",
-            detail: "picture of the wrong size".into(),
-        })
-    }
-}
-
-/// A number of half precision.
-fn half(bits: u16) -> f32 {
-    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023));
-    let size = match exponent {
-        0 => fraction / 1024.0 * 2f32.powi(-14),
-        31 => f32::INFINITY,
-        _ => (1.0 + fraction / 1024.0) * 2f32.powi(exponent - 15),
-    };
-    if bits >> 15 == 0 { size } else { -size }
 }

@@ -2,6 +2,7 @@
 
 mod apart;
 mod canvas;
+mod frames;
 mod free_view;
 mod operate;
 mod page;

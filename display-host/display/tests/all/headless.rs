@@ -308,7 +308,7 @@ fn a_missing_scene_and_a_station_with_all_its_displays_are_refused() {
     assert!(matches!(error, DisplayError::Service(_)), "{error:?}");
     assert_eq!(error.to_string(), full.to_string());
     let whole = format!(
-        "station '{}' has {} displays already; close one",
+        "station '{}' has {} readers (every display, recorder, link and surgeon counts) already; close one",
         config.station.name(),
         displays.len()
     );

@@ -480,3 +480,39 @@ fn words_are_not_cut_off_and_do_not_cover_each_other() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
+
+#[test]
+fn a_tight_picture_shows_the_alarm_if_no_panel_does() {
+    let out = std::env::var_os("SCREENS").map(PathBuf::from);
+    for language in Language::ALL {
+        for (panel_hidden, times) in [(true, 1), (false, 0)] {
+            let shown = with(|state| state.panel_hidden = panel_hidden);
+            let mut desk = harness(language, shown, [800, 600, 200]);
+            desk.run_steps(2);
+            desk.set_size(egui::vec2(400.0, 300.0));
+            desk.run_steps(4);
+            let labels: Vec<_> = desk.query_all_by_role(Role::Label).collect();
+            let said = |node: &egui_kittest::Node<'_>| {
+                let node = node.accesskit_node();
+                node.label().or_else(|| node.value()).unwrap_or_default()
+            };
+            let alarms = labels.iter().filter(|it| said(it).starts_with("Alarm: "));
+            let alarms: Vec<_> = alarms.map(|it| it.rect()).collect();
+            let all: Vec<_> = labels.iter().map(said).collect();
+            assert_eq!(alarms.len(), times, "{all:?}");
+            for (alarm, label) in alarms
+                .iter()
+                .flat_map(|it| labels.iter().map(move |b| (it, b)))
+            {
+                let common = label.rect().intersect(*alarm);
+                let is_apart = common.width() <= 2.0 || common.height() <= 2.0;
+                assert!(is_apart || label.rect() == *alarm, "{}", said(label));
+            }
+            if let Some(out) = out.as_ref().filter(|_| panel_hidden) {
+                let file = format!("tight-{}.png", language.code());
+                let picture = desk.render().expect("a driver draws it");
+                picture.save(out.join(file)).expect("a file in SCREENS");
+            }
+        }
+    }
+}

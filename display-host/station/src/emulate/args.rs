@@ -82,6 +82,10 @@ pub(crate) struct EmulateArgs {
     /// Give the haptic device's firmware a mistake, to see what the tests of devices say
     #[arg(long, value_name = "NAME", value_parser = parse_mistake)]
     pub(crate) mistake: Option<Mistake>,
+    /// Core of the controller's tick, which the emulated devices leave alone [default: the last
+    /// one, as of `calot rt`]
+    #[arg(long, value_name = "N")]
+    pub(crate) tick_core: Option<usize>,
     /// End when the parent process of this id ends
     #[arg(long, value_name = "PID")]
     pub(crate) with_parent: Option<i32>,

@@ -35,10 +35,10 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
         holding: args.hand.into(),
         faults: hardware::emulate::LineFaults::default(),
     };
-    // A real device has its own processor, so leave the last core, the tick's default, alone. If
-    // Linux refuses, the emulated devices answer later.
+    // A real device has its own processor, so leave the tick's core alone. If Linux refuses, the
+    // emulated devices answer later.
     let cores = realtime::allowed_cores();
-    let tick_core = cores.last().copied().unwrap_or(0);
+    let tick_core = args.tick_core.or(cores.last().copied()).unwrap_or(0);
     let _ = realtime::work_beside_tick(&cores, tick_core, EMULATOR_PRIORITY);
     let mut steering = steering::Steering::new(args)?;
     hardware::emulate::run_steered(&config, &stop, &mut || steering.wish(), &mut |lines| {

@@ -173,6 +173,7 @@ mod tests {
             mistake: None,
             handle: crate::emulate::args::HandleName::Stylus,
             hand: crate::emulate::args::HandName::Script,
+            tick_core: None,
             with_parent: None,
         }
     }

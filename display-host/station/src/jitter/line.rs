@@ -89,10 +89,10 @@ fn named(devices: &DeviceArgs) -> Result<Option<PathBuf>, Problem> {
     let file = devices.station_file.as_deref().map(StationFile::read);
     let in_file = file.transpose()?.and_then(|file| file.haptic);
     let path = devices.haptic.clone().or(in_file.map(|spec| spec.path));
-    Ok(path.filter(|path| is_terminal(path)))
+    Ok(path.filter(|path| is_character_device(path)))
 }
 
-fn is_terminal(path: &Path) -> bool {
+fn is_character_device(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|it| it.file_type().is_char_device())
 }
 
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_named_terminal_is_watched() {
+    fn only_a_named_character_device_is_watched() {
         let haptic = |path: &str| DeviceArgs {
             haptic: Some(path.into()),
             ..DeviceArgs::default()

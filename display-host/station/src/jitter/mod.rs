@@ -133,9 +133,10 @@ fn measure(args: &JitterArgs, out: &Path) -> Result<(Report, bool), Problem> {
         report.about.notes.push(problem);
     }
     let displays = running.end();
-    if displays > 0 {
-        report.count("displays_joined", displays);
+    if displays.joined > 0 {
+        report.count("displays_joined", displays.joined);
     }
+    report.about.notes.extend(displays.problem);
     if let Err(problem) = outcome {
         // Keep what was measured so far, marked as incomplete.
         save(&report, out)?;

@@ -44,7 +44,7 @@ pub(crate) struct PrepareArgs {
     /// File for the compiled scene (.calot) [default: only print the report]
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Draw the spheres and springs inside translucent organs to this file
+    /// Draw the spheres and links inside translucent organs to this file
     #[arg(long, value_name = "FILE.png", value_parser = parse_png)]
     pub(crate) picture: Option<PathBuf>,
     /// Write the report as JSON to this file; `-` is standard output

@@ -150,16 +150,18 @@ fn by_kind<'a>(
 }
 
 /// Driver of the haptic device, by its name in station files: `rig` for `--haptic`, `emulated` if
-/// there is neither `--haptic` nor a station file.
+/// neither `--haptic` nor a station file names a haptic device, nothing if the station file cannot
+/// be read any more.
 fn driver(devices: &DeviceArgs) -> String {
     if devices.haptic.is_some() {
         return "rig".to_owned();
     }
-    let Some(path) = devices.station_file.as_deref() else {
-        return "emulated".to_owned();
+    let file = devices.station_file.as_deref().map(StationFile::read);
+    let Ok(file) = file.transpose() else {
+        return String::new();
     };
-    let haptic = StationFile::read(path).ok().and_then(|it| it.haptic);
-    let name = haptic.map_or("", |it| match it.driver {
+    let haptic = file.and_then(|it| it.haptic);
+    let name = haptic.map_or("emulated", |it| match it.driver {
         HapticDriver::Rig => "rig",
         HapticDriver::Woody => "woody",
         HapticDriver::Hapi(_) => "hapi",
@@ -228,4 +230,32 @@ fn debrief(
         say::note(format_args!("calot: no debrief.html: {problem}"));
     }
     made.is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_driver_of_a_haptic_device_that_nobody_names_is_emulated() {
+        let folder = tempfile::tempdir().unwrap();
+        let driver_of = |text: &str| {
+            let path = folder.path().join("station.toml");
+            std::fs::write(&path, text).unwrap();
+            driver(&DeviceArgs {
+                station_file: Some(path),
+                ..DeviceArgs::default()
+            })
+        };
+        assert_eq!(driver(&DeviceArgs::default()), "emulated");
+        let pedal_only = "[pedal]\ndriver = \"rig\"\npath = \"/dev/ttyACM1\"\n";
+        assert_eq!(driver_of(pedal_only), "emulated");
+        let haptic = "[haptic]\ndriver = \"woody\"\npath = \"/dev/ttyACM0\"\n";
+        assert_eq!(driver_of(haptic), "woody");
+        let unreadable = DeviceArgs {
+            station_file: Some(folder.path().join("none.toml")),
+            ..DeviceArgs::default()
+        };
+        assert_eq!(driver(&unreadable), "");
+    }
 }

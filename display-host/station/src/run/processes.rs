@@ -97,7 +97,7 @@ impl Emulated {
 
     /// Arguments of the emulator.
     fn words(&self, args: &RunArgs, player: Player, scene: &Path) -> Vec<OsString> {
-        words([
+        let mut emulate = words([
             &"emulate",
             &"--with-parent",
             &std::process::id().to_string(),
@@ -113,7 +113,11 @@ impl Emulated {
             &player.emulated_hand(),
             &"--gamepad",
             &args.gamepad.gamepad.word(),
-        ])
+        ]);
+        if let Some(core) = args.controller.realtime.core {
+            emulate.extend(["--tick-core".into(), core.to_string().into()]);
+        }
+        emulate
     }
 
     /// Devices that the controller opens.
@@ -237,6 +241,24 @@ fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<P
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_emulator_is_told_the_ticks_core() {
+        let emulated = Emulated::beside(&DeviceArgs::default(), Path::new("/run/x")).unwrap();
+        let told = |core| {
+            let mut args = RunArgs::default();
+            args.controller.realtime.core = core;
+            let words = emulated.words(&args, Player::Script, Path::new("x.calot"));
+            let words = words.iter().map(|it| it.to_string_lossy().into_owned());
+            words.collect::<Vec<_>>().join(" ")
+        };
+        assert!(
+            told(Some(0)).ends_with("--tick-core 0"),
+            "{}",
+            told(Some(0))
+        );
+        assert!(!told(None).contains("--tick-core"), "{}", told(None));
+    }
 
     #[test]
     fn the_cost_of_the_stages_is_read_from_the_controllers_answer() {

@@ -9,12 +9,14 @@ mod check;
 mod locate;
 mod material;
 mod raw;
+mod sourced;
 
 use std::path::{Path, PathBuf};
 
 use shared_mem::scene::OrganKind;
 
 pub use material::Material;
+pub use sourced::{Sourced, sourced};
 
 use crate::Vec3;
 use crate::error::RecipeError;

@@ -164,6 +164,22 @@ impl Parts {
         })
     }
 
+    /// Gives the organ this many times the product's substeps.
+    pub(crate) fn finer(mut self, times: u32) -> Self {
+        for organ in &mut self.plan.organs {
+            organ.substeps = (organ.substeps * times).min(SUBSTEPS_MAX);
+        }
+        self
+    }
+
+    /// Takes the tissue's viscosity away.
+    pub(crate) fn without_viscosity(mut self) -> Self {
+        for organ in &mut self.plan.organs {
+            organ.material.retardation_s = 0.0;
+        }
+        self
+    }
+
     /// Adds the contact skin, against which tools collide.
     pub(crate) fn with_skin(mut self, skin: ContactSkin) -> Self {
         self.plan.skin = skin;

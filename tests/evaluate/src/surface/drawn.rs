@@ -388,7 +388,7 @@ fn nearest_on([a, b, c]: [Vec3; 3], p: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::hand::Seeded;
+    use crate::seeded_hand::Seeded;
 
     #[test]
     fn no_point_of_a_triangle_is_nearer_than_the_nearest() {

@@ -7,7 +7,6 @@
 
 mod drawn;
 mod ends;
-mod hand;
 mod walls;
 
 use std::path::Path;
@@ -23,9 +22,11 @@ use shared_mem::words::Instrument;
 
 use crate::csv::split;
 use crate::page::{Section, table};
+use crate::seeded_hand::{Manner, Seeded, SeededHand, place, tip_m};
 use drawn::{Drawn, Faults};
-use hand::{LOOK_EVERY, Manner, Seeded, SeededHand, place};
 
+/// Ticks between two looks at the surface.
+const LOOK_EVERY: u64 = 40;
 /// Simulated time of the seeded hand in a scene, s.
 const HAND_S: f64 = 600.0;
 const QUICK_HAND_S: f64 = 20.0;
@@ -111,8 +112,8 @@ impl<'a> Judge<'a> {
             };
             let mut tools = *worst.tools;
             let picture = Quat::from_array(tools.world_from_camera.orientation);
-            let tip_m = hand::tip_m(&tools);
-            tools.world_from_camera.position_m = (tip_m + picture * Vec3::Z * VIEW_M).to_array();
+            let at_m = tip_m(&tools);
+            tools.world_from_camera.position_m = (at_m + picture * Vec3::Z * VIEW_M).to_array();
             let png = album
                 .draw(&worst.state, &tools)
                 .map_err(|e| e.to_string())?;
@@ -211,7 +212,7 @@ fn worked(
             judge.see(rehearsal.state(), rehearsal.tools());
         };
         let mut seeded = Seeded::new(1);
-        let mut hand = SeededHand::new(rehearsal, manner, &mut watch);
+        let mut hand = SeededHand::new(rehearsal, manner, LOOK_EVERY, &mut watch);
         let instruments = Instrument::ALL.len();
         for turn in 0.. {
             let organ = turn / instruments % scene.organs().len();

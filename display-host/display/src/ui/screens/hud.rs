@@ -19,8 +19,10 @@ const HELP: f32 = 14.0;
 const SIDE: f32 = 236.0;
 /// Space between the left column and the alarm, including margins and frames, points.
 const CLEAR: f32 = 62.0;
+/// Width of the left column in a tight picture, points: the time alone.
+const TIME: f32 = 140.0;
 /// Width of the picture, points. In a narrower picture, as with large text, the cards show only
-/// time, next step and result.
+/// time, next step and result, and the alarm if the panel does not show it.
 const TIGHT: f32 = 480.0;
 /// Width of the picture, points. In a narrower picture, a result or pause in the middle replaces
 /// the other cards, because it would cover them.
@@ -39,8 +41,8 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
         if let Some(task) = task {
             stands(ui, place, state, task);
         }
-        // In a tight picture only the panel shows the alarm.
-        let alarmed = task.filter(|_| !is_tight(place));
+        // In a tight picture the panel, if there is one, shows the alarm.
+        let alarmed = task.filter(|_| !is_tight(place) || state.panel_hidden);
         if let Some(note) = alarmed.and_then(|task| task.alarm.as_ref()) {
             alarm(ui, place, &state.words, note);
         }
@@ -83,12 +85,13 @@ fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
 /// Shows the latest error in the middle, or on the right if the middle has too little room.
 fn alarm(ui: &Ui, place: Rect, words: &Words, note: &TaskNote) {
     let middle = place.width() - 2.0 * (SIDE + CLEAR);
-    let (side, width) = match middle >= SIDE {
-        true => (Align2::CENTER_TOP, middle),
-        false => (Align2::RIGHT_TOP, place.width() - SIDE - CLEAR),
+    let (side, width, size) = match middle >= SIDE {
+        true => (Align2::CENTER_TOP, middle, TEXT),
+        false if is_tight(place) => (Align2::RIGHT_TOP, place.width() - TIME - CLEAR, HINT),
+        false => (Align2::RIGHT_TOP, place.width() - SIDE - CLEAR, TEXT),
     };
     card(ui, "hud alarm", place, side, |ui| {
-        ui.style_mut().override_font_id = Some(egui::FontId::proportional(TEXT));
+        ui.style_mut().override_font_id = Some(egui::FontId::proportional(size));
         ui.set_max_width(width);
         let text = task::alarm(words, note).into();
         let text = words.say_with("hud-alarm", &[("text", text)]);

@@ -61,6 +61,8 @@ pub(crate) struct Vessels {
     holes: Vec<Hole, MAX_HOLES>,
     /// True if a leak has found no room in `holes` since `is_overrun` was last called.
     is_overrun: bool,
+    /// Slits that found no room in `holes` in the last tick.
+    slits_lost: usize,
     /// True for organs that are divided somewhere.
     divided: [bool; MAX_ORGANS],
     progress: Progress,
@@ -73,6 +75,7 @@ impl Vessels {
             dried_j: PerSphere::new(0.0),
             holes: Vec::new(),
             is_overrun: false,
+            slits_lost: 0,
             divided: [false; MAX_ORGANS],
             progress: Progress::Known,
         }

@@ -6,8 +6,6 @@ use shared_mem::message::{CommandMsg, HandMsg, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::{Instrument, Switches};
 
-/// Ticks between two looks at the surface.
-pub(crate) const LOOK_EVERY: u64 = 40;
 /// Distance from the skin at which the work at a place starts, m.
 const AWAY_M: f32 = 0.025;
 /// Distance of the slide along the skin, m.
@@ -112,13 +110,17 @@ pub(crate) struct SeededHand<'a, 'b> {
     from_m: Option<Vec3>,
     at_m: Vec3,
     manner: Manner,
+    /// Ticks between two looks.
+    look_every: u64,
     watch: &'a mut dyn FnMut(&mut Rehearsal<'b>),
 }
 
 impl<'a, 'b> SeededHand<'a, 'b> {
+    /// A hand that calls `watch` every `look_every` ticks.
     pub(crate) fn new(
         rehearsal: &'a mut Rehearsal<'b>,
         manner: Manner,
+        look_every: u64,
         watch: &'a mut dyn FnMut(&mut Rehearsal<'b>),
     ) -> Self {
         let asked: HandMsg = bytemuck::Zeroable::zeroed();
@@ -128,9 +130,10 @@ impl<'a, 'b> SeededHand<'a, 'b> {
             from_m: None,
             at_m: Vec3::ZERO,
             manner,
+            look_every,
             watch,
         };
-        hand.wait(LOOK_EVERY);
+        hand.wait(look_every);
         hand
     }
 
@@ -141,12 +144,13 @@ impl<'a, 'b> SeededHand<'a, 'b> {
 
     fn tick(&mut self, command: Option<CommandMsg>) {
         self.rehearsal.tick(&self.asked, command);
-        if self.rehearsal.ticks().is_multiple_of(LOOK_EVERY) {
+        if self.rehearsal.ticks().is_multiple_of(self.look_every) {
             (self.watch)(self.rehearsal);
         }
     }
 
-    fn wait(&mut self, ticks: u64) {
+    /// Keeps still for these ticks.
+    pub(crate) fn wait(&mut self, ticks: u64) {
         for _ in 0..ticks {
             self.tick(None);
         }
@@ -157,7 +161,7 @@ impl<'a, 'b> SeededHand<'a, 'b> {
     }
 
     /// Moves the tip to a place at the manner's speed.
-    fn go(&mut self, to_m: Vec3) {
+    pub(crate) fn go(&mut self, to_m: Vec3) {
         let tools = *self.rehearsal.tools();
         let from_m = *self.from_m.get_or_insert_with(|| tip_m(&tools));
         if self.at_m == Vec3::ZERO {
@@ -173,6 +177,17 @@ impl<'a, 'b> SeededHand<'a, 'b> {
         }
     }
 
+    /// Takes another instrument in hand.
+    pub(crate) fn take_up(&mut self, instrument: Instrument) {
+        self.command(CommandMsg::INSTRUMENT, instrument.number());
+    }
+
+    /// Closes or opens the jaws.
+    pub(crate) fn close(&mut self, closed: bool) {
+        self.asked.buttons = if closed { CLOSE } else { 0 };
+        self.wait(REST);
+    }
+
     /// Works one instrument at a place: presses, slides, closes the jaws or steps on the pedal,
     /// pulls, lets go and leaves.
     pub(crate) fn work(&mut self, instrument: Instrument, place: &Place, seeded: &mut Seeded) {
@@ -182,7 +197,7 @@ impl<'a, 'b> SeededHand<'a, 'b> {
         let deep_m = place.at_m + place.inwards * self.manner.depth_m();
         let away_m = place.at_m - place.inwards * AWAY_M;
         self.go(away_m);
-        self.command(CommandMsg::INSTRUMENT, instrument.number());
+        self.take_up(instrument);
         self.asked.rolled_rad += f64::from(turn);
         self.wait(REST);
         self.go(deep_m);

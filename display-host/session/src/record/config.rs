@@ -1,0 +1,47 @@
+//! Target and content of a recording, and the view that the display tells it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::mpsc::Sender;
+
+use shared_mem::scene::SceneFile;
+
+use crate::course::Entry;
+use crate::info::Assignment;
+
+/// The endoscope's view relative to its shaft, set by the display.
+#[derive(Debug, Clone, Default)]
+pub struct Sight(Arc<AtomicU64>);
+
+impl Sight {
+    /// Sets the angle between view and shaft, and the view's turn about the shaft, rad.
+    pub fn tell(&self, [off_rad, turned_rad]: [f32; 2]) {
+        let (off, turned) = (
+            u64::from(off_rad.to_bits()),
+            u64::from(turned_rad.to_bits()),
+        );
+        self.0.store(off << 32 | turned, Relaxed);
+    }
+
+    pub(super) fn now(&self) -> [f32; 2] {
+        let bits = self.0.load(Relaxed);
+        [bits >> 32, bits].map(|bits| f32::from_bits(bits as u32))
+    }
+}
+
+/// Target and content of a recording.
+pub struct Config {
+    /// Path of the file; an existing one is replaced.
+    pub path: PathBuf,
+    /// Program: version, commit, build.
+    pub build: String,
+    /// The compiled scene.
+    pub scene: SceneFile,
+    /// Purpose of the session, if it belongs to a task.
+    pub assignment: Option<Assignment>,
+    /// The endoscope's view relative to its shaft.
+    pub sight: Sight,
+    /// Channel into which each entry of the course is sent when it is written.
+    pub course: Option<Sender<Entry>>,
+}

@@ -1,0 +1,106 @@
+//! The first screen: choices, trainees, scenes, devices, and the trainee's progress.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use assess::{Difficulty, Task};
+use display_host::ui::launcher::{ProgressView, Screen, Start, StartForm};
+use display_host::words::Words;
+
+use super::{Desk, choices, problem, stations};
+
+impl Desk {
+    pub(super) fn show_start(&mut self) {
+        let names = |all: &[&str]| all.iter().map(|it| (*it).to_owned()).collect();
+        let words = &self.view.words;
+        let kept = self.open_store().and_then(|store| {
+            let trainees = store.trainees();
+            trainees.map_err(|it| problem::of_store(words, &it))
+        });
+        let mut start = Start {
+            form: self.form.clone(),
+            trainees: Vec::new(),
+            tasks: names(&Task::ALL.map(Task::name)),
+            difficulties: names(&Difficulty::ALL.map(Difficulty::name)),
+            scopes: choices::SCOPES.to_vec(),
+            scenes: names(&choices::SCENES),
+            hanging: names(&choices::hanging()),
+            shown: names(&choices::shown()),
+            store: self.store.as_ref().map_or_else(
+                || words.say("store-no-home"),
+                |path| path.display().to_string(),
+            ),
+            problem: None,
+            ..Start::default()
+        };
+        let own = self.args.scene.iter();
+        let own = own.filter(|it| !choices::SCENES.contains(&it.as_str()));
+        start.scenes.extend(own.cloned());
+        match kept {
+            Ok(trainees) => start.trainees = trainees.into_iter().map(|it| it.name).collect(),
+            Err(problem) => start.problem = Some(problem),
+        }
+        start.is_first = start.trainees.is_empty() && !self.has_sessions();
+        start.progress = self.progress(&self.form.trainee);
+        stations::look(&mut start, words);
+        self.looked = Instant::now();
+        self.view.screen = Screen::Start(start);
+    }
+
+    pub(super) fn choose(&mut self, form: StartForm) {
+        let form = choices::fitting(&self.form, form);
+        let devices = |it: &StartForm| (it.emulated, it.station_file.clone());
+        let look = devices(&form) != devices(&self.form);
+        let speaks_anew = form.language != self.form.language;
+        let is_another = form.trainee != self.form.trainee;
+        self.form = form;
+        self.view.look = self.form.look;
+        let progress = match is_another {
+            true => self.progress(&self.form.trainee),
+            false => None,
+        };
+        if speaks_anew {
+            self.view.words = Words::new(self.form.language);
+            // The messages on the screen are in the old language: build them again.
+            self.show_start();
+        } else if let Screen::Start(start) = &mut self.view.screen {
+            start.form = self.form.clone();
+            if is_another {
+                start.progress = progress;
+            }
+            if look {
+                stations::look(start, &self.view.words);
+            }
+        }
+    }
+
+    /// Folder of the sessions: `--sessions`, else `sessions` beside the store, else `out`.
+    pub(super) fn sessions(&self) -> PathBuf {
+        let beside = self.store.as_ref().and_then(|store| store.parent());
+        let sessions = self.args.sessions.clone();
+        let sessions = sessions.or_else(|| Some(beside?.join("sessions")));
+        sessions.unwrap_or_else(|| "out".into())
+    }
+
+    /// True if the folder of the sessions holds something.
+    fn has_sessions(&self) -> bool {
+        let entries = std::fs::read_dir(self.sessions());
+        entries.is_ok_and(|mut it| it.next().is_some())
+    }
+
+    /// Progress of a trainee in the curriculum. `None`: a guest, a name that the store does not
+    /// know, or a store that cannot be read.
+    pub(super) fn progress(&self, trainee: &str) -> Option<ProgressView> {
+        if trainee.trim().is_empty() {
+            return None;
+        }
+        let store = self.open_store().ok()?;
+        let sessions = store.sessions(trainee.trim(), None).ok()?;
+        let language = self.form.language;
+        Some(
+            self.curriculum
+                .progress(trainee, &sessions, language)
+                .view(),
+        )
+    }
+}

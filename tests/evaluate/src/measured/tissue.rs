@@ -1,0 +1,281 @@
+//! Organs and instruments beside published figures: what Calot gives when it is run under the same
+//! condition, and what it does not model.
+
+use rt_core::tool::{Capsule, Role};
+use scene_prepare::recipe::Material;
+use shared_mem::scene::OrganKind;
+
+use super::plates::{Ends, Setting, press};
+use super::published::{MISSING, Missing};
+use super::silicone::SPECIMEN;
+use super::specimen::Cylinder;
+use super::{Bar, Row, grasp};
+use crate::body::{Tissue, V3};
+use crate::methods::{Parts, Surroundings};
+
+/// A piece of liver on a table, which an indenter presses.
+const PIECE: Cylinder = Cylinder {
+    radius_m: 0.060,
+    height_m: 0.050,
+};
+/// Radius of the indenter, m.
+const INDENTER_M: f64 = 0.005;
+const DEPTHS_MM: [f64; 3] = [1.0, 3.0, 6.0];
+/// Speed of the indenter, m/s.
+const SPEED_M_S: f64 = 0.02;
+/// Time for which the indenter stays at a depth before its force is read, s.
+const REST_S: f64 = 0.5;
+/// Time for which it is held at last, s.
+const HOLD_S: f64 = 10.0;
+/// Share of its force by which a held press must fall to count as relaxation.
+const RELAXES: f64 = 0.02;
+/// A duct or vessel in tension.
+const TUBE: Cylinder = Cylinder {
+    radius_m: 0.002,
+    height_m: 0.040,
+};
+const BEADS: usize = 20;
+/// Length of tube in each grip, m. Preparation makes the last beads thin, because they lie within
+/// the tube's round end.
+const GRIPPED_M: f64 = 0.006;
+/// Strains between which the modulus of a tube is read. Below the first, its beads still come into
+/// line.
+const TUBE_STRAINS: [f64; 2] = [0.03, 0.06];
+/// Strain of solids at which a modulus is read.
+const SMALL_STRAIN: f64 = 0.02;
+/// Shear moduli, collected in one table.
+const SHEAR: &str = "PMC6925591, Table 1";
+const KERDOK: &str = "Kerdok 2006, PMID 16126215";
+const BARRIE: &str = "Barrie, eprints.whiterose.ac.uk 87750";
+/// Time for which retracting surgeons hold bowel, s (same source).
+const RETRACT_S: f64 = 3.87;
+
+/// Measures, and adds what Calot does not model.
+///
+/// # Errors
+/// The message with which Calot refuses a specimen.
+pub(super) fn run(quick: bool) -> Result<Vec<Row>, String> {
+    let spheres = if quick { 250 } else { 581 };
+    let mut rows = solids(spheres)?;
+    rows.extend(tubes()?);
+    rows.extend(indentation(spheres)?);
+    rows.extend(retraction(if quick { 1 } else { 5 })?);
+    rows.extend(MISSING.iter().map(missing));
+    Ok(rows)
+}
+
+/// Material of a kind of organ, as the built-in scenes have it.
+fn typical(kind: OrganKind) -> Tissue {
+    let material = Material::typical(kind);
+    Tissue {
+        young_pa: material.young_pa,
+        poisson: material.poisson,
+        density_kg_m3: material.density_kg_m3,
+    }
+}
+
+fn row(source: &str, quantity: &str, condition: String) -> Row {
+    Row {
+        source: source.to_owned(),
+        quantity: quantity.to_owned(),
+        condition,
+        published: 0.0,
+        published_sd: None,
+        calot: None,
+        bar: Bar::Percent,
+    }
+}
+
+fn solids(spheres: usize) -> Result<Vec<Row>, String> {
+    let mut rows = Vec::new();
+    let liver = typical(OrganKind::Liver);
+    let body = SPECIMEN.body(spheres, liver)?;
+    let depths_m = [SMALL_STRAIN, 0.5].map(|it| it * SPECIMEN.height_m);
+    let shear_kpa = |force_n: f64| force_n / SPECIMEN.area_m2() / SMALL_STRAIN / 3e3;
+    let pressed = press(&body, liver, Ends::Free, Setting::SHIPPED, &depths_m)?;
+    rows.push(Row {
+        published: 1.8,
+        published_sd: Some(0.4),
+        calot: Some(shear_kpa(pressed[0].force_n)),
+        bar: Bar::Range(1.8 - 2.0 * 0.4, 1.8 + 2.0 * 0.4),
+        ..row(
+            SHEAR,
+            "shear modulus, kPa",
+            "liver, small strain; Calot: a third of the modulus between plates".to_owned(),
+        )
+    });
+    rows.push(Row {
+        published: 34.7,
+        calot: Some(pressed[1].force_n / SPECIMEN.area_m2() / 1e3),
+        ..row(
+            KERDOK,
+            "nominal stress at 50 % nominal strain, kPa",
+            "perfused porcine liver, pressed; Calot: liver between plates, ends free".to_owned(),
+        )
+    });
+    let gallbladder = typical(OrganKind::Gallbladder);
+    let pressed = press(
+        &body,
+        gallbladder,
+        Ends::Free,
+        Setting::SHIPPED,
+        &depths_m[..1],
+    )?;
+    rows.push(Row {
+        published: 85.0,
+        calot: Some(shear_kpa(pressed[0].force_n)),
+        ..row(
+            SHEAR,
+            "shear modulus, kPa",
+            "wall of the gallbladder; Calot: a solid that bends as the wall and bile do".to_owned(),
+        )
+    });
+    Ok(rows)
+}
+
+fn tubes() -> Result<Vec<Row>, String> {
+    let tube = |kind: OrganKind, name: &str, published: f64| {
+        let tissue = typical(kind);
+        let (body, length_m) = TUBE.tube(kind, BEADS, GRIPPED_M, tissue)?;
+        let depths_m = TUBE_STRAINS.map(|it| -it * length_m);
+        let pulled = press(&body, tissue, Ends::Bonded, Setting::SHIPPED, &depths_m)?;
+        let more_n = pulled[0].force_n - pulled[1].force_n;
+        let modulus_pa = more_n / TUBE.area_m2() / (TUBE_STRAINS[1] - TUBE_STRAINS[0]);
+        Ok::<_, String>(Row {
+            published,
+            calot: Some(modulus_pa / 3e3),
+            ..row(
+                SHEAR,
+                "shear modulus, kPa",
+                format!(
+                    "{name}; Calot: a third of the modulus in tension, over the whole cross-section"
+                ),
+            )
+        })
+    };
+    Ok(vec![
+        tube(OrganKind::CysticDuct, "bile duct", 166.0)?,
+        tube(OrganKind::CysticArtery, "hepatic artery", 210.0)?,
+    ])
+}
+
+/// Presses a ball into a piece of liver, and holds it at last.
+fn indentation(spheres: usize) -> Result<Vec<Row>, String> {
+    let liver = typical(OrganKind::Liver);
+    let (body, skin) = PIECE.on_table(spheres, liver)?;
+    let around = Surroundings::weightless(&liver);
+    let mut parts = Parts::new(&body, &around, None)
+        .map_err(|e| e.to_string())?
+        .with_skin(skin);
+    let mut solved = parts.bare().map_err(|e| e.to_string())?;
+    let mut at = |depth_m: f64| {
+        let center_m = V3::new(0.0, 0.0, (PIECE.height_m + INDENTER_M - depth_m) as f32);
+        let tip = Capsule {
+            a_m: center_m,
+            b_m: center_m,
+            radius_m: INDENTER_M as f32,
+            role: Role::Tip,
+        };
+        f64::from(solved.press(&[tip]).force_n.z)
+    };
+    let mut rows = Vec::new();
+    let (mut from_m, mut first_n) = (0.0, 0.0);
+    for depth_mm in DEPTHS_MM {
+        let to_m = depth_mm * 1e-3;
+        let ticks = ((to_m - from_m) / SPEED_M_S * 1e3).ceil() as usize;
+        for i in 1..=ticks {
+            at(from_m + (to_m - from_m) * i as f64 / ticks as f64);
+        }
+        from_m = to_m;
+        for _ in 0..(REST_S * 1e3) as usize {
+            first_n = at(to_m);
+        }
+        // The modulus with which Hertz's law would give this force.
+        let hertz_pa = 0.75 * first_n * (1.0 - liver.poisson * liver.poisson)
+            / (INDENTER_M.sqrt() * to_m.powf(1.5));
+        rows.push(Row {
+            published: 270.0,
+            calot: Some(hertz_pa / 1e3),
+            ..row(
+                "Carter 2001, strathprints",
+                "Young's modulus under a small indenter, kPa",
+                format!(
+                    "human liver in vivo; Calot: by Hertz's law under a ball of {:.0} mm radius, \
+                     {depth_mm} mm deep",
+                    INDENTER_M * 1e3
+                ),
+            )
+        });
+    }
+    let mut last_n = first_n;
+    for _ in 0..(HOLD_S * 1e3) as usize {
+        last_n = at(from_m);
+    }
+    let lost = 1.0 - last_n / first_n;
+    // A time constant exists only where the force of a held press falls.
+    let constant_s = (lost > RELAXES).then(|| -HOLD_S / (1.0 - lost).ln());
+    for published in [1.86, 51.3] {
+        rows.push(Row {
+            published,
+            calot: constant_s,
+            ..row(
+                KERDOK,
+                "time constant of relaxation, s",
+                format!(
+                    "perfused porcine liver; Calot: held {from_m_mm} mm deep for {HOLD_S} s, force \
+                     changed by {changed:.2} %",
+                    from_m_mm = DEPTHS_MM[DEPTHS_MM.len() - 1],
+                    changed = lost.abs() * 100.0
+                ),
+            )
+        });
+    }
+    Ok(rows)
+}
+
+/// Pulls at the gallbladder of the built-in scene with a grasper.
+fn retraction(seeds: u64) -> Result<Vec<Row>, String> {
+    let pulls = grasp::pulls("gallbladder", seeds, RETRACT_S)?;
+    let largest: Vec<f64> = pulls.iter().map(|it| it.largest_n).collect();
+    let left: Vec<f64> = pulls.iter().filter_map(|it| it.left).collect();
+    let condition = format!(
+        "porcine gallbladder, at the handle; Calot: built-in scene, {} places pulled by 30 mm, {} \
+         slipped, as the emulated Touch renders it",
+        pulls.len(),
+        pulls.len() - left.len()
+    );
+    let peak = Row {
+        published: 50.7,
+        published_sd: Some(3.8),
+        calot: Some(statistics::median(&largest)),
+        ..row(
+            BARRIE,
+            "largest force of a retraction, N",
+            condition.clone(),
+        )
+    };
+    // The source gives root mean squares of less than 10 to 25 N.
+    let rest = Row {
+        published: 25.0 / 50.7,
+        calot: (!left.is_empty()).then(|| statistics::median(&left)),
+        bar: Bar::Range(0.0, 25.0 / 50.7),
+        ..row(
+            BARRIE,
+            "force left in a held retraction over its peak",
+            format!("{condition}, held for {RETRACT_S} s; published: at most"),
+        )
+    };
+    Ok(vec![peak, rest])
+}
+
+fn missing(it: &Missing) -> Row {
+    Row {
+        published: it.published,
+        published_sd: it.sd,
+        ..row(
+            it.source,
+            it.quantity,
+            format!("{}; Calot: {}", it.condition, it.reason),
+        )
+    }
+}
