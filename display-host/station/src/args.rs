@@ -22,8 +22,10 @@ pub(crate) const IN_TRIANGLE: [&str; 6] =
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct SceneArgs {
     /// Scene: `built-in` (liver and gallbladder), `triangle` (with Calot's triangle; the default of
-    /// a task that needs it), `triangle-variant` (duct and artery take another course), a recipe
-    /// (.toml), a mesh (.obj .stl .ply .gltf .glb) or a compiled scene (.calot)
+    /// a task that needs it), `triangle-variant` (duct and artery take another course),
+    /// `patient:NAME` (ada, berta, clara, dora, edith or frieda, from easy to hard) or
+    /// `patient:SEED` (any number), a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb) or a
+    /// compiled scene (.calot)
     #[arg(long, value_name = "NAME|FILE", default_value = "built-in",
         default_value_ifs = IN_TRIANGLE.map(|task| ("task", task, Some("triangle"))))]
     pub(crate) scene: String,

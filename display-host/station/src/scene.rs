@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use scene_prepare::patient::{PREFIX, Patient};
 use scene_prepare::recipe::MeshOptions;
 use scene_prepare::{Prepared, Progress, Recipe};
 use shared_mem::scene::{SceneData, SceneFile};
@@ -87,6 +88,9 @@ pub(crate) fn recipe(
     if source == "triangle" || source == "triangle-variant" {
         return Ok(Recipe::triangle(source != "triangle")?);
     }
+    if let Some(word) = source.strip_prefix(PREFIX) {
+        return Ok(Patient::of_word(word)?.recipe()?);
+    }
     if has_extension(path, &["toml"]) {
         return Ok(Recipe::load(path, meshes)?);
     }
@@ -94,8 +98,8 @@ pub(crate) fn recipe(
         return Ok(Recipe::from_mesh(path, mesh)?);
     }
     Err(format!(
-        "'{source}' is not a scene: name `built-in`, `triangle`, `triangle-variant`, a recipe (.toml), a mesh (.obj .stl .ply \
-         .gltf .glb), or a compiled scene (.calot)"
+        "'{source}' is not a scene: name `built-in`, `triangle`, `triangle-variant`, `patient:NAME` or `patient:SEED`, a recipe \
+         (.toml), a mesh (.obj .stl .ply .gltf .glb), or a compiled scene (.calot)"
     )
     .into())
 }
@@ -144,6 +148,20 @@ mod tests {
         let usual = recipe("triangle", None, &MeshOptions::default()).unwrap();
         let variant = recipe("triangle-variant", None, &MeshOptions::default()).unwrap();
         assert_ne!(usual.organs, variant.organs);
+    }
+
+    #[test]
+    fn patients_have_names_and_seeds() {
+        let of = |source: &str| recipe(source, None, &MeshOptions::default());
+        assert_eq!(of("patient:ada").unwrap().name, "patient ada");
+        assert_eq!(of("patient:7").unwrap(), of("patient:7").unwrap());
+        assert_ne!(of("patient:7").unwrap(), of("patient:8").unwrap());
+        let error = of("patient:zoe").unwrap_err().to_string();
+        assert!(
+            error.contains("is 'zoe'; allowed: a seed of 0 to"),
+            "{error}"
+        );
+        assert!(error.contains("ada, berta"), "{error}");
     }
 
     #[test]

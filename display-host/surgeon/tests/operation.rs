@@ -5,6 +5,8 @@
 mod clumsy;
 #[path = "operation/injuries.rs"]
 mod injuries;
+#[path = "operation/patients.rs"]
+mod patients;
 #[path = "operation/silent.rs"]
 mod silent;
 mod theatre;

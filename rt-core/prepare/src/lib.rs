@@ -78,6 +78,7 @@ pub mod links;
 pub mod order;
 mod overlap;
 pub mod pack;
+pub mod patient;
 mod prepare;
 mod prepared;
 mod rest;

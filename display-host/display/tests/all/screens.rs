@@ -81,7 +81,17 @@ fn start(problem: bool) -> Screen {
         hanging: texts(&["identify", "full", "free"]),
         difficulties: texts(&["beginner", "trainee", "exam"]),
         scopes: vec![0, 30, 45],
-        scenes: texts(&["triangle", "triangle-variant", "built-in"]),
+        scenes: texts(&[
+            "triangle",
+            "triangle-variant",
+            "built-in",
+            "patient:ada",
+            "patient:berta",
+            "patient:clara",
+            "patient:dora",
+            "patient:edith",
+            "patient:frieda",
+        ]),
         devices: match problem {
             false => ["device-haptic", "device-tracker", "device-pedal"]
                 .map(|name| device(name, DeviceState::Emulated))

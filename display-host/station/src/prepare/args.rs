@@ -12,13 +12,15 @@ use crate::output::Overwrite;
 Examples:
   calot prepare built-in --out built-in.calot
   calot prepare triangle --budget-us 300 --levels 3 --out triangle.calot
+  calot prepare patient:17 --out patient-17.calot
   calot prepare liver.obj --spheres 581 --json report.json --picture liver.png
   calot prepare segmentation.stl --unit mm --axes LPS --pieces largest --out liver.calot
   calot prepare tests/assets/hra-female.toml --meshes DIR --out female.calot")]
 pub(crate) struct PrepareArgs {
     /// Scene: `built-in` (liver and gallbladder), `triangle` (with Calot's triangle),
-    /// `triangle-variant` (duct and artery take another course), a recipe (.toml) or a mesh (.obj
-    /// .stl .ply .gltf .glb)
+    /// `triangle-variant` (duct and artery take another course), `patient:NAME` or `patient:SEED`
+    /// (a patient; the report begins with her case), a recipe (.toml) or a mesh (.obj .stl .ply
+    /// .gltf .glb)
     #[arg(value_name = "RECIPE|MESH")]
     pub(crate) source: String,
     /// Folder with the meshes that the recipe names, e.g. /data/hra [default: folder of the recipe]

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use scene_prepare::Prepared;
+use scene_prepare::patient::{PREFIX, Patient};
 use shared_mem::scene::SceneFile;
 
 use self::args::PrepareArgs;
@@ -69,7 +70,12 @@ pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
                 .map_err(|error| format!("{}: {error}", path.display()))?;
             tell(&prepared);
         }
-        None => tell(&prepared),
+        None => {
+            if let Some(word) = args.source.strip_prefix(PREFIX) {
+                say::answer(format_args!("{}", Patient::of_word(word)?));
+            }
+            tell(&prepared);
+        }
     }
     if let Some(out) = &args.out {
         scene::write(&prepared, out)?;

@@ -11,7 +11,17 @@ use crate::args::IN_TRIANGLE;
 /// Scene in which every task can be done.
 pub(super) const TRIANGLE: &str = "triangle";
 /// Scenes that need no file.
-pub(super) const SCENES: [&str; 3] = [TRIANGLE, "triangle-variant", "built-in"];
+pub(super) const SCENES: [&str; 9] = [
+    TRIANGLE,
+    "triangle-variant",
+    "built-in",
+    "patient:ada",
+    "patient:berta",
+    "patient:clara",
+    "patient:dora",
+    "patient:edith",
+    "patient:frieda",
+];
 /// Angles of the endoscopes, degrees.
 pub(super) const SCOPES: [u16; 3] = [0, 30, 45];
 
@@ -94,6 +104,13 @@ pub(super) fn fitting(before: &StartForm, mut form: StartForm) -> StartForm {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_patient_with_a_name_can_be_chosen() {
+        use scene_prepare::patient::{NAMES, PREFIX};
+        let patients = SCENES.iter().filter_map(|it| it.strip_prefix(PREFIX));
+        assert_eq!(patients.collect::<Vec<_>>(), NAMES);
+    }
 
     #[test]
     fn a_run_is_told_the_look_that_differs() {

@@ -4,10 +4,15 @@ use shared_mem::scene::{CellRecord, OrganKind};
 
 use crate::Vec3;
 use crate::mesh::Mesh;
-use crate::recipe::OrganPlan;
+use crate::recipe::{OrganPlan, Surface};
+use crate::shape::Form;
 
-/// Tissue up to this far outside of the triangle's sides belongs to the triangle, m.
-const MARGIN_M: f64 = 0.003;
+/// Tissue up to this far outside of the triangle's sides belongs to the triangle, m: the sides along
+/// the cystic duct, the liver and the bile duct.
+const MARGINS_M: [f64; 3] = [0.003; 3];
+/// The same under a cover ([`crate::shape::Anatomy::cover_mm`]). There the tissue on and beside the
+/// bile duct does not belong to the triangle, because a surgeon keeps away from the bile duct.
+const COVERED_M: [f64; 3] = [0.003, 0.003, -0.003];
 /// The lower bed reaches from the neck over this share of the bed's length.
 const LOWER: f64 = 1.0 / 3.0;
 
@@ -18,6 +23,8 @@ pub(crate) struct Regions {
     /// Corners, m: the cystic duct's end at the bile duct, the gallbladder's neck, and the bile
     /// duct's end at the liver.
     triangle: Option<[Vec3; 3]>,
+    /// How far outside of its sides tissue belongs to the triangle, m.
+    margins_m: [f64; 3],
     /// The bed's end at the neck and its other end, m.
     bed: Option<[Vec3; 2]>,
 }
@@ -54,14 +61,23 @@ impl Regions {
                 let far = bed.vertices.iter().max_by(by).copied().unwrap_or(neck);
                 [near, far]
             });
-        Self { triangle, bed }
+        let is_covered = organs.iter().any(|organ| match &organ.surface {
+            Surface::Shape(shape) => shape.form == Form::Fat && shape.anatomy.cover_mm > 0.0,
+            Surface::Mesh { .. } => false,
+        });
+        let margins_m = if is_covered { COVERED_M } else { MARGINS_M };
+        Self {
+            triangle,
+            margins_m,
+            bed,
+        }
     }
 
     /// Region of a place in tissue of this kind of organ ([`CellRecord::region`]).
     pub(crate) fn of(&self, kind: OrganKind, p: &Vec3) -> u8 {
         match kind {
             OrganKind::Fat => match self.triangle {
-                Some(corners) if is_over(&corners, p) => CellRecord::TRIANGLE,
+                Some(corners) if is_over(&corners, &self.margins_m, p) => CellRecord::TRIANGLE,
                 _ => CellRecord::NOWHERE,
             },
             OrganKind::ConnectiveTissue => match self.bed {
@@ -93,15 +109,15 @@ fn nearest_of(mesh: &Mesh, other: &Mesh) -> Vec3 {
 }
 
 /// True if the place, projected onto the triangle's plane, lies in the triangle or at most
-/// [`MARGIN_M`] outside of its sides.
-fn is_over(corners: &[Vec3; 3], p: &Vec3) -> bool {
+/// as far outside of each side as its margin.
+fn is_over(corners: &[Vec3; 3], margins_m: &[f64; 3], p: &Vec3) -> bool {
     let [a, b, c] = *corners;
     let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-12) else {
         return false;
     };
     let sides = [[a, b], [b, c], [c, a]];
-    sides.iter().all(|[from, to]| {
+    sides.iter().zip(margins_m).all(|([from, to], margin_m)| {
         let inward = normal.cross(&(to - from).normalize());
-        (p - from).dot(&inward) > -MARGIN_M
+        (p - from).dot(&inward) > -margin_m
     })
 }

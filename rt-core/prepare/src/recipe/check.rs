@@ -213,6 +213,9 @@ fn check_anatomy(place: &Source<'_>, anatomy: &Anatomy) -> Result<(), RecipeErro
             place.number(&path("shift_mm"), mm, -30.0..=30.0)?;
         }
     }
+    let path = |key| [Step::Key("anatomy"), Step::Key(key)];
+    place.number(&path("cover_mm"), anatomy.cover_mm, 0.0..=8.0)?;
+    place.number(&path("adhesion_mm"), anatomy.adhesion_mm, 0.0..=25.0)?;
     Ok(())
 }
 

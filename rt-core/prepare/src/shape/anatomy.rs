@@ -16,6 +16,17 @@ pub enum Course {
     /// A variant: the cystic duct runs along the bile duct and joins it low, and the cystic artery
     /// crosses in front of the bile duct.
     Variant,
+    /// The cystic duct is short: it joins the bile duct 15 mm from the neck.
+    ShortDuct,
+    /// The cystic duct runs along the bile duct and joins it low.
+    LowUnion,
+    /// The cystic artery crosses in front of the bile duct.
+    ArteryInFront,
+    /// An accessory right hepatic artery climbs behind the bile duct and through the triangle.
+    AccessoryArtery,
+    /// The right hepatic artery makes a loop towards the gallbladder's neck (Moynihan's hump), from
+    /// which a short cystic artery rises.
+    HumpedArtery,
 }
 
 /// Size and place of one organ, relative to its usual size and place.
@@ -99,6 +110,17 @@ pub struct Anatomy {
     pub cystic_artery: Build,
     pub fat: Build,
     pub connective_tissue: Build,
+    /// Thickness of the fat and peritoneum over cystic duct and cystic artery, mm; 0..=8. With 0
+    /// both emerge from the fat.
+    #[serde(rename = "cover_mm")]
+    pub cover_mm: f64,
+    /// Distance from the end of the gallbladder's neck up to which that cover adheres to the
+    /// gallbladder, mm; 0..=25.
+    #[serde(rename = "adhesion_mm")]
+    pub adhesion_mm: f64,
+    /// Lets the hepatic artery run on to the stomach, behind which it begins.
+    #[serde(rename = "runs_on")]
+    pub runs_on: bool,
 }
 
 impl Anatomy {

@@ -1,6 +1,6 @@
 //! Bodies of the built-in organs.
 
-use super::anatomy::Anatomy;
+use super::anatomy::{Anatomy, Course};
 use super::primitive::Tube;
 use crate::Vec3;
 
@@ -16,5 +16,22 @@ pub(super) struct Bodies {
     pub(super) bile_duct: Tube,
     pub(super) hepatic_artery: Tube,
     pub(super) cystic_artery: Tube,
+    /// Outside of the courses with an accessory artery it is there but not used.
+    pub(super) accessory_artery: Tube,
     pub(super) fat: Tube,
+    /// Part of the gallbladder over which the cover of duct and artery reaches, as thick as the
+    /// cover's outside; `None` without a cover.
+    pub(super) cloak: Option<Tube>,
+    /// Origin of the cystic artery, m.
+    pub(super) origin: Vec3,
+}
+
+impl Bodies {
+    /// Distance to the accessory artery; infinite in courses without one.
+    pub(super) fn accessory(&self, p: &Vec3) -> f64 {
+        match self.anatomy.course {
+            Course::AccessoryArtery => self.accessory_artery.distance(p),
+            _ => f64::INFINITY,
+        }
+    }
 }

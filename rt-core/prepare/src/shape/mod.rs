@@ -47,6 +47,8 @@ pub enum Form {
     HepaticArtery,
     /// The cystic artery, from the hepatic artery to the gallbladder.
     CysticArtery,
+    /// An accessory right hepatic artery, from behind the duodenum to the liver.
+    AccessoryArtery,
     /// Fat in and over Calot's triangle.
     Fat,
     /// Connective tissue between the gallbladder and the liver.
@@ -105,6 +107,7 @@ impl Shape {
             Form::BileDuct => vessel::distance(bodies, &bodies.bile_duct, p),
             Form::HepaticArtery => vessel::distance(bodies, &bodies.hepatic_artery, p),
             Form::CysticArtery => vessel::distance(bodies, &bodies.cystic_artery, p),
+            Form::AccessoryArtery => vessel::distance(bodies, &bodies.accessory_artery, p),
             Form::Fat => fat::distance(bodies, p),
             Form::ConnectiveTissue => connective_tissue::distance(bodies, p),
         }
@@ -130,11 +133,12 @@ impl Shape {
             Form::Stomach => (around(&bodies.stomach, 0.006), stomach::EDGE_M),
             Form::Duodenum => (around(&bodies.duodenum, 0.006), stomach::DUODENUM_EDGE_M),
             Form::Intestine => (around(&bodies.intestine, 0.006), intestine::EDGE_M),
-            Form::Fat => (around(&bodies.fat, 0.003), fat::EDGE_M),
+            Form::Fat => (fat::bounds(bodies), fat::EDGE_M),
             Form::CysticDuct => of_vessel(&bodies.cystic_duct),
             Form::BileDuct => of_vessel(&bodies.bile_duct),
             Form::HepaticArtery => of_vessel(&bodies.hepatic_artery),
             Form::CysticArtery => of_vessel(&bodies.cystic_artery),
+            Form::AccessoryArtery => of_vessel(&bodies.accessory_artery),
         }
     }
 }

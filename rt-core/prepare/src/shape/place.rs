@@ -1,6 +1,6 @@
 //! Places of the organs' bodies in an anatomy.
 
-use super::anatomy::{Anatomy, Course, middle};
+use super::anatomy::{Anatomy, middle};
 use super::bodies::Bodies;
 use super::primitive::{Through, Tube};
 use super::{fat, gallbladder, intestine, stomach, vessel};
@@ -8,7 +8,6 @@ use crate::Vec3;
 
 pub(super) fn bodies(anatomy: &Anatomy) -> Bodies {
     let a = anatomy;
-    let variant = a.course == Course::Variant;
     let usual = gallbladder::LINE;
     let line = a.gallbladder.line(usual);
     let end = |line: &[Through]| line.last().map_or(Vec3::zeros(), |(p, _)| Vec3::from(*p));
@@ -16,11 +15,16 @@ pub(super) fn bodies(anatomy: &Anatomy) -> Bodies {
     let pouch = a
         .gallbladder
         .place(&Vec3::from(gallbladder::POUCH.0), &middle(usual));
-    let duct = vessel::cystic_duct(variant);
-    let artery = vessel::cystic_artery(variant);
+    let duct = vessel::cystic_duct(a.course);
+    let artery = vessel::cystic_artery(a.course);
+    let hepatic_artery = vessel::hepatic_artery(a.course, a.runs_on);
     let (bile, hepatic) = (a.bile_duct.shift_m(), a.hepatic_artery.shift_m());
+    let artery = a.cystic_artery.line_between(artery, hepatic, neck);
     Bodies {
         anatomy: *a,
+        origin: artery
+            .first()
+            .map_or(Vec3::zeros(), |(p, _)| Vec3::from(*p)),
         gallbladder: Tube::new(&line, 8),
         pouch: (
             pouch,
@@ -31,8 +35,10 @@ pub(super) fn bodies(anatomy: &Anatomy) -> Bodies {
         intestine: Tube::new(&a.intestine.line(&intestine::line()), 4),
         cystic_duct: Tube::new(&a.cystic_duct.line_between(duct, neck, bile), 6),
         bile_duct: Tube::new(&a.bile_duct.line(vessel::BILE_DUCT), 6),
-        hepatic_artery: Tube::new(&a.hepatic_artery.line(vessel::HEPATIC_ARTERY), 6),
-        cystic_artery: Tube::new(&a.cystic_artery.line_between(artery, hepatic, neck), 6),
+        hepatic_artery: Tube::new(&a.hepatic_artery.line(&hepatic_artery), 6),
+        cystic_artery: Tube::new(&artery, 6),
+        accessory_artery: Tube::new(vessel::ACCESSORY_ARTERY, 6),
         fat: Tube::new(&a.fat.line(fat::LINE), 4),
+        cloak: (a.cover_mm > 0.0).then(|| Tube::new(&fat::cloak(&line, a), 4)),
     }
 }

@@ -1,6 +1,12 @@
 //! Ducts and arteries of Calot's triangle, between the gallbladder's neck, the common bile duct and
-//! the liver. Cystic duct and cystic artery each have two courses.
+//! the liver. Their courses are those that surgeons are warned of.
+//!
+//! A cystic duct is 2 to 4 cm long and 1 to 5 mm wide; one duct of ten joins low (Turner and Fulcher
+//! 2001, RadioGraphics 21:3). A right hepatic artery from the superior mesenteric artery, accessory
+//! or in place of the usual one, has one person of ten (Hiatt 1994, Ann Surg 220:50). The cystic
+//! artery is about 2 mm wide.
 
+use super::anatomy::Course;
 use super::bodies::Bodies;
 use super::liver;
 use super::primitive::{Through, Tube, carve};
@@ -27,6 +33,13 @@ const CYSTIC_DUCT_LOW: &[Through] = &[
     ([-0.0378, 0.2755, -0.0750], 0.0016),
     ([-0.0362, 0.2710, -0.0755], 0.0017),
 ];
+const CYSTIC_DUCT_SHORT: &[Through] = &[
+    ([-0.0389, 0.3038, -0.0689], 0.0021),
+    ([-0.0380, 0.3008, -0.0708], 0.0017),
+    ([-0.0368, 0.2978, -0.0722], 0.0018),
+    ([-0.0346, 0.2945, -0.0732], 0.0016),
+    ([-0.0326, 0.2915, -0.0738], 0.0017),
+];
 pub(super) const BILE_DUCT: &[Through] = &[
     ([-0.0225, 0.3225, -0.0630], 0.0022),
     ([-0.0238, 0.3150, -0.0670], 0.0024),
@@ -36,7 +49,7 @@ pub(super) const BILE_DUCT: &[Through] = &[
     ([-0.0300, 0.2760, -0.0752], 0.0033),
     ([-0.0318, 0.2662, -0.0785], 0.0031),
 ];
-pub(super) const HEPATIC_ARTERY: &[Through] = &[
+const HEPATIC_ARTERY: &[Through] = &[
     ([0.0060, 0.2800, -0.0840], 0.0024),
     ([-0.0060, 0.2780, -0.0770], 0.0024),
     ([-0.0150, 0.2830, -0.0710], 0.0023),
@@ -61,20 +74,66 @@ const CYSTIC_ARTERY_IN_FRONT: &[Through] = &[
     ([-0.0388, 0.3014, -0.0606], 0.0011),
 ];
 
-pub(super) fn cystic_duct(variant: bool) -> &'static [Through] {
-    if variant {
-        CYSTIC_DUCT_LOW
-    } else {
-        CYSTIC_DUCT
+/// Begins at the hump, not at the hepatic artery's usual place.
+const CYSTIC_ARTERY_OF_HUMP: &[Through] = &[
+    ([-0.0344, 0.3075, -0.0708], 0.0011),
+    ([-0.0354, 0.3068, -0.0680], 0.0010),
+    ([-0.0368, 0.3056, -0.0656], 0.0010),
+    ([-0.0384, 0.3040, -0.0636], 0.0011),
+];
+/// Crosses behind the bile duct, climbs to the neck and turns back to the liver.
+const HEPATIC_ARTERY_HUMPED: &[Through] = &[
+    ([0.0060, 0.2800, -0.0840], 0.0024),
+    ([-0.0060, 0.2780, -0.0770], 0.0024),
+    ([-0.0140, 0.2835, -0.0740], 0.0023),
+    ([-0.0190, 0.2920, -0.0785], 0.0022),
+    ([-0.0250, 0.2975, -0.0805], 0.0021),
+    ([-0.0310, 0.3012, -0.0790], 0.0021),
+    ([-0.0340, 0.3060, -0.0745], 0.0021),
+    ([-0.0325, 0.3125, -0.0725], 0.0020),
+    ([-0.0300, 0.3190, -0.0695], 0.0019),
+    ([-0.0290, 0.3290, -0.0640], 0.0017),
+];
+/// From the stomach, behind which the artery leaves the coeliac trunk.
+const HEPATIC_ARTERY_BEGINS: &[Through] = &[
+    ([0.0085, 0.2645, -0.0865], 0.0024),
+    ([0.0080, 0.2715, -0.0868], 0.0024),
+];
+/// From behind the duodenum, where it leaves the superior mesenteric artery, to the liver.
+pub(super) const ACCESSORY_ARTERY: &[Through] = &[
+    ([-0.0300, 0.2620, -0.0965], 0.0017),
+    ([-0.0325, 0.2720, -0.0910], 0.0017),
+    ([-0.0345, 0.2840, -0.0870], 0.0016),
+    ([-0.0355, 0.2960, -0.0845], 0.0016),
+    ([-0.0365, 0.3060, -0.0810], 0.0016),
+    ([-0.0385, 0.3170, -0.0755], 0.0015),
+    ([-0.0400, 0.3280, -0.0700], 0.0015),
+];
+
+pub(super) fn cystic_duct(course: Course) -> &'static [Through] {
+    match course {
+        Course::Variant | Course::LowUnion => CYSTIC_DUCT_LOW,
+        Course::ShortDuct => CYSTIC_DUCT_SHORT,
+        _ => CYSTIC_DUCT,
     }
 }
 
-pub(super) fn cystic_artery(variant: bool) -> &'static [Through] {
-    if variant {
-        CYSTIC_ARTERY_IN_FRONT
-    } else {
-        CYSTIC_ARTERY
+pub(super) fn cystic_artery(course: Course) -> &'static [Through] {
+    match course {
+        Course::Variant | Course::ArteryInFront => CYSTIC_ARTERY_IN_FRONT,
+        Course::HumpedArtery => CYSTIC_ARTERY_OF_HUMP,
+        _ => CYSTIC_ARTERY,
     }
+}
+
+/// The hepatic artery in this course. If it `runs_on`, it begins at the stomach.
+pub(super) fn hepatic_artery(course: Course, runs_on: bool) -> Vec<Through> {
+    let begins = if runs_on { HEPATIC_ARTERY_BEGINS } else { &[] };
+    let rest = match course {
+        Course::HumpedArtery => HEPATIC_ARTERY_HUMPED,
+        _ => HEPATIC_ARTERY,
+    };
+    [begins, rest].concat()
 }
 
 pub(super) fn distance(bodies: &Bodies, vessel: &Tube, p: &Vec3) -> f64 {

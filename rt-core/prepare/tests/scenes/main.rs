@@ -11,6 +11,7 @@ mod mechanics;
 mod meeting;
 mod meshes;
 mod packing;
+mod patients;
 mod press;
 mod sewing;
 mod sound;

@@ -286,7 +286,8 @@ fn scope_and_scene(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartFo
     part(ui, &words.say("start-scene"));
     ui.horizontal_wrapped(|ui| {
         for scene in &start.scenes {
-            let id = format!("scene-{scene}");
+            // Message names have no colon, and patients' names have one.
+            let id = format!("scene-{}", scene.replace(':', "-"));
             let said = words.say(&id);
             // A scene file has no message and is shown by its own name.
             let text = if said == id { scene.clone() } else { said };
