@@ -39,6 +39,8 @@ pub struct Served {
     pub bytes: u64,
     /// Malformed questions.
     pub malformed: u64,
+    /// States of the station that were seen; 0: it never ran.
+    pub states: u64,
 }
 
 /// A watcher's question and the channel for its answer.
@@ -239,6 +241,7 @@ impl Stand {
         let Self { host, desk, .. } = self;
         if host.newest_state(&mut self.state) {
             self.heard = Instant::now();
+            self.served.states += 1;
             desk.set_state(&self.state);
         }
         if host.newest_tools(&mut self.tools) {

@@ -50,6 +50,7 @@ documents! {
     SESSION = "session", 1;
     PROGRESS = "progress", 1;
     MERGED = "merged", 1;
+    PUSHED = "pushed", 1;
     FORM = "form", 1;
     SHEET = "sheet", 1;
     ANSWERS = "answers", 1;

@@ -156,11 +156,19 @@ fn serve(args: &ServeArgs) -> Result<ExitCode, Problem> {
                 args.station, args.listen
             ));
         }
+        if !station.is_claimed() {
+            say::note(format_args!(
+                "no station '{0}' runs so far: start it with `calot run --station {0}`, or name another with --station. \
+                 Waiting for it",
+                args.station
+            ));
+        }
     })?;
     said?;
     if args.json {
         document::LINK_SERVE.line(json!({
             "answers": served.answers, "bytes": served.bytes, "malformed": served.malformed,
+            "states": served.states,
         }))?;
     } else {
         say::note(format_args!(
@@ -169,7 +177,14 @@ fn serve(args: &ServeArgs) -> Result<ExitCode, Problem> {
             served.bytes as f64 / 1e6
         ));
     }
-    Ok(ExitCode::SUCCESS)
+    if served.states > 0 {
+        return Ok(ExitCode::SUCCESS);
+    }
+    say::note(format_args!(
+        "there was nothing to see: station '{}' did not run",
+        args.station
+    ));
+    Ok(ExitCode::FAILURE)
 }
 
 fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use display_host::headless::Observed;
@@ -67,7 +67,11 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
     let station = Station::new(&args.station)?;
     let folder = Folder::open(&args.station, true)?;
     let Some(scene) = scene(args, &folder, &stop)? else {
-        return Ok(ExitCode::SUCCESS);
+        say::note(format_args!(
+            "there was nothing to see: station '{}' did not run",
+            args.station
+        ));
+        return Ok(ExitCode::FAILURE);
     };
     let config = WindowConfig {
         station,
@@ -96,7 +100,8 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Compiles `--scene`, else waits until the station names its scene. `None`: stopped before.
+/// Compiles `--scene`, else waits until the station names its scene. `None`: stopped before, or the
+/// time is over.
 fn scene(
     args: &ObserveArgs,
     folder: &Folder,
@@ -110,7 +115,12 @@ fn scene(
         return scene::compile(&named, &folder.scene()).map(Some);
     }
     let mut said = false;
-    while !stop.load(Relaxed) {
+    let start = Instant::now();
+    let is_over = || {
+        args.seconds
+            .is_some_and(|s| start.elapsed().as_secs_f64() >= s)
+    };
+    while !stop.load(Relaxed) && !is_over() {
         if let Some(scene) = running_scene(&args.station)? {
             return Ok(Some(scene));
         }

@@ -6,7 +6,9 @@ use rusqlite::{Connection, Transaction};
 
 use crate::error::StoreError;
 use crate::names::check_name;
-use crate::schema::{APPLICATION, FROM_FIRST, OLDEST_VERSION, SCHEMA_VERSION, SECOND, TABLES};
+use crate::schema::{
+    APPLICATION, FROM_FIRST, OLDEST_VERSION, SCHEMA_VERSION, SECOND, TABLES, THIRD,
+};
 
 /// Makes the tables of an empty file, or brings those of an older version to this one. Refuses
 /// every other file. The caller commits.
@@ -19,13 +21,17 @@ pub(crate) fn make_or_migrate(making: &Transaction<'_>, path: &Path) -> Result<(
             .pragma_update(None, "application_id", APPLICATION)
             .map_err(sqlite)?;
     } else {
-        if check_is_store(making, path)? == SCHEMA_VERSION {
+        let found = check_is_store(making, path)?;
+        if found == SCHEMA_VERSION {
             return Ok(());
         }
-        making.execute_batch(SECOND).map_err(sqlite)?;
-        making.execute_batch(FROM_FIRST).map_err(sqlite)?;
-        normalise_names(making).map_err(sqlite)?;
+        if found < 2 {
+            making.execute_batch(SECOND).map_err(sqlite)?;
+            making.execute_batch(FROM_FIRST).map_err(sqlite)?;
+            normalise_names(making).map_err(sqlite)?;
+        }
     }
+    making.execute_batch(THIRD).map_err(sqlite)?;
     making
         .pragma_update(None, "user_version", SCHEMA_VERSION)
         .map_err(sqlite)

@@ -18,6 +18,7 @@ use crate::error::StoreError;
 use crate::file::one_file;
 use crate::names::check_name;
 use crate::open::{Store, new_id};
+use crate::withdrawal::{person_id, withdraw};
 
 /// Context of a key, as BLAKE3 wants it: it separates these hashes from all others.
 const OF_NAME: &str = "Calot 2026-11-28 mark of a forgotten name";
@@ -101,8 +102,9 @@ impl Forgotten {
 
 impl Store {
     /// Deletes a trainee with all sessions, sheets and answers, and overwrites the data. Leaves
-    /// marks by which [`Store::merge`] keeps out what began until `at_unix_s`. Returns the paths of
-    /// the trainee's recordings; the recordings themselves stay.
+    /// marks by which [`Store::merge`] keeps out what began until `at_unix_s`, and an errand to
+    /// each centre that was sent results ([`Store::withdrawals`]). Returns the paths of the
+    /// trainee's recordings; the recordings themselves stay.
     ///
     /// # Errors
     /// When no trainee has this name, the file cannot be written, or the deleted data would stay in
@@ -139,6 +141,8 @@ impl Store {
                 sessions: sessions.iter().map(|it| mark_of_session(&it.id)).collect(),
             };
             marks.add_to(&change)?;
+            let ids: Vec<String> = sessions.iter().map(|it| it.id.clone()).collect();
+            withdraw(&change, &person_id(&name), at_unix_s, &ids)?;
             change.execute("DELETE FROM trainee WHERE id = ?1", [trainee])?;
             Ok(())
         };

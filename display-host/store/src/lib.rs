@@ -7,6 +7,8 @@
 //!          │            ├─ circumstances of the run
 //!          │            └─< rating ─< point      scoring sheets
 //!          └─< answer                            questionnaires
+//! destination ─┬─< delivery                      results that went to a centre
+//!              └─< withdrawal                    people whom it has to forget
 //! ```
 //!
 //! The name of a session is a UUID of version 7, so [`Store::merge`] can join the stores of several
@@ -14,6 +16,7 @@
 //!
 //! ```text
 //! schema ◄ file ◄ open ◄ trainees ◄ sessions ◄ merge     what is kept
+//! withdrawal ◄ forgotten ◄──┘    └── outbox              what goes to a centre, and leaves it
 //! names  ◄──┘       └── questionnaire, form ◄ sheet      what is asked
 //!                       export, table                    JSON, CSV
 //! ```
@@ -26,6 +29,7 @@ mod form;
 mod merge;
 mod names;
 mod open;
+mod outbox;
 mod questionnaire;
 mod schema;
 mod sessions;
@@ -33,18 +37,21 @@ mod sheet;
 mod table;
 mod text_file;
 mod trainees;
+mod withdrawal;
 
 pub use error::{StoreError, rater_in_words};
 pub use form::{Sheet, SheetItem};
 pub use merge::{EXAMPLE_SQL, Merged, OtherOwner};
 pub use names::check_name;
 pub use open::{Store, new_id};
+pub use outbox::{Delivery, Outgoing};
 pub use questionnaire::{Answer, Item, ItemSummary, Questionnaire};
 pub use schema::SCHEMA_VERSION;
 pub use sessions::{Circumstances, Hand, SessionRecord};
 pub use sheet::{GOALS, Rating};
 pub use table::csv_field;
 pub use trainees::{Consent, Trainee};
+pub use withdrawal::{Withdrawal, person_id};
 
 #[cfg(test)]
 mod tests;

@@ -10,6 +10,9 @@
 //! | `forgotten_trainee` | the mark of a name that was forgotten |
 //! | `forgotten_session` | the mark of one of their sessions |
 //! | `setting` | a setting of the store by name; `site`: name of the station's site |
+//! | `destination` | a centre to which results go |
+//! | `delivery` | a note on a session and a centre; a session without a note has to be sent |
+//! | `withdrawal` | a person whom a centre has to forget |
 //!
 //! - `trainee`: `name` is the name that the person chose, in Unicode's form NFC. `cohort` is free
 //!   text such as `novice`; empty: not told. `consent` to a study is `yes`, `no` or `unknown`.
@@ -21,12 +24,18 @@
 //! - `rating`: `rater` is the name that the rater chose; empty: not told. `blinded` is 1 if the
 //!   rater did not know who operated.
 //! - `forgotten_trainee`: no name can be read from it, but whoever has the file can test a guess.
+//! - `destination`: `address` has no password.
+//! - `delivery`: `state` is `there`, `differs` (the centre holds another session of this id, which
+//!   stays), `forgotten` (the centre forgot this person later) or `left-out` (nothing that such a
+//!   centre takes). A new sheet, cohort or consent removes the note.
+//! - `withdrawal`: `person` is a UUID of version 5, from which no name can be read, but whoever has
+//!   the file can test a guess. `sessions` is a JSON array of ids. The row goes with its errand.
 //!
-//! `user_version` is [`SCHEMA_VERSION`], `application_id` is "Calo" in ASCII. A store of version 1
-//! becomes one of this version when a command writes to it; reading leaves it as it is.
+//! `user_version` is [`SCHEMA_VERSION`], `application_id` is "Calo" in ASCII. A store of an older
+//! version becomes one of this version when a command writes to it; reading leaves it as it is.
 
 /// Version of the tables.
-pub const SCHEMA_VERSION: i64 = 2;
+pub const SCHEMA_VERSION: i64 = 3;
 /// Oldest version that this program reads.
 pub(crate) const OLDEST_VERSION: i64 = 1;
 /// SQLite's application id, "Calo" in ASCII. It marks the file as a store of Calot.
@@ -117,4 +126,34 @@ INSERT INTO rating (session, sheet, rater, blinded)
 INSERT INTO point (session, sheet, rater, item, value)
     SELECT session, 'goals', '', item, value FROM sheet WHERE session IN (SELECT id FROM session);
 DROP TABLE sheet;
+";
+
+/// SQL that adds what version 3 has beyond version 2.
+pub(crate) const THIRD: &str = "
+CREATE TABLE destination (
+    id INTEGER PRIMARY KEY,
+    address TEXT NOT NULL UNIQUE        -- without a password
+) STRICT;
+CREATE TABLE delivery (
+    destination INTEGER NOT NULL REFERENCES destination ON DELETE CASCADE,
+    session TEXT NOT NULL REFERENCES session ON DELETE CASCADE,
+    state TEXT NOT NULL CHECK (state IN ('there', 'differs', 'forgotten', 'left-out')),
+    PRIMARY KEY (destination, session)
+) STRICT;
+CREATE TABLE withdrawal (
+    destination INTEGER NOT NULL REFERENCES destination ON DELETE CASCADE,
+    person TEXT NOT NULL,               -- UUID of version 5
+    at_unix_s INTEGER NOT NULL,         -- sessions from then on stay
+    sessions TEXT NOT NULL,             -- JSON: their ids
+    PRIMARY KEY (destination, person)
+) STRICT;
+-- Whoever changes what a centre has of a session, has it sent again.
+CREATE TRIGGER rated AFTER INSERT ON point BEGIN
+    DELETE FROM delivery WHERE session = NEW.session AND state = 'there';
+END;
+CREATE TRIGGER enrolled AFTER UPDATE OF cohort, consent ON trainee
+WHEN OLD.cohort <> NEW.cohort OR OLD.consent <> NEW.consent BEGIN
+    DELETE FROM delivery WHERE state = 'there'
+        AND session IN (SELECT id FROM session WHERE trainee = NEW.id);
+END;
 ";

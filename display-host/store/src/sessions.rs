@@ -270,7 +270,7 @@ impl Store {
     }
 }
 
-fn session_of(row: &Row<'_>) -> rusqlite::Result<SessionRecord> {
+pub(crate) fn session_of(row: &Row<'_>) -> rusqlite::Result<SessionRecord> {
     let metrics: String = row.get("metrics")?;
     let hand: String = row.get("hand")?;
     Ok(SessionRecord {

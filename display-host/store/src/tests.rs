@@ -3,6 +3,7 @@
 mod forgotten;
 mod migration;
 mod names;
+mod outbox;
 mod reading;
 mod sheets;
 
@@ -273,7 +274,7 @@ fn foreign_files_other_versions_and_damage_are_refused_and_left_alone() {
         );
         assert_eq!(std::fs::read(&path).unwrap(), before);
     };
-    for version in [0, 3] {
+    for version in [0, SCHEMA_VERSION + 1] {
         let connection = Connection::open(&path).unwrap();
         connection
             .pragma_update(None, "user_version", version)
@@ -348,7 +349,7 @@ fn forgotten_trainee_is_in_no_log_beside_the_store() {
     drop(Store::open(&path).unwrap());
     let other = Connection::open(&path).unwrap();
     other
-        .execute_batch("PRAGMA journal_mode = WAL; PRAGMA user_version = 2")
+        .execute_batch("PRAGMA journal_mode = WAL; PRAGMA user_version = 3")
         .unwrap();
     let mut store = Store::open_within(&path, Duration::from_millis(10)).unwrap();
     let name = "Zaphod Beeblebrox";

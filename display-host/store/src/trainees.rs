@@ -7,6 +7,7 @@ use rusqlite::{OptionalExtension as _, params};
 use crate::error::StoreError;
 use crate::names::{are_alike, check_name, checked, shown};
 use crate::open::Store;
+use crate::withdrawal::person_id;
 
 /// A trainee's consent to a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -53,6 +54,8 @@ pub struct Trainee {
     pub cohort: String,
     /// Consent to a study.
     pub consent: Consent,
+    /// Id of the person at a centre, a UUID of version 5 from the name.
+    pub person: String,
 }
 
 impl Store {
@@ -66,9 +69,10 @@ impl Store {
              ON session.trainee = trainee.id GROUP BY trainee.id ORDER BY name",
             [],
             |row| {
-                let consent: String = row.get(3)?;
+                let (name, consent): (String, String) = (row.get(0)?, row.get(3)?);
                 Ok(Trainee {
-                    name: row.get(0)?,
+                    person: person_id(&name),
+                    name,
                     sessions: row.get(1)?,
                     cohort: row.get(2)?,
                     consent: Consent::from_name(&consent).unwrap_or_default(),

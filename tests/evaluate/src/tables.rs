@@ -7,6 +7,7 @@ mod drawing;
 mod force;
 mod guide;
 mod measured;
+mod rest;
 mod surface;
 
 use std::fmt::Write as _;
@@ -93,6 +94,7 @@ fn table(name: &str, folder: &Path) -> Result<Table, String> {
         "guide" => guide::options(&read("guide.csv")?),
         "skinning" => skinning(&read("skinning.csv")?),
         "surface" => surface::by_hand(&read("surface.csv")?),
+        "rest" => rest::by_sweep(&read("rest.csv")?),
         "silicones" => measured::silicones(&read("measured.csv")?),
         "measured" => measured::others(&read("measured.csv")?),
         "packing" => packing(&read("packing.csv")?),

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod by_hand;
+mod centre;
 mod devices;
 mod disks;
 mod documents;
@@ -25,3 +26,4 @@ mod returned;
 mod silenced;
 mod study;
 mod swept;
+mod temporary;

@@ -3,6 +3,8 @@
 
 pub mod disk;
 pub mod documents;
+pub mod lrs;
+pub mod postgres;
 mod program;
 pub mod screen;
 

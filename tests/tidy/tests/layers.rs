@@ -41,6 +41,7 @@ const PACKAGES: &[Layer] = &[
     layer("system-tests", &[]),
     layer("xtask", &[]),
     layer("tidy", &[]),
+    tested("deliver", &["store"], &["system-tests"]),
     layer("hardware", &["rt-core"]),
     layer("link", &["shared-mem"]),
     layer("session", &["shared-mem"]),
@@ -80,6 +81,7 @@ const PACKAGES: &[Layer] = &[
         "calot",
         &[
             "assess",
+            "deliver",
             "display-host",
             "figures",
             "hardware",

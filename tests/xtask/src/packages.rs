@@ -10,7 +10,7 @@ struct Need {
     is_there: fn() -> bool,
 }
 
-const NEEDS: [Need; 7] = [
+const NEEDS: [Need; 8] = [
     Need {
         what: "a Vulkan loader",
         package: "libvulkan1",
@@ -52,6 +52,12 @@ const NEEDS: [Need; 7] = [
         package: "iproute2",
         only_for_tests: true,
         is_there: || on_path("ip") || on_path_of_root("ip"),
+    },
+    Need {
+        what: "a server of PostgreSQL, as a centre has one",
+        package: "postgresql",
+        only_for_tests: true,
+        is_there: postgresql,
     },
 ];
 
@@ -151,6 +157,14 @@ fn library(name: &str) -> bool {
         .iter()
         .find_map(|ldconfig| output(ldconfig, &["-p"]))
         .is_some_and(|list| list.contains(name))
+}
+
+/// True if `initdb` lies where Debian or others put it.
+fn postgresql() -> bool {
+    let versions = std::fs::read_dir("/usr/lib/postgresql")
+        .into_iter()
+        .flatten();
+    { versions.flatten() }.any(|it| it.path().join("bin/initdb").is_file()) || on_path("initdb")
 }
 
 /// True if a driver's manifest lies in one of the loader's folders, or if a variable names one.

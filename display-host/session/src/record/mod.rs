@@ -4,8 +4,6 @@
 mod config;
 mod listen;
 mod queue;
-#[cfg(test)]
-mod tests;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -136,3 +134,6 @@ impl Recording {
         listened.ok().and(recorded.ok())
     }
 }
+
+#[cfg(test)]
+mod tests;

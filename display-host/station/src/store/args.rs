@@ -30,11 +30,13 @@ Examples:
   calot store study --by cohort --out study
   calot store forget Ada
   calot store merge theatre-1.sqlite theatre-2.sqlite --store centre.sqlite
+  calot store push --to postgres://station@centre.example/calot
+  calot store rescore recordings --rules strict.toml > rescored.csv
 
 The file is SQLite. Its tables: trainee (name, cohort, consent), session (task, score, metrics as JSON, hand,
 realtime, missed_ticks, device, driver, site, …), answer, rating and point (scoring sheets), setting, and marks
-of who was forgotten. Reading never changes the file. A store of version 1 becomes one of version 2 with the
-first command that writes to it.")]
+of who was forgotten; destination, delivery and withdrawal say what a centre has. Reading never changes the file.
+A store of an older version becomes one of version 3 with the first command that writes to it.")]
 pub(crate) struct StoreArgs {
     #[command(flatten)]
     pub(crate) file: StoreFile,
@@ -60,6 +62,36 @@ For Parquet, DuckDB makes it of the sessions as CSV:
 Into PostgreSQL, each column as text:
   psql -c \"CREATE TABLE session ($(head -1 sessions.csv | sed 's/,/ text, /g') text)\"
   psql -c \"\\copy session FROM 'sessions.csv' CSV HEADER\"";
+
+/// Examples of a push.
+const PUSH: &str = "\
+Examples:
+  PGPASSWORD=… calot store push --to postgres://station@centre.example/calot
+  calot store push --to-file ~/.config/calot/centre       its first line is the address with the password
+  CALOT_LRS_USER=… CALOT_LRS_PASSWORD=… calot store push --to https://lrs.example/xapi
+  */10 * * * *  calot store push --to-file ~/.config/calot/centre      in crontab: every ten minutes
+
+PostgreSQL: the first push makes the schema `calot` with trainee, session, point, forgotten and setting, so its user
+must own the database or have the right CREATE. Later, stations need USAGE on the schema, and SELECT, INSERT, UPDATE
+and DELETE on its tables. The line is encrypted, unless the server is on this computer or the address says
+sslmode=disable.
+
+xAPI: no statement has a name. Its actor is a UUID that each station derives from the name, because equal names are
+one person; `calot store trainee NAME` prints it. Whoever has a statement can test a guess. Sessions of scripted
+hands are left out. A record store never deletes: it voids the statements of whoever was forgotten.
+
+Exit code 1: something waits in the store, or the centre refused it.";
+
+/// Examples of scoring again.
+const RESCORE: &str = "\
+Examples:
+  calot report --rules-file > strict.toml           the rules, to be changed
+  calot store rescore recordings --rules strict.toml --store centre.sqlite > rescored.csv
+  calot store rescore monday tuesday/session.mcap   by each session's own rules, with this program's metrics
+
+Folders are searched with all folders in them for recordings (.mcap). A recording that cannot be read has the
+reason in the last column, and the exit code is 1. Each thread scores one recording at a time, so the time falls
+with the number of cores.";
 
 /// Form of a scoring sheet in a file.
 const SHEETS: &str = "\
@@ -159,13 +191,24 @@ pub(crate) enum StoreCommand {
         #[arg(long)]
         json: bool,
     },
+    /// Sends results to a centre: into PostgreSQL, or as xAPI 2.0 statements to a learning record
+    /// store. What does not arrive waits in the store and goes with the next push. Repeating it
+    /// sends nothing twice, whatever ended the last push. Who was forgotten here is forgotten there
+    #[command(after_help = PUSH)]
+    Push(PushArgs),
     /// Forgets a trainee: overwrites name, sessions, answers and sheets. Recordings stay on disk;
-    /// the command lists them. Marks remain, from which nothing can be read, so that a merge brings
-    /// nothing of it back. Who comes back by own wish works a new session under any name
+    /// the command lists them. A centre that has results is told by the next `calot store push`.
+    /// Marks remain, from which nothing can be read, so that a merge brings nothing of it back. Who
+    /// comes back by own wish works a new session under any name
     Forget {
         /// Trainee
         name: String,
     },
+    /// Scores recordings again, many at once, and prints a table as CSV: outcome and score in the
+    /// store and by these rules, and every metric. The store stays as it is, because a session
+    /// keeps the rules that it was assessed by
+    #[command(after_help = RESCORE)]
+    Rescore(RescoreArgs),
     /// Draws a learning curve as SVG: each session, and the pass rule. Aborted sessions and
     /// practice do not count
     Curve {
@@ -245,6 +288,40 @@ pub(crate) enum StoreCommand {
         #[arg(long)]
         json: bool,
     },
+}
+
+/// Options of `calot store push`.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct PushArgs {
+    /// Centre: postgres://USER@HOST:PORT/DATABASE, or the address above /statements of a learning
+    /// record store. A password goes into PGPASSWORD, or into CALOT_LRS_USER and
+    /// CALOT_LRS_PASSWORD
+    #[arg(long, value_name = "ADDRESS", required_unless_present = "to_file")]
+    pub(crate) to: Option<String>,
+    /// File of mode 600 whose first line is the centre's address with its password
+    #[arg(long, value_name = "FILE", conflicts_with = "to")]
+    pub(crate) to_file: Option<PathBuf>,
+    /// Authority that signed the centre's certificate (PEM) [default: those that this computer
+    /// trusts]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) ca: Option<PathBuf>,
+    /// Print one JSON object on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Options of `calot store rescore`.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RescoreArgs {
+    /// Recordings (.mcap), and folders to search for them
+    #[arg(value_name = "RECORDING", required = true)]
+    pub(crate) recordings: Vec<PathBuf>,
+    /// Score by these rules (TOML) instead of those of each session
+    #[arg(long, value_name = "FILE")]
+    pub(crate) rules: Option<PathBuf>,
+    /// Recordings that are scored at once [default: one for each core]
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<std::num::NonZeroUsize>,
 }
 
 /// A table to export.

@@ -1,8 +1,10 @@
 //! `calot store`: trainees, their sessions, their answers.
 
 pub(crate) mod args;
+mod push;
 mod questions;
 mod record;
+mod rescore;
 mod sheets;
 mod study;
 
@@ -77,6 +79,8 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
                 merge(&mut store, other, *json)?;
             }
         }
+        StoreCommand::Push(args) => return push::run(file, args),
+        StoreCommand::Rescore(args) => return rescore::run(file, args),
         StoreCommand::Forget { name } => {
             // Makes no store.
             drop(file.read()?);
@@ -197,6 +201,11 @@ fn progress(store: &Store, name: &str, curriculum: &Curriculum, json: bool) -> R
 fn forget(store: &mut Store, name: &str) -> Result<(), Problem> {
     let files = store.forget(name, now_unix_s())?;
     say::note(format_args!("forgot {name}"));
+    for centre in store.owed()? {
+        say::note(format_args!(
+            "{centre} still has to forget; `calot store push` tells it"
+        ));
+    }
     if !files.is_empty() {
         say::note("recordings remain at:");
         files

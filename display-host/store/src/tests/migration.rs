@@ -1,4 +1,4 @@
-//! Stores of version 1, made with the SQL of that version.
+//! Stores of older versions. Those of version 1 are made with the SQL of that version.
 
 use rusqlite::{Connection, params};
 
@@ -151,4 +151,22 @@ fn two_spellings_of_a_name_stay_two_trainees() {
     let store = Store::open(&path).unwrap();
     let sessions = |name| store.sessions(name, None).unwrap().len();
     assert_eq!((sessions("Ame\u{301}lie"), sessions("Am\u{e9}lie")), (2, 0));
+}
+
+#[test]
+fn a_store_of_version_2_becomes_one_of_this_version_and_loses_nothing() {
+    let (_folder, path) = folder();
+    let ids = first(&path, true);
+    let made = tables(&path);
+    let old = Connection::open(&path).unwrap();
+    old.execute_batch(
+        "DROP TRIGGER rated; DROP TRIGGER enrolled; DROP TABLE withdrawal; DROP TABLE delivery; DROP TABLE destination; PRAGMA user_version = 2;",
+    )
+    .unwrap();
+    drop(old);
+    let before = std::fs::read(&path).unwrap();
+    check(&Store::read(&path).unwrap(), &ids, true);
+    assert_eq!(std::fs::read(&path).unwrap(), before);
+    check(&Store::open(&path).unwrap(), &ids, true);
+    assert_eq!(tables(&path), made);
 }

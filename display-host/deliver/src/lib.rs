@@ -1,0 +1,29 @@
+//! Results of a station's store, delivered to a centre: into PostgreSQL, or as xAPI 2.0 statements
+//! to a learning record store.
+//!
+//! ```text
+//! store ──► push ─┬─► database   rows in the schema `calot`
+//!                 └─► xapi       statements
+//! ```
+//!
+//! The store itself is the spool: what has no note waits. Every result has an id that each try
+//! derives alike (of a statement: a UUID of version 5 from session and person), and the centre
+//! keeps the first result of an id. So a result arrives once, even if a program dies between
+//! delivery and note, or two programs deliver at the same time. A person who was forgotten here is
+//! forgotten at the centre by the next push that reaches it.
+//!
+//! Nothing waits longer than [`PATIENCE`] for an answer. No password is printed or kept.
+
+mod address;
+mod centre;
+mod database;
+mod error;
+mod push;
+mod secret;
+mod tables;
+mod xapi;
+
+pub use address::Destination;
+pub use centre::PATIENCE;
+pub use error::DeliverError;
+pub use push::{Pushed, Refusal, push};

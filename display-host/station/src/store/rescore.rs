@@ -1,0 +1,262 @@
+//! `calot store rescore`: recordings of a whole centre are scored again, several at once.
+
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::time::Instant;
+
+use assess::{Metric, Rules};
+use store::{SessionRecord, Store, csv_field};
+
+use super::args::RescoreArgs;
+use crate::args::StoreFile;
+use crate::problem::Problem;
+use crate::report::{self, Found};
+use crate::say;
+
+/// Sessions of the store by id, each with the name of its trainee.
+type Known = BTreeMap<String, (String, SessionRecord)>;
+
+/// Columns before the metrics, and after them.
+const BEFORE: [&str; 10] = [
+    "trainee",
+    "session",
+    "began_unix_s",
+    "task",
+    "difficulty",
+    "hand",
+    "outcome_before",
+    "score_before",
+    "outcome",
+    "score",
+];
+const AFTER: [&str; 3] = ["metrics_version", "file", "problem"];
+
+/// A recording that was scored, as a row; what changed.
+struct Row {
+    fields: Vec<String>,
+    is_changed: bool,
+    is_unread: bool,
+}
+
+pub(super) fn run(file: &StoreFile, args: &RescoreArgs) -> Result<ExitCode, Problem> {
+    let rules = args.rules.as_deref().map(Rules::read).transpose()?;
+    let known = file.read_if_any()?.map(|it| known(&it)).transpose()?;
+    let known = known.unwrap_or_default();
+    let mut recordings = Vec::new();
+    for it in &args.recordings {
+        search(it, &mut recordings)?;
+    }
+    if recordings.is_empty() {
+        return Err("there is no recording (.mcap) in these folders".into());
+    }
+    let jobs = args
+        .jobs
+        .or_else(|| std::thread::available_parallelism().ok());
+    let jobs = jobs.map_or(1, NonZeroUsize::get).min(recordings.len());
+    let start = Instant::now();
+    let metrics = Metric::ALL.iter().map(|it| it.name());
+    let head: Vec<&str> = BEFORE.into_iter().chain(metrics).chain(AFTER).collect();
+    say::answer(head.join(","));
+    let (mut changed, mut unread) = (0, 0);
+    in_order(
+        jobs,
+        recordings.len(),
+        |at| row(&recordings[at], rules.as_ref(), &known),
+        |row| {
+            let fields: Vec<String> = row.fields.iter().map(|it| csv_field(it)).collect();
+            say::answer(fields.join(","));
+            changed += usize::from(row.is_changed);
+            unread += usize::from(row.is_unread);
+        },
+    );
+    let took_s = start.elapsed().as_secs_f64();
+    say::note(format_args!(
+        "{} recordings in {took_s:.1} s on {jobs} threads, {:.1} a second; {changed} outcomes differ from the store, \
+         {unread} recordings cannot be read",
+        recordings.len(),
+        recordings.len() as f64 / took_s
+    ));
+    Ok(match unread {
+        0 => ExitCode::SUCCESS,
+        _ => ExitCode::FAILURE,
+    })
+}
+
+fn known(store: &Store) -> Result<Known, Problem> {
+    let mut known = Known::new();
+    for person in store.trainees()? {
+        for session in store.sessions(&person.name, None)? {
+            known.insert(session.id.clone(), (person.name.clone(), session));
+        }
+    }
+    Ok(known)
+}
+
+/// Adds a recording, or those in a folder and in all folders in it, sorted by name. Links to
+/// folders may lead in circles, and are not followed.
+fn search(path: &Path, found: &mut Vec<PathBuf>) -> Result<(), Problem> {
+    let failed = |error| format!("{}: {error}", path.display());
+    if !std::fs::metadata(path).map_err(failed)?.is_dir() {
+        found.push(path.to_owned());
+        return Ok(());
+    }
+    let entries: Result<Vec<_>, _> = std::fs::read_dir(path).map_err(failed)?.collect();
+    let mut entries: Vec<PathBuf> = entries
+        .map_err(failed)?
+        .iter()
+        .map(|it| it.path())
+        .collect();
+    entries.sort();
+    for it in entries {
+        let is_recording = it.extension().is_some_and(|it| it == "mcap");
+        let is_folder = std::fs::symlink_metadata(&it).is_ok_and(|it| it.is_dir());
+        if is_recording || is_folder {
+            search(&it, found)?;
+        }
+    }
+    Ok(())
+}
+
+/// Does pieces of work on a number of threads, and hands the results over in their order.
+fn in_order<T: Send>(
+    jobs: usize,
+    count: usize,
+    work: impl Fn(usize) -> T + Sync,
+    mut take: impl FnMut(T),
+) {
+    let next = AtomicUsize::new(0);
+    let (done, results) = mpsc::channel();
+    std::thread::scope(|threads| {
+        for _ in 0..jobs {
+            let (done, next, work) = (done.clone(), &next, &work);
+            threads.spawn(move || {
+                loop {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    if at >= count || done.send((at, work(at))).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(done);
+        let (mut wanted, mut early) = (0, BTreeMap::new());
+        for (at, result) in results {
+            early.insert(at, result);
+            while let Some(result) = early.remove(&wanted) {
+                take(result);
+                wanted += 1;
+            }
+        }
+    });
+}
+
+/// Scores a recording.
+fn row(file: &Path, rules: Option<&Rules>, known: &Known) -> Row {
+    let scored = report::chapter(file, rules, None);
+    let told = match &scored {
+        Ok(found) => found.left_out.in_words().join("; "),
+        Err(error) => error.to_string(),
+    };
+    let is_unread = match &scored {
+        Ok(found) => found.left_out.damaged().is_some(),
+        Err(_) => true,
+    };
+    let last = [file.display().to_string(), told];
+    let Ok(found) = scored else {
+        let empty = BEFORE.len() + Metric::ALL.len() + 1;
+        return Row {
+            fields: std::iter::repeat_n(String::new(), empty)
+                .chain(last)
+                .collect(),
+            is_changed: false,
+            is_unread,
+        };
+    };
+    let id = found.assignment.as_ref().map_or("", |it| it.id.as_str());
+    let before = known.get(id);
+    let assessed = &found.chapter.assessed;
+    let outcome = assessed.outcome.name();
+    let is_changed = before.is_some_and(|(_, it)| it.outcome != outcome);
+    let mut fields = about(&found, id, before);
+    fields.extend([outcome.to_owned(), assessed.score.to_string()]);
+    let value = |metric| assessed.metrics.get(metric);
+    fields.extend(Metric::ALL.map(value).map(|it| match it.is_finite() {
+        true => it.to_string(),
+        false => String::new(),
+    }));
+    fields.push(assessed.version.to_string());
+    fields.extend(last);
+    Row {
+        fields,
+        is_changed,
+        is_unread,
+    }
+}
+
+/// Fields of a session that its scoring does not change.
+fn about(found: &Found, id: &str, before: Option<&(String, SessionRecord)>) -> Vec<String> {
+    let assessed = &found.chapter.assessed;
+    let stored =
+        |text: fn(&SessionRecord) -> String| before.map_or_else(String::new, |it| text(&it.1));
+    vec![
+        before.map_or_else(String::new, |it| it.0.clone()),
+        id.to_owned(),
+        found.began_unix_s.to_string(),
+        assessed.task.name().to_owned(),
+        assessed.difficulty.name().to_owned(),
+        report::hand(found.chapter.is_scripted).name().to_owned(),
+        stored(|it| it.outcome.clone()),
+        stored(|it| it.score.to_string()),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_come_in_order_from_any_number_of_threads() {
+        for jobs in [1, 2, 7] {
+            let mut taken = Vec::new();
+            let slow_first = |at: usize| {
+                std::thread::sleep(std::time::Duration::from_millis(20 - at as u64));
+                at * at
+            };
+            in_order(jobs, 20, slow_first, |it| taken.push(it));
+            let expected: Vec<usize> = (0..20).map(|it| it * it).collect();
+            assert_eq!(taken, expected, "{jobs}");
+        }
+    }
+
+    #[test]
+    fn folders_are_searched_for_recordings_in_the_order_of_their_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(path("b/c")).unwrap();
+        for name in ["b/c/2.mcap", "b/1.mcap", "a.mcap", "b/summary.json"] {
+            std::fs::write(path(name), "").unwrap();
+        }
+        std::os::unix::fs::symlink(path("b"), path("b/round")).unwrap();
+        let mut found = Vec::new();
+        search(folder.path(), &mut found).unwrap();
+        let expected = ["a.mcap", "b/1.mcap", "b/c/2.mcap"].map(path);
+        assert_eq!(found, expected);
+        let none = search(&path("none"), &mut found).unwrap_err();
+        assert!(none.to_string().contains("none: No such file"), "{none}");
+    }
+
+    #[test]
+    fn a_recording_that_cannot_be_read_is_a_row_with_the_reason() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("session.mcap");
+        std::fs::write(&file, "no recording").unwrap();
+        let row = row(&file, None, &Known::new());
+        let columns = BEFORE.len() + Metric::ALL.len() + AFTER.len();
+        assert_eq!(row.fields.len(), columns);
+        assert!(row.is_unread && !row.fields[columns - 1].is_empty());
+    }
+}

@@ -1,0 +1,138 @@
+//! Results on their way to a centre. Nothing is copied: a session without a note has to be sent, so
+//! a store that is offline for weeks loses nothing. A program that is killed between a delivery and
+//! its note sends the session again, under the same id.
+
+use rusqlite::{OptionalExtension as _, params};
+
+use crate::error::StoreError;
+use crate::open::Store;
+use crate::sessions::{COLUMNS, SessionRecord, session_of};
+use crate::sheet::Rating;
+use crate::trainees::Consent;
+use crate::withdrawal::person_id;
+
+/// State of a session on its way to a centre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Delivery {
+    /// It is at the centre.
+    There,
+    /// The centre holds another session of this id, which stays.
+    Differs,
+    /// The centre forgot this person after the session began.
+    Forgotten,
+    /// Such a centre does not take it.
+    LeftOut,
+}
+
+impl Delivery {
+    /// Name in the store.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::There => "there",
+            Self::Differs => "differs",
+            Self::Forgotten => "forgotten",
+            Self::LeftOut => "left-out",
+        }
+    }
+}
+
+/// A session that has to be sent, with its trainee and sheets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outgoing {
+    /// Id of the trainee at centres.
+    pub person: String,
+    /// Name of the trainee.
+    pub name: String,
+    /// Cohort of the trainee; empty: not told.
+    pub cohort: String,
+    /// Consent of the trainee to studies.
+    pub consent: Consent,
+    /// The session.
+    pub session: SessionRecord,
+    /// Its scoring sheets.
+    pub ratings: Vec<Rating>,
+}
+
+impl Store {
+    /// Number of a centre, under which its notes are kept. `address` holds no password. A new
+    /// centre is added.
+    ///
+    /// # Errors
+    /// When the file cannot be read or written.
+    pub fn destination(&mut self, address: &str) -> Result<i64, StoreError> {
+        let find = "SELECT id FROM destination WHERE address = ?1";
+        let find = |store: &Self| {
+            let found = store
+                .connection
+                .query_row(find, [address], |row| row.get(0));
+            found.optional().map_err(|error| store.refused(error))
+        };
+        if let Some(known) = find(self)? {
+            return Ok(known);
+        }
+        let add = "INSERT OR IGNORE INTO destination (address) VALUES (?1)";
+        let added = self.connection.execute(add, [address]);
+        added.map_err(|error| self.refused(error))?;
+        find(self)?.ok_or_else(|| self.refused(rusqlite::Error::QueryReturnedNoRows))
+    }
+
+    /// Sessions that a centre has not got yet, oldest first.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn outgoing(&self, destination: i64) -> Result<Vec<Outgoing>, StoreError> {
+        let query = format!(
+            "SELECT name, cohort, consent, {} FROM session JOIN trainee ON trainee.id = session.trainee \
+             LEFT JOIN delivery ON delivery.session = session.id AND destination = ?1 \
+             WHERE state IS NULL ORDER BY began_unix_s, session.id",
+            COLUMNS.map(|it| format!("session.{it}")).join(", ")
+        );
+        let mut found = self.rows(&query, [destination], |row| {
+            let (name, consent): (String, String) = (row.get("name")?, row.get("consent")?);
+            Ok(Outgoing {
+                person: person_id(&name),
+                name,
+                cohort: row.get("cohort")?,
+                consent: Consent::from_name(&consent).unwrap_or_default(),
+                session: session_of(row)?,
+                ratings: Vec::new(),
+            })
+        })?;
+        for it in &mut found {
+            it.ratings = self.ratings(&it.session.id)?;
+        }
+        Ok(found)
+    }
+
+    /// Notes the fate of sessions, and returns those that the store no longer holds, because their
+    /// trainee was forgotten: what was sent of them has to be withdrawn ([`Store::withdraw`]).
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn note_deliveries(
+        &mut self,
+        destination: i64,
+        notes: &[(&str, Delivery)],
+    ) -> Result<Vec<String>, StoreError> {
+        let path = self.path().to_owned();
+        let change = self.change()?;
+        let mut lost = Vec::new();
+        let mut write = || -> rusqlite::Result<()> {
+            let note = "INSERT INTO delivery (destination, session, state) \
+                        SELECT ?1, id, ?3 FROM session WHERE id = ?2 \
+                        ON CONFLICT DO UPDATE SET state = excluded.state";
+            let mut note = change.prepare(note)?;
+            for (session, state) in notes {
+                if note.execute(params![destination, session, state.name()])? == 0 {
+                    lost.push((*session).to_owned());
+                }
+            }
+            Ok(())
+        };
+        let written = write();
+        let committed = written.and_then(|()| change.commit());
+        committed.map_err(|error| crate::file::refused(&path, error))?;
+        Ok(lost)
+    }
+}

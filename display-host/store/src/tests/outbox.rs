@@ -1,0 +1,157 @@
+//! Sessions that wait for a centre, and people whom a centre has to forget.
+
+use super::*;
+
+const CENTRE: &str = "postgres://centre.example:5432/calot";
+
+fn waiting(store: &Store, destination: i64) -> Vec<String> {
+    let all = store.outgoing(destination).unwrap();
+    all.into_iter().map(|it| it.session.id).collect()
+}
+
+#[test]
+fn a_session_waits_for_each_centre_until_it_has_arrived_there() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let (one, two) = (session(100, "cut", 1.0), session(200, "cut", 2.0));
+    store.add_session("Ada", &one).unwrap();
+    store.add_session("Ada", &two).unwrap();
+    store
+        .enrol("Ada", Some("novice"), Some(Consent::No))
+        .unwrap();
+    let centre = store.destination(CENTRE).unwrap();
+    let other = store.destination("https://lrs.example/xapi").unwrap();
+    assert_eq!(store.destination(CENTRE).unwrap(), centre);
+    assert_ne!(centre, other);
+    let found = store.outgoing(centre).unwrap();
+    assert_eq!(found[0].person, person_id(" Ada"));
+    assert_eq!(
+        (found[0].cohort.as_str(), found[0].consent),
+        ("novice", Consent::No)
+    );
+    assert_eq!(found[0].session, one);
+    assert_eq!(waiting(&store, centre), [one.id.clone(), two.id.clone()]);
+    let ended = [
+        Delivery::There,
+        Delivery::Differs,
+        Delivery::Forgotten,
+        Delivery::LeftOut,
+    ];
+    for state in ended {
+        let lost = store.note_deliveries(centre, &[(&one.id, state)]).unwrap();
+        assert!(lost.is_empty());
+        assert_eq!(waiting(&store, centre), [two.id.as_str()], "{state:?}");
+    }
+    assert_eq!(waiting(&store, other).len(), 2);
+    // A session that is kept anew has to be sent anew.
+    store.add_session("Ada", &one).unwrap();
+    assert_eq!(waiting(&store, centre).len(), 2);
+}
+
+#[test]
+fn a_session_whose_sheets_or_person_changed_waits_again() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let it = session(100, "cut", 1.0);
+    store.add_session("Ada", &it).unwrap();
+    let centre = store.destination(CENTRE).unwrap();
+    let goals = Sheet::named("goals").unwrap();
+    let mut change = |change: &dyn Fn(&mut Store)| {
+        let notes = [(it.id.as_str(), Delivery::There)];
+        store.note_deliveries(centre, &notes).unwrap();
+        change(&mut store);
+        store.outgoing(centre).unwrap()
+    };
+    let rated = change(&|store| {
+        store.rate(&it.id, &goals, ("Bo", true), &[3; 5]).unwrap();
+    });
+    assert_eq!(rated[0].ratings[0].sum(), 15);
+    let again = change(&|store| {
+        let again = store.rate_again(&it.id, &goals, ("Bo", true), &[4; 5]);
+        again.map(drop).unwrap();
+    });
+    assert_eq!(again[0].ratings[0].sum(), 20);
+    let enrolled = change(&|store| store.enrol("Ada", None, Some(Consent::No)).unwrap());
+    assert_eq!(enrolled[0].consent, Consent::No);
+    let same = change(&|store| store.enrol("Ada", None, Some(Consent::No)).unwrap());
+    assert!(same.is_empty());
+}
+
+#[test]
+fn a_forgotten_person_leaves_an_errand_without_a_name_for_each_centre() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let (one, two) = (session(100, "cut", 1.0), session(500, "cut", 2.0));
+    store.add_session("Zaphod", &one).unwrap();
+    let centre = store.destination(CENTRE).unwrap();
+    let other = store.destination("https://lrs.example/xapi").unwrap();
+    assert!(store.owed().unwrap().is_empty());
+    store.forget("Zaphod", 300).unwrap();
+    assert!(waiting(&store, centre).is_empty());
+    assert_eq!(store.owed().unwrap(), ["https://lrs.example/xapi", CENTRE]);
+    let first = store.withdrawals(centre).unwrap();
+    let expected = Withdrawal {
+        person: person_id("Zaphod"),
+        at_unix_s: 300,
+        sessions: vec![one.id.clone()],
+    };
+    assert_eq!(first, [expected]);
+    let bytes = std::fs::read(&path).unwrap();
+    assert!(!bytes.windows(6).any(|it| it == b"Zaphod"));
+    // The person comes back and is forgotten again before the centre was reached.
+    store.add_session("Zaphod", &two).unwrap();
+    store.forget("Zaphod", 600).unwrap();
+    store.note_withdrawn(centre, &first[0]).unwrap();
+    let joined = store.withdrawals(centre).unwrap();
+    assert_eq!((joined.len(), joined[0].at_unix_s), (1, 600));
+    assert_eq!(joined[0].sessions.len(), 2);
+    store.note_withdrawn(centre, &joined[0]).unwrap();
+    assert!(store.withdrawals(centre).unwrap().is_empty());
+    assert_eq!(store.withdrawals(other).unwrap().len(), 1);
+}
+
+#[test]
+fn a_session_that_was_sent_while_its_person_was_forgotten_is_withdrawn() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let it = session(100, "cut", 1.0);
+    store.add_session("Ada", &it).unwrap();
+    let centre = store.destination(CENTRE).unwrap();
+    let sent = store.outgoing(centre).unwrap().remove(0);
+    store.forget("Ada", 300).unwrap();
+    let told = store.withdrawals(centre).unwrap().remove(0);
+    store.note_withdrawn(centre, &told).unwrap();
+    let notes = [(it.id.as_str(), Delivery::There)];
+    assert_eq!(
+        store.note_deliveries(centre, &notes).unwrap(),
+        [it.id.as_str()]
+    );
+    store.withdraw(centre, &sent.person, &it.id, 100).unwrap();
+    let again = store.withdrawals(centre).unwrap();
+    assert_eq!(again[0].sessions, [it.id]);
+}
+
+#[test]
+fn a_withdrawal_that_makes_no_sense_is_damage() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let centre = store.destination(CENTRE).unwrap();
+    let write = |person: &str, sessions: &str| {
+        let other = Connection::open(&path).unwrap();
+        let row = "INSERT OR REPLACE INTO withdrawal VALUES (?1, ?2, 5, ?3)";
+        other
+            .execute(row, rusqlite::params![centre, person, sessions])
+            .unwrap();
+    };
+    write("x\u{1b}", "[]");
+    let said = store.withdrawals(centre).unwrap_err().to_string();
+    assert!(
+        said.contains("a withdrawal of 'x\\u{1b}' makes no sense"),
+        "{said}"
+    );
+    let other = Connection::open(&path).unwrap();
+    other.execute("DELETE FROM withdrawal", []).unwrap();
+    drop(other);
+    write(&person_id("Ada"), "[\"../x\"]");
+    assert!(store.withdrawals(centre).is_err());
+}
