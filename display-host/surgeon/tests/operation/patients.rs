@@ -1,5 +1,5 @@
-//! Patients ([`scene_prepare::patient`]): duct and artery are covered before the dissection, and the
-//! careful surgeon opens the cover.
+//! Patients ([`scene_prepare::patient`]): duct and artery are covered before the dissection, and
+//! the careful surgeon opens the cover.
 
 use assess::{Metric, Task};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};

@@ -7,10 +7,10 @@ use crate::mesh::Mesh;
 use crate::recipe::{OrganPlan, Surface};
 use crate::shape::Form;
 
-/// Tissue up to this far outside of the triangle's sides belongs to the triangle, m: the sides along
-/// the cystic duct, the liver and the bile duct.
+/// Tissue up to this far outside of the triangle's sides belongs to the triangle, m: the sides
+/// along the cystic duct, the liver and the bile duct.
 const MARGINS_M: [f64; 3] = [0.003; 3];
-/// The same under a cover ([`crate::shape::Anatomy::cover_mm`]). There the tissue on and beside the
+/// Margins under a cover ([`crate::shape::Anatomy::cover_mm`]). There the tissue on and beside the
 /// bile duct does not belong to the triangle, because a surgeon keeps away from the bile duct.
 const COVERED_M: [f64; 3] = [0.003, 0.003, -0.003];
 /// The lower bed reaches from the neck over this share of the bed's length.
@@ -23,7 +23,7 @@ pub(crate) struct Regions {
     /// Corners, m: the cystic duct's end at the bile duct, the gallbladder's neck, and the bile
     /// duct's end at the liver.
     triangle: Option<[Vec3; 3]>,
-    /// How far outside of its sides tissue belongs to the triangle, m.
+    /// Margins of its sides, m.
     margins_m: [f64; 3],
     /// The bed's end at the neck and its other end, m.
     bed: Option<[Vec3; 2]>,

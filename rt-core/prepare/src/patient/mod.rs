@@ -2,8 +2,8 @@
 //!
 //! A case is habitus, course of duct and artery, state of the gallbladder's wall, stones, and
 //! adhesions. Its recipe differs from Calot's triangle ([`Recipe::triangle`]) in that fat and
-//! peritoneum cover duct and artery, and that the hepatic artery begins behind the stomach. The same
-//! seed gives the same recipe, and so the same scene.
+//! peritoneum cover duct and artery, and that the hepatic artery begins behind the stomach. The
+//! same seed gives the same recipe, and so the same scene.
 //!
 //! # What is known, and what is assumed
 //!
@@ -12,16 +12,17 @@
 //! - Habitus: a body mass index of 18 to 45. The cover grows with it from 3.4 to 4.5 mm, and the
 //!   lumps of fat by a third. No source measures fat over the triangle: assumed. The liver of the
 //!   obese is fatty and larger; here by up to 5 %.
-//! - Wall: up to 3 mm are normal; a wall with acute inflammation is thicker and oedematous, and the
-//!   gallbladder is distended (a width of more than 4 cm counts; Tokyo Guidelines 2018,
-//!   10.1002/jhbp.515). A scarred gallbladder is shrunken and stiff. In this model the wall is part
-//!   of a solid body, so its state changes the body's width, stiffness and toughness. The factors
-//!   are assumed.
-//! - Stones: 1 to 30 of 3 to 25 mm, as far as they fit. As in a suspension, stones of the share φ of
-//!   the volume make the body stiffer by 1 + 2.5 φ (Einstein) and heavier: cholesterol stones sink
-//!   in bile, and are taken to have 1100 kg/m³. Seen they are not: a hole lets bile out, no stones.
-//! - Adhesions: the cover adheres to the neck and up to 20 mm of the infundibulum. The tissue of the
-//!   bed is tougher and denser in scars, and looser in oedema (assumed).
+//! - Wall: up to 3 mm are normal; a wall with acute inflammation is thicker and oedematous, and
+//!   the gallbladder is distended (a width of more than 4 cm counts; Tokyo Guidelines 2018,
+//!   10.1002/jhbp.515). A scarred gallbladder is shrunken and stiff. In this model the wall is
+//!   part of a solid body, so its state changes the body's width, stiffness and toughness. The
+//!   factors are assumed.
+//! - Stones: 1 to 30 of 3 to 25 mm, as far as they fit. As in a suspension, stones of the share φ
+//!   of the volume make the body stiffer by 1 + 2.5 φ (Einstein) and heavier: cholesterol stones
+//!   sink in bile, and are taken to have 1100 kg/m³. Seen they are not: a hole lets bile out, no
+//!   stones.
+//! - Adhesions: the cover adheres to the neck and up to 20 mm of the infundibulum. The tissue of
+//!   the bed is tougher and denser in scars, and looser in oedema (assumed).
 
 mod case;
 mod parts;
