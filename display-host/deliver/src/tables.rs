@@ -66,7 +66,7 @@ CREATE TABLE calot.point (
 );
 ";
 
-/// Columns of a session, in the order of the values that [`INSERT`] and [`SAME`] take.
+/// Columns of a session, in the order of the values that `INSERT` and `SAME` take.
 const COLUMNS: &str = "id, person, began_unix_s, task, difficulty, outcome, score, alarms, metrics_version, metrics, \
     scene, program, hand, realtime, missed_ticks, device, driver, site";
 const SLOTS: &str =

@@ -1,8 +1,8 @@
 //! Patients: a case from a seed, or one of six with a name, and its recipe.
 //!
 //! A case is habitus, course of duct and artery, state of the gallbladder's wall, stones, and
-//! adhesions. Its recipe differs from Calot's triangle ([`Recipe::triangle`]) in that fat and
-//! peritoneum cover duct and artery, and that the hepatic artery begins behind the stomach. The
+//! adhesions. Its recipe differs from Calot's triangle ([`crate::Recipe::triangle`]) in that fat
+//! and peritoneum cover duct and artery, and that the hepatic artery begins behind the stomach. The
 //! same seed gives the same recipe, and so the same scene.
 //!
 //! # What is known, and what is assumed
