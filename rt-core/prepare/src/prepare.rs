@@ -197,7 +197,7 @@ fn assemble(
     report.warnings = support::warnings(&scene, &recipe.organs);
     report
         .warnings
-        .extend(rest::bear(&mut scene, &recipe.organs));
+        .extend(rest::bear(&mut scene, &recipe.organs)?);
     report.warnings.extend(thin_parts);
     report.warnings.extend(warning);
     for (plan, skin) in recipe.organs.iter().zip(surfaces) {

@@ -1,11 +1,13 @@
 //! Checks that organs come to rest under their own weight. An organ that is too soft for its weight
-//! collapses or shakes without end. It gets a smaller share of gravity, and a warning says so.
+//! collapses or shakes without end. It gets a smaller share of gravity, and a warning says so. An
+//! organ that moves even so is refused.
 
 use rt_core::study::Tissue;
 use rt_core::tissue::{Bodies, Method};
 use scene_load::{Records, SceneStorage};
 use shared_mem::scene::SceneData;
 
+use crate::error::PrepareError;
 use crate::recipe::OrganPlan;
 use crate::support;
 
@@ -23,11 +25,17 @@ const HALVINGS: u32 = 10;
 /// Simulates the scene to see whether each organ that is held and has weight comes to rest. Halves
 /// the shares of gravity of organs that do not come to rest, at most `HALVINGS` times. Returns a
 /// warning for each organ whose share it changed.
-pub(crate) fn bear(scene: &mut SceneData, plans: &[OrganPlan]) -> Vec<String> {
+///
+/// # Errors
+/// When an organ does not come to rest with the smallest share. Such an organ has next to no hold.
+pub(crate) fn bear(
+    scene: &mut SceneData,
+    plans: &[OrganPlan],
+) -> Result<Vec<String>, PrepareError> {
     let held = support::held(scene);
     let has_weight = |it: &SceneData, i: usize| held[i] && it.organs[i].gravity_share > 0.0;
     if !(0..plans.len()).any(|i| has_weight(scene, i)) {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     let shakes = |it: &SceneData| -> Vec<usize> {
         let moving = unquiet(it).into_iter().enumerate();
@@ -46,23 +54,33 @@ pub(crate) fn bear(scene: &mut SceneData, plans: &[OrganPlan]) -> Vec<String> {
         }
         shaking = shakes(scene);
     }
-    let pairs = plans.iter().zip(&scene.organs).enumerate();
-    pairs
-        .filter(|(_, (plan, organ))| organ.gravity_share < plan.gravity_share as f32)
-        .map(|(i, (plan, organ))| {
-            let even_so = if shaking.contains(&i) {
-                ", and moves even so"
-            } else {
-                ""
-            };
-            format!(
-                "'{}' cannot bear its weight: with gravity_share {} its tissue of {} Pa does not come to \
-                 rest; it was prepared with gravity_share = {}{even_so}; give it that, a larger \
-                 material.young_pa, or more held spheres",
-                plan.name, plan.gravity_share, plan.material.young_pa, organ.gravity_share
-            )
-        })
-        .collect()
+    if let Some((plan, organ)) = shaking
+        .first()
+        .and_then(|i| plans.get(*i).zip(scene.organs.get(*i)))
+    {
+        let [first, count] = organ.spheres.map(|it| it as usize);
+        let own = scene.spheres.iter().skip(first).take(count);
+        return Err(PrepareError::Organ {
+            organ: plan.name.clone(),
+            problem: format!(
+                "does not come to rest, even with a thousandth of its weight: {} of its {count} spheres are \
+                 held; hold more of it, or give it more than material.young_pa = {}",
+                own.filter(|it| it.held != 0).count(),
+                plan.material.young_pa
+            ),
+        });
+    }
+    let pairs = plans.iter().zip(&scene.organs);
+    let lightened = pairs.filter(|(plan, organ)| organ.gravity_share < plan.gravity_share as f32);
+    let warnings = lightened.map(|(plan, organ)| {
+        format!(
+            "'{}' cannot bear its weight: with gravity_share {} its tissue of {} Pa does not come to \
+             rest; it was prepared with gravity_share = {}; give it that, a larger \
+             material.young_pa, or more held spheres",
+            plan.name, plan.gravity_share, plan.material.young_pa, organ.gravity_share
+        )
+    });
+    Ok(warnings.collect())
 }
 
 /// For each organ, true if it does not come to rest in time.

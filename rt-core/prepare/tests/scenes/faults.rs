@@ -269,6 +269,25 @@ fn an_organ_that_cannot_bear_its_weight_gets_less_of_it() {
     }
 }
 
+/// One sphere holds a thin plate. The plate turns about it without end, and bursts under a tool.
+#[test]
+fn an_organ_that_never_comes_to_rest_is_refused() {
+    let half_m = Vec3::new(0.030, 0.020, 0.0025);
+    let distance = move |p: &Vec3| {
+        let beyond = p.abs() - half_m;
+        beyond.sup(&Vec3::zeros()).norm() + beyond.max().min(0.0)
+    };
+    let margin = Vec3::repeat(0.003);
+    let thin = shape::skin(&distance, [-half_m - margin, half_m + margin], 0.001);
+    let lines = "spheres = 250\ngravity_share = 1.0\n\
+                 held = [{ ball = { center_m = [-0.027, 0.018, -0.001], radius_m = 0.0015 } }]\n\
+                 material = { young_pa = 1500.0 }";
+    let refusal = prepared(&[(thin, lines)]).expect_err("it is not held");
+    let expected = "organ 'organ 0': does not come to rest, even with a thousandth of its weight: 1 \
+                    of its 250 spheres are held; hold more of it";
+    assert!(refusal.starts_with(expected), "{refusal}");
+}
+
 /// The reported depth is that of the skins and does not depend on the spheres.
 #[test]
 fn organs_that_overlap_are_reported_with_place_and_depth() {
