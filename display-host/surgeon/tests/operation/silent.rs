@@ -15,6 +15,7 @@ const LAST: u32 = 600;
 struct Silenced<'a, 'b> {
     rehearsal: &'a mut Rehearsal<'b>,
     looks: u32,
+    command: Option<CommandMsg>,
     asked: Vec<HandMsg>,
 }
 
@@ -22,7 +23,7 @@ impl Theatre for Silenced<'_, '_> {
     fn look(&mut self, asked: &HandMsg, seen: &mut Seen) -> bool {
         self.asked.push(*asked);
         for _ in 0..8 {
-            self.rehearsal.tick(asked, None);
+            self.rehearsal.tick(asked, self.command.take());
         }
         seen.at_s += 8e-3;
         *seen.state = *self.rehearsal.state();
@@ -35,7 +36,8 @@ impl Theatre for Silenced<'_, '_> {
         self.looks < LAST
     }
 
-    fn command(&mut self, _: CommandMsg) -> Result<(), String> {
+    fn command(&mut self, command: CommandMsg) -> Result<(), String> {
+        self.command = Some(command);
         Ok(())
     }
 
@@ -51,11 +53,13 @@ fn a_hand_keeps_still_while_its_device_is_silent() {
         let mut theatre = Silenced {
             rehearsal,
             looks: 0,
+            command: None,
             asked: Vec::new(),
         };
         let task = Task::Clamp;
         let outcome = operate(Surgeon::Careful, task, own, &mut theatre);
-        assert!(outcome.is_err(), "the operation ended early");
+        assert_eq!(outcome, Ok(()), "the looks end the operation");
+        assert_eq!(theatre.looks, LAST);
         theatre.asked
     })
     .expect("a rehearsal");

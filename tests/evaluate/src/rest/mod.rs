@@ -141,7 +141,7 @@ mod tests {
         for only in [
             "rest modulus, Pa: 3000",
             "rest hold, 50 kPa: top",
-            "rest form, 1 MPa: plate",
+            "rest form, 1 MPa: shell",
         ] {
             let rows = run(folder.path(), false, only).expect("a row");
             assert!(!rows.is_empty(), "{only}");
