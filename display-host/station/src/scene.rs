@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn patients_have_names_and_seeds() {
         let of = |source: &str| recipe(source, None, &MeshOptions::default());
-        assert_eq!(of("patient:ada").unwrap().name, "patient ada");
+        assert_eq!(of("patient:ada").unwrap().name, "patient:ada");
         assert_eq!(of("patient:7").unwrap(), of("patient:7").unwrap());
         assert_ne!(of("patient:7").unwrap(), of("patient:8").unwrap());
         let error = of("patient:zoe").unwrap_err().to_string();

@@ -2,7 +2,7 @@
 
 /// A recipe that cannot be used. The message says where the problem is and what to write instead.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{file}:{line}: {key}: {problem}")]
+#[error("{}: {key}: {problem}", self.place())]
 pub struct RecipeError {
     /// The file's name as it was given, or the name of a built-in recipe.
     pub file: String,
@@ -12,6 +12,16 @@ pub struct RecipeError {
     pub key: String,
     /// The problem, with the value and the allowed range.
     pub problem: String,
+}
+
+impl RecipeError {
+    /// The file, and the line if the error concerns one.
+    fn place(&self) -> String {
+        match self.line {
+            0 => self.file.clone(),
+            line => format!("{}:{line}", self.file),
+        }
+    }
 }
 
 /// A mesh that cannot be used. The message names the mesh, its fault and the remedy.

@@ -167,7 +167,8 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
     let it = &chapter.assessed;
     let task = page.task(chapter);
     let difficulty = page.say(&format!("difficulty-{}", it.difficulty.name()));
-    let scene = format!("scene-{}", chapter.scene);
+    // A message's name has no colon; the scene of a patient is called `patient:NAME`.
+    let scene = format!("scene-{}", chapter.scene.replace(':', "-"));
     let scene = match page.words.has(&scene) {
         true => page.say(&scene),
         false => escape(&chapter.scene),

@@ -28,7 +28,7 @@ pub(crate) struct Running {
     pub(crate) children: Vec<Process>,
     /// Level of the scene that the controller took. The display must show it.
     pub(crate) scene: PathBuf,
-    /// Warning that the controller is not realtime, with the causes. Empty if it is realtime.
+    /// Warnings: the controller is not realtime, with the causes; a coarser level of the scene runs.
     pub(crate) warnings: Vec<String>,
     /// Devices that the controller opened.
     pub(crate) devices: Vec<DeviceSummary>,
@@ -40,6 +40,8 @@ pub(crate) struct Running {
 struct Controller {
     process: Process,
     scene: PathBuf,
+    /// Warning that the finest level of the scene did not fit this machine.
+    coarser: Option<String>,
 }
 
 /// Starts an emulator for the devices that are not named, then the controller.
@@ -58,7 +60,8 @@ pub(crate) fn start(
         children.push(Process::start("emulate", &words, PATIENCE_TO_START, stop)?);
     }
     let controller = control(args, &emulated.with(named), scene, folder, stop)?;
-    let warnings = not_realtime(controller.process.said());
+    let mut warnings = not_realtime(controller.process.said());
+    warnings.extend(controller.coarser);
     let devices = devices(controller.process.said());
     let admitted_ns = admitted(controller.process.said());
     children.push(controller.process);
@@ -154,8 +157,14 @@ fn control(
         let words = rt_words(args, devices, &scene, next.is_some());
         let problem = match Process::start("rt", &words, PATIENCE_TO_START, stop) {
             Ok(process) => {
-                let scene = taken(&process, scene, &args.controller.realtime.coarser)?;
-                return Ok(Controller { process, scene });
+                let finest = level == 1;
+                let taken = taken(&process, &scene, &args.controller.realtime.coarser)?;
+                let coarser = (!finest || taken != scene).then(|| coarser_level(&taken));
+                return Ok(Controller {
+                    process,
+                    coarser: coarser.transpose()?,
+                    scene: taken,
+                });
             }
             Err(problem) => problem,
         };
@@ -221,9 +230,9 @@ fn admitted(ready: &str) -> Option<[u64; STAGES]> {
 }
 
 /// Level that the controller took, of the scene's own file or of those that the user named.
-fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
+fn taken(controller: &Process, finest: &Path, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
     let ready: serde_json::Value = serde_json::from_str(controller.said())?;
-    let own = SceneFile::levels(&finest).into_iter().skip(1);
+    let own = SceneFile::levels(finest).into_iter().skip(1);
     for path in own.chain(coarser.iter().flat_map(|file| SceneFile::levels(file))) {
         let id = SceneFile::open(&path)?.id();
         let id: String = id.iter().map(|byte| format!("{byte:02x}")).collect();
@@ -235,7 +244,16 @@ fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<P
             return Ok(path);
         }
     }
-    Ok(finest)
+    Ok(finest.to_owned())
+}
+
+/// Warning that this coarser level of the scene runs.
+fn coarser_level(scene: &Path) -> Result<String, Problem> {
+    let spheres = SceneFile::open(scene)?.spheres().len();
+    Ok(format!(
+        "the finest level of the scene does not fit this machine: a coarser one of {spheres} spheres ran; compare \
+         it only with runs of this level"
+    ))
 }
 
 #[cfg(test)]
@@ -266,6 +284,20 @@ mod tests {
         assert_eq!(admitted(ready), Some([1, 2, 3, 4, 5, 6, 7]));
         assert_eq!(admitted(r#"{"admission": null}"#), None);
         assert_eq!(admitted("nonsense"), None);
+    }
+
+    #[test]
+    fn a_coarser_level_is_a_warning_with_its_spheres() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("coarse.calot");
+        let recipe = scene_prepare::Recipe::built_in().unwrap();
+        scene::bring(&recipe.with_spheres(120).unwrap(), &path).unwrap();
+        let spheres = SceneFile::open(&path).unwrap().spheres().len();
+        let warning = coarser_level(&path).unwrap();
+        assert!(
+            warning.contains(&format!("a coarser one of {spheres} spheres ran")),
+            "{warning}"
+        );
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::case::Patient;
+use super::case::{PREFIX, Patient};
 use super::parts;
 use crate::error::RecipeError;
 use crate::recipe::Recipe;
@@ -34,7 +34,7 @@ impl Patient {
             _ => "",
         };
         let gaps = [
-            ("name", format!("patient {}", self.name)),
+            ("name", format!("{PREFIX}{}", self.name)),
             ("course", parts::word_of(self.course).into()),
             ("cover_mm", format!("{cover_mm:.3}")),
             ("adhesion_mm", format!("{:.3}", self.adhesion_mm)),
