@@ -11,6 +11,13 @@ use ureq::http::Uri;
 use crate::error::{DeliverError, printable};
 use crate::secret;
 
+/// Problem of an address in which a password may have fallen apart.
+const UNESCAPED: &str = "an '@' stands where none belongs. In a user or a password, write '@' as %40, '/' as %2F, \
+    ':' as %3A, '#' as %23 and '?' as %3F";
+/// Problem of an address that makes no sense.
+const UNREADABLE: &str = "it cannot be read, and is not repeated because it may hold a password. In a user or a \
+    password, write '@' as %40, '/' as %2F, ':' as %3A, '#' as %23 and '?' as %3F";
+
 /// A centre, with the key to it.
 #[derive(Debug)]
 pub struct Destination {
@@ -81,6 +88,7 @@ impl Destination {
         ca: Option<&Path>,
         variable: &dyn Fn(&str) -> Option<String>,
     ) -> Result<Self, DeliverError> {
+        check_escapes(address)?;
         let authorities = secret::authorities(ca)?;
         let is_database = ["postgres://", "postgresql://"]
             .iter()
@@ -102,12 +110,9 @@ fn database(
     is_hidden: bool,
     variable: &dyn Fn(&str) -> Option<String>,
 ) -> Result<(Kind, String), DeliverError> {
-    let refused = |problem: &str| DeliverError::Address {
-        given: without_key(address),
-        problem: printable(problem),
-    };
-    let mut config = tokio_postgres::Config::from_str(address)
-        .map_err(|error| refused(&crate::error::in_words(&error)))?;
+    let refused = |problem: &str| refused(address, problem);
+    // The library's error repeats parts of the address.
+    let mut config = tokio_postgres::Config::from_str(address).map_err(|_| refused(UNREADABLE))?;
     let hosts: Vec<String> = config.get_hosts().iter().map(host).collect();
     if hosts.is_empty() {
         return Err(refused("it names no host"));
@@ -116,6 +121,9 @@ fn database(
         Some(name) => name.to_owned(),
         None => return Err(refused("it names no database")),
     };
+    if database.contains('@') || hosts.iter().any(|it| it.contains('@')) {
+        return Err(refused(UNESCAPED));
+    }
     let ports = match config.get_ports() {
         [] => "5432".to_owned(),
         ports => ports
@@ -141,7 +149,9 @@ fn database(
     }
     // Names of people do not cross a network in the clear, unless the address says `disable`.
     if config.get_ssl_mode() == SslMode::Prefer {
-        let is_here = config.get_hosts().iter().all(is_this_computer);
+        let mut numbers = config.get_hostaddrs().iter();
+        let is_here = config.get_hosts().iter().all(is_this_computer)
+            && numbers.all(std::net::IpAddr::is_loopback);
         config.ssl_mode(match is_here {
             true => SslMode::Disable,
             false => SslMode::Require,
@@ -178,11 +188,8 @@ fn records(
     is_hidden: bool,
     variable: &dyn Fn(&str) -> Option<String>,
 ) -> Result<(Kind, String), DeliverError> {
-    let refused = |problem: &str| DeliverError::Address {
-        given: without_key(address),
-        problem: printable(problem),
-    };
-    let uri = Uri::from_str(address).map_err(|error| refused(&error.to_string()))?;
+    let refused = |problem: &str| refused(address, problem);
+    let uri = Uri::from_str(address).map_err(|_| refused(UNREADABLE))?;
     let (Some(scheme), Some(authority)) = (uri.scheme_str(), uri.authority()) else {
         return Err(refused(
             "it begins neither with postgres:// nor with https://",
@@ -203,6 +210,9 @@ fn records(
         Some((key, place)) => (Some(key), place),
         None => (None, authority.as_str()),
     };
+    if place != authority.host() && authority.port_u16().is_none() {
+        return Err(refused("its port is no number up to 65535"));
+    }
     let path = uri
         .path()
         .trim_end_matches('/')
@@ -228,17 +238,27 @@ fn records(
     Ok((Kind::Records(Key { user, password }), name))
 }
 
-/// An address as it may be shown: what stands between `//` and the last `@` is left out.
-fn without_key(address: &str) -> String {
-    let shown = match address.split_once("//") {
-        Some((scheme, rest)) => match rest.rsplit_once('@') {
-            Some((_, place)) => format!("{scheme}//{place}"),
-            None => address.to_owned(),
-        },
-        None => address.to_owned(),
+/// Refuses an address of which a part of a password could pass for a host, a path or a parameter.
+fn check_escapes(address: &str) -> Result<(), DeliverError> {
+    let rest = address.split_once("://").map_or(address, |(_, rest)| rest);
+    let is_plain = match rest.split_once('@') {
+        Some((key, place)) => !key.contains(['/', '?', '#']) && !place.contains('@'),
+        None => true,
     };
-    // Parameters may hold a password, too.
-    printable(shown.split('?').next().unwrap_or_default())
+    match is_plain {
+        true => Ok(()),
+        false => Err(refused(address, UNESCAPED)),
+    }
+}
+
+/// Refuses an address, of which no more than the scheme is shown.
+fn refused(address: &str, problem: &str) -> DeliverError {
+    let known = ["postgres://", "postgresql://", "https://", "http://"];
+    let scheme = known.into_iter().find(|it| address.starts_with(it));
+    DeliverError::Address {
+        given: format!("{}…", scheme.unwrap_or_default()),
+        problem: problem.to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -299,6 +319,63 @@ mod tests {
             said("postgres://ada:s3cret@db.example/calot").contains("in --to, which every user")
         );
         assert!(said("https://ada:s3cret@lrs.example/x").contains("CALOT_LRS_PASSWORD"));
+    }
+
+    #[test]
+    fn a_number_of_another_computer_demands_encryption_whatever_the_name() {
+        for (number, mode) in [
+            ("192.0.2.2", SslMode::Require),
+            ("127.0.0.1", SslMode::Disable),
+        ] {
+            let address = format!("postgres://ada@localhost/calot?hostaddr={number}");
+            let to = Destination::shown(&address, None, &none).unwrap();
+            let Kind::Database(config) = &to.kind else {
+                panic!("a database")
+            };
+            assert_eq!(config.get_ssl_mode(), mode, "{number}");
+        }
+    }
+
+    #[test]
+    fn no_part_of_a_password_is_shown_or_becomes_a_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("centre");
+        std::fs::write(&file, "").unwrap();
+        std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o600)).unwrap();
+        for address in [
+            "host=localhost user=ada password=s3cret dbname=calot",
+            "PGPASSWORD=s3cret",
+            "ada:s3cret@lrs.example/xapi",
+            "https:/ada:s3cret@lrs.example/xapi",
+            "https://ada:12/s3cret@lrs.example/xapi",
+            "https://ada:x#s3cret@lrs.example/xapi",
+            "https://ada:x?s3cret@lrs.example/xapi",
+            "https://ada:x@s3cret@lrs.example/xapi",
+            "https://ada:s3cret/xapi",
+            "postgres:ada:s3cret@db.example/calot",
+            "postgres://ada:x@s3cret@db.example/calot",
+            "postgres://ada:x/s3cret@db.example/calot",
+            "postgres://ada:x?s3cret@db.example/calot",
+            "postgres://ada:s3cret/calot",
+            "postgres://ada@db.example/calot?s3cret=1",
+            "postgres://db.example/x%40s3cret",
+            "POSTGRES://ada:s3cret@db.example/calot",
+            "\"postgres://ada:s3cret@db.example/calot\"",
+        ] {
+            std::fs::write(&file, address).unwrap();
+            let hidden = Destination::from_file(&file, None, &variables).unwrap_err();
+            for said in [hidden.to_string(), said(address)] {
+                assert!(said.contains("…' is no address of a centre"), "{said}");
+                let shown = ["s3cret", "ada:", "12", "example"].iter();
+                assert!(shown.clone().all(|it| !said.contains(it)), "{said}");
+            }
+        }
+        let unescaped = said("postgres://ada:x@s3cret@db.example/calot");
+        assert!(unescaped.contains("write '@' as %40"), "{unescaped}");
+        let unreadable = said("postgres://ada:s3cret/calot");
+        assert!(unreadable.contains("write '@' as %40"), "{unreadable}");
+        let port = said("https://ada:s3cret/xapi");
+        assert!(port.contains("its port is no number"), "{port}");
     }
 
     #[test]
