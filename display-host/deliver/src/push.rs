@@ -112,7 +112,7 @@ fn deliver(
     for it in part {
         let id = it.session.id.as_str();
         match centre.deliver(it) {
-            Ok(receipt) => notes.push((id, count(pushed, it, receipt))),
+            Ok(receipt) => notes.push((it, count(pushed, it, receipt))),
             Err(DeliverError::Rejected { problem, .. }) => pushed.refused.push(Refusal {
                 session: id.to_owned(),
                 problem,

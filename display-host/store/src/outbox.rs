@@ -2,7 +2,7 @@
 //! a store that is offline for weeks loses nothing. A program that is killed between a delivery and
 //! its note sends the session again, under the same id.
 
-use rusqlite::{OptionalExtension as _, params};
+use rusqlite::{OptionalExtension as _, Transaction, TransactionBehavior, params};
 
 use crate::error::StoreError;
 use crate::open::Store;
@@ -82,13 +82,22 @@ impl Store {
     /// # Errors
     /// When the file cannot be read.
     pub fn outgoing(&self, destination: i64) -> Result<Vec<Outgoing>, StoreError> {
+        let unsent = "LEFT JOIN delivery ON delivery.session = session.id AND destination = ?1 \
+                      WHERE state IS NULL ORDER BY began_unix_s, session.id";
+        self.found(unsent, [destination])
+    }
+
+    /// Sessions that fulfil a condition, as they are sent.
+    fn found(
+        &self,
+        condition: &str,
+        values: impl rusqlite::Params,
+    ) -> Result<Vec<Outgoing>, StoreError> {
         let query = format!(
-            "SELECT name, cohort, consent, {} FROM session JOIN trainee ON trainee.id = session.trainee \
-             LEFT JOIN delivery ON delivery.session = session.id AND destination = ?1 \
-             WHERE state IS NULL ORDER BY began_unix_s, session.id",
+            "SELECT name, cohort, consent, {} FROM session JOIN trainee ON trainee.id = session.trainee {condition}",
             COLUMNS.map(|it| format!("session.{it}")).join(", ")
         );
-        let mut found = self.rows(&query, [destination], |row| {
+        let mut found = self.rows(&query, values, |row| {
             let (name, consent): (String, String) = (row.get("name")?, row.get("consent")?);
             Ok(Outgoing {
                 person: person_id(&name),
@@ -106,33 +115,40 @@ impl Store {
     }
 
     /// Notes the fate of sessions, and returns those that the store no longer holds, because their
-    /// trainee was forgotten: what was sent of them has to be withdrawn ([`Store::withdraw`]).
+    /// trainee was forgotten: what was sent of them has to be withdrawn ([`Store::withdraw`]). A
+    /// session that was changed since it was read gets no note: it waits, and is sent again.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// When the file cannot be read or written.
     pub fn note_deliveries(
         &mut self,
         destination: i64,
-        notes: &[(&str, Delivery)],
+        notes: &[(&Outgoing, Delivery)],
     ) -> Result<Vec<String>, StoreError> {
-        let path = self.path().to_owned();
-        let change = self.change()?;
+        let change = Transaction::new_unchecked(&self.connection, TransactionBehavior::Immediate)
+            .map_err(|error| self.refused(error))?;
         let mut lost = Vec::new();
-        let mut write = || -> rusqlite::Result<()> {
-            let note = "INSERT INTO delivery (destination, session, state) \
-                        SELECT ?1, id, ?3 FROM session WHERE id = ?2 \
-                        ON CONFLICT DO UPDATE SET state = excluded.state";
-            let mut note = change.prepare(note)?;
-            for (session, state) in notes {
-                if note.execute(params![destination, session, state.name()])? == 0 {
-                    lost.push((*session).to_owned());
+        for (sent, state) in notes {
+            let id = &sent.session.id;
+            let written = match self.found("WHERE session.id = ?1", [id])?.pop() {
+                None => {
+                    lost.push(id.clone());
+                    continue;
                 }
-            }
-            Ok(())
-        };
-        let written = write();
-        let committed = written.and_then(|()| change.commit());
-        committed.map_err(|error| crate::file::refused(&path, error))?;
+                Some(now) if now == **sent => change.execute(
+                    "INSERT INTO delivery (destination, session, state) VALUES (?1, ?2, ?3) \
+                     ON CONFLICT DO UPDATE SET state = excluded.state",
+                    params![destination, id, state.name()],
+                ),
+                // Another program may have sent the new contents before these old ones arrived.
+                Some(_) => change.execute(
+                    "DELETE FROM delivery WHERE destination = ?1 AND session = ?2",
+                    params![destination, id],
+                ),
+            };
+            written.map_err(|error| self.refused(error))?;
+        }
+        change.commit().map_err(|error| self.refused(error))?;
         Ok(lost)
     }
 }

@@ -38,7 +38,9 @@ fn a_session_waits_for_each_centre_until_it_has_arrived_there() {
         Delivery::LeftOut,
     ];
     for state in ended {
-        let lost = store.note_deliveries(centre, &[(&one.id, state)]).unwrap();
+        let lost = store
+            .note_deliveries(centre, &[(&found[0], state)])
+            .unwrap();
         assert!(lost.is_empty());
         assert_eq!(waiting(&store, centre), [two.id.as_str()], "{state:?}");
     }
@@ -57,8 +59,10 @@ fn a_session_whose_sheets_or_person_changed_waits_again() {
     let centre = store.destination(CENTRE).unwrap();
     let goals = Sheet::named("goals").unwrap();
     let mut change = |change: &dyn Fn(&mut Store)| {
-        let notes = [(it.id.as_str(), Delivery::There)];
-        store.note_deliveries(centre, &notes).unwrap();
+        for sent in store.outgoing(centre).unwrap() {
+            let notes = [(&sent, Delivery::There)];
+            store.note_deliveries(centre, &notes).unwrap();
+        }
         change(&mut store);
         store.outgoing(centre).unwrap()
     };
@@ -75,6 +79,34 @@ fn a_session_whose_sheets_or_person_changed_waits_again() {
     assert_eq!(enrolled[0].consent, Consent::No);
     let same = change(&|store| store.enrol("Ada", None, Some(Consent::No)).unwrap());
     assert!(same.is_empty());
+}
+
+#[test]
+fn a_session_that_changed_while_it_was_sent_waits_again() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let it = session(100, "cut", 1.0);
+    store.add_session("Ada", &it).unwrap();
+    let centre = store.destination(CENTRE).unwrap();
+    let goals = Sheet::named("goals").unwrap();
+    let changes: [&dyn Fn(&mut Store); 3] = [
+        &|store| store.enrol("Ada", Some("expert"), None).unwrap(),
+        &|store| store.enrol("Ada", None, Some(Consent::No)).unwrap(),
+        &|store| {
+            store.rate(&it.id, &goals, ("Bo", true), &[3; 5]).unwrap();
+        },
+    ];
+    for change in changes {
+        let old = store.outgoing(centre).unwrap().remove(0);
+        change(&mut store);
+        let new = store.outgoing(centre).unwrap().remove(0);
+        for noted in [&old, &new, &old] {
+            let notes = [(noted, Delivery::There)];
+            assert!(store.note_deliveries(centre, &notes).unwrap().is_empty());
+            let waits = usize::from(*noted == old);
+            assert_eq!(waiting(&store, centre).len(), waits, "{noted:?}");
+        }
+    }
 }
 
 #[test]
@@ -121,7 +153,7 @@ fn a_session_that_was_sent_while_its_person_was_forgotten_is_withdrawn() {
     store.forget("Ada", 300).unwrap();
     let told = store.withdrawals(centre).unwrap().remove(0);
     store.note_withdrawn(centre, &told).unwrap();
-    let notes = [(it.id.as_str(), Delivery::There)];
+    let notes = [(&sent, Delivery::There)];
     assert_eq!(
         store.note_deliveries(centre, &notes).unwrap(),
         [it.id.as_str()]
