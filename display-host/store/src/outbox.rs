@@ -2,14 +2,14 @@
 //! a store that is offline for weeks loses nothing. A program that is killed between a delivery and
 //! its note sends the session again, under the same id.
 
-use rusqlite::{OptionalExtension as _, Transaction, TransactionBehavior, params};
+use rusqlite::{Transaction, TransactionBehavior, params};
 
 use crate::error::StoreError;
 use crate::open::Store;
 use crate::sessions::{COLUMNS, SessionRecord, session_of};
 use crate::sheet::Rating;
 use crate::trainees::Consent;
-use crate::withdrawal::person_id;
+use crate::withdrawal::{number_of, person_id};
 
 /// State of a session on its way to a centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,25 +56,16 @@ pub struct Outgoing {
 
 impl Store {
     /// Number of a centre, under which its notes are kept. `address` holds no password. A new
-    /// centre is added.
+    /// centre is added, and has to forget whoever was forgotten here before.
     ///
     /// # Errors
     /// When the file cannot be read or written.
     pub fn destination(&mut self, address: &str) -> Result<i64, StoreError> {
-        let find = "SELECT id FROM destination WHERE address = ?1";
-        let find = |store: &Self| {
-            let found = store
-                .connection
-                .query_row(find, [address], |row| row.get(0));
-            found.optional().map_err(|error| store.refused(error))
-        };
-        if let Some(known) = find(self)? {
-            return Ok(known);
-        }
-        let add = "INSERT OR IGNORE INTO destination (address) VALUES (?1)";
-        let added = self.connection.execute(add, [address]);
-        added.map_err(|error| self.refused(error))?;
-        find(self)?.ok_or_else(|| self.refused(rusqlite::Error::QueryReturnedNoRows))
+        let path = self.path().to_owned();
+        let change = self.change()?;
+        number_of(&change, address)
+            .and_then(|found| change.commit().map(|()| found))
+            .map_err(|error| crate::file::refused(&path, error))
     }
 
     /// Sessions that a centre has not got yet, oldest first.

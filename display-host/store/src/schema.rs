@@ -24,7 +24,8 @@
 //! - `rating`: `rater` is the name that the rater chose; empty: not told. `blinded` is 1 if the
 //!   rater did not know who operated.
 //! - `forgotten_trainee`: no name can be read from it, but whoever has the file can test a guess.
-//! - `destination`: `address` has no password.
+//! - `destination`: `address` has no password. The empty address stands for centres that are named
+//!   later; they take over its rows of `withdrawal`, which stay.
 //! - `delivery`: `state` is `there`, `differs` (the centre holds another session of this id, which
 //!   stays), `forgotten` (the centre forgot this person later) or `left-out` (nothing that such a
 //!   centre takes). A new sheet, cohort or consent removes the note.

@@ -1,5 +1,6 @@
 //! Withdrawals: people whom a centre has to forget as well. A withdrawal holds ids only, waits
-//! until the centre is reached and has forgotten, and is then deleted.
+//! until the centre is reached and has forgotten, and is then deleted. One for centres that are named
+//! later stays.
 
 use std::collections::BTreeSet;
 
@@ -12,6 +13,9 @@ use crate::open::Store;
 
 /// Namespace of the ids of people, for UUIDs of version 5.
 const PEOPLE: Uuid = Uuid::from_u128(0x6b0a_5d5e_2f0f_4c58_9d1b_7a1f_0e6c_41d3);
+
+/// Address under which errands wait for centres that are not known yet.
+const LATER: &str = "";
 
 /// Id of a person at every centre: the same at each station, because equal names are one person. No
 /// name can be read from it, but a guess can be tested.
@@ -38,8 +42,9 @@ impl Store {
     /// # Errors
     /// When the file cannot be read.
     pub fn owed(&self) -> Result<Vec<String>, StoreError> {
-        let query = "SELECT address FROM destination WHERE id IN (SELECT destination FROM withdrawal) ORDER BY address";
-        self.rows(query, [], |row| row.get(0))
+        let query = "SELECT address FROM destination \
+                     WHERE id IN (SELECT destination FROM withdrawal) AND address <> ?1 ORDER BY address";
+        self.rows(query, [LATER], |row| row.get(0))
     }
 
     /// Asks a centre to forget a session that arrived after its person was forgotten here.
@@ -107,20 +112,42 @@ impl Store {
     }
 }
 
-/// Leaves an errand to each centre: forget this person.
+/// Number of a centre. A new one is added with the errands that wait for such.
+pub(crate) fn number_of(change: &Connection, address: &str) -> rusqlite::Result<i64> {
+    let find = "SELECT id FROM destination WHERE address = ?1";
+    let known = change.query_row(find, [address], |row| row.get(0));
+    if let Some(known) = known.optional()? {
+        return Ok(known);
+    }
+    let add = "INSERT INTO destination (address) VALUES (?1)";
+    change.execute(add, [address])?;
+    let new = change.last_insert_rowid();
+    let inherit = "INSERT INTO withdrawal (destination, person, at_unix_s, sessions) \
+                   SELECT ?1, person, at_unix_s, sessions FROM withdrawal \
+                   WHERE destination = (SELECT id FROM destination WHERE address = ?2)";
+    change.execute(inherit, params![new, LATER])?;
+    Ok(new)
+}
+
+/// Leaves an errand to each centre: forget this person. One more is for centres that are named
+/// later: other stations may have sent them results. It names no session, because none was sent.
 pub(crate) fn withdraw(
     change: &Connection,
     person: &str,
     at_unix_s: i64,
     sessions: &[String],
 ) -> rusqlite::Result<()> {
+    let later = number_of(change, LATER)?;
     let mut known = change.prepare("SELECT id FROM destination")?;
     let known: Vec<i64> = known
         .query_map([], |row| row.get(0))?
         .collect::<rusqlite::Result<_>>()?;
     for destination in known {
-        let sessions = sessions.iter().cloned().collect();
-        add(change, destination, person, at_unix_s, sessions)?;
+        let sent = match destination == later {
+            true => BTreeSet::new(),
+            false => sessions.iter().cloned().collect(),
+        };
+        add(change, destination, person, at_unix_s, sent)?;
     }
     Ok(())
 }

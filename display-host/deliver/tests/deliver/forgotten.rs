@@ -51,6 +51,21 @@ fn a_database_that_was_away_forgets_when_it_is_back_and_keeps_old_sessions_out()
 }
 
 #[test]
+fn a_person_who_was_forgotten_before_the_first_push_is_forgotten_there() {
+    let Some(server) = Postgres::start() else {
+        return;
+    };
+    let (mut here, mut there) = (Station::new(), Station::new());
+    there.keep("Zaphod", &session(120));
+    there.push_all(&owners(&server));
+    here.keep("Zaphod", &session(100));
+    here.store.forget("Zaphod", 500).expect("forgotten");
+    assert_eq!(here.push_all(&owners(&server)).withdrawn, 1);
+    let people = "SELECT count(*) FROM calot.trainee";
+    assert_eq!(server.rows(people), ["0"]);
+}
+
+#[test]
 fn a_session_that_arrived_without_a_note_is_withdrawn_too() {
     let (lrs, to) = records();
     let mut station = Station::new();

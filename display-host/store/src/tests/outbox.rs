@@ -143,6 +143,31 @@ fn a_forgotten_person_leaves_an_errand_without_a_name_for_each_centre() {
 }
 
 #[test]
+fn a_centre_that_is_named_later_has_to_forget_as_well() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    store
+        .add_session("Zaphod", &session(100, "cut", 1.0))
+        .unwrap();
+    store.forget("Zaphod", 300).unwrap();
+    assert!(store.owed().unwrap().is_empty(), "no centre is known");
+    let centre = store.destination(CENTRE).unwrap();
+    let owed = store.withdrawals(centre).unwrap();
+    let expected = Withdrawal {
+        person: person_id("Zaphod"),
+        at_unix_s: 300,
+        sessions: Vec::new(),
+    };
+    assert_eq!(owed, [expected.clone()]);
+    assert_eq!(store.owed().unwrap(), [CENTRE]);
+    store.note_withdrawn(centre, &owed[0]).unwrap();
+    assert_eq!(store.destination(CENTRE).unwrap(), centre);
+    assert!(store.withdrawals(centre).unwrap().is_empty(), "told once");
+    let other = store.destination("https://lrs.example/xapi").unwrap();
+    assert_eq!(store.withdrawals(other).unwrap(), [expected]);
+}
+
+#[test]
 fn a_session_that_was_sent_while_its_person_was_forgotten_is_withdrawn() {
     let (_folder, path) = folder();
     let mut store = Store::open(&path).unwrap();
