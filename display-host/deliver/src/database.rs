@@ -17,7 +17,7 @@ use uuid::Uuid;
 use crate::address::Destination;
 use crate::centre::{CONNECT, Centre, PATIENCE, Receipt};
 use crate::error::{DeliverError, certificate_problem, in_words};
-use crate::tables::{ADD_POINT, ENROL, REMOVE_SHEET, STEPS, VERSION, insert, same};
+use crate::tables::{ADD_POINT, CAPPED, ENROL, PLAIN, REMOVE_SHEET, STEPS, VERSION, insert, same};
 
 /// Lock under which tables are made: "Calo" in ASCII.
 const MAKING: i64 = 0x4361_6c6f;
@@ -187,7 +187,7 @@ async fn deliver(
         return Ok(Receipt::Forgotten);
     }
     let consent = it.consent.name();
-    let person: [&(dyn ToSql + Sync); 4] = [&row.person, &it.name, &it.cohort, &consent];
+    let person: [&(dyn ToSql + Sync); 5] = [&row.person, &it.name, &it.cohort, &consent, &began];
     change.execute(ENROL, &person).await?;
     let added = change.execute(&insert(), &row.values()).await?;
     if added == 0
@@ -224,14 +224,15 @@ async fn forget(
 ) -> Result<(), tokio_postgres::Error> {
     let change = client.transaction().await?;
     change.execute(LOCK, &[&person]).await?;
+    let capped = change.query_one(CAPPED, &[&at_unix_s]).await?;
+    let at_unix_s: i64 = capped.get(0);
     let remove =
         "DELETE FROM calot.session WHERE person = $1 AND (began_unix_s <= $2 OR id = ANY ($3))";
     change
         .execute(remove, &[&person, &at_unix_s, &sessions])
         .await?;
     // Somebody who came back stays, without what was told before.
-    let plain = "UPDATE calot.trainee SET cohort = '', consent = 'unknown' WHERE person = $1";
-    change.execute(plain, &[&person]).await?;
+    change.execute(PLAIN, &[&person, &at_unix_s]).await?;
     let gone = "DELETE FROM calot.trainee WHERE person = $1 \
                 AND NOT EXISTS (SELECT FROM calot.session WHERE person = $1)";
     change.execute(gone, &[&person]).await?;

@@ -7,12 +7,15 @@
 //! | `point` | an item of a rater's scoring sheet for a session |
 //! | `forgotten` | a person who was forgotten; sessions that began by then stay out |
 //! | `setting` | a setting by name; `version`: the number of [`STEPS`] that were taken |
+//!
+//! In `trainee`, `cohort_unix_s` and `consent_unix_s` are the start of the newest session that came
+//! with this cohort or consent; NULL: unknown.
 
 /// Version of the tables that this program needs.
 pub(crate) const VERSION: usize = STEPS.len();
 
 /// SQL that makes the tables, step by step. A centre of an older version takes those that it lacks.
-pub(crate) const STEPS: [&str; 2] = [FIRST, SECOND];
+pub(crate) const STEPS: [&str; 3] = [FIRST, SECOND, THIRD];
 
 const FIRST: &str = "
 CREATE SCHEMA calot;
@@ -66,6 +69,10 @@ CREATE TABLE calot.point (
 );
 ";
 
+const THIRD: &str = "
+ALTER TABLE calot.trainee ADD COLUMN cohort_unix_s bigint, ADD COLUMN consent_unix_s bigint;
+";
+
 /// Columns of a session, in the order of the values that `INSERT` and `SAME` take.
 const COLUMNS: &str = "id, person, began_unix_s, task, difficulty, outcome, score, alarms, metrics_version, metrics, \
     scene, program, hand, realtime, missed_ticks, device, driver, site";
@@ -86,12 +93,26 @@ pub(crate) fn same() -> String {
     )
 }
 
-/// Adds a person, or what is newly known of one. A refusal counts more than a consent.
-pub(crate) const ENROL: &str = "INSERT INTO calot.trainee AS known (person, name, cohort, consent) \
-    VALUES ($1, $2, $3, $4) ON CONFLICT (person) DO UPDATE SET \
+/// Adds a person, or what is newly known of one. A refusal counts more than a consent. The start of
+/// the newest session that came with a cohort or a consent tells how new that is.
+pub(crate) const ENROL: &str = "INSERT INTO calot.trainee AS known \
+    (person, name, cohort, consent, cohort_unix_s, consent_unix_s) \
+    VALUES ($1, $2, $3, $4, $5, $5) ON CONFLICT (person) DO UPDATE SET \
     cohort = CASE excluded.cohort WHEN '' THEN known.cohort ELSE excluded.cohort END, \
+    cohort_unix_s = CASE excluded.cohort WHEN '' THEN known.cohort_unix_s \
+    ELSE greatest(known.cohort_unix_s, excluded.cohort_unix_s) END, \
     consent = CASE WHEN known.consent = 'unknown' OR excluded.consent = 'no' THEN excluded.consent \
-    ELSE known.consent END";
+    ELSE known.consent END, \
+    consent_unix_s = CASE WHEN known.consent = 'unknown' OR excluded.consent IN ('no', known.consent) \
+    THEN greatest(known.consent_unix_s, excluded.consent_unix_s) ELSE known.consent_unix_s END";
+
+/// Takes from a person what was told until a forgetting.
+pub(crate) const PLAIN: &str = "UPDATE calot.trainee SET \
+    cohort = CASE WHEN cohort_unix_s > $2 THEN cohort ELSE '' END, \
+    consent = CASE WHEN consent_unix_s > $2 THEN consent ELSE 'unknown' END WHERE person = $1";
+
+/// Time of a forgetting, as far as it is not in the future: a station's clock may be years ahead.
+pub(crate) const CAPPED: &str = "SELECT least($1, extract(epoch FROM clock_timestamp())::bigint)";
 
 /// Removes a rater's sheet, before it is added anew.
 pub(crate) const REMOVE_SHEET: &str =

@@ -1,7 +1,7 @@
 //! A person who was forgotten at a station is forgotten at the centre.
 
 use rustix::process::Signal;
-use store::person_id;
+use store::{Consent, person_id};
 use system_tests::lrs::Fault;
 use system_tests::postgres::Postgres;
 
@@ -63,6 +63,75 @@ fn a_person_who_was_forgotten_before_the_first_push_is_forgotten_there() {
     assert_eq!(here.push_all(&owners(&server)).withdrawn, 1);
     let people = "SELECT count(*) FROM calot.trainee";
     assert_eq!(server.rows(people), ["0"]);
+}
+
+#[test]
+fn a_late_withdrawal_leaves_what_was_told_after_the_forgetting() {
+    let Some(server) = Postgres::start() else {
+        return;
+    };
+    let told = "SELECT cohort, consent FROM calot.trainee";
+    let mut here = Station::new();
+    here.keep("Zaphod", &session(100));
+    let enrolled = here
+        .store
+        .enrol("Zaphod", Some("novice"), Some(Consent::Yes));
+    enrolled.expect("a trainee");
+    here.push_all(&owners(&server));
+    here.store.forget("Zaphod", 500).expect("forgotten");
+    // Another station is faster: its person came back and refuses.
+    let mut there = Station::new();
+    there.keep("Zaphod", &session(600));
+    let refused = there.store.enrol("Zaphod", None, Some(Consent::No));
+    refused.expect("a trainee");
+    there.push_all(&owners(&server));
+    assert_eq!(server.rows(told), ["novice|no"]);
+    assert_eq!(here.push_all(&owners(&server)).withdrawn, 1);
+    assert_eq!(server.rows(told), ["|no"], "the cohort was told before");
+}
+
+#[test]
+fn a_consent_from_before_the_forgetting_goes_though_its_person_came_back() {
+    let Some(server) = Postgres::start() else {
+        return;
+    };
+    let mut here = Station::new();
+    here.keep("Zaphod", &session(100));
+    let enrolled = here.store.enrol("Zaphod", None, Some(Consent::Yes));
+    enrolled.expect("a trainee");
+    here.push_all(&owners(&server));
+    here.store.forget("Zaphod", 500).expect("forgotten");
+    let mut there = Station::new();
+    there.keep("Zaphod", &session(600));
+    let enrolled = there.store.enrol("Zaphod", Some("expert"), None);
+    enrolled.expect("a trainee");
+    there.push_all(&owners(&server));
+    here.push_all(&owners(&server));
+    let told = "SELECT cohort, consent FROM calot.trainee";
+    assert_eq!(server.rows(told), ["expert|unknown"]);
+}
+
+#[test]
+fn a_clock_that_is_ahead_keeps_nobody_out_for_years() {
+    let Some(server) = Postgres::start() else {
+        return;
+    };
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    let now = i64::try_from(now.expect("a clock").as_secs()).expect("a time");
+    let (mut here, mut there) = (Station::new(), Station::new());
+    let ten_years = 315_360_000;
+    // The session of such a clock goes all the same.
+    here.keep("Zaphod", &session(now + ten_years - 60));
+    here.push_all(&owners(&server));
+    here.store
+        .forget("Zaphod", now + ten_years)
+        .expect("forgotten");
+    assert_eq!(here.push_all(&owners(&server)).withdrawn, 1);
+    assert_eq!(server.rows("SELECT count(*) FROM calot.session"), ["0"]);
+    there.keep("Zaphod", &session(now - 60));
+    assert_eq!(there.push_all(&owners(&server)).sent, 0, "it began before");
+    there.keep("Zaphod", &session(now + 3600));
+    assert_eq!(there.push_all(&owners(&server)).sent, 1, "it began later");
 }
 
 #[test]

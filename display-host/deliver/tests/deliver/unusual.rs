@@ -122,13 +122,13 @@ fn tables_of_an_older_version_get_what_they_lack() {
     station.push_all(&owners(&server));
     server.sql(
         "calot",
-        "DROP TABLE calot.point; UPDATE calot.setting SET value = '1'",
+        "DROP TABLE calot.point; ALTER TABLE calot.trainee DROP COLUMN cohort_unix_s, DROP COLUMN consent_unix_s; UPDATE calot.setting SET value = '1'",
     );
     let goals = Sheet::named("goals").expect("a sheet");
     let rated = station.store.rate(&id, &goals, ("Bo", true), &[3; 5]);
     rated.expect("rated");
     assert_eq!(station.push_all(&owners(&server)).known, 1);
-    assert_eq!(server.rows("SELECT value FROM calot.setting"), ["2"]);
+    assert_eq!(server.rows("SELECT value FROM calot.setting"), ["3"]);
     assert_eq!(server.rows("SELECT sum(value) FROM calot.point"), ["15"]);
 }
 
