@@ -100,16 +100,25 @@ impl Forgotten {
     }
 }
 
+/// Remains of a trainee who was forgotten.
+#[derive(Debug)]
+pub struct Gone {
+    /// Paths of the trainee's recordings, which stay.
+    pub files: Vec<String>,
+    /// Reason for which the file kept its size. Its deleted data are overwritten all the same.
+    pub loose: Option<StoreError>,
+}
+
 impl Store {
     /// Deletes a trainee with all sessions, sheets and answers, and overwrites the data. Leaves
     /// marks by which [`Store::merge`] keeps out what began until `at_unix_s`, and an errand to
-    /// each centre that was sent results ([`Store::withdrawals`]). Returns the paths of the
-    /// trainee's recordings; the recordings themselves stay.
+    /// each centre ([`Store::withdrawals`]). Success means that the trainee is gone, even if the
+    /// file cannot be made smaller.
     ///
     /// # Errors
     /// When no trainee has this name, the file cannot be written, or the deleted data would stay in
     /// a log file.
-    pub fn forget(&mut self, name: &str, at_unix_s: i64) -> Result<Vec<String>, StoreError> {
+    pub fn forget(&mut self, name: &str, at_unix_s: i64) -> Result<Gone, StoreError> {
         let sessions = self.sessions(name, None)?;
         let trainee = self.trainee(name)?;
         let mode = one_file(&self.connection).map_err(|error| self.refused(error));
@@ -148,9 +157,10 @@ impl Store {
         };
         forget().map_err(|error| crate::file::refused(&path, error))?;
         change.commit().map_err(|error| self.refused(error))?;
-        self.connection
-            .execute_batch("VACUUM")
-            .map_err(|error| self.refused(error))?;
-        Ok(sessions.into_iter().filter_map(|it| it.file).collect())
+        let compacted = self.connection.execute_batch("VACUUM");
+        Ok(Gone {
+            files: sessions.into_iter().filter_map(|it| it.file).collect(),
+            loose: compacted.err().map(|error| self.refused(error)),
+        })
     }
 }

@@ -40,6 +40,7 @@ mod trainees;
 mod withdrawal;
 
 pub use error::{StoreError, rater_in_words};
+pub use forgotten::Gone;
 pub use form::{Sheet, SheetItem};
 pub use merge::{EXAMPLE_SQL, Merged, OtherOwner};
 pub use names::check_name;

@@ -154,7 +154,9 @@ fn forgotten_trainee_leaves_no_trace_in_the_file() {
     store.set_sheet(&it.id, [1, 2, 3, 4, 5]).unwrap();
     let questions = Questionnaire::default();
     store.answer(name, &questions, &[3; 14], 5).unwrap();
-    let files = store.forget(name, 1_000_000).unwrap();
+    let gone = store.forget(name, 1_000_000).unwrap();
+    assert!(gone.loose.is_none());
+    let files = gone.files;
     assert_eq!(files, ["monday/session.mcap"]);
     assert!(store.forget(name, 1_000_000).is_err());
     assert!(store.sheet(&it.id).unwrap().is_empty());

@@ -199,16 +199,21 @@ fn progress(store: &Store, name: &str, curriculum: &Curriculum, json: bool) -> R
 }
 
 fn forget(store: &mut Store, name: &str) -> Result<(), Problem> {
-    let files = store.forget(name, now_unix_s())?;
+    let gone = store.forget(name, now_unix_s())?;
     say::note(format_args!("forgot {name}"));
+    if let Some(problem) = &gone.loose {
+        say::note(format_args!(
+            "the file was not compacted and keeps its size ({problem}); what was deleted is overwritten"
+        ));
+    }
     for centre in store.owed()? {
         say::note(format_args!(
             "{centre} still has to forget; `calot store push` tells it"
         ));
     }
-    if !files.is_empty() {
+    if !gone.files.is_empty() {
         say::note("recordings remain at:");
-        files
+        gone.files
             .iter()
             .for_each(|file| say::note(format_args!("  {file}")));
     }

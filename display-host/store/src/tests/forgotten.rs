@@ -113,3 +113,24 @@ fn who_comes_back_begins_anew() {
     let between = session(450, "cut", 5.0);
     assert!(store.add_session("Zaphod", &between).is_err());
 }
+
+#[test]
+fn a_person_is_forgotten_though_the_file_cannot_be_compacted() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    store
+        .add_session("Zaphod", &session(100, "cut", 1.0))
+        .unwrap();
+    // Compacting needs a place for one more database.
+    for number in 0..10 {
+        let full = format!("ATTACH ':memory:' AS other{number}");
+        store.connection.execute_batch(&full).unwrap();
+    }
+    let gone = store.forget("Zaphod", 300).unwrap();
+    let loose = gone.loose.expect("no place").to_string();
+    assert!(loose.contains("too many attached databases"), "{loose}");
+    assert_eq!(gone.files, ["monday/session.mcap"]);
+    assert!(store.trainees().unwrap().is_empty());
+    let bytes = std::fs::read(&path).unwrap();
+    assert!(!bytes.windows(6).any(|it| it == b"Zaphod"));
+}
