@@ -35,6 +35,8 @@ pub struct Pushed {
     pub refused: Vec<Refusal>,
     /// Sessions, and forgotten people, that wait in the store.
     pub waiting: u64,
+    /// Other addresses that still have to forget somebody. It may be one centre, spelled otherwise.
+    pub owed_elsewhere: Vec<String>,
     /// Reason for which the push ended early.
     pub problem: Option<String>,
 }
@@ -75,6 +77,8 @@ pub fn push(store: &mut Store, to: &Destination) -> Result<Pushed, DeliverError>
     }
     let waiting = store.outgoing(destination)?.len() + store.withdrawals(destination)?.len();
     pushed.waiting = waiting as u64;
+    pushed.owed_elsewhere = store.owed()?;
+    pushed.owed_elsewhere.retain(|it| it != to.name());
     Ok(pushed)
 }
 

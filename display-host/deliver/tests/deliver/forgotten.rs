@@ -135,6 +135,19 @@ fn a_clock_that_is_ahead_keeps_nobody_out_for_years() {
 }
 
 #[test]
+fn a_push_names_other_addresses_that_still_owe_a_forgetting() {
+    let (lrs, to) = records();
+    let address = format!("http://localhost:{}/xapi", lrs.port());
+    let other = Destination::shown(&address, None, &key).expect("an address");
+    let mut station = Station::new();
+    station.keep("Zaphod", &session(100));
+    assert!(station.push_all(&to).owed_elsewhere.is_empty());
+    station.store.forget("Zaphod", 500).expect("forgotten");
+    assert_eq!(station.push_all(&other).owed_elsewhere, [to.name()]);
+    assert!(station.push_all(&to).owed_elsewhere.is_empty());
+}
+
+#[test]
 fn a_session_that_arrived_without_a_note_is_withdrawn_too() {
     let (lrs, to) = records();
     let mut station = Station::new();

@@ -71,6 +71,11 @@ fn tell(pushed: &Pushed) {
             it.session, it.problem
         ));
     }
+    for centre in &pushed.owed_elsewhere {
+        say::note(format_args!(
+            "{centre} still has to forget somebody; `calot store push` to that address tells it"
+        ));
+    }
     if pushed.waiting > 0 {
         say::note(format_args!("{} wait in the store", pushed.waiting));
     }
