@@ -35,6 +35,14 @@ const BEFORE: [&str; 10] = [
 ];
 const AFTER: [&str; 3] = ["metrics_version", "file", "problem"];
 
+/// A recording, or a folder that cannot be searched for recordings.
+#[derive(Debug, PartialEq)]
+struct Piece {
+    path: PathBuf,
+    /// Reason for which nothing can be read.
+    unread: Option<String>,
+}
+
 /// A recording that was scored, as a row; what changed.
 struct Row {
     fields: Vec<String>,
@@ -48,7 +56,9 @@ pub(super) fn run(file: &StoreFile, args: &RescoreArgs) -> Result<ExitCode, Prob
     let known = known.unwrap_or_default();
     let mut recordings = Vec::new();
     for it in &args.recordings {
-        search(it, &mut recordings)?;
+        // What was named has to be there.
+        std::fs::metadata(it).map_err(|error| format!("{}: {error}", it.display()))?;
+        search(it, &mut recordings);
     }
     if recordings.is_empty() {
         return Err("there is no recording (.mcap) in these folders".into());
@@ -97,28 +107,31 @@ fn known(store: &Store) -> Result<Known, Problem> {
 }
 
 /// Adds a recording, or those in a folder and in all folders in it, sorted by name. Links to
-/// folders may lead in circles, and are not followed.
-fn search(path: &Path, found: &mut Vec<PathBuf>) -> Result<(), Problem> {
-    let failed = |error| format!("{}: {error}", path.display());
-    if !std::fs::metadata(path).map_err(failed)?.is_dir() {
-        found.push(path.to_owned());
-        return Ok(());
+/// folders may lead in circles, and are not followed. A folder that cannot be read is added with
+/// the reason.
+fn search(path: &Path, found: &mut Vec<Piece>) {
+    let mut add = |unread| {
+        found.push(Piece {
+            path: path.to_owned(),
+            unread,
+        });
+    };
+    if !path.is_dir() {
+        return add(None);
     }
-    let entries: Result<Vec<_>, _> = std::fs::read_dir(path).map_err(failed)?.collect();
-    let mut entries: Vec<PathBuf> = entries
-        .map_err(failed)?
-        .iter()
-        .map(|it| it.path())
-        .collect();
+    let entries = std::fs::read_dir(path).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
+    let mut entries: Vec<PathBuf> = match entries {
+        Ok(entries) => entries.iter().map(|it| it.path()).collect(),
+        Err(error) => return add(Some(error.to_string())),
+    };
     entries.sort();
     for it in entries {
-        let is_recording = it.extension().is_some_and(|it| it == "mcap");
+        let is_recording = it.extension().is_some_and(|it| it == "mcap") && !it.is_dir();
         let is_folder = std::fs::symlink_metadata(&it).is_ok_and(|it| it.is_dir());
         if is_recording || is_folder {
-            search(&it, found)?;
+            search(&it, found);
         }
     }
-    Ok(())
 }
 
 /// Does pieces of work on a number of threads, and hands the results over in their order.
@@ -155,8 +168,12 @@ fn in_order<T: Send>(
 }
 
 /// Scores a recording.
-fn row(file: &Path, rules: Option<&Rules>, known: &Known) -> Row {
-    let scored = report::chapter(file, rules, None);
+fn row(piece: &Piece, rules: Option<&Rules>, known: &Known) -> Row {
+    let file = &piece.path;
+    let scored = match &piece.unread {
+        None => report::chapter(file, rules, None),
+        Some(reason) => Err(reason.as_str().into()),
+    };
     let told = match &scored {
         Ok(found) => found.left_out.in_words().join("; "),
         Err(error) => error.to_string(),
@@ -241,22 +258,69 @@ mod tests {
             std::fs::write(path(name), "").unwrap();
         }
         std::os::unix::fs::symlink(path("b"), path("b/round")).unwrap();
+        std::os::unix::fs::symlink(path("b"), path("round.mcap")).unwrap();
         let mut found = Vec::new();
-        search(folder.path(), &mut found).unwrap();
-        let expected = ["a.mcap", "b/1.mcap", "b/c/2.mcap"].map(path);
+        search(folder.path(), &mut found);
+        let expected = ["a.mcap", "b/1.mcap", "b/c/2.mcap"].map(|name| Piece {
+            path: path(name),
+            unread: None,
+        });
         assert_eq!(found, expected);
-        let none = search(&path("none"), &mut found).unwrap_err();
+        let args = RescoreArgs {
+            recordings: vec![path("none")],
+            rules: None,
+            jobs: None,
+        };
+        let none = run(&StoreFile { store: None }, &args).unwrap_err();
         assert!(none.to_string().contains("none: No such file"), "{none}");
     }
 
     #[test]
-    fn a_recording_that_cannot_be_read_is_a_row_with_the_reason() {
+    fn what_cannot_be_read_is_a_row_with_the_reason_and_the_table_goes_on() {
+        use std::os::unix::fs::PermissionsExt as _;
         let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("session.mcap");
-        std::fs::write(&file, "no recording").unwrap();
-        let row = row(&file, None, &Known::new());
+        let path = |name: &str| folder.path().join(name);
+        let link = |to: &str, name: &str| std::os::unix::fs::symlink(to, path(name)).unwrap();
+        link("/nowhere", "dangling.mcap");
+        link("two.mcap", "one.mcap");
+        link("one.mcap", "two.mcap");
+        link(".", "loop.mcap");
+        std::fs::write(path("session.mcap"), "no recording").unwrap();
+        std::fs::create_dir(path("locked")).unwrap();
+        let mode = |mode| {
+            let mode = std::fs::Permissions::from_mode(mode);
+            std::fs::set_permissions(path("locked"), mode).unwrap();
+        };
+        mode(0o000);
+        // Root reads every folder.
+        let is_locked = std::fs::read_dir(path("locked")).is_err();
+        let mut found = Vec::new();
+        search(folder.path(), &mut found);
+        mode(0o700);
+        let mut expected = vec![
+            ("dangling.mcap", "No such file"),
+            ("locked", "Permission denied"),
+            ("one.mcap", "symbolic links"),
+            ("session.mcap", "session.mcap"),
+            ("two.mcap", "symbolic links"),
+        ];
+        expected.retain(|it| is_locked || it.0 != "locked");
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        for (piece, (name, reason)) in found.iter().zip(expected) {
+            assert_eq!(piece.path, path(name));
+            check_unread(&row(piece, None, &Known::new()), reason);
+        }
+        let locked = Piece {
+            path: path("locked"),
+            unread: Some("Permission denied".to_owned()),
+        };
+        check_unread(&row(&locked, None, &Known::new()), "Permission denied");
+    }
+
+    fn check_unread(row: &Row, reason: &str) {
         let columns = BEFORE.len() + Metric::ALL.len() + AFTER.len();
         assert_eq!(row.fields.len(), columns);
-        assert!(row.is_unread && !row.fields[columns - 1].is_empty());
+        let told = &row.fields[columns - 1];
+        assert!(row.is_unread && told.contains(reason), "{told}");
     }
 }
