@@ -158,7 +158,7 @@ fn a_centre_that_is_named_later_has_to_forget_as_well() {
         at_unix_s: 300,
         sessions: Vec::new(),
     };
-    assert_eq!(owed, [expected.clone()]);
+    assert_eq!(owed, std::slice::from_ref(&expected));
     assert_eq!(store.owed().unwrap(), [CENTRE]);
     store.note_withdrawn(centre, &owed[0]).unwrap();
     assert_eq!(store.destination(CENTRE).unwrap(), centre);
