@@ -1,6 +1,6 @@
 //! Withdrawals: people whom a centre has to forget as well. A withdrawal holds ids only, waits
-//! until the centre is reached and has forgotten, and is then deleted. One for centres that are named
-//! later stays.
+//! until the centre is reached and has forgotten, and is then deleted. One for centres that are
+//! named later stays.
 
 use std::collections::BTreeSet;
 
