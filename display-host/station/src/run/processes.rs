@@ -28,7 +28,8 @@ pub(crate) struct Running {
     pub(crate) children: Vec<Process>,
     /// Level of the scene that the controller took. The display must show it.
     pub(crate) scene: PathBuf,
-    /// Warnings: the controller is not realtime, with the causes; a coarser level of the scene runs.
+    /// Warnings: the controller is not realtime, with the causes, or a coarser level of the scene
+    /// runs.
     pub(crate) warnings: Vec<String>,
     /// Devices that the controller opened.
     pub(crate) devices: Vec<DeviceSummary>,
