@@ -23,7 +23,7 @@ impl Desk {
             tasks: names(&Task::ALL.map(Task::name)),
             difficulties: names(&Difficulty::ALL.map(Difficulty::name)),
             scopes: choices::SCOPES.to_vec(),
-            scenes: names(&choices::SCENES),
+            scenes: choices::scenes(),
             hanging: names(&choices::hanging()),
             shown: names(&choices::shown()),
             store: self.store.as_ref().map_or_else(
@@ -33,9 +33,11 @@ impl Desk {
             problem: None,
             ..Start::default()
         };
-        let own = self.args.scene.iter();
-        let own = own.filter(|it| !choices::SCENES.contains(&it.as_str()));
-        start.scenes.extend(own.cloned());
+        if let Some(own) = self.args.scene.as_ref()
+            && !start.scenes.contains(own)
+        {
+            start.scenes.push(own.clone());
+        }
         match kept {
             Ok(trainees) => start.trainees = trainees.into_iter().map(|it| it.name).collect(),
             Err(problem) => start.problem = Some(problem),
