@@ -1,74 +1,103 @@
-//! Closes a session that breaks off, so that other programs open it: they need the index at its
-//! end.
+//! Closes a session that breaks off, and saves what is whole of a damaged one, so that other
+//! programs open it: they need the index at its end.
 
 use std::collections::BTreeMap;
 use std::fs::File;
+use std::io::{BufReader, Seek as _, SeekFrom};
 use std::path::Path;
 
 use mcap::records::{Metadata, Record, op};
 use mcap::write::{NoSeek, Writer};
+use shared_mem::scene::SceneFile;
 
 use crate::error::ReadError;
-use crate::index;
-use crate::info;
+use crate::file::SCENE;
+use crate::index::{self, Index};
+use crate::info::{self, Info, hex};
+use crate::lost::{Lost, Tracker};
 use crate::opened;
-use crate::records::{self, End, Records};
+use crate::records::{self, End, Part, Records};
+use crate::salvage;
 use crate::storage::create_private;
 
 /// Reason for a repair of a session whose data are whole.
 const NO_INDEX: &str = "its index is missing or damaged; its data are whole";
+/// Length of the record that ends the data, with its head, bytes.
+const DATA_END_BYTES: u64 = 13;
 
 /// Result of a repair.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Repaired {
     /// The session is whole. Nothing was written.
     Whole,
-    /// The session was written again up to the place where it breaks off.
+    /// The session was written again without its damaged parts.
     Closed {
         /// Messages in the repaired session.
         messages: u64,
-        /// Place where the session broke off or is damaged.
+        /// Place where the session broke off or is first damaged.
         why: String,
-        /// Bytes after that place, which the repaired session lacks.
+        /// Bytes of the session that the repaired one lacks.
         left_out_bytes: u64,
+        /// What is lost before the session's last whole record.
+        lost: Lost,
     },
 }
 
-/// Copies all complete records of the session at `from` to `to`, with an index. The session at
-/// `from` stays as it is. If the session breaks off or is damaged, the copy says where, and every
-/// reader of Calot repeats this.
+/// Copies all whole records of the session at `from` to `to`, with an index. The session at `from`
+/// stays as it is. If the session breaks off or is damaged, the copy says what it lacks, and every
+/// reader of Calot repeats this. `scene` replaces the session's own if that is damaged.
 ///
 /// # Errors
-/// When the session cannot be read or is being recorded, when no message of it is left, or when the
-/// copy cannot be written.
-pub fn repair(from: &Path, to: &Path) -> Result<Repaired, ReadError> {
+/// When the session cannot be read or is being recorded, when no message of it is left, when it ran
+/// on another scene, or when the copy cannot be written.
+pub fn repair(from: &Path, to: &Path, scene: Option<&SceneFile>) -> Result<Repaired, ReadError> {
     if crate::is_being_recorded(from) {
         let path = from.to_owned();
         return Err(ReadError::BeingRecorded { path });
     }
+    let io = |source| ReadError::Io {
+        path: from.to_owned(),
+        source,
+    };
     let (bytes, source) = opened::source(from)?;
+    let file = File::open(from).map_err(io)?;
+    let index = index::of(&file, bytes).map_err(io)?;
     let mut records = Records::new(source);
     // A first reading tells whether there is anything to repair.
-    while records.next().is_some() {}
+    let (mut has_scene, mut wanted) = (false, None);
+    while let Some(part) = records.next() {
+        match part {
+            Part::Scene(_) => has_scene = true,
+            Part::Info(map) => wanted = Info::from_map(&map).ok().map(|it| it.scene_id),
+            _ => {}
+        }
+    }
+    let scene = scene.filter(|_| !has_scene);
+    if let Some((wanted, scene)) = wanted.zip(scene) {
+        let (path, found) = (from.to_owned(), hex(scene.short_id()));
+        if found != wanted {
+            return Err(ReadError::OtherScene {
+                path,
+                wanted,
+                found,
+            });
+        }
+    }
     let is_closed = match &records.end {
-        Some(End::Whole) | None => true,
+        Some(End::Whole | End::Lost(_)) | None => true,
         Some(End::BrokenOff(why)) => records::was_repaired(why),
         Some(End::Damaged(_)) => false,
     };
     if !is_closed && records.at <= mcap::MAGIC.len() as u64 {
         return Err(opened::not_a_session(from, "it holds no record"));
     }
-    let has_index = || {
-        index::is_sound(from, records.at).map_err(|source| ReadError::Io {
-            path: from.to_owned(),
-            source,
-        })
-    };
-    if is_closed && has_index()? {
+    if is_closed && index.as_ref().is_some_and(|it| it.begins == records.at) {
         return Ok(Repaired::Whole);
     }
-    let (_, source) = opened::source(from)?;
-    let written = copy(Records::new(source), to, bytes);
+    let written = Copy::create(file, bytes, index, to).and_then(|copy| {
+        let scene = scene.map(|it| it.bytes().to_vec());
+        Copy { scene, ..copy }.run()
+    });
     let repaired = written.map_err(|problem| ReadError::Write {
         path: to.to_owned(),
         problem,
@@ -84,84 +113,274 @@ pub fn repair(from: &Path, to: &Path) -> Result<Repaired, ReadError> {
     Ok(repaired)
 }
 
-fn copy(mut records: Records, to: &Path, bytes: u64) -> Result<Repaired, String> {
-    let words = |error: mcap::McapError| error.to_string();
-    let file = create_private(to).map_err(|error| error.to_string())?;
-    let options = mcap::WriteOptions::new()
-        .profile("")
-        .library("calot replay --repair")
-        .chunk_size(None)
-        .disable_seeking(true)
-        .compression(None);
-    let mut writer = Writer::with_options(NoSeek::new(file), options).map_err(words)?;
-    let mut messages = 0;
-    let (at, end) = loop {
-        let at = records.at;
-        match next(&mut records) {
-            Ok(found) => {
-                for record in found {
-                    messages += u64::from(matches!(record, Record::Message { .. }));
-                    take(&mut writer, record).map_err(words)?;
-                }
-                writer.flush().map_err(words)?;
-            }
-            Err(end) => break (at, records.placed(end, at)),
-        }
-    };
-    let (End::BrokenOff(why) | End::Damaged(why)) = end else {
-        writer.finish().map_err(words)?;
-        return Ok(Repaired::Closed {
-            messages,
-            why: NO_INDEX.to_owned(),
+/// A repaired session under construction.
+struct Copy {
+    from: File,
+    bytes: u64,
+    /// The damaged session's index, if it is whole.
+    index: Option<Index>,
+    writer: Writer<NoSeek<File>>,
+    /// Topics of the channels that the copy has.
+    topics: BTreeMap<u16, String>,
+    tracker: Tracker,
+    /// Scene that replaces the session's damaged one.
+    scene: Option<Vec<u8>>,
+    /// True once there is the session's description, and its scene.
+    has_info: bool,
+    has_scene: bool,
+    /// What the session lacked before an earlier repair.
+    before: BTreeMap<String, String>,
+    left_out_bytes: u64,
+}
+
+impl Copy {
+    fn create(from: File, bytes: u64, index: Option<Index>, to: &Path) -> Result<Self, String> {
+        let file = create_private(to).map_err(|error| error.to_string())?;
+        let options = mcap::WriteOptions::new()
+            .profile("")
+            .library("calot replay --repair")
+            .chunk_size(None)
+            .disable_seeking(true)
+            .compression(None);
+        let writer = Writer::with_options(NoSeek::new(file), options);
+        Ok(Self {
+            from,
+            bytes,
+            index,
+            writer: writer.map_err(words)?,
+            topics: BTreeMap::new(),
+            tracker: Tracker::new(),
+            scene: None,
+            has_info: false,
+            has_scene: false,
+            before: BTreeMap::new(),
             left_out_bytes: 0,
-        });
-    };
-    writer
-        .write_metadata(&Metadata {
-            name: info::REPAIRED.to_owned(),
-            metadata: BTreeMap::from([(info::WHY.to_owned(), why.clone())]),
         })
-        .map_err(words)?;
-    writer.finish().map_err(words)?;
-    Ok(Repaired::Closed {
-        messages,
-        why,
-        left_out_bytes: bytes.saturating_sub(at),
-    })
-}
-
-/// The next records of the file to copy: a whole chunk of them, or a single one.
-fn next(records: &mut Records) -> Result<Vec<Record<'static>>, End> {
-    let (opcode, body) = records.raw()?;
-    match opcode {
-        op::CHUNK => records::chunk(&body),
-        op::ATTACHMENT | op::METADATA => Ok(vec![records::parsed(opcode, &body)?.into_owned()]),
-        op::DATA_END => Err(End::Whole),
-        _ => Ok(Vec::new()),
     }
-}
 
-/// Writes a record with its own numbers of schema and channel.
-fn take(writer: &mut Writer<NoSeek<File>>, record: Record<'_>) -> mcap::McapResult<()> {
-    match record {
-        Record::Schema { header, data } => writer
-            .add_schema_with_id(header.id, &header.name, &header.encoding, &data)
-            .map(|_| ()),
-        Record::Channel(it) => {
-            let (topic, encoding) = (&it.topic, &it.message_encoding);
-            writer
-                .add_channel_with_id(it.id, it.schema_id, topic, encoding, &it.metadata)
-                .map(|_| ())
+    fn run(mut self) -> Result<Repaired, String> {
+        let mut records = self.read_from(0)?;
+        let end = loop {
+            let at = records.at;
+            let end = match self.next(&mut records) {
+                Ok(()) => {
+                    self.writer.flush().map_err(words)?;
+                    continue;
+                }
+                Err(Problem::Write(problem)) => return Err(words(problem)),
+                Err(Problem::Chunk(end)) => {
+                    // The chunk's length is right, so the next record follows it.
+                    let End::Damaged(why) = records.placed(end, at) else {
+                        continue;
+                    };
+                    self.tracker.damage(why);
+                    self.left_out_bytes += records.at - at;
+                    continue;
+                }
+                Err(Problem::Read(End::Whole)) => break End::Whole,
+                Err(Problem::Read(end)) => records.placed(end, at),
+            };
+            let Some(next) = self.resume(at + 1) else {
+                self.left_out_bytes += self.bytes.saturating_sub(at);
+                break end;
+            };
+            self.tracker.damage(match end {
+                End::BrokenOff(_) => format!("at byte {at}: a false length of a record"),
+                End::Damaged(why) | End::Lost(why) => why,
+                End::Whole => String::new(),
+            });
+            self.left_out_bytes += next - at;
+            records = self.read_from(next)?;
+        };
+        self.finish(end)
+    }
+
+    fn read_from(&self, at: u64) -> Result<Records, String> {
+        let io = |error: std::io::Error| error.to_string();
+        let mut source = self.from.try_clone().map_err(io)?;
+        source.seek(SeekFrom::Start(at)).map_err(io)?;
+        Ok(Records::from_byte(at, Box::new(BufReader::new(source))))
+    }
+
+    /// Byte at which the reading can go on behind a damaged place.
+    fn resume(&self, from: u64) -> Option<u64> {
+        let data_end = self
+            .index
+            .as_ref()
+            .map(|it| it.begins.saturating_sub(DATA_END_BYTES));
+        let until = data_end.unwrap_or(self.bytes);
+        let next = salvage::next_record(&self.from, from, until);
+        next.or(data_end.filter(|it| *it >= from))
+    }
+
+    /// Copies the next records of the file: a whole chunk of them, or a single one.
+    fn next(&mut self, records: &mut Records) -> Result<(), Problem> {
+        let (opcode, body) = records.raw().map_err(Problem::Read)?;
+        match opcode {
+            op::CHUNK => {
+                for record in records::chunk(&body).map_err(Problem::Chunk)? {
+                    self.take(record)?;
+                }
+            }
+            op::ATTACHMENT | op::METADATA => {
+                let record = records::parsed(opcode, &body).map_err(Problem::Chunk)?;
+                self.take(record)?;
+            }
+            op::MESSAGE_INDEX => {
+                let channel = body.first_chunk().map(|it| u16::from_le_bytes(*it));
+                let bytes = records::u32_at(&body, 2).unwrap_or(0);
+                if let Some(channel) = channel {
+                    self.tracker.index_of_chunk(channel, u64::from(bytes / 16));
+                }
+            }
+            op::DATA_END => return Err(Problem::Read(End::Whole)),
+            _ => {}
         }
-        Record::Message { header, data } => writer.write_to_known_channel(&header, &data),
-        Record::Metadata(metadata) => writer.write_metadata(&metadata),
-        Record::Attachment { header, data, .. } => writer.attach(&mcap::Attachment {
-            log_time: header.log_time,
-            create_time: header.create_time,
-            name: header.name,
-            media_type: header.media_type,
-            data,
-        }),
-        _ => Ok(()),
+        Ok(())
     }
+
+    /// Writes a record with its own numbers of schema and channel.
+    fn take(&mut self, record: Record<'_>) -> mcap::McapResult<()> {
+        let writer = &mut self.writer;
+        match record {
+            Record::Schema { header, data } => writer
+                .add_schema_with_id(header.id, &header.name, &header.encoding, &data)
+                .map(|_| ()),
+            Record::Channel(it) => {
+                self.topics.insert(it.id, it.topic.clone());
+                let (topic, encoding) = (&it.topic, &it.message_encoding);
+                writer
+                    .add_channel_with_id(it.id, it.schema_id, topic, encoding, &it.metadata)
+                    .map(|_| ())
+            }
+            Record::Message { header, data } => {
+                if !self.topics.contains_key(&header.channel_id)
+                    && !self.describe(header.channel_id)?
+                {
+                    return Ok(());
+                }
+                self.tracker.keep(&header);
+                self.writer.write_to_known_channel(&header, &data)
+            }
+            // The copy has its own words about what it lacks.
+            Record::Metadata(metadata) if metadata.name == info::REPAIRED => {
+                self.before = metadata.metadata;
+                Ok(())
+            }
+            Record::Metadata(metadata) => {
+                writer.write_metadata(&metadata)?;
+                self.has_info |= metadata.name == info::NAME;
+                // Readers expect the scene right behind the description.
+                match self.scene.take().filter(|_| self.has_info) {
+                    Some(data) => {
+                        self.has_scene = true;
+                        writer.attach(&scene_of(data))
+                    }
+                    None => Ok(()),
+                }
+            }
+            Record::Attachment { header, data, .. } => {
+                self.has_scene |= header.name == SCENE;
+                writer.attach(&mcap::Attachment {
+                    log_time: header.log_time,
+                    create_time: header.create_time,
+                    name: header.name,
+                    media_type: header.media_type,
+                    data,
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes the description of a channel from the index, if the chunk that had it is lost. False
+    /// if it is not there.
+    fn describe(&mut self, channel: u16) -> mcap::McapResult<bool> {
+        let index = self.index.as_ref();
+        let channels = index.map(|it| it.channels.get(&channel));
+        let Some((index, channel)) = index.zip(channels.flatten()) else {
+            return Ok(false);
+        };
+        if let Some((header, data)) = index.schemas.get(&channel.schema_id) {
+            self.writer
+                .add_schema_with_id(header.id, &header.name, &header.encoding, data)?;
+        }
+        self.writer.add_channel_with_id(
+            channel.id,
+            channel.schema_id,
+            &channel.topic,
+            &channel.message_encoding,
+            &channel.metadata,
+        )?;
+        self.topics.insert(channel.id, channel.topic.clone());
+        Ok(true)
+    }
+
+    /// Ends the copy with words about what it lacks.
+    fn finish(mut self, end: End) -> Result<Repaired, String> {
+        let messages = self.tracker.kept();
+        let mut topics = self.topics;
+        for (id, channel) in self.index.iter().flat_map(|it| &it.channels) {
+            topics.entry(*id).or_insert_with(|| channel.topic.clone());
+        }
+        let has_scene = self.has_scene || !self.has_info;
+        let lost = self.tracker.end(self.index.as_ref(), &topics, has_scene);
+        let mut lacks = self.before;
+        if let End::BrokenOff(why) | End::Damaged(why) = &end {
+            lacks.insert(info::WHY.to_owned(), why.clone());
+        }
+        if !lost.is_nothing() {
+            lacks.insert(info::LOST.to_owned(), format!("lost {}", lost.in_words()));
+            for (topic, count) in &lost.topics {
+                lacks.insert(format!("{} {topic}", info::LOST), count.to_string());
+            }
+        }
+        let why = match (end, lost.damage.first()) {
+            (_, Some(damage)) if !lost.is_nothing() => damage.clone(),
+            (End::BrokenOff(why) | End::Damaged(why), _) => why,
+            (End::Whole | End::Lost(_), _) => NO_INDEX.to_owned(),
+        };
+        if !lacks.is_empty() {
+            let (name, metadata) = (info::REPAIRED.to_owned(), lacks);
+            let written = self.writer.write_metadata(&Metadata { name, metadata });
+            written.map_err(words)?;
+        }
+        self.writer.finish().map_err(words)?;
+        Ok(Repaired::Closed {
+            messages,
+            why,
+            left_out_bytes: self.left_out_bytes,
+            lost,
+        })
+    }
+}
+
+/// Reason why a record is not copied.
+enum Problem {
+    /// The reading cannot go on at the next record.
+    Read(End),
+    /// The record is damaged, and its length is right.
+    Chunk(End),
+    Write(mcap::McapError),
+}
+
+impl From<mcap::McapError> for Problem {
+    fn from(error: mcap::McapError) -> Self {
+        Self::Write(error)
+    }
+}
+
+/// A session's scene as it is attached.
+fn scene_of(data: Vec<u8>) -> mcap::Attachment<'static> {
+    mcap::Attachment {
+        log_time: 0,
+        create_time: 0,
+        name: SCENE.to_owned(),
+        media_type: "application/octet-stream".to_owned(),
+        data: data.into(),
+    }
+}
+
+fn words(error: mcap::McapError) -> String {
+    error.to_string()
 }

@@ -57,7 +57,8 @@ impl Force {
         self.impulse_ns / self.touched_s()
     }
 
-    /// Upper end of the bin that contains this quantile of the time, N.
+    /// Upper end of the bin that contains this quantile of the time, but not above the greatest
+    /// force, N.
     pub(crate) fn quantile_n(&self, share: f64) -> f64 {
         let wanted_s = share * self.touched_s();
         let mut sum_s = 0.0;
@@ -65,7 +66,7 @@ impl Force {
             sum_s += seconds;
             sum_s >= wanted_s && sum_s > 0.0
         });
-        bin.map_or(f64::NAN, |bin| (bin + 1) as f64 * BIN_N)
+        bin.map_or(f64::NAN, |bin| ((bin + 1) as f64 * BIN_N).min(self.max_n))
     }
 
     /// Time in each bin, without the empty bins at the end, s.
