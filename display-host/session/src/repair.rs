@@ -338,7 +338,8 @@ impl Copy {
         let why = match (end, lost.damage.first()) {
             (_, Some(damage)) if !lost.is_nothing() => damage.clone(),
             (End::BrokenOff(why) | End::Damaged(why), _) => why,
-            (End::Whole | End::Lost(_), _) => NO_INDEX.to_owned(),
+            (_, Some(damage)) => format!("{damage}; nothing of the data is lost"),
+            (_, None) => NO_INDEX.to_owned(),
         };
         if !lacks.is_empty() {
             let (name, metadata) = (info::REPAIRED.to_owned(), lacks);

@@ -111,12 +111,6 @@ impl Message {
         Some(Self::new("QTDATA", name, unix_ns, content))
     }
 
-    /// A list of this type without entries.
-    #[must_use]
-    pub fn nothing(kind: &'static str, name: &str, unix_ns: u64) -> Self {
-        Self::new(kind, name, unix_ns, Vec::new())
-    }
-
     /// `SENSOR`: at most 255 values. `None` if there are more, or if one is not finite.
     #[must_use]
     pub fn sensor(name: &str, values: &[f32], unit: Unit, unix_ns: u64) -> Option<Self> {

@@ -155,12 +155,13 @@ fn interpreted(page: &str, language: &str, call: &[&str; 2], folder: &Path) -> O
     }
 }
 
-/// Damages a chunk in the middle of a session, repairs it, and returns the repaired session.
+/// Damages a chunk of a session, repairs it, and returns the repaired session.
 fn damaged(session: &Path, folder: &Path) -> PathBuf {
     let damaged = folder.join("damaged.mcap");
     let mut bytes = std::fs::read(session).expect("a session");
-    let middle = bytes.len() / 2;
-    bytes[middle..middle + 512].fill(0);
+    // About two seconds before the end.
+    let place = bytes.len() - 500_000;
+    bytes[place..place + 512].fill(0);
     std::fs::write(&damaged, bytes).expect("written");
     let mut repair = calot();
     repair

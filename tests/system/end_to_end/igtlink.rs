@@ -18,11 +18,14 @@ use crate::devices::Emulated;
 use crate::reference;
 use crate::registry::Python;
 
-/// Client in Python: poses are rigid, stamps go forward, force and instrument come.
+/// Client in Python: the instrument comes, poses are rigid, and stamps go forward. pyigtl reads no
+/// `SENSOR` and no `POLYDATA`; the reference library's own clients do.
 const CLIENT: &str = r#"
 import sys, numpy, pyigtl
 host, port = sys.argv[1].split(":")
 client = pyigtl.OpenIGTLinkClient(host, int(port))
+instrument = client.wait_for_message("Instrument", timeout=60)
+assert instrument.string == "grasper", instrument
 stamps = []
 for _ in range(20):
     pose = client.wait_for_message("ToolToReference", timeout=60)
@@ -32,8 +35,6 @@ for _ in range(20):
     assert numpy.linalg.det(turn) > 0
     stamps.append(pose.timestamp)
 assert stamps == sorted(stamps) and stamps[0] < stamps[-1], stamps
-force = client.wait_for_message("Force", timeout=60)
-assert force.message_type == "SENSOR", force
 print("all checks passed")
 "#;
 
@@ -263,8 +264,6 @@ fn requests_are_answered(reader: &mut Reader) {
     assert_eq!(element.len(), 3 * 50);
     reader.ask("STP_QTDATA", b"");
     assert_eq!(reader.find("RTS_QTDATA", "Calot").content, [0]);
-    reader.ask("GET_IMGMETA", b"");
-    assert!(reader.find("IMGMETA", "Calot").content.is_empty());
     reader.ask("GET_IMAGE", b"");
     reader.until_status(12);
 }

@@ -155,7 +155,10 @@ fn pictures_are_exported(run: &std::path::Path, pictures: usize) {
     assert!(output.status.success(), "{}", said(&output));
     let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let count = told["pictures"].as_u64();
-    assert!(count >= Some(1) && count <= Some(pictures as u64), "{told:#}");
+    assert!(
+        count >= Some(1) && count <= Some(pictures as u64),
+        "{told:#}"
+    );
     if let Some(channels) = crate::foxglove::channels(&[&organs]) {
         let line = format!("/pictures .foxglove.CompressedImage {}", count.unwrap_or(0));
         assert!(channels.contains(&line), "{channels}");

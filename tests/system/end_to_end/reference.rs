@@ -12,7 +12,7 @@ const HEADERS: &str = "/usr/include/openigtlink";
 const LONG: Duration = Duration::from_secs(5);
 
 /// Clients: source, arguments after host and port, and words that each must say.
-const CLIENTS: [(&str, &[&str], &[&str]); 11] = [
+const CLIENTS: [(&str, &[&str], &[&str]); 9] = [
     (
         "Receiver/ReceiveClient",
         &[],
@@ -33,21 +33,11 @@ const CLIENTS: [(&str, &[&str], &[&str]); 11] = [
         &[],
         &["Receiving POLYDATA data type"],
     ),
-    (
-        "ImageMeta/ImageMetaClient",
-        &[],
-        &["Receiving IMGMETA data type"],
-    ),
-    (
-        "ImageMeta/LabelMetaClient",
-        &[],
-        &["Receiving LBMETA data type"],
-    ),
     ("Capability/CapabilityClient", &[], &[]),
     ("Status/StatusClient", &[], &[]),
     ("String/StringClient", &["20"], &["Sending string"]),
     ("Tracker/TrackerClient", &["20"], &[]),
-    ("Point/PointClient", &["20"], &[]),
+    ("Tracker/TrackerClient2", &["20"], &[]),
 ];
 
 /// Runs all clients beside each other, as far as there are places. None may lose its connection.

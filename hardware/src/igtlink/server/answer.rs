@@ -10,7 +10,7 @@ use crate::igtlink::request::{Heard, Request, StartTracking};
 use crate::igtlink::wire::Version;
 
 /// Types that are sent, and requests that are answered.
-const CAPABILITIES: [&str; 26] = [
+const CAPABILITIES: [&str; 22] = [
     "TRANSFORM",
     "TDATA",
     "QTDATA",
@@ -21,13 +21,9 @@ const CAPABILITIES: [&str; 26] = [
     "CAPABILITY",
     "RTS_TDATA",
     "RTS_QTDATA",
-    "IMGMETA",
-    "LBMETA",
     "GET_TRANS",
     "GET_TDATA",
     "GET_QTDATA",
-    "GET_IMGMETA",
-    "GET_LBMETA",
     "GET_SENSOR",
     "GET_STRING",
     "GET_POLYDATA",
@@ -94,9 +90,6 @@ impl Server {
             "GET_TRANS" => self.newest_of("TRANSFORM", name, unix_ns),
             "GET_TDATA" => self.newest_of("TDATA", "", unix_ns),
             "GET_QTDATA" => self.newest_of("QTDATA", "", unix_ns),
-            // Lists of images and of labels. There are none.
-            "GET_IMGMETA" => vec![Message::nothing("IMGMETA", &self.name, unix_ns)],
-            "GET_LBMETA" => vec![Message::nothing("LBMETA", &self.name, unix_ns)],
             "GET_SENSOR" => self.newest_of("SENSOR", name, unix_ns),
             "GET_STRING" => self.newest_of("STRING", name, unix_ns),
             "GET_POLYDATA" => self.newest_of("POLYDATA", name, unix_ns),

@@ -346,10 +346,10 @@ fn a_client_that_begins_with_a_question_gets_answers_only() {
         until(&mut server, &[tool()], |_| has_bytes(&client));
         assert_eq!(read(&mut client).3, surface.content);
     }
-    for (request, answer) in [("GET_IMGMETA", "IMGMETA"), ("GET_LBMETA", "LBMETA")] {
-        let answered = ask(&mut server, &mut client, request, "Client", b"");
-        assert_eq!(answered, (answer.to_owned(), Vec::new()));
-    }
+    // There are no images. An empty list would not do: without a body, the library's client waits
+    // for the next message.
+    let (kind, content) = ask(&mut server, &mut client, "GET_IMGMETA", "Client", b"");
+    assert_eq!((kind.as_str(), status(&content).0), ("STATUS", 12));
     // It asks no more, and is sent everything after a while.
     until(&mut server, &[tool()], |_| has_bytes(&client));
     assert_eq!(read(&mut client).1, "STATUS");
