@@ -56,6 +56,7 @@
 //! from one of them, bit for bit. Displays draw fluids in the air and on the organs from events.
 //! After such a jump, only the events of leaks are sent again, each leak in its present state.
 
+mod copy;
 mod course;
 mod describe;
 mod error;

@@ -11,7 +11,7 @@ use crate::recipe::Axes;
 const HEAD_BYTES: u64 = 512;
 
 /// Axes that the file tells, with their name. `None`: it tells none, or cannot be read.
-fn told(path: &Path) -> Option<(Axes, &'static str)> {
+fn stated(path: &Path) -> Option<(Axes, &'static str)> {
     let mut head = Vec::new();
     let file = File::open(path).ok()?;
     file.take(HEAD_BYTES).read_to_end(&mut head).ok()?;
@@ -31,7 +31,7 @@ fn told(path: &Path) -> Option<(Axes, &'static str)> {
 /// Words about a file whose axes are other ones than those it is read with; empty if none are
 /// needed.
 pub(crate) fn note(path: &Path, axes: Axes) -> String {
-    match told(path).filter(|(told, _)| *told != axes) {
+    match stated(path).filter(|(stated, _)| *stated != axes) {
         Some((_, name)) => format!(
             "; the file says that its axes are {name}, and it is read with others: --axes {name}, \
              or `axes = \"{name}\"` in a recipe, turns it"

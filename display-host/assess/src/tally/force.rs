@@ -61,8 +61,8 @@ impl Force {
         self.impulse_n_s / self.contact_s()
     }
 
-    /// Upper end of the bin that contains this quantile of the time, but not above the greatest
-    /// force, N.
+    /// Quantile of the force, weighted by the time in contact and rounded up to the end of its bin,
+    /// but not above the greatest force, N. NaN without contact.
     pub(crate) fn quantile_n(&self, share: f64) -> f64 {
         let wanted_s = share * self.contact_s();
         let mut sum_s = 0.0;
