@@ -72,10 +72,10 @@ impl Copy {
         Ok(Self {
             from,
             bytes,
+            tracker: Tracker::new(index.as_ref()),
             index,
-            writer: writer.map_err(words)?,
+            writer: writer.map_err(|it| words(&it))?,
             topics: BTreeMap::new(),
-            tracker: Tracker::new(),
             scene,
             has_info: false,
             has_scene: false,
@@ -91,10 +91,10 @@ impl Copy {
             let at = records.at;
             let end = match self.next(&mut records) {
                 Ok(()) => {
-                    self.writer.flush().map_err(words)?;
+                    self.writer.flush().map_err(|it| words(&it))?;
                     continue;
                 }
-                Err(Problem::Write(problem)) => return Err(words(problem)),
+                Err(Problem::Write(problem)) => return Err(words(&problem)),
                 Err(Problem::Chunk(end)) => {
                     // The chunk's length is right, so the next record follows it.
                     let End::Damaged(why) = records.placed(end, at) else {
@@ -271,9 +271,9 @@ impl Copy {
         if !lacks.is_empty() {
             let (name, metadata) = (info::REPAIRED.to_owned(), lacks);
             let written = self.writer.write_metadata(&Metadata { name, metadata });
-            written.map_err(words)?;
+            written.map_err(|it| words(&it))?;
         }
-        self.writer.finish().map_err(words)?;
+        self.writer.finish().map_err(|it| words(&it))?;
         Ok(Copied {
             messages,
             why,
@@ -309,6 +309,6 @@ fn scene_of(data: Vec<u8>) -> mcap::Attachment<'static> {
     }
 }
 
-fn words(error: mcap::McapError) -> String {
+fn words(error: &mcap::McapError) -> String {
     error.to_string()
 }

@@ -15,7 +15,8 @@ const FOOTER_BYTES: usize = 20;
 const END_BYTES: usize = HEAD_BYTES + FOOTER_BYTES + mcap::MAGIC.len();
 /// Longest index that is read, bytes. The index of an hour has about 0.5 MB.
 const INDEX_MAX_BYTES: u64 = 64 << 20;
-/// Place of the last message's time in the statistics, and of the counts behind it.
+/// Places of the first and the last message's time in the statistics, and of the counts behind them.
+const FIRST_AT: usize = 26;
 const LAST_AT: usize = 34;
 const COUNTS_AT: usize = 42;
 
@@ -28,7 +29,8 @@ pub(crate) struct Index {
     pub(crate) channels: BTreeMap<u16, Channel>,
     /// Messages of each channel. Empty: the index has no statistics.
     pub(crate) counts: BTreeMap<u16, u64>,
-    /// Stamp of the last message, ns since 1970.
+    /// Stamps of the first and the last message, ns since 1970.
+    pub(crate) first_ns: u64,
     pub(crate) last_ns: u64,
 }
 
@@ -78,6 +80,7 @@ fn read(begins: u64, summary: &[u8]) -> Index {
         match opcode {
             op::STATISTICS => {
                 index.counts = counts(body);
+                index.first_ns = records::u64_at(body, FIRST_AT).unwrap_or(0);
                 index.last_ns = records::u64_at(body, LAST_AT).unwrap_or(0);
             }
             op::SCHEMA | op::CHANNEL if records::is_sound(opcode, body) => index.name(opcode, body),

@@ -72,11 +72,12 @@ pub(crate) struct Tracker {
 }
 
 impl Tracker {
-    pub(crate) fn new() -> Self {
+    /// Starts with what the index says, if the session has one.
+    pub(crate) fn new(index: Option<&Index>) -> Self {
         Self {
             lost: Lost::default(),
             expected: 0,
-            first_ns: None,
+            first_ns: index.map(|it| it.first_ns).filter(|it| *it > 0),
             newest_ns: 0,
             is_behind_damage: false,
             kept: BTreeMap::new(),

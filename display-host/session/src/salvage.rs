@@ -59,15 +59,15 @@ fn plausible(beginning: &[u8]) -> Option<u64> {
                 .get(at + 4..)
                 .is_some_and(|it| it.starts_with(text.as_bytes()))
     };
-    let is_plausible = match head.first()? {
-        &op::CHUNK => {
+    let is_plausible = match *head.first()? {
+        op::CHUNK => {
             let agrees = records::u64_at(body, 32)?.checked_add(CHUNK_HEAD_BYTES) == Some(length);
             agrees && records::u32_at(body, 28) == Some(0)
         }
-        &op::METADATA => [info::NAME, info::ASSIGNMENT, info::FINISH, info::REPAIRED]
+        op::METADATA => [info::NAME, info::ASSIGNMENT, info::FINISH, info::REPAIRED]
             .iter()
             .any(|name| text_is(name, 0)),
-        &op::ATTACHMENT => text_is(SCENE, 16),
+        op::ATTACHMENT => text_is(SCENE, 16),
         _ => false,
     };
     is_plausible.then_some(length + HEAD_BYTES as u64)

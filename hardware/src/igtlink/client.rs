@@ -15,8 +15,7 @@ pub(super) const ANSWERS_MAX: usize = 16;
 
 /// A new client may ask in this time before it is sent anything unasked.
 const FIRST_QUESTION: Duration = Duration::from_millis(200);
-/// A client that began with a question gets what it asks for only, until it has asked nothing for so
-/// long.
+/// A client that began with a question gets answers only, until it has asked nothing for so long.
 const QUESTIONS: Duration = Duration::from_secs(5);
 
 /// A connected client.
@@ -128,13 +127,12 @@ impl Client {
     }
 
     /// Returns true at the moment from which the client listens: it did not ask in time, asked
-    /// nothing for long, or will never ask. While it is sent tracking data it goes on asking.
+    /// nothing for long, or will never ask.
     pub(super) fn begins_to_listen(&mut self, now: Instant) -> bool {
         let (Attention::New(end) | Attention::Asks(end)) = self.attention else {
             return false;
         };
-        let tracks = self.tracking.iter().any(Option::is_some);
-        let begins = (now >= end && !tracks) || self.is_done_sending;
+        let begins = now >= end || self.is_done_sending;
         if begins {
             self.attention = Attention::Listens;
         }

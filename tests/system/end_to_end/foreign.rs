@@ -160,7 +160,7 @@ fn damaged(session: &Path, folder: &Path) -> PathBuf {
     let damaged = folder.join("damaged.mcap");
     let mut bytes = std::fs::read(session).expect("a session");
     // About two seconds before the end.
-    let place = bytes.len() - 500_000;
+    let place = bytes.len() - 300_000;
     bytes[place..place + 512].fill(0);
     std::fs::write(&damaged, bytes).expect("written");
     let mut repair = calot();

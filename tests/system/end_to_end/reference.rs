@@ -64,7 +64,7 @@ pub(super) fn clients_are_served(address: &str) {
             client.wait().expect("it ends");
             let told = std::fs::read_to_string(told).unwrap_or_default();
             let shown: String = told.chars().take(2000).collect();
-            for words in said.iter() {
+            for words in *said {
                 assert!(told.contains(words), "{words}: {shown}");
             }
             for trouble in ["Invalid response", "Connection closed", "Cannot connect"] {

@@ -99,6 +99,20 @@ fn what_lies_behind_a_damaged_chunk_is_kept() {
 }
 
 #[test]
+fn the_first_second_may_be_the_damaged_one() {
+    let (whole, chunks) = five();
+    let mut damaged = whole;
+    damaged[chunks[0].0 + 100] ^= 1;
+    let (repaired, lost, _) = repaired(&damaged, None);
+    assert_eq!(lost.topics["/setup"], 1);
+    let batch_ns = INPUT_BATCH as u64 * 1_000_000;
+    assert_eq!(lost.spans_ns, [[0, batch_ns]]);
+    // Without the setup the session cannot be replayed; viewers open it.
+    let error = read(repaired).unwrap_err().to_string();
+    assert!(error.contains("precedes its setup"), "{error}");
+}
+
+#[test]
 fn without_an_index_the_numbers_of_messages_tell_what_is_lost() {
     let disk = Disk::with_room(usize::MAX);
     let _ = record(&disk, 5);
@@ -163,7 +177,7 @@ fn a_damaged_scene_is_left_out_or_replaced() {
     let (whole, _) = five();
     let at = mcap::Summary::read(&whole).unwrap().unwrap();
     let at = at.attachment_indexes[0].offset as usize + 200;
-    let mut damaged = whole.clone();
+    let mut damaged = whole;
     damaged[at] ^= 1;
     let (without, lost, _) = repaired(&damaged, None);
     assert!(lost.scene && lost.messages == 0, "{lost:?}");

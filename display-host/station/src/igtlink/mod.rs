@@ -58,9 +58,9 @@ themselves are not turned.
 
 Answered: GET_STATUS, GET_CAPABIL, GET_TRANS, GET_TDATA, GET_QTDATA, GET_SENSOR, GET_STRING,
 GET_POLYDATA, STT_TDATA, STP_TDATA, STT_QTDATA and STP_QTDATA. Others get a STATUS that says so. A
-client that asks for data within its first 0.2 s gets only what it asks for, until it tracks nothing
-and has asked nothing for 5 s. Headers of version 1 and 2 are read, and each client is answered in
-its own. At most 8 clients connect; a ninth is told so and closed.
+client that begins with a GET_ of data, within 0.2 s, gets answers only, until it has asked nothing
+for 5 s. Headers of version 1 and 2 are read, and each client is answered in its own. At most 8
+clients connect; a ninth is told so and closed.
 
 In 3D Slicer, open the module OpenIGTLinkIF and add a connector of type Client to the address of
 --listen. The exit code is 1 if the station never ran while this program did.";

@@ -81,7 +81,7 @@ impl Server {
         };
         let kind = request.kind.as_str();
         let is_about_data = !["GET_STATUS", "GET_CAPABIL"].contains(&kind);
-        if is_request(kind) && is_about_data {
+        if kind.starts_with("GET_") && is_about_data {
             client.ask();
         }
         match kind {
