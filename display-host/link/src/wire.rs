@@ -32,8 +32,8 @@ pub const MAGIC: [u8; 8] = *b"CALOTLK3";
 pub const EVENTS_MAX: usize = 256;
 /// Largest number of timing batches in an answer.
 pub const BATCHES_MAX: usize = 16;
-/// Largest number of bytes of a scene in an answer. A watcher asks for fewer on a slow line, because
-/// the newest data wait behind them.
+/// Largest number of bytes of a scene in an answer. A watcher asks for fewer on a slow line,
+/// because the newest data wait behind them.
 pub const SCENE_PART: usize = 512 << 10;
 /// Longest compiled scene, bytes.
 pub const SCENE_MAX: u64 = 256 << 20;

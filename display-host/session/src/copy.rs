@@ -47,7 +47,7 @@ pub(crate) struct Copy {
     /// True once there is the session's description, and its scene.
     has_info: bool,
     has_scene: bool,
-    /// What the session lacked before an earlier repair.
+    /// Words of an earlier repair about missing parts.
     before: BTreeMap<String, String>,
     left_out_bytes: u64,
 }

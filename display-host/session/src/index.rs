@@ -15,7 +15,7 @@ const FOOTER_BYTES: usize = 20;
 const END_BYTES: usize = HEAD_BYTES + FOOTER_BYTES + mcap::MAGIC.len();
 /// Longest index that is read, bytes. The index of an hour has about 0.5 MB.
 const INDEX_MAX_BYTES: u64 = 64 << 20;
-/// Places of the first and the last message's time in the statistics, and of the counts behind them.
+/// Places in the statistics: time of the first message, time of the last one, and the counts.
 const FIRST_AT: usize = 26;
 const LAST_AT: usize = 34;
 const COUNTS_AT: usize = 42;

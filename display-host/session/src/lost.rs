@@ -129,7 +129,7 @@ impl Tracker {
         self.kept.values().sum()
     }
 
-    /// What is lost in all. `has_scene` is false if the session should have a scene and has none.
+    /// Everything that is lost. `has_scene` is false if the session should have a scene and has none.
     /// `topics` are the names of known channels.
     pub(crate) fn end(
         mut self,

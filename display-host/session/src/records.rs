@@ -83,7 +83,7 @@ pub(crate) struct Records {
     inputs: Option<u16>,
     course: Option<u16>,
     stages: Option<u16>,
-    /// What the session lacked before it was repaired.
+    /// Parts that a repair found missing.
     repaired: Option<End>,
     parts: VecDeque<Part>,
     /// Bytes read so far.

@@ -27,7 +27,7 @@ pub enum Repaired {
         why: String,
         /// Bytes of the session that the repaired one lacks.
         left_out_bytes: u64,
-        /// What is lost before the session's last whole record.
+        /// Parts that are lost before the session's last whole record.
         lost: Lost,
     },
 }

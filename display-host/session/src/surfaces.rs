@@ -1,4 +1,4 @@
-//! A file for viewers with the organs' surfaces over time, and with pictures, in Foxglove's schemas.
+//! A file for viewers in Foxglove's schemas: the organs' surfaces over time, and pictures.
 
 use std::fs::File;
 use std::io::BufWriter;

@@ -145,7 +145,7 @@ fn surgeon_who_burns_the_bile_duct_is_alarmed_and_has_pictures_of_it() {
     pictures_are_exported(out.path(), pictures);
 }
 
-/// The same pictures stand in the file of surfaces for viewers.
+/// The page's pictures stand in the file of surfaces for viewers, too.
 fn pictures_are_exported(run: &std::path::Path, pictures: usize) {
     let organs = run.join("organs.mcap");
     let mut export = calot();

@@ -1,4 +1,4 @@
-//! `calot replay --repair`: closes a session that breaks off, and saves what a damaged one has left.
+//! `calot replay --repair`: closes a session that breaks off, and saves the rest of a damaged one.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -23,11 +23,11 @@ struct RepairOutcome {
     /// Reason of the repair; null if the session is whole.
     broke_off: Option<String>,
     left_out_bytes: u64,
-    /// What is lost before the last whole record; null if nothing is.
+    /// Parts that are lost before the last whole record; null if none is.
     lost: Option<LostOutcome>,
 }
 
-/// What a damaged session lost.
+/// Parts that a damaged session lost.
 #[derive(Debug, Serialize)]
 struct LostOutcome {
     messages: u64,
