@@ -129,8 +129,8 @@ impl Tracker {
         self.kept.values().sum()
     }
 
-    /// Everything that is lost. `has_scene` is false if the session should have a scene and has none.
-    /// `topics` are the names of known channels.
+    /// Everything that is lost. `has_scene` is false if the session should have a scene and has
+    /// none. `topics` are the names of known channels.
     pub(crate) fn end(
         mut self,
         index: Option<&Index>,
