@@ -1,12 +1,16 @@
-//! Adjusts the quality to the cost of frames, judged in windows of 40 frames. One window that costs
-//! too much lowers the quality. Several cheap windows in a row raise it; each step up that was
-//! wrong doubles their number. If the graphics device has no clock, the cost is the time between
-//! frames.
+//! Adjusts the quality to the cost of frames, judged in windows of 40 frames, or of 2 s if frames
+//! are slow. One window that costs too much lowers the quality. Several cheap windows in a row raise
+//! it; each step up that was wrong doubles their number. If the graphics device has no clock, or is
+//! the processor itself, the cost is the time between frames.
 
 use super::quality::Quality;
 
 /// Number of frames in a window, which is judged by its median cost.
 const FRAMES: usize = 40;
+/// Least number of frames in a window that is judged early.
+const FRAMES_MIN: usize = 5;
+/// Sum of the costs after which a window is judged early, ms.
+const EARLY_MS: f32 = 2000.0;
 /// Cost that counts as too high, as a share of the allowed cost.
 const TOO_MUCH: f32 = 1.05;
 /// Cost that is low enough to try a better tier, as a share of the allowed cost.
@@ -58,6 +62,19 @@ impl Governor {
         )
     }
 
+    /// Starts with the last of the tiers, the cheapest one, and rises from there.
+    #[must_use]
+    pub fn from_below(mut self) -> Self {
+        self.at = self.tiers.len().saturating_sub(1);
+        self
+    }
+
+    /// Quality to start with. `None`: there is no tier.
+    #[must_use]
+    pub fn quality(&self) -> Option<Quality> {
+        self.tiers.get(self.at).copied()
+    }
+
     fn between(tiers: Vec<Quality>, too_much_ms: f32, little_ms: f32) -> Self {
         Self {
             tiers,
@@ -84,11 +101,13 @@ impl Governor {
             return None;
         }
         self.costs_ms.push(cost_ms);
-        if self.costs_ms.len() < FRAMES {
+        let count = self.costs_ms.len();
+        let is_early = count >= FRAMES_MIN && self.costs_ms.iter().sum::<f32>() >= EARLY_MS;
+        if count < FRAMES && !is_early {
             return None;
         }
         self.costs_ms.sort_by(f32::total_cmp);
-        let median = self.costs_ms[FRAMES / 2];
+        let median = self.costs_ms[count / 2];
         self.costs_ms.clear();
         self.since_up = self.since_up.saturating_add(1);
         let before = self.at;
@@ -179,12 +198,27 @@ mod tests {
         // Frames that are slow only because the screen is slow cause no step down.
         let mut screen_of_30 = Governor::by_period(Quality::GPU_TIERS.to_vec(), screen_ms, 33.3);
         assert_eq!(run(&mut screen_of_30, 4000, |_| 33.3), 0);
-        // A software driver is judged against 66 ms, a much longer interval than the screen's.
-        let mut software = Governor::by_period(Quality::SOFTWARE_TIERS.to_vec(), 66.0, screen_ms);
-        assert_eq!(run(&mut software, 400, |_| 60.0), 0);
-        assert_eq!(run(&mut software, 400, |_| 120.0), 1);
-        assert_eq!(run(&mut software, 4000, |_| 50.0), 0, "no room for more");
-        assert_eq!(run(&mut software, 4000, |_| 20.0), 1);
+        // A software driver is judged against 83 ms, a much longer interval than the screen's.
+        let mut software = Governor::by_period(Quality::SOFTWARE_TIERS.to_vec(), 83.0, screen_ms);
+        assert_eq!(run(&mut software, 400, |_| 90.0), 0);
+        assert_eq!(run(&mut software, 40, |_| 120.0), 1);
+        assert_eq!(run(&mut software, 4000, |_| 60.0), 0, "no room for more");
+        assert_eq!(run(&mut software, 400, |_| 20.0), 1);
+    }
+
+    #[test]
+    fn slow_frames_are_judged_after_two_seconds_and_a_quick_start_is_from_below() {
+        let tiers = Quality::SOFTWARE_TIERS.to_vec();
+        let last = tiers.len() - 1;
+        // Two pictures a second: five of them suffice to lower the quality.
+        let mut slow = Governor::by_period(tiers.clone(), 83.0, 16.7);
+        assert_eq!(run(&mut slow, 4, |_| 500.0), 0);
+        assert_eq!(run(&mut slow, 1, |_| 500.0), 1);
+        let mut cheap = Governor::by_period(tiers.clone(), 83.0, 16.7).from_below();
+        assert_eq!(cheap.tier(), [last, tiers.len()]);
+        assert_eq!(cheap.quality(), Some(Quality::SOFTWARE_TIERS[last]));
+        assert_eq!(run(&mut cheap, 400, |_| 70.0), 0, "12 a second are enough");
+        assert_eq!(run(&mut cheap, 300, |_| 30.0), 1, "33 leave room");
     }
 
     #[test]
