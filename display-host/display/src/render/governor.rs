@@ -201,7 +201,7 @@ mod tests {
         // A software driver is judged against 83 ms, a much longer interval than the screen's.
         let mut software = Governor::by_period(Quality::SOFTWARE_TIERS.to_vec(), 83.0, screen_ms);
         assert_eq!(run(&mut software, 400, |_| 90.0), 0);
-        assert_eq!(run(&mut software, 40, |_| 120.0), 1);
+        assert_eq!(run(&mut software, 17, |_| 120.0), 1);
         assert_eq!(run(&mut software, 4000, |_| 60.0), 0, "no room for more");
         assert_eq!(run(&mut software, 400, |_| 20.0), 1);
     }
