@@ -1,10 +1,19 @@
 //! Adjusts the quality to the cost of frames, judged in windows of 40 frames, or of 2 s if frames
-//! are slow. One window that costs too much lowers the quality. Several cheap windows in a row raise
-//! it; each step up that was wrong doubles their number. If the graphics device has no clock, or is
-//! the processor itself, the cost is the time between frames.
+//! are slow. One window that costs too much lowers the quality. Several cheap windows in a row
+//! raise it; each step up that was wrong doubles their number. If the graphics device has no clock,
+//! or is the processor itself, the cost is the time between frames.
 
+use super::gpu::Gpu;
 use super::quality::Quality;
 
+/// Allowed cost of a picture on a graphics device, ms. It leaves time for the window at 60 a
+/// second.
+const MAY_COST_MS: f32 = 13.0;
+/// Desired interval between pictures, ms.
+const PERIOD_MS: f32 = 1000.0 / 60.0;
+/// Desired interval between pictures on a software driver, ms: 12 a second. The quality falls below
+/// 10.
+const SOFTWARE_PERIOD_MS: f32 = 1000.0 / 12.0;
 /// Number of frames in a window, which is judged by its median cost.
 const FRAMES: usize = 40;
 /// Least number of frames in a window that is judged early.
@@ -43,6 +52,21 @@ pub struct Governor {
 }
 
 impl Governor {
+    /// Governs a window on this device. A software driver begins with the cheapest tier, and the
+    /// time from picture to picture decides, because all that the processor does for a picture
+    /// counts. `screen_ms` is the screen's interval, or 0 if it is unknown.
+    #[must_use]
+    pub fn of(gpu: &Gpu, screen_ms: f32) -> Self {
+        let tiers = Quality::tiers(gpu);
+        if gpu.is_software() {
+            Self::by_period(tiers, SOFTWARE_PERIOD_MS, screen_ms).from_below()
+        } else if gpu.has_clock() {
+            Self::new(tiers, MAY_COST_MS)
+        } else {
+            Self::by_period(tiers, PERIOD_MS, screen_ms)
+        }
+    }
+
     /// Starts with the first of the tiers, the best one; `may_cost_ms` is the allowed time of the
     /// graphics device, ms.
     #[must_use]
@@ -67,12 +91,6 @@ impl Governor {
     pub fn from_below(mut self) -> Self {
         self.at = self.tiers.len().saturating_sub(1);
         self
-    }
-
-    /// Quality to start with. `None`: there is no tier.
-    #[must_use]
-    pub fn quality(&self) -> Option<Quality> {
-        self.tiers.get(self.at).copied()
     }
 
     fn between(tiers: Vec<Quality>, too_much_ms: f32, little_ms: f32) -> Self {
@@ -216,7 +234,6 @@ mod tests {
         assert_eq!(run(&mut slow, 1, |_| 500.0), 1);
         let mut cheap = Governor::by_period(tiers.clone(), 83.0, 16.7).from_below();
         assert_eq!(cheap.tier(), [last, tiers.len()]);
-        assert_eq!(cheap.quality(), Some(Quality::SOFTWARE_TIERS[last]));
         assert_eq!(run(&mut cheap, 400, |_| 70.0), 0, "12 a second are enough");
         assert_eq!(run(&mut cheap, 300, |_| 30.0), 1, "33 leave room");
     }

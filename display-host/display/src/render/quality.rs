@@ -1,15 +1,6 @@
 //! Quality tiers, by cost of a frame.
 
-use super::governor::Governor;
 use super::gpu::Gpu;
-
-/// Allowed cost of a picture on a graphics device, ms.
-const MAY_COST_MS: f32 = 13.0;
-/// Desired interval between pictures, ms.
-const PERIOD_MS: f32 = 1000.0 / 60.0;
-/// Desired interval between pictures on a software driver, ms: 12 a second. The governor lowers the
-/// quality below 10.
-const SOFTWARE_PERIOD_MS: f32 = 1000.0 / 12.0;
 
 /// A quality tier. All tiers show the same scene and differ in detail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,28 +111,14 @@ impl Quality {
         }
     }
 
-    /// Chooses the tiers of a window. A graphics device with a clock may take 13 ms for a picture,
-    /// which leaves time for the window at 60 a second. A software driver begins with the cheapest
-    /// tier. Everything that the processor does for a picture counts, so the time from picture to
-    /// picture is judged: it keeps the quality if there are 10 a second. `screen_ms` is the
-    /// screen's interval, or 0 if it is unknown.
-    #[must_use]
-    pub fn governor(gpu: &Gpu, screen_ms: f32) -> Governor {
-        let tiers = Self::tiers(gpu);
-        if gpu.is_software() {
-            Governor::by_period(tiers, SOFTWARE_PERIOD_MS, screen_ms).from_below()
-        } else if gpu.has_clock() {
-            Governor::new(tiers, MAY_COST_MS)
-        } else {
-            Governor::by_period(tiers, PERIOD_MS, screen_ms)
-        }
-    }
-
     /// Quality with which a window starts.
     #[must_use]
     pub fn live(gpu: &Gpu) -> Self {
-        let first = Self::governor(gpu, 0.0).quality();
-        first.unwrap_or(Self::GPU)
+        if gpu.is_software() {
+            Self::SOFTWARE_TIERS[Self::SOFTWARE_TIERS.len() - 1]
+        } else {
+            Self::GPU
+        }
     }
 
     /// Quality of an adapter for a single picture, which may take time.

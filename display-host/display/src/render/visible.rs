@@ -87,7 +87,7 @@ struct Lists {
     seen: Vec<Seen>,
     /// Triangles that the picture may show, and their classes of distance.
     shown: Vec<(u32, u8)>,
-    /// The same triangles' corners, nearest class first.
+    /// Corners of these triangles, nearest class first.
     corners: Vec<[u32; 3]>,
 }
 

@@ -349,7 +349,7 @@ fn governor(canvas: &Canvas) -> Governor {
     let monitor = canvas.window.current_monitor();
     let millihertz = monitor.and_then(|it| it.refresh_rate_millihertz());
     let screen_ms = millihertz.map_or(0.0, |it| 1e6 / it as f32);
-    Quality::governor(&canvas.gpu, screen_ms)
+    Governor::of(&canvas.gpu, screen_ms)
 }
 
 /// Angle of the next endoscope, rad: 0°, 30°, 45°, then 0° again.

@@ -4,7 +4,7 @@ use display_host::render::gpu::Gpu;
 
 use super::finding::{Finding, Verdict, finding};
 
-/// What draws the pictures.
+/// Device that draws the pictures.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Adapter {
     /// A graphics card.
