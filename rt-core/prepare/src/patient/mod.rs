@@ -13,8 +13,9 @@
 //!   lumps of fat by a third. No source measures fat over the triangle: assumed. The liver of the
 //!   obese is fatty and larger; here by up to 5 %.
 //! - Serosa: a sheet over fat stiffens it. The cover has 12 kPa: assumed, as 0.1 mm of serosa of
-//!   0.4 MPa over 4 mm of fat. It runs on to the liver and the hepatic artery. With bare fat of
-//!   1.6 kPa, tied to ducts alone, the hook dragged the cover with duct and artery by up to 19 mm.
+//!   0.4 MPa over 4 mm of fat. It runs on to the liver and the hepatic artery. In bare fat of 1.6
+//!   kPa, tied to ducts alone, the hook was caught and dragged duct and artery along. That still
+//!   happens, less often.
 //! - Calot's triangle: what lies more than 2 mm behind the plane of its corners does not count,
 //!   because duct and artery hide it from an instrument in front.
 //! - Wall: up to 3 mm are normal; a wall with acute inflammation is thicker and oedematous, and
