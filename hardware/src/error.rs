@@ -64,6 +64,16 @@ pub enum HardwareError {
         /// The programs, each with its process id.
         by: String,
     },
+    /// The line cannot tell whether switches at its CTS and DSR are closed.
+    #[error(
+        "{path}: switches cannot be read from this line ({what}). Use a serial port, or a USB adapter with the wires CTS and DSR, such as /dev/ttyUSB0, and feed the switches from its RTS or DTR"
+    )]
+    NoSwitches {
+        /// Device path as given.
+        path: PathBuf,
+        /// State of the line.
+        what: String,
+    },
     /// The path is not a serial device.
     #[error("{path}: not a serial device ({what}). Name a tty such as /dev/ttyACM0")]
     NotSerial {

@@ -23,13 +23,13 @@ use crate::motion::faster;
 use crate::trail::Trail;
 use crate::vendor::Door;
 
-/// Access to the library for one driver at a time, because Calot uses one haptic device.
+/// Lets one driver at a time use the library.
 static DOOR: Door = Door::new("calot-dhd");
 /// Time over which the library takes the mean velocity, ms. The library's default of 20 ms would
 /// delay the velocity by 10 ms.
 const VELOCITY_WINDOW_MS: i32 = 5;
-/// Longest wait until the thread has sent its last force and ended.
-const LAST_WORDS: Duration = Duration::from_millis(500);
+/// `drop` waits this long for the thread to send zero force and to end.
+const STOP_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// A Force Dimension device or a Falcon, served by a thread of its own.
 #[derive(Debug)]
@@ -41,13 +41,15 @@ pub struct DhdHaptic {
     identity: String,
     last_turn: u32,
     counters: LineCounters,
-    leaps: u32,
+    /// Number of samples refused as impossible jumps, at the last poll.
+    refused_jumps: u32,
     trail: Trail,
-    jumps: u32,
+    /// Number of jumps accepted as the new place, at the last poll.
+    accepted_jumps: u32,
     findings: Findings,
 }
 
-/// Frees the library after the device is closed, however the thread ends.
+/// Lets the next driver use the library when the thread has ended, even by a panic.
 struct Release;
 
 impl Drop for Release {
@@ -58,8 +60,8 @@ impl Drop for Release {
 
 impl DhdHaptic {
     /// Opens the device with this serial number (`None`: the first that is free) through `library`
-    /// (usually [`super::LIBRARY`]). It takes up to 10 s if the library hangs, so it is not for the
-    /// tick.
+    /// (usually [`super::LIBRARY`]). Never call it from the tick: it takes up to 10 s if the
+    /// library hangs.
     pub fn open(library: &Path, serial: Option<u16>) -> Result<Self, HardwareError> {
         let path = PathBuf::from(match serial {
             Some(serial) => format!("Force Dimension {serial}"),
@@ -67,11 +69,11 @@ impl DhdHaptic {
         });
         let (own_library, own_path) = (library.to_path_buf(), path.clone());
         DOOR.open(&path, library, move || {
-            Self::open_only(&own_library, serial, &own_path)
+            Self::open_now(&own_library, serial, &own_path)
         })
     }
 
-    fn open_only(library: &Path, serial: Option<u16>, path: &Path) -> Result<Self, HardwareError> {
+    fn open_now(library: &Path, serial: Option<u16>, path: &Path) -> Result<Self, HardwareError> {
         let dhd = Dhd::load(library)?;
         if dhd.device_count() <= 0 {
             return Err(HardwareError::NoForceDevice {
@@ -80,26 +82,26 @@ impl DhdHaptic {
         }
         let handle = dhd
             .open(serial)
-            .map_err(|code| vendor(path, "opening the device", code))?;
+            .map_err(|code| library_error(path, "opening the device", code))?;
         let parts = handle.parts();
-        is_calibrated(dhd, &handle, parts, path)?;
+        require_calibration(dhd, &handle, parts, path)?;
         let number = handle
             .serial()
-            .map_or_else(|| "without a number".to_owned(), |it| it.to_string());
+            .map_or_else(|| "without a serial number".to_owned(), |it| it.to_string());
         let identity = format!("{} {number}", handle.name());
         let capabilities = model::capabilities(handle.model(), parts);
         handle.configure_velocity(VELOCITY_WINDOW_MS);
-        // From the first force on, the library compensates the weight of the arms.
+        // With the first force, even zero, the library begins to carry the weight of the arms.
         let nothing = [0.0; 3];
         if !handle.set_force(nothing, nothing, 0.0) || !handle.enable_force() {
-            return Err(vendor(path, "enabling the force", dhd.last_error()));
+            return Err(library_error(path, "enabling the force", dhd.last_error()));
         }
         let shared = Arc::new(Shared::new());
         let servo = Servo::new(handle, parts, capabilities, Arc::clone(&shared));
         let thread = thread::Builder::new()
             .name("calot-dhd-servo".to_owned())
             .spawn(move || {
-                // `_release` is dropped after `servo`, so after the device is closed.
+                // `serve` closes the device. `_release` is dropped after that.
                 let _release = Release;
                 servo.serve();
             })
@@ -116,9 +118,9 @@ impl DhdHaptic {
             identity,
             last_turn: 0,
             counters: LineCounters::default(),
-            leaps: 0,
+            refused_jumps: 0,
             trail: Trail::default(),
-            jumps: 0,
+            accepted_jumps: 0,
             findings: Findings::default(),
         })
     }
@@ -130,11 +132,11 @@ impl DhdHaptic {
     }
 }
 
-/// Error of the library, with its remedy. Codes as in `dhdc.h`.
-fn vendor(path: &Path, doing: &'static str, code: i32) -> HardwareError {
+/// The library's error code (`dhdc.h`) as an error with a remedy.
+fn library_error(path: &Path, doing: &'static str, code: i32) -> HardwareError {
     let remedy = match code {
         2 => {
-            "the device does not answer; check its cable and power, and this user's right to the USB device"
+            "the device does not answer; check its cable and power, and that your user may open the USB device"
         }
         3 | 20 => "another program uses the device; end it, then try again",
         5 | 15 => {
@@ -154,18 +156,18 @@ fn vendor(path: &Path, doing: &'static str, code: i32) -> HardwareError {
 }
 
 /// Refuses a device that is not calibrated. Such a device does not know where its handle is.
-fn is_calibrated(
+fn require_calibration(
     dhd: &Dhd,
     handle: &Handle,
     parts: Parts,
     path: &Path,
 ) -> Result<(), HardwareError> {
     let Some(status) = handle.status() else {
-        return Err(vendor(path, "reading the status", dhd.last_error()));
+        return Err(library_error(path, "reading the status", dhd.last_error()));
     };
     let remedy = if status.is_reset {
-        "Move the handle slowly to all its end stops, or put it into its calibration pit, until the light no \
-         longer blinks (sigma and lambda: let go and run the SDK's HapticInit)"
+        "Move the handle slowly to all its end stops, or put it into its calibration pit. Its light then stops \
+         blinking. With a sigma or lambda, let go of the handle and run the SDK's HapticInit"
     } else if parts.has_active_wrist && !status.is_wrist_ready {
         "Let go of the handle and run the SDK's HapticInit, which turns its wrist"
     } else {
@@ -201,10 +203,10 @@ impl HapticDevice for DhdHaptic {
         }
         let leaps = self.shared.leaps.load(Ordering::Relaxed);
         let mut faults = FaultSet::NONE;
-        faults.raise_if(leaps != self.leaps, Fault::DeviceLeap);
+        faults.raise_if(leaps != self.refused_jumps, Fault::DeviceLeap);
         let is_forceless = self.shared.is_forceless.load(Ordering::Acquire);
         faults.raise_if(is_forceless, Fault::DeafDevice);
-        self.leaps = leaps;
+        self.refused_jumps = leaps;
         self.findings.faults = faults;
         let Some((turn, sample)) = self.shared.sample() else {
             return Polled::Nothing;
@@ -212,22 +214,22 @@ impl HapticDevice for DhdHaptic {
         if turn == self.last_turn {
             return Polled::Nothing;
         }
-        // Samples that were replaced between two polls do not count as lost on the line.
+        // A sample that a newer one replaced before this poll does not count as lost on the line.
         self.last_turn = turn;
         self.counters.frames += 1;
-        self.findings.leapt = sample.jumps != self.jumps;
-        self.jumps = sample.jumps;
+        self.findings.leapt = sample.jumps != self.accepted_jumps;
+        self.accepted_jumps = sample.jumps;
         if self.findings.leapt {
             self.trail.clear();
         }
-        let passed_us = (sample.at_ns / 1000) as u32;
-        let moved_m_s = self.trail.add(passed_us, &sample.position_m);
+        let at_us = (sample.at_ns / 1000) as u32;
+        let trail_m_s = self.trail.add(at_us, &sample.position_m);
         let velocity_m_s = sample.velocity_m_s;
-        let is_measured = velocity_m_s.iter().all(|part| part.is_finite());
+        let has_velocity = velocity_m_s.iter().all(|part| part.is_finite());
         Polled::Fresh(DeviceSample {
             opening: Some(sample.opening).filter(|opening| opening.is_finite()),
             device_from_handle: Pose::from_parts(sample.position_m.into(), sample.rotation),
-            velocity_m_s: is_measured.then(|| faster(velocity_m_s, moved_m_s)),
+            velocity_m_s: has_velocity.then(|| faster(velocity_m_s, trail_m_s)),
             buttons: sample.buttons,
             sequence: sample.count as u16,
             at_ns: sample.at_ns,
@@ -263,13 +265,13 @@ impl HapticDevice for DhdHaptic {
 }
 
 impl Drop for DhdHaptic {
-    /// Ends the thread, whose last acts are to send zero force and to brake the motors. A library
-    /// that hangs blocks only that thread.
+    /// Ends the thread. Its last acts are to send zero force and to brake the motors. If the
+    /// library hangs, this call gives up after `STOP_TIMEOUT` and leaves the thread behind.
     fn drop(&mut self) {
         self.shared.running.store(false, Ordering::Release);
         if let Some(thread) = self.thread.take() {
             let start = Instant::now();
-            while !thread.is_finished() && start.elapsed() < LAST_WORDS {
+            while !thread.is_finished() && start.elapsed() < STOP_TIMEOUT {
                 thread::sleep(Duration::from_millis(1));
             }
             match thread.is_finished() {

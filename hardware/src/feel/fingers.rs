@@ -1,13 +1,14 @@
-//! Tests a handle that opens: its ends, its range, and the sign of its motor.
+//! Tests a handle that opens and shuts: the opening that it reports at both ends, and the sign of
+//! its force; with a sensor, the size of its force, too.
 
 use super::bench::{Bench, Broken};
 use super::pushes::{PUSH_MS, share};
 use super::{Squeezed, Step};
 use crate::conformance::Report;
 
-/// Force along the opening, N: above the friction of a good handle, and harmless to fingers.
+/// Force that pushes the fingers, N: above the friction of a good handle, and harmless.
 const PUSH_N: f32 = 1.0;
-/// Pushes of the fingers: towards open, towards shut, with the names of their checks.
+/// Pushes on the fingers, each with its direction and the name of its check.
 const PUSHES: [(Squeezed, &str); COUNT] =
     [(Squeezed::Open, "push open"), (Squeezed::Shut, "push shut")];
 /// Number of pushes.
@@ -16,9 +17,11 @@ pub const COUNT: usize = 2;
 const SHUT_MAX: f32 = 0.2;
 /// Least opening that a wide open handle may report.
 const OPEN_MIN: f32 = 0.8;
-/// Number of the last samples of a step whose mean is the opening at its end.
+/// The opening at the end of a step is the mean of this many last samples.
 const END_SAMPLES: usize = 50;
-/// Allowed size of a measured force as a share of the size asked for.
+/// A sensor that measures less than this share of the force asked for has felt nothing.
+const FELT: f32 = 0.1;
+/// Allowed measured force as a share of the force asked for.
 const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;
 
 /// Judges a handle that opens, if the device has one. `seed` decides the order of the pushes.
@@ -38,6 +41,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
         return Ok(());
     }
     let force_n = PUSH_N.min(can.force_max_n);
+    // The pushes of the hand take their order from `seed % 6`.
     let mut order = PUSHES;
     if seed / 6 % 2 == 1 {
         order.reverse();
@@ -57,7 +61,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
     Ok(())
 }
 
-/// Opening at the end of a step, 0 to 1.
+/// Runs a step. Returns the opening at its end, 0 to 1; `None` if the samples have none.
 fn end(bench: &mut Bench<'_>, step: &Step) -> Result<Option<f32>, Broken> {
     let mut openings: Vec<f32> = Vec::new();
     bench.until_done(step, rt_core::math::Vec3::zeros(), |seen| {
@@ -74,14 +78,14 @@ fn judge_ends(shut: Option<f32>, open: Option<f32>) -> (bool, String) {
         let words = "the device declares an opening and its samples have none";
         return (false, words.to_owned());
     };
-    let measured = format!("it says {shut:.2} shut and {open:.2} wide open");
+    let measured = format!("the device reports {shut:.2} when shut and {open:.2} when wide open");
     if shut >= OPEN_MIN && open <= SHUT_MAX {
-        let words = format!("{measured}: it runs the wrong way. 0 is shut, 1 is wide open");
+        let words = format!("{measured}: the wrong way round. 0 is shut, 1 is wide open");
         return (false, words);
     }
     if shut > SHUT_MAX || open < OPEN_MIN {
         let words = format!(
-            "{measured}, allowed is up to {SHUT_MAX} and from {OPEN_MIN}. Is the travel right?"
+            "{measured}. Allowed: at most {SHUT_MAX} when shut, at least {OPEN_MIN} when wide open. Is the travel right?"
         );
         return (false, words);
     }
@@ -93,21 +97,38 @@ fn judge_push(asked: Squeezed, asked_n: f32, answer: Squeezed) -> (bool, String)
     let is = match answer {
         Squeezed::Nothing => {
             let words =
-                format!("{asked_n:.1} N {asked_words} and nothing was felt. Is the motor on?");
+                format!("{asked_n:.1} N towards {asked_words}: nothing was felt. Is the motor on?");
             return (false, words);
         }
-        Squeezed::Measured(opening_n) if opening_n < 0.0 => Squeezed::Shut,
+        Squeezed::Measured(force_n) if force_n.abs() < FELT * asked_n => {
+            let words = format!(
+                "{asked_n:.1} N towards {asked_words}: the sensor measured {force_n:.2} N. Is the motor on?"
+            );
+            return (false, words);
+        }
+        Squeezed::Measured(force_n) if force_n < 0.0 => Squeezed::Shut,
         Squeezed::Measured(_) => Squeezed::Open,
         felt => felt,
     };
-    let words = format!("{asked_n:.1} N {asked_words}, felt {}", is.words());
+    let words = match answer {
+        Squeezed::Measured(is_n) => format!(
+            "{asked_n:.1} N towards {asked_words}, measured {:.2} N towards {}",
+            is_n.abs(),
+            is.words()
+        ),
+        _ => format!("{asked_n:.1} N towards {asked_words}, felt {}", is.words()),
+    };
     if is != asked {
         return (false, format!("{words}: the force has the wrong sign"));
     }
     match answer {
         Squeezed::Measured(is_n) => (
             SIZE.contains(&(is_n.abs() / asked_n)),
-            format!("{words}, measured {is_n:.2} N, allowed is 0.8 to 1.25 of it"),
+            format!(
+                "{words}, allowed {:.2} to {:.2} N",
+                SIZE.start() * asked_n,
+                SIZE.end() * asked_n
+            ),
         ),
         _ => (true, words),
     }
@@ -120,7 +141,7 @@ mod tests {
     #[test]
     fn ends_must_be_far_apart_and_the_right_way_round() {
         for (shut, open, good, words) in [
-            (Some(0.01), Some(0.98), true, "0.01 shut"),
+            (Some(0.01), Some(0.98), true, "0.01 when shut"),
             (Some(0.98), Some(0.01), false, "the wrong way"),
             (Some(0.01), Some(0.5), false, "the travel"),
             (Some(0.4), Some(1.0), false, "the travel"),
@@ -137,9 +158,15 @@ mod tests {
             (Squeezed::Open, Squeezed::Open, true, "felt open"),
             (Squeezed::Open, Squeezed::Shut, false, "wrong sign"),
             (Squeezed::Shut, Squeezed::Nothing, false, "nothing was felt"),
-            (Squeezed::Shut, Squeezed::Measured(-0.9), true, "-0.90 N"),
+            (
+                Squeezed::Shut,
+                Squeezed::Measured(-0.9),
+                true,
+                "0.90 N towards shut",
+            ),
             (Squeezed::Shut, Squeezed::Measured(-0.4), false, "allowed"),
             (Squeezed::Shut, Squeezed::Measured(0.9), false, "wrong sign"),
+            (Squeezed::Shut, Squeezed::Measured(0.0), false, "the motor"),
         ] {
             let (is_good, said) = judge_push(asked, 1.0, answer);
             assert!(is_good == good && said.contains(words), "{said}");

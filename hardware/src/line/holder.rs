@@ -5,13 +5,14 @@ use std::fs;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 
-/// Largest number of programs that a message names.
-const NAMED: usize = 3;
+/// Largest number of programs that a search returns: enough for a message.
+const HOLDERS_MAX: usize = 3;
 
 /// A program that has a file or a socket open, displayed as "calot (process 4711)".
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Holder {
-    /// The program's name for itself, without control characters.
+    /// Name from `/proc/PID/comm`: at most 15 bytes, chosen by the program, without control
+    /// characters.
     pub command: String,
     /// Id of its process.
     pub process: u32,
@@ -25,35 +26,35 @@ impl fmt::Display for Holder {
     }
 }
 
-/// Programs that have the file `path` open, up to three. Empty if no such program is visible. Only
-/// root sees the programs of other users.
+/// Programs that have the file `path` open, up to three. Empty if there is no such file, or if no
+/// such program is visible: only root sees the programs of other users.
 #[must_use]
 pub fn holders(path: &Path) -> Vec<Holder> {
     path.canonicalize()
-        .map_or_else(|_| Vec::new(), |path| having_open(&path))
+        .map_or_else(|_| Vec::new(), |path| find_holders(&path))
 }
 
-/// Programs that have the socket with this inode open, like [`holders`] for a file.
+/// Like [`holders`], for the socket with this inode.
 #[must_use]
 pub fn socket_holders(inode: u64) -> Vec<Holder> {
-    having_open(Path::new(&format!("socket:[{inode}]")))
+    find_holders(Path::new(&format!("socket:[{inode}]")))
 }
 
-/// Programs with an open descriptor whose link under `/proc` leads to `link`.
-fn having_open(link: &Path) -> Vec<Holder> {
+/// Programs with a file descriptor that points to `target`, as `/proc/PID/fd/N` shows it.
+fn find_holders(target: &Path) -> Vec<Holder> {
     let programs = fs::read_dir("/proc").into_iter().flatten().flatten();
     programs
         .map(|program| program.path())
-        .filter(|program| has_open(program, link))
+        .filter(|program| has_open(program, target))
         .filter_map(|program| holder(&program))
-        .take(NAMED)
+        .take(HOLDERS_MAX)
         .collect()
 }
 
 fn holder(program: &Path) -> Option<Holder> {
     let name = fs::read_to_string(program.join("comm")).ok()?;
     Some(Holder {
-        // A program may call itself anything.
+        // Control characters would garble a terminal.
         command: name.chars().filter(|it| !it.is_control()).collect(),
         process: program.file_name()?.to_str()?.parse().ok()?,
         user: fs::metadata(program).ok()?.uid(),

@@ -1,5 +1,5 @@
-//! Plain switches on a serial line: one closes CTS, the other DSR. This is the cheapest pedal; one
-//! wire from RTS or DTR feeds both switches.
+//! The cheapest pedal: two plain switches on a serial port. One connects CTS, the other DSR, with
+//! RTS or DTR, which this driver holds high.
 
 use core::sync::atomic::{AtomicU8, AtomicU64, Ordering::Relaxed};
 use std::path::Path;
@@ -13,16 +13,19 @@ use serialport::{SerialPort, TTYPort};
 use super::debounce::Debounced;
 use crate::HardwareError;
 
-/// Reads the two wires. This is a trait because ptys have no such wires: tests bring their own.
+/// Reads the two wires. It is a trait because a pty has no such wires: tests implement it.
 pub trait ModemLines {
-    /// State of CTS and DSR, true when closed; `None` when the line is lost.
+    /// True for each of CTS and DSR whose switch is closed; `None` if the line is lost.
     fn closed(&mut self) -> Option<[bool; 2]>;
 }
 
-/// Interval between two reads of the wires, shorter than the time for which a contact bounces.
+/// Interval between two reads of the wires. It is short against the debouncer's 20 ms.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
-/// Silence of the adapter after which the switches count as released, ms.
+/// The switches count as released when the last reading is older than this, ms.
 const SILENT_MS: u64 = 250;
+/// Time after which the wires follow RTS and DTR. An adapter for the USB reports its wires every 16
+/// ms.
+const SETTLE: Duration = Duration::from_millis(50);
 /// Bit of [`Looked::found`] for a closed CTS.
 const CTS: u8 = 1;
 /// Bit of `Looked::found` for a closed DSR.
@@ -39,7 +42,7 @@ pub struct SerialLines(Arc<Looked>);
 #[derive(Debug)]
 struct Looked {
     found: AtomicU8,
-    /// Time since `began`, ms.
+    /// Time of the last reading, ms after `began`.
     at_ms: AtomicU64,
     began: Instant,
 }
@@ -60,18 +63,25 @@ impl Looked {
 }
 
 impl SerialLines {
-    /// Opens the line and feeds the switches from RTS and DTR. A line without CTS and DSR (a pty,
-    /// some adapters) is refused. It may wait, so it is not for the tick.
+    /// Opens the line and feeds the switches from RTS and DTR. Refuses a line whose wires cannot be
+    /// read (a pty), or do not follow RTS and DTR. Never call it from the tick, because it waits.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         let mut port = crate::line::open_port(path, 9600)?;
-        let no_wires = |error: serialport::Error| HardwareError::NotSerial {
+        let refused = |what| HardwareError::NoSwitches {
             path: path.to_path_buf(),
-            what: format!("it has no CTS and DSR: {}", error.description),
+            what,
         };
-        port.write_request_to_send(true).map_err(no_wires)?;
-        port.write_data_terminal_ready(true).map_err(no_wires)?;
-        std::thread::sleep(Duration::from_millis(10)); // the wires settle
-        port.read_clear_to_send().map_err(no_wires)?;
+        let no_wires = |error: serialport::Error| {
+            refused(format!(
+                "its CTS and DSR cannot be read: {}",
+                error.description
+            ))
+        };
+        feed(&mut port, false).map_err(no_wires)?;
+        let cts = port.read_clear_to_send().map_err(no_wires)?;
+        let dsr = port.read_data_set_ready().map_err(no_wires)?;
+        judge_unfed([cts, dsr]).map_err(refused)?;
+        feed(&mut port, true).map_err(no_wires)?;
         let found = Arc::new(Looked {
             found: AtomicU8::new(0),
             at_ms: AtomicU64::new(0),
@@ -89,6 +99,26 @@ impl SerialLines {
             })?;
         Ok(Self(found))
     }
+}
+
+/// Sets RTS and DTR, and waits until the wires have settled.
+fn feed(port: &mut TTYPort, is_on: bool) -> serialport::Result<()> {
+    port.write_request_to_send(is_on)?;
+    port.write_data_terminal_ready(is_on)?;
+    std::thread::sleep(SETTLE);
+    Ok(())
+}
+
+/// Judges the wires while nothing feeds the switches. A driver that reports a wire as on
+/// (Linux's `cdc_acm` does so with CTS) would press the pedal for ever.
+fn judge_unfed([cts, dsr]: [bool; 2]) -> Result<(), String> {
+    let wires = match (cts, dsr) {
+        (false, false) => return Ok(()),
+        (true, false) => "CTS is",
+        (false, true) => "DSR is",
+        (true, true) => "CTS and DSR are",
+    };
+    Err(format!("its {wires} on although RTS and DTR are off"))
 }
 
 /// Reads the wires until the line is lost or the pedal is dropped.
@@ -125,14 +155,14 @@ pub struct ModemPedal<L> {
 }
 
 impl ModemPedal<SerialLines> {
-    /// Opens the line at `path`. It may wait, so it is not for the tick.
+    /// Opens the line at `path`. Never call it from the tick, because it waits.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         Ok(Self::on(SerialLines::open(path)?))
     }
 }
 
 impl<L: ModemLines> ModemPedal<L> {
-    /// A pedal on any two wires.
+    /// A pedal that reads its switches from `lines`.
     pub fn on(lines: L) -> Self {
         Self {
             lines,
@@ -181,9 +211,9 @@ mod tests {
             at_ms: AtomicU64::new(SILENT_MS * 1000),
             began,
         };
-        assert_eq!(looked.closed(), Some([true, false]), "looked at just now");
+        assert_eq!(looked.closed(), Some([true, false]), "a new reading");
         looked.at_ms.store(SILENT_MS, Relaxed);
-        assert_eq!(looked.closed(), Some([false, false]), "long ago");
+        assert_eq!(looked.closed(), Some([false, false]), "an old reading");
         looked.found.store(GONE, Relaxed);
         assert_eq!(looked.closed(), None);
     }
@@ -197,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn wires_press_bouncing_is_smoothed_and_a_pulled_plug_is_lost() {
+    fn a_closed_wire_presses_bounces_are_ignored_and_a_lost_line_stays_lost() {
         let wires = Rc::new(Cell::new(Some([false, false])));
         let mut pedal = ModemPedal::on(Wires(Rc::clone(&wires)));
         let mut at = |closed: Option<[bool; 2]>, ms: u64| {
@@ -220,11 +250,20 @@ mod tests {
     }
 
     #[test]
-    fn a_line_without_such_wires_is_refused() {
+    fn a_wire_that_is_on_without_feed_is_refused() {
+        assert_eq!(judge_unfed([false, false]), Ok(()));
+        let said = judge_unfed([true, false]).unwrap_err();
+        assert_eq!(said, "its CTS is on although RTS and DTR are off");
+        assert!(judge_unfed([false, true]).is_err());
+        assert!(judge_unfed([true, true]).is_err());
+    }
+
+    #[test]
+    fn a_pty_is_refused_because_it_has_no_such_wires() {
         let (_master, slave) = TTYPort::pair().unwrap();
         let path = slave.name().unwrap();
         drop(slave);
         let error = SerialLines::open(path.as_ref()).unwrap_err();
-        assert!(matches!(error, HardwareError::NotSerial { .. }), "{error}");
+        assert!(matches!(error, HardwareError::NoSwitches { .. }), "{error}");
     }
 }

@@ -1,5 +1,5 @@
-//! Common part of this computer's drivers for rigs and their pedals: a line with frames, and the
-//! greeting.
+//! The part that the drivers of rigs and of their pedals share: frames on a serial line, and the
+//! handshake.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -16,13 +16,13 @@ use super::frame::{Frame, FrameError, FrameReader};
 use super::heard::Heard;
 use super::wire::{Capabilities, DeviceKind, Hello, Message, VERSION, stop_frame};
 
-/// Bit rate of the line, bit/s. Boards with USB of their own ignore it. A UART at this rate needs
-/// half of the time for `STATE` at 1 kHz.
+/// Bit rate of the line, bit/s. Boards with native USB ignore it. On a UART, `STATE` at 1 kHz fills
+/// about half of it.
 pub(crate) const BAUD: u32 = 1_000_000;
 /// Longest wait for the device's answer. Opening the line resets many boards, whose loaders take
 /// up to 3 s before the firmware runs (serialport-rs issue 251).
 const HANDSHAKE: Duration = Duration::from_secs(5);
-/// Time without an answer after which the user is told the reason for the wait.
+/// After this time without an answer, a message says that the program waits.
 const SAY_AFTER: Duration = Duration::from_secs(1);
 /// Interval between two greetings.
 const GREETING_INTERVAL: Duration = Duration::from_millis(100);
@@ -32,7 +32,7 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 /// tick.
 const BYTES_PER_POLL: usize = 1024;
 
-/// A device that has answered the greeting, and its line.
+/// This computer's end of a line to a rig: frames, sequence numbers and counters.
 #[derive(Debug)]
 pub(super) struct Host {
     line: Line,
@@ -40,10 +40,10 @@ pub(super) struct Host {
     counters: LineCounters,
     last_sequence: Option<u16>,
     send_sequence: u16,
-    /// True at the start, and after a write that broke off. The next frame then needs a zero byte
-    /// in front.
+    /// True if the device may hold a part of a frame: at the start, and after a write that broke
+    /// off. The next frame then begins with a zero byte.
     torn: bool,
-    /// Bytes that came so far; `None` after the greeting.
+    /// Bytes received during the handshake, for the error's message; `None` after it.
     heard: Option<Box<Heard>>,
     bad: [u64; Bad::NAMES.len()],
 }
@@ -55,8 +55,8 @@ pub(super) enum Bad {
     Checksum,
     /// The frame's stuffing or length is wrong.
     Frame,
-    /// The message's kind is unknown or not the driver's, or its length does not fit the kind or
-    /// the declared version.
+    /// The driver expects no such kind of message, or its length does not fit the kind or the
+    /// declared version.
     Message,
     /// The message repeats the last message's number.
     Repeated,
@@ -64,12 +64,13 @@ pub(super) enum Bad {
     Range,
     /// The position is farther out than twice the workspace's radius.
     Reach,
-    /// The sample contradicts earlier samples.
+    /// The check of plausibility dropped the sample.
     Judged,
 }
 
 impl Bad {
-    /// Descriptions to follow the number of frames, in the order of the reasons.
+    /// Text for each reason, in the order of the variants. It follows a number, as in "3 frames
+    /// with a wrong checksum".
     pub(super) const NAMES: [&str; 7] = [
         "with a wrong checksum",
         "with wrong stuffing or length",
@@ -91,7 +92,7 @@ impl Host {
         Self::on(Line::open(path, BAUD)?, kind)
     }
 
-    /// Greets the device on an open line.
+    /// Greets the device on an open line, and checks its capabilities.
     pub(super) fn on(line: Line, kind: DeviceKind) -> Result<(Self, Capabilities), HardwareError> {
         let path = line.path().to_path_buf();
         let mut host = Self {
@@ -173,7 +174,8 @@ impl Host {
             Read::Empty => return Some(0),
             Read::Lost => return None,
         };
-        // Bytes that this computer itself dropped count neither as bad nor as lost frames.
+        // Bytes that this computer itself dropped are not the device's fault. They make no frame
+        // bad or lost.
         let discarded = self.line.discarded();
         if discarded != self.counters.unread_bytes {
             self.counters.unread_bytes = discarded;
@@ -204,7 +206,7 @@ impl Host {
                 .replace(sequence)
                 .map(|last| sequence.wrapping_sub(last))
             {
-                // A repeated frame shows a stuck or doubling line and brings nothing new.
+                // A repeated number means that the device or the line sent a frame twice.
                 Some(0) => count_bad(&mut self.counters, &mut self.bad, Bad::Repeated),
                 Some(step) => {
                     self.counters.frames += 1;
@@ -292,7 +294,7 @@ fn say_waiting(path: &Path) {
     let path = path.display();
     let _ = writeln!(
         std::io::stderr(),
-        "{path}: waiting; the device may be starting"
+        "{path}: waiting up to 5 s for the device's answer; it may still be starting"
     );
 }
 
@@ -433,10 +435,11 @@ struct Limit {
     allowed: &'static str,
 }
 
-/// Range of a peak force, N. A `FORCE` carries no more along an axis.
+/// Range of a peak force, N. An axis of a `FORCE` holds at most 32.767 N; the bound adds half a
+/// step for rounding.
 const FORCE_MAX_N: (f32, f32) = (0.0, 32.767_5);
-/// Range of the travel of a handle's opening, m. No hand opens wider. A handle with a shorter
-/// travel is only a switch.
+/// Range of the travel of a handle's opening, m. Below 1 mm, a handle is only a switch. No hand
+/// opens wider than 0.3 m.
 const TRAVEL_M: (f32, f32) = (0.000_999, 0.3);
 /// Range of a stiffness, N/m. The stiffest desktop devices render some kN/m.
 const STIFFNESS_N_M: (f32, f32) = (0.0, 50_000.0);

@@ -1,4 +1,4 @@
-//! Tests that `PROTOCOL.md` prints the frames that the code makes.
+//! Checks that the test vectors in `PROTOCOL.md` are the bytes that the code encodes.
 
 use super::wire::{Capabilities, Force, Hello, State, Status, Switches, stop_frame};
 

@@ -1,4 +1,4 @@
-//! Driver of a Touch behind the vendor's library.
+//! Driver of a 3D Systems Touch, through the vendor's library.
 
 use std::ffi::CString;
 use std::path::{Path, PathBuf};
@@ -24,26 +24,28 @@ use crate::vendor::{Door, FORCE_AGE_NS};
 
 /// The library has one scheduler, so only one driver may exist.
 static DOOR: Door = Door::new("touch");
-/// Largest device handle. A larger one is a sign of failure.
+/// Largest valid device handle. The library returns a larger one when it fails.
 const HANDLE_MAX: u32 = 1024;
 /// Attempts to open a device. A device that another program has just used becomes free after a
 /// moment.
 const INIT_TRIES: u32 = 10;
+/// Wait between two attempts.
 const INIT_INTERVAL: Duration = Duration::from_millis(100);
+/// Error code: another program uses the device.
 const ALREADY_INITIATED: u16 = 0x0301;
-/// Error codes that do not end the service: warm motors; force, impulse or speed above a limit; a
-/// force error. The library itself reacts to them.
+/// Error codes after which the callback goes on, because the library itself reduces the force: warm
+/// motors; too much force, impulse or speed; a force error.
 const LIMITS: std::ops::RangeInclusive<u16> = 0x0200..=0x0204;
-/// Number of turns (calls by the library) after such an error for which the force counts as
-/// limited. The library reports the error only once, and the tick may look later.
-const LIMITED_TURNS: u32 = 100;
+/// After such an error, the force counts as limited for this many callbacks: 0.1 s. The library
+/// reports the error only once, and the tick may look later.
+const LIMITED_CALLBACKS: u32 = 100;
 /// Largest workspace radius that is accepted, m: the reach of the vendor's largest device plus a
 /// margin. Rigs have the same limit.
 const WORKSPACE_MAX_M: f32 = 1.5;
 /// Rate of the library's scheduler.
 const RATE_HZ: f32 = 1000.0;
 
-/// A Touch that the library's scheduler serves.
+/// An open Touch. The library's scheduler calls [`Shared::call`] 1000 times a second.
 #[derive(Debug)]
 pub struct TouchHaptic {
     hd: &'static Hd,
@@ -63,23 +65,24 @@ struct Shared {
     hd: &'static Hd,
     device: u32,
     running: AtomicBool,
-    /// A fatal error of the library; 0: none.
+    /// Code of the error that ended the callback; 0: none.
     failed: AtomicU16,
-    /// Turns for which the force still counts as limited by the library.
-    limited_turns: AtomicU32,
-    /// Number of poses that are not finite or not rigid.
+    /// Callbacks for which the force still counts as limited by the library.
+    limited_callbacks: AtomicU32,
+    /// Number of refused samples: a value is not finite, or the pose is not rigid.
     bad_samples: AtomicU32,
     force_max_n: f32,
-    /// Position (3), quaternion x y z w (4), velocity (3) as bits of f32; buttons; count.
+    /// Ten f32 as bits (position 3, quaternion x y z w, velocity 3), the buttons, and the count of
+    /// samples.
     sample: Slot<12>,
-    /// Force (3) as bits of f32; time as two words.
+    /// Three f32 as bits (force), and the time in ns as two words.
     force: Slot<5>,
 }
 
 impl TouchHaptic {
-    /// Opens the device with this name (as in the vendor's set-up; `None`: the default one) through
-    /// `library` (usually `libHD.so`). It takes about a second, and at most 10 s if the library
-    /// hangs, so it is not for the tick.
+    /// Opens a device through `library` (usually `libHD.so`). `device` is its name in the vendor's
+    /// set-up; `None` is the default device. Never call it from the tick: it takes about 1 s, and
+    /// 10 s if the library hangs.
     pub fn open(library: &Path, device: Option<&str>) -> Result<Self, HardwareError> {
         let path = PathBuf::from(device.unwrap_or("default Touch"));
         let (own_library, name) = (library.to_path_buf(), device.map(str::to_owned));
@@ -103,7 +106,7 @@ impl TouchHaptic {
             device: handle,
             running: AtomicBool::new(true),
             failed: AtomicU16::new(0),
-            limited_turns: AtomicU32::new(0),
+            limited_callbacks: AtomicU32::new(0),
             bad_samples: AtomicU32::new(0),
             force_max_n: capabilities.force_max_n,
             sample: Slot::new(),
@@ -136,7 +139,7 @@ impl TouchHaptic {
         })
     }
 
-    /// Error of the library that ended the service, if any.
+    /// Code of the library's error that ended the callback, if any.
     #[must_use]
     pub fn failure(&self) -> Option<u16> {
         match self.shared.failed.load(Ordering::Acquire) {
@@ -179,7 +182,9 @@ fn init(hd: &Hd, device: Option<&str>, path: &Path) -> Result<u32, HardwareError
 
 fn vendor(path: &Path, doing: &'static str, code: u16) -> HardwareError {
     let remedy = match code {
-        0x0301 => "another program uses the device; end it, or unplug the device and plug it in",
+        0x0301 => {
+            "another program uses the device: close that program, or unplug the device and plug it in again"
+        }
         0x0302 => "the device does not answer; check its cable, power and pairing",
         0x0304 => "the library's timer failed; check the kernel's and the user's realtime limits",
         0x0600 => "the vendor's licence is missing or over; renew it",
@@ -193,7 +198,8 @@ fn vendor(path: &Path, doing: &'static str, code: u16) -> HardwareError {
     }
 }
 
-/// Limits and workspace that the device reports. The library uses mm.
+/// Limits and workspace as the device reports them. Damping, delay and rate are constants of this
+/// driver. The library uses mm.
 fn capabilities(hd: &Hd) -> DeviceCapabilities {
     let one = |parameter| hd.doubles::<1>(parameter)[0] as f32;
     let [x0, y0, z0, x1, y1, z1] = hd.doubles::<6>(name::USABLE_WORKSPACE);
@@ -249,8 +255,20 @@ fn usable(found: &DeviceCapabilities, path: &Path) -> Result<(), HardwareError> 
     Ok(())
 }
 
+/// The style to use, of those that the device offers (one bit each): the easiest for the person.
+fn calibration_style(offered: u32) -> u32 {
+    [
+        name::CALIBRATION_AUTO,
+        name::CALIBRATION_INKWELL,
+        name::CALIBRATION_ENCODER_RESET,
+    ]
+    .into_iter()
+    .find(|style| offered & style != 0)
+    .unwrap_or(offered)
+}
+
 fn calibrate(hd: &Hd, device: u32, path: &Path) -> Result<(), HardwareError> {
-    let style = hd.integer(name::CALIBRATION_STYLE) as u32;
+    let style = calibration_style(hd.integer(name::CALIBRATION_STYLE) as u32);
     let mut state = 0;
     let mut code = 0;
     hd.in_servo(|| {
@@ -270,8 +288,8 @@ fn calibrate(hd: &Hd, device: u32, path: &Path) -> Result<(), HardwareError> {
         return Ok(());
     }
     let remedy = match style {
-        1 => "Hold the stylus in its reset position",
-        4 => "Put the stylus into the inkwell",
+        name::CALIBRATION_ENCODER_RESET => "Hold the stylus in its reset position",
+        name::CALIBRATION_INKWELL => "Put the stylus into the inkwell",
         _ => "Move the stylus through its whole range, then rest it",
     };
     Err(HardwareError::Calibration {
@@ -281,7 +299,8 @@ fn calibrate(hd: &Hd, device: u32, path: &Path) -> Result<(), HardwareError> {
 }
 
 impl Servo for Shared {
-    /// One turn on the vendor's thread: a sample and a force.
+    /// One callback on the vendor's thread: reads a sample and sets the force. Returns true to be
+    /// called again.
     fn call(&self) -> bool {
         let hd = self.hd;
         let running = self.running.load(Ordering::Acquire);
@@ -306,13 +325,14 @@ impl Servo for Shared {
         }
         match hd.error() {
             0 => {
-                let turns = self.limited_turns.load(Ordering::Relaxed);
+                let turns = self.limited_callbacks.load(Ordering::Relaxed);
                 let left = turns.saturating_sub(1);
-                self.limited_turns.store(left, Ordering::Relaxed);
+                self.limited_callbacks.store(left, Ordering::Relaxed);
                 running
             }
             code if LIMITS.contains(&code) => {
-                self.limited_turns.store(LIMITED_TURNS, Ordering::Relaxed);
+                self.limited_callbacks
+                    .store(LIMITED_CALLBACKS, Ordering::Relaxed);
                 running
             }
             code => {
@@ -324,7 +344,8 @@ impl Servo for Shared {
 }
 
 impl Shared {
-    /// Newest force, clamped to the device's peak. Zero if it is older than the watchdog's limit.
+    /// Newest force, clamped to the device's peak. Zero if there is none, if it is not finite, or
+    /// if it is older than [`FORCE_AGE_NS`].
     fn wanted_force_n(&self) -> [f64; 3] {
         let Some((_, [x, y, z, low, high])) = self.force.read() else {
             return [0.0; 3];
@@ -345,7 +366,7 @@ impl Shared {
     }
 }
 
-/// Words of a sample; `None` when it is not finite or not a rigid transform.
+/// A sample as words; `None` if a value is not finite or the pose is not rigid.
 fn sample_words(
     transform: &[f64; 16],
     velocity_mm_s: &[f64; 3],
@@ -397,7 +418,7 @@ impl HapticDevice for TouchHaptic {
         if turn == self.last_turn {
             return Polled::Nothing;
         }
-        // Samples that were replaced between two polls do not count as lost on the line.
+        // A sample that a newer one replaced before this poll does not count as lost on the line.
         self.last_turn = turn;
         self.counters.frames += 1;
         let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
@@ -418,7 +439,7 @@ impl HapticDevice for TouchHaptic {
 
     fn findings(&self) -> Findings {
         let mut findings = self.motion.findings();
-        let is_limited = self.shared.limited_turns.load(Ordering::Relaxed) > 0;
+        let is_limited = self.shared.limited_callbacks.load(Ordering::Relaxed) > 0;
         findings.faults.raise_if(is_limited, Fault::DeviceLimited);
         findings
     }

@@ -36,6 +36,9 @@ pub(super) mod name {
     pub(in crate::touch) const MAX_DAMPING: u32 = 0x2608;
     pub(in crate::touch) const FORCE: u32 = 0x2700;
     pub(in crate::touch) const FORCE_OUTPUT: u32 = 0x4000;
+    pub(in crate::touch) const CALIBRATION_ENCODER_RESET: u32 = 1;
+    pub(in crate::touch) const CALIBRATION_AUTO: u32 = 2;
+    pub(in crate::touch) const CALIBRATION_INKWELL: u32 = 4;
     pub(in crate::touch) const CALIBRATION_OK: u32 = 0x5000;
     pub(in crate::touch) const CALIBRATION_UPDATE: u32 = 0x5001;
 }

@@ -228,8 +228,15 @@ fn calibration_is_updated_or_asked_for() {
     fake.tell("fake_calibration", 0x5001);
     assert!(fake.open().is_ok(), "the library updates it");
     fake.tell("fake_calibration", 0x5002);
-    let error = fake.open().unwrap_err().to_string();
-    assert!(error.contains("inkwell"), "{error}");
+    for (styles, remedy) in [
+        (4, "inkwell"),
+        (1, "reset position"),
+        (7, "through its whole range"),
+    ] {
+        fake.tell("fake_calibration_styles", styles);
+        let error = fake.open().unwrap_err().to_string();
+        assert!(error.contains(remedy), "{styles}: {error}");
+    }
 }
 
 #[test]

@@ -31,6 +31,8 @@ static HANGING: AtomicBool = AtomicBool::new(false);
 static EXITING: AtomicBool = AtomicBool::new(false);
 static FORCELESS: AtomicBool = AtomicBool::new(false);
 static CALIBRATION: AtomicU32 = AtomicU32::new(0x5000);
+/// Ways in which the device can be calibrated, a bit each. 4: in the inkwell.
+static CALIBRATION_STYLES: AtomicU32 = AtomicU32::new(4);
 static BROKEN_POSE: AtomicBool = AtomicBool::new(false);
 static FORCE: Mutex<[f64; 3]> = Mutex::new([0.0; 3]);
 static FORCE_ENABLED: AtomicBool = AtomicBool::new(false);
@@ -78,7 +80,7 @@ pub unsafe extern "C" fn hdGetIntegerv(what: c_uint, out: *mut c_int) {
     let value = match what {
         0x2000 => 1, // buttons
         0x2554 => 3, // degrees of freedom out
-        0x2555 => 4, // calibrated in the inkwell
+        0x2555 => CALIBRATION_STYLES.load(SeqCst) as c_int,
         _ => 0,
     };
     unsafe { out.write(value) };
@@ -217,6 +219,10 @@ pub extern "C" fn fake_raise(code: u32) {
 #[unsafe(no_mangle)]
 pub extern "C" fn fake_calibration(state: u32) {
     CALIBRATION.store(state, SeqCst);
+}
+#[unsafe(no_mangle)]
+pub extern "C" fn fake_calibration_styles(styles: u32) {
+    CALIBRATION_STYLES.store(styles, SeqCst);
 }
 #[unsafe(no_mangle)]
 pub extern "C" fn fake_break_pose(broken: u32) {

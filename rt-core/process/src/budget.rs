@@ -4,23 +4,23 @@
 //! `force`. If a tick has too little time for its remaining stages, it drops optional work in this
 //! order:
 //!
-//! 1. self-collision, before stage `contact`;
-//! 2. far organs, before stage `solve`: those that the instrument neither touches nor holds;
-//! 3. publishing: frames for the display, at most [`DROPPED_MAX`] in a row, so that the picture
-//!    goes on. Events and timing records are never dropped.
+//! 1. contact between organs, and of an organ with itself, before stage `contact`;
+//! 2. far organs, before stage `solve`: awake organs that no tool is near and that no jaws hold;
+//! 3. the frame for the display. After [`DROPPED_MAX`] dropped frames in a row, the next one is
+//!    published even if the tick is late. Events and timing records are never dropped.
 //!
-//! The work is dropped if less time is left until the deadline than the tick still needs. For 1 and
-//! 2, that need is the time from that stage to the end of stage `force`. It was measured at
-//! admission, in the scene's worst tick. Without a measurement it is the sum of the stages'
-//! budgets. For 3, the need is the budget of stage `publish`. Each drop is counted and noted in the
-//! tick's record.
+//! The tick drops the work if it needs more time than is left until the deadline, the start of the
+//! next period. For 1 and 2, it needs the time of all stages from the named one to `force`, as
+//! admission measured them in the scene's slowest tick. Without a measurement, it needs the sum of
+//! the stages' budgets. For 3, the need is the budget of stage `publish`. Each drop is counted and
+//! noted in the tick's record.
 
 use rt_core::sim::Stage;
 use shared_mem::message::STAGES;
 
 /// Share of the period for each stage, ‰: sample, tool, contact, solve, force, procedure, publish.
-/// The rest of the period is for late wake-ups. The shares come from measured ticks (`stage_ns` in
-/// a run's `summary.json`): solving took two thirds of the time, reading and writing serial lines a
+/// The remaining 140 ‰ are for late wake-ups. The shares come from measured ticks (`stage_ns` in a
+/// run's `summary.json`): solving took two thirds of the time, reading and writing serial lines a
 /// tenth.
 pub const STAGE_PER_MILLE: [u64; STAGES] = [80, 20, 200, 400, 50, 30, 80];
 
@@ -31,13 +31,17 @@ const _: () = {
         sum += STAGE_PER_MILLE[i];
         i += 1;
     }
-    assert!(sum <= 900, "a tenth of the period is for late wake-ups");
+    assert!(
+        sum <= 900,
+        "the budgets must leave a tenth of the period for late wake-ups"
+    );
 };
 
-/// Largest number of frames that may be dropped in a row: 100 ms if every fourth tick has a frame.
+/// Largest number of frames that may be dropped in a row. At 1 kHz and a frame every fourth tick,
+/// the display waits at most 100 ms.
 pub const DROPPED_MAX: u32 = 25;
 
-/// Budget of `stage` in a period, ns.
+/// Budget of the stage with this number in a period, ns; 0 if there is no such stage.
 #[must_use]
 pub fn stage_ns(stage: usize, period_ns: u64) -> u64 {
     STAGE_PER_MILLE
@@ -45,8 +49,8 @@ pub fn stage_ns(stage: usize, period_ns: u64) -> u64 {
         .map_or(0, |share| share * period_ns / 1000)
 }
 
-/// Time that the stages from `first` to `force` need together, ns. `needs_ns` holds the time that
-/// each stage needs.
+/// Time that the stages from `first` to `force` need together, both included, ns; 0 if `first`
+/// comes after `force`. `needs_ns` holds the time that each stage needs.
 pub(crate) fn until_force_ns(needs_ns: &[u64; STAGES], first: Stage) -> u64 {
     let upto_force = needs_ns.iter().take(Stage::Force as usize + 1);
     upto_force.skip(first as usize).sum()
@@ -57,7 +61,7 @@ pub(crate) fn all_ns(period_ns: u64) -> [u64; STAGES] {
     STAGE_PER_MILLE.map(|share| share * period_ns / 1000)
 }
 
-/// Decides if a due frame is published.
+/// Decides whether the tick publishes a due frame. Counts the frames that were dropped in a row.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct PublishGate {
     dropped: u32,

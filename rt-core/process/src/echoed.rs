@@ -1,9 +1,11 @@
-//! Times from motion to force of the last ticks, until the device echoes their forces.
+//! Motion-to-force times of the newest ticks. When the device echoes a force, the time of its tick
+//! is looked up here.
 
-/// Ticks kept. An echo comes some ticks later.
+/// Number of ticks with a fresh sample that are kept. The echo of a force arrives some ticks later.
 const KEPT: usize = 64;
 
-/// The last ticks: arrival of the sample, and time from there to the force, ns.
+/// For each of the newest ticks: arrival of its sample, and time from there until the force was
+/// sent, ns.
 pub(crate) struct Echoed {
     ticks: [(u64, u32); KEPT],
     next: usize,
@@ -19,7 +21,7 @@ impl Default for Echoed {
 }
 
 impl Echoed {
-    /// Notes a tick.
+    /// Notes that the force for the sample that arrived at `arrived_ns` was sent `took_ns` later.
     pub(crate) fn note(&mut self, arrived_ns: u64, took_ns: u32) {
         if let Some(place) = self.ticks.get_mut(self.next) {
             *place = (arrived_ns, took_ns);
@@ -27,7 +29,7 @@ impl Echoed {
         self.next = (self.next + 1) % KEPT;
     }
 
-    /// Time of the tick whose sample arrived then, ns; 0 if it is no longer known.
+    /// Motion-to-force time of the tick whose sample arrived at `arrived_ns`, ns; 0 if unknown.
     pub(crate) fn of(&self, arrived_ns: u64) -> u32 {
         let mut ticks = self.ticks.iter();
         ticks

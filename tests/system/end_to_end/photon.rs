@@ -20,10 +20,10 @@ use crate::launcher::screen;
 
 /// Samples of the emulated sound card per second.
 const RATE_HZ: u64 = 48_000;
-/// Delay that the emulated diodes add, ms. The measurement must find it.
+/// Delay that the emulated diodes add, ms. The measured times must contain this delay.
 const DIODE_MS: u64 = 40;
 
-/// Command that measures briefly, in a window of this screen.
+/// `calot photon` with a short measurement at each place, in a window on this virtual screen.
 fn photon(screen: &VirtualScreen, out: &Path) -> Command {
     let mut command = calot();
     command
@@ -36,7 +36,7 @@ fn photon(screen: &VirtualScreen, out: &Path) -> Command {
     command
 }
 
-/// A photodiode on the screen: tells what the screen showed a while ago.
+/// An emulated photodiode. It reports what the screen showed `DIODE_MS` ago.
 struct Diode<'a> {
     screen: &'a VirtualScreen,
     seen: Vec<(Instant, bool)>,
@@ -52,7 +52,8 @@ impl<'a> Diode<'a> {
         }
     }
 
-    /// State of the diode now. It lies on the three places at once: only one of them ever changes.
+    /// State of the diode now. It covers all three places, because the square is at only one of
+    /// them at a time.
     fn is_bright(&mut self) -> bool {
         let now = Instant::now();
         let bright = [30, 240, 450]
@@ -68,7 +69,8 @@ impl<'a> Diode<'a> {
     }
 }
 
-/// Asserts that every row has its light, the diode's delay after its picture.
+/// Asserts the sensor and the rows of the report. In each row that pairs a tick's picture with its
+/// light, the light must come after the diode's delay.
 fn assert_seen(json: &Value, kind: &str, rows: &[(&str, &str)]) {
     documents::check(json);
     assert_eq!(json["complete"], true, "{json:#}");
@@ -92,14 +94,15 @@ fn assert_seen(json: &Value, kind: &str, rows: &[(&str, &str)]) {
     assert_eq!(names, rows);
     for row in places.iter().filter(|row| row["from"] == "tick") {
         assert!(row["changes"].as_u64().is_some_and(|n| n >= 1), "{row}");
-        // On a busy machine no picture may be told of in time for its light.
+        // On a busy machine the window may report its pictures too late, and no light has a
+        // picture.
         let Some(since_ms) = row["picture_to_light_ms"]["median"].as_f64() else {
             println!("no picture belongs to the light: {row}");
             continue;
         };
         let of = |key: &str, what: &str| row[key][what].as_f64().expect("a time");
-        // The screen shows the picture shortly before the driver's call returns. A busy machine
-        // looks late.
+        // A picture is stamped when the driver's call returns. The screen may show it up to 20 ms
+        // earlier. A busy machine samples the pixels late, so there is no upper limit.
         assert!(since_ms > DIODE_MS as f64 - 20.0, "{row}");
         assert!(
             of("to_light_ms", "median") > of("to_picture_ms", "median"),
@@ -112,7 +115,8 @@ fn assert_seen(json: &Value, kind: &str, rows: &[(&str, &str)]) {
     }
 }
 
-/// The child's answer. The test fails with its words if it failed.
+/// Waits for `calot photon` and returns its JSON. If it fails, the test fails with its error
+/// output.
 fn answer(child: Child) -> Value {
     let output = child.wait_with_output().expect("it ran");
     assert!(output.status.success(), "{}", said(&output));
@@ -141,7 +145,7 @@ fn a_diode_at_a_sound_card_sees_the_tick_and_the_motion() {
         let level: i16 = if diode.is_bright() { 9000 } else { -9000 };
         let block: Vec<u8> = (sent..due).flat_map(|_| level.to_le_bytes()).collect();
         sent = due;
-        // The program closes its end when it has measured.
+        // The program closes its end when it has measured. A write then fails, which is no error.
         let _ = card.write_all(&block);
         std::thread::sleep(Duration::from_millis(1));
     }
@@ -164,7 +168,7 @@ fn a_diode_on_a_board_of_the_rig_protocol_sees_the_tick() {
     let Some(screen) = screen(folder.path()) else {
         return;
     };
-    // A pedal of its own, whose switch follows the diode.
+    // A second emulator is the board. Its pedal's switch is closed while the diode is bright.
     let name = station_name("board");
     let board = folder.path().join("board");
     let mut pedal = calot()
@@ -225,7 +229,7 @@ fn a_diode_on_a_board_of_the_rig_protocol_sees_the_tick() {
 }
 
 #[test]
-fn a_blind_sensor_is_told_what_the_square_did() {
+fn a_blind_sensor_ends_with_an_error_that_says_what_the_square_did() {
     let _turn = turn();
     let folder = tempfile::tempdir().expect("a folder");
     let Some(screen) = screen(folder.path()) else {
@@ -238,14 +242,14 @@ fn a_blind_sensor_is_told_what_the_square_did() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("it starts");
-    // A card that is silent.
+    // The pipe stays open and carries no samples.
     let card = child.stdin.take();
     let output = child.wait_with_output().expect("it ran");
     drop(card);
     assert!(!output.status.success());
     let words = said(&output);
     assert!(
-        words.contains("the sensor did not see the square (top): it told 0 changes of light"),
+        words.contains("the sensor did not see the square (top): it reported 0 changes of light"),
         "{words}"
     );
 }

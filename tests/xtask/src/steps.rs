@@ -1,4 +1,4 @@
-//! The steps of the commands.
+//! Steps of `cargo xtask test`, `demo`, `jitter` and `deny`. Each step runs cargo once.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -11,13 +11,13 @@ use crate::timings::Timings;
 struct Step {
     name: &'static str,
     args: &'static [&'static str],
-    /// True if clippy and rustdoc look at what cargo compiles.
+    /// True if clippy and rustdoc also check our packages that this step compiles.
     is_checked: bool,
     /// True if each test program's time goes into the table at the end.
     is_timed: bool,
 }
 
-/// Builds `hardware` as a rig's firmware uses it.
+/// Arguments of cargo that build `hardware` without `std`, as a rig's firmware uses it.
 const FIRMWARE: &[&str] = &[
     "build",
     "--locked",
@@ -28,7 +28,7 @@ const FIRMWARE: &[&str] = &[
 /// A target without an operating system: Cortex-M4F and M7F, as on a Teensy or an STM32.
 const BOARD: &str = "thumbv7em-none-eabihf";
 
-/// Steps that must pass before a change lands.
+/// Steps that every `cargo xtask test` runs. `test_in` adds two that need a further target or tool.
 const TESTS: [Step; 6] = [
     Step {
         name: "format",
@@ -54,8 +54,8 @@ const TESTS: [Step; 6] = [
         is_checked: true,
         is_timed: false,
     },
-    // Benches run once each. A failure does not stop the other tests, so that all failures are
-    // known at once.
+    // Benches run once each. `--no-fail-fast`: the run goes on after a failure, and shows all
+    // failures.
     Step {
         name: "tests",
         args: &[
@@ -74,7 +74,7 @@ const TESTS: [Step; 6] = [
         is_checked: true,
         is_timed: false,
     },
-    // Optimisation must not change a bit, so the golden replays run again in release.
+    // Optimised code must give identical bits, so the golden replays run again in release.
     Step {
         name: "golden replays, release",
         args: &[
@@ -98,7 +98,7 @@ pub(crate) fn test() -> Result<(), String> {
             let timings = Timings::new(&checked[0].1)?;
             Ok((checked, timings))
         })
-        .map_err(|error| format!("cannot copy the checking compiler into target: {error}"))?;
+        .map_err(|error| format!("cannot put the checking compiler and the test runner into the target folder: {error}"))?;
     let outcome = test_in(&checked, &mut timings);
     timings.print();
     outcome?;
@@ -121,7 +121,9 @@ fn test_in(checked: &[(&str, PathBuf)], timings: &mut Timings) -> Result<(), Str
     if on_path("cargo-deny") {
         deny()
     } else {
-        println!("skipped: licences and sources (cargo-deny is not installed: `cargo xtask deny`)");
+        println!(
+            "skipped: licences and sources (`cargo xtask deny` installs cargo-deny and runs this step)"
+        );
         Ok(())
     }
 }
@@ -184,8 +186,7 @@ pub(crate) fn demo(args: &[String]) -> Result<(), String> {
     step("demo", &words)
 }
 
-/// Measurements of time: name, seconds, the load that runs at the same time, and the programs to
-/// compare with.
+/// Measurements of jitter: name, seconds, background load, and the programs to compare with.
 const FIGURES: [(&str, &str, &str, &str); 4] = [
     ("idle", "60", "", LOOPS),
     ("loaded", "60", "cpu,memory,io,join", LOOPS),
@@ -194,7 +195,7 @@ const FIGURES: [(&str, &str, &str, &str); 4] = [
 ];
 const LOOPS: &str = "cyclictest,executor,sleep,embassy-std";
 
-/// The measurement that runs with watchers and without them in turns.
+/// Name of the measurement that runs with remote watchers and without them, alternately.
 const WATCHED: &str = "watched";
 
 pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
@@ -236,9 +237,9 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// Measures the cost of remote watchers to the tick, alternately with and without them. Other
-/// programs keep all cores awake both times, because waking a sleeping virtual machine would delay
-/// ticks more than watchers do.
+/// Measures how much remote watchers delay the tick: runs with and without them alternate. Both
+/// kinds of run load all cores. Otherwise idle cores of a virtual machine would sleep, and waking
+/// them delays ticks more than watchers do.
 fn watched(seconds: &str) -> Result<(), String> {
     const TURNS: usize = 5;
     const KINDS: [(&str, &str); 2] = [("busy", "cpu,memory"), ("watched", "cpu,memory,watch")];

@@ -1,4 +1,4 @@
-//! Metrics of an operation and their values. [`Metric`] defines each number.
+//! Metrics of an operation ([`Metric`] defines them), and a set of their values.
 
 mod definition;
 
@@ -6,7 +6,7 @@ use serde::ser::SerializeMap as _;
 
 pub use self::definition::Metric;
 
-/// A number for each metric; NaN where it has no value.
+/// A value for each metric; NaN for a metric that was not measured.
 #[derive(Debug, Clone, Copy)]
 pub struct Values([f64; Metric::ALL.len()]);
 
@@ -29,7 +29,7 @@ impl Values {
 }
 
 impl PartialEq for Values {
-    /// Bitwise equality: NaN equals NaN.
+    /// Compares bits, so a NaN equals a NaN with the same bits.
     fn eq(&self, other: &Self) -> bool {
         self.0.map(f64::to_bits) == other.0.map(f64::to_bits)
     }

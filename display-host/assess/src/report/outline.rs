@@ -1,15 +1,17 @@
-//! Silhouettes of the organs at rest, behind the paths of the debrief.
+//! Surfaces of the organs at rest, for the close pictures, and their silhouettes, behind the paths
+//! of the tools in the debrief.
 
 use core::fmt::Write as _;
 
 use shared_mem::scene::{OrganKind, SceneFile, str_from_name};
 
-/// Cells along the side of a silhouette. Each is 2 of the drawing's 228 units wide.
+/// Number of cells along each side of a view. Each is 2 of the drawing's 228 units wide.
 pub(super) const CELLS: usize = 114;
-/// Least number of cells of an organ whose name is drawn: about the size of the name itself.
+/// An organ's name is drawn if the organ covers at least this many cells: about the area of the
+/// name.
 const NAMED_CELLS: usize = 90;
 
-/// The skins of a scene's organs at rest, world frame, m.
+/// Surfaces of all organs of a scene at rest, world frame, m.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Outlines(Vec<Outline>);
 
@@ -38,12 +40,14 @@ pub(super) struct Silhouette<'a> {
     pub(super) color: &'static str,
     /// Covered runs of cells: row, first column, number of columns. Row 0 is the lowest.
     pub(super) runs: Vec<[usize; 3]>,
-    /// Middle of the organ as shown, cells, if the organ is large enough for its name.
+    /// Centroid of the covered cells (column, row), where the name goes. `None` if the organ is too
+    /// small for it.
     pub(super) middle: Option<[f64; 2]>,
 }
 
 impl Outlines {
-    /// The organs of a scene that have a skin, the skin with the most triangles first.
+    /// Organs of a scene that have a surface, in the order in which they are drawn: most triangles
+    /// first.
     #[must_use]
     pub fn of(scene: &SceneFile) -> Self {
         let (vertices, triangles) = (scene.vertices(), scene.triangles());
@@ -113,8 +117,8 @@ impl Outlines {
 }
 
 impl Silhouette<'_> {
-    /// Path of an SVG that covers the runs with strokes of one row's height. `left` and `top` are
-    /// the corner of the view, `side` its length.
+    /// Path data of an SVG: a horizontal stroke for each run. The stroke's width is the height of a
+    /// row. `left` and `top` are the upper left corner of the view, `side` its width and height.
     pub(super) fn path(&self, [left, top]: [f64; 2], side: f64) -> String {
         let cell = side / CELLS as f64;
         let mut path = String::new();
@@ -128,8 +132,8 @@ impl Silhouette<'_> {
     }
 }
 
-/// Cells whose middle a triangle covers, and the cells of its corners, because a triangle may be
-/// smaller than a cell.
+/// Marks every cell whose middle lies in a triangle, and the cells of its corners, because a
+/// triangle may be smaller than a cell.
 fn covered(triangles: &[[[f32; 3]; 3]], view: View) -> Vec<bool> {
     let mut cells = vec![false; CELLS * CELLS];
     let to_cell = |point: &[f32; 3]| {
@@ -171,7 +175,7 @@ fn covered(triangles: &[[[f32; 3]; 3]], view: View) -> Vec<bool> {
     cells
 }
 
-/// True if a point lies in a triangle of any orientation.
+/// True if a point lies in a triangle or on its edge, whichever way round its corners are.
 fn is_inside(at: [f64; 2], [a, b, c]: [[f64; 2]; 3]) -> bool {
     let side =
         |p: [f64; 2], q: [f64; 2]| (q[0] - p[0]) * (at[1] - p[1]) - (q[1] - p[1]) * (at[0] - p[0]);

@@ -1,26 +1,26 @@
-//! Words of a debrief. The caller gives them, so that this package needs no translations.
+//! Texts of a debrief. The caller translates them, so this package holds no translations.
 
 use crate::step::{Reason, Step};
 
 /// Texts in the reader's language.
 pub trait Words {
-    /// Code of the language, for the `lang` of a page.
+    /// Code of the language, for the attribute `lang` of a page.
     fn code(&self) -> &str;
     /// Text of a message, with values for its variables.
     fn say_with(&self, id: &str, values: &[(&str, &str)]) -> String;
     /// True if the language has this message.
     fn has(&self, id: &str) -> bool;
-    /// Name of a metric, or of the score, by its name in JSON.
+    /// Displayed name of a metric or of the score. `name` is its key in JSON.
     fn metric(&self, name: &str) -> String;
-    /// Name of an organ, by its name in the scene.
+    /// Displayed name of an organ. `name` is its name in the scene.
     fn organ(&self, name: &str) -> String;
     /// Text of a step.
     fn step(&self, step: &Step) -> String;
-    /// The place where a step begins, and the plane in which it goes on.
+    /// Advice for a step: where to begin, and how to go on.
     fn place(&self, step: &Step) -> String;
-    /// Text of a reason.
+    /// Text that says why the attempt did not pass.
     fn reason(&self, reason: &Reason) -> String;
-    /// A number with this many decimals.
+    /// A number with this many decimals, as the language writes it.
     fn number(&self, value: f64, digits: usize) -> String;
 
     /// Text of a message without variables.
@@ -33,7 +33,7 @@ pub trait Words {
 pub(super) mod tests {
     use super::*;
 
-    /// Says each message by its id and values.
+    /// The text of a message is its id and its values.
     #[derive(Debug)]
     pub(in crate::report) struct Ids;
 

@@ -1,18 +1,19 @@
-//! Distribution of the force on the hand over time.
+//! Histogram of the force on the hand: how long each force acted.
 
 /// Width of a bin of the force histogram, N.
 pub const BIN_N: f64 = 0.05;
-/// Number of bins. The last one takes all greater forces.
+/// Number of bins. The last bin also takes every greater force.
 const BINS: usize = 240;
-/// Share of a device's greatest force from which on the device counts as saturated.
+/// A device counts as saturated at this share of its greatest force, or more.
 const SATURATED: f64 = 0.97;
 
-/// Time at each force while the instrument touched something, and other sums of the force.
+/// Statistics of the force on the hand. Histogram and mean count the time in contact only; the
+/// greatest force and the saturated time always count.
 #[derive(Debug, Clone)]
 pub(crate) struct Force {
     seconds: [f64; BINS],
     pub(crate) max_n: f64,
-    impulse_ns: f64,
+    impulse_n_s: f64,
     pub(crate) saturated_s: f64,
     /// Greatest force of the device, N; 0: unknown.
     device_n: f64,
@@ -23,7 +24,7 @@ impl Default for Force {
         Self {
             seconds: [0.0; BINS],
             max_n: 0.0,
-            impulse_ns: 0.0,
+            impulse_n_s: 0.0,
             saturated_s: 0.0,
             device_n: 0.0,
         }
@@ -35,31 +36,35 @@ impl Force {
         self.device_n = force_max_n;
     }
 
-    pub(crate) fn step(&mut self, force_n: f64, touches: bool, seconds: f64) {
+    /// Counts `seconds` at this force.
+    pub(crate) fn step(&mut self, force_n: f64, is_in_contact: bool, seconds: f64) {
         self.max_n = self.max_n.max(force_n);
         if self.device_n > 0.0 && force_n >= SATURATED * self.device_n {
             self.saturated_s += seconds;
         }
-        if touches {
+        if is_in_contact {
             let bin = ((force_n / BIN_N) as usize).min(BINS - 1);
             if let Some(bin) = self.seconds.get_mut(bin) {
                 *bin += seconds;
             }
-            self.impulse_ns += force_n * seconds;
+            self.impulse_n_s += force_n * seconds;
         }
     }
 
-    fn touched_s(&self) -> f64 {
+    /// Time in contact, s.
+    fn contact_s(&self) -> f64 {
         self.seconds.iter().sum()
     }
 
+    /// Mean force in contact, N; NaN without contact.
     pub(crate) fn mean_n(&self) -> f64 {
-        self.impulse_ns / self.touched_s()
+        self.impulse_n_s / self.contact_s()
     }
 
-    /// Upper end of the bin that contains this quantile of the time, N.
+    /// Quantile of the force, weighted by the time in contact and rounded up to the end of its bin,
+    /// N. NaN without contact.
     pub(crate) fn quantile_n(&self, share: f64) -> f64 {
-        let wanted_s = share * self.touched_s();
+        let wanted_s = share * self.contact_s();
         let mut sum_s = 0.0;
         let bin = self.seconds.iter().position(|seconds| {
             sum_s += seconds;
@@ -77,7 +82,7 @@ impl Force {
             .to_vec()
     }
 
-    /// Starts over for a new attempt on the same device.
+    /// An empty tally for the next attempt with the same device.
     pub(crate) fn again(&self) -> Self {
         Self {
             device_n: self.device_n,

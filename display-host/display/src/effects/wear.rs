@@ -1,4 +1,5 @@
-//! Residues of the work on the instrument: char on the electrode, blood and bile on the jaws.
+//! Residue that an operation leaves on the instrument: char on the electrode, blood and bile on the
+//! jaws.
 
 use glam::Vec3;
 use shared_mem::message::ToolFrame;
@@ -8,21 +9,21 @@ use super::{Effect, Kind, Particle, Source};
 
 /// Time in which a full current chars a clean electrode completely, s.
 const CHARRED_S: f32 = 5.0;
-/// Largest distance from the electrode at which burnt tissue chars the electrode too, m.
+/// Burnt tissue chars the electrode if it is no farther from its axis than this, m.
 const OWN_M: f32 = 0.006;
 /// Distance from a source within which its blood or bile wets the jaws, m.
 const MOUTH_M: f32 = 0.008;
 /// Time in which a source of strength 1 wets the jaws completely, s.
 const WETTED_S: f32 = 1.5;
-/// Strength of the source that wets the jaws as fast as one drop near them.
+/// A drop near the jaws wets them as fast as a source of this strength.
 const DROP: f32 = 0.3;
-/// Largest distance between the jaws and the surface of a drop that wets them, m.
+/// A drop wets the jaws if its surface is no farther from their axis than this, m.
 const DROP_M: f32 = 0.002;
-/// Largest number of capsules of a working end.
+/// Largest number of capsules of a working end that are kept.
 const JAWS: usize = 3;
 
-/// Shares of the working end that are covered: 0 is clean, 1 is covered completely. An instrument
-/// that was exchanged comes back clean.
+/// Shares of the working end that are covered: 0 is clean, 1 is covered completely. A change of the
+/// instrument resets all shares to 0.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wear {
     /// Share covered by char.
@@ -37,7 +38,8 @@ pub struct Wear {
 }
 
 impl Wear {
-    /// Sets the instrument in the hand and its position.
+    /// Takes the present instrument and the place of its working end. A changed instrument is
+    /// clean.
     pub(super) fn hold(&mut self, tools: &ToolFrame) {
         if tools.instrument != self.instrument {
             *self = Self {
@@ -81,7 +83,7 @@ impl Wear {
         }
     }
 
-    /// Distance of a point from the nearest jaw, m.
+    /// Distance of a point from the axis of the nearest jaw, m.
     fn off(&self, at: Vec3) -> f32 {
         let off = |[a, b]: &[Vec3; 2]| {
             let along = *b - *a;

@@ -118,7 +118,7 @@ impl Measure<'_> {
             return Ok(false);
         }
         Err(format!(
-            "the sensor did not see the square ({}): it told {} changes of light while the square changed \
+            "the sensor did not see the square ({}): it reported {} changes of light while the square changed \
              {} times in {:.0} s, on the screen {} times. Is it on the square, is the window in front, and \
              does the sensor switch fully? Try `--place {}` alone",
             place.name(),

@@ -8,20 +8,21 @@ use surgeon::Surgeon;
 
 use crate::args::{NewTrainee, StoreFile, parse_difficulty, parse_task, parse_trainee};
 
-/// Task to assess while it runs.
+/// Options of the task that Calot assesses during the run.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Task")]
 pub(crate) struct TaskArgs {
     /// Assess this task: basics (first steps), scope (endoscope drill), identify, clamp, cut,
-    /// disconnect, full (the last four) or free (practice). Writes debrief.html next to the session
+    /// disconnect, full (identify to disconnect, in one operation) or free (practice). Writes
+    /// debrief.html into the folder of --out
     #[arg(long, value_name = "TASK", value_parser = parse_task, conflicts_with = "attach")]
     pub(crate) task: Option<Task>,
-    /// Help for the trainee: beginner shows hints, trainee shows alarms and progress, exam shows
-    /// only the time [default: trainee]
+    /// Guidance for the trainee. beginner: hints, alarms and progress; trainee: alarms and
+    /// progress; exam: only the task and the time, until the end [default: trainee]
     #[arg(long, value_name = "HOW", value_parser = parse_difficulty, requires = "task")]
     pub(crate) difficulty: Option<Difficulty>,
-    /// Sutures that hang the gallbladder. given: they are in place; own: the trainee places them
-    /// with grasper and pedal (identify, full and free only)
+    /// Sutures that suspend the gallbladder. given: the scene begins with them; own: the trainee
+    /// places them with grasper and pedal (identify, full and free only)
     #[arg(
         long,
         value_name = "WHOSE",
@@ -30,12 +31,12 @@ pub(crate) struct TaskArgs {
         requires = "task"
     )]
     pub(crate) sutures: Sutures,
-    /// Pass rules and weights (TOML) [default: the built-in rules; `calot report --rules-file`
-    /// prints them]
+    /// File (TOML) with the rules for a pass and the weights of the score [default: the built-in
+    /// rules; `calot report --rules-file` prints them]
     #[arg(long, value_name = "FILE", requires = "task")]
     pub(crate) rules: Option<PathBuf>,
-    /// Let a scripted surgeon work the task on the emulated devices; without --headless, watch it
-    /// in the window
+    /// Let a scripted surgeon perform the task with the emulated devices. Without --headless, the
+    /// window shows the operation
     #[arg(long, value_name = "WHO", value_enum, requires = "task")]
     pub(crate) hand: Option<Surgeon>,
     /// Keep the result in the store under this trainee's name, e.g. Ada
@@ -47,7 +48,7 @@ pub(crate) struct TaskArgs {
     pub(crate) store: StoreFile,
 }
 
-/// Sutures that hang the gallbladder.
+/// Origin of the sutures that suspend the gallbladder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(crate) enum Sutures {
     /// The scene has them in place.

@@ -1,6 +1,6 @@
-//! The gallbladder's bed, which is the connective tissue between gallbladder and liver. The half of
-//! the bed at the gallbladder's neck is dissected. The gallbladder is pulled away to show the other
-//! half.
+//! The gallbladder's bed, which is the connective tissue between gallbladder and liver. The part of
+//! the bed next to the gallbladder's neck is dissected. There the gallbladder is pulled away, so
+//! that the camera sees into the gap.
 
 use glam::Vec3;
 use shared_mem::message::{SphereState, StateFrame};
@@ -15,9 +15,10 @@ const DRAWN_M: f32 = 0.020;
 const GONE: f32 = 0.45;
 /// Share of the bed's length, from the neck, over which the gallbladder is pulled away.
 const OPENS: f32 = 0.75;
-/// Distance from the gallbladder over which other organs follow it less and less, m.
+/// Other organs move with the gallbladder: fully at its surface, not at all from this distance on,
+/// m.
 const FOLLOWS_M: f32 = 0.018;
-/// Distance of the camera from the cells at the edge of the dissection, m.
+/// Distance of the camera from the middle of the dissection's edge, m.
 const FAR_M: f32 = 0.055;
 
 /// The picture. `None` if the scene has no bed between a gallbladder and a liver.
@@ -68,8 +69,8 @@ pub(super) fn open(scene: &SceneFile) -> Option<Shot> {
     let home = (eye - middle).normalize_or(Vec3::Z);
     let seen = |from: Vec3| {
         let free = front.iter().filter(|at| is_free(**at, from, &hides));
-        // Prefer an eye near the endoscope's usual direction, on the side of the neck, where it
-        // looks into the gap.
+        // Rate a direction by the cells that it sees. Prefer the endoscope's direction and the side
+        // of the neck, from where the camera looks into the gap.
         (1.0 + free.count() as f32) * (1.0 + 0.2 * from.dot(home) - 0.7 * from.dot(bed.axis))
     };
     let from = sides().map(|side| (seen(side), side));
@@ -142,7 +143,7 @@ impl<'a> Bed<'a> {
         (at.dot(self.axis) - low) / (high - low).max(1e-6)
     }
 
-    /// Width of the opening at a place, m.
+    /// Displacement of the gallbladder at a place along the bed, which is the width of the gap, m.
     fn opening_m(&self, at: Vec3) -> f32 {
         DRAWN_M * ((OPENS - self.along(at)) / OPENS).clamp(0.0, 1.3)
     }

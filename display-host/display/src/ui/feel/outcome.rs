@@ -1,4 +1,4 @@
-//! The outcome: each check with its result and its sentence.
+//! Last screen of the hand test: the result and the finding of each check.
 
 use egui::{Key, RichText, Ui};
 
@@ -17,27 +17,27 @@ pub enum CheckResult {
     Fail,
     /// It could not be judged.
     Open,
-    /// It was left out.
+    /// It does not apply to this device, or its tool was missing.
     Skipped,
 }
 
 /// A check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CheckLine {
-    /// Its name, as in the terminal.
+    /// Its name, which the terminal shows too.
     pub name: String,
     /// Its result.
     pub result: CheckResult,
-    /// Finding of the check, in English, as in the terminal.
+    /// Finding of the check: the terminal's English text.
     pub detail: String,
 }
 
-/// A test that is over.
+/// Results of a finished test.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Ended {
     /// Name of the device.
     pub device: String,
-    /// True if it passed.
+    /// True if no check failed and every check that applies was judged.
     pub passed: bool,
     /// Its checks.
     pub checks: Vec<CheckLine>,
