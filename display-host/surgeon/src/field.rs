@@ -36,8 +36,8 @@ impl Field {
     /// Region of the cells that hide duct and artery ([`Self::mark_hiding`]). No scene has it.
     pub(crate) const HIDES: u8 = u8::MAX;
 
-    /// Makes [`Self::HIDES`] the region of the fat between these places and the camera. Returns true
-    /// if there is any.
+    /// Makes [`Self::HIDES`] the region of the fat between these places and the camera. Returns
+    /// true if there is any.
     pub(crate) fn mark_hiding(
         &mut self,
         places: &[Vec3],
