@@ -91,7 +91,10 @@ fn judge_clock(report: &mut Report, clock: &Clock, host: Host) {
     };
     let mut good = (rate - 1.0).abs() <= CLOCK_OFF;
     let mut words = format!("its clock runs at {rate:.3} of this computer's, allowed is 1 % off");
-    if let Some(worst) = clock.worst_rate().filter(|it| (it - 1.0).abs() > CLOCK_WANDERS) {
+    if let Some(worst) = clock
+        .worst_rate()
+        .filter(|it| (it - 1.0).abs() > CLOCK_WANDERS)
+    {
         good = false;
         words += &format!("; for half a second at {worst:.3}, allowed is 1.5 % off");
     }

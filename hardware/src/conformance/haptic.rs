@@ -5,7 +5,7 @@ use std::path::Path;
 use rt_core::port::{HapticDevice, Identity, Polled};
 
 use super::answers::answers;
-use super::samples::{NO_FORCE, samples_of};
+use super::samples::{NO_FORCE, name_bad_frames, samples_of};
 use super::watch::{Host, PATIENCE, open, silent_after_close, unplugged, until, until_on};
 use super::{Options, Report};
 use crate::rig::device::WATCHDOG_LIMIT_MS;
@@ -29,8 +29,13 @@ pub fn haptic(path: &Path, options: &mut Options<'_>) -> Report {
     };
     let Identity { name, serial } = device.identity();
     report.device = format!("haptic device \"{name}\", serial {serial}");
-    samples_of(&mut report, &mut device, options.watch, RigHaptic::refused_samples);
-    name_bad_frames(&mut report, &device);
+    samples_of(
+        &mut report,
+        &mut device,
+        options.watch,
+        RigHaptic::refused_samples,
+    );
+    name_bad_frames(&mut report, device.bad_frames());
     answers(&mut report, &mut device, options.watch);
     watchdog(&mut report, &mut device);
     drop(device);
@@ -53,15 +58,6 @@ fn fresh(device: &mut RigHaptic) -> bool {
     until(PATIENCE, |now_ns| {
         !matches!(device.poll(now_ns), Polled::Fresh(_))
     })
-}
-
-/// Adds the reasons for bad frames to their check.
-fn name_bad_frames(report: &mut Report, device: &RigHaptic) {
-    let found = device.bad_frames().filter(|(_, count)| *count > 0);
-    let found: Vec<String> = found.map(|(why, count)| format!("{count} {why}")).collect();
-    if !found.is_empty() {
-        report.add_to("bad frames", &format!(": {}", found.join(", ")));
-    }
 }
 
 /// Time for which the last force stayed, µs, by the device's clock and by this computer's.

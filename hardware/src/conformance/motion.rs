@@ -172,7 +172,10 @@ mod tests {
             }
         }
         let (good, said) = motion.judged().unwrap();
-        assert!(good && (motion.gain().unwrap() - 1.0).abs() < 0.05, "{said}");
+        assert!(
+            good && (motion.gain().unwrap() - 1.0).abs() < 0.05,
+            "{said}"
+        );
     }
 
     /// Worst rate over 3 s of a clock that is `ahead_us` ahead, with arrivals late by `late_us`.
@@ -190,7 +193,13 @@ mod tests {
         let tau = std::f64::consts::TAU;
         let wanders = |s: f64| 0.02 * 5.0 / tau * (1.0 - (tau * s / 5.0).cos()) * 1e6;
         assert!((worst(wanders, |_| 0) - 1.0).abs() > 0.015);
-        let stalls = |ms: u64| if ms % 250 < 70 { (70 - ms % 250) * 1000 } else { 0 };
+        let stalls = |ms: u64| {
+            if ms % 250 < 70 {
+                (70 - ms % 250) * 1000
+            } else {
+                0
+            }
+        };
         assert!((worst(|_| 0.0, stalls) - 1.0).abs() < 0.002);
         assert_eq!(Clock::default().worst_rate(), None);
     }

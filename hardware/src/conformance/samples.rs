@@ -158,6 +158,18 @@ pub(super) fn samples_of<D: HapticDevice>(
     );
 }
 
+/// Adds the reasons for bad frames to their check.
+pub(super) fn name_bad_frames(
+    report: &mut Report,
+    found: impl Iterator<Item = (&'static str, u64)>,
+) {
+    let found = found.filter(|(_, count)| *count > 0);
+    let found: Vec<String> = found.map(|(why, count)| format!("{count} {why}")).collect();
+    if !found.is_empty() {
+        report.add_to("bad frames", &format!(": {}", found.join(", ")));
+    }
+}
+
 /// Judges the directions that the device measures and renders. If no sample `turned`, the device
 /// measures no rotation, or nobody turned the handle.
 fn judge_freedom(report: &mut Report, freedom: Freedom, turned: bool) {
@@ -167,8 +179,9 @@ fn judge_freedom(report: &mut Report, freedom: Freedom, turned: bool) {
         true => measured.to_string(),
         false => "3 (no sample has a rotation)".to_owned(),
     };
-    let words =
-        format!("measures {measures} and renders {rendered} of 6 directions; the others are dropped");
+    let words = format!(
+        "measures {measures} and renders {rendered} of 6 directions; the others are dropped"
+    );
     report.judge("freedom", good, words);
 }
 
@@ -292,7 +305,8 @@ fn judge_findings(report: &mut Report, found: FaultSet, bundle_ms: u32, host: Ho
         detail += "; the device says that it limits its force (status bit 2: heat or current)";
     }
     if found.contains(Fault::DeviceWatchdog) {
-        detail += "; its watchdog acted (status bit 1): commands came late, or the line loses bytes";
+        detail +=
+            "; its watchdog acted (status bit 1): commands came late, or the line loses bytes";
     }
     report.judge("consistent", names.is_empty(), detail);
 }

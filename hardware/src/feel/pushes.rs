@@ -56,12 +56,19 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
 
 /// Judges one push that is as hard as the test may be, in a direction that `seed` decides. Some
 /// mistakes, such as a number that overflows, show in large forces only.
-pub(super) fn test_hard(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Result<(), Broken> {
+pub(super) fn test_hard(
+    bench: &mut Bench<'_>,
+    report: &mut Report,
+    seed: u64,
+) -> Result<(), Broken> {
     const NAME: &str = "push hard";
     let force_n = bench.bearable_n(HARD_N);
     let most_n = bench.capabilities().force_max_n;
     if force_n <= PRESS_N {
-        report.skip(NAME, &format!("the device bears {force_n:.1} N for long; more was not tested"));
+        report.skip(
+            NAME,
+            &format!("the device bears {force_n:.1} N for long; more was not tested"),
+        );
         return Ok(());
     }
     let direction = match seed / 12 % 3 {

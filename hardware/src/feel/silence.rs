@@ -69,7 +69,11 @@ mod tests {
         for (answer, good, words) in [
             (Left::Nothing, true, "the force ended"),
             (Left::Measured(Vec3::y() * 0.02), true, "0.02 N measured"),
-            (Left::Measured(Vec3::y() * 0.5), false, "still 0.50 N measured"),
+            (
+                Left::Measured(Vec3::y() * 0.5),
+                false,
+                "still 0.50 N measured",
+            ),
             (Left::Pushes, false, "it still pushes. The motors"),
         ] {
             let (is_good, said) = judge(0.5, answer);

@@ -304,12 +304,7 @@ fn within(wanted: Vec3, limit: f32) -> Vec3 {
 /// stops.
 const REACH: f32 = 2.0;
 
-fn sample(
-    state: &State,
-    sequence: u16,
-    velocity_m_s: Option<Vec3>,
-    at_ns: TimeNs,
-) -> DeviceSample {
+fn sample(state: &State, sequence: u16, velocity_m_s: Option<Vec3>, at_ns: TimeNs) -> DeviceSample {
     let [x, y, z, w] = state.rotation_xyzw;
     let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
     DeviceSample {

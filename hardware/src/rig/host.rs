@@ -362,7 +362,7 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
     let capability = |what, value: f32, allowed| HardwareError::Capability {
         path: path(),
         what,
-        value: f64::from(value),
+        value,
         allowed,
     };
     if !(10..=8000).contains(&found.rate_hz) {

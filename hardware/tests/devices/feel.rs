@@ -65,7 +65,9 @@ impl Guide for Person<'_> {
             Step::Shut => self.played.squeeze(true),
             Step::Open | Step::HoldFingers => self.played.squeeze(false),
             Step::PushFingers { .. } => self.squeezed_n = 0.0,
-            Step::Hold | Step::HoldFirmly | Step::HoldForSilence | Step::Scale => self.goal_m = Vec3::zeros(),
+            Step::Hold | Step::HoldFirmly | Step::HoldForSilence | Step::Scale => {
+                self.goal_m = Vec3::zeros()
+            }
             Step::Push { .. }
             | Step::PushAndFallSilent { .. }
             | Step::Press { .. }
@@ -302,7 +304,11 @@ fn no_force_fails() {
 
 #[test]
 fn a_large_force_with_the_wrong_sign_fails() {
-    fails(Mistake::ForceOverflows, "push hard", "the force has the wrong sign");
+    fails(
+        Mistake::ForceOverflows,
+        "push hard",
+        "the force has the wrong sign",
+    );
     let report = felt(None, 1).report;
     let said = report.check("push hard").map(|it| it.detail.clone());
     assert!(

@@ -216,6 +216,7 @@ fault-pedal = das Fußpedal ist getrennt: es gilt als losgelassen
 fault-held = ein Pedal ist gedrückt: einmal loslassen
 fault-device = das haptische Gerät meldet einen Fehler: die Kraft ist aus
 fault-watchdog = das haptische Gerät bekam nicht rechtzeitig eine Kraft und hat sie weggenommen
+fault-limited = das haptische Gerät begrenzt seine Kraft (Wärme oder Strom): Kontakt fühlt sich weicher an
 fault-both = Schneiden und Koagulieren zugleich gedrückt: kein Strom
 unrest-falls = fällt: { $organ }; die Szene hält dieses Organ nicht
 unrest-buried = das Instrument steckt in: { $organ }; ziehen Sie es heraus

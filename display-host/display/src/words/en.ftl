@@ -216,6 +216,7 @@ fault-pedal = the foot pedal is disconnected: it counts as released
 fault-held = a pedal is held down: release it once
 fault-device = the haptic device reports a fault: the force is off
 fault-watchdog = the haptic device got no force in time and dropped it
+fault-limited = the haptic device limits its force (heat or current): contact feels softer
 fault-both = cut and coagulate pressed together: no current
 unrest-falls = the { $organ } falls: the scene does not hold it
 unrest-buried = the instrument is inside the { $organ }: draw it out
