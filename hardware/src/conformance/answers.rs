@@ -86,7 +86,10 @@ pub(super) fn answers(report: &mut Report, device: &mut RigHaptic, time: Duratio
 /// Judges the rate of the device's clock, on the whole and in each half second.
 fn judge_clock(report: &mut Report, clock: &Clock, host: Host) {
     let Some(rate) = clock.rate() else {
-        report.leave_open("clock", "no sample came");
+        report.leave_open(
+            "clock",
+            "no sample came whose clock could be read: see `bad frames`",
+        );
         return;
     };
     let mut good = (rate - 1.0).abs() <= CLOCK_OFF;

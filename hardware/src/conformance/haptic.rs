@@ -14,6 +14,8 @@ use crate::rig::{BAUD, RigHaptic};
 
 /// Number of tries of the watchdog, because a faulty one may work in some tries.
 const WATCHDOG_TRIES: u32 = 6;
+/// Largest number of tries. Those in which this computer lost bytes are made again.
+const WATCHDOG_TRIES_MAX: u32 = 30;
 /// Time, µs, by which a force may outlast the declared time plus one sample, because times are
 /// rounded.
 const WATCHDOG_ROUNDING_US: u64 = 2000;
@@ -61,36 +63,51 @@ fn fresh(device: &mut RigHaptic) -> bool {
 }
 
 /// Time for which the last force stayed, µs, by the device's clock and by this computer's.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Held {
     device_us: u32,
     host_us: u64,
 }
 
-/// Stops sending and measures how long the last force stays. The longest of several tries counts.
-fn watchdog(report: &mut Report, device: &mut RigHaptic) {
-    let mut longest: Option<Held> = None;
-    let mut host = Host::default();
-    let unread = device.counters().unread_bytes;
-    for _ in 0..WATCHDOG_TRIES {
-        match held(device, &mut host) {
-            Ok(held) => {
-                longest = Some(longest.map_or(held, |so_far| Held {
-                    device_us: so_far.device_us.max(held.device_us),
-                    host_us: so_far.host_us.max(held.host_us),
-                }));
-            }
-            Err(words) => {
-                let host = host.missed(device.counters().unread_bytes - unread);
-                report.judge_time("watchdog", false, words, host);
-                return;
-            }
+impl Held {
+    /// The longer of both by each clock.
+    fn max(self, other: Self) -> Self {
+        Self {
+            device_us: self.device_us.max(other.device_us),
+            host_us: self.host_us.max(other.host_us),
         }
     }
-    if let Some(held) = longest {
-        let host = host.missed(device.counters().unread_bytes - unread);
-        judge_held(report, device.declared(), held, host);
+}
+
+/// Stops sending and measures how long the last force stays. The longest of several tries counts.
+fn watchdog(report: &mut Report, device: &mut RigHaptic) {
+    let mut longest = Held::default();
+    let mut longest_whole = Held::default();
+    let mut whole = 0;
+    let mut host = Host::default();
+    let unread = device.counters().unread_bytes;
+    for _ in 0..WATCHDOG_TRIES_MAX {
+        let before = device.counters().unread_bytes;
+        let held = match held(device, &mut host) {
+            Ok(held) => held,
+            Err(words) => {
+                report.judge("watchdog", false, words);
+                return;
+            }
+        };
+        longest = longest.max(held);
+        // The first sample after the drop may be among bytes that this computer did not read.
+        if device.counters().unread_bytes == before {
+            longest_whole = longest_whole.max(held);
+            whole += 1;
+        }
+        if whole == WATCHDOG_TRIES {
+            judge_held(report, device.declared(), longest_whole, host);
+            return;
+        }
     }
+    let host = host.missed(device.counters().unread_bytes - unread);
+    judge_held(report, device.declared(), longest, host);
 }
 
 /// Judges the longest time for which a force stayed. `host` has the delays of this computer during
