@@ -66,7 +66,7 @@ impl Guide for Person<'_> {
             Step::Open | Step::HoldFingers => self.played.squeeze(false),
             Step::PushFingers { .. } => self.squeezed_n = 0.0,
             Step::Hold | Step::HoldFirmly | Step::HoldForSilence | Step::Scale => {
-                self.goal_m = Vec3::zeros()
+                self.goal_m = Vec3::zeros();
             }
             Step::Push { .. }
             | Step::PushAndFallSilent { .. }
