@@ -1,5 +1,5 @@
-//! Tests whether the device drops a force when no command comes: a watchdog in the status alone, while
-//! the motors keep the force, is none.
+//! Tests whether the device drops a force when no command comes. A watchdog that only sets its
+//! status bit, while the motors keep the force, is none.
 
 use rt_core::math::Vec3;
 
