@@ -9,7 +9,12 @@ set -eu
 umask 077
 new="openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -batch"
 signed="-CA ca.pem -CAkey ca.key -days 825 -addext basicConstraints=critical,CA:FALSE"
-case "${1-}" in
+# Words that no key would hold are refused: a second address belongs behind a comma.
+case "${1-} $#" in
+"authority 1" | "station 3" | "watcher 2") ;;
+*) set -- help ;;
+esac
+case "$1" in
 authority)
     $new -days 3650 -keyout ca.key -out ca.pem -subj "/CN=Calot authority" \
         -addext keyUsage=critical,keyCertSign

@@ -354,6 +354,12 @@ impl Assessment {
         self.tally.time_s()
     }
 
+    /// True once the hands have moved in this attempt.
+    #[must_use]
+    pub fn has_begun(&self) -> bool {
+        self.began_ns.is_some()
+    }
+
     /// True if the critical view of safety is present, or has been since the task began.
     #[must_use]
     pub fn has_critical_view(&self) -> bool {

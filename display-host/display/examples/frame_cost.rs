@@ -159,7 +159,7 @@ fn every_view(
 
 fn table(gpu: &Gpu, scene: &SceneFile, rows: &[Row]) -> Result<String, Error> {
     let mut text = "card,driver,scene,what,width,height,drawn_ms,drawn_p99_ms,submitted_ms,\
-                    per_second,read_back_ms"
+                    computed_ms,per_second,read_back_ms"
         .to_owned();
     for pass in PASSES {
         write!(text, ",{pass}_ms")?;
@@ -177,7 +177,12 @@ fn table(gpu: &Gpu, scene: &SceneFile, rows: &[Row]) -> Result<String, Error> {
             text,
             "\"{card}\",\"{driver}\",\"{scene}\",\"{what}\",{width},{height}"
         )?;
-        for ms in [frame.drawn_ms, frame.drawn_p99_ms, frame.submitted_ms] {
+        for ms in [
+            frame.drawn_ms,
+            frame.drawn_p99_ms,
+            frame.submitted_ms,
+            frame.computed_ms,
+        ] {
             write!(text, ",{ms:.3}")?;
         }
         let back_ms = back_ms.map_or(String::new(), |ms| format!("{ms:.3}"));
@@ -198,11 +203,12 @@ fn table(gpu: &Gpu, scene: &SceneFile, rows: &[Row]) -> Result<String, Error> {
 fn say(what: &str, frame: &FrameCost) {
     let [w, h] = frame.size;
     print!(
-        "{what:<34}{:>10}{:>8.2} drawn, {:.2} p99, {:.2} of them submitting; {:.0} a second;",
+        "{what:<34}{:>10}{:>8.2} drawn, {:.2} p99, {:.2} of them submitting, {:.2} computed; {:.0} a second;",
         format!("{w}x{h}"),
         frame.drawn_ms,
         frame.drawn_p99_ms,
         frame.submitted_ms,
+        frame.computed_ms,
         frame.per_second
     );
     for (pass, ms) in &frame.passes_ms {

@@ -111,6 +111,9 @@ pub struct RunOutcome {
     pub software_adapter: bool,
     /// Pictures in the order of drawing.
     pub frames: Vec<FrameRecord>,
+    /// Pictures a second that the window showed: the median. `None` without a window, or after few
+    /// pictures.
+    pub pictures_per_second: Option<f64>,
     /// Counters of received, refused and lost messages.
     pub counters: FeedCounters,
     /// Reason for the end of the run.
@@ -127,6 +130,7 @@ impl RunOutcome {
             adapter: None,
             software_adapter: false,
             frames: Vec::new(),
+            pictures_per_second: None,
             counters: FeedCounters::default(),
             ended: Ended::DisplayLost,
             warnings: vec![reason],
@@ -342,6 +346,7 @@ impl Run<'_> {
             adapter,
             software_adapter,
             frames,
+            pictures_per_second: None,
             counters: self.feed.counters(),
             ended,
             warnings: self.warnings,

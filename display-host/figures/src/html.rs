@@ -13,7 +13,8 @@ background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}figure{margi
 color:#555;font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:\
 repeat(auto-fill,minmax(min(17rem,100%),1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}\
 @media(max-width:45rem){table{display:block;overflow-x:auto}figure{overflow-x:auto}figure>svg{max-width:none}}\
-@media print{details::details-content{content-visibility:visible;block-size:auto}}";
+@media print{details::details-content{content-visibility:visible;block-size:auto}}\
+@media screen and (prefers-color-scheme:dark){html{background:#000}body,img{filter:invert(1) hue-rotate(180deg)}}";
 
 /// Table that describes the machine of a page's figures, followed by other rows.
 #[must_use]

@@ -3,12 +3,21 @@
 use std::net::IpAddr;
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
 
-use rustls::RootCertStore;
+use rustls::client::WebPkiServerVerifier;
+use rustls::client::danger::ServerCertVerifier as _;
+use rustls::crypto::ring::default_provider;
 use rustls::pki_types::pem::PemObject as _;
-use rustls::pki_types::{CertificateDer, PrivateKeyDer};
+use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName, UnixTime};
+use rustls::{CertificateError, RootCertStore};
 
 use crate::error::LinkError;
+use crate::reason::of_own;
+
+/// Name under which a station looks at its own certificate: that of nobody.
+const ANY_NAME: &str = "station.invalid";
 
 /// Certificate files of one peer.
 #[derive(Debug, Clone)]
@@ -66,6 +75,16 @@ impl Address {
         })
     }
 
+    /// True if the certificate of the station at this address ends within this time.
+    ///
+    /// # Errors
+    /// When a file cannot be read.
+    pub fn ends_within(&self, time: Duration) -> Result<bool, LinkError> {
+        self.keys
+            .as_ref()
+            .map_or(Ok(false), |it| it.ends_within(time))
+    }
+
     /// Text that the system resolves; IPv6 in brackets.
     pub(crate) fn text(&self) -> String {
         match self.host.contains(':') {
@@ -100,6 +119,51 @@ impl Keys {
         let key = PrivateKeyDer::from_pem_file(&self.key);
         let key = key.map_err(|error| self.refused(&self.key, &error))?;
         Ok((self.certificates(&self.certificate)?, key))
+    }
+
+    /// Refuses a station's certificate that watchers would refuse: one that has expired or is of
+    /// another authority.
+    pub(crate) fn check_station(&self) -> Result<(), LinkError> {
+        match self.verified(Duration::ZERO)? {
+            // Watchers compare the name, which depends on how they connect.
+            Ok(())
+            | Err(
+                CertificateError::NotValidForName | CertificateError::NotValidForNameContext { .. },
+            ) => Ok(()),
+            Err(problem) => {
+                let words = of_own(&problem).map_or_else(|| problem.to_string(), str::to_owned);
+                Err(self.refused(&self.certificate, &words))
+            }
+        }
+    }
+
+    /// True if a station's certificate ends within this time.
+    fn ends_within(&self, time: Duration) -> Result<bool, LinkError> {
+        let verified = self.verified(time)?;
+        Ok(matches!(
+            verified,
+            Err(CertificateError::Expired | CertificateError::ExpiredContext { .. })
+        ))
+    }
+
+    /// Judgement of a watcher about this station's certificate, so long from now.
+    fn verified(&self, later: Duration) -> Result<Result<(), CertificateError>, LinkError> {
+        let (roots, (chain, _)) = (Arc::new(self.authority()?), self.own()?);
+        let refused = |error: &dyn core::fmt::Display| self.refused(&self.certificate, error);
+        let provider = Arc::new(default_provider());
+        let watcher = WebPkiServerVerifier::builder_with_provider(roots, provider).build();
+        let watcher = watcher.map_err(|error| refused(&error))?;
+        let Some((certificate, between)) = chain.split_first() else {
+            return Err(refused(&"the file holds no certificate"));
+        };
+        let name = ServerName::try_from(ANY_NAME).map_err(|error| refused(&error))?;
+        let now =
+            UnixTime::since_unix_epoch(Duration::from_secs(UnixTime::now().as_secs()) + later);
+        match watcher.verify_server_cert(certificate, between, &name, &[], now) {
+            Ok(_) => Ok(Ok(())),
+            Err(rustls::Error::InvalidCertificate(problem)) => Ok(Err(problem)),
+            Err(error) => Err(refused(&error)),
+        }
     }
 
     fn certificates(&self, path: &Path) -> Result<Vec<CertificateDer<'static>>, LinkError> {

@@ -191,9 +191,9 @@ pub(crate) fn scene_asked(mut asked: &[u8]) -> Result<SceneAsk, LinkError> {
 }
 
 /// Part of a scene, or the answer that the scene is missing.
-pub(crate) fn scene_answer(scene: Option<&[u8]>, offset: u64) -> Vec<u8> {
+pub(crate) fn scene_answer(scene: Option<&[u8]>, ask: &SceneAsk) -> Vec<u8> {
     let scene = scene.unwrap_or_default();
-    let from = usize::try_from(offset)
+    let from = usize::try_from(ask.offset)
         .unwrap_or(usize::MAX)
         .min(scene.len());
     let rest = scene.get(from..).unwrap_or_default();
@@ -203,6 +203,8 @@ pub(crate) fn scene_answer(scene: Option<&[u8]>, offset: u64) -> Vec<u8> {
         offset: from as u64,
     };
     let mut answer = bytes_of(&head).to_vec();
-    answer.extend_from_slice(rest.get(..SCENE_PART).unwrap_or(rest));
+    let wanted = usize::try_from(ask.part_bytes).unwrap_or(SCENE_PART);
+    let part = rest.get(..wanted.clamp(1, SCENE_PART));
+    answer.extend_from_slice(part.unwrap_or(rest));
     answer
 }

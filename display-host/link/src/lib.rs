@@ -33,6 +33,7 @@ mod error;
 mod inbox;
 mod line;
 mod pace;
+mod parts;
 mod reason;
 mod serve;
 mod watch;

@@ -197,6 +197,7 @@ impl Door {
         let tls = match &address.keys {
             None => None,
             Some(keys) => {
+                keys.check_station()?;
                 let provider = Arc::new(default_provider());
                 let roots = Arc::new(keys.authority()?);
                 let watchers = WebPkiClientVerifier::builder_with_provider(roots, provider.clone())

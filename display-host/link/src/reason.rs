@@ -35,6 +35,25 @@ fn of_the_station(problem: &CertificateError) -> Option<&'static str> {
     })
 }
 
+/// A station's certificate, as the station itself judges it.
+pub(crate) fn of_own(problem: &CertificateError) -> Option<&'static str> {
+    Some(match problem {
+        CertificateError::Expired | CertificateError::ExpiredContext { .. } => {
+            "this certificate has expired, and no watcher would accept it; make a new one (`calot link keys`)"
+        }
+        CertificateError::NotValidYet | CertificateError::NotValidYetContext { .. } => {
+            "this certificate is not valid yet; set this computer's clock"
+        }
+        CertificateError::UnknownIssuer | CertificateError::BadSignature => {
+            "this certificate is not of the authority in --ca; name the authority that signed it"
+        }
+        CertificateError::InvalidPurpose | CertificateError::InvalidPurposeContext { .. } => {
+            "this certificate is not a station's; make one with `sh make_keys.sh station NAME IP:…`"
+        }
+        _ => return None,
+    })
+}
+
 /// This computer's certificate, as the station judges it.
 fn of_this_computer(alert: AlertDescription) -> Option<&'static str> {
     Some(match alert {
@@ -97,6 +116,20 @@ mod tests {
                 "{said}"
             );
         }
+    }
+
+    #[test]
+    fn what_a_station_says_of_its_own_certificate_names_the_remedy() {
+        for (problem, remedy) in [
+            (CertificateError::Expired, "make a new one"),
+            (CertificateError::NotValidYet, "set this computer's clock"),
+            (CertificateError::UnknownIssuer, "--ca"),
+            (CertificateError::InvalidPurpose, "make_keys.sh station"),
+        ] {
+            let said = of_own(&problem).unwrap();
+            assert!(said.contains(remedy), "{said}");
+        }
+        assert_eq!(of_own(&CertificateError::Revoked), None);
     }
 
     #[test]

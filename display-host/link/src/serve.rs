@@ -268,7 +268,7 @@ impl Stand {
             wire::LOOK => self.desk.answer(asked, monotonic_ns()),
             wire::SCENE => scene_asked(asked).map(|ask| {
                 let scene = self.scene(ask.scene_id, places);
-                scene_answer(scene.map(SceneFile::bytes), ask.offset)
+                scene_answer(scene.map(SceneFile::bytes), &ask)
             }),
             _ => Err(LinkError::Malformed {
                 what: "a question of an unknown kind",

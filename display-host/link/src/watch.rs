@@ -18,6 +18,7 @@ use crate::inbox::{Fresh, Inbox};
 use crate::line::{self, Line};
 use crate::monotonic_ns;
 use crate::pace::Pace;
+use crate::parts::Parts;
 use crate::reason::reason;
 use crate::wire::{self, Answer, MAGIC, SceneAsk};
 
@@ -142,6 +143,9 @@ struct Show {
 struct Coming {
     id: [u8; 16],
     bytes: Vec<u8>,
+    parts: Parts,
+    /// Time of the last question for a part.
+    asked: Instant,
 }
 
 impl Show {
@@ -227,9 +231,8 @@ impl Show {
     /// The request for the rest of this scene.
     fn ask_for(&mut self, id: [u8; 16]) -> SceneAsk {
         let known = self.coming.take().filter(|it| it.id == id);
-        let bytes = Vec::new();
         self.coming
-            .insert(known.unwrap_or(Coming { id, bytes }))
+            .insert(known.unwrap_or_else(|| Coming::new(id)))
             .ask()
     }
 
@@ -309,12 +312,24 @@ enum Part {
 }
 
 impl Coming {
+    fn new(id: [u8; 16]) -> Self {
+        Self {
+            id,
+            bytes: Vec::new(),
+            parts: Parts::new(),
+            asked: Instant::now(),
+        }
+    }
+
     /// The request for the next part.
-    fn ask(&self) -> SceneAsk {
+    fn ask(&mut self) -> SceneAsk {
+        self.asked = Instant::now();
         SceneAsk {
             magic: MAGIC,
             scene_id: self.id,
             offset: self.bytes.len() as u64,
+            part_bytes: u32::try_from(self.parts.bytes()).unwrap_or(u32::MAX),
+            reserved: 0,
         }
     }
 
@@ -330,6 +345,7 @@ impl Coming {
                 what: "a part of a scene that does not follow the last one",
             });
         }
+        self.parts.took(self.asked.elapsed());
         self.bytes.extend_from_slice(part);
         if (self.bytes.len() as u64) < total {
             return Ok(Part::Next);
@@ -400,10 +416,7 @@ mod tests {
     #[test]
     fn a_scene_that_comes_wrong_is_refused_in_words() {
         let said = |messages: &[Vec<u8>]| {
-            let mut coming = Coming {
-                id: [7; 16],
-                bytes: Vec::new(),
-            };
+            let mut coming = Coming::new([7; 16]);
             let mut taken = messages.iter().map(|it| coming.take(it));
             taken.find_map(Result::err).expect("a refusal").to_string()
         };

@@ -27,14 +27,14 @@ pub const LOOK: u8 = 1;
 pub const SCENE: u8 = 2;
 /// First bytes of every message. They change when any record changes, including those of shared
 /// memory.
-pub const MAGIC: [u8; 8] = *b"CALOTLK2";
+pub const MAGIC: [u8; 8] = *b"CALOTLK3";
 /// Largest number of events in an answer.
 pub const EVENTS_MAX: usize = 256;
 /// Largest number of timing batches in an answer.
 pub const BATCHES_MAX: usize = 16;
-/// Largest number of bytes of a scene in an answer. It is small, because the newest data wait
-/// behind it.
-pub const SCENE_PART: usize = 32 << 10;
+/// Largest number of bytes of a scene in an answer. A watcher asks for fewer on a slow line,
+/// because the newest data wait behind them.
+pub const SCENE_PART: usize = 512 << 10;
 /// Longest compiled scene, bytes.
 pub const SCENE_MAX: u64 = 256 << 20;
 /// Longest message that a watcher accepts, bytes.
@@ -111,6 +111,10 @@ pub struct SceneAsk {
     pub scene_id: [u8; 16],
     /// First byte of the part.
     pub offset: u64,
+    /// Longest part that the watcher wants, bytes; a station sends at most [`SCENE_PART`].
+    pub part_bytes: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// Start of an answer with a part of a scene.

@@ -41,6 +41,18 @@ pub enum ReadError {
         /// Error of the operating system or of the MCAP library.
         problem: String,
     },
+    /// The session ran on another scene than the one that is to replace its own.
+    #[error(
+        "{path}: the session ran on scene {wanted}, and the given scene is {found}; name the same compiled scene"
+    )]
+    OtherScene {
+        /// Path of the session.
+        path: PathBuf,
+        /// Identity of the session's scene.
+        wanted: String,
+        /// Identity of the given scene.
+        found: String,
+    },
     /// The session is being recorded.
     #[error("{path} is being recorded; end that run first")]
     BeingRecorded {

@@ -15,6 +15,9 @@ pub(crate) const REPAIRED: &str = "calot.repaired";
 /// Key of the place where a repaired session broke off.
 pub(crate) const WHY: &str = "why";
 
+/// Key of the words about what a repaired session lost before its end.
+pub(crate) const LOST: &str = "lost";
+
 /// Name of the metadata record with the session's purpose.
 pub(crate) const ASSIGNMENT: &str = "calot.task";
 

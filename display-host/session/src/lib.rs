@@ -56,6 +56,7 @@
 //! from one of them, bit for bit. Displays draw fluids in the air and on the organs from events.
 //! After such a jump, only the events of leaks are sent again, each leak in its present state.
 
+mod copy;
 mod course;
 mod describe;
 mod error;
@@ -65,6 +66,7 @@ pub mod identity;
 mod index;
 mod info;
 pub mod inputs_file;
+mod lost;
 mod opened;
 mod operation;
 pub mod pack;
@@ -73,6 +75,7 @@ mod read;
 mod record;
 mod records;
 mod repair;
+mod salvage;
 mod storage;
 mod surfaces;
 mod timeline;
@@ -84,6 +87,7 @@ pub use error::ReadError;
 pub use file::{Error, FILE_VERSION};
 pub use health::{Health, Recorded, Standing};
 pub use info::{Assignment, Finish, Info, hex, printable};
+pub use lost::Lost;
 pub use operation::Operation;
 pub use read::Session;
 pub use record::{Config, Listening, Recording, Sight, check_target};

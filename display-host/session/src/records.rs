@@ -17,11 +17,11 @@ use crate::pack::unpack;
 use crate::times::{self, TickTimes};
 
 /// Longest record accepted, bytes: a scene of real anatomy is a few megabytes.
-const RECORD_MAX_BYTES: u64 = 64 << 20;
+pub(crate) const RECORD_MAX_BYTES: u64 = 64 << 20;
 /// Size of the opcode and the length before each record, bytes.
-const HEAD_BYTES: usize = 9;
+pub(crate) const HEAD_BYTES: usize = 9;
 /// Size of a chunk's head without the name of the compression, bytes.
-const CHUNK_HEAD_BYTES: u64 = 40;
+pub(crate) const CHUNK_HEAD_BYTES: u64 = 40;
 
 /// Words with which the end of a repaired session begins.
 const REPAIRED: &str = "before its repair ";
@@ -35,6 +35,8 @@ pub enum End {
     /// Everything before it is as recorded. A damaged length of the last record outside a chunk
     /// has the same effect.
     BrokenOff(String),
+    /// The session was ended properly, and lost these parts before it was repaired.
+    Lost(String),
     /// The session is damaged at this place, in this way. Nothing after it is read.
     Damaged(String),
 }
@@ -81,8 +83,8 @@ pub(crate) struct Records {
     inputs: Option<u16>,
     course: Option<u16>,
     stages: Option<u16>,
-    /// Place at which the session broke off before it was repaired.
-    repaired: Option<String>,
+    /// Parts that a repair found missing.
+    repaired: Option<End>,
     parts: VecDeque<Part>,
     /// Bytes read so far.
     pub(crate) at: u64,
@@ -91,6 +93,11 @@ pub(crate) struct Records {
 
 impl Records {
     pub(crate) fn new(source: Box<dyn Read>) -> Self {
+        Self::from_byte(0, source)
+    }
+
+    /// Reads from byte `at` on, where a record begins, or the file.
+    pub(crate) fn from_byte(at: u64, source: Box<dyn Read>) -> Self {
         Self {
             source,
             setup: None,
@@ -99,7 +106,7 @@ impl Records {
             stages: None,
             repaired: None,
             parts: VecDeque::new(),
-            at: 0,
+            at,
             end: None,
         }
     }
@@ -124,7 +131,7 @@ impl Records {
     /// The end with its place. The record that ended the reading begins at byte `at`.
     pub(crate) fn placed(&self, end: End, at: u64) -> End {
         match end {
-            End::Whole => End::Whole,
+            End::Whole | End::Lost(_) => end,
             End::BrokenOff(what) if was_repaired(&what) => End::BrokenOff(what),
             End::BrokenOff(what) => {
                 End::BrokenOff(format!("the file ends at byte {}, in {what}", self.at))
@@ -200,10 +207,7 @@ impl Records {
                 Ok(())
             }
             // Only an index follows the data; it is not needed.
-            op::DATA_END => Err(match self.repaired.take() {
-                Some(why) => End::BrokenOff(format!("{REPAIRED}{why}")),
-                None => End::Whole,
-            }),
+            op::DATA_END => Err(self.repaired.take().unwrap_or(End::Whole)),
             _ => Ok(()),
         }
     }
@@ -226,12 +230,14 @@ impl Records {
                 Some(Part::Assignment(Assignment::from_map(&metadata.metadata)))
             }
             Record::Metadata(metadata) if metadata.name == info::REPAIRED => {
-                let why = metadata
-                    .metadata
-                    .get(info::WHY)
-                    .cloned()
-                    .unwrap_or_default();
-                self.repaired = Some(printable(&why));
+                let text = |key| metadata.metadata.get(key).map(|it: &String| printable(it));
+                self.repaired = Some(match (text(info::WHY), text(info::LOST)) {
+                    (None, Some(lost)) => End::Lost(format!("{REPAIRED}{lost}")),
+                    (why, lost) => {
+                        let all: Vec<String> = why.into_iter().chain(lost).collect();
+                        End::BrokenOff(format!("{REPAIRED}{}", all.join("; ")))
+                    }
+                });
                 None
             }
             Record::Metadata(metadata) if metadata.name == info::FINISH => {
@@ -330,7 +336,7 @@ pub(crate) fn was_repaired(why: &str) -> bool {
 }
 
 /// True if the texts of a record lie inside it, which the MCAP library takes for granted.
-fn is_sound(opcode: u8, body: &[u8]) -> bool {
+pub(crate) fn is_sound(opcode: u8, body: &[u8]) -> bool {
     let end = match opcode {
         op::SCHEMA => return after_texts(body, 2, 2).is_some(),
         // Ids 2 bytes each, topic, encoding.
@@ -364,11 +370,11 @@ fn after_map(body: &[u8], at: usize) -> Option<usize> {
     (at == end).then_some(at)
 }
 
-fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
+pub(crate) fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
 }
 
-fn u64_at(bytes: &[u8], at: usize) -> Option<u64> {
+pub(crate) fn u64_at(bytes: &[u8], at: usize) -> Option<u64> {
     Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
 }
 

@@ -1,11 +1,12 @@
-//! A file for viewers with the organs' surfaces over time, in Foxglove's schemas.
+//! A file for viewers in Foxglove's schemas: the organs' surfaces over time, and pictures.
 
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use foxglove::messages::{
-    Color, FrameTransforms, Point3, SceneEntity, SceneUpdate, TriangleListPrimitive,
+    Color, CompressedImage, FrameTransforms, Point3, SceneEntity, SceneUpdate,
+    TriangleListPrimitive,
 };
 use mcap::records::MessageHeader;
 use mcap::write::Writer;
@@ -23,6 +24,11 @@ use crate::viewer;
 pub const SURFACES_BY: &str = "surfaces by calot:";
 /// Topic of the surfaces.
 const ORGANS: &str = "/organs";
+/// Topic of pictures.
+const PICTURES: &str = "/pictures";
+/// Frame of a picture, with Foxglove's axes: x to the right, y down, z into the picture. The frame
+/// `camera` has other axes.
+const OPTICAL: &str = "camera_optical";
 
 /// Surface of an organ at one moment, world frame.
 #[derive(Debug, Clone, Default)]
@@ -42,6 +48,8 @@ pub struct SurfaceFile {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
     channels: [u16; 3],
+    /// Channel of pictures, once there is one.
+    pictures: Option<u16>,
     sequence: u32,
 }
 
@@ -84,6 +92,7 @@ impl SurfaceFile {
             path: path.to_owned(),
             writer,
             channels,
+            pictures: None,
             sequence: 0,
         })
     }
@@ -109,6 +118,35 @@ impl SurfaceFile {
             Some(moved) => self.put(tool, wall_ns, &viewer::tool(tools, &moved)),
             None => Ok(()),
         }
+    }
+
+    /// Adds a picture (PNG). Pictures come in order of time.
+    ///
+    /// # Errors
+    /// [`ReadError::Write`].
+    pub fn picture(&mut self, wall_ns: u64, png: Vec<u8>) -> Result<(), ReadError> {
+        let channel = match self.pictures {
+            Some(channel) => channel,
+            None => self
+                .begin_pictures()
+                .map_err(|error| refused(&self.path, error.to_string()))?,
+        };
+        self.pictures = Some(channel);
+        let image = CompressedImage {
+            timestamp: viewer::timestamp(wall_ns),
+            frame_id: OPTICAL.to_owned(),
+            data: png.into(),
+            format: "png".to_owned(),
+        };
+        self.put(channel, wall_ns, &image)
+    }
+
+    fn begin_pictures(&mut self) -> mcap::McapResult<u16> {
+        let topic = describe::foxglove::<CompressedImage>(PICTURES);
+        let (name, encoding) = (&topic.schema_name, topic.schema_encoding);
+        let schema = self.writer.add_schema(name, encoding, &topic.schema)?;
+        self.writer
+            .add_channel(schema, topic.name, topic.encoding, &Default::default())
     }
 
     /// Completes the file.

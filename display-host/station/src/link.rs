@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use ::link::{Address, Keys, LinkError, Seen, WatchConfig};
 use clap::{Args, Subcommand};
@@ -14,6 +15,9 @@ use crate::folder::Folder;
 use crate::problem::Problem;
 use crate::say;
 use crate::stop;
+
+/// Time before the end of a station's certificate from which on the user is told, 30 days.
+const SOON: Duration = Duration::from_secs(30 * 24 * 3600);
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -146,6 +150,12 @@ fn serve(args: &ServeArgs) -> Result<ExitCode, Problem> {
         None => vec![user_folder()?.join(&args.station)],
     };
     let station = Station::new(&args.station)?;
+    if address.ends_within(SOON)? {
+        say::note(
+            "the certificate in --cert ends within 30 days; then no watcher accepts it. `calot link \
+             keys` makes a new one",
+        );
+    }
     let mut said = Ok(());
     let served = ::link::serve(&station, &address, &places, args.seconds, &stop, || {
         if args.json {

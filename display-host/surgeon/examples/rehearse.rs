@@ -1,6 +1,7 @@
 //! Runs a scripted surgeon on a task in the simulation alone, faster than real time. If the file
-//! SCENE.calot does not exist, the scene of Calot's triangle is compiled into it. LATE_MS delays
-//! what the surgeon sees, as a display would. KEPT.inputs receives the simulation's inputs. In
+//! SCENE.calot does not exist, the scene of Calot's triangle is compiled into it. `patient:NAME`
+//! and `patient:SEED` stand for a patient, who is prepared anew. LATE_MS delays what the surgeon
+//! sees, as a display would. KEPT.inputs receives the simulation's inputs. In
 //! `hang+full`, the surgeon first places the sutures, then performs `full`.
 //!
 //! ```text
@@ -17,6 +18,7 @@ use std::time::Instant;
 
 use assess::{Metric, Task};
 use clap::ValueEnum as _;
+use scene_prepare::patient::PREFIX;
 use shared_mem::scene::SceneFile;
 use shared_mem::words::EventKind;
 use surgeon::Surgeon;
@@ -26,17 +28,25 @@ const HANGS: &str = "hang+";
 /// Period of the progress lines, s.
 const SAY_EVERY_S: f64 = 10.0;
 
+/// The scene in this file, or of this patient.
+fn scene_of(word: &str) -> SceneFile {
+    if let Some(patient) = word.strip_prefix(PREFIX) {
+        return theatre::patient(patient);
+    }
+    let file = Path::new(word);
+    if !file.exists() {
+        std::fs::write(file, theatre::triangle_bytes()).expect("it can be written");
+    }
+    SceneFile::open(file).expect("a compiled scene")
+}
+
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let [scene, surgeon, task, seconds, others @ ..] = words.as_slice() else {
         println!("rehearse SCENE.calot SURGEON TASK SECONDS [LATE_MS [KEPT.inputs]]");
         return;
     };
-    let scene = Path::new(scene);
-    if !scene.exists() {
-        std::fs::write(scene, theatre::triangle_bytes()).expect("it can be written");
-    }
-    let scene = SceneFile::open(scene).expect("a compiled scene");
+    let scene = scene_of(scene);
     let surgeon = Surgeon::from_str(surgeon, true).expect("a surgeon");
     let to_hang = task.strip_prefix(HANGS);
     let task = Task::from_name(to_hang.unwrap_or(task)).expect("a task");

@@ -7,8 +7,9 @@ use nalgebra::UnitQuaternion;
 use session::identity::{Identity, Seen};
 use shared_mem::message::PoseMsg;
 
+use crate::field::Field;
 use crate::vector::{Vec3, wide};
-use crate::work::{LOOK_MAX_S, Work, rotation};
+use crate::work::{BACK_M, LOOK_MAX_S, Work, rotation};
 
 /// Turn of the endoscope to the left and up, rad, and its advance, m, from its pose in the scene.
 type Aim = [f64; 3];
@@ -40,6 +41,8 @@ const SPEED: Aim = [0.25, 0.25, 0.02];
 const NEAR: Aim = [0.004, 0.004, 0.001];
 /// An aim is given up after this time, s.
 const GIVE_UP_S: f64 = 15.0;
+/// Share of the fat in front of duct and artery that is removed to show the two.
+const BARED: f64 = 0.85;
 /// Time beyond that of the rules for which a view is held, s.
 const LONGER_S: f64 = 1.5;
 
@@ -52,10 +55,39 @@ impl Work<'_> {
         };
         let two = self.sight.two();
         let hold_s = rule.hold_s + LONGER_S;
+        let judge = |seen: &Seen| value(seen, two, side, rule);
+        let shown = self.show_by(&judge, hold_s);
+        if shown.is_ok() || self.is_over {
+            return shown;
+        }
+        // Fat that does not count as the triangle's may still hide duct and artery.
+        self.bare()?;
+        self.retreat(BACK_M)?;
+        self.show_by(&judge, hold_s)
+    }
+
+    fn show_by(&mut self, judge: Judge<'_>, hold_s: f64) -> Result<(), String> {
         self.shows = true;
-        let shown = self.find_and_hold(&|seen| value(seen, two, side, rule), hold_s);
+        let shown = self.find_and_hold(judge, hold_s);
         self.shows = false;
         shown
+    }
+
+    /// Removes the fat that hides cystic duct and artery from the endoscope's present pose.
+    fn bare(&mut self) -> Result<(), String> {
+        let camera = wide(self.seen.tools.world_from_camera.position_m);
+        let state = &self.seen.state;
+        let tubes = self.sight.two().into_iter().flatten();
+        let places = tubes.flat_map(|organ| self.sight.spheres_of(organ));
+        let places: Vec<Vec3> = places.map(|it| self.sight.now(it, state)).collect();
+        if self.field.mark_hiding(&places, camera, &self.sight, state) {
+            // What is out of reach stays: the view is judged again in any case.
+            if let Err(why) = self.dissect(&[Field::HIDES], BARED) {
+                self.goes_on()?;
+                self.theatre.tell(&format!("baring duct and artery: {why}"));
+            }
+        }
+        Ok(())
     }
 
     /// Shows an organ as well as the scene allows, and holds it for this time, s.

@@ -1,13 +1,16 @@
 //! Layered tissue as a surgeon sees it: the remaining cells, their positions, and those given up.
 
 use shared_mem::message::StateFrame;
-use shared_mem::scene::{NO_CELL, SceneFile};
+use shared_mem::scene::{CellRecord, NO_CELL, SceneFile};
 
-use crate::sight::Sight;
+use crate::sight::{Sight, off_line};
 use crate::vector::{Vec3, wide};
 
 /// Cells within this distance of a given-up cell, at rest, count as given up, too, m.
 const BESIDE_M: f64 = 0.002;
+
+/// Length of the way from a duct towards the endoscope on which cells hide the duct, m.
+const BEFORE_M: f64 = 0.008;
 
 /// Layered tissue at rest.
 #[derive(Debug)]
@@ -30,6 +33,40 @@ pub(crate) struct Cell {
 }
 
 impl Field {
+    /// Region of the cells that hide duct and artery ([`Self::mark_hiding`]). No scene has it.
+    pub(crate) const HIDES: u8 = u8::MAX;
+
+    /// Makes [`Self::HIDES`] the region of the fat between these places and the camera. Returns
+    /// true if there is any.
+    pub(crate) fn mark_hiding(
+        &mut self,
+        places: &[Vec3],
+        camera: Vec3,
+        sight: &Sight,
+        state: &StateFrame,
+    ) -> bool {
+        let hides = |cell: &Cell| {
+            let at = cell.at(sight, state);
+            places.iter().any(|place| {
+                let ahead = (camera - place).cap_magnitude(BEFORE_M);
+                (at - place).dot(&ahead) > 0.0
+                    && off_line(at, [*place, place + ahead]) < cell.radius_m
+            })
+        };
+        let regions = [CellRecord::TRIANGLE, CellRecord::NOWHERE, Self::HIDES];
+        let marked: Vec<bool> = (self.cells.iter().enumerate())
+            .map(|(index, cell)| {
+                regions.contains(&cell.region) && self.is_left(index, state) && hides(cell)
+            })
+            .collect();
+        for (cell, marked) in self.cells.iter_mut().zip(&marked) {
+            if *marked {
+                cell.region = Self::HIDES;
+            }
+        }
+        marked.contains(&true)
+    }
+
     pub(crate) fn new(scene: &SceneFile) -> Self {
         let records = scene.cells();
         let cells = records.iter().map(|record| {

@@ -89,7 +89,7 @@ impl Sight {
         )
     }
 
-    fn spheres_of(&self, organ: usize) -> std::ops::Range<usize> {
+    pub(crate) fn spheres_of(&self, organ: usize) -> std::ops::Range<usize> {
         let organ = self.scene.organs().get(organ);
         let [first, count] = organ.map_or([0, 0], |it| it.spheres.map(|number| number as usize));
         first..first + count

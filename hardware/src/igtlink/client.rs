@@ -13,6 +13,11 @@ const READ_BYTES: usize = 4096;
 /// Largest number of messages of a client that one call answers.
 pub(super) const ANSWERS_MAX: usize = 16;
 
+/// A new client may ask in this time before it is sent anything unasked.
+const FIRST_QUESTION: Duration = Duration::from_millis(200);
+/// A client that began with a question gets answers only, until it has asked nothing for so long.
+const QUESTIONS: Duration = Duration::from_secs(5);
+
 /// A connected client.
 #[derive(Debug)]
 pub(super) struct Client {
@@ -24,9 +29,42 @@ pub(super) struct Client {
     is_done_sending: bool,
     /// Version of the client's last message, in which it is sent everything.
     version: Version,
-    tracking: Option<Tracking>,
+    attention: Attention,
+    /// Tracking data that the client asked for, with rotations as matrices and as quaternions.
+    tracking: [Option<Tracking>; 2],
     /// The client was told once that its data are not taken.
     pub(super) is_told_of_data: bool,
+}
+
+/// Says if a client is sent what it did not ask for.
+#[derive(Debug, Clone, Copy)]
+enum Attention {
+    /// It is new, and may begin with a question until this time.
+    New(Instant),
+    /// It asks, and takes the next message for the answer, until this time.
+    Asks(Instant),
+    /// It gets everything.
+    Listens,
+}
+
+/// Form of tracking data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// `TDATA`
+    Matrix,
+    /// `QTDATA`
+    Quaternion,
+}
+
+impl Form {
+    /// The form of messages of this type; `None` if they are no tracking data.
+    pub(super) fn of(kind: &str) -> Option<Self> {
+        match kind {
+            "TDATA" => Some(Self::Matrix),
+            "QTDATA" => Some(Self::Quaternion),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -43,7 +81,8 @@ impl Client {
             rest: Vec::new(),
             is_done_sending: false,
             version: Version::One,
-            tracking: None,
+            attention: Attention::New(Instant::now() + FIRST_QUESTION),
+            tracking: [None; 2],
             is_told_of_data: false,
         }
     }
@@ -75,20 +114,54 @@ impl Client {
         };
     }
 
-    /// Begins to send tracking data, at most one in each `every`.
-    pub(super) fn start_tracking(&mut self, every: Duration) {
+    /// The client asks for data, which it takes from the next message.
+    pub(super) fn ask(&mut self) {
+        if !matches!(self.attention, Attention::Listens) {
+            self.attention = Attention::Asks(Instant::now() + QUESTIONS);
+        }
+    }
+
+    /// True if the client is sent what it did not ask for.
+    pub(super) const fn listens(&self) -> bool {
+        matches!(self.attention, Attention::Listens)
+    }
+
+    /// Returns true at the moment from which the client listens: it did not ask in time, asked
+    /// nothing for long, or will never ask.
+    pub(super) fn begins_to_listen(&mut self, now: Instant) -> bool {
+        let (Attention::New(end) | Attention::Asks(end)) = self.attention else {
+            return false;
+        };
+        let begins = now >= end || self.is_done_sending;
+        if begins {
+            self.attention = Attention::Listens;
+        }
+        begins
+    }
+
+    /// Begins to send tracking data of a form, at most one in each `every`.
+    pub(super) fn start_tracking(&mut self, form: Form, every: Duration) {
         let due = Instant::now();
-        self.tracking = Some(Tracking { every, due });
+        *self.tracking_in(form) = Some(Tracking { every, due });
     }
 
-    /// Ends sending tracking data.
-    pub(super) fn stop_tracking(&mut self) {
-        self.tracking = None;
+    /// Ends sending tracking data of a form.
+    pub(super) fn stop_tracking(&mut self, form: Form) {
+        *self.tracking_in(form) = None;
     }
 
-    /// True if the client asked for tracking data and its time has come; moves the time on.
-    pub(super) fn is_tracking_due(&mut self, now: Instant) -> bool {
-        let Some(tracking) = &mut self.tracking else {
+    const fn tracking_in(&mut self, form: Form) -> &mut Option<Tracking> {
+        let [matrix, quaternion] = &mut self.tracking;
+        match form {
+            Form::Matrix => matrix,
+            Form::Quaternion => quaternion,
+        }
+    }
+
+    /// True if the client asked for tracking data of this form and their time has come; moves the
+    /// time on.
+    pub(super) fn is_tracking_due(&mut self, form: Form, now: Instant) -> bool {
+        let Some(tracking) = self.tracking_in(form) else {
             return false;
         };
         let is_due = now >= tracking.due;

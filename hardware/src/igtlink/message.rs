@@ -93,6 +93,24 @@ impl Message {
         Some(Self::new("TDATA", name, unix_ns, content))
     }
 
+    /// `QTDATA`: as [`Message::tracking`], with the rotations as quaternions. `None` if a number is
+    /// not finite.
+    #[must_use]
+    pub fn quaternions(name: &str, poses: &[(&str, Isometry3<f32>)], unix_ns: u64) -> Option<Self> {
+        let mut content = Vec::with_capacity(50 * poses.len());
+        for (tool, pose) in poses {
+            content.extend(wire::field::<{ wire::NAME_BYTES }>(tool));
+            content.extend([SIX_DEGREES, 0]);
+            let position_mm = pose.translation.vector * 1e3;
+            // The real part comes last, as nalgebra stores it.
+            for number in position_mm.iter().chain(pose.rotation.coords.iter()) {
+                number.is_finite().then_some(())?;
+                content.extend(number.to_be_bytes());
+            }
+        }
+        Some(Self::new("QTDATA", name, unix_ns, content))
+    }
+
     /// `SENSOR`: at most 255 values. `None` if there are more, or if one is not finite.
     #[must_use]
     pub fn sensor(name: &str, values: &[f32], unit: Unit, unix_ns: u64) -> Option<Self> {
@@ -167,10 +185,10 @@ impl Message {
         Self::new("CAPABILITY", name, unix_ns, content)
     }
 
-    /// `RTS_TDATA`: the answer to a request to start or to stop tracking data.
+    /// `RTS_TDATA` or `RTS_QTDATA`: the answer to a request to start or to stop tracking data.
     #[must_use]
-    pub fn tracking_reply(name: &str, is_done: bool, unix_ns: u64) -> Self {
-        Self::new("RTS_TDATA", name, unix_ns, vec![u8::from(!is_done)])
+    pub fn tracking_reply(kind: &'static str, name: &str, is_done: bool, unix_ns: u64) -> Self {
+        Self::new(kind, name, unix_ns, vec![u8::from(!is_done)])
     }
 
     /// The bytes on the wire.

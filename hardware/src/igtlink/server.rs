@@ -9,11 +9,11 @@ use std::io;
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::time::Instant;
 
-use super::client::Client;
+use super::client::{Client, Form};
 use super::message::{Code, Message};
 
 /// Types that are about this moment. They are forgotten when the source falls silent.
-const MOMENTARY: [&str; 4] = ["TRANSFORM", "TDATA", "SENSOR", "POLYDATA"];
+const MOMENTARY: [&str; 5] = ["TRANSFORM", "TDATA", "QTDATA", "SENSOR", "POLYDATA"];
 
 /// A listening server.
 #[derive(Debug)]
@@ -92,18 +92,29 @@ impl Server {
     pub fn attend(&mut self, unix_ns: u64) {
         self.accept(unix_ns);
         let mut clients = std::mem::take(&mut self.clients);
-        clients.retain_mut(|client| self.answer(client, unix_ns).is_ok());
+        clients.retain_mut(|client| self.answer(client, unix_ns).is_ok() && self.greet(client));
         self.clients = clients;
     }
 
-    /// Sends messages to all clients. `TDATA` goes only to those that asked for it. Never blocks: a
-    /// client that does not read misses messages, and one that is gone is removed.
+    /// Sends the newest announcements to a client that begins to listen. False if it is gone.
+    fn greet(&self, client: &mut Client) -> bool {
+        !client.begins_to_listen(Instant::now())
+            || self.greeting.iter().all(|it| client.send(it).is_ok())
+    }
+
+    /// Sends messages to all clients that listen. `TDATA` and `QTDATA` go only to those that asked
+    /// for them. Never blocks: a client that does not read misses messages, and one that is gone is
+    /// removed.
     pub fn send(&mut self, messages: &[Message]) {
         let now = Instant::now();
         let mut skipped = 0;
         self.clients.retain_mut(|client| {
             messages.iter().all(|message| {
-                if message.kind == "TDATA" && !client.is_tracking_due(now) {
+                let is_due = match Form::of(message.kind) {
+                    Some(form) => client.is_tracking_due(form, now),
+                    None => client.listens(),
+                };
+                if !is_due {
                     return true;
                 }
                 let sent = client.send(message);
@@ -143,11 +154,7 @@ impl Server {
                 continue;
             }
             let _ = stream.set_nodelay(true);
-            let mut client = Client::new(stream);
-            let greeted = self.greeting.iter().all(|it| client.send(it).is_ok());
-            if greeted {
-                self.clients.push(client);
-            }
+            self.clients.push(Client::new(stream));
         }
     }
 

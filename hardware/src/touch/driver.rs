@@ -45,7 +45,7 @@ const WORKSPACE_MAX_M: f32 = 1.5;
 /// Rate of the library's scheduler.
 const RATE_HZ: f32 = 1000.0;
 
-/// An open Touch. The library's scheduler calls [`Shared::call`] 1000 times a second.
+/// An open Touch. The library's scheduler calls `Shared::call` 1000 times a second.
 #[derive(Debug)]
 pub struct TouchHaptic {
     hd: &'static Hd,

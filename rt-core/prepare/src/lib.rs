@@ -86,6 +86,7 @@ pub mod room;
 mod runs;
 mod skeleton;
 pub mod skin;
+mod space;
 mod support;
 mod surface_nets;
 pub mod tetra;

@@ -21,7 +21,7 @@ use crate::skeleton::{Skeleton, interior, skeleton};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
 use crate::thin::{self, Thin};
-use crate::{Vec3, attach, bind, cost, held, links, overlap, rest, room, runs, support};
+use crate::{Vec3, attach, bind, cost, held, links, overlap, rest, room, runs, space, support};
 
 /// Progress of the preparation.
 #[derive(Debug, Clone, PartialEq)]
@@ -312,6 +312,7 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
                     *p = axes.in_scene(*p);
                 }
                 from.push_str(&note);
+                from.push_str(&space::note(path, *axes));
                 mesh
             });
             (name, from, scaled)

@@ -508,3 +508,115 @@ fn a_watcher_that_never_connected_fails_and_says_why() {
         "{said}"
     );
 }
+
+#[test]
+fn a_station_says_that_its_own_certificate_is_of_no_use() {
+    let folder = tempfile::tempdir().expect("a folder");
+    make_keys(folder.path(), &["authority"]);
+    make_keys(folder.path(), &["station", "theatre", "IP:127.0.0.1"]);
+    make_keys(folder.path(), &["watcher", "desk"]);
+    let serve = |name: &str, seconds: &str| {
+        let station = station_name("certificate");
+        let mut serve = calot();
+        serve.args([
+            "link",
+            "serve",
+            "--listen",
+            "127.0.0.1:0",
+            "--station",
+            &station,
+        ]);
+        serve
+            .args(["--seconds", seconds])
+            .args(keys(folder.path(), name));
+        said(&finish(&mut serve))
+    };
+    let good = serve("theatre", "0.5");
+    assert!(
+        good.contains("can be seen at") && !good.contains("30 days"),
+        "{good}"
+    );
+    let of_a_watcher = serve("desk", "20");
+    assert!(
+        of_a_watcher.contains("is not a station's"),
+        "{of_a_watcher}"
+    );
+    // A certificate that ends tomorrow, and one that ended yesterday.
+    let sign = |name: &str, days: &str| {
+        let mut sign = Command::new("openssl");
+        sign.args([
+            "x509",
+            "-req",
+            "-in",
+            "request.csr",
+            "-CA",
+            "ca.pem",
+            "-CAkey",
+            "ca.key",
+        ]);
+        sign.args([
+            "-extfile",
+            "purpose",
+            "-days",
+            days,
+            "-out",
+            &format!("{name}.pem"),
+        ]);
+        let signed = finish(sign.current_dir(folder.path()));
+        assert!(signed.status.success(), "{}", said(&signed));
+        let key = folder.path().join(format!("{name}.key"));
+        std::fs::copy(folder.path().join("theatre.key"), key).expect("copied");
+    };
+    std::fs::write(
+        folder.path().join("purpose"),
+        "extendedKeyUsage=serverAuth\n",
+    )
+    .expect("written");
+    let mut request = Command::new("openssl");
+    request.args([
+        "req",
+        "-new",
+        "-batch",
+        "-key",
+        "theatre.key",
+        "-subj",
+        "/CN=theatre",
+    ]);
+    let made = finish(
+        request
+            .args(["-out", "request.csr"])
+            .current_dir(folder.path()),
+    );
+    assert!(made.status.success(), "{}", said(&made));
+    sign("soon", "1");
+    let soon = serve("soon", "0.5");
+    assert!(
+        soon.contains("ends within 30 days") && soon.contains("can be seen at"),
+        "{soon}"
+    );
+    sign("old", "-1");
+    let old = serve("old", "20");
+    assert!(
+        old.contains("has expired") && !old.contains("can be seen at"),
+        "{old}"
+    );
+    // Another authority's.
+    make_keys(folder.path(), &["authority"]);
+    let foreign = serve("theatre", "20");
+    assert!(
+        foreign.contains("is not of the authority in --ca"),
+        "{foreign}"
+    );
+    // A second address as a word of its own would be lost.
+    let mut second = Command::new("sh");
+    second.args([
+        "make_keys.sh",
+        "station",
+        "two",
+        "IP:10.0.0.1",
+        "IP:10.0.0.2",
+    ]);
+    let refused = finish(second.current_dir(folder.path()));
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(!folder.path().join("two.pem").exists());
+}

@@ -8,6 +8,7 @@ use std::process::{Command, Output};
 use system_tests::{calot, finish, said, station_name};
 
 use super::foxglove;
+use super::registry::Python;
 
 /// Packages from the Python registry, at the versions that were tried.
 const PACKAGES: [&str; 6] = [
@@ -25,7 +26,7 @@ import sys, math, duckdb, pandas, calot
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-path, tables, copy, organs = sys.argv[1:5]
+path, tables, copy, organs, damaged = sys.argv[1:6]
 newest, seen = {}, {}
 with open(path, "rb") as file:
     reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
@@ -68,6 +69,27 @@ except ValueError as error:
 # A copy that was cut off and repaired opens like any other.
 assert sum(1 for _ in calot.Session(copy).messages("/tool")) > 0
 
+# Of a damaged session, what lies before and behind the damage is there, and the file says what is
+# not. Both files count from the same first tick.
+mended = calot.Session(damaged)
+assert mended.info["calot.repaired"]["lost"].startswith("lost "), mended.info
+whole, rest = tool, mended.frame("/tool")
+lost = int(mended.info["calot.repaired"]["lost /tool"])
+assert len(rest) == len(whole) - lost and lost > 0
+assert set(rest.tick) < set(whole.tick)
+assert rest.tick.iloc[-1] == whole.tick.iloc[-1] and rest.time_s.diff().max() > 0.5
+
+# The debrief's time: it begins with the first movement, never goes back here, and ends with the
+# metric. Events stand at the same time in both ways of counting.
+counted = ticks.dropna(subset="debrief_s")
+assert counted.debrief_s.iloc[0] < 0.02 and (counted.debrief_s.diff().dropna() >= 0).all()
+metrics = pandas.read_csv(f"{tables}/metrics.csv").set_index("name").value
+assert abs(metrics["time_s"] - counted.debrief_s.max()) < 0.02, (metrics["time_s"], counted.debrief_s.max())
+events = pandas.read_csv(f"{tables}/events.csv").dropna(subset="debrief_s")
+assert len(events) > 0
+at = events.merge(ticks[["tick", "debrief_s"]], on="tick").dropna()
+assert (abs(at.debrief_s_x - at.debrief_s_y) < 0.03).all(), at
+
 # The organs move, and their surfaces stay whole: every index has its point.
 updates = [update for _, update in calot.Session(organs).messages("/organs")]
 assert len(updates) >= 3
@@ -83,44 +105,20 @@ assert 0.0001 < moved < 0.1, moved
 print("all checks passed")
 "#;
 
-/// Python with the packages; `None` if the registry cannot be reached.
+/// Python with the packages and Calot's own; `None` if the registry cannot be reached.
 fn python() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
-    let python = folder.join("bin/python");
-    let run = |command: &mut Command| command.output().is_ok_and(|it| it.status.success());
-    if !python.exists() && !run(Command::new("python3").args(["-m", "venv"]).arg(&folder)) {
-        println!("skipped: python3 -m venv does not work here (Debian: apt install python3-venv)");
-        return None;
-    }
-    let install = |what: &[&str]| {
-        let mut command = Command::new(&python);
-        command.args([
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-        ]);
-        run(command.args(what))
-    };
-    if !install(&PACKAGES) {
-        println!("skipped: pip cannot install {PACKAGES:?}; is its registry reachable?");
-        return None;
-    }
+    let python = Python::with("python", &PACKAGES)?;
     let package = root().join("display-host/session/python");
     // A copy, because building would leave files in the sources.
-    let copy = folder.join("calot");
+    let copy = python.folder().join("calot");
     let _ = std::fs::remove_dir_all(&copy);
     std::fs::create_dir_all(copy.join("calot")).expect("a folder");
     for file in ["pyproject.toml", "calot/__init__.py"] {
         std::fs::copy(package.join(file), copy.join(file)).expect("copied");
     }
-    assert!(install(&[
-        "--force-reinstall",
-        "--no-deps",
-        copy.to_str().expect("a path")
-    ]));
-    Some(python)
+    let copy = copy.to_str().expect("a path");
+    assert!(python.install(&["--force-reinstall", "--no-deps", copy]));
+    Some(python.program())
 }
 
 fn root() -> PathBuf {
@@ -157,6 +155,29 @@ fn interpreted(page: &str, language: &str, call: &[&str; 2], folder: &Path) -> O
     }
 }
 
+/// Damages a chunk of a session, repairs it, and returns the repaired session.
+fn damaged(session: &Path, folder: &Path) -> PathBuf {
+    let damaged = folder.join("damaged.mcap");
+    let mut bytes = std::fs::read(session).expect("a session");
+    // About two seconds before the end.
+    let place = bytes.len() - 300_000;
+    bytes[place..place + 512].fill(0);
+    std::fs::write(&damaged, bytes).expect("written");
+    let mut repair = calot();
+    repair
+        .arg("replay")
+        .arg(&damaged)
+        .args(["--repair", "--json"]);
+    let told = succeeded(&finish(&mut repair));
+    let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+    let lost = &told["lost"];
+    assert!(lost["topics"]["/inputs"].as_u64() > Some(0), "{told:#}");
+    assert!(lost["topics"]["/tool"].as_u64() > Some(0), "{told:#}");
+    let [from, to] = [0, 1].map(|end| lost["spans_s"][0][end].as_f64().expect("a time"));
+    assert!(0.0 < from && from < to && to < 4.5, "{told:#}");
+    folder.join("damaged-repaired.mcap")
+}
+
 #[test]
 fn a_session_opens_in_the_programs_of_others() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -184,8 +205,9 @@ fn a_session_opens_in_the_programs_of_others() {
     std::fs::write(&cut, &bytes[..bytes.len() * 9 / 10]).expect("written");
     succeeded(&finish(calot().arg("replay").arg(&cut).arg("--repair")));
     let repaired = folder.path().join("cut-repaired.mcap");
+    let damaged = damaged(&session, folder.path());
 
-    if let Some(channels) = foxglove::channels(&[&session, &repaired, &organs]) {
+    if let Some(channels) = foxglove::channels(&[&session, &repaired, &damaged, &organs]) {
         for channel in [
             "/tf .foxglove.FrameTransforms",
             "/tool .calot.Tool",
@@ -199,7 +221,7 @@ fn a_session_opens_in_the_programs_of_others() {
     let page = std::fs::read_to_string(page).expect("the page");
     let greatest = [
         interpreted(&page, "r", &["Rscript", "-e"], folder.path()),
-        interpreted(&page, "octave", &["octave-cli", "--eval"], folder.path()),
+        interpreted(&page, "matlab", &["octave-cli", "--eval"], folder.path()),
     ];
     let Some(python) = python() else { return };
     let mut checks = Command::new(&python);
@@ -208,22 +230,24 @@ fn a_session_opens_in_the_programs_of_others() {
         &checks
             .arg(&repaired)
             .arg(&organs)
+            .arg(&damaged)
             .output()
             .expect("it runs"),
     );
     assert!(told.contains("all checks passed"), "{told}");
 
     let code = blocks(&page, "python");
-    assert_eq!(code.len(), 2, "blocks of Python on the page");
+    assert_eq!(code.len(), 3, "blocks of Python on the page");
     let told = code.iter().map(|code| {
         let mut command = Command::new(&python);
         command.args(["-c", code]).current_dir(folder.path());
         succeeded(&command.output().expect("it runs"))
     });
     let told: Vec<String> = told.collect();
-    assert!(!told[1].is_empty());
+    assert!(!told[2].is_empty());
+    assert!(told[0].contains("s in the session"), "{told:?}");
     for greatest in greatest.into_iter().flatten() {
-        assert!(told[0].contains(greatest.trim()), "{greatest}: {told:?}");
+        assert!(told[1].contains(greatest.trim()), "{greatest}: {told:?}");
     }
     let [query] = &blocks(&page, "sql")[..] else {
         panic!("one query");
@@ -245,7 +269,7 @@ fn a_session_opens_in_the_programs_of_others() {
         command.args(words).arg(path).current_dir(folder.path());
         succeeded(&command.output().expect("it runs"))
     };
-    for file in [&session, &organs] {
+    for file in [&session, &organs, &damaged] {
         let checked = call(&["mcap", "check"], file);
         assert!(!checked.contains("PROBLEM"), "{checked}");
     }

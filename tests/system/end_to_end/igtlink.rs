@@ -15,6 +15,28 @@ use shared_mem::service::{Host, Station};
 use system_tests::{calot, finish, said, signal, station_name, wait_until};
 
 use crate::devices::Emulated;
+use crate::reference;
+use crate::registry::Python;
+
+/// Client in Python: the instrument comes, poses are rigid, and stamps go forward. pyigtl reads no
+/// `SENSOR` and no `POLYDATA`; the reference library's own clients do.
+const CLIENT: &str = r#"
+import sys, numpy, pyigtl
+host, port = sys.argv[1].split(":")
+client = pyigtl.OpenIGTLinkClient(host, int(port))
+instrument = client.wait_for_message("Instrument", timeout=60)
+assert instrument.string == "grasper", instrument
+stamps = []
+for _ in range(20):
+    pose = client.wait_for_message("ToolToReference", timeout=60)
+    assert pose.matrix[3].tolist() == [0, 0, 0, 1], pose
+    turn = pose.matrix[:3, :3]
+    assert numpy.allclose(turn @ turn.T, numpy.eye(3), atol=1e-3), turn
+    assert numpy.linalg.det(turn) > 0
+    stamps.append(pose.timestamp)
+assert stamps == sorted(stamps) and stamps[0] < stamps[-1], stamps
+print("all checks passed")
+"#;
 
 /// A message that arrived.
 struct Told {
@@ -224,6 +246,7 @@ fn surfaces_are_sent(name: &str, host: &Host, errors: &Path) {
     }
     reader.ask("GET_POLYDATA", b"");
     reader.find("POLYDATA", "liver");
+    reference::clients_are_served(&address);
 }
 
 fn requests_are_answered(reader: &mut Reader) {
@@ -235,26 +258,25 @@ fn requests_are_answered(reader: &mut Reader) {
     assert_eq!(reader.find("TDATA", "Calot").content.len(), 3 * 70);
     reader.ask("STP_TDATA", b"");
     assert_eq!(reader.find("RTS_TDATA", "Calot").content, [0]);
+    reader.ask("STT_QTDATA", &[0; 36]);
+    assert_eq!(reader.find("RTS_QTDATA", "Calot").content, [0]);
+    let element = reader.find("QTDATA", "Calot").content;
+    assert_eq!(element.len(), 3 * 50);
+    reader.ask("STP_QTDATA", b"");
+    assert_eq!(reader.find("RTS_QTDATA", "Calot").content, [0]);
     reader.ask("GET_IMAGE", b"");
     reader.until_status(12);
 }
 
-/// Also lets a client written by others read, if installed (`pip install pyigtl`).
+/// Lets clients written by others read: pyigtl, from the Python registry.
 fn a_foreign_client_reads(address: &str) {
-    let script = format!(
-        "import pyigtl\nhost, port = '{address}'.split(':')\nclient = pyigtl.OpenIGTLinkClient(host, int(port))\n\
-         m = client.wait_for_message('ToolToReference', timeout=60)\nprint(m.matrix[3].tolist())"
-    );
-    let installed = Command::new("python3")
-        .args(["-c", "import pyigtl"])
-        .output();
-    if installed.is_ok_and(|output| output.status.success()) {
-        let output = finish(Command::new("python3").args(["-c", &script]));
-        let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert_eq!(said.trim(), "[0.0, 0.0, 0.0, 1.0]", "{output:?}");
-    } else {
-        println!("SKIPPED: pyigtl is not installed; no foreign client was tried");
-    }
+    let Some(python) = Python::with("igtl", &["pyigtl==0.3.4"]) else {
+        return;
+    };
+    let mut client = Command::new(python.program());
+    let output = finish(client.args(["-c", CLIENT, address]));
+    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(told.trim(), "all checks passed", "{output:?}");
 }
 
 #[test]

@@ -368,7 +368,7 @@ fn check_tells_what_is_and_mends_and_its_exit_code_is_its_verdict() {
     let fit = json["fit"].as_bool().expect("a verdict");
     assert_eq!(output.status.code(), Some(i32::from(!fit)));
     let findings = json["findings"].as_array().expect("findings");
-    assert_eq!(findings.len(), 17);
+    assert_eq!(findings.len(), 18);
     for finding in findings {
         for key in ["name", "is", "should"] {
             assert!(

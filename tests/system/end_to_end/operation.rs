@@ -142,6 +142,27 @@ fn surgeon_who_burns_the_bile_duct_is_alarmed_and_has_pictures_of_it() {
     let pictures = page.matches("src=\"data:image/png;base64,").count();
     assert!(pictures >= 1, "{pictures} pictures");
     assert!(page.contains("bile duct"), "what was burnt");
+    pictures_are_exported(out.path(), pictures);
+}
+
+/// The page's pictures stand in the file of surfaces for viewers, too.
+fn pictures_are_exported(run: &std::path::Path, pictures: usize) {
+    let organs = run.join("organs.mcap");
+    let mut export = calot();
+    export.arg("export").arg(run).arg("--surfaces").arg(&organs);
+    export.args(["--surfaces-hz", "0.1", "--pictures", "--json"]);
+    let output = finish(&mut export);
+    assert!(output.status.success(), "{}", said(&output));
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let count = told["pictures"].as_u64();
+    assert!(
+        count >= Some(1) && count <= Some(pictures as u64),
+        "{told:#}"
+    );
+    if let Some(channels) = crate::foxglove::channels(&[&organs]) {
+        let line = format!("/pictures .foxglove.CompressedImage {}", count.unwrap_or(0));
+        assert!(channels.contains(&line), "{channels}");
+    }
 }
 
 /// The injury is in the summary with everything that is known of it, and in the debrief.

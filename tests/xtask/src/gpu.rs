@@ -8,14 +8,34 @@ use crate::steps::step;
 /// Folder of the results, relative to the folder of the build.
 const OUT: &str = "gpu";
 
+/// Sizes of the pictures. The gallery's views are drawn in the first one.
+const SIZES: [&str; 3] = ["1920x1080", "1280x720", "3840x2160"];
+
+/// Options of the command.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct Asked {
+    /// Runs what is built already.
+    built: bool,
+    /// One small size, and each picture once: a trial, minutes on a software driver.
+    short: bool,
+}
+
+fn asked(args: &[String]) -> Result<Asked, String> {
+    let mut asked = Asked::default();
+    for word in args {
+        match &**word {
+            "--built" => asked.built = true,
+            "--short" => asked.short = true,
+            _ => return Err(format!("gpu takes --built and --short, not '{word}'")),
+        }
+    }
+    Ok(asked)
+}
+
 /// Builds the programs, unless they are `--built`, and measures into one JSON file.
 pub(crate) fn measure(args: &[String]) -> Result<(), String> {
-    let is_built = match args {
-        [] => false,
-        [word] if word == "--built" => true,
-        _ => return Err("gpu takes nothing, or --built".to_owned()),
-    };
-    if !is_built {
+    let asked = asked(args)?;
+    if !asked.built {
         let build = ["build", "--locked", "--release"];
         let programs = ["-p", "calot", "-p", "evaluate"];
         step("build", &[&build[..], &programs].concat())?;
@@ -37,9 +57,10 @@ pub(crate) fn measure(args: &[String]) -> Result<(), String> {
     let prepare = ["prepare", "triangle", "--overwrite", "--out", &scene];
     run(&built.join("calot"), &prepare)?;
     let mut draw = vec![&*scene, "--views", "--csv", &drawing];
-    // The views are drawn in the first of these sizes.
-    for size in ["1920x1080", "1280x720", "3840x2160"] {
-        draw.extend(["--size", size]);
+    if asked.short {
+        draw.extend(["--size", "320x240", "--frames", "1"]);
+    } else {
+        draw.extend(SIZES.iter().flat_map(|size| ["--size", size]));
     }
     run(&built.join("examples/frame_cost"), &draw)?;
     run(&built.join("evaluate"), &["collision", "--out", &collision])?;
@@ -48,11 +69,23 @@ pub(crate) fn measure(args: &[String]) -> Result<(), String> {
     };
     let collision = read(Path::new(&collision).join("collision.csv"))?;
     let [drawing, collision] = [read(drawing.into())?, collision].map(|table| rows(&table));
-    let json = format!("{{\"drawing\": {drawing},\n\"collision\": {collision}}}\n");
+    let json = format!(
+        "{{\"commit\": \"{}\",\n\"short\": {},\n\"drawing\": {drawing},\n\"collision\": {collision}}}\n",
+        commit(),
+        asked.short
+    );
     let path = out.join("gpu.json");
     std::fs::write(&path, json).map_err(|error| format!("{}: {error}", path.display()))?;
     println!("\n{}", path.display());
     Ok(())
+}
+
+/// Commit of the checkout, or `unknown` where there is none.
+fn commit() -> String {
+    let asked = Command::new("git").args(["rev-parse", "HEAD"]).output();
+    let said = asked.ok().filter(|it| it.status.success());
+    let said = said.and_then(|it| String::from_utf8(it.stdout).ok());
+    said.map_or_else(|| "unknown".to_owned(), |it| it.trim().to_owned())
 }
 
 fn run(program: &Path, args: &[&str]) -> Result<(), String> {
@@ -101,6 +134,19 @@ fn fields(line: &str) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn options_stand_in_any_order_and_others_are_refused() {
+        let both = ["--short", "--built"].map(str::to_owned);
+        let all = Asked {
+            built: true,
+            short: true,
+        };
+        assert_eq!(asked(&both), Ok(all));
+        assert_eq!(asked(&[]), Ok(Asked::default()));
+        let said = asked(&["--fast".to_owned()]).unwrap_err();
+        assert_eq!(said, "gpu takes --built and --short, not '--fast'");
+    }
 
     #[test]
     fn a_table_becomes_objects_with_numbers_and_words() {

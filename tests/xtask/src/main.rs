@@ -32,11 +32,15 @@ cargo xtask COMMAND
                  soak     600 s beside `--load display`
                  watched  five times 30 s with remote watchers and 30 s without, both beside
                           `--load cpu,memory`
-  gpu [--built]
+  gpu [--built] [--short]
                build, and measure drawing, skinning, reading back and the collision kernel on this
                machine's graphics card (or software driver) into target/gpu/gpu.json. --built runs
-               what is built already. On a machine without cargo, start this program itself:
-               target/debug/xtask gpu --built
+               what is built already. --short draws one small size and each picture once: a trial
+               of minutes on a software driver, not a measurement.
+               To measure on another machine, build here and copy these files there, in the same
+               folders: target/debug/xtask, target/release/calot, target/release/evaluate,
+               target/release/examples/frame_cost. It needs a Vulkan driver, but no cargo. Start
+               `target/debug/xtask gpu --built` there, and bring target/gpu/gpu.json back
   setup        only set up: name the missing system packages, and install them if this user may,
                else print the line to type
   deny         install cargo-deny (minutes) and check licences, sources and duplicates

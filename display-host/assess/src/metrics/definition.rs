@@ -96,7 +96,7 @@ metrics! {
         "Mean force on the hand while the instrument touched."
         "NeuroVR tier 2: sum of force, over time"
     Force95 "force_p95_n" "N"
-        "Force on the hand that was not exceeded in 95 % of the time in which the instrument touched something, rounded up to a multiple of 0.05 N, 12 N at most."
+        "Force on the hand that was not exceeded in 95 % of the time in which the instrument touched something, rounded up to a multiple of 0.05 N, but not above the greatest force; 12 N at most."
         "NeuroVR tier 3: force histogram"
     ForceSaturated "force_saturated_s" "s"
         "Time at 97 % or more of the haptic device's greatest force: the tissue may have resisted more than was felt."

@@ -54,6 +54,9 @@ pub struct Chapter {
     pub sheet: Vec<(String, u8)>,
 }
 
+/// Pictures a second below which nobody can train: the eye follows a hand at ten or more.
+pub const PICTURES_MIN: f64 = 10.0;
+
 /// Durations of ticks, as in a run's `summary.json`.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 pub struct Ticks {
@@ -69,6 +72,9 @@ pub struct Ticks {
     pub late_ticks: u64,
     /// True if the controller had realtime privileges.
     pub realtime: bool,
+    /// Pictures a second that the window showed, if there was one.
+    #[serde(default)]
+    pub pictures_per_second: Option<f64>,
 }
 
 /// Quantiles of many durations, ns.

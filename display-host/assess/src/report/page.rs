@@ -185,6 +185,7 @@ fn one(page: &mut Page<'_>, chapter: &Chapter) {
         let text = page.say("page-scripted-note");
         page.add(format_args!("<p class=\"open\">{text}</p>"));
     }
+    asides::slow(page, chapter);
     verdict(page, chapter);
     lessons::write(page, chapter);
     judged::injuries(page, &it.injuries);

@@ -43,6 +43,7 @@ fn chapter(name: &str) -> Chapter {
             missed_periods: 3,
             late_ticks: 5,
             realtime: false,
+            pictures_per_second: Some(3.25),
         }),
         is_scripted: false,
         cut_short: None,
@@ -95,6 +96,19 @@ fn an_error_has_advice_a_close_picture_and_its_replay() {
     let mut flawless = chapter("a");
     flawless.assessed.reasons.clear();
     assert!(html(&[flawless], &Ids).contains("page-no-alarm"));
+}
+
+#[test]
+fn a_page_says_that_a_slow_computer_is_too_slow_to_train_with() {
+    let shown = |rate: Option<f64>| {
+        let mut slow = chapter("a");
+        if let Some(ticks) = &mut slow.ticks {
+            ticks.pictures_per_second = rate;
+        }
+        html(&[slow], &Ids).contains("<p class=\"open\">page-slow-computer rate=3.2</p>")
+    };
+    assert!(shown(Some(3.25)));
+    assert!(!shown(Some(10.5)) && !shown(None));
 }
 
 #[test]

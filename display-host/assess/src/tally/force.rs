@@ -62,7 +62,7 @@ impl Force {
     }
 
     /// Quantile of the force, weighted by the time in contact and rounded up to the end of its bin,
-    /// N. NaN without contact.
+    /// but not above the greatest force, N. NaN without contact.
     pub(crate) fn quantile_n(&self, share: f64) -> f64 {
         let wanted_s = share * self.contact_s();
         let mut sum_s = 0.0;
@@ -70,7 +70,7 @@ impl Force {
             sum_s += seconds;
             sum_s >= wanted_s && sum_s > 0.0
         });
-        bin.map_or(f64::NAN, |bin| (bin + 1) as f64 * BIN_N)
+        bin.map_or(f64::NAN, |bin| ((bin + 1) as f64 * BIN_N).min(self.max_n))
     }
 
     /// Time in each bin, without the empty bins at the end, s.

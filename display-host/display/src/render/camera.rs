@@ -204,7 +204,7 @@ pub fn frame(
                 scope.focus_m
             },
         ],
-        counts: [used.len().min(SHADING_CAPSULES) as u32, number, 0, 0],
+        counts: [used.len().min(SHADING_CAPSULES) as u32, number, 1, 0],
         capsules,
     }
 }

@@ -38,6 +38,9 @@ pub(super) struct Cells {
     states: Vec<u8>,
     /// Skin triangles over cells: index of the triangle, and the cell.
     over: Vec<(u32, u16)>,
+    /// True for a triangle of the skin that is hidden over a worked cell. Shorter than the skin, or
+    /// empty: the rest is not hidden.
+    pub(super) is_hidden: Vec<bool>,
     /// The original triangles of the skin.
     triangles: Vec<[u32; 3]>,
     /// Corners of the visible faces.
@@ -81,6 +84,7 @@ impl Cells {
             states: vec![0; cells.len()],
             over: over(scene, &cells, triangles),
             triangles: triangles.to_vec(),
+            is_hidden: Vec::new(),
             faces: Vec::new(),
             is_loose: vec![false; count],
             now: vec![SkinnedVertex::zeroed(); count],
@@ -196,15 +200,17 @@ impl Cells {
     }
 
     /// Hides the skin over worked cells.
-    fn hide_skin(&self, gpu: &Gpu, skin: &wgpu::Buffer) {
+    fn hide_skin(&mut self, gpu: &Gpu, skin: &wgpu::Buffer) {
         let Some(&(first, _)) = self.over.first() else {
             return;
         };
         let last = self.over.last().map_or(first, |(triangle, _)| *triangle);
         let range = first as usize..=last as usize;
         let mut shown = self.triangles[range].to_vec();
+        let mut is_hidden = vec![false; last as usize + 1];
         for (triangle, cell) in &self.over {
             if self.is_worked(usize::from(*cell)) {
+                is_hidden[*triangle as usize] = true;
                 // A triangle without area is not drawn.
                 let corners = &mut shown[(triangle - first) as usize];
                 *corners = [corners[0]; 3];
@@ -213,6 +219,7 @@ impl Cells {
         let offset = u64::from(first) * 12;
         gpu.queue
             .write_buffer(skin, offset, cast_slice(shown.as_flattened()));
+        self.is_hidden = is_hidden;
     }
 
     /// Moves the corners with the spheres.

@@ -27,6 +27,9 @@ pub struct FrameCost {
     pub drawn_ms: f32,
     /// 99th percentile of the time until the graphics device is idle, ms.
     pub drawn_p99_ms: f32,
+    /// Time that all threads of this process compute for a frame, ms. A software driver draws in
+    /// such threads, so one core shows at most 1000 divided by this frames a second.
+    pub computed_ms: f32,
     /// Frames a second if each is started before the previous one is drawn.
     pub per_second: f32,
     /// Name of each pass and its median time on the graphics device's clock, ms. Empty if the
@@ -64,7 +67,7 @@ pub fn measure(
             all.push(ms);
         }
     }
-    let start = Instant::now();
+    let (start, computed) = (Instant::now(), computed_ms());
     for frame in 0..frames {
         renderer.render(gpu, spheres, tools, frame as f32 * FRAME_S);
         // Free what finished frames used, as a window does each frame.
@@ -72,6 +75,7 @@ pub fn measure(
     }
     gpu.wait("drawing")?;
     let per_second = frames as f32 / start.elapsed().as_secs_f32();
+    let computed_ms = (computed_ms() - computed) as f32 / frames as f32;
     let passes_ms = PASSES.into_iter().zip(&mut passes);
     Ok(FrameCost {
         frames,
@@ -79,6 +83,7 @@ pub fn measure(
         submitted_ms: quantile(&mut submitted, 50),
         drawn_ms: quantile(&mut drawn, 50),
         drawn_p99_ms: quantile(&mut drawn, 99),
+        computed_ms,
         per_second,
         passes_ms: passes_ms
             .filter(|(_, all)| !all.is_empty())
@@ -104,8 +109,14 @@ pub fn read_back_ms(gpu: &Gpu, renderer: &Renderer, times: usize) -> Result<f32,
 /// Quality tiers that a window on this device chooses from, best first, at this size.
 #[must_use]
 pub fn tiers(gpu: &Gpu, size: [u32; 2]) -> Vec<Quality> {
-    let tiers = Quality::tiers(gpu).0.into_iter();
+    let tiers = Quality::tiers(gpu).into_iter();
     tiers.map(|tier| Quality { size, ..tier }).collect()
+}
+
+/// Time that all threads of this process have computed, ms.
+fn computed_ms() -> f64 {
+    let used = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    used.tv_sec as f64 * 1e3 + used.tv_nsec as f64 * 1e-6
 }
 
 fn ms_since(start: Instant) -> f32 {

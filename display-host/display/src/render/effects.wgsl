@@ -57,7 +57,8 @@ struct VertexOut {
   }
   // A puff has noise fixed in the room, which hides the disc; it fades near the lens.
   let drift = vec3f(0.0, -0.35, 0.1) * frame.camera.w;
-  let cloud = 0.35 + 1.3 * noise(in.world * 45.0 + drift).w + 0.8 * noise(in.world * 120.0 + 1.7 * drift).w;
+  var cloud = 0.35 + 1.3 * noise(in.world * 45.0 + drift).w;
+  if (!PLAIN) { cloud += 0.8 * noise(in.world * 120.0 + 1.7 * drift).w; }
   let soft = (1.0 - r * r) * (1.0 - r * r);
   let near = smoothstep(0.006, 0.03, length(frame.camera.xyz - in.world));
   let thick = select(0.0, soft, r < 1.0) * clamp(cloud, 0.0, 1.0) * near * d.colour.a;

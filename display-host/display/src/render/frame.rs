@@ -6,6 +6,7 @@ use shared_mem::message::{SphereState, ToolFrame};
 use shared_mem::words::Instrument;
 
 use super::gpu::Gpu;
+use super::visible::View;
 use super::{Renderer, camera, clips, instrument, particles};
 use crate::skinning::Touch;
 
@@ -38,7 +39,18 @@ impl Renderer {
         self.effects.hold(tools);
         let wear = self.effects.wear();
         frame.wear[..3].copy_from_slice(&[wear.charred, wear.bloody, wear.bilious]);
+        frame.counts[2] = self.quality.part;
         gpu.queue.write_buffer(&self.frame, 0, bytes_of(&frame));
+        if self.chooses_triangles() {
+            let view = View {
+                clip_from_world: Mat4::from_cols_array_2d(&frame.clip_from_world),
+                size: self.quality.light_size(),
+                samples: self.quality.samples,
+                near_m: self.scope.near_m,
+            };
+            let (triangles, is_hidden) = (&self.mesh.triangles, &self.cells.is_hidden);
+            (self.visible).choose(gpu, &view, &self.skinned, triangles, is_hidden);
+        }
         self.eye = Vec3::from_slice(&frame.camera);
         self.discs.upload(gpu, self.effects.particles(), self.eye);
         gpu.queue

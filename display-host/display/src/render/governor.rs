@@ -1,12 +1,25 @@
-//! Adjusts the quality to the cost of frames, judged in windows of 40 frames. One window that costs
-//! too much lowers the quality. Several cheap windows in a row raise it; each step up that was
-//! wrong doubles their number. If the graphics device has no clock, the cost is the time between
-//! frames.
+//! Adjusts the quality to the cost of frames, judged in windows of 40 frames, or of 2 s if frames
+//! are slow. One window that costs too much lowers the quality. Several cheap windows in a row
+//! raise it; each step up that was wrong doubles their number. If the graphics device has no clock,
+//! or is the processor itself, the cost is the time between frames.
 
+use super::gpu::Gpu;
 use super::quality::Quality;
 
+/// Allowed cost of a picture on a graphics device, ms. It leaves time for the window at 60 a
+/// second.
+const MAY_COST_MS: f32 = 13.0;
+/// Desired interval between pictures, ms.
+const PERIOD_MS: f32 = 1000.0 / 60.0;
+/// Desired interval between pictures on a software driver, ms: 12 a second. The quality falls below
+/// 10.
+const SOFTWARE_PERIOD_MS: f32 = 1000.0 / 12.0;
 /// Number of frames in a window, which is judged by its median cost.
 const FRAMES: usize = 40;
+/// Least number of frames in a window that is judged early.
+const FRAMES_MIN: usize = 5;
+/// Sum of the costs after which a window is judged early, ms.
+const EARLY_MS: f32 = 2000.0;
 /// Cost that counts as too high, as a share of the allowed cost.
 const TOO_MUCH: f32 = 1.05;
 /// Cost that is low enough to try a better tier, as a share of the allowed cost.
@@ -39,6 +52,21 @@ pub struct Governor {
 }
 
 impl Governor {
+    /// Governs a window on this device. A software driver begins with the cheapest tier, and the
+    /// time from picture to picture decides, because all that the processor does for a picture
+    /// counts. `screen_ms` is the screen's interval, or 0 if it is unknown.
+    #[must_use]
+    pub fn of(gpu: &Gpu, screen_ms: f32) -> Self {
+        let tiers = Quality::tiers(gpu);
+        if gpu.is_software() {
+            Self::by_period(tiers, SOFTWARE_PERIOD_MS, screen_ms).from_below()
+        } else if gpu.has_clock() {
+            Self::new(tiers, MAY_COST_MS)
+        } else {
+            Self::by_period(tiers, PERIOD_MS, screen_ms)
+        }
+    }
+
     /// Starts with the first of the tiers, the best one; `may_cost_ms` is the allowed time of the
     /// graphics device, ms.
     #[must_use]
@@ -56,6 +84,13 @@ impl Governor {
             late_ms,
             (LITTLE * period_ms).max(IN_TIME * screen_ms),
         )
+    }
+
+    /// Starts with the last of the tiers, the cheapest one, and rises from there.
+    #[must_use]
+    pub fn from_below(mut self) -> Self {
+        self.at = self.tiers.len().saturating_sub(1);
+        self
     }
 
     fn between(tiers: Vec<Quality>, too_much_ms: f32, little_ms: f32) -> Self {
@@ -84,11 +119,13 @@ impl Governor {
             return None;
         }
         self.costs_ms.push(cost_ms);
-        if self.costs_ms.len() < FRAMES {
+        let count = self.costs_ms.len();
+        let is_early = count >= FRAMES_MIN && self.costs_ms.iter().sum::<f32>() >= EARLY_MS;
+        if count < FRAMES && !is_early {
             return None;
         }
         self.costs_ms.sort_by(f32::total_cmp);
-        let median = self.costs_ms[FRAMES / 2];
+        let median = self.costs_ms[count / 2];
         self.costs_ms.clear();
         self.since_up = self.since_up.saturating_add(1);
         let before = self.at;
@@ -179,12 +216,26 @@ mod tests {
         // Frames that are slow only because the screen is slow cause no step down.
         let mut screen_of_30 = Governor::by_period(Quality::GPU_TIERS.to_vec(), screen_ms, 33.3);
         assert_eq!(run(&mut screen_of_30, 4000, |_| 33.3), 0);
-        // A software driver is judged against 66 ms, a much longer interval than the screen's.
-        let mut software = Governor::by_period(Quality::SOFTWARE_TIERS.to_vec(), 66.0, screen_ms);
-        assert_eq!(run(&mut software, 400, |_| 60.0), 0);
-        assert_eq!(run(&mut software, 400, |_| 120.0), 1);
-        assert_eq!(run(&mut software, 4000, |_| 50.0), 0, "no room for more");
-        assert_eq!(run(&mut software, 4000, |_| 20.0), 1);
+        // A software driver is judged against 83 ms, a much longer interval than the screen's.
+        let mut software = Governor::by_period(Quality::SOFTWARE_TIERS.to_vec(), 83.0, screen_ms);
+        assert_eq!(run(&mut software, 400, |_| 90.0), 0);
+        assert_eq!(run(&mut software, 17, |_| 120.0), 1);
+        assert_eq!(run(&mut software, 4000, |_| 60.0), 0, "no room for more");
+        assert_eq!(run(&mut software, 400, |_| 20.0), 1);
+    }
+
+    #[test]
+    fn slow_frames_are_judged_after_two_seconds_and_a_quick_start_is_from_below() {
+        let tiers = Quality::SOFTWARE_TIERS.to_vec();
+        let last = tiers.len() - 1;
+        // Two pictures a second: five of them suffice to lower the quality.
+        let mut slow = Governor::by_period(tiers.clone(), 83.0, 16.7);
+        assert_eq!(run(&mut slow, 4, |_| 500.0), 0);
+        assert_eq!(run(&mut slow, 1, |_| 500.0), 1);
+        let mut cheap = Governor::by_period(tiers.clone(), 83.0, 16.7).from_below();
+        assert_eq!(cheap.tier(), [last, tiers.len()]);
+        assert_eq!(run(&mut cheap, 400, |_| 70.0), 0, "12 a second are enough");
+        assert_eq!(run(&mut cheap, 300, |_| 30.0), 1, "33 leave room");
     }
 
     #[test]

@@ -1,6 +1,10 @@
 // From light to picture: the scope's lens and circle, exposure, sharpening, tone curve, grain.
 
 override BLOOM: bool = true;
+// Smooths edges, for light with one sample a pixel.
+override SMOOTH: bool = false;
+// No blur and no colour fringes, for software drivers.
+override PLAIN: bool = false;
 struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -23,13 +27,41 @@ struct VertexOut { @builtin(position) clip: vec4f, @location(0) ndc: vec2f }
 fn through_lens(at: vec2f) -> vec2f {
   let r = length(at);
   let angle = r / frame.scope.y * frame.scope.x;
-  let k = select(tan(angle) / max(r, 1e-6), frame.scope.x / frame.scope.y, r < 1e-4) / frame.forward.w;
+  var k = frame.scope.x / frame.scope.y;
+  if (PLAIN) {
+    let a2 = angle * angle;
+    k *= 1.0 + a2 * (0.33333 + a2 * (0.13333 + 0.053968 * a2));
+  } else if (r >= 1e-4) {
+    k = tan(angle) / r;
+  }
+  k /= frame.forward.w;
   return vec2f(at.x / frame.up.w, -at.y) * k * 0.5 + 0.5;
 }
 
 // Fitted ACES curve (Narkowicz 2016).
 fn tone(x: vec3f) -> vec3f {
   return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), vec3f(0.0), vec3f(1.0));
+}
+
+// Light as bright as the screen shows it, roughly: 0 to 1.
+fn compressed(c: vec3f) -> vec3f { let e = c * exposure.value; return e / (0.35 + e); }
+
+// The light at a place on an edge, averaged along the edge (Lottes 2009, "FXAA"). `around` is the
+// green light of the nearest texels: lower left, lower right, upper right, upper left.
+fn smoothed(c: vec3f, uv: vec2f, texel: vec2f, around: vec4f) -> vec3f {
+  let g = around * exposure.value / (0.35 + around * exposure.value);
+  let least = min(min(g.x, g.y), min(g.z, g.w));
+  let most = max(max(g.x, g.y), max(g.z, g.w));
+  if (most - least < max(0.05, 0.18 * most)) { return c; }
+  let across = vec2f((g.x + g.y) - (g.z + g.w), (g.x + g.w) - (g.y + g.z));
+  let shorten = 1.0 / (min(abs(across.x), abs(across.y)) + max(0.03125 * dot(g, vec4f(1.0)), 0.0078));
+  let along = clamp(across * shorten, vec2f(-6.0), vec2f(6.0)) * texel;
+  let near = 0.5 * (compressed(textureSampleLevel(light, linear, uv - along / 6.0, 0.0).rgb)
+    + compressed(textureSampleLevel(light, linear, uv + along / 6.0, 0.0).rgb));
+  let far = 0.5 * near + 0.25 * (compressed(textureSampleLevel(light, linear, uv - 0.5 * along, 0.0).rgb)
+    + compressed(textureSampleLevel(light, linear, uv + 0.5 * along, 0.0).rgb));
+  let mean = select(far, near, far.g < least || far.g > most);
+  return 0.35 * mean / (1.0 - min(mean, vec3f(0.995))) / exposure.value;
 }
 
 // Noise from -1 to 1 that varies smoothly over a length of 1.
@@ -49,17 +81,23 @@ fn drops(at: vec2f) -> vec3f {
   let open = 1.0 - smoothstep(1.0 - 2.0 * soft, 1.0 + soft, r);
   if (open <= 0.0) { return vec4f(0.004, 0.004, 0.005, 1.0); }
   let uv = through_lens(at);
-  let texel = 1.0 / frame.scope.zw;
-  let fringe = (uv - 0.5) * r * r * 0.003;
+  let texel = f32(frame.counts.z) / frame.scope.zw;
   let straight = textureSampleLevel(light, linear, uv, 0.0);
   var c = straight.rgb;
-  c.r = textureSampleLevel(light, linear, uv + fringe, 0.0).r;
-  c.b = textureSampleLevel(light, linear, uv - fringe, 0.0).b;
+  var around = vec4f(0.0);
+  if (SMOOTH) {
+    around = textureGather(1, light, linear, uv);
+    c = smoothed(c, uv, texel, around);
+  } else {
+    let fringe = (uv - 0.5) * r * r * 0.003;
+    c.r = textureSampleLevel(light, linear, uv + fringe, 0.0).r;
+    c.b = textureSampleLevel(light, linear, uv - fringe, 0.0).b;
+  }
   // A point out of focus is a disc; its angle is in units of the half angle of half the picture.
   let disc = 0.5 * APERTURE_M * abs(1.0 / max(straight.a, 0.004) - 1.0 / max(frame.wear.w, 0.004))
     * step(0.0001, straight.a) * step(0.0001, frame.wear.w);
   let reach = vec2f(1.0 / frame.up.w, 1.0) * min(0.5 * disc * frame.scope.y / frame.scope.x, 0.02);
-  if (reach.y > 0.6 * texel.y) {
+  if (!PLAIN && reach.y > 0.6 * texel.y) {
     for (var i = 1u; i < 13u; i++) {
       let turn = f32(i) * 2.399963;
       c += textureSampleLevel(light, linear, uv + vec2f(cos(turn), sin(turn)) * sqrt(f32(i) / 12.0) * reach, 0.0).rgb;
@@ -84,16 +122,25 @@ fn drops(at: vec2f) -> vec3f {
     c = mix(c, mix(blurred, grey, 0.35) * (1.0 - 0.45 * frame.film.z) + 0.25 * grey * fog, clamp(1.6 * veil, 0.0, 1.0));
   }
   // A camera sharpens brightness.
-  let around = textureSampleLevel(light, linear, uv + vec2f(texel.x, 0.0), 0.0).g
-    + textureSampleLevel(light, linear, uv - vec2f(texel.x, 0.0), 0.0).g
-    + textureSampleLevel(light, linear, uv + vec2f(0.0, texel.y), 0.0).g
-    + textureSampleLevel(light, linear, uv - vec2f(0.0, texel.y), 0.0).g;
+  var sum = dot(around, vec4f(1.0));
+  if (!SMOOTH) {
+    sum = textureSampleLevel(light, linear, uv + vec2f(texel.x, 0.0), 0.0).g
+      + textureSampleLevel(light, linear, uv - vec2f(texel.x, 0.0), 0.0).g
+      + textureSampleLevel(light, linear, uv + vec2f(0.0, texel.y), 0.0).g
+      + textureSampleLevel(light, linear, uv - vec2f(0.0, texel.y), 0.0).g;
+  }
   let sharp = (1.0 - veil) * (1.0 - smoothstep(0.3, 1.0, reach.y / texel.y));
-  c *= 1.0 + 0.3 * sharp * clamp((c.g * 4.0 - around) / max(c.g * 4.0 + around, 1e-4), -0.6, 0.6);
+  c *= 1.0 + 0.3 * sharp * clamp((c.g * 4.0 - sum) / max(c.g * 4.0 + sum, 1e-4), -0.6, 0.6);
   c *= exposure.value;
   if (BLOOM) { c += textureSampleLevel(glare, linear, uv, 0.0).rgb * 0.09; }
   c *= 1.0 - 0.42 * smoothstep(0.35, 1.05, r);
-  var shown = pow(tone(c), vec3f(1.0 / 2.2));
+  var shown = tone(c);
+  if (PLAIN) {
+    let root = sqrt(shown);
+    shown = root + 0.06 * sqrt(root) * (1.0 - shown);
+  } else {
+    shown = pow(shown, vec3f(1.0 / 2.2));
+  }
   shown += hash3(vec3u(vec2u(in.clip.xy), frame.counts.y)) * frame.film.x * (1.2 - shown);
   return vec4f(mix(vec3f(0.004), clamp(shown, vec3f(0.0), vec3f(1.0)), open), 1.0);
 }

@@ -1,6 +1,8 @@
 // One light beside the lens, a wet two-layer surface, and light reflected by the red cavity.
 
 override SHADOW: bool = true;
+// Fewer terms, for software drivers.
+override PLAIN: bool = false;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> looks: array<Look, 16>;
@@ -142,9 +144,11 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
     dot(mix(s.smooth_normal, s.normal, 0.85), light),
     dot(s.normal, light));
   let wrapped = clamp((nl + s.scatter) / ((1.0 + s.scatter) * (1.0 + s.scatter)), vec3f(0.0), vec3f(1.0));
-  let diffuse = wrapped * pow(vec3f(lit), vec3f(0.65, 1.0, 1.1));
+  var diffuse = wrapped;
+  if (SHADOW) { diffuse *= pow(vec3f(lit), vec3f(0.65, 1.0, 1.1)); }
   // Light reflected by the cavity is red, and redder still in folds.
-  let folds = pow(vec3f(ambient), vec3f(0.75, 1.15, 1.25));
+  var folds = vec3f(ambient);
+  if (!PLAIN) { folds = pow(folds, vec3f(0.75, 1.15, 1.25)); }
   let bounce = vec3f(0.055, 0.022, 0.017) * (0.65 + 0.35 * dot(s.smooth_normal, frame.up.xyz)) * folds * frame.light.w * 45.0;
 
   let f0 = mix(vec3f(s.reflectance), s.albedo, s.metal);
@@ -152,7 +156,11 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   let nl_base = max(dot(s.normal, light), 0.0);
   let nv_base = max(dot(s.normal, view), 0.02);
   let fresnel = f0 + (1.0 - f0) * fifth(1.0 - vh);
-  let base = fresnel * ggx(max(dot(s.normal, half_way), 0.0), a) * visibility(nl_base, nv_base, a) * nl_base * lit;
+  var base = vec3f(0.0);
+  // Under a film the tissue's own reflection is dim.
+  if (!PLAIN || s.metal > 0.0) {
+    base = fresnel * ggx(max(dot(s.normal, half_way), 0.0), a) * visibility(nl_base, nv_base, a) * nl_base * lit;
+  }
 
   let af = s.film_roughness * s.film_roughness;
   let nl_film = max(dot(s.film_normal, light), 0.0);
@@ -163,7 +171,8 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   // A dim reflection of the cavity: lit in front of the camera, dark behind it.
   let mirror = reflect(-view, s.film_normal);
   let before = smoothstep(-0.5, 0.9, dot(mirror, frame.forward.xyz));
-  let mottled = 0.75 + 0.5 * noise(mirror * 2.3 + vec3f(5.0)).w;
+  var mottled = 0.75;
+  if (!PLAIN) { mottled += 0.5 * noise(mirror * 2.3 + vec3f(5.0)).w; }
   let glow = mix(vec3f(0.006, 0.0025, 0.002), vec3f(0.100, 0.040, 0.030) * mottled, before * before) * frame.light.w * 45.0;
   // Steel also reflects the white light on wet tissue: it looks grey in a red room.
   let cavity = mix(glow, vec3f(0.75 * glow.r), 0.7 * s.metal);

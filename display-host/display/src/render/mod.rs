@@ -32,8 +32,10 @@
 //!
 //! The graphics device times each pass (`timing`), and `governor` chooses the quality from these
 //! times. The quality falls after 40 frames that cost too much. It rises only after many cheap
-//! frames, and each rise that was wrong doubles their number. If the device has no clock, the time
-//! from frame to frame decides. If the graphics device is lost, it is reopened in a new window, and
+//! frames, and each rise that was wrong doubles their number. If the device has no clock, or is the
+//! processor itself, the time from frame to frame decides. On the processor, only those triangles
+//! of the skin are drawn that the picture can show (`visible`). With one sample a pixel, the lens
+//! smooths edges. If the graphics device is lost, it is reopened in a new window, and
 //! the run goes on.
 //!
 //! A press is drawn deeper than the spheres go (`skinning::dent`). Inner spheres are too coarse to
@@ -74,6 +76,7 @@ pub(crate) mod sutures;
 mod targets;
 pub mod timing;
 mod trees;
+mod visible;
 
 use std::ops::Range;
 
@@ -90,6 +93,7 @@ pub use self::quality::Quality;
 use self::sutures::Sutures;
 use self::targets::Targets;
 use self::timing::{PassTimes, Timing};
+use self::visible::Visible;
 use crate::effects::{Effect, Effects, Skin};
 use crate::skinning::gpu::GpuSkinning;
 use crate::skinning::motion::Motions;
@@ -125,6 +129,7 @@ pub struct Renderer {
     eye: Vec3,
     timing: Timing,
     skinned: Vec<SkinnedVertex>,
+    visible: Visible,
     layouts: Layouts,
     pipelines: Pipelines,
     /// The instruments, the trocar, and the clips.

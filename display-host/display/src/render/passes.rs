@@ -72,7 +72,11 @@ impl Renderer {
         let all = self.skinning.corner_count;
         let Some((inside, model)) = self.inside.as_ref().zip(self.inside_model.as_ref()) else {
             pass.set_pipeline(&self.pipelines.tissue);
-            self.draw_tissue(&mut pass, true, self.shown_corners());
+            if self.chooses_triangles() {
+                self.draw_visible(&mut pass);
+            } else {
+                self.draw_tissue(&mut pass, true, self.shown_corners());
+            }
             self.draw_cells(&mut pass, true);
             self.discs.draw(&mut pass, &self.pipelines.effects);
             return;
@@ -94,6 +98,20 @@ impl Renderer {
         }
         pass.set_index_buffer(self.skinning.corners.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(corners, 0, 0..1);
+    }
+
+    /// True if only those triangles of the skin are drawn that the picture can show.
+    pub(super) fn chooses_triangles(&self) -> bool {
+        let shows_skin = self.shown == Shown::Everything && self.inside.is_none();
+        self.quality.skin_on_cpu && shows_skin
+    }
+
+    fn draw_visible(&self, pass: &mut wgpu::RenderPass<'_>) {
+        let (corners, count) = self.visible.corners();
+        pass.set_vertex_buffer(0, self.skinning.now.slice(..));
+        pass.set_vertex_buffer(1, self.skinning.rest.slice(..));
+        pass.set_index_buffer(corners.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..count, 0, 0..1);
     }
 
     fn draw_cells(&self, pass: &mut wgpu::RenderPass<'_>, with_rest: bool) {

@@ -194,9 +194,16 @@ struct Draw<'a> {
 impl Pipelines {
     pub(super) fn new(device: &Device, layouts: &Layouts, quality: &Quality) -> Self {
         let flag = |on: bool| if on { 1.0 } else { 0.0 };
+        let plain = ("PLAIN", flag(quality.detail == 0));
         let shaded = [
             ("DETAIL", f64::from(quality.detail)),
             ("SHADOW", flag(quality.shadow_side.is_some())),
+            plain,
+        ];
+        let developed = [
+            ("BLOOM", flag(quality.bloom)),
+            ("SMOOTH", flag(quality.samples == 1)),
+            plain,
         ];
         let tissue = [
             vertices::<SkinnedVertex>(&SKINNED),
@@ -207,7 +214,7 @@ impl Pipelines {
         let near_first = Some(wgpu::CompareFunction::Greater);
         let shadow = Some(wgpu::CompareFunction::LessEqual);
         let samples = quality.samples;
-        let full_screen = |shader, layout, target, depth, constants: Option<(&str, f64)>| {
+        let full_screen = |shader, layout, target, depth, constants: &[(&str, f64)]| {
             draw(
                 device,
                 &Draw {
@@ -223,7 +230,7 @@ impl Pipelines {
                     // Only the mask has a depth: it is drawn in the scene's pass, with as many
                     // samples.
                     samples: if depth.is_some() { samples } else { 1 },
-                    constants: constants.as_slice(),
+                    constants,
                 },
             )
         };
@@ -274,7 +281,7 @@ impl Pipelines {
                     cull: false,
                     translucent: true,
                     samples,
-                    constants: &[],
+                    constants: &shaded[2..],
                 },
             ),
             tissue_shadow: draw(
@@ -309,19 +316,13 @@ impl Pipelines {
                     constants: &[],
                 },
             ),
-            mask: full_screen("scope mask", &layouts.frame, LIGHT, always, None),
+            mask: full_screen("scope mask", &layouts.frame, LIGHT, always, &[]),
             exposure: compute(device, "exposure", "measure", &layouts.exposure),
             glare: [0.9, 0.0].map(|threshold| {
-                let threshold = Some(("THRESHOLD", threshold));
-                full_screen("bloom", &layouts.bloom, LIGHT, None, threshold)
+                let threshold = ("THRESHOLD", threshold);
+                full_screen("bloom", &layouts.bloom, LIGHT, None, &[threshold])
             }),
-            lens: full_screen(
-                "lens",
-                &layouts.lens,
-                PICTURE,
-                None,
-                Some(("BLOOM", flag(quality.bloom))),
-            ),
+            lens: full_screen("lens", &layouts.lens, PICTURE, None, &developed),
         }
     }
 }

@@ -16,6 +16,7 @@ use super::resource::{bind, cells_texture, noise_texture, sampler, volume};
 use super::sutures::Sutures;
 use super::targets::Targets;
 use super::timing::Timing;
+use super::visible::Visible;
 use super::{
     Renderer, Shown, ambient, cavity, cells, instrument, layout, look, organs, particles, trees,
 };
@@ -122,6 +123,7 @@ impl Renderer {
             inside: None,
             inside_model: None,
             skinned: mesh.at_rest(),
+            visible: Visible::new(gpu, mesh.triangles.len()),
             pieces: Pieces::of(scene, &mesh),
             mesh,
             skinning,

@@ -7,14 +7,17 @@ use super::gpu::Gpu;
 pub struct Quality {
     /// True to move the skin on the CPU, which is faster with a software driver.
     pub skin_on_cpu: bool,
-    /// Level of tissue detail: 1 draws two octaves of noise, 2 draws four.
+    /// Level of detail of tissue, light and lens. 0: one octave of noise, one reflection, no blur
+    /// and no colour fringes; 1: two octaves; 2: four octaves.
     pub detail: u32,
     /// Side of the shadow map, pixels. `None`: no shadows.
     pub shadow_side: Option<u32>,
     /// Glare around highlights.
     pub bloom: bool,
-    /// Samples a pixel: 1 or 4.
+    /// Samples a pixel: 1 or 4. With 1 the lens smooths the edges that it finds in the light.
     pub samples: u32,
+    /// Number of the picture's pixels along the side of a pixel of light: 1 or 2.
+    pub part: u32,
     /// Size of the picture, pixels.
     pub size: [u32; 2],
 }
@@ -27,26 +30,15 @@ impl Quality {
         shadow_side: Some(2048),
         bloom: true,
         samples: 4,
+        part: 1,
         size: [1280, 720],
     };
     /// Quality for a software driver.
     pub const SOFTWARE: Self = Self {
         skin_on_cpu: true,
-        detail: 2,
         shadow_side: Some(768),
-        bloom: true,
-        samples: 4,
         size: [640, 480],
-    };
-
-    /// Quality for a window on a software driver. A frame takes a seventh of `SOFTWARE`'s time.
-    pub const SOFTWARE_LIVE: Self = Self {
-        detail: 1,
-        shadow_side: Some(384),
-        bloom: false,
-        samples: 1,
-        size: [480, 360],
-        ..Self::SOFTWARE
+        ..Self::GPU
     };
 
     /// Tiers for a graphics device, best first. All keep the picture's size.
@@ -69,42 +61,61 @@ impl Quality {
             ..Self::GPU
         },
     ];
-    /// Tiers for a window on a software driver, best first; the last has no shadows.
-    pub const SOFTWARE_TIERS: [Self; 2] = [
-        Self::SOFTWARE_LIVE,
+    /// Tiers for a window on a software driver, best first. The last ones are for computers of two
+    /// cores, one of which is the tick's.
+    pub const SOFTWARE_TIERS: [Self; 4] = [
         Self {
+            detail: 1,
+            shadow_side: Some(384),
+            bloom: false,
+            samples: 1,
+            ..Self::SOFTWARE
+        },
+        Self {
+            detail: 1,
             shadow_side: None,
-            ..Self::SOFTWARE_LIVE
+            bloom: false,
+            samples: 1,
+            ..Self::SOFTWARE
+        },
+        Self {
+            detail: 0,
+            shadow_side: None,
+            bloom: false,
+            samples: 1,
+            ..Self::SOFTWARE
+        },
+        Self {
+            detail: 0,
+            shadow_side: None,
+            bloom: false,
+            samples: 1,
+            part: 2,
+            ..Self::SOFTWARE
         },
     ];
 
-    /// Tiers of an adapter for a window, best first, and the allowed cost of a frame, ms. The cost
-    /// allows 60 frames a second and leaves time for the window itself. On a software driver it
-    /// allows 15 frames a second.
+    /// Size of the light from which the lens makes the picture, pixels.
     #[must_use]
-    pub fn tiers(gpu: &Gpu) -> (Vec<Self>, f32) {
+    pub fn light_size(&self) -> [u32; 2] {
+        self.size.map(|side| side.div_ceil(self.part.max(1)))
+    }
+
+    /// Tiers of an adapter for a window, best first.
+    #[must_use]
+    pub fn tiers(gpu: &Gpu) -> Vec<Self> {
         if gpu.is_software() {
-            (Self::SOFTWARE_TIERS.to_vec(), 66.0)
+            Self::SOFTWARE_TIERS.to_vec()
         } else {
-            (Self::GPU_TIERS.to_vec(), 13.0)
+            Self::GPU_TIERS.to_vec()
         }
     }
 
-    /// Desired interval between the frames of a window, ms.
-    #[must_use]
-    pub fn period_ms(gpu: &Gpu) -> f32 {
-        if gpu.is_software() {
-            66.0
-        } else {
-            1000.0 / 60.0
-        }
-    }
-
-    /// Quality of an adapter for a window, which shows frame after frame.
+    /// Quality with which a window starts.
     #[must_use]
     pub fn live(gpu: &Gpu) -> Self {
         if gpu.is_software() {
-            Self::SOFTWARE_LIVE
+            Self::SOFTWARE_TIERS[Self::SOFTWARE_TIERS.len() - 1]
         } else {
             Self::GPU
         }

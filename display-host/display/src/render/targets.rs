@@ -29,7 +29,7 @@ impl Targets {
         filter: &wgpu::Sampler,
         quality: &Quality,
     ) -> Self {
-        let (device, size) = (&gpu.device, quality.size);
+        let (device, size) = (&gpu.device, quality.light_size());
         let samples = quality.samples;
         let view = |texture: wgpu::Texture| texture.create_view(&Default::default());
         let light = view(target(device, "light", size, LIGHT, 1));
@@ -37,7 +37,7 @@ impl Targets {
             let small = size.map(|s| (s / part).max(1));
             view(target(device, "glare", small, LIGHT, 1))
         });
-        let picture = target(device, "picture", size, PICTURE, 1);
+        let picture = target(device, "picture", quality.size, PICTURE, 1);
         let picture_view = picture.create_view(&Default::default());
         let texture = wgpu::BindingResource::TextureView;
         let sampler = || wgpu::BindingResource::Sampler(filter);

@@ -1,6 +1,6 @@
 // Organs and the cavity around them.
 
-// 1: two octaves, for software drivers; 2: four.
+// 0: one octave, for software drivers; 1: two; 2: four.
 override DETAIL: u32 = 2u;
 
 // Least drawn radius of a fibre, pixels.
@@ -28,7 +28,7 @@ struct VertexOut {
   out.normal = v.normal.xyz;
   if (v.position.w < 0.0) {
     // A fibre, with its radius in place of the push: thinner than a pixel it would have gaps.
-    let pixel = 2.0 * depth_of(out.world) * frame.forward.w / frame.scope.w;
+    let pixel = 2.0 * depth_of(out.world) * frame.forward.w / frame.scope.w * f32(frame.counts.z);
     let radius = -v.position.w / pixel;
     out.world += out.normal * max(FIBRE_PX - radius, 0.0) * pixel;
     // Its sides must not flicker from pixel to pixel: a thin fibre has the mean normal of its
@@ -64,7 +64,8 @@ fn cover(d: f32, footprint: f32) -> f32 {
 }
 
 fn body(look: Look, p: vec3f, footprint: f32, has_tree: bool) -> Body {
-  let coarse = noise(p * look.low.w);
+  var coarse = vec4f(0.0);
+  if (!PLAIN) { coarse = noise(p * look.low.w); }
   let middle = octave(p + vec3f(3.1, 0.7, 5.3), look.high.w, footprint);
   var lobule = vec4f(0.0);
   var grain = vec4f(0.0);
@@ -78,14 +79,14 @@ fn body(look: Look, p: vec3f, footprint: f32, has_tree: bool) -> Body {
   b.albedo = mix(b.albedo, look.streak.rgb, streak);
   b.albedo *= 1.0 + look.scatter.w * (lobule.w + 0.5 * grain.w);
   var packed = vec4f(0.0);
-  if (look.cell.x > 0.0) {
+  if (!PLAIN && look.cell.x > 0.0) {
     // The cells are irregular: distorted by the layer below.
     packed = cells(p + 0.25 / look.cell.x * middle.xyz, look.cell.x, footprint);
     b.albedo *= 1.0 + select(look.cell.z, look.cell.w, packed.w > 0.0) * packed.w;
   }
 
   // Fine, intermittent vessels at the zero crossings of noise.
-  if (look.lobule.w > 0.0 && !has_tree) {
+  if (!PLAIN && look.lobule.w > 0.0 && !has_tree) {
     let line = octave(p + vec3f(17.3, 2.9, 8.1), look.high.w * 0.8, footprint).w + 0.15 * lobule.w;
     let there = smoothstep(-0.15, 0.35, coarse.w + 0.3 * middle.w);
     let vein = (1.0 - smoothstep(0.005, 0.040, abs(line))) * there * look.lobule.w;
@@ -113,7 +114,8 @@ fn stained(p: vec3f) -> vec3f {
   var most = vec3f(0.0);
   if (stains.count.x == 0u) { return most; }
   // An edge finer than any mesh: it follows the tissue and thins out.
-  let rough = 0.34 * noise(p * 5.0).w + 0.13 * noise(p * 13.0).w;
+  var rough = 0.34 * noise(p * 5.0).w;
+  if (!PLAIN) { rough += 0.13 * noise(p * 13.0).w; }
   for (var i = 0u; i < min(stains.count.x, 64u); i++) {
     let to = p - stains.places[i].xyz;
     let r = length(to) / stains.places[i].w;
@@ -136,7 +138,10 @@ fn stained(p: vec3f) -> vec3f {
   let slot = (in.look >> 8u) & 15u;
   let tree = trees[slot];
   let grid = (p - tree.origin.xyz) * tree.scale.xyz + vec3f(0.0, 0.0, tree.scale.w);
-  let edges = (0.5 - textureSampleLevel(tree_texture, noise_sampler, grid, 0.0).xy) * 2.0 * tree.origin.w;
+  var edges = vec2f(1.0);
+  if (slot != 0u) {
+    edges = (0.5 - textureSampleLevel(tree_texture, noise_sampler, grid, 0.0).xy) * 2.0 * tree.origin.w;
+  }
   let artery = cover(edges.x, footprint);
   let vein = cover(edges.y, footprint);
   let edge = min(edges.x, edges.y);

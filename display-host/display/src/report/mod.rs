@@ -54,6 +54,9 @@ pub struct Summary {
     pub force_n: Range,
     /// Number of drawn pictures.
     pub frames: usize,
+    /// Pictures a second that the window showed: the median. `None` without a window, or after few
+    /// pictures.
+    pub pictures_per_second: Option<f64>,
     /// Heap allocations of the realtime thread after its start. `None` if they were not counted.
     pub allocations_after_start: Option<u64>,
     /// Page faults of the realtime thread after its start.

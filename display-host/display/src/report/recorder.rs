@@ -245,6 +245,7 @@ impl Recorder {
             motion_to_picture_ns: motion_to_picture.quantiles(),
             force_n: Range { min, max },
             frames: outcome.frames.len(),
+            pictures_per_second: outcome.pictures_per_second,
             allocations_after_start: counters
                 .map(|c| c.allocations)
                 .filter(|&count| count != u64::MAX),

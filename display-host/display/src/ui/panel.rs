@@ -1,5 +1,6 @@
 //! The panel next to the picture.
 
+use assess::report::PICTURES_MIN;
 use egui::{Color32, RichText, Sense, Ui, vec2};
 use egui_plot::{Line, Plot, PlotPoints};
 use shared_mem::words::{Instrument, Switches};
@@ -18,8 +19,6 @@ const PANEL: [f32; 2] = [240.0, 350.0];
 /// Size of the text for the trainee, points.
 const TEXT: f32 = 17.0;
 
-/// Pictures a second below which nobody can train: the eye follows a hand at ten or more.
-const RATE_MIN: f32 = 10.0;
 /// Haze that obscures the view, 1/m: a seventh of the light from tissue 5 cm away is lost.
 const HAZY_PER_M: f32 = 4.0;
 
@@ -152,7 +151,7 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
 /// Warns if the computer draws too few pictures to train with.
 fn too_slow(ui: &mut Ui, state: &UiState) {
     let rate = state.frames_per_second;
-    if rate > 0.0 && rate < RATE_MIN && state.replay.is_none() {
+    if rate > 0.0 && f64::from(rate) < PICTURES_MIN && state.replay.is_none() {
         let rate = state.words.number(rate.into(), 1).into();
         let text = state.words.say_with("slow-computer", &[("rate", rate)]);
         line(ui, Mark::Care, &text);

@@ -10,6 +10,9 @@ const FRAMES_KEPT: usize = 400_000;
 /// Time over which the rate is measured.
 const RATE_OVER: Duration = Duration::from_secs(2);
 
+/// Least number of intervals between pictures from which a rate is told.
+const FRAMES_MIN: usize = 20;
+
 /// Shown pictures.
 #[derive(Default)]
 pub(super) struct Frames {
@@ -50,9 +53,40 @@ impl Frames {
     }
 }
 
+/// Pictures a second: the median. A hidden window shows none, which does not count. `None`: too few
+/// pictures.
+pub(super) fn rate(frames: &[FrameRecord]) -> Option<f64> {
+    let times = frames.iter().zip(frames.iter().skip(1));
+    let mut between: Vec<u64> = times
+        .map(|(a, b)| b.shown_ns.saturating_sub(a.shown_ns))
+        .collect();
+    between.sort_unstable();
+    let median = *between.get(between.len() / 2)?;
+    (between.len() >= FRAMES_MIN && median > 0).then(|| 1e9 / median as f64)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_rate_is_the_median_and_a_hidden_window_does_not_count() {
+        let shown = |shown_ns| FrameRecord {
+            tick: 0,
+            sample_ns: 0,
+            state_ns: 0,
+            submitted_ns: 0,
+            shown_ns,
+            live: true,
+            path: None,
+        };
+        let mut frames: Vec<FrameRecord> = (0..30).map(|i| shown(i * 250_000_000)).collect();
+        frames.push(shown(3_600_000_000_000));
+        let found = rate(&frames).unwrap_or_default();
+        assert!((found - 4.0).abs() < 1e-9, "{found} pictures a second");
+        assert_eq!(rate(&frames[..FRAMES_MIN]), None);
+        assert_eq!(rate(&[]), None);
+    }
 
     #[test]
     fn pictures_whose_records_were_dropped_still_count() {

@@ -265,17 +265,16 @@ impl Screen {
 
     /// Takes the cost of the last picture, and adapts the quality to it.
     fn watch_cost(&mut self, session: &mut Session) -> Result<(), DisplayError> {
-        let cost_ms = if self.canvas.gpu.has_clock() {
-            let Some(times) = self.renderer.take_pass_times() else {
-                return Ok(());
-            };
-            session.ui.pass_times = Some(times);
-            times.iter().sum()
+        let times = self.renderer.take_pass_times();
+        session.ui.pass_times = times.or(session.ui.pass_times);
+        let gpu = &self.canvas.gpu;
+        let cost_ms = if gpu.has_clock() && !gpu.is_software() {
+            times.map(|it| it.iter().sum())
         } else {
-            let Some(since_s) = self.since_last_s.take() else {
-                return Ok(());
-            };
-            since_s * 1e3
+            self.since_last_s.take().map(|since_s| since_s * 1e3)
+        };
+        let Some(cost_ms) = cost_ms else {
+            return Ok(());
         };
         if let Some(quality) = self.governor.note(cost_ms) {
             self.renderer.set_quality(&self.canvas.gpu, quality)?;
@@ -345,16 +344,12 @@ impl Screen {
     }
 }
 
-/// Governs the quality by the device's clock, or without one by the interval between frames.
+/// Governs the quality of the pictures on the window's screen.
 fn governor(canvas: &Canvas) -> Governor {
-    let (tiers, may_cost_ms) = Quality::tiers(&canvas.gpu);
-    if canvas.gpu.has_clock() {
-        return Governor::new(tiers, may_cost_ms);
-    }
     let monitor = canvas.window.current_monitor();
     let millihertz = monitor.and_then(|it| it.refresh_rate_millihertz());
     let screen_ms = millihertz.map_or(0.0, |it| 1e6 / it as f32);
-    Governor::by_period(tiers, Quality::period_ms(&canvas.gpu), screen_ms)
+    Governor::of(&canvas.gpu, screen_ms)
 }
 
 /// Angle of the next endoscope, rad: 0°, 30°, 45°, then 0° again.

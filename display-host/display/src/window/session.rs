@@ -9,12 +9,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
+use assess::report::PICTURES_MIN;
 use shared_mem::message::{StateFrame, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 use shared_mem::service::{Host, ServiceError, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
 
-use super::frames::Frames;
+use super::frames::{Frames, rate};
 use super::free_view::FreeCamera;
 use super::operate::{Lead, Operate};
 use super::pending::Pending;
@@ -256,13 +257,23 @@ impl Session {
         software_adapter: bool,
         ended: Ended,
     ) -> RunOutcome {
+        let frames = self.frames.into_records();
+        let pictures_per_second = rate(&frames);
+        let slow = pictures_per_second.filter(|it| *it < PICTURES_MIN);
+        let slow = slow.map(|rate| {
+            format!(
+                "the window showed {rate:.1} pictures a second, which is too few to train with; \
+                 at least {PICTURES_MIN:.0} are needed: use a computer with a graphics card"
+            )
+        });
         RunOutcome {
             adapter,
             software_adapter,
-            frames: self.frames.into_records(),
+            frames,
+            pictures_per_second,
             counters: self.feed.counters(),
             ended,
-            warnings: self.warnings,
+            warnings: self.warnings.into_iter().chain(slow).collect(),
         }
     }
 }

@@ -296,6 +296,7 @@ start-device-named = { $device }: { $path }, wird beim Start geprüft
 start-hand = Mit M führen Sie das Instrument mit Maus und Tastatur; bis dahin ruht es.
 start-nothing-plugged-in = Kein serielles Gerät und kein Fußschalter angeschlossen.
 start-plugged-in = Angeschlossen: { $list }
+start-slow-computer = In der letzten Operation zeichnete dieser Rechner nur { $rate } Bilder pro Sekunde: zu wenig zum Üben. Eine Grafikkarte hilft.
 start-no-file = Bitte eine Stationsdatei angeben oder simulierte Geräte wählen.
 
 difficulty-beginner = Anfänger
@@ -686,6 +687,7 @@ page-sum = Summe
 page-metrics = Alle Ergebnisse
 page-show = Anzeigen
 page-recorded-by = Aufgezeichnet von { $build }; Ergebnisse der Version { $version }.
+page-slow-computer = Dieser Rechner zeichnete nur { $rate } Bilder pro Sekunde, zu wenig zum Üben: Die Hand lässt sich so nicht gerecht beurteilen. Eine Grafikkarte hilft.
 page-timing = Für die Technik: Zeitverhalten der Simulation
 page-timing-realtime = Von { $count } Takten zu 1000 µs endeten { $late } zu spät, und { $missed } fielen aus. Die Steuerung lief in Echtzeit.
 page-timing-otherwise = Von { $count } Takten zu 1000 µs endeten { $late } zu spät, und { $missed } fielen aus. Die Steuerung lief ohne Echtzeitpriorität.

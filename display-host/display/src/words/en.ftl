@@ -296,6 +296,7 @@ start-device-named = { $device }: { $path }, checked at the start
 start-hand = Press M to control the instrument with mouse and keyboard; until then it rests.
 start-nothing-plugged-in = No serial device or pedal is connected.
 start-plugged-in = Connected: { $list }
+start-slow-computer = In the last operation this computer drew only { $rate } pictures a second: too few to train with. A graphics card helps.
 start-no-file = Enter a station file, or choose simulated devices.
 
 difficulty-beginner = Beginner
@@ -686,6 +687,7 @@ page-sum = Sum
 page-metrics = All results
 page-show = Show
 page-recorded-by = Recorded by { $build }; results of version { $version }.
+page-slow-computer = This computer drew only { $rate } pictures a second, too few to train with: the hand cannot be judged fairly. A graphics card helps.
 page-timing = For engineers: timing of the simulation
 page-timing-realtime = Of { $count } ticks of 1000 µs, { $late } ended too late and { $missed } periods were missed. The controller ran in real time.
 page-timing-otherwise = Of { $count } ticks of 1000 µs, { $late } ended too late and { $missed } periods were missed. The controller ran without real-time priority.

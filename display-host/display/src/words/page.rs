@@ -137,6 +137,7 @@ mod tests {
                 missed_periods: 1,
                 late_ticks: 1,
                 realtime: true,
+                pictures_per_second: Some(3.25),
             }),
             is_scripted: true,
             cut_short: Some("x".to_owned()),

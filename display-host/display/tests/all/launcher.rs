@@ -246,6 +246,7 @@ fn devices_are_told_with_what_happens_where_one_is_missing() {
     let mut desk = harness(Screen::Start(Start {
         problem: Some("the store is busy".into()),
         station_file_problem: Some("line 3: no such driver".into()),
+        slow_per_second: Some(3.25),
         ..start()
     }));
     desk.run();
@@ -254,6 +255,7 @@ fn devices_are_told_with_what_happens_where_one_is_missing() {
         "Endoscope tracker: /dev/ttyUSB3 not found. Plug it in, or choose simulated devices",
         "Foot pedal: simulated",
         "the store is busy",
+        "In the last operation this computer drew only 3.2 pictures a second: too few to train with. A graphics card helps.",
         "line 3: no such driver",
         "No serial device or pedal is connected.",
         "Guest sessions are not saved: choose or enter a name to save yours.",

@@ -65,6 +65,8 @@ fn every_tier_shows_the_same_scene_in_the_same_size_and_is_timed() {
         let like = image_compare::rgba_hybrid_compare(best, &picture)
             .expect("pictures of one size")
             .score;
-        assert!(like > 0.8, "{tier:?} is like the best by {like}");
+        // Light of half the size loses much of so small a picture.
+        let least = if tier.part > 1 { 0.7 } else { 0.8 };
+        assert!(like > least, "{tier:?} is like the best by {like}");
     }
 }

@@ -49,7 +49,7 @@ fn a_disk_that_stays_full_is_given_up_and_memory_stays_bounded() {
 }
 
 /// Start and end of each chunk.
-fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
+pub(super) fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut at = mcap::MAGIC.len();
     while at + 9 < bytes.len() {

@@ -70,10 +70,15 @@ impl Storage for Disk {
 }
 
 pub(crate) fn scene() -> SceneFile {
+    scene_of(0.01)
+}
+
+/// A scene with spheres of this mass.
+fn scene_of(mass_kg: f32) -> SceneFile {
     let sphere = |x: f32| SphereRecord {
         center_m: [x, 0.0, 0.0],
         radius_m: 0.01,
-        mass_kg: 0.01,
+        mass_kg,
         held: 0,
     };
     let vertex = |x: f32| VertexRecord {
@@ -131,7 +136,7 @@ pub(crate) fn scene() -> SceneFile {
 fn info() -> Info {
     Info {
         scene: "nothing".into(),
-        scene_id: "00".into(),
+        scene_id: crate::hex(scene().short_id()),
         build: "a test".into(),
         wall_from_host_ns: 1_000,
     }

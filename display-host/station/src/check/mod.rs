@@ -6,6 +6,7 @@ mod files;
 mod find;
 mod finding;
 mod granted;
+mod graphics;
 mod kernel;
 mod processor;
 mod removal;
@@ -54,6 +55,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
     }
     let mut findings = find::all(&System::this(core), core);
     findings.push(removal::removal(Path::new("/")));
+    findings.push(graphics::graphics(&graphics::Adapter::open()));
     let bad = findings.iter().any(|f| f.verdict == Verdict::Bad);
     if args.json {
         let json = serde_json::json!({"core": core, "fit": !bad, "findings": findings});

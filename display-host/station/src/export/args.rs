@@ -16,6 +16,10 @@ Tables:
   metrics   what `calot report` computes of the session
   columns   each column of the others: type, and meaning with the unit
 
+Times: time_s counts from the session's first tick, time_unix_ns from 1970. Debrief, metrics and the
+store count otherwise: from the trainee's first movement, without pauses, gaps and lost devices. The
+column debrief_s of ticks and events has that time, so that any row converts one to the other.
+
 The session is run again tick by tick, as `calot replay` does, and must come out equal; otherwise
 the exit code is 1, and the command names the first tick that differs. Numbers keep every bit.
 
@@ -24,6 +28,7 @@ Examples:
   calot export out/session.mcap --csv tables
   calot export out/session.mcap --parquet tables
   calot export out/session.mcap --surfaces organs.mcap --surfaces-hz 5
+  calot export out --surfaces organs.mcap --pictures
   python3 -c \"import pandas; print(pandas.read_csv('tables/ticks.csv').force_x_n.describe())\""
 )]
 pub(crate) struct ExportArgs {
@@ -43,6 +48,10 @@ pub(crate) struct ExportArgs {
     /// Surfaces a second
     #[arg(long, value_name = "HZ", default_value_t = 2.0, value_parser = parse_hz, requires = "surfaces")]
     pub(crate) surfaces_hz: f64,
+    /// Add a picture of each alarm, and of the critical view of safety, to the file of surfaces:
+    /// the view that the run kept, else drawn as `calot report --pictures` draws it
+    #[arg(long, requires = "surfaces")]
+    pub(crate) pictures: bool,
     /// Run the session on this compiled scene (.calot) instead of its own; both must be equal
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,

@@ -5,6 +5,7 @@ use session::Entry;
 use session::EntryContent;
 use shared_mem::message::Event;
 
+use super::counted;
 use super::table::{Cell, Column, Kind};
 
 /// Columns of the table `events`.
@@ -13,6 +14,7 @@ pub(crate) fn events() -> Vec<Column> {
         Column::new("tick", Kind::Whole, "number of the tick"),
         Column::new("time_s", Kind::Double, "time since the first tick, s"),
         Column::new("time_unix_ns", Kind::Whole, "time since 1970 UTC, ns"),
+        Column::new("debrief_s", Kind::Double, counted::MEANING),
         Column::new("kind", Kind::Text, "kind of the event"),
         Column::new("organ", Kind::Text, "organ; empty: none"),
         Column::new(
@@ -35,9 +37,10 @@ pub(crate) fn events() -> Vec<Column> {
     ]
 }
 
-/// Row of an entry, if it is an event. `first_ns` is the host time of the first tick.
+/// Row of an entry, if it is an event. `counted` is the debrief's time, and `first_ns` the host
+/// time of the first tick.
 pub(crate) fn event(
-    entry: &Entry,
+    (entry, counted): (&Entry, Cell),
     organs: &[String],
     first_ns: u64,
     wall_from_host_ns: i64,
@@ -58,6 +61,7 @@ pub(crate) fn event(
         Cell::Whole(event.tick),
         Cell::Double(seconds(first_ns, entry.at_ns)),
         Cell::Whole(entry.at_ns.saturating_add_signed(wall_from_host_ns)),
+        counted,
         event.name().into(),
         organ.into(),
         x,

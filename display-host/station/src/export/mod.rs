@@ -3,6 +3,7 @@
 pub(crate) mod args;
 mod columnar;
 mod columns;
+mod counted;
 mod csv;
 mod surfaces;
 mod table;
@@ -15,10 +16,11 @@ use std::time::{Duration, Instant};
 
 use rt_process::replay::Replay;
 use serde::Serialize;
-use session::{Operation, Session, Times};
+use session::{Session, Times};
 
 use self::args::ExportArgs;
 use self::columnar::Columnar;
+use self::counted::Counted;
 use self::csv::Csv;
 use self::surfaces::Surfaces;
 use self::table::{Cell, Column, Sheet};
@@ -42,6 +44,8 @@ struct ExportOutcome {
     files: Vec<PathBuf>,
     ticks: u64,
     events: u64,
+    /// Pictures in the file of surfaces.
+    pictures: usize,
     /// True if ticks were computed again, all came out equal, and none is known to be missing.
     same: bool,
     first_difference: Option<Different>,
@@ -125,12 +129,19 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Problem> {
         made.map_err(|error| format!("{}: {error}", target.folder.display()))?;
     }
     let replay = Replay::new(&scene, &session.setup)?;
-    let surfaces = match &args.surfaces {
+    let mut surfaces = match &args.surfaces {
         Some(path) => Some(Surfaces::create(path, args.surfaces_hz, &scene)?),
         None => None,
     };
-    let (mut outcome, first_ns) = write_ticks(&replay, &mut session, &file, &targets, surfaces)?;
+    let written = write_ticks(&replay, &mut session, &file, &targets, surfaces.as_mut());
+    let (mut outcome, first_ns) = written?;
     let wall_from_host_ns = session.info.wall_from_host_ns;
+    if let Some(mut surfaces) = surfaces {
+        if args.pictures {
+            outcome.pictures = surfaces.pictures(&args.session, wall_from_host_ns)?;
+        }
+        outcome.files.push(surfaces.end()?);
+    }
     write_events(
         &mut outcome,
         &file,
@@ -159,10 +170,11 @@ fn write_ticks(
     session: &mut Session,
     file: &Path,
     targets: &[Target<'_>],
-    mut surfaces: Option<Surfaces>,
+    mut surfaces: Option<&mut Surfaces>,
 ) -> Result<(ExportOutcome, u64), Problem> {
     let mut tables = Tables::create(targets, "ticks", &ticks::columns())?;
     let mut times = Times::open(file)?;
+    let mut counted = Counted::open(file)?;
     let wall_from_host_ns = session.info.wall_from_host_ns;
     let mut rows = Rows::new(wall_from_host_ns);
     let (done, gap) = (Shared::new(0.0), Shared::new(None));
@@ -170,11 +182,12 @@ fn write_ticks(
     let mut judge = Judge::default();
     replay.run(without_gap(session, &gap, &done), |replayed| {
         count += 1;
-        let row = rows.row(replayed, times.of(replayed.view.tick));
+        let tick = replayed.view.tick;
+        let row = rows.row(replayed, counted.at_tick(tick), times.of(tick));
         let now_ns = replayed.record.now_ns;
         let passed = columns::seconds(rows.first_ns(), now_ns);
         let wall_ns = now_ns.saturating_add_signed(wall_from_host_ns);
-        let surfaces = surfaces.as_mut();
+        let surfaces = surfaces.as_deref_mut();
         let added = tables
             .add(&row)
             .and_then(|()| surfaces.map_or(Ok(()), |it| it.take(replayed, passed, wall_ns)));
@@ -193,13 +206,12 @@ fn write_ticks(
         return Err(problem);
     }
     let left_out = LeftOut::of(session, gap.get());
-    let mut files = tables.end()?;
-    files.extend(surfaces.map(Surfaces::end).transpose()?);
     let outcome = ExportOutcome {
         session: file.to_owned(),
-        files,
+        files: tables.end()?,
         ticks: count,
         events: 0,
+        pictures: 0,
         same: count > 0 && judge.first.is_none() && !left_out.is_known(),
         first_difference: judge.first,
         left_out,
@@ -216,8 +228,9 @@ fn write_events(
     wall_from_host_ns: i64,
 ) -> Result<(), Problem> {
     let mut tables = Tables::create(targets, "events", &columns::events())?;
-    for entry in Operation::open(file)? {
-        let row = columns::event(&entry, organs, first_ns, wall_from_host_ns);
+    let mut counted = Counted::open(file)?;
+    while let Some((entry, counted)) = counted.entry() {
+        let row = columns::event((&entry, counted), organs, first_ns, wall_from_host_ns);
         if let Some(row) = row {
             outcome.events += 1;
             tables.add(&row)?;
@@ -271,6 +284,11 @@ fn in_words(outcome: &ExportOutcome) -> Vec<String> {
         ),
         None => format!("{ticks} ticks and {events} events; the ticks came out as recorded"),
     };
+    let pictures = (outcome.pictures > 0).then(|| format!("{} pictures", outcome.pictures));
     let left_out = outcome.left_out.in_words();
-    files.chain([words]).chain(left_out).collect()
+    files
+        .chain([words])
+        .chain(pictures)
+        .chain(left_out)
+        .collect()
 }

@@ -1,16 +1,19 @@
-//! `calot export --surfaces`: the organs as the display draws them, at a stated rate.
+//! `calot export --surfaces`: the organs as the display draws them, at a stated rate, and pictures.
 
 use std::path::{Path, PathBuf};
 
 use bytemuck::Zeroable as _;
 use display_host::skinning::organs::OrganSurfaces;
+use display_host::words::Words;
 use rt_process::replay::Replayed;
 use session::{Surface, SurfaceFile};
 use shared_mem::message::{StateFrame, ToolFrame};
 use shared_mem::scene::{OrganKind, SceneFile};
 
+use crate::args::LanguageName;
 use crate::build::build;
 use crate::problem::Problem;
+use crate::report;
 
 /// Surfaces under construction.
 pub(super) struct Surfaces {
@@ -60,6 +63,30 @@ impl Surfaces {
         });
         let surfaces: Vec<Surface> = surfaces.collect();
         Ok(self.file.add(wall_ns, &surfaces, &self.tools)?)
+    }
+
+    /// Adds a picture of each alarm and critical view of the session at `path`: the one that the
+    /// run kept, else a new one. Returns their number.
+    pub(super) fn pictures(
+        &mut self,
+        path: &Path,
+        wall_from_host_ns: i64,
+    ) -> Result<usize, Problem> {
+        let file = report::recording(path);
+        let found = report::chapter(&file, None, None)?;
+        let words = Words::new(LanguageName::or_users(None));
+        let drawn = report::pictures::draw(&file, &found.wanted, &words)?;
+        let count = drawn.len();
+        for it in drawn {
+            let kept = it
+                .kept_in
+                .filter(|_| path.is_dir())
+                .map(|name| path.join(name));
+            let kept = kept.and_then(|kept| std::fs::read(kept).ok());
+            let wall_ns = it.at_ns.saturating_add_signed(wall_from_host_ns);
+            self.file.picture(wall_ns, kept.unwrap_or(it.png))?;
+        }
+        Ok(count)
     }
 
     pub(super) fn end(self) -> Result<PathBuf, Problem> {

@@ -7,6 +7,7 @@ use shared_mem::inputs::InputRecord;
 use shared_mem::message::{PoseMsg, STAGE_NAMES, STAGES};
 
 use super::columns::seconds;
+use super::counted;
 use super::table::{Cell, Column, Kind};
 
 pub(crate) fn columns() -> Vec<Column> {
@@ -15,6 +16,7 @@ pub(crate) fn columns() -> Vec<Column> {
     add("tick", Kind::Whole, "number of the tick");
     add("time_s", Kind::Double, "time since the first tick, s");
     add("time_unix_ns", Kind::Whole, "time since 1970 UTC, ns");
+    add("debrief_s", Kind::Double, counted::MEANING);
     add(
         "device_fresh",
         Kind::Flag,
@@ -169,8 +171,13 @@ impl Rows {
         self.first_ns.unwrap_or(0)
     }
 
-    /// Row of a tick, in the order of [`columns`].
-    pub(crate) fn row(&mut self, replayed: &Replayed<'_>, times: Option<TickTimes>) -> Vec<Cell> {
+    /// Row of a tick, in the order of [`columns`]. `counted` is the debrief's time.
+    pub(crate) fn row(
+        &mut self,
+        replayed: &Replayed<'_>,
+        counted: Cell,
+        times: Option<TickTimes>,
+    ) -> Vec<Cell> {
         let (record, tool) = (replayed.record, replayed.view.tool);
         let first_ns = *self.first_ns.get_or_insert(record.now_ns);
         self.take(record);
@@ -179,6 +186,7 @@ impl Rows {
         row.push(Cell::Double(seconds(first_ns, record.now_ns)));
         let wall_ns = record.now_ns.saturating_add_signed(self.wall_from_host_ns);
         row.push(Cell::Whole(wall_ns));
+        row.push(counted);
         row.push(Cell::Flag(record.bits & InputRecord::DEVICE_FRESH != 0));
         row.extend(self.device.map(Cell::finite));
         for pose in [

@@ -40,6 +40,7 @@ Sent with each frame, in mm and in the frame of --frame, stamped with the time o
   SENSOR    Force                 the force on the hand, N: x, y, z
   SENSOR    Jaw                   opening of the jaws, 0 shut to 1 open
   TDATA     Calot                 Tool, Handle and Endoscope; only to who asks by STT_TDATA
+  QTDATA    Calot                 the same with quaternions; only to who asks by STT_QTDATA
 Sent with --surfaces HZ, stamped alike in each round:
   POLYDATA  liver, gallbladder …  the organ's surface as it is drawn, in mm
 Sent as they occur:
@@ -55,9 +56,11 @@ The scene's axes are x to the patient's left, y to the head, z to the front. --f
 Each bracket is a row of the matrix. Both are rotations. The axes of instrument and camera
 themselves are not turned.
 
-Answered: GET_STATUS, GET_CAPABIL, GET_TRANS, GET_TDATA, GET_SENSOR, GET_STRING, GET_POLYDATA,
-STT_TDATA and STP_TDATA. Others get a STATUS that says so. Headers of version 1 and 2 are read, and each client
-is answered in its own. At most 8 clients connect; a ninth is told so and closed.
+Answered: GET_STATUS, GET_CAPABIL, GET_TRANS, GET_TDATA, GET_QTDATA, GET_SENSOR, GET_STRING,
+GET_POLYDATA, STT_TDATA, STP_TDATA, STT_QTDATA and STP_QTDATA. Others get a STATUS that says so. A
+client that begins with a GET_ of data, within 0.2 s, gets answers only, until it has asked nothing
+for 5 s. Headers of version 1 and 2 are read, and each client is answered in its own. At most 8
+clients connect; a ninth is told so and closed.
 
 In 3D Slicer, open the module OpenIGTLinkIF and add a connector of type Client to the address of
 --listen. The exit code is 1 if the station never ran while this program did.";

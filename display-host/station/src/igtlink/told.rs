@@ -34,6 +34,7 @@ pub(super) fn moment(tools: &ToolFrame, frame: Frame, unix_ns: u64) -> Vec<Messa
         .chain([&("ForceToReference", force)])
         .filter_map(transform)
         .chain(Message::tracking(STATION, &tracked, unix_ns))
+        .chain(Message::quaternions(STATION, &tracked, unix_ns))
         .chain(Message::sensor(
             "Force",
             force_n.as_slice(),
@@ -99,6 +100,7 @@ mod tests {
             ("TRANSFORM", ENDOSCOPE),
             ("TRANSFORM", "ForceToReference"),
             ("TDATA", STATION),
+            ("QTDATA", STATION),
             ("SENSOR", "Force"),
             ("SENSOR", "Jaw"),
         ];
@@ -117,7 +119,7 @@ mod tests {
     #[test]
     fn the_force_is_in_newton_and_in_the_frame_of_the_poses() {
         let sent = moment(&tools(), Frame::Ras, 0);
-        let force: Vec<f64> = sent[5].content[10..]
+        let force: Vec<f64> = sent[6].content[10..]
             .chunks_exact(8)
             .map(|it| f64::from_be_bytes(it.try_into().unwrap()))
             .collect();

@@ -25,7 +25,8 @@ pub(crate) struct ReplayArgs {
     /// Recorded session (.mcap), or the folder of its run
     #[arg(value_name = "SESSION")]
     pub(crate) session: PathBuf,
-    /// Run the session on this compiled scene (.calot) instead of its own; both must be equal
+    /// Run the session on this compiled scene (.calot) instead of its own; both must be equal. With
+    /// --repair: put it back into a session whose own is damaged
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
     /// Apply the recorded hands to another scene, named as for `run` (a recipe with other tissue, a
@@ -75,7 +76,8 @@ pub(crate) struct ReplayArgs {
     #[command(flatten)]
     pub(crate) overwrite: Overwrite,
     /// Close a session that breaks off (its recorder was killed), so that other programs open it.
-    /// The result goes to SESSION-repaired.mcap; the session itself stays as it is
+    /// Of a damaged session, keep all whole chunks, and say what is lost. The result goes to
+    /// SESSION-repaired.mcap; the session itself stays as it is
     #[arg(long, conflicts_with_all = ["show", "frames", "what_if", "what_if_iterations", "out"])]
     pub(crate) repair: bool,
     /// Print one JSON object on standard output

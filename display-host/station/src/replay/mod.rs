@@ -54,7 +54,8 @@ struct ReplayOutcome {
 pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
     let file = recording(&args.session);
     if args.repair {
-        return close::run(&file, args.overwrite, args.json);
+        let scene = args.scene.as_deref();
+        return close::run(&file, scene, args.overwrite, args.json);
     }
     let mut session = Session::open(&file)?;
     let scene = scene_of(&mut session, args.scene.as_deref())?;
@@ -214,6 +215,10 @@ mod tests {
             damaged: Some("at byte 7: x".to_owned()),
             ..LeftOut::default()
         };
+        let lost = LeftOut {
+            lost: Some("before its repair lost 9 messages".to_owned()),
+            ..LeftOut::default()
+        };
         let missing = LeftOut {
             missing: 3,
             ..LeftOut::default()
@@ -223,7 +228,12 @@ mod tests {
             missing: 3,
             ..LeftOut::default()
         };
-        for (left_out, said) in [(damaged, "byte 7"), (missing, "3 ticks"), (gap, "tick 4 ")] {
+        for (left_out, said) in [
+            (damaged, "byte 7"),
+            (lost, "9 messages"),
+            (missing, "3 ticks"),
+            (gap, "tick 4 "),
+        ] {
             assert!(left_out.is_known());
             let words = in_words(&outcome(left_out));
             assert!(

@@ -18,6 +18,9 @@ pub(crate) struct LeftOut {
     pub(crate) broken_off: Option<String>,
     /// Place and kind of damage. Ticks after it are not run.
     pub(crate) damaged: Option<String>,
+    /// Messages and spans that the session lost before it was repaired. Ticks after the first of
+    /// them are not run.
+    pub(crate) lost: Option<String>,
     /// Ticks that ran and were not recorded.
     pub(crate) missing: u64,
     /// True if the controller reported its end. `None` if the session could not be read to its end.
@@ -26,16 +29,19 @@ pub(crate) struct LeftOut {
 
 impl LeftOut {
     pub(crate) fn of(session: &Session, gap_at_tick: Option<u64>) -> Self {
-        let (broken_off, damaged) = match session.end() {
-            Some(End::BrokenOff(why)) => (Some(why.clone()), None),
-            Some(End::Damaged(why)) => (None, Some(why.clone())),
-            Some(End::Whole) | None => (None, None),
-        };
+        let (mut broken_off, mut damaged, mut lost) = (None, None, None);
+        match session.end() {
+            Some(End::BrokenOff(why)) => broken_off = Some(why.clone()),
+            Some(End::Damaged(why)) => damaged = Some(why.clone()),
+            Some(End::Lost(what)) => lost = Some(what.clone()),
+            Some(End::Whole) | None => {}
+        }
         let finish = session.finish();
         Self {
             gap_at_tick,
             broken_off,
             damaged,
+            lost,
             missing: finish.map_or(0, |finish| finish.missing),
             controller_ended: finish.map(|finish| finish.ran.is_some()),
         }
@@ -43,7 +49,8 @@ impl LeftOut {
 
     /// True if ticks are known to be missing from the session.
     pub(crate) fn is_known(&self) -> bool {
-        self.gap_at_tick.is_some() || self.damaged.is_some() || self.missing > 0
+        let has_hole = self.gap_at_tick.is_some() || self.lost.is_some();
+        has_hole || self.damaged.is_some() || self.missing > 0
     }
 
     /// One warning per part.
@@ -64,6 +71,9 @@ impl LeftOut {
             words.push(format!(
                 "the session is damaged {why}; the result does not cover what comes after"
             ));
+        }
+        if let Some(what) = &self.lost {
+            words.push(format!("the session was damaged: {what}"));
         }
         if let Some(why) = &self.broken_off {
             words.push(format!(

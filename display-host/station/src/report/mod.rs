@@ -1,7 +1,7 @@
 //! `calot report`: reports the results of recorded sessions as a page or as JSON.
 
 pub(crate) mod args;
-mod pictures;
+pub(crate) mod pictures;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -70,14 +70,14 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
             ..
         } = chapter(session, rules.as_ref(), args.task)?;
         if args.pictures {
-            chapter
-                .pictures
-                .splice(0..0, pictures::draw(&file, &wanted, &words)?);
+            let drawn = pictures::draw(&file, &wanted, &words)?;
+            let drawn = drawn.into_iter().map(|it| (it.caption, it.png));
+            chapter.pictures.splice(0..0, drawn);
         }
         for warning in left_out.in_words() {
             say::note(format_args!("warning: {}: {warning}", chapter.name));
         }
-        whole &= left_out.damaged.is_none();
+        whole &= left_out.damaged().is_none();
         if args.json {
             found.push(with(&chapter, &left_out)?);
         }
@@ -106,7 +106,7 @@ pub(crate) struct Found {
     /// Start of the session, s since 1970.
     pub(crate) began_unix_s: u64,
     /// Pictures to draw.
-    wanted: Vec<Wanted>,
+    pub(crate) wanted: Vec<Wanted>,
 }
 
 /// Data known to be missing from a recording.
@@ -116,6 +116,8 @@ pub(crate) struct LeftOut {
     broken_off: Option<String>,
     /// Place and kind of damage.
     damaged: Option<String>,
+    /// Messages and spans that the recording lost before it was repaired.
+    lost: Option<String>,
     /// Ticks that ran and were not recorded.
     missing_ticks: u64,
     /// Events that happened and were not recorded.
@@ -124,32 +126,37 @@ pub(crate) struct LeftOut {
 
 impl LeftOut {
     fn of(operation: &Operation) -> Self {
-        let (broken_off, damaged) = match operation.end() {
-            Some(End::BrokenOff(why)) => (Some(why.clone()), None),
-            Some(End::Damaged(why)) => (None, Some(why.clone())),
-            Some(End::Whole) | None => (None, None),
-        };
+        let (mut broken_off, mut damaged, mut lost) = (None, None, None);
+        match operation.end() {
+            Some(End::BrokenOff(why)) => broken_off = Some(why.clone()),
+            Some(End::Damaged(why)) => damaged = Some(why.clone()),
+            Some(End::Lost(what)) => lost = Some(what.clone()),
+            Some(End::Whole) | None => {}
+        }
         Self {
             broken_off,
             damaged,
+            lost,
             missing_ticks: operation.finish().map_or(0, |it| it.missing),
             missing_events: operation.finish().map_or(0, |it| it.missing_events),
         }
     }
 
-    /// Reason for an early end of the recording, if any.
+    /// Reason for an early end of the recording, or a hole in it, if any.
     pub(crate) fn cut_short(&self) -> Option<&String> {
-        self.damaged.as_ref().or(self.broken_off.as_ref())
+        self.damaged().or(self.broken_off.as_ref())
     }
 
-    /// Place and kind of damage, if any.
+    /// Place and kind of damage, or what was lost to it, if any.
     pub(crate) fn damaged(&self) -> Option<&String> {
-        self.damaged.as_ref()
+        self.damaged.as_ref().or(self.lost.as_ref())
     }
 
     /// One warning per kind of missing data.
     pub(crate) fn in_words(&self) -> Vec<String> {
         let after = "what came after is not in the figures";
+        let lost = self.lost.as_ref();
+        let lost = lost.map(|what| format!("the session was damaged: {what}; the figures lack it"));
         let damaged = self.damaged.as_ref();
         let damaged = damaged.map(|why| format!("the session is damaged {why}; {after}"));
         let broken_off = self.broken_off.as_ref();
@@ -160,7 +167,7 @@ impl LeftOut {
             let events = self.missing_events;
             format!("{events} events happened and were not recorded; they are not in the figures")
         });
-        let early = damaged.into_iter().chain(broken_off);
+        let early = damaged.into_iter().chain(lost).chain(broken_off);
         early.chain(missing).chain(events).collect()
     }
 }
@@ -254,20 +261,7 @@ pub(crate) fn chapter(
     let (file, folder) = (recording(session), session.is_dir().then_some(session));
     let mut operation = Operation::open(&file)?;
     let assigned = operation.assignment.clone().unwrap_or_default();
-    let task = task.or_else(|| Task::from_name(&assigned.task));
-    let rules = match rules {
-        Some(rules) => rules.clone(),
-        None if assigned.rules.is_empty() => Rules::default(),
-        None => {
-            Rules::parse(&assigned.rules).map_err(|error| format!("{}: {error}", file.display()))?
-        }
-    };
-    let mut assessment = Assessment::new(
-        task.unwrap_or(Task::Free),
-        Difficulty::from_name(&assigned.difficulty).unwrap_or_default(),
-        rules.clone(),
-        Anatomy::of(&operation.scene),
-    );
+    let (mut assessment, rules) = assessment(&operation, &file, rules, task)?;
     let mut watch = pictures::Watch::default();
     let mut began_ns = None;
     let mut said = Instant::now();
@@ -309,6 +303,32 @@ pub(crate) fn chapter(
         began_unix_s,
         wanted: watch.end(),
     })
+}
+
+/// The assessment of the operation in `file` before its first entry, and its rules. `rules` and
+/// `task` replace those of the session.
+pub(crate) fn assessment(
+    operation: &Operation,
+    file: &Path,
+    rules: Option<&Rules>,
+    task: Option<Task>,
+) -> Result<(Assessment, Rules), Problem> {
+    let assigned = operation.assignment.clone().unwrap_or_default();
+    let task = task.or_else(|| Task::from_name(&assigned.task));
+    let rules = match rules {
+        Some(rules) => rules.clone(),
+        None if assigned.rules.is_empty() => Rules::default(),
+        None => {
+            Rules::parse(&assigned.rules).map_err(|error| format!("{}: {error}", file.display()))?
+        }
+    };
+    let assessment = Assessment::new(
+        task.unwrap_or(Task::Free),
+        Difficulty::from_name(&assigned.difficulty).unwrap_or_default(),
+        rules.clone(),
+        Anatomy::of(&operation.scene),
+    );
+    Ok((assessment, rules))
 }
 
 /// Tick times from the summary in a session's folder.
@@ -396,6 +416,12 @@ mod tests {
         };
         assert!(damaged.cut_short().is_some());
         assert!(damaged.in_words()[0].contains("damaged at byte 7"));
+        let lost = LeftOut {
+            lost: Some("before its repair lost 9 messages".to_owned()),
+            ..LeftOut::default()
+        };
+        assert_eq!(lost.damaged(), lost.cut_short());
+        assert!(lost.in_words()[0].contains("lost 9 messages"));
         let missing = LeftOut {
             missing_ticks: 3,
             ..LeftOut::default()

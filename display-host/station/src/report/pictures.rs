@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use assess::{Alarm, Assessment};
 use display_host::album::Album;
+use display_host::kept::VIEWS;
 use display_host::words::Words;
 use rt_process::replay::Replay;
 use session::Session;
@@ -43,7 +44,18 @@ enum Shows {
     View(&'static str),
 }
 
+/// Messages that name the sides of a critical view, in the order of [`VIEWS`].
+const SIDES: [&str; 2] = ["picture-cvs-front", "picture-cvs-behind"];
+
 impl Wanted {
+    fn kept_in(&self) -> Option<&'static str> {
+        let Shows::View(id) = &self.shows else {
+            return None;
+        };
+        let mut sides = SIDES.into_iter().zip(VIEWS);
+        sides.find_map(|(side, file)| (side == *id).then_some(file))
+    }
+
     fn caption(&self, words: &Words) -> String {
         match &self.shows {
             Shows::Alarm(alarm) => {
@@ -55,6 +67,17 @@ impl Wanted {
             Shows::View(id) => words.say_with(id, &[("at", self.at.as_str().into())]),
         }
     }
+}
+
+/// A picture of a moment.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Picture {
+    /// Host time, ns.
+    pub(crate) at_ns: u64,
+    pub(crate) caption: String,
+    pub(crate) png: Vec<u8>,
+    /// File beside the session in which the run itself kept this view, if it did.
+    pub(crate) kept_in: Option<&'static str>,
 }
 
 /// Notes the moments to draw while a session is assessed.
@@ -79,8 +102,7 @@ impl Watch {
             self.want(tick, &at, Shows::Alarm(alarm.clone()));
         }
         self.alarms = alarms.len();
-        let sides = ["picture-cvs-front", "picture-cvs-behind"];
-        for ((id, held), before) in sides.into_iter().zip(held).zip(self.views_held) {
+        for ((id, held), before) in SIDES.into_iter().zip(held).zip(self.views_held) {
             if held && !before {
                 self.want(tick, &at, Shows::View(id));
             }
@@ -114,13 +136,12 @@ fn clock(seconds: f64) -> String {
     format!("{}:{:04.1}", (seconds / 60.0) as u64, seconds % 60.0)
 }
 
-/// Draws the moments and returns a caption and a PNG for each. Omits moments after a gap in the
-/// session.
-pub(super) fn draw(
+/// Draws the moments. Omits moments after a gap in the session.
+pub(crate) fn draw(
     session: &Path,
     wanted: &[Wanted],
     words: &Words,
-) -> Result<Vec<(String, Vec<u8>)>, Problem> {
+) -> Result<Vec<Picture>, Problem> {
     let Some(last) = wanted.last() else {
         return Ok(Vec::new());
     };
@@ -151,7 +172,12 @@ pub(super) fn draw(
         }
         while let Some(it) = left.next_if(|it| it.tick <= record.tick) {
             match album.draw(&state, &tools) {
-                Ok(png) => pictures.push((it.caption(words), png)),
+                Ok(png) => pictures.push(Picture {
+                    at_ns: record.now_ns,
+                    caption: it.caption(words),
+                    png,
+                    kept_in: it.kept_in(),
+                }),
                 Err(error) => problem = Some(error),
             }
         }

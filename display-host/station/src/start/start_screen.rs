@@ -1,13 +1,17 @@
 //! The first screen: choices, trainees, scenes, devices, and the trainee's progress.
 
-use std::path::PathBuf;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
+use std::time::{Instant, SystemTime};
 
+use assess::report::PICTURES_MIN;
 use assess::{Difficulty, Task};
 use display_host::ui::launcher::{ProgressView, Screen, Start, StartForm};
 use display_host::words::Words;
 
 use super::{Desk, choices, problem, stations};
+
+/// Largest number of earlier operations that are looked through for a rate of pictures.
+const LOOKED_THROUGH: usize = 20;
 
 impl Desk {
     pub(super) fn show_start(&mut self) {
@@ -44,6 +48,7 @@ impl Desk {
         }
         start.is_first = start.trainees.is_empty() && !self.has_sessions();
         start.progress = self.progress(&self.form.trainee);
+        start.slow_per_second = too_few(&self.sessions());
         stations::look(&mut start, words);
         self.looked = Instant::now();
         self.view.screen = Screen::Start(start);
@@ -104,5 +109,52 @@ impl Desk {
                 .progress(trainee, &sessions, language)
                 .view(),
         )
+    }
+}
+
+/// Pictures a second of the newest operation in this folder that had a window, if they were too few
+/// to train with.
+fn too_few(sessions: &Path) -> Option<f64> {
+    let entries = std::fs::read_dir(sessions).ok()?.flatten();
+    let summaries = entries.map(|it| it.path().join("summary.json"));
+    let mut summaries: Vec<(SystemTime, PathBuf)> = summaries
+        .filter_map(|it| Some((it.metadata().ok()?.modified().ok()?, it)))
+        .collect();
+    summaries.sort();
+    let rate = |path: &PathBuf| {
+        let text = std::fs::read(path).ok()?;
+        let summary: serde_json::Value = serde_json::from_slice(&text).ok()?;
+        summary.get("pictures_per_second")?.as_f64()
+    };
+    let newest = summaries.iter().rev().take(LOOKED_THROUGH);
+    let newest = newest.filter_map(|(_, path)| rate(path)).next();
+    newest.filter(|it| *it < PICTURES_MIN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_operation_with_a_window_tells_if_the_computer_is_too_slow() {
+        let folder = tempfile::tempdir().unwrap();
+        let ended = |name: &str, rate: &str, seconds: u64| {
+            let path = folder.path().join(name).join("summary.json");
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            let text = format!("{{\"pictures_per_second\": {rate}}}");
+            std::fs::write(&path, text).unwrap();
+            let at = SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(seconds);
+            let file = std::fs::File::options().write(true).open(&path).unwrap();
+            file.set_modified(at).unwrap();
+        };
+        let bits = || too_few(folder.path()).map(f64::to_bits);
+        assert_eq!(bits(), None);
+        ended("a", "2.5", 10);
+        assert_eq!(bits(), Some(2.5f64.to_bits()));
+        ended("b", "null", 20);
+        assert_eq!(bits(), Some(2.5f64.to_bits()), "b had no window");
+        ended("c", "14.5", 30);
+        assert_eq!(bits(), None, "the computer is quick enough now");
+        assert_eq!(too_few(Path::new("/nowhere")), None);
     }
 }

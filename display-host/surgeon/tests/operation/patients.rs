@@ -1,16 +1,15 @@
 //! Patients ([`scene_prepare::patient`]): duct and artery are covered before the dissection, and
 //! the careful surgeon opens the cover.
 
-use assess::{Metric, Task};
+use assess::{Metric, Step, Task, ViewSide};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use scene_prepare::patient::{NAMES, Patient};
-use scene_prepare::prepare;
+use scene_prepare::patient::NAMES;
 use session::identity::Identity;
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{OrganKind, SceneFile};
 use surgeon::{Seen, Surgeon};
 
-use crate::theatre::{start, work};
+use crate::theatre::{Performance, patient, start, work};
 
 /// Turns of the endoscope about its port to the left and up, rad, and its advances, m, from the
 /// pose in which an operation begins. Farther turns lose the triangle from the picture; farther
@@ -29,12 +28,6 @@ const SIGHTS_RAD: [[f32; 2]; 5] = [
 /// Most pixels of duct or artery that a picture may show, of 20 000. Cells are coarse: beside the
 /// gallbladder's neck a chink of a pixel or three is left in a few of a thousand pictures.
 const PIXELS_MAX: usize = 6;
-
-fn patient(name: &str) -> SceneFile {
-    let recipe = Patient::of_word(name).and_then(|patient| patient.recipe());
-    let prepared = prepare(&recipe.expect("a recipe"), &mut |_| {}).expect("it can be built");
-    SceneFile::from_bytes(&prepared.scene.to_bytes().expect("a sound scene")).expect("it reads")
-}
 
 /// Pose of the endoscope after turns about its port, and an advance.
 fn pose(scene: &SceneFile, [left, up, advance_m]: [f64; 3]) -> PoseMsg {
@@ -129,22 +122,53 @@ fn nobody_sees_them_in_any_patient() {
     }
 }
 
-#[test]
-fn careful_surgeon_opens_the_cover_without_harm() {
-    let scene = patient("berta");
+fn identify(name: &str, seconds: f64) -> Performance {
+    let scene = patient(name);
     let task = Task::Identify;
     let result = work(
         start(task),
         Surgeon::Careful,
         task,
         &scene,
-        [30.0, 0.0],
+        [seconds, 0.0],
         &mut |_, _| {},
     );
+    let it = &result.assessed;
+    println!(
+        "{name}: {:?} {:.1} {:?} after {:.1} s; {:?}; it said {:?}",
+        it.outcome,
+        it.score,
+        it.reasons,
+        result.ticks as f64 * 1e-3,
+        it.injuries,
+        result.said
+    );
+    result
+}
+
+/// The cover parts under the hook: within this time 59 % of the triangle is gone. With bare fat,
+/// tied to ducts alone, it was 2 % after 30 s.
+#[test]
+fn careful_surgeon_opens_the_cover_without_harm() {
+    let result = identify("ada", 45.0);
     let metrics = &result.assessed.metrics;
     let gone = metrics.get(Metric::CvsTriangle);
     println!("{gone:.3} of it is gone");
-    assert!(gone > 0.03, "{gone}");
+    assert!(gone > 0.3, "{gone}");
     assert!(metrics.get(Metric::BurnsWrong) < 0.5);
     assert!(metrics.get(Metric::Perforations) < 0.5);
+}
+
+#[test]
+#[ignore = "minutes: run it after changes of patients, fat, cells or the careful surgeon"]
+fn careful_surgeon_clears_the_triangle_and_the_lower_bed_and_shows_the_front() {
+    let result = identify("ada", 260.0);
+    let it = &result.assessed;
+    let front = Step::ShowView {
+        side: ViewSide::Front,
+    };
+    for step in [Step::Triangle, Step::LowerBed, front, Step::LeaveWhole] {
+        assert!(it.steps.contains(&(step, true)), "{:?}", it.steps);
+    }
+    assert!(it.injuries.is_empty(), "{:?}", it.injuries);
 }

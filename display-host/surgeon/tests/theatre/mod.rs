@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 
 use assess::{Anatomy, Assessed, Assessment, Difficulty, Rules, Task};
 use rt_process::rehearsal::{Rehearsal, rehearse};
+use scene_prepare::patient::Patient;
 use scene_prepare::{Recipe, prepare};
 use session::identity::Identity;
 use session::{Entry, EntryContent, Movement};
@@ -112,6 +113,13 @@ pub(crate) fn triangle_bytes() -> Vec<u8> {
     let recipe = Recipe::triangle(false).expect("a built-in recipe");
     let prepared = prepare(&recipe, &mut |_| {}).expect("it can be built");
     prepared.scene.to_bytes().expect("a sound scene")
+}
+
+/// The scene of a patient, by her name or seed, prepared anew.
+pub(crate) fn patient(word: &str) -> SceneFile {
+    let recipe = Patient::of_word(word).and_then(|patient| patient.recipe());
+    let prepared = prepare(&recipe.expect("a recipe"), &mut |_| {}).expect("it can be built");
+    SceneFile::from_bytes(&prepared.scene.to_bytes().expect("a sound scene")).expect("it reads")
 }
 
 /// Number of the start of a task in `CommandMsg::START`; `None`: the organs begin at rest.

@@ -1,6 +1,6 @@
 //! Golden bytes. The reference library (libOpenIGTLink 1.11, Debian) packed the same contents.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
 
@@ -29,6 +29,13 @@ const CAPABILITY: &str = "\
 const RTS_TDATA: &str = "\
      00015254535f544441544100000043616c6f74000000000000000000000000000000000000017fffffff0000\
      00000000000142f0e1eba9ea369301";
+const QTDATA: &str = "\
+     000151544441544100000000000043616c6f74000000000000000000000000000000000000017fffffff0000\
+     000000000032a3fcd9ec0d7263bb546f6f6c00000000000000000000000000000000020041200000c1a00000\
+     41f0000000000000000000003f19999a3f4ccccd";
+const RTS_QTDATA: &str = "\
+     00015254535f515444415441000043616c6f74000000000000000000000000000000000000017fffffff0000\
+     000000000001000000000000000000";
 const POLYDATA: &str = "\
      0001504f4c5944415441000000006c69766572000000000000000000000000000000000000017fffffff0000\
      00000000006c945a468fe7555615000000030000000000000000000000000000000000000002000000200000\
@@ -66,7 +73,14 @@ fn every_message_is_packed_as_the_reference_library_packs_it() {
     is_golden(&status, STATUS);
     let kinds = ["TRANSFORM", "GET_STATUS"];
     is_golden(&Message::capability("Calot", &kinds, UNIX_NS), CAPABILITY);
-    is_golden(&Message::tracking_reply("Calot", false, UNIX_NS), RTS_TDATA);
+    let refused = Message::tracking_reply("RTS_TDATA", "Calot", false, UNIX_NS);
+    is_golden(&refused, RTS_TDATA);
+    let turn = UnitQuaternion::new_unchecked(Quaternion::new(0.8, 0.0, 0.0, 0.6));
+    let turned = [("Tool", Isometry3::from_parts(pose().translation, turn))];
+    let tracking = Message::quaternions("Calot", &turned, UNIX_NS).unwrap();
+    is_golden(&tracking, QTDATA);
+    let begun = Message::tracking_reply("RTS_QTDATA", "Calot", true, UNIX_NS);
+    is_golden(&begun, RTS_QTDATA);
     let points_m = [
         [0.01, -0.02, 0.03],
         [0.011, -0.02, 0.03],
@@ -100,6 +114,7 @@ fn numbers_that_are_not_finite_are_not_sent() {
     let nowhere: Isometry3<f32> = Translation3::new(f32::NAN, 0.0, 0.0).into();
     assert_eq!(Message::transform("x", &nowhere, 0), None);
     assert_eq!(Message::tracking("x", &[("y", nowhere)], 0), None);
+    assert_eq!(Message::quaternions("x", &[("y", nowhere)], 0), None);
     assert_eq!(Message::sensor("x", &[f32::INFINITY], Unit::One, 0), None);
     assert_eq!(Message::sensor("x", &[0.0; 256], Unit::One, 0), None);
 }

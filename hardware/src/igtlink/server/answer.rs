@@ -4,23 +4,26 @@ use std::io;
 use std::time::Duration;
 
 use super::Server;
-use crate::igtlink::client::Client;
+use crate::igtlink::client::{Client, Form};
 use crate::igtlink::message::{Code, Message};
 use crate::igtlink::request::{Heard, Request, StartTracking};
 use crate::igtlink::wire::Version;
 
 /// Types that are sent, and requests that are answered.
-const CAPABILITIES: [&str; 17] = [
+const CAPABILITIES: [&str; 22] = [
     "TRANSFORM",
     "TDATA",
+    "QTDATA",
     "SENSOR",
     "STRING",
     "POLYDATA",
     "STATUS",
     "CAPABILITY",
     "RTS_TDATA",
+    "RTS_QTDATA",
     "GET_TRANS",
     "GET_TDATA",
+    "GET_QTDATA",
     "GET_SENSOR",
     "GET_STRING",
     "GET_POLYDATA",
@@ -28,7 +31,12 @@ const CAPABILITIES: [&str; 17] = [
     "GET_CAPABIL",
     "STT_TDATA",
     "STP_TDATA",
+    "STT_QTDATA",
+    "STP_QTDATA",
 ];
+/// Name that the examples of the reference library give themselves where the protocol has the name
+/// of the device that is asked for.
+const NOBODY: &str = "Client";
 /// Frames that a client may ask for by name. Other names are the client's own.
 const FRAMES: [&str; 4] = ["RAS", "LPS", "LSA", "SCENE"];
 /// Longest time between two tracking data that a client may ask for, ms.
@@ -67,20 +75,30 @@ impl Server {
     }
 
     fn answers(&self, client: &mut Client, request: &Request, unix_ns: u64) -> Vec<Message> {
-        let name = &request.name;
-        match request.kind.as_str() {
+        let name = match request.name.as_str() {
+            NOBODY => "",
+            name => name,
+        };
+        let kind = request.kind.as_str();
+        let is_about_data = !["GET_STATUS", "GET_CAPABIL"].contains(&kind);
+        if kind.starts_with("GET_") && is_about_data {
+            client.ask();
+        }
+        match kind {
             "GET_STATUS" => self.newest_of("STATUS", "", unix_ns),
             "GET_CAPABIL" => vec![Message::capability(&self.name, &CAPABILITIES, unix_ns)],
             "GET_TRANS" => self.newest_of("TRANSFORM", name, unix_ns),
             "GET_TDATA" => self.newest_of("TDATA", "", unix_ns),
+            "GET_QTDATA" => self.newest_of("QTDATA", "", unix_ns),
             "GET_SENSOR" => self.newest_of("SENSOR", name, unix_ns),
             "GET_STRING" => self.newest_of("STRING", name, unix_ns),
             "GET_POLYDATA" => self.newest_of("POLYDATA", name, unix_ns),
-            "STT_TDATA" => self.start_tracking(client, &request.content, unix_ns),
-            "STP_TDATA" => {
-                client.stop_tracking();
-                vec![Message::tracking_reply(&self.name, true, unix_ns)]
+            "STT_TDATA" => self.start_tracking(client, Form::Matrix, &request.content, unix_ns),
+            "STT_QTDATA" => {
+                self.start_tracking(client, Form::Quaternion, &request.content, unix_ns)
             }
+            "STP_TDATA" => self.stop_tracking(client, Form::Matrix, unix_ns),
+            "STP_QTDATA" => self.stop_tracking(client, Form::Quaternion, unix_ns),
             // An answer to an answer would never end.
             kind if kind == "STATUS" || kind.starts_with("RTS_") => Vec::new(),
             kind if is_request(kind) || !client.is_told_of_data => {
@@ -113,15 +131,32 @@ impl Server {
         vec![told]
     }
 
-    fn start_tracking(&self, client: &mut Client, content: &[u8], unix_ns: u64) -> Vec<Message> {
+    fn stop_tracking(&self, client: &mut Client, form: Form, unix_ns: u64) -> Vec<Message> {
+        client.stop_tracking(form);
+        vec![Message::tracking_reply(
+            reply(form),
+            &self.name,
+            true,
+            unix_ns,
+        )]
+    }
+
+    fn start_tracking(
+        &self,
+        client: &mut Client,
+        form: Form,
+        content: &[u8],
+        unix_ns: u64,
+    ) -> Vec<Message> {
+        let answer = |is_done| Message::tracking_reply(reply(form), &self.name, is_done, unix_ns);
         let refused = |words: &str| {
             vec![
-                Message::tracking_reply(&self.name, false, unix_ns),
+                answer(false),
                 self.status(Code::Config, "no tracking", words, unix_ns),
             ]
         };
         let Some(start) = StartTracking::read(content) else {
-            return refused("STT_TDATA has no resolution");
+            return refused("the request has no resolution");
         };
         let ms = start.resolution_ms;
         let Some(every_ms) = u64::try_from(ms).ok().filter(|_| ms <= RESOLUTION_MAX_MS) else {
@@ -138,12 +173,20 @@ impl Server {
                 asked.to_lowercase()
             ));
         }
-        client.start_tracking(Duration::from_millis(every_ms));
-        vec![Message::tracking_reply(&self.name, true, unix_ns)]
+        client.start_tracking(form, Duration::from_millis(every_ms));
+        vec![answer(true)]
     }
 
     fn status(&self, code: Code, short: &str, words: &str, unix_ns: u64) -> Message {
         Message::status(&self.name, code, short, words, unix_ns)
+    }
+}
+
+/// Type of the answer to a request about tracking data.
+const fn reply(form: Form) -> &'static str {
+    match form {
+        Form::Matrix => "RTS_TDATA",
+        Form::Quaternion => "RTS_QTDATA",
     }
 }
 

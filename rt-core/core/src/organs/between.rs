@@ -3,6 +3,13 @@
 //! The contact is a damped spring (XPBD, Macklin 2016) in each of the finer organ's substeps. So
 //! the pushes on a sphere that is squeezed between others come to a balance. Exact distance
 //! constraints, solved one after another, would never let such a sphere rest.
+//!
+//! A pair of organs with equal substeps, or of one organ, keeps its impulse. A substep begins with
+//! the last impulses of all such pairs, and shows each pair the last impulses of the tools, which
+//! act later. A pair then takes its own impulse out, solves for the whole impulse anew, and applies
+//! the difference, as tetrahedra do (`tissue::warm_start`). A fold that jaws pull needs this:
+//! without the impulses of jaws and neighbours its spheres spring back by millimetres, and press
+//! each other for ever.
 
 use heapless::Vec;
 
@@ -11,9 +18,9 @@ use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::organs::pairs::Pair;
 use crate::scene::Scene;
-use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::multirate::{Multirate, Pace, SubstepWindow};
+use crate::tissue::{Bodies, Node};
 use crate::words::SphereBits;
 
 /// Largest gap of a pair at the beginning of a tick, m, with which the pair may touch in that tick.
@@ -28,6 +35,9 @@ const DAMPED_S: f32 = 0.001;
 /// Largest share of an overlap that a substep corrects. A larger share would shoot light spheres
 /// out.
 const SOFT: f32 = 0.4;
+/// The same share for pairs that keep their impulse. With 0.4, a rod that a tool folds shakes at 0.6
+/// m/s (`bodies_of_common_tissue_rest`); with 0.3 it rests.
+const SOFT_KEPT: f32 = 0.25;
 /// Largest speed at which overlapping organs part, m/s. A duct that has slipped far into an organ
 /// comes out slowly.
 const PART_M_S: f32 = 0.1;
@@ -37,7 +47,8 @@ const FRICTION: f32 = 0.02;
 
 /// Slots of the hash table of pairs.
 const SLOTS: usize = 4 * MAX_CLOSE_PAIRS;
-const NO_PAIR: [u16; 2] = [u16::MAX; 2];
+/// An empty slot.
+const EMPTY: u16 = u16::MAX;
 
 /// A pair that may touch in this tick.
 #[derive(Debug, Clone, Copy)]
@@ -45,27 +56,82 @@ struct Close {
     pair: Pair,
     /// Number of substeps of a tick in which the pair is solved.
     times: u32,
+    /// True if both organs have this number of substeps.
+    is_even: bool,
+    /// Impulse on the first sphere in the last substep, over dt, m kg; zero unless `is_even`.
+    push_m_kg: Lanes,
+}
+
+/// Pairs without repetition, and a hash table that finds them.
+#[derive(Debug, Clone)]
+struct Listed {
+    close: Vec<Close, MAX_CLOSE_PAIRS>,
+    /// Indices into `close`.
+    slots: [u16; SLOTS],
+}
+
+impl Listed {
+    const NONE: Self = Self {
+        close: Vec::new(),
+        slots: [EMPTY; SLOTS],
+    };
+
+    fn clear(&mut self) {
+        self.close.clear();
+        self.slots = [EMPTY; SLOTS];
+    }
+
+    /// The pair if it is listed, or else the slot for its index.
+    fn find(&self, pair: &Pair) -> Result<&Close, usize> {
+        let hash = (u32::from(pair.a) << 16 | u32::from(pair.b)).wrapping_mul(0x9e37_79b1);
+        let first = (hash >> 16) as usize;
+        for i in 0..SLOTS {
+            let slot = (first + i) % SLOTS;
+            let index = self.slots.get(slot).copied().unwrap_or(EMPTY);
+            match self.close.get(usize::from(index)) {
+                Some(close) if (close.pair.a, close.pair.b) == (pair.a, pair.b) => {
+                    return Ok(close);
+                }
+                Some(_) => {}
+                None => return Err(slot),
+            }
+        }
+        Err(SLOTS) // never: there are more slots than pairs
+    }
+
+    /// Appends a pair whose slot is known. Returns false if there is no room.
+    fn push(&mut self, close: Close, slot: usize) -> bool {
+        let index = self.close.len() as u16;
+        let is_pushed = self.close.push(close).is_ok();
+        if let (true, Some(slot)) = (is_pushed, self.slots.get_mut(slot)) {
+            *slot = index;
+        }
+        is_pushed
+    }
 }
 
 /// Pairs that may touch in a tick.
 #[derive(Debug, Clone)]
 pub(crate) struct Between {
-    close: Vec<Close, MAX_CLOSE_PAIRS>,
-    /// Hash table of the pairs, so that no pair is listed twice.
-    slots: [[u16; 2]; SLOTS],
+    now: Listed,
+    /// Pairs of the tick before.
+    before: Listed,
+    /// True if no pair acts in this tick.
+    is_idle: bool,
 }
 
 impl Between {
     pub(crate) const fn new() -> Self {
         Self {
-            close: Vec::new(),
-            slots: [NO_PAIR; SLOTS],
+            now: Listed::NONE,
+            before: Listed::NONE,
+            is_idle: true,
         }
     }
 
-    /// Removes all pairs.
-    pub(crate) fn clear(&mut self) {
-        self.close.clear();
+    /// Lets no pair act in this tick. The pairs keep their impulses.
+    pub(crate) fn skip(&mut self) {
+        self.is_idle = true;
     }
 
     /// Chooses the near pairs that may touch in this tick.
@@ -76,87 +142,126 @@ impl Between {
         bodies: &Bodies,
         faults: &mut FaultSet,
     ) {
-        self.close.clear();
-        self.slots = [NO_PAIR; SLOTS];
+        self.is_idle = false;
+        core::mem::swap(&mut self.now, &mut self.before);
+        self.now.clear();
         for pair in near {
             let [a, b] = [pair.a, pair.b].map(u32::from);
             let difference = bodies.nodes.at(a).from(bodies.nodes.at(b));
             let reach_m = pair.apart_m + CLOSE_M;
-            if difference.norm_squared() >= reach_m * reach_m || self.is_noted(pair) {
+            if difference.norm_squared() >= reach_m * reach_m {
                 continue;
             }
-            let substeps = |sphere| scene.substeps_of(*bodies.organ.at(sphere));
-            let times = substeps(a).max(substeps(b));
-            let close = Close { pair: *pair, times };
-            faults.raise_if(self.close.push(close).is_err(), Fault::PairOverflow);
-        }
-    }
-
-    /// Notes a pair. Returns true if it was noted already.
-    fn is_noted(&mut self, pair: &Pair) -> bool {
-        let key = [pair.a, pair.b];
-        let hash = (u32::from(pair.a) << 16 | u32::from(pair.b)).wrapping_mul(0x9e37_79b1);
-        let first = (hash >> 16) as usize;
-        for i in 0..SLOTS {
-            let Some(slot) = self.slots.get_mut((first + i) % SLOTS) else {
-                return false;
+            let Err(slot) = self.now.find(pair) else {
+                continue; // listed already
             };
-            if *slot == key {
-                return true;
-            }
-            if *slot == NO_PAIR {
-                *slot = key;
-                return false;
-            }
+            let [substeps_a, substeps_b] =
+                [a, b].map(|sphere| scene.substeps_of(*bodies.organ.at(sphere)));
+            let before = self.before.find(pair);
+            let close = Close {
+                pair: *pair,
+                times: substeps_a.max(substeps_b),
+                is_even: substeps_a == substeps_b,
+                push_m_kg: before.map_or(Lanes::ZERO, |before| before.push_m_kg),
+            };
+            faults.raise_if(!self.now.push(close, slot), Fault::PairOverflow);
         }
-        false
     }
 
     /// Presses apart the touching pairs that are due in the finest substep `now` of the tick.
-    pub(crate) fn press_due(&self, now: u32, scene: &Scene<'_>, bodies: &mut Bodies) {
-        for close in &self.close {
-            if let Some(moment) = SubstepWindow::due(now, close.times, scene) {
-                press(&close.pair, &moment, scene, bodies);
+    pub(crate) fn press_due(&mut self, now: u32, scene: &Scene<'_>, bodies: &mut Bodies) {
+        if self.is_idle {
+            return;
+        }
+        for close in &self.now.close {
+            if SubstepWindow::due(now, close.times, scene).is_some() {
+                close.move_by(close.push_m_kg, [Pace::SAME; 2], bodies);
+            }
+        }
+        for close in &mut self.now.close {
+            if let Some(window) = SubstepWindow::due(now, close.times, scene) {
+                close.press(&window, scene, bodies);
             }
         }
     }
 }
 
-fn press(pair: &Pair, at: &SubstepWindow, scene: &Scene<'_>, bodies: &mut Bodies) {
-    let [a, b] = [pair.a, pair.b].map(u32::from);
-    let (node_a, node_b) = (*bodies.nodes.at(a), *bodies.nodes.at(b));
-    let [pace_a, pace_b] = [a, b].map(|sphere| {
-        let substeps = scene.substeps_of(*bodies.organ.at(sphere));
-        Multirate::of(sphere, Pace::of(substeps, at), bodies)
-    });
-    let start = node_a.away_at_start(&node_b);
-    let now = (start + (pace_a.way(&node_a) - pace_b.way(&node_b))).vec3();
-    let near_m = math::norm(&now);
-    let weight_per_kg = pace_a.weight() + pace_b.weight();
-    if near_m >= pair.apart_m || weight_per_kg <= 0.0 || is_removed(bodies, pair) {
-        return;
+impl Close {
+    fn spheres(&self) -> [u32; 2] {
+        [self.pair.a, self.pair.b].map(u32::from)
     }
-    let before = (start + (pace_a.way_before(&node_a) - pace_b.way_before(&node_b))).vec3();
-    let direction = math::unit(&now).unwrap_or_else(Vec3::x);
-    let came_m = math::norm(&before) - near_m;
-    let step_s = at.step_s();
-    let rate = DAMPED_S / step_s;
-    // Compliance of the spring, relative to the pair's inverse mass.
-    let softness = (STIFFNESS_N_M * step_s * step_s * weight_per_kg).recip();
-    let answer = ((1.0 + rate) + softness).recip().min(SOFT);
-    let wanted_m = answer * (pair.apart_m - near_m + rate * came_m);
-    let push_m = wanted_m.min(came_m + PART_M_S * step_s).max(0.0);
-    // Friction along the surfaces is a share of the push.
-    let slid = now - before;
-    let slid = slid - direction * direction.dot(&slid);
-    let held = FRICTION * push_m
-        / math::norm(&slid)
-            .max(FRICTION * push_m)
-            .max(f32::MIN_POSITIVE);
-    let push = (direction * push_m - slid * held) / weight_per_kg;
-    let push = Lanes::new(&push, 0.0);
-    pace_a.push(bodies.nodes.at_mut(a), push);
-    pace_b.push(bodies.nodes.at_mut(b), push.scaled(-1.0));
+
+    /// Applies an impulse over the window's length, m kg, to the first sphere, and the opposite
+    /// one to the second.
+    fn move_by(&self, push_m_kg: Lanes, paces: [Pace; 2], bodies: &mut Bodies) {
+        let pushes = [push_m_kg, push_m_kg.scaled(-1.0)];
+        for ((sphere, pace), push_m_kg) in self.spheres().into_iter().zip(paces).zip(pushes) {
+            Multirate::of(sphere, pace, bodies).push(bodies.nodes.at_mut(sphere), push_m_kg);
+        }
+    }
+
+    /// Solves for the impulse of the pair, and applies its difference from the one before.
+    fn press(&mut self, at: &SubstepWindow, scene: &Scene<'_>, bodies: &mut Bodies) {
+        let paces = self.spheres().map(|sphere| {
+            let substeps = scene.substeps_of(*bodies.organ.at(sphere));
+            Pace::of(substeps, at)
+        });
+        let push_m_kg = match is_removed(bodies, &self.pair) {
+            true => Lanes::ZERO,
+            false => self.solve(paces, at.step_s(), bodies),
+        };
+        self.move_by(push_m_kg - self.push_m_kg, paces, bodies);
+        if self.is_even {
+            self.push_m_kg = push_m_kg;
+        }
+    }
+
+    /// Sphere without the pair's own impulse and, for an even pair, with the last impulses of the
+    /// tools.
+    fn seen(&self, sphere: u32, own_m_kg: Lanes, bodies: &Bodies) -> Node {
+        let mut node = *bodies.nodes.at(sphere);
+        if self.is_even {
+            let others_m_kg = bodies.warm_start.tools(sphere) - own_m_kg;
+            node.push(others_m_kg, bodies.weight_per_kg(sphere));
+        }
+        node
+    }
+
+    /// Impulse that presses the first sphere away from the second, over dt, m kg.
+    fn solve(&self, paces: [Pace; 2], step_s: f32, bodies: &Bodies) -> Lanes {
+        let [a, b] = self.spheres();
+        let node_a = self.seen(a, self.push_m_kg, bodies);
+        let node_b = self.seen(b, self.push_m_kg.scaled(-1.0), bodies);
+        let [pace_a, pace_b] = paces;
+        let pace_a = Multirate::of(a, pace_a, bodies);
+        let pace_b = Multirate::of(b, pace_b, bodies);
+        let start = node_a.away_at_start(&node_b);
+        let now = (start + (pace_a.way(&node_a) - pace_b.way(&node_b))).vec3();
+        let near_m = math::norm(&now);
+        let weight_per_kg = pace_a.weight() + pace_b.weight();
+        if near_m >= self.pair.apart_m || weight_per_kg <= 0.0 {
+            return Lanes::ZERO;
+        }
+        let before = (start + (pace_a.way_before(&node_a) - pace_b.way_before(&node_b))).vec3();
+        let direction = math::unit(&now).unwrap_or_else(Vec3::x);
+        let came_m = math::norm(&before) - near_m;
+        let rate = DAMPED_S / step_s;
+        // Compliance of the spring, relative to the pair's inverse mass.
+        let softness = (STIFFNESS_N_M * step_s * step_s * weight_per_kg).recip();
+        let soft = if self.is_even { SOFT_KEPT } else { SOFT };
+        let answer = ((1.0 + rate) + softness).recip().min(soft);
+        let wanted_m = answer * (self.pair.apart_m - near_m + rate * came_m);
+        let push_m = wanted_m.min(came_m + PART_M_S * step_s).max(0.0);
+        // Friction along the surfaces is a share of the push.
+        let slid = now - before;
+        let slid = slid - direction * direction.dot(&slid);
+        let held = FRICTION * push_m
+            / math::norm(&slid)
+                .max(FRICTION * push_m)
+                .max(f32::MIN_POSITIVE);
+        let push = (direction * push_m - slid * held) / weight_per_kg;
+        Lanes::new(&push, 0.0)
+    }
 }
 
 /// True if one of the two is layered tissue that has been removed.
@@ -192,7 +297,7 @@ mod tests {
         bodies: Box<Bodies>,
     }
 
-    struct Only<'a>(&'a Between, &'a Scene<'a>);
+    struct Only<'a>(&'a mut Between, &'a Scene<'a>);
 
     impl Coupling for Only<'_> {
         fn pre_solve(&mut self, _: u8, _: f32, _: &mut Bodies) {}
@@ -229,7 +334,6 @@ mod tests {
             let scene = Scene::new(&two.organs, &two.spheres, &[], room()).unwrap();
             two.bodies.load(&scene);
             two.pairs.load(&scene);
-            two.between.clear();
             let moved = [Vec3::zeros(), Vec3::x() * (apart_m - 0.05)];
             for ((i, moved), v) in (0..).zip(&moved).zip(speed_m_s) {
                 two.bodies.nodes.at_mut(i).put(moved, &(Vec3::x() * v));
@@ -238,16 +342,22 @@ mod tests {
         }
 
         fn tick(&mut self) {
+            self.advance(|_| {});
+        }
+
+        /// A tick in which `tool` acts last.
+        fn advance(&mut self, tool: impl FnOnce(&mut Bodies)) {
             let scene = Scene::new(&self.organs, &self.spheres, &[], room()).unwrap();
             let mut faults = FaultSet::NONE;
             self.bodies.begin(&scene, true);
             self.pairs.find(&self.bodies, &mut faults);
             self.between
                 .choose(self.pairs.near(), &scene, &self.bodies, &mut faults);
-            let mut only = Only(&self.between, &scene);
+            let mut only = Only(&mut self.between, &scene);
             let moves = [true; MAX_ORGANS];
             let bodies = &mut self.bodies;
             let _ = substeps::run(&scene, &mut NeoHookean, &moves, &mut only, bodies);
+            tool(bodies);
             for (organ, number) in self.organs.iter().zip(0..) {
                 let _ = bodies.advance(&scene, organ, scene.step_s_of(number));
             }
@@ -306,6 +416,33 @@ mod tests {
                 assert!(parted_m < most_m, "tick {tick}: {parted_m} m");
             }
             assert!(two.apart_m() > 2.0 * RADIUS_M - 1.0e-5);
+        }
+    }
+
+    #[test]
+    fn tissue_that_a_tool_holds_presses_nothing_beyond_its_reach() {
+        let mut two = Two::new(&kinds()[0], 0.05, [0.0, 0.0]);
+        let below = |z| RestSphere {
+            mass_kg: 0.000_2,
+            ..sphere(Vec3::z() * z, RADIUS_M)
+        };
+        two.organs[0].gravity_share = 1.0;
+        two.spheres = std::vec![below(0.0), below(-2.1 * RADIUS_M)];
+        let scene = Scene::new(&two.organs, &two.spheres, &[], room()).unwrap();
+        two.bodies.load(&scene);
+        two.pairs.load(&scene);
+        for tick in 0..20 {
+            two.advance(|bodies| {
+                let back_m = -bodies.nodes.at(0).moved_m();
+                bodies.nodes.at_mut(0).move_by(&back_m);
+            });
+            if tick == 2 {
+                // Nearer than the way that the first sphere falls in a tick (9.8 µm).
+                let up = Vec3::z() * (0.1 * RADIUS_M - 0.000_004);
+                two.bodies.nodes.at_mut(1).put(&up, &Vec3::zeros());
+            }
+            let speed_m_s = two.bodies.nodes.at(1).velocity_m_s();
+            assert_eq!(speed_m_s, Vec3::zeros(), "tick {tick}");
         }
     }
 

@@ -13,7 +13,7 @@ use crate::tissue::substeps::Coupling;
 pub(super) struct Tools<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) jaws: &'a Pose,
-    pub(super) between: &'a Between,
+    pub(super) between: &'a mut Between,
     pub(super) contacts: &'a mut ToolContacts,
     pub(super) clips: &'a mut Clips,
     pub(super) grasp: &'a mut Grasp,

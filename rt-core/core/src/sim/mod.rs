@@ -322,7 +322,7 @@ impl<'a> Sim<'a> {
                 .find(&parts, scene, &self.bounds, bodies, faults);
             let mut organs = 0..scene.organs.len();
             let sleeps = |organ| self.sleep.is_asleep(organ);
-            self.state.between.clear();
+            self.state.between.skip();
             if self_collision && !organs.all(sleeps) {
                 self.state.pairs.find(bodies, faults);
                 let near = self.state.pairs.near();
@@ -348,7 +348,7 @@ impl<'a> Sim<'a> {
         let mut coupling = Tools {
             scene,
             jaws,
-            between: &self.state.between,
+            between: &mut self.state.between,
             contacts: &mut self.contacts,
             clips: &mut self.clips,
             grasp: &mut self.grasp,

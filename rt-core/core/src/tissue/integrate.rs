@@ -98,9 +98,12 @@ impl Bodies {
         let has_memory = organ.batch_count > 0;
         let nodes = self.nodes.range_mut(organ.sphere_start, organ.sphere_count);
         for (node, last) in nodes.iter_mut().zip(memory) {
+            let weight_per_kg = node.inverse_mass_per_kg();
+            let tools_m = node.step_m - last.before_tools_m;
+            last.tools = neo_hookean::impulse(tools_m, weight_per_kg);
             if has_memory {
                 let outer_m = node.step_m - last.after_m;
-                last.outer = neo_hookean::impulse(outer_m, node.inverse_mass_per_kg());
+                last.outer = neo_hookean::impulse(outer_m, weight_per_kg);
             }
             let [x, y, z, _] = (node.moved_m + node.step_m).to_array();
             // Not `>`: a comparison with NaN is false. Not `&&`: evaluating all three at once is
@@ -121,6 +124,15 @@ impl Bodies {
             self.warm_start.rest(scene, organ);
         }
         quarantined
+    }
+
+    /// Notes the steps of an organ's spheres, before the tools act on them.
+    pub(crate) fn note_before_tools(&mut self, organ: &Organ) {
+        let memory = self.warm_start.of(organ).spheres;
+        let nodes = self.nodes.range(organ.sphere_start, organ.sphere_count);
+        for (node, last) in nodes.iter().zip(memory) {
+            last.before_tools_m = node.step_m;
+        }
     }
 
     /// Net speed of the fastest free sphere of an organ over the last ticks, m/s. Also advances the

@@ -244,6 +244,12 @@ impl Node {
         self.step_m = self.step_m + Lanes::new(step_m, 0.0);
     }
 
+    /// Moves a sphere of this inverse mass by an impulse over dt, m kg.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, impulse_m_kg: Lanes, weight_per_kg: f32) {
+        self.step_m = self.step_m + impulse_m_kg.scaled(weight_per_kg);
+    }
+
     /// Scales the displacement of this substep by `keep`.
     #[inline]
     pub(crate) fn slow(&mut self, keep: f32) {

@@ -42,7 +42,11 @@ pub(crate) fn run(
         coupling.couple(now, bodies);
         let ended = now + 1;
         for (i, organ, own) in moving(scene, moves, finest) {
-            if ended < finest && ended.is_multiple_of(own) {
+            if !ended.is_multiple_of(own) {
+                continue;
+            }
+            bodies.note_before_tools(organ);
+            if ended < finest {
                 let step_s = scene.step_s_of(i);
                 let share = ended as f32 / finest as f32;
                 coupling.post_solve(i, share, step_s, bodies);

@@ -14,7 +14,10 @@
 //!
 //! Links, attachments, contacts and grip act after the tetrahedra. The tetrahedra begin with the
 //! impulses of all these in the last substep. Otherwise the tetrahedra would see pressed tissue as
-//! it has sprung back for a substep, and the tissue would resist too little.
+//! it has sprung back for a substep, and the tissue would resist too little. For the same reason,
+//! the contact of organs begins with the last impulses of the tools, which act after it. A fold
+//! that jaws hold would otherwise spring back by millimetres, press its neighbours away, and never
+//! come to rest.
 //!
 //! Viscosity also needs memory. A constraint resists the change of its strain from one of its
 //! projections to the next, so viscosity vanishes at rest.
@@ -98,8 +101,12 @@ pub(crate) struct SphereMemory {
     pub(crate) elastic: Lanes,
     /// Impulse of everything that acts after the tetrahedra: links, attachments, contacts, grip.
     pub(crate) outer: Lanes,
+    /// Impulse of the tools alone: clips, grip and contacts with instruments.
+    pub(crate) tools: Lanes,
     /// Step of the sphere after the tetrahedra, without the outer impulses, m.
     pub(crate) after_m: Lanes,
+    /// Step of the sphere before the tools, m.
+    pub(crate) before_tools_m: Lanes,
 }
 
 impl SphereMemory {
@@ -107,7 +114,9 @@ impl SphereMemory {
     const REST: Self = Self {
         elastic: Lanes::ZERO,
         outer: Lanes::ZERO,
+        tools: Lanes::ZERO,
         after_m: Lanes::ZERO,
+        before_tools_m: Lanes::ZERO,
     };
 }
 
@@ -190,6 +199,12 @@ impl WarmStart {
     #[inline(always)]
     pub(crate) fn link_m(&mut self, link: u32) -> Option<&mut f32> {
         self.links_m.get_mut(link as usize)
+    }
+
+    /// Impulse of the tools on a sphere in its last substep, over dt, m kg.
+    #[inline(always)]
+    pub(crate) fn tools(&self, sphere: u32) -> Lanes {
+        self.spheres.at(sphere).tools
     }
 
     /// Memory of an organ.

@@ -13,6 +13,9 @@ const MARGINS_M: [f64; 3] = [0.003; 3];
 /// Margins under a cover ([`crate::shape::Anatomy::cover_mm`]). There the tissue on and beside the
 /// bile duct does not belong to the triangle, because a surgeon keeps away from the bile duct.
 const COVERED_M: [f64; 3] = [0.003, 0.003, -0.003];
+/// Under a cover, tissue farther than this behind the triangle's plane does not belong to the
+/// triangle, m: it lies behind duct and artery, where one instrument does not come from the front.
+const BEHIND_M: f64 = 0.002;
 /// The lower bed reaches from the neck over this share of the bed's length.
 const LOWER: f64 = 1.0 / 3.0;
 
@@ -25,6 +28,9 @@ pub(crate) struct Regions {
     triangle: Option<[Vec3; 3]>,
     /// Margins of its sides, m.
     margins_m: [f64; 3],
+    /// A place in front of the triangle's plane, if only tissue in front of the plane and at most
+    /// [`BEHIND_M`] behind it belongs to the triangle.
+    front: Option<Vec3>,
     /// The bed's end at the neck and its other end, m.
     bed: Option<[Vec3; 2]>,
 }
@@ -65,10 +71,13 @@ impl Regions {
             Surface::Shape(shape) => shape.form == Form::Fat && shape.anatomy.cover_mm > 0.0,
             Surface::Mesh { .. } => false,
         });
+        // The gallbladder hangs in front of the triangle.
+        let front = gallbladder.filter(|_| is_covered).map(middle);
         let margins_m = if is_covered { COVERED_M } else { MARGINS_M };
         Self {
             triangle,
             margins_m,
+            front,
             bed,
         }
     }
@@ -77,7 +86,14 @@ impl Regions {
     pub(crate) fn of(&self, kind: OrganKind, p: &Vec3) -> u8 {
         match kind {
             OrganKind::Fat => match self.triangle {
-                Some(corners) if is_over(&corners, &self.margins_m, p) => CellRecord::TRIANGLE,
+                Some(corners)
+                    if is_over(&corners, &self.margins_m, p)
+                        && !self
+                            .front
+                            .is_some_and(|front| is_behind(&corners, &front, p)) =>
+                {
+                    CellRecord::TRIANGLE
+                }
                 _ => CellRecord::NOWHERE,
             },
             OrganKind::ConnectiveTissue => match self.bed {
@@ -108,6 +124,21 @@ fn nearest_of(mesh: &Mesh, other: &Mesh) -> Vec3 {
     nearest.map_or_else(Vec3::zeros, |(_, p)| *p)
 }
 
+/// Mean of a mesh's vertices.
+fn middle(mesh: &Mesh) -> Vec3 {
+    mesh.vertices.iter().sum::<Vec3>() / mesh.vertices.len().max(1) as f64
+}
+
+/// True if the place lies farther than [`BEHIND_M`] behind the triangle's plane, seen from `front`.
+fn is_behind(corners: &[Vec3; 3], front: &Vec3, p: &Vec3) -> bool {
+    let [a, b, c] = *corners;
+    let normal = (b - a).cross(&(c - a)).try_normalize(1e-12);
+    normal.is_some_and(|normal| {
+        let side = (front - a).dot(&normal).signum();
+        (p - a).dot(&normal) * side < -BEHIND_M
+    })
+}
+
 /// True if the place, projected onto the triangle's plane, lies in the triangle or at most
 /// as far outside of each side as its margin.
 fn is_over(corners: &[Vec3; 3], margins_m: &[f64; 3], p: &Vec3) -> bool {
@@ -120,4 +151,23 @@ fn is_over(corners: &[Vec3; 3], margins_m: &[f64; 3], p: &Vec3) -> bool {
         let inward = normal.cross(&(to - from).normalize());
         (p - from).dot(&inward) > -margin_m
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tissue_behind_the_plane_is_told_from_tissue_in_front_whatever_the_corners_order() {
+        let [a, b, c] = [[0.0, 0.0, 0.0], [0.03, 0.0, 0.0], [0.0, 0.03, 0.0]].map(Vec3::from);
+        let front = Vec3::new(0.01, 0.01, 0.05);
+        for corners in [[a, b, c], [a, c, b]] {
+            let behind =
+                |depth_m: f64| is_behind(&corners, &front, &Vec3::new(0.005, 0.005, -depth_m));
+            assert!(behind(0.0021) && behind(0.01));
+            assert!(!behind(0.0019) && !behind(-0.01));
+        }
+        // Corners on a line span no plane, so nothing is behind it.
+        assert!(!is_behind(&[a, b, b], &front, &Vec3::new(0.0, 0.0, -0.1)));
+    }
 }

@@ -12,6 +12,12 @@
 //! - Habitus: a body mass index of 18 to 45. The cover grows with it from 3.4 to 4.5 mm, and the
 //!   lumps of fat by a third. No source measures fat over the triangle: assumed. The liver of the
 //!   obese is fatty and larger; here by up to 5 %.
+//! - Serosa: a sheet over fat stiffens it. The cover has 12 kPa: assumed, as 0.1 mm of serosa of
+//!   0.4 MPa over 4 mm of fat. It runs on to the liver and the hepatic artery. In bare fat of 1.6
+//!   kPa, tied to ducts alone, the hook was caught and dragged duct and artery along. That still
+//!   happens, less often.
+//! - Calot's triangle: what lies more than 2 mm behind the plane of its corners does not count,
+//!   because duct and artery hide it from an instrument in front.
 //! - Wall: up to 3 mm are normal; a wall with acute inflammation is thicker and oedematous, and
 //!   the gallbladder is distended (a width of more than 4 cm counts; Tokyo Guidelines 2018,
 //!   10.1002/jhbp.515). A scarred gallbladder is shrunken and stiff. In this model the wall is

@@ -141,7 +141,9 @@ mod tests {
         for only in [
             "rest modulus, Pa: 3000",
             "rest hold, 50 kPa: top",
-            "rest form, 1 MPa: shell",
+            "rest form, 1500 Pa: rod",
+            "rest hold, 1500 Pa: side",
+            "rest spheres: 581",
         ] {
             let rows = run(folder.path(), false, only).expect("a row");
             assert!(!rows.is_empty(), "{only}");

@@ -5,7 +5,7 @@ use figures::html::escape;
 
 use super::Page;
 use crate::metrics::{Metric, Values};
-use crate::report::Chapter;
+use crate::report::{Chapter, PICTURES_MIN};
 
 /// Noise of the handle up to which the page promises less than 5 mm of path a minute for a resting
 /// hand, mm (the test `a_resting_hand_with_a_noisy_device_rests_at_every_rate` checks the promise
@@ -44,6 +44,16 @@ pub(super) fn ticks(page: &mut Page<'_>, chapter: &Chapter) {
     page.add(format_args!(
         "</table><p class=\"lead\">{text}</p></details>"
     ));
+}
+
+/// Warns if the window showed too few pictures to train with.
+pub(super) fn slow(page: &mut Page<'_>, chapter: &Chapter) {
+    let rate = chapter.ticks.as_ref().and_then(|it| it.pictures_per_second);
+    if let Some(rate) = rate.filter(|it| *it < PICTURES_MIN) {
+        let rate = page.words.number(rate, 1);
+        let text = page.say_with("page-slow-computer", &[("rate", &rate)]);
+        page.add(format_args!("<p class=\"open\">{text}</p>"));
+    }
 }
 
 /// Writes the times that do not count as the trainee's, and the noise of the handle.

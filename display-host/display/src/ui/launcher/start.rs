@@ -84,6 +84,9 @@ pub struct Start {
     pub is_first: bool,
     /// Progress of the chosen trainee; `None` for a guest.
     pub progress: Option<ProgressView>,
+    /// Pictures a second that the last operation's window showed, if they were too few to train
+    /// with.
+    pub slow_per_second: Option<f64>,
     /// Problem of the store or of the name, if any.
     pub problem: Option<String>,
 }
@@ -150,6 +153,11 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         title(ui, &words.say("start-title"));
         if let Some(problem) = &start.problem {
             line(ui, Mark::Care, problem);
+        }
+        if let Some(rate) = start.slow_per_second {
+            let rate = words.number(rate, 1).into();
+            let text = words.say_with("start-slow-computer", &[("rate", rate)]);
+            line(ui, Mark::Care, &text);
         }
         let is_narrow = ui.available_width() < SIDE_BY_SIDE;
         let left = |ui: &mut Ui, form: &mut StartForm| {

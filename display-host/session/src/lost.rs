@@ -1,0 +1,166 @@
+//! Counts what a session lost where it is damaged.
+
+use std::collections::BTreeMap;
+
+use mcap::records::MessageHeader;
+
+use crate::index::Index;
+
+/// Most spans of time that words name.
+const SPANS_SAID: usize = 3;
+
+/// Parts that a session lost where it is damaged, other than its end.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Lost {
+    /// Lost messages, as far as they are known.
+    pub messages: u64,
+    /// Lost messages of each topic, as far as they are known.
+    pub topics: BTreeMap<String, u64>,
+    /// Begin and end of each span without messages, ns since the session's first message.
+    pub spans_ns: Vec<[u64; 2]>,
+    /// True if the compiled scene is lost.
+    pub scene: bool,
+    /// Places and kinds of the damage.
+    pub damage: Vec<String>,
+}
+
+impl Lost {
+    /// True if nothing is lost: if only parts of the index are damaged.
+    #[must_use]
+    pub fn is_nothing(&self) -> bool {
+        self.messages == 0 && !self.scene
+    }
+
+    /// Messages and spans, and the scene, in words.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let mut words = Vec::new();
+        if self.messages > 0 {
+            let seconds = |ns: u64| ns as f64 / 1e9;
+            let span = |[from, to]: &[u64; 2]| {
+                format!("from {:.2} to {:.2} s", seconds(*from), seconds(*to))
+            };
+            let spans: Vec<String> = self.spans_ns.iter().take(SPANS_SAID).map(span).collect();
+            let more = match self.spans_ns.len().saturating_sub(SPANS_SAID) {
+                0 => String::new(),
+                more => format!(" and {more} more spans"),
+            };
+            let messages = self.messages;
+            words.push(format!("{messages} messages {}{more}", spans.join(", ")));
+        }
+        if self.scene {
+            words.push("the compiled scene".to_owned());
+        }
+        words.join(", and ")
+    }
+}
+
+/// Follows the messages of a session and counts those that are missing.
+#[derive(Debug)]
+pub(crate) struct Tracker {
+    lost: Lost,
+    /// Number that the next message should have. The recorder numbers the messages of all channels
+    /// together.
+    expected: u32,
+    first_ns: Option<u64>,
+    newest_ns: u64,
+    /// True behind a damaged place, until the next message.
+    is_behind_damage: bool,
+    /// Messages of each channel: kept ones, and those that the index of a damaged chunk names.
+    kept: BTreeMap<u16, u64>,
+    named: BTreeMap<u16, u64>,
+}
+
+impl Tracker {
+    /// Starts with what the index says, if the session has one.
+    pub(crate) fn new(index: Option<&Index>) -> Self {
+        Self {
+            lost: Lost::default(),
+            expected: 0,
+            first_ns: index.map(|it| it.first_ns).filter(|it| *it > 0),
+            newest_ns: 0,
+            is_behind_damage: false,
+            kept: BTreeMap::new(),
+            named: BTreeMap::new(),
+        }
+    }
+
+    /// A damaged place is left out.
+    pub(crate) fn damage(&mut self, what: String) {
+        self.is_behind_damage = true;
+        self.lost.damage.push(what);
+    }
+
+    /// The index of a chunk has this many messages of a channel. Right behind a damaged chunk it
+    /// names lost ones.
+    pub(crate) fn index_of_chunk(&mut self, channel: u16, messages: u64) {
+        if self.is_behind_damage {
+            *self.named.entry(channel).or_default() += messages;
+        }
+    }
+
+    /// A message is kept.
+    pub(crate) fn keep(&mut self, header: &MessageHeader) {
+        let time_ns = header.log_time;
+        if self.is_behind_damage {
+            self.is_behind_damage = false;
+            let missing = header.sequence.wrapping_sub(self.expected);
+            // Numbers that go back are not the recorder's.
+            if (1..=u32::MAX / 2).contains(&missing) {
+                self.lost.messages += u64::from(missing);
+                self.span(time_ns);
+            }
+        }
+        let begins_ns = *self.first_ns.get_or_insert(time_ns);
+        self.newest_ns = self.newest_ns.max(time_ns).max(begins_ns);
+        self.expected = header.sequence.wrapping_add(1);
+        *self.kept.entry(header.channel_id).or_default() += 1;
+    }
+
+    /// Nothing is known between the newest message and this time.
+    fn span(&mut self, to_ns: u64) {
+        let first_ns = *self.first_ns.get_or_insert(to_ns);
+        let [from, to] = [self.newest_ns.max(first_ns), to_ns.max(self.newest_ns)];
+        self.lost.spans_ns.push([from, to].map(|it| it - first_ns));
+    }
+
+    /// Messages that are kept.
+    pub(crate) fn kept(&self) -> u64 {
+        self.kept.values().sum()
+    }
+
+    /// Everything that is lost. `has_scene` is false if the session should have a scene and has
+    /// none. `topics` are the names of known channels.
+    pub(crate) fn end(
+        mut self,
+        index: Option<&Index>,
+        topics: &BTreeMap<u16, String>,
+        has_scene: bool,
+    ) -> Lost {
+        if self.lost.damage.is_empty() {
+            return self.lost;
+        }
+        let mut missing = self.named.clone();
+        if let Some(index) = index.filter(|it| !it.counts.is_empty()) {
+            let of = |(channel, count): (&u16, &u64)| {
+                (
+                    *channel,
+                    count.saturating_sub(self.kept.get(channel).copied().unwrap_or(0)),
+                )
+            };
+            missing = index.counts.iter().map(of).collect();
+            let sum = missing.values().sum();
+            if self.is_behind_damage && sum > self.lost.messages {
+                self.span(index.last_ns);
+            }
+            self.lost.messages = sum;
+        }
+        self.lost.messages = self.lost.messages.max(missing.values().sum());
+        let named = missing.into_iter().filter(|(_, count)| *count > 0);
+        let named =
+            named.filter_map(|(channel, count)| Some((topics.get(&channel)?.clone(), count)));
+        self.lost.topics = named.collect();
+        self.lost.scene = !has_scene;
+        self.lost
+    }
+}
