@@ -170,7 +170,7 @@ pub enum HardwareError {
         /// Name of the capability.
         what: &'static str,
         /// Reported value.
-        value: f64,
+        value: f32,
         /// Allowed range.
         allowed: &'static str,
     },

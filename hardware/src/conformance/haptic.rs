@@ -1,22 +1,21 @@
 //! Conformance checks of a haptic device that speaks the rig protocol.
 
 use std::path::Path;
-use std::time::Duration;
 
 use rt_core::port::{HapticDevice, Identity, Polled};
 
 use super::answers::answers;
-use super::samples::{NO_FORCE, samples};
-use super::watch::{PATIENCE, open, silent_after_close, unplugged, until, watch};
+use super::samples::{NO_FORCE, name_bad_frames, samples_of};
+use super::watch::{Host, PATIENCE, open, silent_after_close, unplugged, until, until_on};
 use super::{Options, Report};
 use crate::rig::device::WATCHDOG_LIMIT_MS;
-use crate::rig::wire::Status;
+use crate::rig::wire::{Capabilities, Status};
 use crate::rig::{BAUD, RigHaptic};
 
-/// Time for which this computer's own lateness is measured after the tries of the watchdog.
-const WATCHED: Duration = Duration::from_millis(200);
 /// Number of tries of the watchdog, because a faulty one may work in some tries.
 const WATCHDOG_TRIES: u32 = 6;
+/// Largest number of tries. Those in which this computer lost bytes are made again.
+const WATCHDOG_TRIES_MAX: u32 = 30;
 /// Time, µs, by which a force may outlast the declared time plus one sample, because times are
 /// rounded.
 const WATCHDOG_ROUNDING_US: u64 = 2000;
@@ -32,8 +31,13 @@ pub fn haptic(path: &Path, options: &mut Options<'_>) -> Report {
     };
     let Identity { name, serial } = device.identity();
     report.device = format!("haptic device \"{name}\", serial {serial}");
-    samples(&mut report, &mut device, options.watch);
-    name_bad_frames(&mut report, &device);
+    samples_of(
+        &mut report,
+        &mut device,
+        options.watch,
+        RigHaptic::refused_samples,
+    );
+    name_bad_frames(&mut report, device.bad_frames());
     answers(&mut report, &mut device, options.watch);
     watchdog(&mut report, &mut device);
     drop(device);
@@ -58,43 +62,58 @@ fn fresh(device: &mut RigHaptic) -> bool {
     })
 }
 
-/// Adds the reasons for bad frames to their check.
-fn name_bad_frames(report: &mut Report, device: &RigHaptic) {
-    let found = device.bad_frames().filter(|(_, count)| *count > 0);
-    let found: Vec<String> = found.map(|(why, count)| format!("{count} {why}")).collect();
-    if !found.is_empty() {
-        report.add_to("bad frames", &format!(": {}", found.join(", ")));
-    }
-}
-
 /// Time for which the last force stayed, µs, by the device's clock and by this computer's.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Held {
     device_us: u32,
     host_us: u64,
 }
 
+impl Held {
+    /// The longer of both by each clock.
+    fn max(self, other: Self) -> Self {
+        Self {
+            device_us: self.device_us.max(other.device_us),
+            host_us: self.host_us.max(other.host_us),
+        }
+    }
+}
+
 /// Stops sending and measures how long the last force stays. The longest of several tries counts.
 fn watchdog(report: &mut Report, device: &mut RigHaptic) {
-    let mut longest: Option<Held> = None;
-    for _ in 0..WATCHDOG_TRIES {
-        match held(device) {
-            Ok(held) => {
-                longest = Some(longest.map_or(held, |so_far| Held {
-                    device_us: so_far.device_us.max(held.device_us),
-                    host_us: so_far.host_us.max(held.host_us),
-                }));
-            }
+    let mut longest = Held::default();
+    let mut longest_whole = Held::default();
+    let mut whole = 0;
+    let mut host = Host::default();
+    let unread = device.counters().unread_bytes;
+    for _ in 0..WATCHDOG_TRIES_MAX {
+        let before = device.counters().unread_bytes;
+        let held = match held(device, &mut host) {
+            Ok(held) => held,
             Err(words) => {
                 report.judge("watchdog", false, words);
                 return;
             }
+        };
+        longest = longest.max(held);
+        // The first sample after the drop may be among bytes that this computer did not read.
+        if device.counters().unread_bytes == before {
+            longest_whole = longest_whole.max(held);
+            whole += 1;
+        }
+        if whole == WATCHDOG_TRIES {
+            judge_held(report, device.declared(), longest_whole, host);
+            return;
         }
     }
-    let Some(Held { device_us, host_us }) = longest else {
-        return;
-    };
-    let declared = device.declared();
+    let host = host.missed(device.counters().unread_bytes - unread);
+    judge_held(report, device.declared(), longest, host);
+}
+
+/// Judges the longest time for which a force stayed. `host` has the delays of this computer during
+/// the tries.
+fn judge_held(report: &mut Report, declared: &Capabilities, held: Held, host: Host) {
+    let Held { device_us, host_us } = held;
     let declared_ms = declared.watchdog_ms.min(WATCHDOG_LIMIT_MS);
     // The drop shows in the next sample.
     let sample_us = 1_000_000 / u64::from(declared.rate_hz.max(1));
@@ -107,22 +126,20 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
         ms(host_us)
     );
     if u64::from(device_us) > allowed_us {
-        report.judge("watchdog", false, words);
+        // A late computer reads the same samples, unless it lost some.
+        report.judge_time("watchdog", false, words, host.only_missed());
     } else {
         // A busy computer sees the drop late. A watchdog that fails is later still.
         let late_us = allowed_us + WATCHDOG_ARRIVAL_US;
-        let is_late = host_us > late_us;
-        let host = watch(WATCHED, |now_ns| {
-            device.poll(now_ns);
-        });
-        report.judge_time("watchdog", !is_late, words, host);
+        report.judge_time("watchdog", host_us <= late_us, words, host);
     }
 }
 
 /// One try: sends zero force until it is in effect, stops sending, and waits for the watchdog.
-fn held(device: &mut RigHaptic) -> Result<Held, String> {
+/// Adds the delays of this computer to `host`.
+fn held(device: &mut RigHaptic, host: &mut Host) -> Result<Held, String> {
     let mut heard = false;
-    let on = until(PATIENCE, |now_ns| {
+    let on = until_on(host, PATIENCE, |now_ns| {
         device.send(NO_FORCE, now_ns);
         heard |= matches!(device.poll(now_ns), Polled::Fresh(_));
         !device.status().status.contains(Status::FORCE_ON)
@@ -138,22 +155,24 @@ fn held(device: &mut RigHaptic) -> Result<Held, String> {
     }
     // The last force is in effect from the first sample on that names its number.
     let last = device.sent_sequence();
-    let mut since = None;
+    let before = device.drops().count;
+    let mut since_ns = None;
     let mut held = None;
     let mut is_off = false;
-    until(PATIENCE, |now_ns| {
+    until_on(host, PATIENCE, |now_ns| {
         device.poll(now_ns);
         let status = device.status();
         is_off = !status.status.contains(Status::FORCE_ON);
-        if status.applied_force == last && since.is_none() {
-            since = Some((status.device_time_us, now_ns));
+        if status.applied_force == last && since_ns.is_none() {
+            since_ns = Some(now_ns);
         }
-        if !status.status.contains(Status::WATCHDOG) {
+        let drops = device.drops();
+        if drops.count == before {
             return true;
         }
-        held = since.map(|(device_us, host_ns)| Held {
-            device_us: status.device_time_us.wrapping_sub(device_us),
-            host_us: now_ns.saturating_sub(host_ns) / 1000,
+        held = Some(Held {
+            device_us: drops.held_us,
+            host_us: since_ns.map_or(0, |it| now_ns.saturating_sub(it) / 1000),
         });
         false
     });
@@ -164,4 +183,36 @@ fn held(device: &mut RigHaptic) -> Result<Held, String> {
         }
         format!("the force was not dropped in {} s", PATIENCE.as_secs())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::CheckOutcome;
+    use super::*;
+
+    /// Outcome for a device that declares 50 ms.
+    fn outcome(device_us: u32, host_us: u64, host: Host) -> CheckOutcome {
+        let mut report = Report::new("a device");
+        let declared = Capabilities::touch_class();
+        assert_eq!(declared.watchdog_ms, 50);
+        judge_held(&mut report, &declared, Held { device_us, host_us }, host);
+        report.checks[0].outcome
+    }
+
+    #[test]
+    fn a_late_computer_is_no_late_watchdog() {
+        let calm = Host::default();
+        let busy = Host::of_sleeps_ms(&[1, 1, 70]);
+        assert_eq!(outcome(50_500, 51_000, calm), CheckOutcome::Pass);
+        assert_eq!(outcome(50_500, 120_000, busy), CheckOutcome::NotJudged);
+        assert_eq!(outcome(50_500, 120_000, calm), CheckOutcome::Fail);
+    }
+
+    #[test]
+    fn a_late_watchdog_fails_on_a_busy_computer_too_unless_samples_were_lost() {
+        let busy = Host::of_sleeps_ms(&[1, 1, 70]);
+        assert_eq!(outcome(95_000, 95_000, busy), CheckOutcome::Fail);
+        let missed = busy.missed(80);
+        assert_eq!(outcome(95_000, 95_000, missed), CheckOutcome::NotJudged);
+    }
 }

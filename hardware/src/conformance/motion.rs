@@ -12,6 +12,15 @@ const STRIDE: usize = 20;
 /// far above noise.
 const WAY_MIN_M: f32 = 0.005;
 
+/// Time between two samples above which the velocity of the second says little about the way
+/// between them, s.
+const GAP_S: f32 = 0.01;
+/// Length of a window in which the earliest arrival counts, ns. A sample comes late, never early,
+/// so such arrivals follow the device's clock even while this computer is late.
+const BUCKET_NS: u64 = 100_000_000;
+/// Distance of two such windows whose clocks are compared.
+const BUCKETS: u64 = 5;
+
 /// Sums that compare reported velocities with positions.
 #[derive(Debug, Default)]
 pub(crate) struct Motion {
@@ -24,8 +33,12 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// Takes a sample: position, reported velocity, and the time since the previous sample, s.
+    /// Takes a sample: position, reported velocity, and the time since the previous sample, s. A
+    /// sample after a gap begins anew, because its velocity says little about the gap.
     pub(crate) fn take(&mut self, at_m: Vec3, said_m_s: Vec3, passed_s: f32) {
+        if passed_s > GAP_S {
+            self.pause();
+        }
         self.window.push_back((at_m, said_m_s, passed_s));
         let first_m = *self.first_m.get_or_insert(at_m);
         self.farthest_m = self.farthest_m.max((at_m - first_m).norm());
@@ -77,13 +90,35 @@ impl Motion {
 pub(crate) struct Clock {
     first: Option<(TimeNs, u32)>,
     last: Option<(TimeNs, u32)>,
+    /// Number of each window, and the least time by which this computer's clock was ahead in it,
+    /// µs.
+    ahead: Vec<(u64, i64)>,
 }
 
 impl Clock {
     /// Takes a sample: its arrival time, and the time of the device's clock, µs.
     pub(crate) fn take(&mut self, at_ns: TimeNs, device_us: u32) {
-        self.first.get_or_insert((at_ns, device_us));
+        let (from_ns, from_us) = *self.first.get_or_insert((at_ns, device_us));
         self.last = Some((at_ns, device_us));
+        let passed_ns = at_ns.saturating_sub(from_ns);
+        let passed_us = i64::try_from(passed_ns / 1000).unwrap_or(i64::MAX);
+        let ahead_us = passed_us - i64::from(device_us.wrapping_sub(from_us));
+        let bucket = passed_ns / BUCKET_NS;
+        match self.ahead.last_mut() {
+            Some((last, least_us)) if *last == bucket => *least_us = ahead_us.min(*least_us),
+            _ => self.ahead.push((bucket, ahead_us)),
+        }
+    }
+
+    /// The rate of [`Self::rate`] in the half second in which it is farthest from 1; `None` before
+    /// half a second.
+    pub(crate) fn worst_rate(&self) -> Option<f64> {
+        let span_us = (BUCKETS * BUCKET_NS / 1000) as f64;
+        let rates = self.ahead.iter().filter_map(|(from, from_us)| {
+            let (_, to_us) = self.ahead.iter().find(|(to, _)| *to == from + BUCKETS)?;
+            Some(1.0 - (to_us - from_us) as f64 / span_us)
+        });
+        rates.max_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs()))
     }
 
     /// Seconds of the device per second of this computer; `None` before two samples.
@@ -119,6 +154,54 @@ mod tests {
             assert!(!good && said.contains(words), "{said}");
         }
         assert!(Motion::default().judged().is_none());
+    }
+
+    #[test]
+    fn a_gap_is_no_wrong_velocity() {
+        let mut motion = Motion::default();
+        for ms in 0..3000 {
+            let turn = ms as f32 * 1.0e-3 * std::f32::consts::TAU;
+            let at_m = Vec3::x() * (0.03 * turn.sin());
+            let said_m_s = Vec3::x() * (0.03 * std::f32::consts::TAU * turn.cos());
+            // A computer that reads nothing for 60 of 200 ms, and then two samples at once.
+            match ms % 200 {
+                0..60 => {}
+                60 => motion.take(at_m, said_m_s, 0.061),
+                61 => motion.take(at_m, said_m_s, 0.0),
+                _ => motion.take(at_m, said_m_s, 1.0e-3),
+            }
+        }
+        let (good, said) = motion.judged().unwrap();
+        assert!(
+            good && (motion.gain().unwrap() - 1.0).abs() < 0.05,
+            "{said}"
+        );
+    }
+
+    /// Worst rate over 3 s of a clock that is `ahead_us` ahead, with arrivals late by `late_us`.
+    fn worst(ahead_us: impl Fn(f64) -> f64, late_us: impl Fn(u64) -> u64) -> f64 {
+        let mut clock = Clock::default();
+        for ms in 0..3000 {
+            let device_us = ms as f64 * 1e3 + ahead_us(ms as f64 * 1e-3);
+            clock.take((ms * 1000 + late_us(ms)) * 1000, device_us as u32);
+        }
+        clock.worst_rate().unwrap()
+    }
+
+    #[test]
+    fn a_clock_that_wanders_is_found_and_a_late_computer_is_not_blamed() {
+        let tau = std::f64::consts::TAU;
+        let wanders = |s: f64| 0.02 * 5.0 / tau * (1.0 - (tau * s / 5.0).cos()) * 1e6;
+        assert!((worst(wanders, |_| 0) - 1.0).abs() > 0.015);
+        let stalls = |ms: u64| {
+            if ms % 250 < 70 {
+                (70 - ms % 250) * 1000
+            } else {
+                0
+            }
+        };
+        assert!((worst(|_| 0.0, stalls) - 1.0).abs() < 0.002);
+        assert_eq!(Clock::default().worst_rate(), None);
     }
 
     #[test]

@@ -23,22 +23,27 @@ pub(super) const NO_FORCE: ForceCommand = ForceCommand {
 
 /// Watches the samples of an open device for `time` at zero force: rate, gaps, ranges.
 pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time: Duration) {
+    samples_of(report, device, time, |_| 0);
+}
+
+/// Does what [`samples`] does with a driver that counts the samples which it refused: they came,
+/// so they count for the rate.
+pub(super) fn samples_of<D: HapticDevice>(
+    report: &mut Report,
+    device: &mut D,
+    time: Duration,
+    refused: impl Fn(&D) -> u64,
+) {
     let capabilities = device.capabilities();
-    let Freedom { measured, rendered } = device.freedom();
-    report.judge(
-        "freedom",
-        (1..=6).contains(&measured) && (1..=6).contains(&rendered),
-        format!(
-            "measures {measured} and renders {rendered} of 6 directions; the others are dropped"
-        ),
-    );
     let period_ns = (1e9 / capabilities.rate_hz) as u64;
     let before = device.counters();
+    let refused_before = refused(device);
     let mut arrivals = Arrivals::default();
     let (mut by_line, mut counted) = (arrivals::Arrivals::default(), before.frames);
     let mut farthest_m = 0.0f32;
     let mut fastest_m_s = 0.0f32;
     let mut finite = true;
+    let mut turned = false;
     let mut openings = Openings::default();
     let mut noise_um = None;
     let mut due_ns = 0;
@@ -70,6 +75,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
             farthest_m = farthest_m.max(pose.translation.vector.norm());
             fastest_m_s = fastest_m_s.max(velocity_m_s.norm());
             openings.add(sample.opening);
+            turned |= pose.rotation.coords.xyz() != Vec3::zeros();
             finite &= pose.translation.vector.iter().all(|part| part.is_finite())
                 && velocity_m_s.iter().all(|part| part.is_finite())
                 && (pose.rotation.norm() - 1.0).abs() < 1e-3;
@@ -80,14 +86,20 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     let frames = after.frames - before.frames;
     let lost = after.lost_frames - before.lost_frames;
     let bad = after.bad_frames - before.bad_frames;
-    let sent_hz = (frames + lost) as f32 / seconds;
+    let refused = refused(device) - refused_before;
+    let sent_hz = (frames + lost + refused) as f32 / seconds;
     let host = host.missed(after.unread_bytes - before.unread_bytes);
 
+    judge_freedom(report, device.freedom(), turned || arrivals.count() == 0);
     let declared_hz = capabilities.rate_hz;
+    let of_them = match refused {
+        0 => String::new(),
+        count => format!(", of which {count} were refused in {seconds:.1} s: see `bad frames`"),
+    };
     report.judge_time(
         "rate",
         (sent_hz / declared_hz - 1.0).abs() <= RATE_OFF + host.share(),
-        format!("{sent_hz:.0} samples/s, declared {declared_hz:.0}, allowed 5 % off"),
+        format!("{sent_hz:.0} samples/s, declared {declared_hz:.0}, allowed 5 % off{of_them}"),
         host,
     );
     if arrivals.count() > 1 {
@@ -144,6 +156,33 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
         fastest_m_s < 5.0,
         format!("fastest {fastest_m_s:.2} m/s, allowed is 5 m/s"),
     );
+}
+
+/// Adds the reasons for bad frames to their check.
+pub(super) fn name_bad_frames(
+    report: &mut Report,
+    found: impl Iterator<Item = (&'static str, u64)>,
+) {
+    let found = found.filter(|(_, count)| *count > 0);
+    let found: Vec<String> = found.map(|(why, count)| format!("{count} {why}")).collect();
+    if !found.is_empty() {
+        report.add_to("bad frames", &format!(": {}", found.join(", ")));
+    }
+}
+
+/// Judges the directions that the device measures and renders. If no sample `turned`, the device
+/// measures no rotation, or nobody turned the handle.
+fn judge_freedom(report: &mut Report, freedom: Freedom, turned: bool) {
+    let Freedom { measured, rendered } = freedom;
+    let good = (1..=6).contains(&measured) && (1..=6).contains(&rendered);
+    let measures = match turned || measured <= 3 {
+        true => measured.to_string(),
+        false => "3 (no sample has a rotation)".to_owned(),
+    };
+    let words = format!(
+        "measures {measures} and renders {rendered} of 6 directions; the others are dropped"
+    );
+    report.judge("freedom", good, words);
 }
 
 /// Judges the noise of the positions, and states the force steps that it causes at the largest
@@ -256,10 +295,18 @@ fn judge_findings(report: &mut Report, found: FaultSet, bundle_ms: u32, host: Ho
     .filter(|fault| found.contains(*fault))
     .map(Fault::name)
     .collect();
-    let detail = if names.is_empty() {
+    let mut detail = if names.is_empty() {
         "positions, clock and confirmed forces agree".into()
     } else {
         format!("found: {}", names.join(", "))
     };
+    // Both are no fault of the samples, but they explain a force that is weaker than asked for.
+    if found.contains(Fault::DeviceLimited) {
+        detail += "; the device says that it limits its force (status bit 2: heat or current)";
+    }
+    if found.contains(Fault::DeviceWatchdog) {
+        detail +=
+            "; its watchdog acted (status bit 1): commands came late, or the line loses bytes";
+    }
     report.judge("consistent", names.is_empty(), detail);
 }

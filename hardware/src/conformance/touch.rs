@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rt_core::port::HapticDevice;
 
-use super::samples::samples;
+use super::samples::{name_bad_frames, samples};
 use super::watch::{open, unplugged};
 use super::{Options, Report};
 use crate::touch::TouchHaptic;
@@ -18,6 +18,7 @@ pub fn touch(library: &Path, device: Option<&str>, options: &mut Options<'_>) ->
     };
     report.device = format!("Touch \"{}\"", device.identity().name);
     samples(&mut report, &mut device, options.watch);
+    name_bad_frames(&mut report, device.bad_frames());
     report.skip(
         "watchdog",
         "not reported by the library: end the host and feel that it is free",

@@ -22,15 +22,33 @@ pub(super) fn now_ns() -> TimeNs {
 
 /// Calls `step` about 4000 times a second until it returns false or `limit` is over. Returns true
 /// if `step` returned false.
-pub(super) fn until(limit: Duration, mut step: impl FnMut(TimeNs) -> bool) -> bool {
-    let start = Instant::now();
-    while start.elapsed() < limit {
-        if !step(now_ns()) {
+pub(super) fn until(limit: Duration, step: impl FnMut(TimeNs) -> bool) -> bool {
+    until_on(&mut Host::default(), limit, step)
+}
+
+/// Does what [`until`] does, and adds the delays of this computer to `host`.
+pub(super) fn until_on(
+    host: &mut Host,
+    limit: Duration,
+    mut step: impl FnMut(TimeNs) -> bool,
+) -> bool {
+    let since = |then: TimeNs, now: TimeNs| Duration::from_nanos(now.saturating_sub(then));
+    let start_ns = now_ns();
+    let (mut began_ns, mut done_ns) = (start_ns, start_ns);
+    loop {
+        let at_ns = now_ns();
+        host.looked(since(began_ns, done_ns), since(done_ns, at_ns));
+        if since(start_ns, at_ns) >= limit {
+            return false;
+        }
+        let goes_on = step(at_ns);
+        (began_ns, done_ns) = (at_ns, now_ns());
+        if !goes_on {
+            host.looked(since(began_ns, done_ns), Duration::ZERO);
             return true;
         }
         thread::sleep(Duration::from_micros(250));
     }
-    false
 }
 
 /// Time for which this computer itself was late. Samples that came late or were lost in that time
@@ -49,6 +67,16 @@ impl Host {
     /// Largest share of late time with which this computer may judge a device's timing.
     const SHARE_MAX: f32 = 0.05;
 
+    /// A computer that slept for these times.
+    #[cfg(test)]
+    pub(super) fn of_sleeps_ms(sleeps_ms: &[u64]) -> Self {
+        let mut host = Self::default();
+        for &ms in sleeps_ms {
+            host.looked(Duration::ZERO, Duration::from_millis(ms));
+        }
+        host
+    }
+
     /// Records one step and the sleep after it. Only a sleep that took too long counts as a delay,
     /// so a slow driver is no excuse.
     fn looked(&mut self, took: Duration, slept: Duration) {
@@ -62,6 +90,11 @@ impl Host {
     pub(super) const fn missed(mut self, unread: u64) -> Self {
         self.unread += unread;
         self
+    }
+
+    /// Only the bytes that this computer did not read in time.
+    pub(super) fn only_missed(self) -> Self {
+        Self::default().missed(self.unread)
     }
 
     /// Share of the time for which this computer was late.
@@ -92,12 +125,8 @@ impl Host {
 /// Calls `step` like [`until`] for all of `limit`, and returns the delays of this computer.
 pub(super) fn watch(limit: Duration, mut step: impl FnMut(TimeNs)) -> Host {
     let mut host = Host::default();
-    let since = |then: TimeNs, now: TimeNs| Duration::from_nanos(now.saturating_sub(then));
-    let (mut began_ns, mut done_ns) = (now_ns(), now_ns());
-    until(limit, |at_ns| {
-        host.looked(since(began_ns, done_ns), since(done_ns, at_ns));
+    until_on(&mut host, limit, |at_ns| {
         step(at_ns);
-        (began_ns, done_ns) = (at_ns, now_ns());
         true
     });
     host
@@ -223,11 +252,7 @@ mod tests {
     use super::*;
 
     fn host(looks_ms: &[u64]) -> Host {
-        let mut host = Host::default();
-        for &ms in looks_ms {
-            host.looked(Duration::ZERO, Duration::from_millis(ms));
-        }
-        host
+        Host::of_sleeps_ms(looks_ms)
     }
 
     #[test]

@@ -33,6 +33,8 @@ pub enum Mistake {
     ForceWeak,
     /// No force at all.
     ForceMissing,
+    /// Forces above 0.6 N with the wrong sign, as of a number that overflows.
+    ForceOverflows,
     /// Opening 1 shut and 0 wide open.
     OpeningReversed,
     /// Force along the opening with the wrong sign.
@@ -49,6 +51,8 @@ pub enum Mistake {
     WatchdogFlaky,
     /// Watchdog of 95 ms, declared as 50 ms.
     WatchdogSlow,
+    /// Watchdog that only sets its status bit: the motors keep the force.
+    WatchdogInStatusOnly,
     /// Status says that a force is in effect only if the force is not zero.
     StatusNonzero,
     /// Status reports a fault.
@@ -77,7 +81,7 @@ pub enum Mistake {
 
 impl Mistake {
     /// All mistakes.
-    pub const ALL: [Self; 31] = [
+    pub const ALL: [Self; 33] = [
         Self::PositionsInMillimetres,
         Self::PositionsTenfold,
         Self::AxesExchanged,
@@ -89,6 +93,7 @@ impl Mistake {
         Self::ForceExchanged,
         Self::ForceWeak,
         Self::ForceMissing,
+        Self::ForceOverflows,
         Self::OpeningReversed,
         Self::OpeningForceNegated,
         Self::ClockInMilliseconds,
@@ -97,6 +102,7 @@ impl Mistake {
         Self::WatchdogMissing,
         Self::WatchdogFlaky,
         Self::WatchdogSlow,
+        Self::WatchdogInStatusOnly,
         Self::StatusNonzero,
         Self::Fault,
         Self::RateHalf,
@@ -127,6 +133,8 @@ impl Mistake {
 
 /// True watchdog time of a device that declares 50 ms, ms.
 const SLOW_MS: u8 = 95;
+/// Force from which on a force overflows, N.
+const OVERFLOW_N: f32 = 0.6;
 /// Time for which a flaky watchdog fails, µs.
 const FLAKY_US: u32 = 2_500_000;
 /// Rms length of the noise of a noisy device, m.
@@ -146,6 +154,8 @@ pub(super) struct RigFirmware {
     frozen_at_m: Option<[f32; 3]>,
     confirmed: [u16; LATE_SAMPLES],
     random: Random,
+    /// The last force that a command asked for, N.
+    commanded_n: Vec3,
 }
 
 impl RigFirmware {
@@ -169,6 +179,7 @@ impl RigFirmware {
             frozen_at_m: None,
             confirmed: [0; LATE_SAMPLES],
             random: Random::new(0, 0),
+            commanded_n: Vec3::zeros(),
         }
     }
 
@@ -231,7 +242,14 @@ impl RigFirmware {
             self.trips += 1;
         }
         let [x, y, z] = force_n;
+        if self.device.is_commanded() {
+            self.commanded_n = Vec3::new(x, y, z);
+        }
         match self.mistake {
+            Some(Mistake::WatchdogInStatusOnly) => self.commanded_n,
+            Some(Mistake::ForceOverflows) if Vec3::new(x, y, z).norm() > OVERFLOW_N => {
+                -Vec3::new(x, y, z)
+            }
             Some(Mistake::ForceNegated) => -Vec3::new(x, y, z),
             Some(Mistake::ForceExchanged) => Vec3::new(x, z, y),
             Some(Mistake::ForceWeak) => Vec3::new(x, y, z) * 0.5,

@@ -5,7 +5,7 @@ use rt_core::math::Vec3;
 use rt_core::port::{DeviceCapabilities, ForceCommand, HapticDevice, Polled};
 use rt_core::time::TimeNs;
 
-use super::{Answer, Guide, Live, Question, Squeezed, Step};
+use super::{Answer, Guide, Left, Live, Question, Squeezed, Step};
 
 /// Largest distance that the handle may move during a push, m. A hand that holds the handle loosely
 /// yields less.
@@ -58,6 +58,8 @@ impl Broken {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seen {
     pub(super) at_ns: TimeNs,
+    /// The device's clock, µs; wraps. `None` if it has none.
+    pub(super) device_time_us: Option<u32>,
     pub(super) at_m: Vec3,
     /// Velocity as the device reports it, m/s.
     pub(super) said_m_s: Option<Vec3>,
@@ -101,27 +103,47 @@ impl<'a> Bench<'a> {
             .min(can.force_continuous_n)
     }
 
+    /// Time after which the device itself drops a force, ms, if the driver knows it.
+    pub(super) fn watchdog_ms(&self) -> Option<u16> {
+        self.device.watchdog_ms()
+    }
+
     /// Runs one millisecond with this force. Returns the new sample, if one came.
     pub(super) fn tick(&mut self, force_n: Vec3) -> Result<Option<Seen>, Broken> {
+        self.run(Some(force_n))
+    }
+
+    /// Runs one millisecond with this force, or without any command. Returns the new sample, if
+    /// one came.
+    fn run(&mut self, force_n: Option<Vec3>) -> Result<Option<Seen>, Broken> {
         let now_ns = self.guide.wait();
         if self.guide.is_stopped() {
             return Err(Broken::Stopped);
         }
-        let polled = self.device.poll(now_ns);
-        let command = ForceCommand {
-            opening_n: self.live.opening_n,
-            force_n,
-            torque_nm: Vec3::zeros(),
-        };
-        self.device.send(command, now_ns);
-        self.live.force_n = force_n;
+        let mut device_time_us = None;
+        let polled = self.device.poll_each(now_ns, &mut |reading| {
+            device_time_us = reading.device_time_us;
+        });
+        if let Some(force_n) = force_n {
+            let command = ForceCommand {
+                opening_n: self.live.opening_n,
+                force_n,
+                torque_nm: Vec3::zeros(),
+            };
+            self.device.send(command, now_ns);
+        }
+        self.live.force_n = force_n.unwrap_or_default();
         if let Polled::Fresh(sample) = &polled {
             self.live.at_m = Some(sample.device_from_handle.translation.vector);
             self.live.opening = sample.opening;
             self.live.velocity_m_s = self.device.reported_velocity_m_s();
         }
         self.guide.live(&self.live);
-        self.silent_ms += 1;
+        // A device that answers commands only sends nothing without one.
+        self.silent_ms = match force_n {
+            Some(_) => self.silent_ms + 1,
+            None => 0,
+        };
         let faults = self.device.findings().faults;
         let grave = [Fault::DeviceFault, Fault::FrozenDevice, Fault::DeviceClock];
         if let Some(fault) = grave.into_iter().find(|it| faults.contains(*it)) {
@@ -135,6 +157,7 @@ impl<'a> Bench<'a> {
                 self.silent_ms = 0;
                 let seen = Seen {
                     at_ns: sample.at_ns,
+                    device_time_us,
                     at_m: sample.device_from_handle.translation.vector,
                     said_m_s: self.live.velocity_m_s,
                     opening: sample.opening,
@@ -195,6 +218,27 @@ impl<'a> Bench<'a> {
     /// Tells the person a step and waits without force until the step is done.
     pub(super) fn until_still(&mut self, step: &Step) -> Result<(), Broken> {
         self.until_done(step, Vec3::zeros(), |_| {})
+    }
+
+    /// Sends nothing until the guide has answered whether the handle still pushes, but at least
+    /// for `ms` milliseconds. If the handle runs off, its force ends.
+    pub(super) fn left(&mut self, ms: u32) -> Result<Option<Left>, Broken> {
+        let start = self.before;
+        for at_ms in 0..PATIENCE_MS {
+            if at_ms == ms {
+                self.guide.ask(Question::Left);
+            }
+            if at_ms >= ms && self.guide.has_answer() {
+                return Ok(self.guide.left());
+            }
+            let earlier = self.before;
+            if let Some(seen) = self.run(None)?
+                && runs_off(start, earlier, seen)
+            {
+                return Err(Broken::RanOff);
+            }
+        }
+        Err(Broken::Stopped)
     }
 
     /// Runs `ms` milliseconds with the force along the opening that `opening_n` gives for each of

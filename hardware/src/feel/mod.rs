@@ -1,14 +1,15 @@
 //! Tests axes, units and signs of positions and forces, before anybody trusts a device.
 //!
 //! A person moves the handle and says in which direction it pushes. A program with a sensor may do
-//! both. A force is at most 0.5 N; a force that opens or shuts the handle is at most 1 N. The test
-//! ends a force when the handle moves too far or too fast.
+//! both. A force is at most 0.5 N, one of them 2 N; a force that opens or shuts the handle is at
+//! most 1 N. The test ends a force when the handle moves too far or too fast.
 
 mod bench;
 mod fingers;
 mod moves;
 mod pushes;
 mod response;
+mod silence;
 
 use rt_core::math::Vec3;
 use rt_core::port::HapticDevice;
@@ -147,6 +148,16 @@ pub enum Step {
     },
     /// The handle pushes back and forth along x now.
     Response,
+    /// Hold the handle firmly in the middle, then say that it is done.
+    HoldFirmly,
+    /// Hold the handle loosely in the middle before it pushes and Calot falls silent, then say
+    /// that it is done.
+    HoldForSilence,
+    /// The handle pushes now; then Calot sends nothing more.
+    PushAndFallSilent {
+        /// Size of the force, N.
+        force_n: f32,
+    },
 }
 
 /// Answer to the question after a push.
@@ -194,6 +205,17 @@ impl Squeezed {
     }
 }
 
+/// Answer to the question whether the handle still pushes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Left {
+    /// It still pushes.
+    Pushes,
+    /// It pushes no more.
+    Nothing,
+    /// A sensor measures this force now, base frame, N.
+    Measured(Vec3),
+}
+
 /// Question that the guide asks the person.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Question {
@@ -205,6 +227,8 @@ pub enum Question {
     HasScale,
     /// Reading of the scale, N.
     Pressed,
+    /// Does the handle still push, although Calot sends nothing?
+    Left,
 }
 
 /// State of the device at one moment, to be shown.
@@ -248,6 +272,9 @@ pub trait Guide {
     fn has_scale(&mut self) -> bool;
     /// Returns the reading of the scale, N. The call may wait. `None` if it could not be read.
     fn pressed_n(&mut self) -> Option<f32>;
+    /// Returns the force that the handle still renders while Calot sends nothing. The call may
+    /// wait. `None` if nobody said.
+    fn left(&mut self) -> Option<Left>;
     /// Waits for the next millisecond and returns the time.
     fn wait(&mut self) -> TimeNs;
     /// True if the test must end now.
@@ -289,5 +316,7 @@ fn run(bench: &mut Bench<'_>, felt: &mut Felt, seed: u64) -> Result<(), Broken> 
     pushes::test(bench, &mut felt.report, seed)?;
     fingers::test(bench, &mut felt.report, seed)?;
     pushes::test_scale(bench, &mut felt.report)?;
-    response::test(bench, &mut felt.report, &mut felt.response)
+    response::test(bench, &mut felt.report, &mut felt.response)?;
+    pushes::test_hard(bench, &mut felt.report, seed)?;
+    silence::test(bench, &mut felt.report)
 }

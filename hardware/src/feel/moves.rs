@@ -37,8 +37,7 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, way_m: f32) -> Re
         for pair in samples.windows(2) {
             if let (Some(said_m_s), [before, now]) = (pair[1].said_m_s, pair) {
                 says_velocity = true;
-                let passed_ns = now.at_ns.saturating_sub(before.at_ns);
-                motion.take(now.at_m, said_m_s, passed_ns as f32 * 1.0e-9);
+                motion.take(now.at_m, said_m_s, passed_s(before, now));
             }
         }
         motion.pause();
@@ -53,6 +52,14 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, way_m: f32) -> Re
         report.leave_open("velocity", "the positions hardly moved");
     }
     Ok(())
+}
+
+/// Time between two samples, s: by the device's clock, if it has one. Arrivals jitter.
+fn passed_s(before: &Seen, now: &Seen) -> f32 {
+    match (before.device_time_us, now.device_time_us) {
+        (Some(before_us), Some(now_us)) => now_us.wrapping_sub(before_us) as f32 * 1.0e-6,
+        _ => now.at_ns.saturating_sub(before.at_ns) as f32 * 1.0e-9,
+    }
 }
 
 /// Vector from the place at the beginning of a move to that at its end, m.

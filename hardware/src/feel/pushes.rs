@@ -23,6 +23,10 @@ const STAY_MS: u32 = 1000;
 pub(super) const PUSH_MS: u32 = 2 * RISE_MS + STAY_MS;
 /// Force on a scale, N. A kitchen scale shows 51 g.
 const PRESS_N: f32 = 0.5;
+/// Force of the hard push, N: a hand that holds firmly bears it.
+const HARD_N: f32 = 2.0;
+/// A sensor that measures less than this share of the force asked for has felt nothing.
+const FELT: f32 = 0.1;
 /// Allowed size of a measured force as a share of the size asked for.
 const SIZE: core::ops::RangeInclusive<f32> = 0.8..=1.25;
 
@@ -50,6 +54,39 @@ pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report, seed: u64) -> Res
     Ok(())
 }
 
+/// Judges one push that is as hard as the test may be, in a direction that `seed` decides. Some
+/// mistakes, such as a number that overflows, show in large forces only.
+pub(super) fn test_hard(
+    bench: &mut Bench<'_>,
+    report: &mut Report,
+    seed: u64,
+) -> Result<(), Broken> {
+    const NAME: &str = "push hard";
+    let force_n = bench.bearable_n(HARD_N);
+    let most_n = bench.capabilities().force_max_n;
+    if force_n <= PRESS_N {
+        report.skip(
+            NAME,
+            &format!("the device bears {force_n:.1} N for long; more was not tested"),
+        );
+        return Ok(());
+    }
+    let direction = match seed / 12 % 3 {
+        0 => Direction::Right,
+        1 => Direction::Up,
+        _ => Direction::Towards,
+    };
+    bench.until_done(&Step::HoldFirmly, Vec3::zeros(), |_| {})?;
+    bench.guide().tell(&Step::Push { force_n });
+    let full_n = direction.vector() * force_n;
+    bench.pushed(PUSH_MS, |ms| full_n * share(ms), |_, _| {})?;
+    let answer = bench.pushed_which_way()?;
+    let (good, words) = judge(direction, force_n, answer);
+    let untested = format!("{words}; from there to {most_n:.1} N nothing was tested");
+    report.judge(NAME, good, if good { untested } else { words });
+    Ok(())
+}
+
 /// Share of a push's force at this time.
 pub(super) fn share(ms: u32) -> f32 {
     let rise = ms as f32 / RISE_MS as f32;
@@ -63,6 +100,14 @@ fn judge(asked: Direction, asked_n: f32, answer: Answer) -> (bool, String) {
             let words = format!(
                 "{asked_n:.1} N {} and nothing was felt. Is the driver of the motors on?",
                 asked.words()
+            );
+            return (false, words);
+        }
+        Answer::Measured(force_n) if force_n.norm() < FELT * asked_n => {
+            let words = format!(
+                "{asked_n:.1} N {}: the sensor measured {:.2} N. Is the driver of the motors on?",
+                asked.words(),
+                force_n.norm()
             );
             return (false, words);
         }
@@ -124,4 +169,21 @@ pub(super) fn test_scale(bench: &mut Bench<'_>, report: &mut Report) -> Result<(
         ),
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_that_measures_nothing_is_not_told_that_axes_are_turned() {
+        for (measured_n, words) in [
+            (Vec3::zeros(), "the sensor measured 0.00 N. Is the driver"),
+            (Vec3::new(0.01, 0.01, 0.0), "the sensor measured 0.01 N"),
+            (Vec3::new(0.2, 0.2, 0.0), "obliquely"),
+        ] {
+            let (good, said) = judge(Direction::Right, 0.3, Answer::Measured(measured_n));
+            assert!(!good && said.contains(words), "{said}");
+        }
+    }
 }

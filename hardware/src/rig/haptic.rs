@@ -6,14 +6,15 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, Echo, Findings, ForceCommand, HapticDevice,
-    Identity, LineCounters, Opening, Polled,
+    Identity, LineCounters, Opening, Polled, Reading,
 };
 use rt_core::time::TimeNs;
 
 use super::echo::Echoes;
 use super::host::{Bad, Host};
 use super::judge::Judge;
-use super::wire::{Capabilities, DeviceKind, Force, State, Status, WireError};
+use super::watchdog::{Drops, Watchdog};
+use super::wire::{Capabilities, DeviceKind, Field, Force, State, Status, WireError};
 use crate::HardwareError;
 use crate::line::Line;
 
@@ -25,6 +26,7 @@ pub struct RigHaptic {
     status: RigStatus,
     judge: Judge,
     echoes: Echoes,
+    watchdog: Watchdog,
     /// Velocity that the device reported with its newest sample; `None` if it measures none.
     reported_m_s: Option<Vec3>,
 }
@@ -38,6 +40,8 @@ pub struct RigStatus {
     pub applied_force: u16,
     /// The device's clock, µs; wraps.
     pub device_time_us: u32,
+    /// Time at which it arrived.
+    pub at_ns: TimeNs,
 }
 
 impl RigHaptic {
@@ -59,6 +63,7 @@ impl RigHaptic {
             status: RigStatus::default(),
             judge: Judge::default(),
             echoes: Echoes::default(),
+            watchdog: Watchdog::default(),
             reported_m_s: None,
         }
     }
@@ -83,6 +88,20 @@ impl RigHaptic {
         self.host.sent_sequence()
     }
 
+    /// Drops of the force by the device's watchdog so far.
+    #[must_use]
+    pub const fn drops(&self) -> Drops {
+        self.watchdog.drops()
+    }
+
+    /// Number of samples so far that came whole and were refused.
+    #[must_use]
+    pub fn refused_samples(&self) -> u64 {
+        let bad = self.host.bad();
+        let of = |why: Bad| bad.get(why as usize).copied().unwrap_or(0);
+        Bad::OF_SAMPLES.into_iter().map(of).sum()
+    }
+
     /// Number of bad frames so far by reason.
     pub fn bad_frames(&self) -> impl Iterator<Item = (&'static str, u64)> + use<> {
         Bad::NAMES.into_iter().zip(self.host.bad())
@@ -99,6 +118,86 @@ impl RigHaptic {
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.host.is_lost()
+    }
+}
+
+impl RigHaptic {
+    /// Reads what came, and returns the newest sample. `each` gets every good sample.
+    fn read(&mut self, now_ns: TimeNs, mut each: impl FnMut(&Reading)) -> Polled<DeviceSample> {
+        let reach_m = self.declared.workspace_radius_m * REACH;
+        let measures_velocity = self.declared.measures_velocity;
+        let mut newest = None;
+        let judge = &mut self.judge;
+        judge.begin(now_ns);
+        let echoes = &mut self.echoes;
+        echoes.begin();
+        let watchdog = &mut self.watchdog;
+        let mut status = self.status;
+        let mut reported_m_s = self.reported_m_s;
+        let opens = self.declared.opening.is_some();
+        let mut rejected = [0; Bad::COUNT];
+        let mut reject = |why: Bad| {
+            if let Some(count) = rejected.get_mut(why as usize) {
+                *count += 1;
+            }
+        };
+        let read = self
+            .host
+            .receive(|message, at_ns| match State::parse(message) {
+                Err(WireError::Range(field)) => reject(field.into()),
+                Err(_) => reject(Bad::Message),
+                Ok(state) if state.opening.is_some() != opens => reject(Bad::Message),
+                Ok(state) if Vec3::from(state.position_m).norm() > reach_m => reject(Bad::Reach),
+                Ok(state) => {
+                    let said_m_s = Vec3::from(state.velocity_m_s);
+                    reported_m_s = Some(said_m_s);
+                    echoes.take(&state);
+                    watchdog.take(&state);
+                    status = RigStatus {
+                        status: state.status,
+                        applied_force: state.applied_force,
+                        device_time_us: state.device_time_us,
+                        at_ns,
+                    };
+                    let velocity_m_s = judge.take(&state, measures_velocity, at_ns);
+                    if velocity_m_s.is_none() && judge.dropped() {
+                        reject(Bad::Judged);
+                        return;
+                    }
+                    let sample = sample(&state, message.sequence(), velocity_m_s, at_ns);
+                    each(&Reading {
+                        sample,
+                        reported_m_s: measures_velocity.then_some(said_m_s),
+                        device_time_us: Some(state.device_time_us),
+                        status: Some(state.status.0),
+                    });
+                    // A sample without velocity waited for this computer, so it is too old.
+                    if velocity_m_s.is_some() {
+                        newest = Some(sample);
+                        echoes.use_sample(&state, at_ns);
+                    }
+                }
+            });
+        self.host.reject(&rejected);
+        self.reported_m_s = reported_m_s.filter(|_| measures_velocity);
+        self.judge.end(read.unwrap_or(0));
+        self.status = status;
+        match (newest, read) {
+            (Some(sample), _) => Polled::Fresh(sample),
+            (None, Some(_)) => Polled::Nothing,
+            (None, None) => Polled::Lost,
+        }
+    }
+}
+
+impl From<Field> for Bad {
+    fn from(field: Field) -> Self {
+        match field {
+            Field::Position => Self::Position,
+            Field::Velocity => Self::Velocity,
+            Field::Rotation => Self::Rotation,
+            Field::Other => Self::Range,
+        }
     }
 }
 
@@ -133,53 +232,19 @@ impl HapticDevice for RigHaptic {
     }
 
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
-        let reach_m = self.declared.workspace_radius_m * REACH;
-        let measures_velocity = self.declared.measures_velocity;
-        let mut newest = None;
-        let judge = &mut self.judge;
-        judge.begin(now_ns);
-        let echoes = &mut self.echoes;
-        echoes.begin();
-        let mut status = self.status;
-        let mut reported_m_s = self.reported_m_s;
-        let opens = self.declared.opening.is_some();
-        let mut rejected = [Bad::Range, Bad::Reach, Bad::Judged, Bad::Message].map(|why| (why, 0));
-        let read = self
-            .host
-            .receive(|message, at_ns| match State::parse(message) {
-                Err(WireError::Range) => rejected[0].1 += 1,
-                Err(_) => rejected[3].1 += 1,
-                Ok(state) if state.opening.is_some() != opens => rejected[3].1 += 1,
-                Ok(state) if Vec3::from(state.position_m).norm() > reach_m => rejected[1].1 += 1,
-                Ok(state) => {
-                    reported_m_s = Some(state.velocity_m_s.into());
-                    echoes.take(&state);
-                    status = RigStatus {
-                        status: state.status,
-                        applied_force: state.applied_force,
-                        device_time_us: state.device_time_us,
-                    };
-                    if let Some(velocity_m_s) = judge.take(&state, measures_velocity, at_ns) {
-                        newest = Some(sample(&state, message.sequence(), velocity_m_s, at_ns));
-                        echoes.use_sample(&state, at_ns);
-                    } else if judge.dropped() {
-                        rejected[2].1 += 1;
-                    }
-                }
-            });
-        for (why, count) in rejected {
-            for _ in 0..count {
-                self.host.reject(why);
-            }
-        }
-        self.reported_m_s = reported_m_s.filter(|_| measures_velocity);
-        self.judge.end(read.unwrap_or(0));
-        self.status = status;
-        match (newest, read) {
-            (Some(sample), _) => Polled::Fresh(sample),
-            (None, Some(_)) => Polled::Nothing,
-            (None, None) => Polled::Lost,
-        }
+        self.read(now_ns, |_| {})
+    }
+
+    fn poll_each(
+        &mut self,
+        now_ns: TimeNs,
+        each: &mut dyn FnMut(&Reading),
+    ) -> Polled<DeviceSample> {
+        self.read(now_ns, each)
+    }
+
+    fn watchdog_ms(&self) -> Option<u16> {
+        Some(self.declared.watchdog_ms.into())
     }
 
     fn reported_velocity_m_s(&self) -> Option<Vec3> {
@@ -239,12 +304,12 @@ fn within(wanted: Vec3, limit: f32) -> Vec3 {
 /// stops.
 const REACH: f32 = 2.0;
 
-fn sample(state: &State, sequence: u16, velocity_m_s: Vec3, at_ns: TimeNs) -> DeviceSample {
+fn sample(state: &State, sequence: u16, velocity_m_s: Option<Vec3>, at_ns: TimeNs) -> DeviceSample {
     let [x, y, z, w] = state.rotation_xyzw;
     let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
     DeviceSample {
         device_from_handle: Pose::from_parts(Vec3::from(state.position_m).into(), rotation),
-        velocity_m_s: Some(velocity_m_s),
+        velocity_m_s,
         buttons: Buttons(state.buttons),
         opening: state.opening,
         sequence,

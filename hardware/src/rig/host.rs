@@ -45,7 +45,7 @@ pub(super) struct Host {
     torn: bool,
     /// Bytes received during the handshake, for the error's message; `None` after it.
     heard: Option<Box<Heard>>,
-    bad: [u64; Bad::NAMES.len()],
+    bad: [u64; Bad::COUNT],
 }
 
 /// Reasons for which a frame or a message counts as bad.
@@ -60,18 +60,35 @@ pub(super) enum Bad {
     Message,
     /// The message repeats the last message's number.
     Repeated,
-    /// A field is outside its range.
+    /// A field of a message other than STATE is outside its range.
     Range,
     /// The position is farther out than twice the workspace's radius.
     Reach,
     /// The check of plausibility dropped the sample.
     Judged,
+    /// The sample's position is outside its range.
+    Position,
+    /// The sample's velocity is outside its range.
+    Velocity,
+    /// The sample's rotation is no unit quaternion.
+    Rotation,
 }
 
 impl Bad {
+    /// Number of reasons.
+    pub(super) const COUNT: usize = 10;
+    /// Reasons that refuse a sample. The others refuse bytes that may be no sample.
+    pub(super) const OF_SAMPLES: [Self; 5] = [
+        Self::Reach,
+        Self::Judged,
+        Self::Position,
+        Self::Velocity,
+        Self::Rotation,
+    ];
+
     /// Text for each reason, in the order of the variants. It follows a number, as in "3 frames
     /// with a wrong checksum".
-    pub(super) const NAMES: [&str; 7] = [
+    pub(super) const NAMES: [&str; Self::COUNT] = [
         "with a wrong checksum",
         "with wrong stuffing or length",
         "of an unknown or unexpected kind, or of a wrong length",
@@ -79,6 +96,9 @@ impl Bad {
         "outside the allowed ranges",
         "farther out than twice the workspace's radius",
         "that contradict earlier ones",
+        "with a coordinate of the position beyond 1.6 m (a step is 0.1 µm)",
+        "with a component of the velocity beyond 20 m/s (a step is 1 µm/s)",
+        "with a rotation that is no unit quaternion (send 0, 0, 0, 32767 where there is none)",
     ];
 }
 
@@ -104,12 +124,12 @@ impl Host {
             // The device may hold half a frame of an earlier host.
             torn: true,
             heard: Some(Box::default()),
-            bad: [0; Bad::NAMES.len()],
+            bad: [0; Bad::COUNT],
         };
         let capabilities = host.greet(kind)?;
         check(&path, kind, &capabilities)?;
         host.heard = None;
-        host.bad = [0; Bad::NAMES.len()];
+        host.bad = [0; Bad::COUNT];
         host.counters = LineCounters {
             unread_bytes: host.counters.unread_bytes,
             ..LineCounters::default()
@@ -225,14 +245,17 @@ impl Host {
         Some(count)
     }
 
-    /// Counts a good message as bad after all.
-    pub(super) fn reject(&mut self, why: Bad) {
-        self.counters.frames -= 1;
-        count_bad(&mut self.counters, &mut self.bad, why);
+    /// Counts good messages as bad after all. `rejected` has their number by reason.
+    pub(super) fn reject(&mut self, rejected: &[u64; Bad::COUNT]) {
+        for (sum, &count) in self.bad.iter_mut().zip(rejected) {
+            *sum += count;
+            self.counters.frames -= count;
+            self.counters.bad_frames += count;
+        }
     }
 
     /// Number of bad frames by reason, in the order of [`Bad::NAMES`].
-    pub(super) const fn bad(&self) -> [u64; Bad::NAMES.len()] {
+    pub(super) const fn bad(&self) -> [u64; Bad::COUNT] {
         self.bad
     }
 
@@ -281,7 +304,7 @@ impl Host {
     }
 }
 
-fn count_bad(counters: &mut LineCounters, bad: &mut [u64; Bad::NAMES.len()], why: Bad) {
+fn count_bad(counters: &mut LineCounters, bad: &mut [u64; Bad::COUNT], why: Bad) {
     counters.bad_frames += 1;
     if let Some(count) = bad.get_mut(why as usize) {
         *count += 1;
@@ -339,7 +362,7 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
     let capability = |what, value: f32, allowed| HardwareError::Capability {
         path: path(),
         what,
-        value: f64::from(value),
+        value,
         allowed,
     };
     if !(10..=8000).contains(&found.rate_hz) {

@@ -22,6 +22,8 @@ mod judge;
 mod pedal;
 #[cfg(test)]
 mod vectors;
+#[cfg(feature = "std")]
+mod watchdog;
 pub mod wire;
 
 #[cfg(feature = "std")]
@@ -30,3 +32,5 @@ pub use haptic::{RigHaptic, RigStatus};
 pub(crate) use host::BAUD;
 #[cfg(feature = "std")]
 pub use pedal::RigPedal;
+#[cfg(feature = "std")]
+pub use watchdog::Drops;

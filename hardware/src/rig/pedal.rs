@@ -80,19 +80,20 @@ impl RigPedal {
 impl Pedal for RigPedal {
     fn poll(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
         let mut newest = None;
-        let mut rejected = [Bad::Range, Bad::Message].map(|why| (why, 0));
+        let mut rejected = [0; Bad::COUNT];
+        let mut reject = |why: Bad| {
+            if let Some(count) = rejected.get_mut(why as usize) {
+                *count += 1;
+            }
+        };
         let read = self
             .host
             .receive(|message, at_ns| match Switches::parse(message) {
                 Ok(switches) => newest = Some((switches, at_ns)),
-                Err(WireError::Range) => rejected[0].1 += 1,
-                Err(_) => rejected[1].1 += 1,
+                Err(WireError::Range(_)) => reject(Bad::Range),
+                Err(_) => reject(Bad::Message),
             });
-        for (why, count) in rejected {
-            for _ in 0..count {
-                self.host.reject(why);
-            }
-        }
+        self.host.reject(&rejected);
         if let Some((switches, at_ns)) = newest {
             let Switches {
                 cut,

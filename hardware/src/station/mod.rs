@@ -110,6 +110,9 @@ pub struct HapticSpec {
     pub motion_scale: Option<f32>,
     /// True if the device has passed `calot devices feel`.
     pub is_felt: bool,
+    /// Names of the checks of that test that the device did not pass; `None` without such a
+    /// record.
+    pub failed_felt: Option<Vec<String>>,
 }
 
 /// Limits that a person sets below those of the device, and measured values that replace what the

@@ -3,7 +3,7 @@
 use rt_core::math::Vec3;
 use rt_core::port::{
     DeviceCapabilities, DeviceSample, Echo, Findings, ForceCommand, Freedom, HapticDevice,
-    Identity, LineCounters, Opening, Pedal, Polled,
+    Identity, LineCounters, Opening, Pedal, Polled, Reading,
 };
 use rt_core::time::TimeNs;
 
@@ -133,6 +133,18 @@ impl HapticDevice for Limited {
 
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
         self.device.poll(now_ns)
+    }
+
+    fn poll_each(
+        &mut self,
+        now_ns: TimeNs,
+        each: &mut dyn FnMut(&Reading),
+    ) -> Polled<DeviceSample> {
+        self.device.poll_each(now_ns, each)
+    }
+
+    fn watchdog_ms(&self) -> Option<u16> {
+        self.device.watchdog_ms()
     }
 
     /// A force above the station's limit is shortened here too, whatever the caller did.

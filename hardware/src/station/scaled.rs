@@ -3,7 +3,7 @@
 use rt_core::math::Vec3;
 use rt_core::port::{
     DeviceCapabilities, DeviceSample, Echo, Findings, ForceCommand, Freedom, HapticDevice,
-    Identity, LineCounters, Polled,
+    Identity, LineCounters, Polled, Reading,
 };
 use rt_core::time::TimeNs;
 
@@ -37,13 +37,32 @@ impl HapticDevice for Scaled {
 
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
         match self.device.poll(now_ns) {
-            Polled::Fresh(mut sample) => {
-                sample.device_from_handle.translation.vector *= self.by;
-                sample.velocity_m_s = sample.velocity_m_s.map(|velocity| velocity * self.by);
-                Polled::Fresh(sample)
-            }
+            Polled::Fresh(sample) => Polled::Fresh(scaled(sample, self.by)),
             other => other,
         }
+    }
+
+    fn poll_each(
+        &mut self,
+        now_ns: TimeNs,
+        each: &mut dyn FnMut(&Reading),
+    ) -> Polled<DeviceSample> {
+        let by = self.by;
+        let polled = self.device.poll_each(now_ns, &mut |own| {
+            each(&Reading {
+                sample: scaled(own.sample, by),
+                reported_m_s: own.reported_m_s.map(|velocity| velocity * by),
+                ..*own
+            });
+        });
+        match polled {
+            Polled::Fresh(sample) => Polled::Fresh(scaled(sample, by)),
+            other => other,
+        }
+    }
+
+    fn watchdog_ms(&self) -> Option<u16> {
+        self.device.watchdog_ms()
     }
 
     fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
@@ -73,6 +92,13 @@ impl HapticDevice for Scaled {
     fn counters(&self) -> LineCounters {
         self.device.counters()
     }
+}
+
+fn scaled(own: DeviceSample, by: f32) -> DeviceSample {
+    let mut sample = own;
+    sample.device_from_handle.translation.vector *= by;
+    sample.velocity_m_s = own.velocity_m_s.map(|velocity| velocity * by);
+    sample
 }
 
 #[cfg(test)]

@@ -69,8 +69,8 @@ struct Shared {
     failed: AtomicU16,
     /// Callbacks for which the force still counts as limited by the library.
     limited_callbacks: AtomicU32,
-    /// Number of refused samples: a value is not finite, or the pose is not rigid.
-    bad_samples: AtomicU32,
+    /// Number of refused samples by reason, in the order of [`Unfit::NAMES`].
+    bad_samples: [AtomicU32; 2],
     force_max_n: f32,
     /// Ten f32 as bits (position 3, quaternion x y z w, velocity 3), the buttons, and the count of
     /// samples.
@@ -107,7 +107,7 @@ impl TouchHaptic {
             running: AtomicBool::new(true),
             failed: AtomicU16::new(0),
             limited_callbacks: AtomicU32::new(0),
-            bad_samples: AtomicU32::new(0),
+            bad_samples: [AtomicU32::new(0), AtomicU32::new(0)],
             force_max_n: capabilities.force_max_n,
             sample: Slot::new(),
             force: Slot::new(),
@@ -146,6 +146,13 @@ impl TouchHaptic {
             0 => None,
             code => Some(code),
         }
+    }
+
+    /// Number of refused samples so far by reason.
+    pub fn bad_frames(&self) -> impl Iterator<Item = (&'static str, u64)> + use<> {
+        let counts = self.shared.bad_samples.each_ref();
+        let counts = counts.map(|count| u64::from(count.load(Ordering::Relaxed)));
+        Unfit::NAMES.into_iter().zip(counts)
     }
 
     /// True if the device is lost; see [`crate::rig::RigHaptic::is_lost`].
@@ -247,7 +254,7 @@ fn usable(found: &DeviceCapabilities, path: &Path) -> Result<(), HardwareError> 
             return Err(HardwareError::Capability {
                 path: path.to_path_buf(),
                 what,
-                value: f64::from(value),
+                value,
                 allowed,
             });
         }
@@ -316,12 +323,20 @@ impl Servo for Shared {
         hd.set_force(&force_n);
         hd.end_frame(self.device);
 
-        if let Some(mut words) = sample_words(&transform, &velocity_mm_s, buttons) {
-            let count = self.sample.read().map_or(0, |(_, words)| words[11]);
-            words[11] = count.wrapping_add(1);
-            self.sample.write(words);
-        } else {
-            self.bad_samples.fetch_add(1, Ordering::Relaxed);
+        match sample_words(&transform, &velocity_mm_s, buttons) {
+            Ok(mut words) => {
+                let count = self.sample.read().map_or(0, |(_, words)| words[11]);
+                words[11] = count.wrapping_add(1);
+                self.sample.write(words);
+            }
+            Err(why) => {
+                let [not_finite, not_rigid] = &self.bad_samples;
+                let count = match why {
+                    Unfit::NotFinite => not_finite,
+                    Unfit::NotRigid => not_rigid,
+                };
+                count.fetch_add(1, Ordering::Relaxed);
+            }
         }
         match hd.error() {
             0 => {
@@ -366,12 +381,29 @@ impl Shared {
     }
 }
 
-/// A sample as words; `None` if a value is not finite or the pose is not rigid.
+/// Reasons to refuse a sample of the library.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Unfit {
+    /// A value is not finite.
+    NotFinite,
+    /// The pose is not rigid.
+    NotRigid,
+}
+
+impl Unfit {
+    /// Text for each reason, in the order of the variants. It follows a number.
+    const NAMES: [&str; 2] = [
+        "in which the library gave a value that is no number (NaN or infinite)",
+        "whose pose is not rigid: its axes are not at right angles, or not of length 1",
+    ];
+}
+
+/// A sample as words, or the reason to refuse it.
 fn sample_words(
     transform: &[f64; 16],
     velocity_mm_s: &[f64; 3],
     buttons: i32,
-) -> Option<[u32; 12]> {
+) -> Result<[u32; 12], Unfit> {
     // Column-major, translation last, mm.
     let [a, b, c, _, d, e, f, _, g, h, i, _, x, y, z, _] = *transform;
     let rotation = Matrix3::new(a, d, g, b, e, h, c, f, i);
@@ -379,9 +411,12 @@ fn sample_words(
         .iter()
         .chain(velocity_mm_s)
         .all(|part| part.is_finite());
+    if !finite {
+        return Err(Unfit::NotFinite);
+    }
     let off = (rotation * rotation.transpose() - Matrix3::identity()).norm();
-    if !finite || off > 0.05 || rotation.determinant() < 0.0 {
-        return None;
+    if off > 0.05 || rotation.determinant() < 0.0 {
+        return Err(Unfit::NotRigid);
     }
     let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
     let [vx, vy, vz] = *velocity_mm_s;
@@ -395,7 +430,7 @@ fn sample_words(
         *word = part.to_bits();
     }
     words[10] = buttons as u32;
-    Some(words)
+    Ok(words)
 }
 
 impl HapticDevice for TouchHaptic {
@@ -452,7 +487,7 @@ impl HapticDevice for TouchHaptic {
     }
 
     fn counters(&self) -> LineCounters {
-        let bad = u64::from(self.shared.bad_samples.load(Ordering::Relaxed));
+        let bad: u64 = self.bad_frames().map(|(_, count)| count).sum();
         LineCounters {
             bad_frames: bad + self.motion.leaps(),
             ..self.counters

@@ -30,6 +30,8 @@ const REACH: f32 = 3.0;
 const SPEED_LIMIT_M_S: f32 = 5.0;
 /// Noise of a position, m, allowed on top of that movement.
 const NOISE_M: f32 = 0.002;
+/// Time after which the firmware drops the currents when no command comes, ms.
+const WATCHDOG_MS: u16 = 100;
 /// Error codes below this one concern a joint's sensor. From this code on, a command was not
 /// understood.
 const COMMAND_ERROR: i32 = 8;
@@ -189,6 +191,10 @@ impl HapticDevice for WoodyHaptic {
             measured: 3,
             rendered: 3,
         }
+    }
+
+    fn watchdog_ms(&self) -> Option<u16> {
+        Some(WATCHDOG_MS)
     }
 
     fn poll(&mut self, _now_ns: TimeNs) -> Polled<DeviceSample> {

@@ -3,7 +3,7 @@
 
 use hardware::conformance::CheckOutcome;
 use hardware::emulate::{Grip, HapticModel, Mistake, Played};
-use hardware::feel::{Answer, Direction, Felt, Guide, Squeezed, Step, feel};
+use hardware::feel::{Answer, Direction, Felt, Guide, Left, Squeezed, Step, feel};
 use rt_core::math::Vec3;
 
 /// A hand that holds the handle loosely.
@@ -24,6 +24,8 @@ struct Person<'a> {
     told_ms: u32,
     is_pressed: bool,
     strongest_n: Vec3,
+    /// Force at the handle now, N.
+    now_n: Vec3,
     /// Strongest push of the fingers, N; positive opens.
     squeezed_n: f32,
     pressed_n: f32,
@@ -42,6 +44,7 @@ impl<'a> Person<'a> {
             told_ms: 0,
             is_pressed: false,
             strongest_n: Vec3::zeros(),
+            now_n: Vec3::zeros(),
             squeezed_n: 0.0,
             pressed_n: 0.0,
             has_scale: true,
@@ -62,8 +65,13 @@ impl Guide for Person<'_> {
             Step::Shut => self.played.squeeze(true),
             Step::Open | Step::HoldFingers => self.played.squeeze(false),
             Step::PushFingers { .. } => self.squeezed_n = 0.0,
-            Step::Hold | Step::Scale => self.goal_m = Vec3::zeros(),
-            Step::Push { .. } | Step::Press { .. } | Step::Response => {
+            Step::Hold | Step::HoldFirmly | Step::HoldForSilence | Step::Scale => {
+                self.goal_m = Vec3::zeros();
+            }
+            Step::Push { .. }
+            | Step::PushAndFallSilent { .. }
+            | Step::Press { .. }
+            | Step::Response => {
                 self.strongest_n = Vec3::zeros();
             }
         }
@@ -96,6 +104,13 @@ impl Guide for Person<'_> {
         Some(self.pressed_n)
     }
 
+    fn left(&mut self) -> Option<Left> {
+        Some(match self.now_n.norm() < NOTICED_N {
+            true => Left::Nothing,
+            false => Left::Pushes,
+        })
+    }
+
     fn wait(&mut self) -> u64 {
         let way_m = self.goal_m - self.at_m;
         let step_m = way_m.norm().min(HAND_M_S * 1e-3);
@@ -103,6 +118,7 @@ impl Guide for Person<'_> {
             self.at_m += way_m.normalize() * step_m;
         }
         let force_n = self.played.move_on(self.at_m);
+        self.now_n = force_n;
         if force_n.norm() > self.strongest_n.norm() {
             self.strongest_n = force_n;
         }
@@ -167,7 +183,7 @@ fn an_opening_that_runs_the_wrong_way_fails() {
         HapticModel::HandleRig,
         mistake,
         "opening",
-        "runs the wrong way",
+        "the wrong way round",
     );
 }
 
@@ -177,11 +193,11 @@ fn a_force_along_the_opening_with_the_wrong_sign_fails() {
     for (check, words) in [
         (
             "push open",
-            "1.0 N open, felt shut: the force has the wrong",
+            "1.0 N towards open, felt shut: the force has the wrong",
         ),
         (
             "push shut",
-            "1.0 N shut, felt open: the force has the wrong",
+            "1.0 N towards shut, felt open: the force has the wrong",
         ),
     ] {
         fails_of(HapticModel::HandleRig, mistake, check, words);
@@ -284,6 +300,40 @@ fn half_of_the_force_fails() {
 #[test]
 fn no_force_fails() {
     fails(Mistake::ForceMissing, "push towards", "nothing was felt");
+}
+
+#[test]
+fn a_large_force_with_the_wrong_sign_fails() {
+    fails(
+        Mistake::ForceOverflows,
+        "push hard",
+        "the force has the wrong sign",
+    );
+    let report = felt(None, 1).report;
+    let said = report.check("push hard").map(|it| it.detail.clone());
+    assert!(
+        said.is_some_and(|it| it.contains("from there to 3.3 N nothing was tested")),
+        "{report}"
+    );
+}
+
+#[test]
+fn a_watchdog_that_leaves_the_motors_their_force_fails() {
+    fails(
+        Mistake::WatchdogInStatusOnly,
+        "silence",
+        "it still pushes. The motors keep the force",
+    );
+}
+
+#[test]
+fn a_device_without_a_known_watchdog_is_not_left_alone() {
+    let (mut device, played) = Played::open_held(HapticModel::Hapi, None, LOOSE).expect("a board");
+    let mut person = Person::at(&played);
+    let felt = feel(&mut *device, &mut person, 1);
+    if let Some(check) = felt.report.check("silence") {
+        assert_eq!(check.outcome, CheckOutcome::Skipped, "{}", felt.report);
+    }
 }
 
 #[test]

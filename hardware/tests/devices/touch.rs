@@ -326,7 +326,16 @@ fn the_suite_judges_nothing_by_samples_that_never_came() {
         report.has(CheckOutcome::Fail) || intervals == Some(CheckOutcome::NotJudged),
         "{report}"
     );
-    assert!(!report.to_string().contains("NaN"), "{report}");
+    let bad = report.check("bad frames").map(|check| check.detail.clone());
+    let bad = bad.unwrap_or_default();
+    assert!(
+        bad.contains("a value that is no number (NaN or infinite)"),
+        "{report}"
+    );
+    for name in ["rate", "intervals", "gaps"] {
+        let said = report.check(name).map(|check| check.detail.clone());
+        assert!(!said.unwrap_or_default().contains("NaN"), "{report}");
+    }
     for name in ["finite", "workspace", "speed"] {
         let outcome = report.check(name).map(|check| check.outcome);
         assert_eq!(outcome, Some(CheckOutcome::NotJudged), "{report}");

@@ -44,6 +44,19 @@ pub struct DeviceSample {
     pub at_ns: TimeNs,
 }
 
+/// A sample with what the device itself said about it. The simulation needs only the sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// The sample.
+    pub sample: DeviceSample,
+    /// Velocity that the device reported, m/s; `None` if it measures none.
+    pub reported_m_s: Option<Vec3>,
+    /// The device's clock, µs; wraps. `None` if it has none.
+    pub device_time_us: Option<u32>,
+    /// Bits of the device's status; `None` if it sends none.
+    pub status: Option<u8>,
+}
+
 /// One sample of the endoscope's tracker, in the transmitter's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackerSample {
@@ -284,6 +297,29 @@ pub trait HapticDevice {
     }
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample>;
+    /// Polls like [`Self::poll`] and hands every sample since the last poll to `each`, also those
+    /// that are too old for the simulation. By default only the newest.
+    fn poll_each(
+        &mut self,
+        now_ns: TimeNs,
+        each: &mut dyn FnMut(&Reading),
+    ) -> Polled<DeviceSample> {
+        let polled = self.poll(now_ns);
+        if let Polled::Fresh(sample) = &polled {
+            each(&Reading {
+                sample: *sample,
+                reported_m_s: self.reported_velocity_m_s(),
+                device_time_us: None,
+                status: None,
+            });
+        }
+        polled
+    }
+    /// Time after which the device itself drops a force, ms, when no command comes. `None` if it
+    /// never does, or if the driver does not know.
+    fn watchdog_ms(&self) -> Option<u16> {
+        None
+    }
     /// Velocity that the device itself reported with its newest sample, m/s; `None` if it measures
     /// none. The simulation uses [`DeviceSample::velocity_m_s`] instead, which a driver may have
     /// corrected.

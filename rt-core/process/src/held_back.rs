@@ -55,7 +55,16 @@ impl HeldBack {
     /// Updates the reason. `share` is the share of the force that is rendered, 0 to 1. Returns true
     /// if the reason's fault is present and the last tick did not have it.
     fn step(&mut self, faults: FaultSet, share: f32) -> bool {
-        let now = REASONS.into_iter().find(|&it| faults.contains(it));
+        let found = REASONS.into_iter().find(|&it| faults.contains(it));
+        // A trip holds the force until a person enables it, whatever else happens meanwhile.
+        let is_tripped = self.reason == Some(Fault::SpeedTrip) && share <= 0.0;
+        let now = match found {
+            Some(Fault::NotEnabled) => found,
+            _ if is_tripped && !faults.contains(Fault::NotEnabled) => faults
+                .contains(Fault::SpeedTrip)
+                .then_some(Fault::SpeedTrip),
+            _ => found,
+        };
         // A person has enabled the force. It rises now, but nothing holds it back.
         let was_enabled = self.reason == Some(Fault::NotEnabled);
         let is_full = share >= 1.0;
@@ -99,6 +108,24 @@ mod tests {
         assert!(held.step(only(Fault::NotEnabled), 0.0));
         assert!(!held.step(FaultSet::NONE, 0.1));
         assert_eq!(held.reason, None, "a person enabled it");
+    }
+
+    #[test]
+    fn samples_that_come_late_during_a_trip_do_not_replace_it() {
+        let mut held = HeldBack::default();
+        assert!(held.step(only(Fault::SpeedTrip), 0.0));
+        for _ in 0..5 {
+            assert!(!held.step(only(Fault::StaleDevice), 0.0), "no new reason");
+            assert_eq!(held.reason, Some(Fault::SpeedTrip));
+            assert!(!held.step(FaultSet::NONE, 0.0));
+            assert_eq!(held.reason, Some(Fault::SpeedTrip));
+        }
+        let mut both = only(Fault::StaleDevice);
+        both.raise(Fault::NotEnabled);
+        assert!(held.step(both, 0.0));
+        assert_eq!(held.reason, Some(Fault::NotEnabled), "a person acted");
+        held.step(only(Fault::StaleDevice), 0.4);
+        assert_eq!(held.reason, Some(Fault::StaleDevice));
     }
 
     /// `cargo test -p rt-process --lib cost_of_noting -- --ignored --nocapture`

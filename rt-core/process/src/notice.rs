@@ -50,6 +50,10 @@ pub fn sentence(fault: &str, haptic: Option<&Path>, bundle_ms: u32) -> Option<St
             "the watchdog of {device} dropped the force, since no command came in time: this \
              computer was late, or the line loses bytes"
         ),
+        "device_limited" => format!(
+            "{device} says that it limits its force (heat or current): contact felt softer than \
+             computed. Let it cool down, or lower force_max_n"
+        ),
         "noisy_device" => format!(
             "positions of {device} are noisy by more than 0.1 mm, and so its force steps. Mend its \
              sensor or cable; `calot devices conformance` measures the noise"
@@ -93,9 +97,39 @@ pub struct Held {
     pub times: u64,
 }
 
-/// Describes the force that was held back in `contact_ticks` of contact. `None` if little was.
+/// Line of a haptic device, with its counters.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Line {
+    /// Path of the line.
+    pub path: PathBuf,
+    /// Rejected frames.
+    pub bad_frames: u64,
+    /// Frames that are missing in the sequence numbers.
+    pub lost_frames: u64,
+    /// Commands that the line refused.
+    pub dropped_writes: u64,
+    /// Bytes that this computer did not read in time.
+    pub unread_bytes: u64,
+}
+
+impl Line {
+    fn in_words(&self) -> String {
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str());
+        format!(
+            " ({}: {} bad, {} lost, {} refused, {} bytes unread)",
+            name.display(),
+            self.bad_frames,
+            self.lost_frames,
+            self.dropped_writes,
+            self.unread_bytes
+        )
+    }
+}
+
+/// Describes the force that was held back in `contact_ticks` of contact, with the counters of the
+/// haptic device's `line`. `None` if little was.
 #[must_use]
-pub fn held_back(contact_ticks: u64, held: &[Held]) -> Option<String> {
+pub fn held_back(contact_ticks: u64, held: &[Held], line: Option<&Line>) -> Option<String> {
     let ticks: u64 = held.iter().map(|it| it.ticks).sum();
     let percent = 100.0 * ticks as f64 / contact_ticks.max(1) as f64;
     if ticks < HELD_TICKS_MIN || percent < HELD_PERCENT_MIN {
@@ -103,8 +137,9 @@ pub fn held_back(contact_ticks: u64, held: &[Held]) -> Option<String> {
     }
     let reasons: Vec<String> = held.iter().map(reason).collect();
     Some(format!(
-        "force was held back in {percent:.0} % of contact: {}",
-        reasons.join("; ")
+        "force was held back in {percent:.0} % of contact: {}{}",
+        reasons.join("; "),
+        line.map(Line::in_words).unwrap_or_default()
     ))
 }
 
@@ -188,6 +223,8 @@ mod tests {
             );
         }
         assert!(sentence(Fault::Clamped.name(), None, 0).is_none());
+        let limited = sentence(Fault::DeviceLimited.name(), None, 0).unwrap();
+        assert!(limited.contains("limits its force"), "{limited}");
     }
 
     #[test]
@@ -199,10 +236,23 @@ mod tests {
         };
         let late = held(Fault::StaleDevice, 8600, 53);
         assert_eq!(
-            held_back(10_000, &[late]).unwrap(),
+            held_back(10_000, std::slice::from_ref(&late), None).unwrap(),
             "force was held back in 86 % of contact: samples came late 53 times (8.6 s)"
         );
-        assert_eq!(held_back(10_000, &[held(Fault::StaleDevice, 60, 1)]), None);
-        assert_eq!(held_back(0, &[]), None);
+        let line = Line {
+            path: PathBuf::from("/dev/ttyACM0"),
+            bad_frames: 4,
+            lost_frames: 31,
+            dropped_writes: 2,
+            unread_bytes: 80,
+        };
+        assert_eq!(
+            held_back(10_000, &[late], Some(&line)).unwrap(),
+            "force was held back in 86 % of contact: samples came late 53 times (8.6 s) (ttyACM0: 4 \
+             bad, 31 lost, 2 refused, 80 bytes unread)"
+        );
+        let little = held(Fault::StaleDevice, 60, 1);
+        assert_eq!(held_back(10_000, &[little], Some(&line)), None);
+        assert_eq!(held_back(0, &[], None), None);
     }
 }

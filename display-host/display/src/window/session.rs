@@ -51,6 +51,8 @@ pub(super) struct Session {
     organs: Vec<String>,
     /// True if the next picture must clear all bleeding and stains.
     was_reset: bool,
+    /// Ticks so far in which the haptic device limited its force.
+    limited_ticks: u64,
     /// `None`: muted, or no sound card.
     sound: Option<Sound>,
     heard: Heard,
@@ -115,6 +117,7 @@ impl Session {
                 .map(|it| str_from_name(&it.name).unwrap_or_default().to_owned())
                 .collect(),
             was_reset: false,
+            limited_ticks: 0,
             sound,
             task,
             bulletins: None,

@@ -23,7 +23,9 @@ const fn progress(screen: &Screen) -> Progress {
         Screen::AskScale | Screen::Scale | Screen::Press { .. } | Screen::AskPressed { .. } => {
             (Part::Scale, [1, 1])
         }
-        Screen::Response | Screen::Ended(_) => (Part::Response, [1, 1]),
+        Screen::HoldFirmly => (Part::Response, [2, 3]),
+        Screen::HoldForSilence | Screen::AskLeft => (Part::Response, [3, 3]),
+        Screen::Response | Screen::Ended(_) => (Part::Response, [1, 3]),
     };
     Progress { part, step }
 }
@@ -102,6 +104,9 @@ pub(crate) fn views() -> Vec<(&'static str, View)> {
         ("feel-pressed", grams("51,5", false)),
         ("feel-pressed-wrong", grams("5l", true)),
         ("feel-response", Screen::Response),
+        ("feel-hold-firmly", Screen::HoldFirmly),
+        ("feel-hold-silence", Screen::HoldForSilence),
+        ("feel-left", Screen::AskLeft),
         ("feel-ended", Screen::Ended(ended())),
     ]
     .map(|(name, screen)| (name, view(screen)))
@@ -113,7 +118,7 @@ pub(crate) fn views() -> Vec<(&'static str, View)> {
     let mut last = view(Screen::Hold);
     last.progress = Progress {
         part: Part::Response,
-        step: [1, 1],
+        step: [1, 3],
     };
     last.live = Live::default();
     all.push(("feel-hold-last", last));
@@ -142,7 +147,7 @@ fn shown(screen: Screen) -> Harness<'static, Seen> {
         seen.wishes.extend(wishes);
     };
     let mut harness = Harness::builder()
-        .with_size([1280.0, 860.0])
+        .with_size([1280.0, 720.0])
         .build_ui_state(show, seen);
     harness.run_steps(2);
     harness
@@ -168,7 +173,9 @@ fn escape_and_a_button_stop_the_test_on_every_screen() {
             "{name}"
         );
         let mut desk = shown(view.screen);
-        desk.get_by_label("Stop: no force (Esc)").click();
+        let stop = desk.get_by_label("Stop: no force (Esc)");
+        assert!(stop.rect().bottom() <= 720.0, "{name}: {:?}", stop.rect());
+        stop.click();
         desk.run_steps(2);
         assert_eq!(desk.state().wishes, [Wish::Stop], "{name}");
     }
@@ -178,6 +185,8 @@ fn escape_and_a_button_stop_the_test_on_every_screen() {
 fn enter_ends_a_step_and_answers_no_question() {
     for screen in [
         Screen::Hold,
+        Screen::HoldFirmly,
+        Screen::HoldForSilence,
         Screen::Shut,
         Screen::Open,
         Screen::HoldFingers,
@@ -197,6 +206,7 @@ fn enter_ends_a_step_and_answers_no_question() {
         Screen::PushFingers { force_n: 1.0 },
         Screen::AskFingers,
         Screen::AskScale,
+        Screen::AskLeft,
         Screen::Response,
     ] {
         assert_eq!(wishes(screen.clone(), &[Key::Enter]), [], "{screen:?}");
@@ -237,6 +247,7 @@ fn directions_are_answered_by_letters_and_by_buttons() {
     }
     for (key, has) in [(Key::Y, true), (Key::J, true), (Key::N, false)] {
         assert_eq!(wishes(Screen::AskScale, &[key]), [Wish::HasScale(has)]);
+        assert_eq!(wishes(Screen::AskLeft, &[key]), [Wish::Left(has)]);
     }
 }
 

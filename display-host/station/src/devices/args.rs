@@ -251,7 +251,8 @@ pub(crate) struct WatchArgs {
     /// End after this time, s, e.g. 60 [default: on Ctrl-C]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
-    /// Write every sample of the haptic device to this table; units are in its first line
+    /// Write every sample of the haptic device to this table; units are in its first line. At the
+    /// end it says how many numbers of samples are missing
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,
     #[command(flatten)]
@@ -269,6 +270,8 @@ The test leads you through these parts:
   3. Shut and open a handle that opens; it pushes your fingers with 1 N: range and sign.
   4. The handle presses on a kitchen scale with 0.5 N: size of force. You may leave this out.
   5. It pushes to and fro for 9 s: steps, a sine, a chirp. `--page` draws the answer.
+  6. You hold it firmly, and it pushes once with 2 N, or less if it bears less for long.
+  7. It pushes with 0.5 N, and then Calot sends nothing: the push must end by itself.
 
 If the handle is an instrument in a port, the directions are those of its handle: begin half drawn
 out, and draw the instrument out along its shaft where that leads up or towards you.
@@ -285,7 +288,8 @@ and answers {\"done\": true}, also to the steps hold, shut, open, hold_fingers, 
 goes along the base frame, whatever the shaft: \"towards\" draws a level instrument out of its port,
 \"up\" an upright one. At hold it goes back to the middle, half drawn out. During {\"step\": \"push\"} it
 measures, and answers {\"ask\": \"pushed\"} with {\"force_n\": [0.3, 0.0, 0.0]} (x right, y up, z towards
-the user). {\"ask\": \"scale\"} wants {\"scale\": true} or false.
+the user). {\"ask\": \"left\"} wants the force that is measured at that moment, in the same form, or
+{\"felt\": \"nothing\"}. {\"ask\": \"scale\"} wants {\"scale\": true} or false.
 {\"ask\": \"pushed_fingers\"} wants {\"opening_n\": 0.9} or {\"felt\": \"open\"}, \"shut\", \"nothing\".
 {\"ask\": \"pressed\"} wants {\"pressed_n\": 0.5} or null.
 

@@ -64,10 +64,7 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         {
             say::note("The device may speak another protocol: try without `--driver`");
         } else if report.passed() {
-            say::note(
-                "It speaks the protocol as the station needs it. Next: `calot devices feel` tests \
-                 axes and forces",
-            );
+            say::note(next_step(&report));
         } else if !open.is_empty() {
             say::note(format_args!(
                 "Not judged, which is no pass: {}. Test again.",
@@ -80,6 +77,21 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// Sentence about a device that passed, with the next command.
+fn next_step(report: &Report) -> &'static str {
+    let is_haptic = report.check("freedom").is_some();
+    match is_haptic {
+        true => {
+            "It speaks the protocol as the station needs it. Next: `calot devices feel` tests axes and \
+             forces"
+        }
+        false => {
+            "It does what the station needs. Next: name it in a station file (`calot devices --help` has \
+             an example)"
+        }
+    }
 }
 
 pub(super) fn as_json(report: &Report) -> serde_json::Value {

@@ -39,6 +39,7 @@ pub(super) fn haptic_spec(path: &Path, driver: LineDriver) -> Result<HapticSpec,
         limits: Limits::default(),
         motion_scale: None,
         is_felt: false,
+        failed_felt: None,
     })
 }
 

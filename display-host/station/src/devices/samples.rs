@@ -4,16 +4,15 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-use rt_core::fault::Fault;
-use rt_core::math::Vec3;
-use rt_core::port::{DeviceSample, Findings};
+use rt_core::fault::{Fault, FaultSet};
+use rt_core::port::Reading;
 
 use crate::problem::Problem;
 use crate::say;
 
 /// Names of the columns, with units, in the device's base frame.
 const HEAD: &str = "time_s,x_m,y_m,z_m,qx,qy,qz,qw,reported_vx_m_s,reported_vy_m_s,\
-    reported_vz_m_s,opening,buttons,sequence,faults";
+    reported_vz_m_s,opening,buttons,sequence,device_time_us,faults";
 
 /// A table under construction.
 pub(super) struct Samples {
@@ -21,6 +20,9 @@ pub(super) struct Samples {
     to: BufWriter<File>,
     first_ns: Option<u64>,
     lines: u64,
+    last: Option<u16>,
+    /// Numbers of samples that are missing between two lines.
+    missing: u64,
     failed: Option<std::io::Error>,
 }
 
@@ -35,13 +37,29 @@ impl Samples {
             to: made().map_err(|error| format!("--csv {}: {error}", path.display()))?,
             first_ns: None,
             lines: 0,
+            last: None,
+            missing: 0,
             failed: None,
         })
     }
 
-    pub(super) fn add(&mut self, sample: &DeviceSample, said_m_s: Option<Vec3>, found: Findings) {
+    /// Adds a sample. `found` are the faults of the poll that brought it.
+    pub(super) fn add(&mut self, reading: &Reading, found: FaultSet) {
+        let Reading {
+            sample,
+            reported_m_s,
+            device_time_us,
+            ..
+        } = reading;
         if self.failed.is_some() {
             return;
+        }
+        if let Some(last) = self.last.replace(sample.sequence) {
+            let step = sample.sequence.wrapping_sub(last);
+            // A step back is a device that has begun anew.
+            if (1..0x8000).contains(&step) {
+                self.missing += u64::from(step - 1);
+            }
         }
         let first_ns = *self.first_ns.get_or_insert(sample.at_ns);
         let at_s = sample.at_ns.saturating_sub(first_ns) as f64 * 1e-9;
@@ -51,12 +69,13 @@ impl Samples {
             words.join(",")
         };
         // A velocity that is not measured becomes three empty fields.
-        let said = said_m_s.map_or(",,".to_owned(), |it| numbers(it.as_slice()));
+        let said = reported_m_s.map_or(",,".to_owned(), |it| numbers(it.as_slice()));
         let opening = sample.opening.map_or(String::new(), |it| it.to_string());
-        let faults = Fault::ALL.iter().filter(|it| found.faults.contains(**it));
+        let clock = device_time_us.map_or(String::new(), |it| it.to_string());
+        let faults = Fault::ALL.iter().filter(|it| found.contains(**it));
         let faults: Vec<&str> = faults.map(|it| it.name()).collect();
         let line = format!(
-            "{at_s:.6},{},{},{said},{opening},{},{},{}",
+            "{at_s:.6},{},{},{said},{opening},{},{},{clock},{}",
             numbers(pose.translation.vector.as_slice()),
             numbers(pose.rotation.coords.as_slice()),
             sample.buttons.0,
@@ -75,10 +94,57 @@ impl Samples {
         };
         written.map_err(|error| format!("--csv {}: {error}", self.path.display()))?;
         say::note(format_args!(
-            "wrote {}: {} samples",
+            "wrote {}: {} samples{}",
             self.path.display(),
-            self.lines
+            self.lines,
+            match self.missing {
+                0 => String::new(),
+                missing => format!(
+                    ". {missing} numbers are missing between them: lost on the line, refused as bad, or not \
+                     read in time by this computer"
+                ),
+            }
         ));
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rt_core::math::Pose;
+    use rt_core::port::{Buttons, DeviceSample};
+
+    use super::*;
+
+    fn reading(sequence: u16) -> Reading {
+        Reading {
+            sample: DeviceSample {
+                device_from_handle: Pose::identity(),
+                velocity_m_s: None,
+                buttons: Buttons(1),
+                opening: None,
+                sequence,
+                at_ns: 5_000_000,
+            },
+            reported_m_s: None,
+            device_time_us: Some(7000),
+            status: Some(1),
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_missing_are_counted_over_a_wrap_and_a_new_beginning() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("samples.csv");
+        let mut table = Samples::make(&path).unwrap();
+        for sequence in [65_533, 65_534, 1, 2, 5, 0, 1] {
+            table.add(&reading(sequence), FaultSet::NONE);
+        }
+        assert_eq!((table.lines, table.missing), (7, 4));
+        table.end().unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let fields = |line: &str| line.split(',').count();
+        assert!(text.lines().all(|it| fields(it) == fields(HEAD)), "{text}");
+        assert!(text.contains(",1,65533,7000,"), "{text}");
     }
 }

@@ -11,9 +11,11 @@ use hardware::arrivals::{Arrivals, Pattern};
 use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
 use hardware::rig::RigPedal;
+use hardware::rig::wire::Status;
 use hardware::station::{HapticDriver, StationFile, TrackerDriver};
+use rt_core::fault::Fault;
 use rt_core::math::Pose;
-use rt_core::port::{ForceCommand, HapticDevice, LineCounters, Pedal, Polled, Tracker};
+use rt_core::port::{ForceCommand, HapticDevice, LineCounters, Pedal, Polled, Reading, Tracker};
 use rt_process::time_driver::now_ns;
 use serde_json::{Value, json};
 
@@ -131,6 +133,8 @@ struct Watched {
     words: String,
     /// Number of frames when the device was last shown.
     frames: u64,
+    /// Samples of the last poll of a haptic device.
+    readings: Vec<Reading>,
     /// Time of the last sample, ns; 0 before the first.
     at_ns: u64,
     commanded_ns: u64,
@@ -149,6 +153,7 @@ impl Watched {
             said: Value::Null,
             words: "nothing yet".to_owned(),
             frames: 0,
+            readings: Vec::new(),
             at_ns: 0,
             commanded_ns: 0,
             is_lost: false,
@@ -208,10 +213,14 @@ impl Watched {
         let now = now_ns();
         match &mut self.port {
             Port::Haptic(haptic) => {
-                let polled = haptic.poll(now);
-                if let (Some(table), Polled::Fresh(sample)) = (table, &polled) {
-                    table.add(sample, haptic.reported_velocity_m_s(), haptic.findings());
+                let readings = &mut self.readings;
+                readings.clear();
+                let polled = haptic.poll_each(now, &mut |reading| readings.push(*reading));
+                let found = haptic.findings().faults;
+                if let Some(table) = table {
+                    readings.iter().for_each(|it| table.add(it, found));
                 }
+                let newest = readings.last().copied();
                 if now.saturating_sub(self.commanded_ns) >= COMMAND_EVERY_NS {
                     self.commanded_ns = now;
                     // Some devices send a sample only after a command. This command has zero
@@ -226,6 +235,9 @@ impl Watched {
                     if let Some(opening) = sample.opening {
                         self.words += &format!("  {:3.0} % open", opening * 100.0);
                         self.said["opening"] = opening.into();
+                    }
+                    if let Some(newest) = newest {
+                        add_reading(&mut self.said, &newest);
                     }
                     self.at_ns = sample.at_ns;
                 }
@@ -289,6 +301,16 @@ impl Watched {
         }
     }
 
+    /// Names of the faults that the haptic device or its driver reports now.
+    fn faults(&self) -> Vec<&'static str> {
+        let Port::Haptic(haptic) = &self.port else {
+            return Vec::new();
+        };
+        let found = haptic.findings().faults;
+        let present = Fault::ALL.into_iter().filter(|it| found.contains(*it));
+        present.map(Fault::name).collect()
+    }
+
     /// Good frames per second since the last call, `since_s` ago.
     fn rate_hz(&mut self, since_s: f64) -> f64 {
         let frames = self.counters().frames;
@@ -315,8 +337,12 @@ impl Watched {
         };
         let pattern = self.pattern();
         let pattern = pattern.map_or(String::new(), |(_, words)| format!("  [{words}]"));
+        let faults = match self.faults().as_slice() {
+            [] => String::new(),
+            faults => format!("  {}", faults.join(" ").to_uppercase()),
+        };
         format!(
-            "{:<8} {state}, {bad_frames} bad, {lost_frames} lost  {}{pattern}",
+            "{:<8} {state}, {bad_frames} bad, {lost_frames} lost  {}{faults}{pattern}",
             self.kind(),
             self.words
         )
@@ -333,10 +359,31 @@ impl Watched {
             "bad_frames": counters.bad_frames,
             "lost_frames": counters.lost_frames,
             "sample": self.said,
+            "faults": self.faults(),
             "arrivals": self.pattern().map(|(pattern, words)| {
                 json!({ "pattern": pattern.name(), "remedy": words })
             }),
         })
+    }
+}
+
+/// Adds what the device itself said about its sample.
+fn add_reading(said: &mut Value, reading: &Reading) {
+    if let Some(velocity_m_s) = reading.reported_m_s {
+        said["velocity_m_s"] = json!(<[f32; 3]>::from(velocity_m_s));
+    }
+    if let Some(us) = reading.device_time_us {
+        said["device_time_us"] = us.into();
+    }
+    if let Some(status) = reading.status {
+        let bits = [
+            ("force_on", Status::FORCE_ON),
+            ("watchdog", Status::WATCHDOG),
+            ("limited", Status::LIMITED),
+            ("fault", Status::FAULT),
+        ];
+        let set = bits.iter().filter(|(_, bit)| Status(status).contains(*bit));
+        said["status"] = set.map(|(name, _)| *name).collect();
     }
 }
 

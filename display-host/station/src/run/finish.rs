@@ -8,7 +8,7 @@ use display_host::report::{DeviceSummary, HeldBack, Summary, write};
 use display_host::words::Language;
 use figures::Machine;
 use hardware::station::{HapticDriver, StationFile};
-use rt_process::notice::Held;
+use rt_process::notice::{Held, Line};
 use session::Recorded;
 
 use super::show::Shown;
@@ -85,7 +85,17 @@ impl Shown<'_> {
             };
         }
         let held: Vec<Held> = summary.force_held_back.iter().map(reason).collect();
-        if let Some(text) = rt_process::notice::held_back(summary.contact_ticks, &held) {
+        let line = summary.devices.iter().find(|it| it.kind == "haptic");
+        let line = line.map(|it| Line {
+            path: it.path.clone(),
+            bad_frames: it.line.bad_frames,
+            lost_frames: it.line.lost_frames,
+            dropped_writes: it.line.dropped_writes,
+            unread_bytes: it.line.unread_bytes,
+        });
+        if let Some(text) =
+            rt_process::notice::held_back(summary.contact_ticks, &held, line.as_ref())
+        {
             outcome.warnings.push(text.clone());
             summary.warnings.push(text);
         }

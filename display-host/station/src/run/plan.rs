@@ -65,12 +65,8 @@ impl<'a> Planned<'a> {
             };
             room::check(&path, std::fs::metadata(&scene)?.len(), seconds)?;
         }
-        if let Some(device) = unfelt(&args.controller.devices) {
-            say::note(format_args!(
-                "calot: no record says that {} passed `calot devices feel`: its axes and forces are \
-                 untested. A station file keeps the record",
-                device.display()
-            ));
+        if let Some(unfelt) = Unfelt::of(&args.controller.devices) {
+            say::note(format_args!("calot: {}", unfelt.in_words()));
         }
         Ok(Self {
             args,
@@ -85,15 +81,44 @@ impl<'a> Planned<'a> {
     }
 }
 
-/// Path of the named haptic device, unless the station file says that it passed its test by hand.
-fn unfelt(devices: &DeviceArgs) -> Option<PathBuf> {
-    if let Some(path) = &devices.haptic {
-        return Some(path.clone());
+/// A named haptic device whose station file does not say that it passed its test by hand.
+struct Unfelt {
+    path: PathBuf,
+    /// Checks that it did not pass, if the record names them.
+    failed: Vec<String>,
+}
+
+impl Unfelt {
+    fn of(devices: &DeviceArgs) -> Option<Self> {
+        if let Some(path) = &devices.haptic {
+            return Some(Self {
+                path: path.clone(),
+                failed: Vec::new(),
+            });
+        }
+        // A station file with an error is refused later.
+        let file = StationFile::read(devices.station_file.as_deref()?).ok()?;
+        let spec = file.haptic.filter(|it| !it.is_felt)?;
+        Some(Self {
+            path: spec.path,
+            failed: spec.failed_felt.unwrap_or_default(),
+        })
     }
-    // A station file with an error is refused later.
-    let file = StationFile::read(devices.station_file.as_deref()?).ok()?;
-    let spec = file.haptic.filter(|it| !it.is_felt)?;
-    Some(spec.path)
+
+    fn in_words(&self) -> String {
+        let path = self.path.display();
+        match self.failed.as_slice() {
+            [] => format!(
+                "no record says that {path} passed `calot devices feel`: its axes and forces are \
+                 untested. A station file keeps the record"
+            ),
+            failed => format!(
+                "{path} did not pass `calot devices feel` ({}): mend it and test it again before \
+                 you trust its forces",
+                failed.join(", ")
+            ),
+        }
+    }
 }
 
 /// Makes the folder of the results. `None` if the run writes none.
@@ -106,4 +131,22 @@ fn results(args: &RunArgs, assigned: Option<&Assigned>) -> Result<Option<PathBuf
         return Ok(None);
     }
     output::folder(named, "out", Format::of_result, args.overwrite).map(Some)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_test_by_hand_that_failed_is_told_with_its_checks() {
+        let unfelt = |failed: &[&str]| Unfelt {
+            path: PathBuf::from("/dev/ttyACM0"),
+            failed: failed.iter().map(|&it| it.to_owned()).collect(),
+        };
+        let said = unfelt(&["push up", "velocity"]).in_words();
+        assert!(said.contains("did not pass"), "{said}");
+        assert!(said.contains("(push up, velocity): mend it"), "{said}");
+        let said = unfelt(&[]).in_words();
+        assert!(said.contains("are untested"), "{said}");
+    }
 }

@@ -1,6 +1,6 @@
 //! `HELLO` and its answer, `CAPABILITIES`.
 
-use super::{Frame, Kind, Message, WireError, Writer};
+use super::{Field, Frame, Kind, Message, WireError, Writer};
 
 /// Offsets of the fields of `HELLO` in the payload.
 mod hello {
@@ -62,7 +62,7 @@ impl Hello {
             return Err(WireError::Kind(message.kind() as u8));
         }
         if message.bytes(hello::MAGIC) != MAGIC {
-            return Err(WireError::Range);
+            return Err(WireError::Range(Field::Other));
         }
         Ok(Self {
             version: message.u8(hello::VERSION),
@@ -149,13 +149,13 @@ impl Capabilities {
         let kind = match message.u8(at::KIND) {
             1 => DeviceKind::Haptic,
             2 => DeviceKind::Pedal,
-            _ => return Err(WireError::Range),
+            _ => return Err(WireError::Range(Field::Other)),
         };
         let flags = message.u8(at::FLAGS);
         let version = message.u8(at::VERSION);
         let of_opening = if message.has_opening() { 2 } else { 1 };
         if matches!(version, 1 | 2) && version != of_opening {
-            return Err(WireError::Range);
+            return Err(WireError::Range(Field::Other));
         }
         Ok(Self {
             version,
@@ -293,7 +293,7 @@ mod tests {
         let bytes = *b"\x01\x07\x00calot\x01";
         assert_eq!(
             Hello::parse(&Message::new(&bytes).unwrap()),
-            Err(WireError::Range)
+            Err(WireError::Range(Field::Other))
         );
     }
 
@@ -305,7 +305,7 @@ mod tests {
         ] {
             let bytes = payload(&Capabilities { version, ..sent }.frame(0));
             let read = Capabilities::parse(&Message::new(&bytes).unwrap());
-            assert_eq!(read, Err(WireError::Range));
+            assert_eq!(read, Err(WireError::Range(Field::Other)));
         }
     }
 

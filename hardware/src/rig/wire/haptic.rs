@@ -1,6 +1,6 @@
 //! `STATE`, a sample of a haptic device, and `FORCE`, the command for its motors.
 
-use super::{Frame, Kind, Message, WireError, Writer, field};
+use super::{Field, Frame, Kind, Message, WireError, Writer, field};
 
 /// Offsets of the fields of `STATE` in the payload.
 mod state {
@@ -102,11 +102,13 @@ impl State {
                 at::POSITION,
                 POSITION_UNIT_M,
                 Self::POSITION_LIMIT_M,
+                Field::Position,
             )?,
             velocity_m_s: message.i32_triple(
                 at::VELOCITY,
                 SPEED_UNIT_M_S,
                 Self::SPEED_LIMIT_M_S,
+                Field::Velocity,
             )?,
             rotation_xyzw: unit_quaternion([0, 2, 4, 6].map(|offset| {
                 f32::from(i16::from_le_bytes(message.bytes(at::ROTATION + offset))) * ROTATION_UNIT
@@ -144,7 +146,7 @@ impl State {
 fn unit_quaternion(q: [f32; 4]) -> Result<[f32; 4], WireError> {
     let squared: f32 = q.iter().map(|part| part * part).sum();
     if !(0.9..=1.1).contains(&squared) {
-        return Err(WireError::Range);
+        return Err(WireError::Range(Field::Rotation));
     }
     // Newton's steps for 1/√s from 1, because `core` has no square root. At 10 % off, three steps
     // leave less than one part in 10⁶.
@@ -259,7 +261,7 @@ mod tests {
         let bytes = payload(&frame);
         assert_eq!(
             State::parse(&Message::new(&bytes).unwrap()),
-            Err(WireError::Range)
+            Err(WireError::Range(Field::Rotation))
         );
     }
 

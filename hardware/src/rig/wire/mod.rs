@@ -76,6 +76,7 @@ impl Kind {
     }
 
     /// Name in `PROTOCOL.md`.
+    #[cfg(feature = "std")]
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Hello => "HELLO",
@@ -108,7 +109,20 @@ pub enum WireError {
     /// The length does not fit the kind.
     Length,
     /// A field is outside its range.
-    Range,
+    Range(Field),
+}
+
+/// Field whose value is outside its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Field {
+    /// Position of a `STATE`.
+    Position,
+    /// Velocity of a `STATE`.
+    Velocity,
+    /// Rotation of a `STATE`: no unit quaternion.
+    Rotation,
+    /// Any field of another message.
+    Other,
 }
 
 impl<'a> Message<'a> {
@@ -172,13 +186,19 @@ impl<'a> Message<'a> {
     }
 
     /// Three i32 in steps of `unit`, all within ±`limit`.
-    fn i32_triple(&self, at: usize, unit: f32, limit: f32) -> Result<[f32; 3], WireError> {
+    fn i32_triple(
+        &self,
+        at: usize,
+        unit: f32,
+        limit: f32,
+        field: Field,
+    ) -> Result<[f32; 3], WireError> {
         let values =
             [0, 4, 8].map(|offset| i32::from_le_bytes(self.bytes(at + offset)) as f32 * unit);
         if values.iter().all(|value| value.abs() <= limit) {
             Ok(values)
         } else {
-            Err(WireError::Range)
+            Err(WireError::Range(field))
         }
     }
 }

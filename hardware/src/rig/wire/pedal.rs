@@ -1,6 +1,6 @@
 //! `SWITCHES`, the state of a foot pedal.
 
-use super::{Frame, Kind, Message, WireError, Writer, field};
+use super::{Field, Frame, Kind, Message, WireError, Writer, field};
 
 /// Offset of the field in the payload.
 mod switches {
@@ -30,7 +30,7 @@ impl Switches {
         }
         let bits = message.u8(switches::BITS);
         if bits & !7 != 0 {
-            return Err(WireError::Range);
+            return Err(WireError::Range(Field::Other));
         }
         Ok(Self {
             cut: bits & 1 != 0,
@@ -74,7 +74,7 @@ mod tests {
         let message = [0x83, 0, 0, 8];
         assert_eq!(
             Switches::parse(&Message::new(&message).unwrap()),
-            Err(WireError::Range)
+            Err(WireError::Range(Field::Other))
         );
     }
 }

@@ -25,7 +25,8 @@ pub(super) struct RawHaptic {
     felt: Option<RawFelt>,
 }
 
-/// Result of `calot devices feel`. Calot uses only `passed`. The other fields are for people.
+/// Result of `calot devices feel`. Calot uses `passed` and `failed`. The other fields are for
+/// people.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawFelt {
@@ -34,8 +35,7 @@ struct RawFelt {
     _on: Option<String>,
     #[serde(rename = "device")]
     _device: Option<String>,
-    #[serde(rename = "failed")]
-    _failed: Option<Vec<String>>,
+    failed: Option<Vec<String>>,
 }
 
 #[derive(Deserialize, PartialEq)]
@@ -99,7 +99,8 @@ impl File<'_> {
             path: self.haptic_path(&raw.driver, raw.path)?,
             limits,
             motion_scale: self.within("motion_scale", "", raw.motion_scale, 0.5..=2.0)?,
-            is_felt: raw.felt.is_some_and(|felt| felt.passed),
+            is_felt: raw.felt.as_ref().is_some_and(|felt| felt.passed),
+            failed_felt: raw.felt.filter(|it| !it.passed).and_then(|it| it.failed),
         })
     }
 

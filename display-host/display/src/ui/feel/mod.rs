@@ -96,6 +96,10 @@ pub enum Screen {
     },
     /// Hold the handle loosely before it pushes.
     Hold,
+    /// Hold the handle firmly before a hard push.
+    HoldFirmly,
+    /// Hold the handle loosely before a push that must end by itself.
+    HoldForSilence,
     /// The handle pushes.
     Push {
         /// Size of the force, N.
@@ -116,6 +120,8 @@ pub enum Screen {
     },
     /// Question: which way did the handle push the fingers?
     AskFingers,
+    /// Question: does the handle still push, although nothing is sent?
+    AskLeft,
     /// Question: is there a scale?
     AskScale,
     /// Stand the handle on the scale.
@@ -179,6 +185,8 @@ pub enum Wish {
     Felt(Option<Way>),
     /// The handle opened the fingers (true) or shut them. `None` if nothing was felt.
     FeltFingers(Option<bool>),
+    /// The handle still pushes (true), or no more.
+    Left(bool),
     /// There is a scale, or none.
     HasScale(bool),
     /// The field of grams has this text now.
@@ -210,7 +218,9 @@ impl View {
                 let mm = format!("{:.0}", way_m * 1e3);
                 words.say_with("feel-move", &[("mm", mm.into()), ("way", way.into())])
             }
-            Screen::Hold => words.say("feel-hold"),
+            Screen::Hold | Screen::HoldForSilence => words.say("feel-hold"),
+            Screen::HoldFirmly => words.say("feel-hold-firmly"),
+            Screen::AskLeft => words.say("feel-ask-left"),
             Screen::Push { force_n } => words.say_with("feel-push", &newton(*force_n)),
             Screen::AskPushed => words.say("feel-ask-pushed"),
             Screen::Shut => words.say("feel-shut"),
@@ -237,6 +247,9 @@ impl View {
             Screen::HoldFingers => "feel-hold-note-push",
             Screen::Hold if self.progress.part == Part::Response => "feel-hold-note-response",
             Screen::Hold => "feel-hold-note-push",
+            Screen::HoldFirmly => "feel-hold-note-hard",
+            Screen::HoldForSilence => "feel-hold-note-silence",
+            Screen::AskLeft => "feel-ask-left-note",
             _ if self.is_secret() => "feel-push-note",
             Screen::AskScale => "feel-ask-scale-note",
             Screen::Scale => "feel-scale-note",
@@ -260,7 +273,9 @@ impl View {
                 Some(words.say_with("feel-port-draw", &[("way", way.into())]))
             }
             Screen::Move { .. } => Some(words.say("feel-port-move")),
-            Screen::Hold => Some(words.say("feel-port-hold")),
+            Screen::Hold | Screen::HoldFirmly | Screen::HoldForSilence => {
+                Some(words.say("feel-port-hold"))
+            }
             Screen::AskPushed => Some(words.say("feel-port-pushed")),
             Screen::Scale => Some(words.say("feel-port-scale")),
             _ => None,
@@ -273,6 +288,7 @@ impl View {
             self.screen,
             Screen::Push { .. }
                 | Screen::AskPushed
+                | Screen::AskLeft
                 | Screen::PushFingers { .. }
                 | Screen::AskFingers
         )
@@ -350,6 +366,8 @@ fn buttons(view: &View) -> (&'static str, Option<usize>, Vec<(String, Wish)>) {
     let (name, meant, mut buttons) = match &view.screen {
         Screen::Move { .. } => ("move", Some(0), done()),
         Screen::Hold => ("hold", Some(0), done()),
+        Screen::HoldFirmly => ("hold firmly", Some(0), done()),
+        Screen::HoldForSilence => ("hold for silence", Some(0), done()),
         Screen::Shut => ("shut", Some(0), done()),
         Screen::Open => ("open", Some(0), done()),
         Screen::HoldFingers => ("hold fingers", Some(0), done()),
@@ -370,6 +388,11 @@ fn buttons(view: &View) -> (&'static str, Option<usize>, Vec<(String, Wish)>) {
                 (text, Wish::FeltFingers(open))
             };
             ("fingers", None, FINGERS.map(answer).into())
+        }
+        Screen::AskLeft => {
+            let yes = (words.say("feel-yes"), Wish::Left(true));
+            let no = (words.say("feel-no"), Wish::Left(false));
+            ("left", None, vec![yes, no])
         }
         Screen::AskScale => {
             let yes = (words.say("feel-yes"), Wish::HasScale(true));
@@ -406,10 +429,13 @@ fn keys(ui: &Ui, view: &View, wishes: &mut Vec<Wish>) {
             let felt = FINGERS.into_iter().filter(|(key, ..)| pressed(ui, *key));
             wishes.extend(felt.map(|(.., open)| Wish::FeltFingers(open)));
         }
-        Screen::AskScale => {
-            for (key, has) in [(Key::Y, true), (Key::J, true), (Key::N, false)] {
+        Screen::AskScale | Screen::AskLeft => {
+            for (key, yes) in [(Key::Y, true), (Key::J, true), (Key::N, false)] {
                 if pressed(ui, key) {
-                    wishes.push(Wish::HasScale(has));
+                    wishes.push(match view.screen {
+                        Screen::AskLeft => Wish::Left(yes),
+                        _ => Wish::HasScale(yes),
+                    });
                 }
             }
         }

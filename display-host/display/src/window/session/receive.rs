@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use shared_mem::message::{Event, EventMsg};
+use shared_mem::message::{Event, EventMsg, TimingBatch};
 use shared_mem::words::{self, EventKind, Fault};
 
 use super::Session;
@@ -92,9 +92,13 @@ impl Session {
             }
             observer(Observed::Event(event));
         });
+        let limited_ticks = &mut self.limited_ticks;
         self.host.drain_timing(|batch| {
             if feed.note_timing(batch) {
                 ui.health.take(batch);
+                if begins_to_limit(limited_ticks, batch) {
+                    ui.machine_alarm = Some(ui.words.say("fault-limited"));
+                }
                 observer(Observed::Timing(batch));
             }
         });
@@ -187,6 +191,15 @@ fn unrest(event: &EventMsg) -> Option<&'static str> {
     }
 }
 
+/// True if the haptic device limits its force now and did not before this batch. It is no event,
+/// because some devices limit their force in ordinary use.
+fn begins_to_limit(known_ticks: &mut u64, batch: &TimingBatch) -> bool {
+    let code = Fault::DeviceLimited as usize;
+    let ticks = batch.faults.get(code).copied().unwrap_or(0);
+    let before = std::mem::replace(known_ticks, ticks);
+    before == 0 && ticks > 0
+}
+
 /// Message for a fault that switches off the force or the current, and true if the person at the
 /// station can mend the fault. An instructor and an engineer see the other faults.
 fn alarm(event: &EventMsg) -> Option<(&'static str, bool)> {
@@ -209,5 +222,23 @@ fn alarm(event: &EventMsg) -> Option<(&'static str, bool)> {
         Fault::DeviceFault => Some(("fault-device", false)),
         Fault::DeviceWatchdog => Some(("fault-watchdog", false)),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable as _;
+
+    use super::*;
+
+    #[test]
+    fn a_device_that_limits_its_force_is_told_once() {
+        let mut batch = TimingBatch::zeroed();
+        let mut known_ticks = 0;
+        assert!(!begins_to_limit(&mut known_ticks, &batch));
+        batch.faults[Fault::DeviceLimited as usize] = 3;
+        assert!(begins_to_limit(&mut known_ticks, &batch));
+        batch.faults[Fault::DeviceLimited as usize] = 9;
+        assert!(!begins_to_limit(&mut known_ticks, &batch));
     }
 }

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
 
-use hardware::feel::{Answer, Direction, Guide, Squeezed, Step};
+use hardware::feel::{Answer, Direction, Guide, Left, Squeezed, Step};
 use rt_core::math::Vec3;
 use serde_json::{Value, json};
 
@@ -98,7 +98,11 @@ impl Guide for Script {
             Step::Move { direction, way_m } => {
                 json!({ "step": "move", "direction": direction.name(), "way_m": way_m })
             }
-            Step::Hold => json!({ "step": "hold" }),
+            Step::Hold | Step::HoldForSilence => json!({ "step": "hold" }),
+            Step::HoldFirmly => json!({ "step": "hold", "firmly": true }),
+            Step::PushAndFallSilent { force_n } => {
+                json!({ "step": "push", "force_n": force_n, "then_silent": true })
+            }
             Step::Push { force_n } => json!({ "step": "push", "force_n": force_n }),
             Step::Shut => json!({ "step": "shut" }),
             Step::Open => json!({ "step": "open" }),
@@ -146,6 +150,10 @@ impl Guide for Script {
         })?
     }
 
+    fn left(&mut self) -> Option<Left> {
+        self.ask(&json!({ "ask": "left" }), left)
+    }
+
     fn wait(&mut self) -> u64 {
         self.pace.wait()
     }
@@ -176,6 +184,16 @@ fn answer(said: &Value) -> Option<Answer> {
     }
 }
 
+/// Answer to the question whether a force is left: `{"force_n": [0.0, 0.0, 0.0]}`, the force that
+/// the sensor measures now, or `{"felt": "nothing"}`.
+fn left(said: &Value) -> Option<Left> {
+    Some(match answer(said)? {
+        Answer::Felt(_) => Left::Pushes,
+        Answer::Measured(force_n) => Left::Measured(force_n),
+        Answer::Nothing => Left::Nothing,
+    })
+}
+
 /// Answer to a push of the fingers: `{"opening_n": 0.9}` or `{"felt": "open"}`.
 fn squeezed(said: &Value) -> Option<Squeezed> {
     match said["felt"].as_str() {
@@ -203,6 +221,15 @@ mod tests {
         assert_eq!(measured, Some(Answer::Measured(Vec3::new(0.0, 0.25, 0.0))));
         assert_eq!(answer(&json!({ "force_n": [0.0] })), None);
         assert_eq!(answer(&json!({ "felt": "sideways" })), None);
+    }
+
+    #[test]
+    fn a_force_that_is_left_is_measured_or_felt() {
+        let measured = left(&json!({ "force_n": [0.0, 0.5, 0.0] }));
+        assert_eq!(measured, Some(Left::Measured(Vec3::new(0.0, 0.5, 0.0))));
+        assert_eq!(left(&json!({ "felt": "nothing" })), Some(Left::Nothing));
+        assert_eq!(left(&json!({ "felt": "up" })), Some(Left::Pushes));
+        assert_eq!(left(&json!({ "done": true })), None);
     }
 
     #[test]

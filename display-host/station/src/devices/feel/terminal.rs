@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::Duration;
 
-use hardware::feel::{Answer, Direction, Guide, Squeezed, Step};
+use hardware::feel::{Answer, Direction, Guide, Left, Squeezed, Step};
 
 use super::pace::Pace;
 use super::weight::weight_n;
@@ -67,7 +67,7 @@ const fn port_note(step: &Step) -> Option<&'static str> {
             "An instrument in a port: draw the instrument out along its shaft, as far as that leads the same \
              way, and tilt it for the rest. Only the way of the handle counts.",
         ),
-        Step::Hold => Some(
+        Step::Hold | Step::HoldFirmly | Step::HoldForSilence => Some(
             "An instrument in a port: hold it half drawn out, so that it can slide both ways. A push that \
              draws it out goes up or towards you, one that pushes it in goes down or away.",
         ),
@@ -106,6 +106,17 @@ impl Guide for Terminal {
             ),
             Step::Press { .. } => {
                 say::note("It presses down now. Read the scale, and press Enter.");
+            }
+            Step::HoldFirmly => say::note(
+                "\nHold the handle firmly in the middle of its workspace, and press Enter. It will push \
+                 harder, for a second.",
+            ),
+            Step::HoldForSilence => say::note(
+                "\nHold the handle loosely in the middle of its workspace, and press Enter. It will push \
+                 up for a second; then Calot sends nothing more, and the push must end by itself.",
+            ),
+            Step::PushAndFallSilent { force_n } => {
+                say::note(format_args!("It pushes up with {force_n:.1} N …"));
             }
             Step::Response => say::note("It pushes to and fro for 9 s. Hold it loosely …"),
         }
@@ -169,6 +180,17 @@ impl Guide for Terminal {
             grams => weight_n(grams).map(Some),
         };
         self.ask("Grams on the scale (Enter: not read):", read)?
+    }
+
+    fn left(&mut self) -> Option<Left> {
+        let question = "Calot sends nothing now. Does it still push? [y]es [n]o:";
+        self.ask(question, |line| {
+            match line.chars().next()?.to_ascii_lowercase() {
+                'y' => Some(Left::Pushes),
+                'n' => Some(Left::Nothing),
+                _ => None,
+            }
+        })
     }
 
     fn wait(&mut self) -> u64 {

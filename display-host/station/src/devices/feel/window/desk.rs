@@ -80,6 +80,7 @@ impl Desk {
                 Some(false) => Squeezed::Shut,
                 None => Squeezed::Nothing,
             })),
+            Wish::Left(pushes) => self.say(Said::Left(pushes)),
             Wish::HasScale(has) => self.say(Said::HasScale(has)),
             Wish::Grams(text) => {
                 self.view.screen = Screen::AskPressed {

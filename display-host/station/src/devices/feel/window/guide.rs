@@ -9,7 +9,7 @@ use display_host::ui::feel::{
 };
 use hardware::conformance::{CheckOutcome, Report};
 use hardware::feel::{
-    Answer, Direction, Guide, Live, MOVES, PUSHES, Question, SQUEEZES, Squeezed, Step,
+    Answer, Direction, Guide, Left, Live, MOVES, PUSHES, Question, SQUEEZES, Squeezed, Step,
 };
 
 use super::signs::Signs;
@@ -32,6 +32,8 @@ pub(super) enum Said {
     Pushed(Answer),
     /// The handle pushed the fingers like this.
     Squeezed(Squeezed),
+    /// True if the handle still pushes.
+    Left(bool),
     /// True if there is a kitchen scale.
     HasScale(bool),
     /// The scale showed this, N; `None` if it was not read.
@@ -134,16 +136,20 @@ impl Windowed {
         // The handle is shut first, then opened, then it pushes the fingers.
         const SHUT: usize = 1;
         const OPEN: usize = 2;
+        // After the pushes to and fro come a hard one, and one that must end by itself.
+        const RESPONSES: usize = 3;
         let (part, step) = match step {
             Step::Move { .. } => {
                 self.moves += 1;
                 (Part::Move, [self.moves, MOVES])
             }
-            Step::Hold if self.pushes == PUSHES => (Part::Response, [1, 1]),
+            Step::Hold if self.pushes == PUSHES => (Part::Response, [1, RESPONSES]),
             Step::Hold => {
                 self.pushes += 1;
                 (Part::Push, [self.pushes, PUSHES])
             }
+            Step::HoldFirmly => (Part::Response, [2, RESPONSES]),
+            Step::HoldForSilence => (Part::Response, [RESPONSES, RESPONSES]),
             Step::Shut => (Part::Opening, [SHUT, OPEN + SQUEEZES]),
             Step::Open => (Part::Opening, [OPEN, OPEN + SQUEEZES]),
             Step::HoldFingers => {
@@ -151,6 +157,7 @@ impl Windowed {
                 (Part::Opening, [OPEN + self.squeezes, OPEN + SQUEEZES])
             }
             Step::Push { .. }
+            | Step::PushAndFallSilent { .. }
             | Step::PushFingers { .. }
             | Step::Scale
             | Step::Press { .. }
@@ -172,6 +179,7 @@ impl Guide for Windowed {
             Question::Pushed => Screen::AskPushed,
             Question::Squeezed => Screen::AskFingers,
             Question::HasScale => Screen::AskScale,
+            Question::Left => Screen::AskLeft,
             Question::Pressed => Screen::AskPressed {
                 grams: String::new(),
                 wrong: false,
@@ -205,7 +213,11 @@ impl Guide for Windowed {
                 way_m,
             },
             Step::Hold => Screen::Hold,
-            Step::Push { force_n } => Screen::Push { force_n },
+            Step::HoldFirmly => Screen::HoldFirmly,
+            Step::HoldForSilence => Screen::HoldForSilence,
+            Step::Push { force_n } | Step::PushAndFallSilent { force_n } => {
+                Screen::Push { force_n }
+            }
             Step::Shut => Screen::Shut,
             Step::Open => Screen::Open,
             Step::HoldFingers => Screen::HoldFingers,
@@ -241,6 +253,14 @@ impl Guide for Windowed {
     fn pressed_n(&mut self) -> Option<f32> {
         match self.answer {
             Some(Said::Pressed(pressed_n)) => pressed_n,
+            _ => None,
+        }
+    }
+
+    fn left(&mut self) -> Option<Left> {
+        match self.answer {
+            Some(Said::Left(true)) => Some(Left::Pushes),
+            Some(Said::Left(false)) => Some(Left::Nothing),
             _ => None,
         }
     }

@@ -21,8 +21,8 @@ use self::guide::Windowed;
 use self::signs::Signs;
 use crate::problem::Problem;
 
-/// Inner size of the window, pixels.
-const SIZE: [u32; 2] = [1280, 860];
+/// Inner size of the window, pixels. With its frame it fits on a screen of 1280 × 800.
+const SIZE: [u32; 2] = [1280, 720];
 
 /// Device that is tested, and settings of the test.
 pub(super) struct Bench {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use display_host::ui::feel::{Ended, Screen, Way, Wish};
 use display_host::window::Page as _;
-use hardware::feel::{Answer, Direction, Question, Squeezed, Step};
+use hardware::feel::{Answer, Direction, Left, Question, Squeezed, Step};
 use rt_core::math::Pose;
 use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, LineCounters, Polled};
 
@@ -173,6 +173,12 @@ fn questions_are_answered_without_waiting() {
     desk.take(Wish::FeltFingers(Some(false)));
     assert!(guide.has_answer());
     assert_eq!(guide.squeezed(), Squeezed::Shut);
+
+    guide.ask(Question::Left);
+    desk.look_about();
+    desk.take(Wish::Left(false));
+    assert!(guide.has_answer());
+    assert_eq!(guide.left(), Some(Left::Nothing));
 
     guide.ask(Question::HasScale);
     desk.look_about();

@@ -1,0 +1,83 @@
+//! Tests whether the device drops a force when no command comes. A watchdog that only sets its
+//! status bit, while the motors keep the force, is none.
+
+use rt_core::math::Vec3;
+
+use super::bench::{Bench, Broken};
+use super::{Direction, Left, Step};
+use crate::conformance::Report;
+
+/// Name of the check.
+const NAME: &str = "silence";
+/// Force before the silence, N.
+const FORCE_N: f32 = 0.5;
+/// Time in which the force rises, and for which it then stays, ms. A hand feels it end after that.
+const RISE_MS: u32 = 300;
+const STAY_MS: u32 = 700;
+/// Time without a command after which the force must be gone, ms: the longest watchdog is 100 ms,
+/// and motors need some time.
+const SILENT_MS: u32 = 150;
+/// A sensor that measures less than this share of the force has felt nothing.
+const FELT: f32 = 0.1;
+
+/// Pushes, sends nothing more, and judges whether the push has ended.
+pub(super) fn test(bench: &mut Bench<'_>, report: &mut Report) -> Result<(), Broken> {
+    let Some(watchdog_ms) = bench.watchdog_ms() else {
+        report.skip(
+            NAME,
+            "the driver knows of no watchdog: end Calot while it pushes, and feel that it ends",
+        );
+        return Ok(());
+    };
+    bench.until_done(&Step::HoldForSilence, Vec3::zeros(), |_| {})?;
+    let force_n = bench.bearable_n(FORCE_N);
+    bench.guide().tell(&Step::PushAndFallSilent { force_n });
+    let full_n = Direction::Up.vector() * force_n;
+    let share = |ms: u32| (ms as f32 / RISE_MS as f32).min(1.0);
+    bench.pushed(RISE_MS + STAY_MS, |ms| full_n * share(ms), |_, _| {})?;
+    match bench.left(SILENT_MS.max(u32::from(watchdog_ms)))? {
+        None => report.leave_open(NAME, "nobody said whether the push had ended"),
+        Some(answer) => {
+            let (good, words) = judge(force_n, answer);
+            report.judge(NAME, good, words);
+        }
+    }
+    Ok(())
+}
+
+fn judge(asked_n: f32, answer: Left) -> (bool, String) {
+    let words = format!("{asked_n:.1} N up, then no command for {SILENT_MS} ms:");
+    let left = match answer {
+        Left::Nothing => return (true, format!("{words} the force ended")),
+        Left::Measured(force_n) if force_n.norm() < FELT * asked_n => {
+            let left_n = force_n.norm();
+            return (true, format!("{words} {left_n:.2} N measured"));
+        }
+        Left::Measured(force_n) => format!("still {:.2} N measured", force_n.norm()),
+        Left::Pushes => "it still pushes".to_owned(),
+    };
+    let why = "The motors keep the force: the watchdog must cut them, not only set its status bit";
+    (false, format!("{words} {left}. {why}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_force_that_is_left_fails() {
+        for (answer, good, words) in [
+            (Left::Nothing, true, "the force ended"),
+            (Left::Measured(Vec3::y() * 0.02), true, "0.02 N measured"),
+            (
+                Left::Measured(Vec3::y() * 0.5),
+                false,
+                "still 0.50 N measured",
+            ),
+            (Left::Pushes, false, "it still pushes. The motors"),
+        ] {
+            let (is_good, said) = judge(0.5, answer);
+            assert!(is_good == good && said.contains(words), "{said}");
+        }
+    }
+}
