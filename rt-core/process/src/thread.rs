@@ -5,9 +5,9 @@ use std::thread::{Builder, JoinHandle};
 
 use crate::error::RtError;
 
-/// Stack of the tick's thread, bytes. Building a simulation's state needs it; the tick itself needs
-/// far less.
-pub(crate) const TICK_STACK_BYTES: usize = 8 << 20;
+/// Stack of the tick's thread, bytes. Building a simulation's state puts two copies of 4 MB there;
+/// the tick itself needs far less.
+pub(crate) const TICK_STACK_BYTES: usize = 16 << 20;
 
 pub(crate) fn spawn(
     thread: &'static str,

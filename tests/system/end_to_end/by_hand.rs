@@ -63,7 +63,7 @@ fn lead(screen: &VirtualScreen, feel: &mut Program, end: &str) -> Option<String>
         let key = match step.split_whitespace().next() {
             Some("Move" | "Hold" | "Stand") => Some("Return"),
             Some("Which") => Some("u"),
-            Some("Is") => Some("n"),
+            Some("Is" | "Does") => Some("n"),
             _ => None,
         };
         if let Some(key) = key {

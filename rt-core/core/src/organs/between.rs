@@ -55,7 +55,7 @@ const EMPTY: u16 = u16::MAX;
 struct Close {
     pair: Pair,
     /// Number of substeps of a tick in which the pair is solved.
-    times: u32,
+    times: u16,
     /// True if both organs have this number of substeps.
     is_even: bool,
     /// Impulse on the first sphere in the last substep, over dt, m kg; zero unless `is_even`.
@@ -160,7 +160,7 @@ impl Between {
             let before = self.before.find(pair);
             let close = Close {
                 pair: *pair,
-                times: substeps_a.max(substeps_b),
+                times: substeps_a.max(substeps_b) as u16,
                 is_even: substeps_a == substeps_b,
                 push_m_kg: before.map_or(Lanes::ZERO, |before| before.push_m_kg),
             };
@@ -174,12 +174,12 @@ impl Between {
             return;
         }
         for close in &self.now.close {
-            if SubstepWindow::due(now, close.times, scene).is_some() {
+            if SubstepWindow::due(now, close.times.into(), scene).is_some() {
                 close.move_by(close.push_m_kg, [Pace::SAME; 2], bodies);
             }
         }
         for close in &mut self.now.close {
-            if let Some(window) = SubstepWindow::due(now, close.times, scene) {
+            if let Some(window) = SubstepWindow::due(now, close.times.into(), scene) {
                 close.press(&window, scene, bodies);
             }
         }

@@ -99,7 +99,7 @@ impl Bodies {
         let nodes = self.nodes.range_mut(organ.sphere_start, organ.sphere_count);
         for (node, last) in nodes.iter_mut().zip(memory) {
             let weight_per_kg = node.inverse_mass_per_kg();
-            let tools_m = node.step_m - last.before_tools_m;
+            let tools_m = node.step_m - last.tools;
             last.tools = neo_hookean::impulse(tools_m, weight_per_kg);
             if has_memory {
                 let outer_m = node.step_m - last.after_m;
@@ -131,7 +131,7 @@ impl Bodies {
         let memory = self.warm_start.of(organ).spheres;
         let nodes = self.nodes.range(organ.sphere_start, organ.sphere_count);
         for (node, last) in nodes.iter().zip(memory) {
-            last.before_tools_m = node.step_m;
+            last.tools = node.step_m;
         }
     }
 

@@ -101,12 +101,11 @@ pub(crate) struct SphereMemory {
     pub(crate) elastic: Lanes,
     /// Impulse of everything that acts after the tetrahedra: links, attachments, contacts, grip.
     pub(crate) outer: Lanes,
-    /// Impulse of the tools alone: clips, grip and contacts with instruments.
+    /// Impulse of the tools alone: clips, grip and contacts with instruments. While the tools act,
+    /// the step of the sphere before them, m.
     pub(crate) tools: Lanes,
     /// Step of the sphere after the tetrahedra, without the outer impulses, m.
     pub(crate) after_m: Lanes,
-    /// Step of the sphere before the tools, m.
-    pub(crate) before_tools_m: Lanes,
 }
 
 impl SphereMemory {
@@ -116,7 +115,6 @@ impl SphereMemory {
         outer: Lanes::ZERO,
         tools: Lanes::ZERO,
         after_m: Lanes::ZERO,
-        before_tools_m: Lanes::ZERO,
     };
 }
 
