@@ -35,8 +35,8 @@ const DAMPED_S: f32 = 0.001;
 /// Largest share of an overlap that a substep corrects. A larger share would shoot light spheres
 /// out.
 const SOFT: f32 = 0.4;
-/// The same share for pairs that keep their impulse. With 0.4, a rod that a tool folds shakes at 0.6
-/// m/s (`bodies_of_common_tissue_rest`); with 0.3 it rests.
+/// Largest share for pairs that keep their impulse. With 0.4, a rod that a tool folds shakes at 0.6
+/// m/s (`bodies_of_common_tissue_rest`). With 0.3 it rests.
 const SOFT_KEPT: f32 = 0.25;
 /// Largest speed at which overlapping organs part, m/s. A duct that has slipped far into an organ
 /// comes out slowly.
