@@ -99,7 +99,14 @@ pub(super) fn samples_of<D: HapticDevice>(
     report.judge_time(
         "rate",
         (sent_hz / declared_hz - 1.0).abs() <= RATE_OFF + host.share(),
-        format!("{sent_hz:.0} samples/s, declared {declared_hz:.0}, allowed 5 % off{of_them}"),
+        format!(
+            "{sent_hz:.0} samples/s, declared {declared_hz:.0}, allowed {:.0} % off{}{of_them}",
+            (RATE_OFF + host.share()) * 100.0,
+            match host.share() > 0.005 {
+                true => ", because this computer was late for some of the time",
+                false => "",
+            }
+        ),
         host,
     );
     if arrivals.count() > 1 {

@@ -151,6 +151,12 @@ struct Sender<'a> {
     repeated: Instant,
 }
 
+/// Time of the next round. It counts from the time at which this round was due, so that the work of
+/// a round does not lower the rate. A round that is missed is not made up for.
+fn next(due: Instant, interval: Duration, now: Instant) -> Instant {
+    (due + interval).max(now)
+}
+
 impl<'a> Sender<'a> {
     fn new(args: &'a IgtlinkArgs, station: Station, host: Host, server: Server) -> Self {
         let stamps = Stamps::now();
@@ -175,6 +181,8 @@ impl<'a> Sender<'a> {
 
     fn serve(&mut self, stop: &AtomicBool) {
         let start = Instant::now();
+        let interval = Duration::from_secs_f64(1.0 / self.args.rate_hz);
+        let mut due = start;
         let mut tools = ToolFrame::zeroed();
         let is_time = |limit: f64| start.elapsed().as_secs_f64() >= limit;
         while !stop.load(Relaxed) && !self.args.seconds.is_some_and(is_time) {
@@ -194,7 +202,9 @@ impl<'a> Sender<'a> {
                 self.clients = self.server.client_count();
                 say::note(format_args!("{} connected", self.clients));
             }
-            std::thread::sleep(Duration::from_secs_f64(1.0 / self.args.rate_hz));
+            let now = Instant::now();
+            due = next(due, interval, now);
+            std::thread::sleep(due.saturating_duration_since(now));
         }
     }
 
@@ -276,5 +286,22 @@ impl<'a> Sender<'a> {
             self.args.station
         ));
         Ok(ExitCode::FAILURE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_does_not_lower_the_rate_and_a_missed_round_is_not_made_up_for() {
+        let [start, interval] = [Duration::ZERO, Duration::from_millis(20)];
+        let zero = Instant::now();
+        let round = |due: Duration, now: Duration| next(zero + due, interval, zero + now) - zero;
+        let busy = Duration::from_millis(7);
+        assert_eq!(round(start, busy), interval);
+        assert_eq!(round(interval, interval + busy), 2 * interval);
+        let late = Duration::from_millis(95);
+        assert_eq!(round(interval, late), late);
     }
 }

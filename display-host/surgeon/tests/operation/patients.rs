@@ -146,15 +146,15 @@ fn identify(name: &str, seconds: f64) -> Performance {
     result
 }
 
-/// The cover parts under the hook: within this time 59 % of the triangle is gone. With bare fat,
+/// The cover parts under the hook: within this time 76 % of the triangle is gone. With bare fat,
 /// tied to ducts alone, it was 2 % after 30 s.
 #[test]
 fn careful_surgeon_opens_the_cover_without_harm() {
-    let result = identify("ada", 45.0);
+    let result = identify("ada", 80.0);
     let metrics = &result.assessed.metrics;
     let gone = metrics.get(Metric::CvsTriangle);
     println!("{gone:.3} of it is gone");
-    assert!(gone > 0.3, "{gone}");
+    assert!(gone > 0.5, "{gone}");
     assert!(metrics.get(Metric::BurnsWrong) < 0.5);
     assert!(metrics.get(Metric::Perforations) < 0.5);
 }

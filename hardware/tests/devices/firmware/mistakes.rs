@@ -102,7 +102,7 @@ fn mistakes_in_samples_are_found() {
     found("slow", "rate", "declared 1000");
     found("far", "workspace", "declared 0.100 m");
     found("leap", "consistent", "device_leap");
-    found("no-rotation", "bad frames", "outside the allowed ranges");
+    found("no-rotation", "bad frames", "no unit quaternion");
     found(
         "stuck-number",
         "bad frames",
