@@ -6,7 +6,7 @@ use super::View;
 use crate::ui::screens::BODY;
 
 /// Width of a column of numbers, points.
-const COLUMN: f32 = 110.0;
+const COLUMN: f32 = 96.0;
 
 /// Shows the numbers, or hides them while the person must feel the direction.
 pub(super) fn show(ui: &mut Ui, view: &View) {
@@ -26,7 +26,7 @@ pub(super) fn show(ui: &mut Ui, view: &View) {
     ];
     Grid::new("numbers")
         .num_columns(4)
-        .min_col_width(70.0)
+        .min_col_width(COLUMN)
         .spacing([14.0, 4.0])
         .show(ui, |ui| {
             ui.label("");
