@@ -129,6 +129,13 @@ impl Between {
         }
     }
 
+    /// Removes all pairs and their impulses, for tissue that begins anew.
+    pub(crate) fn forget(&mut self) {
+        self.now.clear();
+        self.before.clear();
+        self.is_idle = true;
+    }
+
     /// Lets no pair act in this tick. The pairs keep their impulses.
     pub(crate) fn skip(&mut self) {
         self.is_idle = true;

@@ -142,6 +142,7 @@ impl<'a> Sim<'a> {
     ) -> Self {
         state.bodies.load(&scene);
         state.pairs.load(&scene);
+        state.between.forget();
         state.vessels.rest();
         let mut limit = OutputLimit::new(&device, parameters.force_ramp_s);
         limit.enable(parameters.force_enabled);
@@ -263,6 +264,7 @@ impl<'a> Sim<'a> {
         self.state.vessels.rest();
         self.state.bodies.rest(&self.scene);
         self.state.pairs.load(&self.scene);
+        self.state.between.forget();
         self.measure_bounds();
         self.unrest.start(&self.scene, &self.bounds);
         self.journal.raise(Event {
