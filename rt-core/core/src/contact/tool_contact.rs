@@ -212,10 +212,10 @@ impl ToolContacts {
                     self.tubes.store(bead, part, constraint.cached());
                 }
             }
-            if constraint.felt_n <= 0.0 {
+            if constraint.mean_force_n <= 0.0 {
                 continue;
             }
-            for (sphere, _) in constraint.patch.parts() {
+            for (sphere, _) in constraint.patch.spheres() {
                 let bits = bodies.bits.at_mut(sphere);
                 *bits = bits.with(SphereBits::CONTACT);
             }
@@ -224,9 +224,9 @@ impl ToolContacts {
                 organ: Some(constraint.organ),
                 at_m: constraint.at_m,
                 normal: constraint.normal,
-                force_n: constraint.felt_n,
+                force_n: constraint.mean_force_n,
                 stiffness_n_m: constraint.stiffness_n_m,
-                friction_n: constraint.felt_friction_n,
+                friction_n: constraint.mean_friction_n,
                 friction_stiffness_n_m: constraint.friction_stiffness_n_m,
             }); // as many as constraints
         }

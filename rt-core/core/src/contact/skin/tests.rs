@@ -136,10 +136,10 @@ fn turning_push_has_no_step() {
     for force_n in [0.01f32, 0.1, 1.0, 3.0] {
         let (mut push, to) = (Vec3::z(), -Vec3::z());
         for tick in 0..8000 {
-            let next = math::turned(&push, &to, super::turn_at_rest(force_n));
+            let next = math::turned(&push, &to, super::turn_max_at_rest_rad(force_n));
             let step_n = math::norm(&(next - push)) * force_n;
             assert!(
-                step_n < 1.05 * super::TURN_N,
+                step_n < 1.05 * super::TURN_STEP_N,
                 "tick {tick} at {force_n} N: {step_n} N"
             );
             push = next;

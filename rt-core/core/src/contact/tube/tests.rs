@@ -12,7 +12,7 @@ use proptest::test_runner::TestRunner;
 use crate::capacity::MAX_ORGANS;
 use crate::contact::constraint::{ContactConstraint, ContactConstraints, ContactModel};
 use crate::contact::patch::Patch;
-use crate::contact::tube::{TubeContacts, behind_m_n};
+use crate::contact::tube::{TubeContacts, backing_compliance_m_n};
 use crate::fault::FaultSet;
 use crate::math::{self, Vec3};
 use crate::scene::tests::{organ, room, sphere};
@@ -269,7 +269,7 @@ fn compliance_behind_a_bead_is_lures() {
         let mut patch = Patch::default();
         patch.add(0, shares[0]);
         patch.add(1, shares[1]);
-        behind_m_n(&patch, &material, bodies)
+        backing_compliance_m_n(&patch, &material, bodies)
     };
     let alone = behind([1.0, 0.0], &bodies);
     assert!((alone * 67.9 - 1.0).abs() < 0.01, "{alone}");
