@@ -1,10 +1,9 @@
 //! Contact constraints between tools and tissue, and their solver.
 //!
-//! A constraint demands that a tool and the tissue under it do not overlap. The displacement of the
-//! spheres and the dent of the contact model ([`crate::contact::law`], or a tube's wall) together
-//! close the separation. The contact force pushes the spheres, and the hand feels it. The
-//! constraints of an organ are solved by Gauss–Seidel in every substep, from the last forces (warm
-//! start).
+//! A constraint demands that a tool and the tissue under it do not overlap. Displacement of the
+//! spheres and dent of the contact model ([`crate::contact::law`], or a tube's wall) together take
+//! up the overlap. The contact force pushes the spheres, and the hand feels it. The constraints of
+//! an organ are solved by Gauss–Seidel in every substep, from the last forces (warm start).
 
 use heapless::Vec;
 
@@ -20,14 +19,14 @@ use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tool::{Role, Tool};
 
-/// Gauss–Seidel passes over the constraints of an organ in a substep, from the last forces. More
-/// passes couple contacts on one skin better, and cost time in proportion.
+/// Gauss–Seidel passes over an organ's contact constraints in a substep. More passes couple
+/// contacts on one skin better, and cost time in proportion.
 const PASSES: u32 = 4;
 /// Share of the last contact forces that acts on a solid before the solid's constraints are solved;
-/// the rest acts after them. [`crate::contact`] gives the reason. The right share would be 1 for a
-/// constraint alone, and ½ if only the other constraints counted. Fitted: with ¾, gallbladders of
-/// 250 to 2500 spheres press back nearly as they do in twelve times the substeps; with 0, up to 17
-/// % too little. `evaluate force` shows the remaining difference to finite elements.
+/// the rest acts after them. [`crate::contact`] gives the reason. The share is fitted. With ¾,
+/// gallbladders of 250 to 2500 spheres react with nearly the force that they have with twelve times
+/// as many substeps; with 0, the force is up to 17 % too small. `evaluate force` shows the
+/// remaining difference to finite elements.
 const WARM_START_SHARE: f32 = 0.75;
 
 /// Damping of a tube under a tool, per second, as by the fluid and tissue around a thin tube.
@@ -41,7 +40,7 @@ const DAMPING_PER_S: f32 = 1500.0;
 /// such a candidate is dropped for lack of room.
 pub(crate) const CANDIDATE_MARGIN_M: f32 = 0.001;
 
-/// A place of a tool on a place of tissue.
+/// Pair of places, on a tool and on tissue, that identifies a contact from tick to tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ContactSite {
     /// A point of the tools on the skin of the constraint's organ.
@@ -50,7 +49,7 @@ pub(crate) enum ContactSite {
     Tube { bead: u16, part: Role },
 }
 
-/// Model of the compliance that the tissue has and its spheres lack.
+/// Model of the compliance that the spheres lack.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ContactModel {
     /// A half-space under a tool of this shape.
@@ -76,7 +75,8 @@ impl ContactModel {
         }
     }
 
-    /// Stiffness, N/m, that the tool feels through a spring of `stiffness_n_m` on this contact.
+    /// Stiffness that the tool feels, N/m: a spring of `stiffness_n_m` in series with the tissue
+    /// behind it.
     fn felt_stiffness_n_m(&self, stiffness_n_m: f32) -> f32 {
         match self {
             Self::HalfSpace(_) => stiffness_n_m,
@@ -104,8 +104,9 @@ impl ContactModel {
     }
 }
 
-/// Force and stiffness of a wall that is pressed by `d`, with `F = k d (1 + d / D)`. The sphere
-/// behind it yields to the force within the step: `d + y F = deep`, a quadratic equation in `d`.
+/// Force, N, and stiffness, N/m, of a wall under the compression d: `F = k d (1 + d / D)`. The
+/// spheres behind the wall yield by `y F` within the step. So `d + y F` equals the overlap, a
+/// quadratic equation in d.
 fn wall_force(
     wall_n_m: f32,
     flat_m: f32,
@@ -146,9 +147,10 @@ pub(crate) struct ContactConstraint {
     pub(crate) patch: Patch,
     /// Unit vector from tissue to tool.
     pub(crate) normal: Vec3,
-    /// Point on the tool's axis, world frame, m.
+    /// Point of the tool's axis that touches, world frame, m.
     pub(crate) center_m: Vec3,
-    /// Half of the axis of the tool's piece, m; zero for a round end, and on a tube.
+    /// Half of the axis of the piece of the tool that touches, m; zero for a round end, and on a
+    /// tube.
     half_m: Vec3,
     /// Radius of the tool here, m.
     radius_m: f32,
@@ -176,9 +178,9 @@ pub(crate) struct ContactConstraint {
     pub(crate) friction_stiffness_n_m: f32,
     /// Position of the patch before the solve, m.
     patch_start_m: Vec3,
-    /// Height of `center_m` over the patch at which the separation is zero, m. On skin: the tool's
-    /// radius plus the skin's bulge, less the depth by which the skin has sunk and the separation's
-    /// offset.
+    /// Height of `center_m` over the patch at which the separation is zero, m. On skin this is the
+    /// tool's radius plus the height of the curved skin over the patch, less the depth by which the
+    /// skin has sunk and less the separation offset.
     touching_height_m: f32,
     inverse_mass_per_kg: f32,
 }
@@ -215,7 +217,8 @@ impl ContactSite {
 }
 
 impl ContactConstraint {
-    /// This contact as the other contacts need it; `number` is its index among all constraints.
+    /// The data of this contact that the other contacts need; `number` is its index among all
+    /// constraints.
     fn loaded(&self, number: usize) -> LoadedContact {
         let law = match self.model {
             ContactModel::HalfSpace(law) => Some(law),
@@ -231,7 +234,7 @@ impl ContactConstraint {
             .cached
             .bristle
             .on(&normal, candidate.bristle_stiffness_n_m);
-        // Before anything moves, friction pulls as in the last tick, within its new limit.
+        // Friction begins with the force of the last tick, within its new limit.
         let friction_n = bristle.pull_n(&Vec3::zeros(), &normal, 0.0, candidate.friction * force_n);
         Self {
             organ: candidate.organ,
@@ -316,7 +319,7 @@ impl ContactConstraints {
         numbers.filter_map(|number| Some((number, self.all.get(number)?)))
     }
 
-    /// Notes that the constraint with this number belongs to `organ`, or no longer does.
+    /// Records whether the constraint with this number belongs to `organ`.
     fn set_owner_bit(&mut self, number: usize, organ: u8, is_own: bool) {
         if let Some(bits) = self.constraint_bits.get_mut(usize::from(organ)) {
             let bit = 1 << (number & 63);
@@ -333,7 +336,7 @@ impl ContactConstraints {
         self.iter().filter_map(|constraint| constraint.dent(bodies))
     }
 
-    /// Adds a constraint. When there is no room, the deepest constraints stay.
+    /// Adds a constraint. When there is no room, the shallowest constraint is dropped.
     pub(crate) fn add(&mut self, candidate: Candidate, bodies: &Bodies, faults: &mut FaultSet) {
         let (organ, number) = (candidate.organ, self.all.len());
         let Err(constraint) = self.all.push(ContactConstraint::new(candidate, bodies)) else {
@@ -365,7 +368,8 @@ impl ContactConstraints {
 
     /// Pushes organ `organ` with a share of the last forces ([`WARM_START_SHARE`]), in a substep of
     /// `step_s`, before the organ's constraints are solved. Tubes are damped instead. Friction has
-    /// no warm start: it would drag tissue that has slid since, and make the tissue shake.
+    /// no warm start: it would drag tissue that has slid since the last substep, and make the
+    /// tissue shake.
     pub(crate) fn warm_start(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let is_loaded = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
         for (_, constraint) in self.of_organ(organ).filter(is_loaded) {
@@ -385,7 +389,7 @@ impl ContactConstraints {
     /// [`ContactConstraints::warm_start`].
     pub(crate) fn solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let step_squared_s2 = step_s * step_s;
-        // The rest of the last forces acts first, so that the passes compute only the change.
+        // First the rest of the last forces acts, so that the passes compute only changes.
         let is_loaded = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
         for (_, constraint) in self.of_organ(organ).filter(is_loaded) {
             let remaining_n = (1.0 - constraint.model.warm_start_share()) * constraint.force_n;

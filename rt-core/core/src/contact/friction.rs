@@ -18,12 +18,12 @@ pub(crate) struct Bristle {
 }
 
 /// Least share of the half-space's compliance that the bristle keeps. Under a contact wider than
-/// their spacing, the spheres already have all of this compliance: a bristle without this share
-/// would be rigid and chatter against the spheres. A larger share softens the friction of wide
+/// the spacing of the spheres, the spheres already supply all of this compliance. Without this
+/// share the bristle would be rigid there, and chatter. A larger share softens the friction of wide
 /// contacts.
 const COMPLIANCE_SHARE_MIN: f32 = 0.25;
 
-/// Stiffness along the skin, N/m, of tissue with modulus `E / (1 − ν²)` under a contact of this
+/// Stiffness of the bristle, N/m, on tissue with modulus `E / (1 − ν²)` under a contact of this
 /// half-width. `mesh_compliance_m_n` is the compliance of the spheres normal to the skin.
 pub(crate) fn stiffness_n_m(
     modulus_pa: f32,
@@ -53,9 +53,8 @@ impl Bristle {
         stiffness_n_m: 0.0,
     };
 
-    /// This bristle on skin with this normal and with this new stiffness, N/m. A bristle that
-    /// stiffens keeps its force; a bristle that softens keeps its bend. So neither change adds
-    /// energy.
+    /// This bristle with a new normal of the skin and a new stiffness, N/m. A bristle that stiffens
+    /// keeps its force; a bristle that softens keeps its deflection. So neither change adds energy.
     pub(crate) fn on(&self, normal: &Vec3, stiffness_n_m: f32) -> Self {
         let scale = if stiffness_n_m > self.stiffness_n_m {
             self.stiffness_n_m / stiffness_n_m
@@ -95,8 +94,8 @@ impl Bristle {
         self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n)
     }
 
-    /// The bristle after it has pulled with this force. Bending beyond this force was sliding and
-    /// is dropped.
+    /// The bristle after it has pulled with this force. Its deflection is the one that gives this
+    /// force; any further travel was sliding.
     pub(crate) fn after(&self, pull_n: &Vec3) -> Self {
         let per_n = self.stiffness_n_m.max(f32::MIN_POSITIVE).recip();
         let deflection_m = -pull_n * per_n;

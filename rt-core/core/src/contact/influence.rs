@@ -9,7 +9,7 @@ use crate::capacity::MAX_CONTACT_CONSTRAINTS;
 use crate::contact::law::Law;
 use crate::math::{self, Vec3};
 
-/// The part of a contact that the other contacts need.
+/// The data of a contact that the other contacts need.
 #[derive(Debug, Clone)]
 pub(crate) struct LoadedContact {
     /// Index of the contact among all constraints.
@@ -51,11 +51,11 @@ pub(crate) struct Influences {
 }
 
 impl Influences {
-    /// The contacts of an organ, in their order.
+    /// Collects the contacts of an organ.
     pub(crate) fn new(contacts: impl Iterator<Item = LoadedContact>) -> Self {
         let mut all = Vec::new();
         for loaded in contacts {
-            let _ = all.push(loaded); // never full: it has room for every constraint
+            let _ = all.push(loaded); // room for every constraint
         }
         Self { contacts: all }
     }

@@ -1,11 +1,10 @@
-//! Contact of a rigid tool with an elastic half-space: the part of the dent that the spheres are
-//! too coarse to make.
+//! Contact of a rigid tool with an elastic half-space: the part of the dent that the spheres do not
+//! supply.
 //!
-//! A rigid tool makes a dent δ with a force F over a contact of half-width a. The spheres
-//! themselves yield by a part of this dent, as if F were spread over a Gaussian patch `exp(−r²/A²)`
-//! of the skin. This module adds the rest, `δ − c F`, with the compliance c of such a patch. The
-//! rest is the difference of two half-spaces, which vanishes a few sphere spacings away. So the
-//! spheres alone account for the organ's shape, its attachments and other tools.
+//! A rigid tool makes a dent δ with a force F over a contact of half-width a. The spheres supply a
+//! part of this dent: they yield as a half-space does if F is spread over a Gaussian patch
+//! `exp(−r²/A²)` of the skin, with compliance c. This module adds the rest, `δ − c F`.
+//! [`crate::contact`] explains why that is allowed.
 //!
 //! Sources: Sneddon 1965 (ball), Hertz (cylinder), Zhang, Cao, Li and Feng 2014 (neo-Hookean
 //! softening).
@@ -24,20 +23,19 @@ pub(crate) enum Shape {
     Cylinder { radius_m: f32, length_m: f32 },
 }
 
-/// Lower bound of the skin's curvature times the ball's radius: hollow skin lowers the relative
-/// curvature, but not below half of the ball's. The law of a half-space does not hold for skin that
-/// fits more closely around the ball.
+/// Lower bound of the skin's curvature times the ball's radius. The law of a half-space does not
+/// hold for concave skin that fits more closely around the ball.
 const RELATIVE_CURVATURE_MIN: f32 = -0.5;
-/// Upper bound of the skin's curvature times the ball's radius: sharper skin counts as this sharp.
+/// Upper bound of the skin's curvature times the ball's radius.
 const RELATIVE_CURVATURE_MAX: f32 = 3.0;
-/// Margin of stiffness at the end of the law, as a share of the stiffness `1/c` of the spheres:
-/// there the dent is softer than the spheres by at least this share. Each unit of bulge adds the
-/// share once more, because a curved contact is a little stiffer just before its end than at it.
+/// Margin at the largest half-width of the law: the dent's stiffness there is below the spheres'
+/// stiffness `1/c` by at least this share. Each unit of relative curvature adds the share once
+/// more, because on curved skin the stiffness is largest a little before that half-width.
 const STIFFNESS_MARGIN: f32 = 0.01;
 
 /// Softening of a neo-Hookean half-space against a linear one, for a dent as deep as the radius.
-/// This softening turns Sneddon's force into Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng
-/// 2014). The source holds up to δ = R; deeper dents extrapolate it.
+/// With it, Sneddon's force becomes Hertz's times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014).
+/// The source is valid up to δ = R; deeper dents extrapolate.
 const SOFTENING: f32 = 0.06;
 /// Contact half-width at which a ball counts as buried, as a share of its radius. The law has a
 /// pole at 1.
@@ -58,7 +56,7 @@ struct Indentation {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Law {
     shape: Shape,
-    /// Mean curvature of the skin at rest over the curvature of the ball; 0 for a cylinder.
+    /// Mean curvature of the skin at rest divided by the curvature of the ball; 0 for a cylinder.
     relative_curvature: f32,
     /// `E / (1 − ν²)`, Pa.
     modulus_pa: f32,
@@ -66,22 +64,22 @@ pub(crate) struct Law {
     mesh_compliance_m_n: f32,
     /// A: width of the Gaussian patch, m.
     patch_width_m: f32,
-    /// Largest half-width of the law, m. Beyond it, the dent would grow more slowly than the
-    /// spheres alone yield, or the tool would be buried.
+    /// Largest half-width of the law, m. Beyond it, the dent would be stiffer than the spheres
+    /// alone, or the tool would be buried.
     half_width_max_m: f32,
 }
 
 impl Law {
-    /// Law on tissue of this modulus (Pa), whose spheres spread a force over a patch of this width
-    /// (m). The curvature is the skin's mean at rest (1/m), positive where the skin bulges
-    /// outwards. A cylinder ignores the curvature, because its force hardly depends on it.
+    /// Law on tissue of modulus `E / (1 − ν²)` (Pa), whose spheres spread a force over a patch of
+    /// this width (m). The curvature is the mean of the skin at rest (1/m), positive where the skin
+    /// is convex. A cylinder ignores the curvature, because its force hardly depends on it.
     pub(crate) fn new(
         shape: Shape,
         modulus_pa: f32,
         patch_width_m: f32,
         curvature_per_m: f32,
     ) -> Self {
-        // The mean dent of a Gaussian load under itself.
+        // Mean displacement, weighted by the load, of a half-space under a Gaussian load.
         let mesh_compliance_m_n = GAUSSIAN_SELF_INFLUENCE / (modulus_pa * patch_width_m);
         let (buried_m, relative_curvature) = match shape {
             Shape::Ball { radius_m } => (
@@ -145,7 +143,8 @@ impl Law {
 
     /// Force F ≥ 0 that solves `separation + y F + δ(F) − c F = 0`, and its slope, N/m. The
     /// separation is negative where tool and skin overlap; y is `sphere_compliance_m_n`, the
-    /// spheres' compliance within the step. The left side is monotone in F, so there is one answer.
+    /// spheres' compliance within the step. The left side is monotone in F, so there is one
+    /// solution.
     pub(crate) fn force_n(&self, separation_m: f32, sphere_compliance_m_n: f32) -> (f32, f32) {
         if separation_m >= 0.0 || separation_m.is_nan() {
             return (0.0, 0.0);
@@ -163,7 +162,7 @@ impl Law {
             let slope = compliance_m_n.recip();
             return (end.force_n - residual_m(&end) * slope, slope);
         }
-        // Newton's method, kept inside the interval that holds the answer.
+        // Newton's method with bisection: it stays in the interval that brackets the solution.
         let (mut low, mut high) = (0.0, self.half_width_max_m);
         let mut half_width_m = self
             .first_guess_m(separation_m)
@@ -249,10 +248,9 @@ impl Law {
 
     /// Self-influence distance of the contact under this force, m: at this distance from a point
     /// load, the half-space yields as much as the contact yields under an equal increase of its own
-    /// load. The load of a cylinder is as long as the cylinder. A buried ball keeps Hertz's
-    /// distance, because its own dent grows faster then.
+    /// load. A deeply indented ball keeps Hertz's distance.
     pub(crate) fn self_influence_distance_m(&self, force_n: f32) -> f32 {
-        let force_n = force_n.max(0.0); // also of what is not a number
+        let force_n = force_n.max(0.0); // `max` also turns NaN into 0
         match self.shape {
             Shape::Ball { radius_m } => {
                 SELF_INFLUENCE_HALF_WIDTHS
@@ -273,12 +271,12 @@ impl Law {
     }
 
     /// Influence coefficient, m/N: displacement here per force of another contact at this distance
-    /// on the same skin, beyond the displacement that the spheres transmit.
+    /// on the same skin, less the displacement that the spheres transmit.
     /// `self_influence_distance_m` is the larger of the two contacts'
-    /// ([`Law::self_influence_distance_m`]). Around a round contact the coefficient is within 4 %
-    /// of Hertz at twice the radius, and a fifth less at the rim. The coefficient never exceeds the
-    /// compliance of the other contact under its own load. Otherwise two adjacent contacts could
-    /// keep each other off the tissue, and would snap.
+    /// [`Law::self_influence_distance_m`]. Around a round contact the coefficient is within 4 % of
+    /// Hertz at twice the radius, and a fifth less at the rim. The coefficient never exceeds the
+    /// compliance of the other contact under its own load. Otherwise the heavier of two adjacent
+    /// contacts could keep the lighter off the tissue, until it snaps on.
     pub(crate) fn influence_m_n(&self, distance_m: f32, self_influence_distance_m: f32) -> f32 {
         let cubed = |m: f32| m * m * m;
         let effective_distance_m =
@@ -291,23 +289,22 @@ impl Law {
     }
 }
 
-/// Influence of a Gaussian patch on another such patch at this distance, as a share of its
-/// influence on itself.
+/// Influence of a Gaussian load on an equal patch at this distance, as a share of its influence on
+/// its own patch.
 pub(crate) fn gaussian_influence(distance_m: f32, patch_width_m: f32) -> f32 {
     scaled_bessel_i0(distance_m * distance_m / (4.0 * patch_width_m * patch_width_m))
 }
 
-/// Influence of a patch of spheres on another at this distance, as a share of its influence on
-/// itself. Outside of the patch, spheres transmit more than a half-space does; the excess is
-/// largest at two patch widths.
+/// As [`gaussian_influence`], for patches of spheres. Beyond one patch width, spheres transmit more
+/// than a half-space does; the excess is largest at two patch widths.
 pub(crate) fn mesh_influence(distance_m: f32, patch_width_m: f32) -> f32 {
     let widths = distance_m / patch_width_m;
     let excess = 4.0 * (widths - 1.0).max(0.0) / (widths * widths).max(1.0);
     gaussian_influence(distance_m, patch_width_m) + MESH_EXCESS * excess
 }
 
-/// Excess influence of spheres at two patch widths. Fitted to a gallbladder of 250 spheres against
-/// one of 2500, under a 10 mm tip on its body, which was 10 % too soft without the excess.
+/// Excess influence of spheres at two patch widths. It is fitted so that gallbladders of 250 and
+/// 2500 spheres react equally to a 10 mm tip; without it they differ by 10 %.
 const MESH_EXCESS: f32 = 0.04;
 /// Mean of 1/(π r) over two points of a Gaussian `exp(−r²/A²)`, times A: `1 / √(2π)`.
 const GAUSSIAN_SELF_INFLUENCE: f32 = 0.398_942_3;
@@ -317,8 +314,8 @@ const SELF_INFLUENCE_HALF_WIDTHS: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
 /// Least half-width from which a cylinder's self-influence distance is computed, as a share of its
 /// length.
 const HALF_WIDTH_MIN_LENGTHS: f32 = 0.01;
-/// Largest number of steps of the search for the end of the law; each takes a fifth off the
-/// half-width.
+/// Largest number of steps of the search for the largest half-width; each step takes a fifth off
+/// it.
 const END_STEPS_MAX: u32 = 24;
 /// Largest number of steps of Newton's method. Three mostly give six digits; a ball that is nearly
 /// buried takes more.
@@ -383,7 +380,7 @@ mod tests {
 
     const MODULUS_PA: f32 = 5000.0 / (1.0 - 0.45 * 0.45);
 
-    /// A law on spheres with so wide a patch that they supply no part of the dent.
+    /// A law on a patch so wide that the spheres supply no part of the dent.
     fn without_spheres(shape: Shape) -> Law {
         Law::new(shape, MODULUS_PA, 100.0, 0.0)
     }

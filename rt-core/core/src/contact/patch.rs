@@ -7,7 +7,8 @@ use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
 /// Capacity of a patch, in spheres. Three skin vertices need at most 36. A tip of 10 mm on a
-/// gallbladder of 2500 spheres needs 115. Further weight goes to the first sphere.
+/// gallbladder of 2500 spheres needs 115. When a patch is full, the first sphere takes the weight
+/// of further spheres.
 const SPHERES_MAX: usize = 160;
 
 /// A point of the tissue, carried by weighted spheres. Each sphere is listed once, and the weights

@@ -18,8 +18,8 @@ const NEAR_M: f32 = 0.0065;
 
 /// Largest offset of a contact that opens, m: tools that are farther apart do not push.
 const OPENING_MAX_M: f32 = 0.000_5;
-/// Travel of both tools in a tick above which it is no motion, m: a device was unplugged or
-/// stalled.
+/// Travel of both tools in a tick above which the pose has jumped, m, as when a device was
+/// unplugged or stalled.
 const MOTION_MAX_M: f32 = 0.02;
 
 /// A part of the instrument near the endoscope, at the end of a tick.
@@ -99,7 +99,7 @@ fn track(
         // Both tools may have moved towards each other.
         2.0 * moved_m.fold(0.0, f32::max)
     });
-    // After a leap the last side is not valid.
+    // After a jump the last side is not valid.
     let last = last.filter(|_| travel_m.is_some_and(|travel_m| travel_m < MOTION_MAX_M));
     let lift_m = last.map_or_else(Vec3::zeros, |last| {
         last.normal * (reach_m - height_m(&last.normal, &last.nearest)).max(0.0)

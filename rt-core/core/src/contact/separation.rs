@@ -5,20 +5,21 @@
 //! takes up the jump. The offset decays, so the force comes to its true value within a few tenths
 //! of a second.
 
-/// Share of a positive offset that is left after a tick. A positive offset hides overlap; about a
-/// third of it is left after 0.1 s. With a larger share, a contact that is found deep takes longer
+/// Share of a positive offset that remains after a tick. A positive offset hides overlap; about a
+/// third of it remains after 0.1 s. With a larger share, a contact that is found deep takes longer
 /// to reach its force.
 const POSITIVE_OFFSET_REMAINDER: f32 = 0.99;
-/// Share of a negative offset that is left after a tick. A negative offset hides an opening. The
-/// share is smaller, so that a contact that has opened soon stops pushing.
+/// Share of a negative offset that remains after a tick. A negative offset hides an opening. The
+/// share is smaller than that of a positive offset, so that a contact that has opened soon stops
+/// pushing.
 const NEGATIVE_OFFSET_REMAINDER: f32 = 0.95;
 /// Upper bound of the decay of a negative offset, m a tick. A larger bound ends the push sooner,
 /// with a larger step of force.
 const NEGATIVE_OFFSET_DECAY_MAX_M: f32 = 0.000_025;
-/// Change of the measured separation that passes in a tick, beyond twice the tool's travel, m. The
-/// offset takes up the rest of a larger jump. The decay of the offset comes on top. Where a shaft
-/// lies on a liver, this change makes a step of force of 2 mN. With a larger value the force
-/// follows the skin faster, in larger steps.
+/// Largest change of the filtered separation in a tick, beyond twice the tool's travel and the
+/// decay of the offset, m. The offset takes up the rest of a larger jump. Where a shaft lies on a
+/// liver, this change makes a step of force of 2 mN. With a larger value the force follows the skin
+/// faster, in larger steps.
 const CHANGE_MAX_M: f32 = 0.000_02;
 
 /// Separation of a tool's point and the tissue under it.
@@ -52,8 +53,8 @@ impl FilteredSeparation {
         self.separation_m - self.offset_m
     }
 
-    /// Separation of this contact after it has moved to another place, where `separation_m` is
-    /// measured. Keeps a positive offset and drops a negative one.
+    /// Separation after this contact has moved to another place, where `separation_m` is measured.
+    /// A positive offset is kept, a negative one dropped.
     pub(crate) fn moved_to(&self, separation_m: f32) -> Self {
         let offset_m = self.offset_m.max(0.0);
         Self {
@@ -79,7 +80,7 @@ impl FilteredSeparation {
         let decay_m = ((1.0 - remainder) * self.offset_m).max(-NEGATIVE_OFFSET_DECAY_MAX_M);
         let offset_m = self.separation_m + change_m - decay_m - separation_m;
         let offset_m = offset_m.max(-opening_max_m);
-        // If neither the measured nor the filtered separation overlaps, there is no offset.
+        // If neither the measured nor the filtered separation is negative, there is no offset.
         let offset_m = if separation_m < 0.0 || separation_m + offset_m < 0.0 {
             offset_m
         } else {

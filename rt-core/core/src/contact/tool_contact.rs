@@ -1,11 +1,11 @@
-//! Tools against tissue, over all organs: those with a contact skin ([`crate::contact::skin`]), and
+//! Contact of the tools with all organs: organs with a contact skin ([`crate::contact::skin`]), and
 //! ducts and vessels ([`crate::contact::tube`]).
 //!
 //! Stage `contact` ([`ToolContacts::find`]) lists the spheres of skins near the tools: it finds
 //! organs whose box is near a tool, then their spheres, O(spheres of organs near · parts). Skins
-//! and tubes then give candidates. Stage `solve` closes the separations after each substep of the
-//! tissue ([`crate::contact::constraint`]); after the last substep, [`ToolContacts::push_out`]
-//! closes them and lists the forces.
+//! and tubes then give candidates. Stage `solve` removes the overlaps after each substep of the
+//! tissue ([`crate::contact::constraint`]); after the last substep, [`ToolContacts::push_out`] does
+//! so and lists the forces.
 
 use core::cmp::Ordering;
 
@@ -36,8 +36,8 @@ const NEAR_SKIN_M: f32 = 0.010;
 /// A sphere near a tool, ordered by depth, then by index, so that every run keeps the same spheres.
 #[derive(Debug, Clone, Copy)]
 struct Near {
-    /// Overlap of the sphere with the tool's capsules before the solve, m; never too small, because
-    /// a capsule contains the part.
+    /// Overlap of the sphere with the tool's capsules before the solve, m. A capsule contains the
+    /// part, so this is an upper bound.
     depth_m: f32,
     sphere: u32,
 }
@@ -123,7 +123,8 @@ impl ToolContacts {
         self.forces.clear();
     }
 
-    /// Finds the tissue near `parts`, before the solve. When there is no room, the deepest stay.
+    /// Finds the tissue near `parts`, before the solve. When there is no room, the shallowest is
+    /// dropped.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
@@ -144,7 +145,7 @@ impl ToolContacts {
                 .iter()
                 .filter(|part| part_box(part).is_near(organ_box, NEAR_SKIN_M))
             {
-                let _ = parts_near.push(Segment::new(part, organ_box)); // as many as `parts` at most
+                let _ = parts_near.push(Segment::new(part, organ_box)); // at most all parts
             }
             if parts_near.is_empty() {
                 continue;
@@ -361,7 +362,7 @@ mod tests {
             "{moved}"
         );
         assert!(bodies.bits.at(0).contains(SphereBits::CONTACT));
-        // The display draws the part that the sphere did not yield.
+        // The display draws the overlap that is left after the sphere has yielded.
         let dents: std::vec::Vec<Dent> = contacts.dents(&bodies).collect();
         let [dent] = dents[..] else {
             panic!("{dents:?}")

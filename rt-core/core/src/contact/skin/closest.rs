@@ -19,7 +19,7 @@ const RING_DIRECTIONS: [[f32; 2]; 6] = [
     [-0.5, -0.866_025_4],
     [0.5, -0.866_025_4],
 ];
-/// Share of a wide patch's force that its middle bears, and that each place of the ring bears.
+/// Shares of a wide patch's force: of its middle, and of each place of the ring.
 const RING_SHARES: [f32; 2] = [0.25, 0.125];
 /// Largest number of steps of a walk. A tool at 3 m/s crosses one vertex in a tick.
 const WALK_STEPS_MAX: u32 = 12;
@@ -80,8 +80,9 @@ impl ClosestPoint {
             weights.add(corners, shares, each_in_ring);
         }
         self.patch = weights.patch(skin);
-        // The separation is measured at the middle. The middle sinks by its own share of the force
-        // and by the influence of the ring, as under a single patch of this width.
+        // The separation is measured at the middle. The middle sinks under its own share of the
+        // force and by the influence of the ring, as much as under a single patch of the following
+        // width.
         let ring_influence = law::mesh_influence(radius_m, self.patch_width_m);
         self.patch_width_m /= middle + (1.0 - middle) * ring_influence;
     }
@@ -92,13 +93,13 @@ impl ClosestPoint {
 struct VertexWeights(Vec<(u16, f32), { 3 * (RING_DIRECTIONS.len() + 1) }>);
 
 impl VertexWeights {
-    /// Adds a point of a triangle, by its shares of the corners, with this weight.
+    /// Adds a point of a triangle with this weight; `shares` are its barycentric coordinates.
     fn add(&mut self, corners: [u16; 3], shares: [f32; 3], weight: f32) {
         for (corner, share) in corners.into_iter().zip(shares) {
             match self.0.iter_mut().find(|(own, _)| *own == corner) {
                 Some((_, sum)) => *sum += share * weight,
                 None => {
-                    let _ = self.0.push((corner, share * weight)); // there is room for a middle and a ring
+                    let _ = self.0.push((corner, share * weight)); // room for middle and ring
                 }
             }
         }
@@ -125,8 +126,8 @@ struct Nearest {
     shares: [f32; 3],
 }
 
-/// Closest point that a walk with falling distance reaches from vertex `from`. The distance is a
-/// local minimum there, so a tool that went in on one side stays on that side.
+/// Closest point that a walk from vertex `from` reaches; every step of the walk reduces the
+/// distance. The result is a local minimum, so a tool that went in on one side stays on that side.
 pub(crate) fn walk(
     place_m: &Vec3,
     from: u16,
@@ -180,6 +181,7 @@ impl Nearest {
     }
 }
 
+/// Closest point of the triangles around a vertex.
 fn nearest_in_fan(
     place_m: &Vec3,
     vertex: u16,
@@ -215,6 +217,7 @@ fn nearest_in_fan(
     best
 }
 
+/// Position, normal, patch and curvature of a point of a triangle, from the triangle's corners.
 fn interpolate(
     found: &Nearest,
     skin: &Skin<'_>,

@@ -1,8 +1,9 @@
-//! Tools against the contact skins of organs: a god-object for each tool point on each skin.
+//! Contact of tools with the contact skins of organs: a god-object for each tool point on each
+//! skin.
 //!
-//! Stage `contact` ([`SkinContacts::find`]) walks over the skin from each tool point's last place
-//! to its place now (Zilles and Salisbury 1995), O(points near organs). The half-space's law
-//! ([`crate::contact::law`]) adds the compliance that the spheres are too coarse for.
+//! Stage `contact` ([`SkinContacts::find`]) moves each god-object over the skin from its last place
+//! towards its tool point (Zilles and Salisbury 1995), O(points near organs). The law of a
+//! half-space ([`crate::contact::law`]) adds the compliance that the spheres lack.
 
 mod closest;
 #[cfg(test)]
@@ -30,27 +31,27 @@ use vertex_cache::VertexCache;
 /// Separation below which skin becomes a candidate for the solver, m: the travel of the fastest
 /// sphere in a tick.
 const NEAR_M: f32 = 0.003;
-/// Separation from which on skin is not tracked, m.
+/// Separation beyond which skin is not tracked, m.
 const TRACKING_RANGE_M: f32 = 0.012;
-/// Travel of tissue in a tick, m, that is assumed while the search for distant skin is put off.
-/// Faster tissue is found late, and its contact then begins at zero depth.
+/// Assumed travel of tissue in a tick, m. It decides when skin out of reach is searched for again.
+/// Contact with faster tissue is found late, and then begins at zero depth.
 const TISSUE_TRAVEL_M: f32 = 0.0005;
-/// Slip over the skin that a tick allows beyond twice the tool's travel, m, so that even a still
-/// tool can slip off an edge.
+/// Travel of a contact point over the skin that a tick allows beyond twice the tool's travel, m, so
+/// that even a still tool can slip off an edge.
 pub(crate) const SLIP_M: f32 = 0.000_01;
 
 /// Largest offset of a contact that opens, m: skin that moves away by more than this in a tick does
 /// not push.
 const OPENING_MAX_M: f32 = 0.003;
-/// Largest change of a contact force by turning, N a tick, while the tool is still. Without this
-/// bound, skin that folds, or a contact that jumps between folds, would turn the force at once.
-/// Several tool points may turn together, and the lever may double the force at the hand. A larger
-/// value follows folds faster, with a larger step of force.
+/// Largest change of a contact force, N a tick, by a turn of its direction while the tool is still.
+/// Without this bound, the force would turn at once when skin folds or a contact jumps between
+/// folds. Several tool points may turn together, and the lever may double the force at the hand.
+/// With a larger value the force follows folds faster, in larger steps.
 const TURN_STEP_N: f32 = 0.001_5;
 /// Largest turn in a tick, rad, however small the force is.
 const TURN_MAX_RAD: f32 = 0.1;
 
-/// Turn that a tick allows while the tool is still, rad.
+/// Largest turn of a force in a tick while the tool is still, rad.
 fn turn_max_at_rest_rad(force_n: f32) -> f32 {
     (TURN_STEP_N / force_n.max(TURN_STEP_N)).min(TURN_MAX_RAD)
 }
@@ -61,7 +62,7 @@ struct PersistentContact {
     vertex: u16,
     /// True if the separation is below `NEAR_M`.
     is_near: bool,
-    /// Travel of point and skin together that is left before they can be near each other, m.
+    /// Relative travel of point and skin before they can be near each other, m.
     clearance_m: f32,
     cached: CachedForce,
     separation: FilteredSeparation,
@@ -100,8 +101,8 @@ impl PersistentContact {
         }
     }
 
-    /// True while the tool point, now at `center_m`, cannot have come near skin since the last
-    /// search.
+    /// True while the tool point, now at `center_m`, cannot have come near the skin. Subtracts its
+    /// travel from the clearance.
     fn is_still_far(&mut self, center_m: &Vec3) -> bool {
         if self.is_near || self.clearance_m <= 0.0 {
             return false;
@@ -111,8 +112,8 @@ impl PersistentContact {
         self.clearance_m > 0.0
     }
 
-    /// Updates the contact with the closest point of the skin. The separation and the push change
-    /// without steps.
+    /// Updates the contact with the closest point of the skin. The separation and the direction of
+    /// the push change without steps.
     fn track(&mut self, found: &ClosestPoint, separation_m: f32, point: &ToolPoint) {
         let center_m = &point.center_m;
         let mut push_direction = found.normal;
@@ -121,7 +122,7 @@ impl PersistentContact {
             let travel_m = math::norm(&self.travel_m);
             self.separation = self.separation.next(separation_m, travel_m, OPENING_MAX_M);
             if self.cached.force_n > 0.0 {
-                // A tool turns round an edge by its travel over its radius.
+                // A tool that rolls over an edge turns by its travel over its radius.
                 let turn_max_rad = (2.0 * travel_m / point.radius_m)
                     .max(turn_max_at_rest_rad(self.cached.force_n));
                 push_direction = math::turned(&self.push_direction, &push_direction, turn_max_rad);
@@ -278,7 +279,7 @@ impl SkinContacts {
         }
     }
 
-    /// Stores the force that this point leaves on this organ.
+    /// Stores the force of this tool point on this organ for the next tick.
     pub(crate) fn store(&mut self, organ: u8, point: u8, cached: CachedForce) {
         let contacts = self.contacts.get_mut(usize::from(organ));
         if let Some(contact) = contacts.and_then(|contacts| contacts.get_mut(usize::from(point))) {
@@ -288,8 +289,8 @@ impl SkinContacts {
 }
 
 /// The closest point of an organ's skin to a tool point, and its separation, m. If the tool point
-/// touches the skin, its contact is followed. Otherwise a walk from the sphere nearest to the tool
-/// point finds skin that may be nearer.
+/// touches the skin, its god-object is followed. Otherwise a walk that starts at the sphere nearest
+/// to the tool point finds skin that may be nearer.
 fn closest_skin(
     point: &ToolPoint,
     contact: &PersistentContact,
@@ -302,9 +303,8 @@ fn closest_skin(
         let height_m = found.normal.dot(&(center_m - found.at_m)) - point.radius_m;
         height_m + found.sunk_m(scene, bodies)
     };
-    // The skin's nearest point to a place under the skin may jump. So a tool point near skin is
-    // lifted onto the skin along the last normal and followed there, as a god-object is (Zilles and
-    // Salisbury 1995).
+    // The skin's nearest point to a tool point under the skin may jump. So a tool point near skin
+    // is first lifted onto the skin along the last normal; the walk leads towards the lifted point.
     let lifted_m = if contact.is_near {
         let lift_m = contact.normal.dot(&(contact.at_m - center_m));
         let slip_m = center_m + contact.normal * lift_m - contact.at_m;
@@ -336,17 +336,19 @@ fn closest_skin(
     Some((found, separation_m))
 }
 
-/// Least width of the patch under a tool point, in radii of the tool. A contact wider than its
-/// patch would push the patch in ahead of the skin around it. A larger value softens tips.
+/// Least width of the patch under a tool point, in radii of the tool. A narrower patch would be
+/// pushed in ahead of the skin around it. A larger value makes tissue softer under tips.
 const PATCH_WIDTH_MIN_RADII: f32 = 0.8;
 /// Least width of the patch under a thin round end, in its radii; at most
-/// [`THIN_PATCH_WIDTH_MAX_M`]. Under a dent of a few millimetres, spheres as close together as the
-/// end is wide strain in a way that the law does not describe. Fitted to a 3 mm tip on a
-/// gallbladder's neck of 2500 spheres, which was 17 % too stiff without it.
+/// [`THIN_PATCH_WIDTH_MAX_M`]. If the spheres are as close together as the end is wide, a dent of a
+/// few millimetres strains them in a way that the law does not describe. Fitted to a 3 mm tip on a
+/// gallbladder's neck of 2500 spheres, which was 17 % too stiff without this width.
 const THIN_PATCH_WIDTH_MIN_RADII: f32 = 1.3;
 /// Largest width that `THIN_PATCH_WIDTH_MIN_RADII` gives a patch, m.
 const THIN_PATCH_WIDTH_MAX_M: f32 = 0.004;
 
+/// Widens the patch under a tool point to its least width ([`PATCH_WIDTH_MIN_RADII`],
+/// [`THIN_PATCH_WIDTH_MIN_RADII`]).
 fn widen_patch(
     point: &ToolPoint,
     mut closest: ClosestPoint,

@@ -5,7 +5,7 @@ use crate::scene::{Skin, SkinVertex};
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// Rows of the table. More rows cost memory and evict fewer vertices.
+/// Rows of the cache. More rows cost memory and evict fewer vertices.
 const SIZE: usize = 1024;
 
 /// Position and normal of a vertex in one tick.
@@ -48,7 +48,7 @@ impl Default for VertexCache {
 }
 
 impl VertexCache {
-    /// Begins a tick: the spheres have moved, so nothing is known.
+    /// Begins a tick: the spheres have moved, so all entries are invalid.
     pub(crate) fn begin(&mut self) {
         self.tick = self.tick.wrapping_add(1);
         if self.tick == 0 {
@@ -129,7 +129,7 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec as List;
 
-    /// As [`VertexCache::normal`], but without the table.
+    /// As [`VertexCache::normal`], but without the cache.
     fn plain_normal(index: u16, skin: &Skin<'_>, bodies: &Bodies) -> Vec3 {
         let vertex = skin.vertex(index).unwrap();
         let center_m = at_m(vertex, bodies);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     proptest! {
-        /// The table gives the position and normal of a fresh computation, after any earlier
+        /// The cache gives the position and normal of a fresh computation, after any earlier
         /// lookups. 3000 vertices with random fans share 1024 rows.
         #[test]
         fn table_holds_what_a_fresh_computation_gives(

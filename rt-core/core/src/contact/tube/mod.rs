@@ -1,7 +1,8 @@
-//! Tools against organs without a contact skin: ducts and vessels, as beads (balls) along a line.
+//! Contact of tools with organs without a contact skin: ducts and vessels, as beads (balls) along a
+//! line.
 //!
-//! Stage `contact` ([`TubeContacts::find`]) follows every part of a tool past every bead near it
-//! through the whole motion of a tick, so that a fast part does not jump through a tube. O(beads of
+//! Stage `contact` ([`TubeContacts::find`]) sweeps the motion of a tick: it follows every part of a
+//! tool past every bead near it, so that a fast part does not jump through a tube. O(beads of
 //! organs near · parts).
 
 mod sweep;
@@ -35,14 +36,15 @@ const TRACKING_RANGE_M: f32 = 0.0065;
 /// the travel of the fastest sphere in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// Share of its lag that the direction of a tube makes up in a tick, when the tube turns under a
-/// tool. A push that turned at once would be a follower load, under which a thin tube flutters
-/// (Beck's column, Bolotin 1963). A larger share follows faster, and comes nearer to flutter.
+/// Share of the angle to the true direction of a tube by which the lagging direction turns in a
+/// tick. A force that turned with the tube at once would be a follower load, under which a thin
+/// tube flutters (Beck's column, Bolotin 1963). With a larger share the force follows faster, and
+/// is closer to flutter.
 const DIRECTION_UPDATE_SHARE: f32 = 0.02;
 /// Compression at which a tube is flat, in its radii. Its walls take the rest of its diameter.
 const FLAT_COMPRESSION_RADII: f32 = 1.6;
-/// Depth at which a part counts as having passed through a tube, in multiples of the sum of both
-/// radii. [`PASSED_TRAVELS`] adds to this depth.
+/// Depth beyond which a part counts as having passed through a tube, in multiples of the sum of
+/// both radii. [`PASSED_TRAVELS`] adds to this depth.
 const PASSED_REACHES: f32 = 2.0;
 /// Addition to the depth of `PASSED_REACHES`, in multiples of the travel of part and bead in the
 /// tick.
@@ -51,8 +53,8 @@ const PASSED_TRAVELS: f32 = 2.0;
 /// not push.
 const OPENING_MAX_M: f32 = 0.000_3;
 
-/// Share of the remaining way by which a tick fades the push on a bead that the jaws hold, or
-/// restores the push on a released bead: three quarters of the way within 0.2 s.
+/// Share of the remaining change that a tick makes when the force on a bead in the jaws fades out,
+/// or the force on a released bead fades in: three quarters of the change within 0.2 s.
 const HOLD_FADE_SHARE: f32 = 0.007;
 
 /// Contact of a part of a tool with a bead near it, at the end of a tick.
@@ -75,14 +77,13 @@ struct PersistentContact {
 }
 
 impl PersistentContact {
-    /// Weighted overlap, m: a measure of the load, by which beads with equally stiff walls are
-    /// compared.
+    /// Weighted overlap, m: a measure of the load, by which neighbouring beads are compared.
     fn load_m(&self) -> f32 {
         self.weight * (-self.separation.separation_m).max(0.0)
     }
 }
 
-/// Contacts of the last tick, as one bead sees them.
+/// Contacts of the last tick, with the place of one bead among them.
 #[derive(Clone, Copy)]
 struct LastTick<'a> {
     /// Sorted by bead.
@@ -140,7 +141,7 @@ impl TubeContacts {
             let mut near: Vec<&Capsule, MAX_CAPSULES> = Vec::new();
             for part in parts {
                 if part_box(part).is_near(bounds, TRACKING_RANGE_M) {
-                    let _ = near.push(part); // as many as `parts` at most
+                    let _ = near.push(part); // at most all parts
                 }
             }
             if near.is_empty() {
@@ -163,8 +164,9 @@ impl TubeContacts {
                         self.track(part, (number, bead), &ball, last_tick, bodies);
                     let is_in_jaws = is_in_jaws(bead, bodies);
                     let free_share = if is_in_jaws { 0.0 } else { 1.0 };
-                    // A held bead that does not touch the part has no force to fade, so it stops
-                    // acting at once. Otherwise the closing jaws would squeeze it out.
+                    // A bead in the jaws that does not touch the part has no force that must fade,
+                    // so its stiffness vanishes at once. Otherwise the closing jaws would squeeze
+                    // it out.
                     let fade = match is_in_jaws && contact.separation.separation_m > 0.0 {
                         true => 1.0,
                         false => HOLD_FADE_SHARE,
@@ -246,8 +248,8 @@ impl TubeContacts {
             travel_m(before, part, side.unwrap_or(first).share)
         });
         // All of a tube lies on one side of a tool. Of the two neighbours of a bead, the neighbour
-        // under the larger load leads. The bead takes the leader's side if it has the opposite side
-        // and less load, or if it had no side or no weight.
+        // under the larger load is the leader. The bead takes the leader's side if it is on the
+        // opposite side and bears less load, or if it had no side or no weight.
         let leader = leader_of(last_tick, (number, bead), part.role, bodies);
         let led_side = leader.map(|it| {
             it.side
@@ -307,7 +309,7 @@ impl TubeContacts {
         (contact, travel_m)
     }
 
-    /// Stores a contact. When there is no room, the deepest stay, sorted by bead.
+    /// Stores a contact, sorted by bead. When there is no room, the shallowest is dropped.
     fn keep(&mut self, contact: PersistentContact, faults: &mut FaultSet) {
         let Err(contact) = self.contacts.push(contact) else {
             return;
@@ -348,8 +350,8 @@ fn lagged(last: &Vec3, now: &Vec3) -> Vec3 {
     math::unit(&(last + (now - last) * DIRECTION_UPDATE_SHARE)).unwrap_or(*now)
 }
 
-/// Last contact of this part with a neighbour of this bead on its tube; of two neighbours, the one
-/// under the larger load.
+/// Last contact of this part with a neighbour of this bead on its tube; of two neighbours, the
+/// neighbour under the larger load.
 fn leader_of<'a>(
     last_tick: LastTick<'a>,
     (number, bead): (u16, &Bead),
@@ -415,9 +417,9 @@ fn candidate(
     }
 }
 
-/// Compliance of the tissue behind a bead within a tick, m/N. Each sphere of the bead counts with
-/// its mass. The sphere also counts as held twice as stiffly as a ball embedded in its tissue,
-/// because it may lie on other tissue.
+/// Compliance of the tissue behind a bead within a tick, m/N. A sphere of the bead resists with its
+/// mass, and with twice the stiffness of a ball embedded in its tissue, because it may lie on other
+/// tissue.
 fn backing_compliance_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
     let yields = |(sphere, weight): (u32, f32)| {
         let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();

@@ -49,7 +49,7 @@ impl Axis {
     }
 }
 
-/// Component of `v` across the tube.
+/// Component of `v` perpendicular to the tube.
 fn cross_section(v: &Vec3, along: &Vec3) -> Vec3 {
     v - along * along.dot(v)
 }
@@ -107,7 +107,7 @@ impl Side {
         }
     }
 
-    /// This side at a neighbouring bead: the one that [`Side::follow`] would have reached there.
+    /// This side at a neighbouring bead: the side that [`Side::follow`] would have reached there.
     pub(crate) fn at_neighbour(
         &self,
         axis: &Axis,
@@ -123,7 +123,7 @@ impl Side {
         if !nearest.is_engaged(axis, bead_m, along, reach_m) {
             return nearest;
         }
-        // Lifting an oblique axis moves its closest place along the axis, and that place then needs
+        // Lifting an oblique axis moves its closest place along the axis, and the new place needs
         // another lift. `share` is the place to which these lifts converge.
         let axis_m = axis.b_m - axis.a_m;
         let rise_m = normal.dot(&axis_m);
@@ -144,7 +144,7 @@ impl Side {
         self.normal.dot(&from_bead_m) < reach_m && is_alongside
     }
 
-    /// The axis, lifted out to where it touches if the tool overlaps the tube.
+    /// The axis; if the tool overlaps the tube, it is lifted until they just touch.
     fn lifted(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Axis {
         if !self.is_engaged(axis, bead_m, along, reach_m) {
             return *axis;
@@ -158,14 +158,14 @@ impl Side {
     }
 
     /// Side after this motion; `None` after a jump. A tool that overlaps is lifted out along the
-    /// last normal and followed there, as a god-object is, so it keeps its side.
+    /// last normal and followed there, as a god-object is. So it keeps its side.
     pub(crate) fn follow(&self, motion: &Motion) -> Option<Self> {
         let travel_m = motion.travel_m();
         let steps = travel_m / (STEP_REACHES * motion.reach_m.max(1.0e-6));
         if steps.is_nan() || steps > STEPS_MAX {
             return None;
         }
-        let count = (steps as u16).saturating_add(1); // `as` cuts off
+        let count = (steps as u16).saturating_add(1); // `as` truncates
         let step_share = f32::from(count).recip();
         let slip_m = motion.slip_m + 2.0 * travel_m * step_share;
         let mut side = *self;
