@@ -76,7 +76,7 @@ impl<'a> Tissue<'a> {
             ..
         } = &mut *self.bodies;
         if let Some(organ) = self.scene.organs.get(usize::from(*organs.at(sphere))) {
-            warm_start.weigh(&self.scene, organ, nodes);
+            warm_start.set_masses(&self.scene, organ, nodes);
         }
     }
 
@@ -97,7 +97,7 @@ impl<'a> Tissue<'a> {
 
     /// Puts everything back to rest, held as in the scene.
     pub fn rest(&mut self) {
-        self.bodies.rest(&self.scene);
+        self.bodies.reset(&self.scene);
         self.contacts.clear();
         self.tick = 0;
     }

@@ -70,7 +70,7 @@ impl Patch {
         for (sphere, weight) in &self.spheres {
             let node = bodies.nodes.at_mut(u32::from(*sphere));
             if node.inverse_mass_per_kg() > 0.0 {
-                node.slow(1.0 - share * weight);
+                node.scale_step(1.0 - share * weight);
             }
         }
     }

@@ -14,7 +14,7 @@ use crate::procedure::grasp::Jaws;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::bar::Bar;
-use crate::tissue::tubes::Step;
+use crate::tissue::tubes::TubeSegment;
 
 /// Length of a closed clip (medium-large, titanium), m. The clip lies at the ends of the jaws.
 const LENGTH_M: f32 = 0.009;
@@ -79,7 +79,7 @@ impl Clips {
     ) -> [bool; MAX_ORGANS] {
         let mut between = [false; MAX_ORGANS];
         for ((organ, _), between) in (0u8..).zip(scene.organs).zip(&mut between) {
-            *between = bodies.beads.steps_of(organ).any(|step| {
+            *between = bodies.beads.segments_of(organ).any(|step| {
                 let (ends_m, radius_m) = lies(&step, bodies);
                 jaws.crossing(&ends_m, radius_m).is_some()
             });
@@ -105,9 +105,9 @@ impl Clips {
         let legs = jaws.world_from_instrument.rotation * -Vec3::z();
         for (organ, _) in (0u8..).zip(scene.organs) {
             let mut has = false;
-            for step in bodies.beads.steps_of(organ) {
+            for step in bodies.beads.segments_of(organ) {
                 let (ends_m, radius_m) = lies(&step, bodies);
-                let is_whole = bodies.parted.left_of_link(step.link) > 0.0;
+                let is_whole = bodies.damage.intact_of_link(step.link) > 0.0;
                 let held = reach(jaws, &ends_m, radius_m).filter(|_| is_whole);
                 let Some((share, closed)) = held else {
                     continue;
@@ -135,7 +135,7 @@ impl Clips {
     }
 
     /// Closes the next clip fully on this step of a tube, without an applier.
-    pub(crate) fn put_on(&mut self, step: &Step, bodies: &mut Bodies) {
+    pub(crate) fn put_on(&mut self, step: &TubeSegment, bodies: &mut Bodies) {
         let (ends_m, _) = lies(step, bodies);
         let clip = Clip {
             number: self.used,
@@ -178,11 +178,11 @@ impl Clips {
             if organ.is_some_and(|organ| organ != own) {
                 continue;
             }
-            if bodies.parted.left_of_link(clip.link) > 0.0 {
+            if bodies.damage.intact_of_link(clip.link) > 0.0 {
                 let step_s = scene.step_s_of(own);
                 let stiff = Bar {
-                    rest_length_m: link.rest_length_m * bodies.parted.shrunk(own),
-                    softness_per_kg: link.compliance_m_n * STIFF / (step_s * step_s),
+                    rest_length_m: link.rest_length_m * bodies.damage.rest_length_share(own),
+                    scaled_compliance_per_kg: link.compliance_m_n * STIFF / (step_s * step_s),
                 };
                 stiff.project(&mut bodies.nodes, [link.a, link.b], 0.0, &mut 0.0);
             }
@@ -209,7 +209,7 @@ fn squeeze(clip: &Clip, bodies: &mut Bodies) {
 }
 
 /// Ends of a step (link) along a tube, world frame, m, and the radius of the tube there, m.
-fn lies(step: &Step, bodies: &Bodies) -> ([Vec3; 2], f32) {
+fn lies(step: &TubeSegment, bodies: &Bodies) -> ([Vec3; 2], f32) {
     let spheres = [u32::from(step.a), u32::from(step.b)];
     let [a, b] = spheres.map(|it| *bodies.radius_m.at(it));
     (spheres.map(|it| bodies.nodes.at(it).center_m()), a.min(b))

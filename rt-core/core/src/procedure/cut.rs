@@ -12,7 +12,7 @@ use crate::procedure::clip::guards;
 use crate::procedure::grasp::Jaws;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
-use crate::tissue::damage::{Apart, damage_all, sparing_none};
+use crate::tissue::damage::{Severed, damage_all, spare_none};
 
 /// Work of closing blades.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -32,30 +32,30 @@ pub(crate) fn cut_all(
     clips: &[(u32, Vec3)],
     scene: &Scene<'_>,
     bodies: &mut Bodies,
-    cut: impl FnMut(Apart),
+    cut: impl FnMut(Severed),
 ) -> Cutting {
     let mut work = Cutting::default();
-    damage_all(scene, bodies, sparing_none, cut, |bar, parted| {
+    damage_all(scene, bodies, spare_none, cut, |bar, damage| {
         let Some(crossing) = blades.crossing(&bar.ends_m, bar.radius_m) else {
-            return parted;
+            return damage;
         };
         let at_m = bar.ends_m[0] + (bar.ends_m[1] - bar.ends_m[0]) * crossing.share;
         if guards(clips, bar.link, &at_m) {
-            return parted;
+            return damage;
         }
         let thick_m = 2.0 * bar.radius_m;
         let open_m = 2.0 * blades.instrument.jaw_opening_m() * crossing.along;
         let gap_m = open_m * blades.jaw;
         if gap_m >= thick_m {
-            work.is_cutting |= parted < 1.0 && blades.meets(&crossing, bar.radius_m);
-            return parted;
+            work.is_cutting |= damage < 1.0 && blades.meets(&crossing, bar.radius_m);
+            return damage;
         }
-        let parted = (parted + open_m * closed / thick_m).max(1.0 - gap_m / thick_m);
-        if parted < 1.0 {
+        let damage = (damage + open_m * closed / thick_m).max(1.0 - gap_m / thick_m);
+        if damage < 1.0 {
             work.is_cutting = true;
             work.full_closing_j += bar.tear_j * open_m / thick_m;
         }
-        parted
+        damage
     });
     work
 }

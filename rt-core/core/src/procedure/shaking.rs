@@ -69,7 +69,7 @@ impl Shaking {
     };
 
     /// Records the speed of an organ's fastest sphere.
-    pub(crate) fn note_speed(&mut self, organ: usize, speed_m_s: f32) {
+    pub(crate) fn record_speed(&mut self, organ: usize, speed_m_s: f32) {
         if let Some(organ) = self.organs.get_mut(organ) {
             organ.peak_m_s = organ.peak_m_s.max(speed_m_s);
         }
@@ -145,7 +145,7 @@ mod tests {
         for tick in 0..ticks {
             let phase = core::f32::consts::TAU * hz * tick as f32 * 0.001;
             let velocity_m_s = Vec3::new(speed_m_s * phase.sin(), 0.0, 0.0);
-            shaking.note_speed(0, math::norm(&velocity_m_s));
+            shaking.record_speed(0, math::norm(&velocity_m_s));
             if shaking.watched(0).is_some() {
                 shaking.note_velocity(0, &velocity_m_s, SLOWEST_M_S);
             }

@@ -209,11 +209,11 @@ impl Unrest {
     }
 
     /// Records the speed of an organ in a tick in which it was simulated.
-    pub(crate) fn note_speed(&mut self, organ: usize, speed_m_s: f32) {
+    pub(crate) fn record_speed(&mut self, organ: usize, speed_m_s: f32) {
         if let Some(watched) = self.organs.get_mut(organ) {
             watched.peak_m_s = watched.peak_m_s.max(speed_m_s);
         }
-        self.shaking.note_speed(organ, speed_m_s);
+        self.shaking.record_speed(organ, speed_m_s);
     }
 
     /// Records the velocities of the watched spheres. `velocity_m_s` gives the velocity of a sphere
@@ -356,7 +356,7 @@ mod tests {
         let mut reported = Vec::new();
         for tick in 0..ticks {
             let (bounds, speed_m_s) = course(unrest, tick);
-            unrest.note_speed(0, speed_m_s);
+            unrest.record_speed(0, speed_m_s);
             unrest.look(&[bounds], |_, _, found| {
                 reported.push((tick, found)).expect("few");
             });

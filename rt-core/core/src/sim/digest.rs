@@ -69,7 +69,7 @@ impl TickView<'_> {
         if !self.scene.layers.cells.is_empty() {
             hash.word(self.bodies.cells.history());
         }
-        self.bodies.sutures.add_to(&mut hash);
+        self.bodies.sutures.hash_into(&mut hash);
         hash
     }
 }

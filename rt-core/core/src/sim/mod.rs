@@ -143,7 +143,7 @@ impl<'a> Sim<'a> {
         state.bodies.load(&scene);
         state.pairs.load(&scene);
         state.between.forget();
-        state.vessels.rest();
+        state.vessels.reset();
         let mut limit = OutputLimit::new(&device, parameters.force_ramp_s);
         limit.enable(parameters.force_enabled);
         let room = scene.room();
@@ -261,8 +261,8 @@ impl<'a> Sim<'a> {
         self.proxy = Proxy::AT_HAND;
         self.cautery = Cautery::default();
         self.clips = Clips::default();
-        self.state.vessels.rest();
-        self.state.bodies.rest(&self.scene);
+        self.state.vessels.reset();
+        self.state.bodies.reset(&self.scene);
         self.state.pairs.load(&self.scene);
         self.state.between.forget();
         self.measure_bounds();
@@ -344,7 +344,7 @@ impl<'a> Sim<'a> {
         for (organ, moves) in scene.organs.iter().zip(moves) {
             match moves {
                 true => bodies.breathe(scene, organ, self.tick),
-                false => bodies.stand(organ),
+                false => bodies.mark_asleep(organ),
             }
         }
         let mut coupling = Tools {
@@ -368,16 +368,16 @@ impl<'a> Sim<'a> {
             let quarantined = bodies.advance(scene, organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
             faults.raise_if(quarantined > 0, Fault::BadSphere);
-            let pace_m_s = bodies.pace_m_s(organ);
-            self.unrest.note_speed(i.into(), pace_m_s);
-            if self.sleep.note_speed(i.into(), pace_m_s) {
+            let net_speed_m_s = bodies.net_speed_m_s(organ);
+            self.unrest.record_speed(i.into(), net_speed_m_s);
+            if self.sleep.record_speed(i.into(), net_speed_m_s) {
                 bodies.halt(organ);
             }
             if let Some(bounds) = self.bounds.get_mut(usize::from(i)) {
                 *bounds = bodies.bounds(organ);
             }
         }
-        bodies.carry_removed(scene);
+        bodies.move_spheres_without_cells(scene);
     }
 
     /// Organs that are simulated in this tick: those near a tool or in the jaws and, if
@@ -387,7 +387,7 @@ impl<'a> Sim<'a> {
         let worked = self.worked_organs();
         let mut moves = worked;
         let bodies = &mut self.state.bodies;
-        for sphere in bodies.sutures.stirring(&self.scene, &bodies.parted) {
+        for sphere in bodies.sutures.waking_spheres(&self.scene, &bodies.damage) {
             self.sleep.wake((*bodies.organ.at(sphere)).into());
         }
         for (i, (organ, moves)) in self.scene.organs.iter().zip(&mut moves).enumerate() {
@@ -407,14 +407,14 @@ impl<'a> Sim<'a> {
         };
         let others = self.bounds.iter().enumerate().take(self.scene.organs.len());
         let near = |(i, bounds): (usize, &Bounds)| {
-            i != organ && self.sleep.is_stirring(i) && own.is_near(bounds, STIR_M)
+            i != organ && self.sleep.wakes_neighbours(i) && own.is_near(bounds, STIR_M)
         };
         let organ_of = |sphere: u32| usize::from(*self.state.bodies.organ.at(sphere));
         let pulls = |tie: &Attachment| match tie.to {
             Anchor::Sphere(other) => {
                 let ends = (organ_of(tie.sphere), organ_of(other));
-                (ends.0 == organ && self.sleep.is_stirring(ends.1))
-                    || (ends.1 == organ && self.sleep.is_stirring(ends.0))
+                (ends.0 == organ && self.sleep.wakes_neighbours(ends.1))
+                    || (ends.1 == organ && self.sleep.wakes_neighbours(ends.0))
             }
             Anchor::World(_) => false,
         };
@@ -545,7 +545,7 @@ impl<'a> Sim<'a> {
         if !self.scene.layers.cells.is_empty() {
             hash.word(bodies.cells.history());
         }
-        bodies.sutures.add_to(&mut hash);
+        bodies.sutures.hash_into(&mut hash);
         hash.finish()
     }
 }

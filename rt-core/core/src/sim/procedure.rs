@@ -62,11 +62,11 @@ impl Sim<'_> {
         }
         let (bodies, journal) = (&mut self.state.bodies, &mut self.journal);
         let vessels = &mut self.state.vessels;
-        tear_all(&self.scene, bodies, |apart| {
+        tear_all(&self.scene, bodies, |severed| {
             vessels.note_change();
-            journal.raise(apart.reported(EventKind::Tear));
+            journal.raise(severed.event(EventKind::Tear));
         });
-        bodies.tear_cells(&self.scene, |removed| journal.raise(removed.reported()));
+        bodies.tear_cells(&self.scene, |removed| journal.raise(removed.event()));
     }
 
     /// Cuts with scissors that have closed in this tick by the share `closed` of their full
@@ -75,9 +75,9 @@ impl Sim<'_> {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let blades = jaws(&self.tool);
         let (clips, vessels) = (self.clips.places(bodies), &mut self.state.vessels);
-        let work = cut_all(&blades, closed, &clips, scene, bodies, |apart| {
+        let work = cut_all(&blades, closed, &clips, scene, bodies, |severed| {
             vessels.note_change();
-            journal.raise(apart.reported(EventKind::Cut));
+            journal.raise(severed.event(EventKind::Cut));
         });
         self.drive.note_cut(work.full_closing_j);
         match (work.is_cutting, self.grasp.count()) {

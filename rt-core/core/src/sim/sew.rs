@@ -24,7 +24,7 @@ impl Sim<'_> {
     /// True if a press of the pedal leads the needle: the instrument is the grasper, and a suture
     /// waits to be placed.
     fn is_sewing(&self) -> bool {
-        self.tool.instrument == Instrument::Grasper && self.state.bodies.sutures.are_awaited()
+        self.tool.instrument == Instrument::Grasper && self.state.bodies.sutures.has_unplaced()
     }
 
     /// The pedal as the electrosurgical generator sees it.
@@ -44,11 +44,15 @@ impl Sim<'_> {
         let pedal = self.tool.switches.pedal;
         let is_down = pedal.cut || pedal.coagulate;
         let is_sewing = self.is_sewing();
-        let is_pressed = (self.state.bodies.sutures).is_pressed(is_down, is_sewing);
+        let is_pressed = self
+            .state
+            .bodies
+            .sutures
+            .is_needle_pressed(is_down, is_sewing);
         if !is_pressed || self.tool.switches.paused {
             return;
         }
-        let Some((number, suture)) = self.state.bodies.sutures.next() else {
+        let Some((number, suture)) = self.state.bodies.sutures.next_unplaced() else {
             return;
         };
         let suture = *suture;
@@ -58,7 +62,7 @@ impl Sim<'_> {
             Placed::Hung => None,
         };
         let (Some((placed, kind, at_m)), Some((_, suture))) =
-            (placed, self.state.bodies.sutures.next())
+            (placed, self.state.bodies.sutures.next_unplaced())
         else {
             return;
         };

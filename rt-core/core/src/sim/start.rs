@@ -5,7 +5,7 @@ use crate::math;
 use crate::scene::{Anchor, Inside, Organ};
 use crate::sim::{Sim, Task};
 use crate::tissue::Node;
-use crate::tissue::tubes::Step;
+use crate::tissue::tubes::TubeSegment;
 
 /// Positions of the clips along a prepared tube, from the body's end, 0, to the gallbladder's, 1.
 /// Two clips stay with the body, one leaves with the gallbladder.
@@ -50,7 +50,7 @@ impl Sim<'_> {
                     // The longer links over this step, which resist bending, are severed too.
                     let (low, high) = (ends.a.min(ends.b), ends.a.max(ends.b));
                     if low <= a.min(b) && high >= a.max(b) {
-                        self.state.bodies.parted.part_link(link);
+                        self.state.bodies.damage.sever_link(link);
                     }
                 }
             }
@@ -108,9 +108,9 @@ impl Sim<'_> {
         Some(sphere.saturating_sub(it.sphere_start) * 2 > it.sphere_count)
     }
 
-    /// Step (link) at this share of the length of a tube whose spheres are numbered along it. The
-    /// share counts from the first sphere if `is_from_low`, else from the last.
-    fn step_at(&self, organ: u8, it: &Organ, share: f32, is_from_low: bool) -> Option<Step> {
+    /// TubeSegment (link) at this share of the length of a tube whose spheres are numbered along
+    /// it. The share counts from the first sphere if `is_from_low`, else from the last.
+    fn step_at(&self, organ: u8, it: &Organ, share: f32, is_from_low: bool) -> Option<TubeSegment> {
         // Counts from both ends alike, because preparation may number the spheres from either end.
         let last = it.sphere_count.saturating_sub(2);
         let from_end = ((share * (last + 1) as f32) as u32).min(last);
@@ -120,8 +120,8 @@ impl Sim<'_> {
             last - from_end
         };
         let sphere = it.sphere_start + place;
-        let away = |step: &Step| u32::from(step.a.min(step.b)).abs_diff(sphere);
-        let steps = self.state.bodies.beads.steps_of(organ);
+        let away = |step: &TubeSegment| u32::from(step.a.min(step.b)).abs_diff(sphere);
+        let steps = self.state.bodies.beads.segments_of(organ);
         steps.min_by_key(away)
     }
 }

@@ -66,7 +66,7 @@ impl<'a> TickView<'a> {
     /// removes the cell, 0 to 254, or [`crate::tissue::cells::REMOVED`].
     #[must_use]
     pub fn cells(&self) -> &'a [u8] {
-        self.bodies.cells.shown(self.scene.layers.cells.len())
+        self.bodies.cells.heat_code(self.scene.layers.cells.len())
     }
 
     /// Dents of the tools in tissue, at most [`crate::capacity::MAX_CONTACT_CONSTRAINTS`].
@@ -82,19 +82,19 @@ impl<'a> TickView<'a> {
             let first = organ.link_start;
             first..first.saturating_add(organ.elastic_links)
         });
-        let parted = &self.bodies.parted;
+        let damage = &self.bodies.damage;
         links
             .take(MAX_TUBE_LINKS)
-            .map(|link| parted.left_of_link(link) <= 0.0)
+            .map(|link| damage.intact_of_link(link) <= 0.0)
     }
 
     /// Sutures that hang organs on the abdominal wall, in the order of the scene's attachments,
     /// each with true if it is severed.
     pub fn sutures(&self) -> impl Iterator<Item = (&'a Suture, bool)> + use<'a> {
-        let parted = &self.bodies.parted;
+        let damage = &self.bodies.damage;
         let ties = self.scene.attachments.iter().enumerate();
         let own = ties.filter(|(_, tie)| is_suture(tie));
-        let is_cut = own.map(|(tie, _)| parted.left_of_tie(tie) <= 0.0);
+        let is_cut = own.map(|(tie, _)| damage.intact_of_tie(tie) <= 0.0);
         self.bodies.sutures.all().iter().zip(is_cut)
     }
 

@@ -116,7 +116,7 @@ use crate::tissue::cells::Cells;
 use crate::tissue::tubes::Beads;
 use crate::words::SphereBits;
 pub(crate) use adjacency::Adjacency;
-use attachment::Ties;
+use attachment::TieSchedule;
 pub use attachment::solutions_per_tick;
 use damage::Damage;
 use lanes::Lanes;
@@ -250,10 +250,10 @@ impl Node {
         self.step_m = self.step_m + impulse_m_kg.scaled(weight_per_kg);
     }
 
-    /// Scales the displacement of this substep by `keep`.
+    /// Scales the displacement of this substep by `factor`.
     #[inline]
-    pub(crate) fn slow(&mut self, keep: f32) {
-        self.step_m = self.step_m.scaled(keep);
+    pub(crate) fn scale_step(&mut self, factor: f32) {
+        self.step_m = self.step_m.scaled(factor);
     }
 
     /// Predicted centre, world frame, m.
@@ -304,14 +304,14 @@ pub struct Bodies {
     /// Index of each sphere's organ.
     pub(crate) organ: PerSphere<u8>,
     pub(crate) adjacency: Adjacency,
-    pub(crate) parted: Damage,
+    pub(crate) damage: Damage,
     /// Layered tissue.
     pub(crate) cells: Cells,
     /// Balls with which tools collide, of organs without a contact skin.
     pub(crate) beads: Beads,
     /// Sutures that hang organs on the abdominal wall.
     pub(crate) sutures: Sutures,
-    ties: Ties,
+    ties: TieSchedule,
     pub(crate) warm_start: WarmStart,
     /// Low-pass filtered displacement of each sphere, m: the trail that sleep compares with.
     trail_m: PerSphere<Lanes>,
@@ -327,11 +327,11 @@ impl Bodies {
             bits: PerSphere::new(SphereBits(0)),
             organ: PerSphere::new(0),
             adjacency: Adjacency::new(),
-            parted: Damage::NONE,
+            damage: Damage::NONE,
             cells: Cells::new(),
             beads: Beads::new(),
             sutures: Sutures::NONE,
-            ties: Ties::NONE,
+            ties: TieSchedule::NONE,
             warm_start: WarmStart::REST,
             trail_m: PerSphere::new(Lanes::ZERO),
         }
@@ -352,7 +352,7 @@ impl Bodies {
             self.nodes.at_mut(i).rest_m = Lanes::new(&rest.center_m, 0.0);
         }
         self.warm_start.build(scene);
-        self.rest(scene);
+        self.reset(scene);
     }
 
     /// Starts a tick: if `is_awake`, marks every organ as simulated and draws sutures in. Clears
@@ -373,7 +373,7 @@ impl Bodies {
     }
 
     /// Marks an organ as not simulated in this tick.
-    pub(crate) fn stand(&mut self, organ: &Organ) {
+    pub(crate) fn mark_asleep(&mut self, organ: &Organ) {
         let bits = self.bits.range_mut(organ.sphere_start, organ.sphere_count);
         for bits in bits {
             *bits = SphereBits(bits.0 & !SphereBits::AWAKE.0);
@@ -405,10 +405,10 @@ impl Bodies {
     }
 
     /// Puts every sphere back to rest, and removes all damage.
-    pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
-        self.parted.heal(scene);
-        self.cells.rest(scene);
-        self.sutures.rest(scene);
+    pub(crate) fn reset(&mut self, scene: &Scene<'_>) {
+        self.damage.heal(scene);
+        self.cells.reset(scene);
+        self.sutures.reset(scene);
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());
@@ -418,8 +418,8 @@ impl Bodies {
             *self.bits.at_mut(i) = SphereBits(0);
         }
         for organ in scene.organs {
-            self.warm_start.rest(scene, organ);
-            self.warm_start.weigh(scene, organ, &self.nodes);
+            self.warm_start.reset(scene, organ);
+            self.warm_start.set_masses(scene, organ, &self.nodes);
         }
     }
 }

@@ -28,24 +28,24 @@ pub(crate) fn run(
     let finest = scene.finest();
     let mut quarantined = 0;
     for now in 0..finest {
-        for (i, organ, own) in moving(scene, moves, finest) {
-            if now.is_multiple_of(own) {
+        for (i, organ, length) in moving(scene, moves, finest) {
+            if now.is_multiple_of(length) {
                 let step_s = scene.step_s_of(i);
                 bodies.predict(scene, organ, step_s);
                 coupling.pre_solve(i, step_s, bodies);
                 solver.project(scene, organ, step_s, bodies);
             }
         }
-        let due = moving(scene, moves, finest).filter(|(.., own)| now.is_multiple_of(*own));
+        let due = moving(scene, moves, finest).filter(|(.., length)| now.is_multiple_of(*length));
         solver.project_links(scene, due.map(|(i, ..)| i), bodies);
         attachment::project_due(scene, now, bodies);
         coupling.couple(now, bodies);
         let ended = now + 1;
-        for (i, organ, own) in moving(scene, moves, finest) {
-            if !ended.is_multiple_of(own) {
+        for (i, organ, length) in moving(scene, moves, finest) {
+            if !ended.is_multiple_of(length) {
                 continue;
             }
-            bodies.note_before_tools(organ);
+            bodies.store_steps_before_tools(organ);
             if ended < finest {
                 let step_s = scene.step_s_of(i);
                 let share = ended as f32 / finest as f32;
@@ -64,6 +64,6 @@ fn moving<'a>(
     finest: u32,
 ) -> impl Iterator<Item = (u8, &'a Organ, u32)> {
     let all = (0u8..).zip(scene.organs).zip(moves);
-    let own = all.filter(|(_, moves)| **moves);
-    own.map(move |((i, organ), _)| (i, organ, (finest / organ.substeps.max(1)).max(1)))
+    let length = all.filter(|(_, moves)| **moves);
+    length.map(move |((i, organ), _)| (i, organ, (finest / organ.substeps.max(1)).max(1)))
 }

@@ -31,18 +31,18 @@ use crate::tissue::per_sphere::PerSphere;
 
 /// Share of the impulses with which the next substep begins. The rest of 1 ‰ lets rounding errors
 /// fade. A smaller share makes tissue softer.
-const KEPT: f32 = 0.999;
+const KEPT_SHARE: f32 = 0.999;
 /// Share that any organ may keep: stable up to 50 MPa (`stiff_tissue_comes_to_rest`).
-const KEPT_MIN: f32 = 0.5;
-/// Stiffness of a sphere, times `dt²` over its mass, up to which an organ keeps `KEPT`. Tissue
-/// stays stable at 86 while it is shaken, and at 34 while it is squeezed to 40 % of its height
-/// (`squeezed_tissue_stays_whole`).
-const STIFF: f32 = 34.0;
+const KEPT_SHARE_MIN: f32 = 0.5;
+/// Stiffness of a sphere, times `dt²` over its mass, up to which an organ keeps `KEPT_SHARE`.
+/// Tissue stays stable at 86 while it is shaken, and at 34 while it is squeezed to 40 % of its
+/// height (`squeezed_tissue_stays_whole`).
+const STIFFNESS_NUMBER_MAX: f32 = 34.0;
 
-/// Largest weight of the strain rate relative to the strain, times the stiffness of [`STIFF`]. The
-/// impulses of the last substep also contain viscosity, so more of it would shake the tissue
-/// (`viscosity_does_not_change_a_sag`: 3.4 is stable, 8.5 is not).
-const THICK: f32 = 3.0;
+/// Largest weight of the strain rate relative to the strain, times the stiffness of
+/// [`STIFFNESS_NUMBER_MAX`]. The impulses of the last substep also contain viscosity, so more of it
+/// would shake the tissue (`viscosity_does_not_change_a_sag`: 3.4 is stable, 8.5 is not).
+const VISCOSITY_NUMBER_MAX: f32 = 3.0;
 
 /// Memory of a batch of tetrahedra.
 #[derive(Debug, Clone, Copy)]
@@ -67,13 +67,13 @@ impl BatchMemory {
     };
 
     /// No deformation and no impulse.
-    pub(crate) fn rest(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.volume = Self::REST.volume;
         self.stress = Self::REST.stress;
     }
 
     /// Takes the present masses of the corners.
-    pub(crate) fn weigh(&mut self, batch: &TetraBatch, nodes: &PerSphere<Node>) {
+    pub(crate) fn set_masses(&mut self, batch: &TetraBatch, nodes: &PerSphere<Node>) {
         self.mobility_m_kg = Self::REST.mobility_m_kg;
         batch.each_corner(|lane, sphere, b, volume_m3| {
             let share = volume_m3 * nodes.at(sphere).inverse_mass_per_kg();
@@ -105,7 +105,7 @@ pub(crate) struct SphereMemory {
     /// the step of the sphere before them, m.
     pub(crate) tools: Lanes,
     /// Step of the sphere after the tetrahedra, without the outer impulses, m.
-    pub(crate) after_m: Lanes,
+    pub(crate) step_after_tetrahedra_m: Lanes,
 }
 
 impl SphereMemory {
@@ -114,7 +114,7 @@ impl SphereMemory {
         elastic: Lanes::ZERO,
         outer: Lanes::ZERO,
         tools: Lanes::ZERO,
-        after_m: Lanes::ZERO,
+        step_after_tetrahedra_m: Lanes::ZERO,
     };
 }
 
@@ -133,7 +133,7 @@ pub(crate) struct WarmStart {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Limits {
     /// Share of its impulses that the organ keeps.
-    pub(crate) kept: f32,
+    pub(crate) kept_share: f32,
     /// Largest weight of the strain rate relative to the strain: retardation time over dt.
     pub(crate) rate_max: f32,
 }
@@ -141,17 +141,17 @@ pub(crate) struct Limits {
 impl Limits {
     /// Keeps nothing, not even viscosity.
     pub(crate) const NONE: Self = Self {
-        kept: 0.0,
+        kept_share: 0.0,
         rate_max: 0.0,
     };
 
     /// Bounds for a sphere of this stiffness, times `dt²` over its mass. NaN gets the tightest
     /// bounds.
     fn of(stiffness: f32) -> Self {
-        let room = (STIFF / stiffness).max(0.0);
+        let margin = (STIFFNESS_NUMBER_MAX / stiffness).max(0.0);
         Self {
-            kept: KEPT * (KEPT_MIN + (1.0 - KEPT_MIN) * room.min(1.0)),
-            rate_max: (THICK / stiffness).max(0.0),
+            kept_share: KEPT_SHARE * (KEPT_SHARE_MIN + (1.0 - KEPT_SHARE_MIN) * margin.min(1.0)),
+            rate_max: (VISCOSITY_NUMBER_MAX / stiffness).max(0.0),
         }
     }
 }
@@ -186,11 +186,11 @@ impl WarmStart {
 
     /// Bounds of an organ.
     pub(crate) fn limits(&self, organ: u8) -> Limits {
-        let closest = Limits::of(f32::INFINITY);
+        let tightest = Limits::of(f32::INFINITY);
         self.limits
             .get(usize::from(organ))
             .copied()
-            .unwrap_or(closest)
+            .unwrap_or(tightest)
     }
 
     /// Length of the link with this index after its last projection, m.
@@ -218,10 +218,10 @@ impl WarmStart {
 
     /// Puts every constraint of an organ to rest, without impulses. A memory that is not a number
     /// would otherwise spoil every later substep.
-    pub(crate) fn rest(&mut self, scene: &Scene<'_>, organ: &Organ) {
+    pub(crate) fn reset(&mut self, scene: &Scene<'_>, organ: &Organ) {
         let memory = self.of(organ);
         memory.spheres.fill(SphereMemory::REST);
-        memory.batches.iter_mut().for_each(BatchMemory::rest);
+        memory.batches.iter_mut().for_each(BatchMemory::reset);
         let at_m = |sphere: u32| scene.spheres.get(sphere as usize).map(|it| it.center_m);
         for (length_m, link) in memory.links_m.iter_mut().zip(scene.elastic_links_of(organ)) {
             *length_m = match (at_m(link.a), at_m(link.b)) {
@@ -232,12 +232,12 @@ impl WarmStart {
     }
 
     /// Takes the present masses of an organ's spheres, and forgets its impulses.
-    pub(crate) fn weigh(&mut self, scene: &Scene<'_>, organ: &Organ, nodes: &PerSphere<Node>) {
+    pub(crate) fn set_masses(&mut self, scene: &Scene<'_>, organ: &Organ, nodes: &PerSphere<Node>) {
         let memory = self.of(organ);
         memory.spheres.fill(SphereMemory::REST);
         for (memory, batch) in memory.batches.iter_mut().zip(scene.batches_of(organ)) {
             memory.stress = BatchMemory::REST.stress;
-            memory.weigh(batch, nodes);
+            memory.set_masses(batch, nodes);
         }
     }
 }

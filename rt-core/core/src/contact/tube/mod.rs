@@ -148,7 +148,7 @@ impl TubeContacts {
                 continue;
             }
             for (number, bead) in bodies.beads.of(organ) {
-                let ball = bead.now(bodies);
+                let ball = bead.present_ball(bodies);
                 while cursor.as_slice().first().is_some_and(|t| t.bead < number) {
                     let _ = cursor.next();
                 }
@@ -174,8 +174,8 @@ impl TubeContacts {
                     contact.free_share += fade * (free_share - contact.free_share);
                     let link_share = bead
                         .link
-                        .map_or(1.0, |link| bodies.parted.left_of_link(link));
-                    let [a, b] = [bead.a, bead.b].map(|i| bodies.cells.left_of(i.into()));
+                        .map_or(1.0, |link| bodies.damage.intact_of_link(link));
+                    let [a, b] = [bead.a, bead.b].map(|i| bodies.cells.remaining_share(i.into()));
                     let intact_share = link_share * a.min(b);
                     contact.weight = intact_share
                         * contact.free_share
@@ -363,11 +363,11 @@ fn leader_of<'a>(
     let beads = &bodies.beads;
     let last = number.checked_sub(1).filter(|last| {
         let last = beads.get(*last);
-        last.is_some_and(|last| last.leads_to(bead))
+        last.is_some_and(|last| last.is_followed_by(bead))
     });
     let next = number.checked_add(1).filter(|next| {
         let next = beads.get(*next);
-        next.is_some_and(|next| bead.leads_to(next))
+        next.is_some_and(|next| bead.is_followed_by(next))
     });
     let acts = |it: &&PersistentContact| it.part == part && it.weight > 0.0;
     let before = before.iter().rev();

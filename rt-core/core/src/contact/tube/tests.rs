@@ -103,7 +103,7 @@ fn duct_is_a_string_of_beads() {
     assert_eq!(beads.len(), 4 * (SPHERES as usize - 1));
     for (_, bead) in beads {
         assert_eq!(bead.a.abs_diff(bead.b), 1);
-        let ball = bead.now(&bodies);
+        let ball = bead.present_ball(&bodies);
         assert!(ball.center_m.y.abs() + ball.center_m.z.abs() < 1.0e-9);
         assert!((ball.radius_m - RADIUS_M).abs() < 1.0e-9);
         assert!(ball.along.x.abs() > 0.999);

@@ -42,7 +42,7 @@ impl Bodies {
                 continue;
             };
             burnt(touched.organ, energy_j);
-            if self.cells.give(touched.cell, record, energy_j)
+            if self.cells.add_heat(touched.cell, record, energy_j)
                 && let Some(cell) = self.remove_cell(touched.cell, scene)
             {
                 removed(cell);
@@ -66,7 +66,7 @@ impl Bodies {
             *near = bounds.is_near(&around, 0.0);
         }
         for (index, cell) in (0u16..).zip(scene.layers.cells) {
-            let may = self.cells.is_exposed(index) && self.cells.is_there(index);
+            let may = self.cells.is_exposed(index) && self.cells.is_present(index);
             let organ = *self.organ.at(cell.sphere());
             if !may || !near.get(usize::from(organ)).is_some_and(|near| *near) {
                 continue;

@@ -24,7 +24,7 @@ use crate::procedure::journal::Journal;
 use crate::procedure::vessel::Vessels;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
-use crate::tissue::damage::{Apart, damage_all, sparing_none};
+use crate::tissue::damage::{Severed, damage_all, spare_none};
 use crate::tool::Tool;
 use crate::words::{Event, EventKind};
 use wall::{HOLE_M2, Walls};
@@ -77,18 +77,18 @@ impl Cautery {
         self.at_m = electrode.middle_m();
         let mut areas_m2 = surfaces;
         let mut dried: Vec<(u32, f32), DRIED> = Vec::new();
-        let apart = |apart: Apart| {
+        let severed = |severed: Severed| {
             vessels.note_change();
-            journal.raise(apart.reported(EventKind::Cut));
+            journal.raise(severed.event(EventKind::Cut));
         };
-        damage_all(scene, bodies, sparing_none, apart, |bar, parted| {
+        damage_all(scene, bodies, spare_none, severed, |bar, damage| {
             let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
-            if parted >= 1.0 || is_layered {
-                return parted;
+            if damage >= 1.0 || is_layered {
+                return damage;
             }
             let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
             if touched <= 0.0 {
-                return parted;
+                return damage;
             }
             if let Some(area_m2) = areas_m2.get_mut(usize::from(bar.organ)) {
                 *area_m2 += bar.area_m2 * touched;
@@ -96,7 +96,7 @@ impl Cautery {
             if let Some(link) = bar.link {
                 let _ = dried.push((link, dose.drying_j_m2 * bar.area_m2 * touched));
             }
-            bar.parted_by(parted, dose.parts() * touched)
+            bar.damage_after_burn(damage, dose.parts() * touched)
         });
         for (link, energy_j) in dried {
             if let Some(link) = scene.links.get(link as usize) {
@@ -111,7 +111,7 @@ impl Cautery {
             }
         };
         bodies.burn_cells(cells, &dose, scene, burnt, |removed| {
-            journal.raise(removed.reported());
+            journal.raise(removed.event());
         });
         for ((organ, area_m2), burnt_j) in (0u8..).zip(areas_m2).zip(&mut self.burnt_j) {
             if area_m2 <= 0.0 {
@@ -175,15 +175,15 @@ fn touched_bars_m2(
     damage_all(
         scene,
         bodies,
-        sparing_none,
+        spare_none,
         |_| (),
-        |bar, parted| {
+        |bar, damage| {
             let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
-            if parted < 1.0 && !is_layered {
+            if damage < 1.0 && !is_layered {
                 let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
                 sum_m2 += bar.area_m2 * touched;
             }
-            parted
+            damage
         },
     );
     sum_m2
@@ -259,7 +259,7 @@ mod tests {
                     cautery.tell(false, &mut journal);
                     reported_j += reported(&journal);
                     for (i, before) in (0..LINKS).zip(&mut left) {
-                        let now = bodies.parted.left_of_link(i);
+                        let now = bodies.damage.intact_of_link(i);
                         prop_assert!((0.0..=*before).contains(&now));
                         let near = (x - 0.002 * i as f32).min(0.002 * (i + 1) as f32 - x);
                         let is_under = near > -0.0022 && z.abs() < 0.0022;

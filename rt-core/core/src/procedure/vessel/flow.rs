@@ -44,8 +44,8 @@ impl Vessels {
             if !matches!(it.inside, Inside::Blood | Inside::Bile) {
                 continue;
             }
-            for step in bodies.beads.steps_of(organ) {
-                if bodies.parted.left_of_link(step.link) > 0.0 {
+            for step in bodies.beads.segments_of(organ) {
+                if bodies.damage.intact_of_link(step.link) > 0.0 {
                     let ends = [u32::from(step.a), u32::from(step.b)];
                     let open = clips.open(step.link);
                     has_spread |= self.join(ends, open, scene, bodies);
@@ -53,7 +53,7 @@ impl Vessels {
             }
         }
         for (i, tie) in scene.attachments.iter().enumerate() {
-            if let (Anchor::Sphere(other), true) = (tie.to, bodies.parted.left_of_tie(i) > 0.0) {
+            if let (Anchor::Sphere(other), true) = (tie.to, bodies.damage.intact_of_tie(i) > 0.0) {
                 let (own, its) = insides(tie, scene);
                 if own == its && matches!(own, Inside::Blood | Inside::Bile) {
                     has_spread |= self.join([tie.sphere, other], 1.0, scene, bodies);

@@ -8,7 +8,7 @@ use crate::procedure::vessel::Vessels;
 use crate::procedure::vessel::flow::insides;
 use crate::scene::{Anchor, Inside, Scene};
 use crate::tissue::Bodies;
-use crate::tissue::tubes::Step;
+use crate::tissue::tubes::TubeSegment;
 
 /// Radius of a bag's neck, m. The flow from a hole in a bag is the hole's area over the area of the
 /// neck.
@@ -46,7 +46,7 @@ impl Opening {
             Self::Link { link, .. } => clips.open(*link),
             Self::Off { .. } => 1.0,
             // A link that has parted since leaks at its two ends.
-            Self::Slit { link, .. } if bodies.parted.left_of_link(*link) <= 0.0 => 0.0,
+            Self::Slit { link, .. } if bodies.damage.intact_of_link(*link) <= 0.0 => 0.0,
             Self::Slit { link, .. } => HALF_OPEN.min(clips.open(*link)),
             Self::Wall { sphere, area_m2 } => {
                 let holds = |it: &&crate::scene::Organ| {
@@ -107,8 +107,8 @@ impl Vessels {
             if !matches!(it.inside, Inside::Blood | Inside::Bile) {
                 continue;
             }
-            for step in bodies.beads.steps_of(organ) {
-                if bodies.parted.left_of_link(step.link) <= 0.0 {
+            for step in bodies.beads.segments_of(organ) {
+                if bodies.damage.intact_of_link(step.link) <= 0.0 {
                     let link = step.link;
                     let [a, b] = [u32::from(step.a), u32::from(step.b)]
                         .map(|sphere| Opening::Link { link, sphere });
@@ -153,7 +153,7 @@ impl Vessels {
                 if !is_tube || !leads || its == Inside::Solid {
                     continue;
                 }
-                let is_whole = bodies.parted.left_of_tie(i) > 0.0;
+                let is_whole = bodies.damage.intact_of_tie(i) > 0.0;
                 let Some(joined) = joined.get_mut(organs.0).and_then(|it| it.get_mut(organs.1))
                 else {
                     continue;
@@ -210,14 +210,14 @@ fn unclosed_from(mut sphere: u32, from: u32, clips: &Clips, bodies: &Bodies) -> 
     let organ = *bodies.organ.at(sphere);
     let (mut open, mut last) = (clips.open(from), from);
     for _ in bodies.beads.of(organ) {
-        let leads_on = |step: &Step| {
+        let leads_on = |step: &TubeSegment| {
             let is_at = u32::from(step.a) == sphere || u32::from(step.b) == sphere;
             is_at && step.link != last
         };
-        let Some(step) = bodies.beads.steps_of(organ).find(leads_on) else {
+        let Some(step) = bodies.beads.segments_of(organ).find(leads_on) else {
             break;
         };
-        if bodies.parted.left_of_link(step.link) <= 0.0 {
+        if bodies.damage.intact_of_link(step.link) <= 0.0 {
             return 0.0;
         }
         open = open.min(clips.open(step.link));

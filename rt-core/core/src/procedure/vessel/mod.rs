@@ -82,7 +82,7 @@ impl Vessels {
     }
 
     /// Forgets pressure, desiccation and leaks. `Bodies::rest` restores divided links.
-    pub(crate) fn rest(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Self::new();
     }
 
@@ -128,7 +128,9 @@ impl Vessels {
                     Inside::Blood => ARTERY_SHORTENS,
                     _ => DUCT_SHORTENS,
                 };
-                bodies.parted.shrink(organ, 1.0 - shortens, SHORTENS_STEP);
+                bodies
+                    .damage
+                    .shorten_links(organ, 1.0 - shortens, SHORTENS_STEP);
             }
         }
         self.find_slits(scene, bodies);

@@ -26,8 +26,8 @@ impl Vessels {
             if !matches!(it.inside, Inside::Blood | Inside::Bile) {
                 continue;
             }
-            for step in bodies.beads.steps_of(organ) {
-                let left = bodies.parted.left_of_link(step.link);
+            for step in bodies.beads.segments_of(organ) {
+                let left = bodies.damage.intact_of_link(step.link);
                 if left > HALF_LEFT || left <= 0.0 {
                     continue;
                 }
@@ -87,7 +87,7 @@ mod tests {
         let mut state = Box::new(crate::state::State::new());
         state.bodies.load(&scene);
         state.bodies.begin(&scene, true);
-        state.bodies.parted.leave_of_link(5, left);
+        state.bodies.damage.weaken_link(5, left);
         work(&scene, &mut state);
     }
 
@@ -100,7 +100,7 @@ mod tests {
             for tick in 0..ticks {
                 journal.begin();
                 if parts && tick == ticks / 2 {
-                    state.bodies.parted.part_link(5);
+                    state.bodies.damage.sever_link(5);
                     state.vessels.note_change();
                 }
                 let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
@@ -125,7 +125,7 @@ mod tests {
                 found.collect::<Vec<_>>()
             };
             assert_eq!(overruns(state, 3), [true, false, false]);
-            state.bodies.parted.leave_of_link(7, 0.3);
+            state.bodies.damage.weaken_link(7, 0.3);
             assert_eq!(overruns(state, 2), [true, false], "another slit");
         });
     }

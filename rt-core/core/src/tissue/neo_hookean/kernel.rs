@@ -22,12 +22,12 @@ use crate::tissue::warm_start::BatchMemory;
 const CRUSHED: f32 = 0.2;
 /// Largest addition to the diagonal of `F` by which a crushed tetrahedron counts as more open than
 /// it is.
-const OPENING: f32 = 0.5;
+const OPENING_MAX: f32 = 0.5;
 
 /// Largest share by which the corners of an inverted tetrahedron are drawn towards their mean
 /// displacement in a pass. 0.1 leaves knots in a scrambled liver (`scrambled_it_comes_back`), and
 /// 0.8 shakes one that was pulled to five times its length.
-const DRAWN_MAX: f32 = 0.4;
+const CONTRACTION_MAX: f32 = 0.4;
 
 /// An organ's elasticity for one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +41,7 @@ pub(super) struct Moduli {
     /// Retardation time over dt: weight of the strain rate relative to the strain.
     pub(super) rate: f32,
     /// Share of the last impulses that the prediction contains.
-    pub(super) kept: f32,
+    pub(super) kept_share: f32,
 }
 
 /// Projects every batch in order, in AVX registers if the processor has them, else in plain arrays.
@@ -146,7 +146,7 @@ fn project_batch<W: Wide>(
     let b = [load(b1), load(b2), load(b3)];
     let f = deformation(&edges, &b);
     let (volume, cofactor) = volume_and_cofactor(&f);
-    let old = scale_all(&load_all(&last.stress), W::splat(moduli.kept));
+    let old = scale_all(&load_all(&last.stress), W::splat(moduli.kept_share));
     let new = stress(&f, volume, &cofactor, &old, last, moduli);
     last.stress = [store(new[0]), store(new[1]), store(new[2])];
 
@@ -166,7 +166,7 @@ fn project_batch<W: Wide>(
     scatter(nodes, s2, scale(impulses[1], weights[2]));
     scatter(nodes, s3, scale(impulses[2], weights[3]));
     if volume.any_below(W::splat(0.0)) {
-        let [d0, d1, d2, d3] = drawn_together(&edges, &weights, volume);
+        let [d0, d1, d2, d3] = contraction(&edges, &weights, volume);
         shift(nodes, s0, d0);
         shift(nodes, s1, d1);
         shift(nodes, s2, d2);
@@ -190,25 +190,25 @@ fn stress<W: Wide>(
         .mul(W::splat(moduli.shear_over_bulk.recip()));
     let s = pressure.max(zero.sub(pressure)).max(one);
     let s_and_one = s.add(one);
-    let per_s_and_one = one.div(s_and_one);
+    let inverse_s_and_one = one.div(s_and_one);
     let scaled = mobility(last, s_and_one.mul(W::splat(moduli.shear)));
     let inverse = inverse_of_one_plus(&scaled);
 
-    let y = sub_all(f, &by_symmetric(old, &scaled));
-    let y = by_symmetric(&y, &inverse);
-    let z = by_symmetric(cofactor, &inverse);
-    let before = volume.add(inner(cofactor, &sub_all(&y, f)).mul(per_s_and_one));
-    let gives = inner(cofactor, &sub_all(cofactor, &z)).mul(per_s_and_one);
+    let y = sub_all(f, &times_symmetric(old, &scaled));
+    let y = times_symmetric(&y, &inverse);
+    let z = times_symmetric(cofactor, &inverse);
+    let before = volume.add(inner(cofactor, &sub_all(&y, f)).mul(inverse_s_and_one));
+    let volume_per_pressure = inner(cofactor, &sub_all(cofactor, &z)).mul(inverse_s_and_one);
 
     let rate = W::splat(moduli.rate);
     let error = before
         .sub(W::splat(moduli.rest_volume))
         .add(before.sub(W::load(&last.volume)).mul(rate));
-    let resists = gives
+    let denominator = volume_per_pressure
         .mul(rate.add(one))
         .add(W::splat(moduli.shear_over_bulk));
-    let p = zero.sub(error.div(resists));
-    last.volume = before.add(gives.mul(p)).store();
+    let p = zero.sub(error.div(denominator));
+    last.volume = before.add(volume_per_pressure.mul(p)).store();
     sub_all(&scale_all(&z, p), &y)
 }
 
@@ -216,13 +216,13 @@ fn stress<W: Wide>(
 /// common centre of mass. Elasticity alone turns an inverted tetrahedron back in ways that wind
 /// tissue into knots, and a knot is an equilibrium. Corners that are drawn together leave the knot.
 #[inline(always)]
-fn drawn_together<W: Wide>(edges: &[Vec3<W>; 3], weights: &[W; 4], volume: W) -> [Vec3<W>; 4] {
+fn contraction<W: Wide>(edges: &[Vec3<W>; 3], weights: &[W; 4], volume: W) -> [Vec3<W>; 4] {
     let zero = W::splat(0.0);
-    let inside_out = zero.sub(volume).max(zero);
+    let inversion = zero.sub(volume).max(zero);
     // The smaller of two, as the negative of the larger of their negatives.
     let share = zero.sub(
-        zero.sub(inside_out.mul(W::splat(10.0)))
-            .max(W::splat(-DRAWN_MAX)),
+        zero.sub(inversion.mul(W::splat(10.0)))
+            .max(W::splat(-CONTRACTION_MAX)),
     );
     let [w0, w1, w2, w3] = *weights;
     let lightest = w0.max(w1).max(w2).max(w3).max(W::splat(1.0e-6));
@@ -345,7 +345,7 @@ fn scale_symmetric<W: Wide>(m: &Symmetric<W>, by: W) -> Symmetric<W> {
 
 /// Matrix, by rows, times a symmetric matrix.
 #[inline(always)]
-fn by_symmetric<W: Wide>(m: &Matrix<W>, s: &Symmetric<W>) -> Matrix<W> {
+fn times_symmetric<W: Wide>(m: &Matrix<W>, s: &Symmetric<W>) -> Matrix<W> {
     let [xx, yy, zz, xy, xz, yz] = *s;
     let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     [times(&rows, m[0]), times(&rows, m[1]), times(&rows, m[2])]
@@ -392,7 +392,7 @@ fn volume_and_cofactor<W: Wide>(f: &[Vec3<W>; 3]) -> (W, [Vec3<W>; 3]) {
     if !size.any_below(W::splat(CRUSHED)) {
         return (dot(f[0], closed[0]), closed);
     }
-    let open = W::splat(OPENING).sub(size.mul(W::splat(OPENING / CRUSHED)));
+    let open = W::splat(OPENING_MAX).sub(size.mul(W::splat(OPENING_MAX / CRUSHED)));
     let open = open.max(W::splat(0.0));
     let opened = [
         [f[0][0].add(open), f[0][1], f[0][2]],

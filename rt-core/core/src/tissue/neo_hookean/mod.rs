@@ -43,9 +43,9 @@ impl Solver for NeoHookean {
         let batches = scene.batches_of(organ);
         if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s, limits))
         {
-            begin(nodes, organ, limits.kept, memory.spheres);
+            begin(nodes, organ, limits.kept_share, memory.spheres);
             kernel::project(nodes, batches, memory.batches, &moduli);
-            end(nodes, organ, limits.kept, memory.spheres);
+            end(nodes, organ, limits.kept_share, memory.spheres);
         }
     }
 
@@ -59,24 +59,25 @@ impl Solver for NeoHookean {
     }
 }
 
-/// Keeps the prediction in `after_m`, and adds the impulses of the last substep to the steps.
-fn begin(nodes: &mut PerSphere<Node>, organ: &Organ, kept: f32, memory: &mut [SphereMemory]) {
+/// Keeps the prediction in `step_after_tetrahedra_m`, and adds the impulses of the last substep to
+/// the steps.
+fn begin(nodes: &mut PerSphere<Node>, organ: &Organ, kept_share: f32, memory: &mut [SphereMemory]) {
     let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
     for (node, last) in nodes.iter_mut().zip(memory) {
-        let weight = kept * node.inverse_mass_per_kg();
-        last.after_m = node.step_m;
+        let weight = kept_share * node.inverse_mass_per_kg();
+        last.step_after_tetrahedra_m = node.step_m;
         node.step_m = node.step_m + (last.elastic + last.outer).scaled(weight);
     }
 }
 
 /// Takes the outer impulses out of the steps, and keeps the tetrahedra's impulses of this substep.
-fn end(nodes: &mut PerSphere<Node>, organ: &Organ, kept: f32, memory: &mut [SphereMemory]) {
+fn end(nodes: &mut PerSphere<Node>, organ: &Organ, kept_share: f32, memory: &mut [SphereMemory]) {
     let nodes = nodes.range_mut(organ.sphere_start, organ.sphere_count);
     for (node, last) in nodes.iter_mut().zip(memory) {
         let weight = node.inverse_mass_per_kg();
-        node.step_m = node.step_m - last.outer.scaled(kept * weight);
-        last.elastic = impulse(node.step_m - last.after_m, weight);
-        last.after_m = node.step_m;
+        node.step_m = node.step_m - last.outer.scaled(kept_share * weight);
+        last.elastic = impulse(node.step_m - last.step_after_tetrahedra_m, weight);
+        last.step_after_tetrahedra_m = node.step_m;
     }
 }
 
@@ -112,7 +113,7 @@ fn moduli(material: &Material, step_s: f32, limits: Limits) -> Option<Moduli> {
         shear_over_bulk: mu_pa / lambda_pa,
         rest_volume: 1.0 + mu_pa / lambda_pa,
         rate: rate(material, step_s, limits),
-        kept: limits.kept,
+        kept_share: limits.kept_share,
     })
 }
 

@@ -19,8 +19,8 @@ use crate::tissue::per_sphere::PerSphere;
 use crate::tissue::warm_start::{BatchMemory, Limits};
 
 const STEP_S: f32 = 0.001;
-const KEPT: Limits = Limits {
-    kept: 1.0,
+const KEPT_SHARE: Limits = Limits {
+    kept_share: 1.0,
     rate_max: 10.0,
 };
 
@@ -59,7 +59,7 @@ fn cells() -> Vec<Tetra> {
 fn stiff() -> Moduli {
     let mut material = organ(0, 64, 0, 0).material;
     material.retardation_s = 0.002;
-    moduli(&material, STEP_S, KEPT).unwrap()
+    moduli(&material, STEP_S, KEPT_SHARE).unwrap()
 }
 
 fn packed() -> Vec<TetraBatch> {
@@ -72,7 +72,7 @@ fn packed() -> Vec<TetraBatch> {
 fn memories(batches: &[TetraBatch], nodes: &PerSphere<Node>) -> Vec<BatchMemory> {
     let weighed = |batch| {
         let mut memory = BatchMemory::REST;
-        memory.weigh(batch, nodes);
+        memory.set_masses(batch, nodes);
         memory
     };
     batches.iter().map(weighed).collect()
@@ -275,9 +275,9 @@ fn a_tetrahedron_in_balance_has_the_stress_of_its_energy() {
 fn poisson_beyond_the_lock_is_taken_for_the_limit() {
     let mut material = organ(0, 1, 0, 0).material;
     material.poisson = 0.499;
-    let clamped = moduli(&material, STEP_S, KEPT);
+    let clamped = moduli(&material, STEP_S, KEPT_SHARE);
     material.poisson = POISSON_MAX;
-    assert_eq!(clamped, moduli(&material, STEP_S, KEPT));
+    assert_eq!(clamped, moduli(&material, STEP_S, KEPT_SHARE));
     material.young_pa = 0.0;
-    assert_eq!(moduli(&material, STEP_S, KEPT), None);
+    assert_eq!(moduli(&material, STEP_S, KEPT_SHARE), None);
 }

@@ -74,7 +74,7 @@ impl Solver for Paper {
             };
         }
         for _ in 0..self.iterations {
-            project_stretch(scene, organ, &mut self.spheres, &bodies.parted);
+            project_stretch(scene, organ, &mut self.spheres, &bodies.damage);
             project_laplacian(organ, &mut self.spheres, &bodies.adjacency);
         }
         let nodes = bodies.nodes.range_mut(start, count).iter_mut();
@@ -90,10 +90,10 @@ fn project_stretch(
     scene: &Scene<'_>,
     organ: &Organ,
     spheres: &mut PerSphere<PaperSphere>,
-    parted: &Damage,
+    damage: &Damage,
 ) {
     let links = scene.links_of(organ).iter();
-    for (link, left) in links.zip(parted.left_of_links(organ)) {
+    for (link, left) in links.zip(damage.intact_of_links(organ)) {
         let stiffness = organ.material.stretch_stiffness * left;
         let (a, b) = (*spheres.at(link.a), *spheres.at(link.b));
         let (wa, wb) = (a.weight(), b.weight());
@@ -130,7 +130,7 @@ mod tests {
     use crate::math::Vec3;
     use crate::scene::Link;
     use crate::scene::tests::{organ, room, sphere};
-    use crate::tissue::damage::{damage_all, sparing_none};
+    use crate::tissue::damage::{damage_all, spare_none};
     use std::boxed::Box;
 
     #[test]
@@ -149,10 +149,10 @@ mod tests {
         let mut bodies = Box::new(Bodies::new());
         let mut paper = Box::new(Paper::new(1));
         // Length that one projection takes off a link that is 4 mm too long, m.
-        let mut taken_m = |parted: f32| {
+        let mut taken_m = |damage: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);
-            damage_all(&scene, &mut bodies, sparing_none, |_| (), |_, _| parted);
+            damage_all(&scene, &mut bodies, spare_none, |_| (), |_, _| damage);
             bodies.nodes.at_mut(1).move_by(&(Vec3::x() * 0.004));
             paper.project(&scene, &organs[0], 0.001, &mut bodies);
             0.004 - bodies.nodes.at(1).from(bodies.nodes.at(0)).vec3().x + 0.02
